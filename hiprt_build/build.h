@@ -1,0 +1,78 @@
+#pragma once
+/// Meshes in, a BVH file in memory out.
+///
+///     std::vector<hiprt::build::TriangleMesh> meshes = ...;
+///     auto bvh = hiprt::build::build(meshes, {.builder = hiprt::build::Builder::kSah});
+///     if (!bvh) std::cerr << bvh.error().message;
+///     hiprt::build::write_file("scene.bvh", bvh->buffer.bytes());
+
+#include <hiprt_build/buffer.h>
+#include <hiprt_build/error.h>
+#include <hiprt_build/input.h>
+#include <hiprt_device/format/node.h>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace hiprt::build {
+
+enum class Builder {
+  kSah,           ///< Binned surface area heuristic (Wald 2007), ours, oneTBB.
+  kEmbreeLow,     ///< rtcBuildBVH, RTC_BUILD_QUALITY_LOW (Morton order).
+  kEmbreeMedium,  ///< rtcBuildBVH, RTC_BUILD_QUALITY_MEDIUM (binned SAH).
+  kEmbreeHigh,    ///< rtcBuildBVH, RTC_BUILD_QUALITY_HIGH (binned SAH with spatial splits).
+};
+
+/// @return the name used on command lines and in provenance: "sah", "embree-low", "embree-medium", "embree-high".
+HIPRT_BUILD_API const char* name(Builder builder);
+
+struct Progress {
+  const char* step;   ///< "pair", "split", "collapse", "encode", ...; a string literal.
+  double fraction;    ///< Of the whole build, 0 to 1, never decreasing.
+};
+/// Called at least every 50 ms from one thread at a time; return false to cancel the build.
+using ProgressCallback = std::function<bool(const Progress&)>;
+
+/// Relative costs of the surface area heuristic.
+struct SahCosts {
+  float box_node = 1.0f;  ///< One four-box test.
+  float leaf = 1.0f;      ///< One leaf (a pair of triangles).
+};
+
+struct BuildOptions {
+  Builder builder = Builder::kSah;
+  NodeLayout nodes = NodeLayout::kPlanes;
+  unsigned threads = 0;             ///< 0: all the machine has. The result does not depend on it (Builder::kSah).
+  unsigned max_leaf_triangles = 4;  ///< 1 to 64: triangles (not pairs) in the run of leaves below one child.
+  bool pair_triangles = true;       ///< Put triangles that share an edge into one leaf.
+  SahCosts costs{};
+  ProgressCallback progress{};
+  std::string_view tool{};          ///< For the provenance block, e.g. the command line.
+};
+
+struct BuildStatistics {
+  std::uint64_t triangles = 0;             ///< Of the input.
+  std::uint64_t dropped_not_finite = 0;    ///< A corner is NaN or infinite.
+  std::uint64_t dropped_degenerate = 0;    ///< Two corners at the same position.
+  std::uint64_t pairs = 0;                 ///< Leaves with two triangles before splitting.
+  std::uint64_t nodes = 0, leaves = 0;     ///< Records in the file.
+  std::uint64_t scratch_bytes_peak = 0;    ///< Largest sum of the builder's own arrays, output included.
+  double pair_seconds = 0, tree_seconds = 0, collapse_seconds = 0, encode_seconds = 0, total_seconds = 0;
+};
+
+struct Bvh {
+  Buffer buffer;
+  BuildStatistics statistics;
+};
+
+/// Builds one BVH over all meshes; geometry i is meshes[i].
+/// Input errors name the mesh, the triangle and the limit. Never throws; nothing leaks after an error or a cancel.
+HIPRT_BUILD_API Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options = {});
+
+/// Version of the library, "0.1.0".
+HIPRT_BUILD_API const char* version();
+
+}  // namespace hiprt::build

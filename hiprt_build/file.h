@@ -1,0 +1,19 @@
+#pragma once
+/// BVH files on disk.
+
+#include <hiprt_build/buffer.h>
+#include <hiprt_build/error.h>
+
+#include <filesystem>
+#include <span>
+
+namespace hiprt::build {
+
+/// Maps a file read-only. The content is not checked: call hiprt::validate() on files of unknown origin.
+/// @return kIo with the path and the system's reason (missing, unreadable, a directory, empty).
+HIPRT_BUILD_API Result<Buffer> map_file(const std::filesystem::path& path);
+
+/// Writes to a temporary file in the same folder, flushes it and renames it: the old file or the whole new one is there.
+HIPRT_BUILD_API Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
+
+}  // namespace hiprt::build

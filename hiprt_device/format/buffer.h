@@ -1,0 +1,99 @@
+#pragma once
+/// The container: file header, section table, geometry table. Normative text: hiprt_device/docs/FORMAT.md.
+///
+///     0    FileHeader (128 B)
+///     128  SectionEntry[section_count] (32 B each)
+///     ...  sections, each aligned to 128 B, zero bytes between them
+///
+/// All integers and floats are little-endian. Offsets count bytes from the start of the file, so the whole file can be
+/// mapped, or copied to a GPU in one piece, and used as it is. The start must be aligned to 256 bytes there.
+
+#include <hiprt_device/format/node.h>
+
+#include <bit>
+#include <cstdint>
+
+namespace hiprt {
+
+static_assert(std::endian::native == std::endian::little, "BVH files are little-endian and are used without conversion");
+
+inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
+inline constexpr std::uint16_t kVersionMajor = 1;
+inline constexpr std::uint16_t kVersionMinor = 0;
+inline constexpr std::uint64_t kSectionAlignment = 128;
+inline constexpr std::uint64_t kBufferAlignment = 256;
+/// Entries a section table may have: keeps the check of a hostile file cheap.
+inline constexpr std::uint32_t kMaxSections = 64;
+
+/// What a tracer must understand to trace a scene (bit set of FileHeader::features).
+enum class Feature : std::uint64_t {
+  kTriangles = 1u << 0,        ///< Triangle leaves.
+  kMasks = 1u << 1,            ///< Some geometry's mask is not 0xffffffff.
+  kSplitReferences = 1u << 2,  ///< Some primitive is in several leaves (spatial splits).
+};
+using FeatureMask = std::uint64_t;
+HIPRT_HD constexpr FeatureMask feature_bit(Feature feature) { return static_cast<FeatureMask>(feature); }
+/// Every feature bit of this version; a file with any other is refused.
+inline constexpr FeatureMask kKnownFeatures =
+    feature_bit(Feature::kTriangles) | feature_bit(Feature::kMasks) | feature_bit(Feature::kSplitReferences);
+
+struct FileHeader {
+  char magic[8];                ///< "HIPRTBVH"
+  std::uint16_t version_major;  ///< A reader refuses any other than its own.
+  std::uint16_t version_minor;  ///< Larger: sections or flags may be new, and may be ignored.
+  std::uint32_t layout;         ///< NodeLayout
+  std::uint64_t features;       ///< FeatureMask
+  std::uint64_t byte_size;      ///< Of the whole file.
+  std::uint64_t checksum;       ///< XXH3-64 (seed 0) of bytes [0, 32) followed by [40, byte_size).
+  std::uint32_t section_count;
+  NodeRef root;                 ///< kInvalidRef for an empty scene.
+  std::uint32_t stack_bound;    ///< Most entries a depth-first traversal in any child order can have on its stack.
+  std::uint32_t geometry_count;
+  Box bounds;                   ///< Of all primitives; the empty box for an empty scene.
+  std::uint64_t primitive_count;  ///< Sum over the geometries, dropped primitives included.
+  std::uint64_t reserved[5];
+};
+
+enum class SectionKind : std::uint32_t {
+  kNodes = 1,         ///< Box nodes of the file's layout.
+  kLeaves = 2,        ///< Leaves of the file's layout.
+  kPrimitiveMap = 3,  ///< uint32 per primitive (geometry by geometry): leaf number * 2 + triangle, or kInvalidId if dropped.
+  kGeometries = 4,    ///< GeometryRecord
+  kProvenance = 5,    ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
+};
+
+/// Set in SectionEntry::flags: a reader that does not know the kind must refuse the file. Otherwise it skips the section.
+inline constexpr std::uint32_t kSectionRequired = 1;
+
+struct SectionEntry {
+  std::uint32_t kind;   ///< SectionKind
+  std::uint32_t flags;
+  std::uint64_t offset;  ///< Multiple of kSectionAlignment.
+  std::uint64_t count;   ///< Elements.
+  std::uint64_t stride;  ///< Bytes per element.
+};
+
+struct GeometryRecord {
+  std::uint64_t first_primitive;  ///< Of this geometry, in the numbering that runs over all geometries.
+  std::uint64_t primitive_count;  ///< Dropped ones included.
+  std::uint64_t dropped_count;    ///< Primitives that no leaf holds (degenerate or not finite).
+  std::uint32_t mask;             ///< A ray sees the geometry iff (ray.mask & mask) != 0.
+  std::uint32_t flags;            ///< Zero.
+};
+
+static_assert(sizeof(FileHeader) == 128 && sizeof(SectionEntry) == 32 && sizeof(GeometryRecord) == 32);
+static_assert(offsetof(FileHeader, magic) == 0 && offsetof(FileHeader, version_major) == 8);
+static_assert(offsetof(FileHeader, version_minor) == 10 && offsetof(FileHeader, layout) == 12);
+static_assert(offsetof(FileHeader, features) == 16 && offsetof(FileHeader, byte_size) == 24);
+static_assert(offsetof(FileHeader, checksum) == 32 && offsetof(FileHeader, section_count) == 40);
+static_assert(offsetof(FileHeader, root) == 44 && offsetof(FileHeader, stack_bound) == 48);
+static_assert(offsetof(FileHeader, geometry_count) == 52 && offsetof(FileHeader, bounds) == 56);
+static_assert(offsetof(FileHeader, primitive_count) == 80 && offsetof(FileHeader, reserved) == 88);
+static_assert(offsetof(SectionEntry, kind) == 0 && offsetof(SectionEntry, flags) == 4);
+static_assert(offsetof(SectionEntry, offset) == 8 && offsetof(SectionEntry, count) == 16);
+static_assert(offsetof(SectionEntry, stride) == 24);
+static_assert(offsetof(GeometryRecord, first_primitive) == 0 && offsetof(GeometryRecord, primitive_count) == 8);
+static_assert(offsetof(GeometryRecord, dropped_count) == 16 && offsetof(GeometryRecord, mask) == 24);
+static_assert(offsetof(GeometryRecord, flags) == 28);
+
+}  // namespace hiprt

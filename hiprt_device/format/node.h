@@ -1,0 +1,135 @@
+#pragma once
+/// The records of a BVH file that a ray touches: node references, box nodes and triangle-pair leaves.
+/// Normative text: hiprt_device/docs/FORMAT.md; every offset here is asserted below and compared with it by a test.
+/// Layout `float` is bit-compatible with AMD's image_bvh_intersect_ray (RDNA2/RDNA3, box32 and triangle nodes).
+
+#include <hiprt_device/format/portability.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace hiprt {
+
+/// How the bytes of box nodes and leaves are arranged. A file has one layout.
+enum class NodeLayout : std::uint32_t {
+  kFloat = 1,      ///< 128-byte box node with a {min, max} box per child; hardware-compatible.
+  kPlanes = 2,     ///< The same values with the four children's planes side by side: the layout for CPU vector registers.
+  kHalf = 3,       ///< Reserved: 64-byte box16 node.
+  kQuantized = 4,  ///< Reserved: 64-byte node with 8-bit planes.
+};
+
+/// Low three bits of a node reference.
+enum class NodeType : std::uint32_t {
+  kTriangle0 = 0,
+  kTriangle1 = 1,
+  kTriangle2 = 2,
+  kTriangle3 = 3,
+  kBox16 = 4,
+  kBox32 = 5,
+  kInstance = 6,
+  kProcedural = 7,
+};
+
+/// Node reference = (byte offset from the start of the file / 64) << 3 | NodeType.
+using NodeRef = std::uint32_t;
+
+inline constexpr NodeRef kInvalidRef = 0xffffffffu;
+inline constexpr std::uint32_t kInvalidId = 0xffffffffu;
+inline constexpr std::uint64_t kNodeGranularity = 64;
+/// The first byte offset that a node reference cannot express: the last slot with type 7 is kInvalidRef.
+inline constexpr std::uint64_t kAddressLimit = ((std::uint64_t{1} << 29) - 1) * kNodeGranularity;
+inline constexpr unsigned kBranching = 4;
+
+/// @param byte_offset multiple of 64 below kAddressLimit.
+HIPRT_HD constexpr NodeRef make_ref(std::uint64_t byte_offset, NodeType type) {
+  return static_cast<NodeRef>(byte_offset / kNodeGranularity) << 3 | static_cast<NodeRef>(type);
+}
+HIPRT_HD constexpr NodeType ref_type(NodeRef ref) { return static_cast<NodeType>(ref & 7u); }
+HIPRT_HD constexpr std::uint64_t ref_offset(NodeRef ref) { return static_cast<std::uint64_t>(ref >> 3) * kNodeGranularity; }
+HIPRT_HD constexpr bool is_box(NodeRef ref) { return (ref & 7u) == static_cast<NodeRef>(NodeType::kBox32); }
+
+/// Axis-aligned box. Absent children have the empty box: min = +inf, max = -inf.
+struct Box {
+  float min[3];
+  float max[3];
+};
+
+/// Bits of BoxNode::child_flags, one byte per child (as GPURT: what is below the child).
+inline constexpr std::uint32_t kChildOnlyOpaque = 1;
+inline constexpr std::uint32_t kChildOnlyNonOpaque = 2;
+inline constexpr std::uint32_t kChildOnlyTriangles = 4;
+inline constexpr std::uint32_t kChildOnlyProcedural = 8;
+
+/// Box node of layout `float`.
+struct alignas(128) FloatBoxNode {
+  NodeRef child[kBranching];
+  Box box[kBranching];
+  std::uint32_t child_flags;
+  std::uint32_t reserved[3];
+};
+
+/// Box node of layout `planes`: plane[axis][side][child], side 0 = minimum, 1 = maximum.
+struct alignas(128) PlanesBoxNode {
+  NodeRef child[kBranching];
+  float plane[3][2][kBranching];
+  std::uint32_t child_flags;
+  std::uint32_t reserved[3];
+};
+
+/// The part of a leaf that all layouts share (bytes 48-63).
+/// A leaf holds triangle 0 = (v0, v1, v2) and, if primitive[1] != kInvalidId, triangle 1 = (v1, v3, v2), both of one
+/// geometry. A child reference names the first leaf of a run; the run ends at the leaf whose kLastInRun bit is set.
+struct LeafInfo {
+  std::uint32_t primitive[2];         ///< Index of the triangle in its geometry.
+  std::uint32_t geometry_and_flags;   ///< Bits 0-27 geometry, bit 31 kLastInRun, others zero.
+  std::uint32_t triangle_ids;         ///< One triangle-id byte per triangle (byte 0, byte 1); see TriangleId.
+};
+
+inline constexpr std::uint32_t kLastInRun = 0x80000000u;
+inline constexpr std::uint32_t kGeometryMask = 0x0fffffffu;
+/// Geometries a leaf can name.
+inline constexpr std::uint64_t kMaxGeometries = std::uint64_t{kGeometryMask} + 1;
+
+/// Leaf of layout `float`.
+struct alignas(64) FloatLeaf {
+  float vertex[4][3];
+  LeafInfo info;
+};
+
+/// Leaf of layout `planes`: coordinate[axis][vertex].
+struct alignas(64) PlanesLeaf {
+  float coordinate[3][4];
+  LeafInfo info;
+};
+
+/// The triangle-id byte. Corners are counted in stored order: (v0, v1, v2) for triangle 0, (v1, v3, v2) for triangle 1.
+/// Bits 1:0 name the stored corner whose weight is u (the mesh's corner 1), bits 3:2 the one whose weight is v (corner 2).
+struct TriangleId {
+  static constexpr std::uint32_t kDoubleSided = 1u << 4;
+  static constexpr std::uint32_t kFlip = 1u << 5;
+  static constexpr std::uint32_t kProcedural = 1u << 6;
+  static constexpr std::uint32_t kOpaque = 1u << 7;
+  /// Stored corner of the mesh's corner 0, 1 or 2.
+  HIPRT_HD static constexpr unsigned u_source(std::uint32_t id) { return id & 3u; }
+  HIPRT_HD static constexpr unsigned v_source(std::uint32_t id) { return id >> 2 & 3u; }
+  /// @param rotation stored corner k is the mesh's corner (k + rotation) % 3.
+  HIPRT_HD static constexpr std::uint32_t from_rotation(unsigned rotation) {
+    return (4u - rotation) % 3u | (5u - rotation) % 3u << 2 | kOpaque;
+  }
+};
+
+static_assert(TriangleId::from_rotation(0) == 0x89, "unrotated: u of corner 1, v of corner 2, opaque");
+
+static_assert(sizeof(FloatBoxNode) == 128 && sizeof(PlanesBoxNode) == 128 && sizeof(Box) == 24);
+static_assert(offsetof(FloatBoxNode, child) == 0 && offsetof(FloatBoxNode, box) == 16);
+static_assert(offsetof(FloatBoxNode, child_flags) == 112 && offsetof(FloatBoxNode, reserved) == 116);
+static_assert(offsetof(PlanesBoxNode, child) == 0 && offsetof(PlanesBoxNode, plane) == 16);
+static_assert(offsetof(PlanesBoxNode, child_flags) == 112 && offsetof(PlanesBoxNode, reserved) == 116);
+static_assert(offsetof(Box, min) == 0 && offsetof(Box, max) == 12);
+static_assert(sizeof(FloatLeaf) == 64 && sizeof(PlanesLeaf) == 64 && sizeof(LeafInfo) == 16);
+static_assert(offsetof(FloatLeaf, vertex) == 0 && offsetof(FloatLeaf, info) == 48);
+static_assert(offsetof(PlanesLeaf, coordinate) == 0 && offsetof(PlanesLeaf, info) == 48);
+static_assert(offsetof(LeafInfo, primitive) == 0 && offsetof(LeafInfo, geometry_and_flags) == 8);
+static_assert(offsetof(LeafInfo, triangle_ids) == 12);
+
+}  // namespace hiprt

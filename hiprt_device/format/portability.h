@@ -1,0 +1,44 @@
+#pragma once
+/// The few macros that let one text compile as plain C++, as HIP (hipcc) and as CUDA (nvcc). Nothing else in
+/// hiprt_device tests the compiler, except pack.h (vector registers of the host) and vec.h (GLM).
+
+#include <cassert>
+
+#if defined(__HIPCC__) || defined(__CUDACC__)
+#if defined(__HIPCC__) && !defined(__CUDACC__)
+#include <hip/hip_runtime.h>
+#endif
+/// Marks a function that runs on the host and on the device.
+#define HIPRT_HD __host__ __device__
+#else
+#define HIPRT_HD
+#endif
+
+/// 1 while the compiler generates device code, 0 while it generates host code.
+#if defined(__HIP_DEVICE_COMPILE__) || defined(__CUDA_ARCH__)
+#define HIPRT_DEVICE_CODE 1
+#else
+#define HIPRT_DEVICE_CODE 0
+#endif
+
+#if defined(__CUDACC__) && !defined(__clang__)
+#define HIPRT_INLINE __forceinline__
+#elif defined(__GNUC__) || defined(__clang__)
+#define HIPRT_INLINE inline __attribute__((always_inline))
+#else
+#define HIPRT_INLINE inline
+#endif
+
+#if defined(NDEBUG) || HIPRT_DEVICE_CODE
+#define HIPRT_ASSERT(condition) static_cast<void>(0)
+#else
+#define HIPRT_ASSERT(condition) assert(condition)
+#endif
+
+/// A program may hold the same kernels compiled for several x86-64 levels and choose at run time. The inline namespace
+/// keeps their symbols apart, so that the linker can never give AVX2 code to a machine without it.
+#if defined(__x86_64__) && defined(__AVX2__) && defined(__FMA__)
+#define HIPRT_ISA_NAMESPACE x86_64_v3
+#else
+#define HIPRT_ISA_NAMESPACE portable
+#endif

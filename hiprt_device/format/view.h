@@ -1,0 +1,168 @@
+#pragma once
+/// Typed view of a BVH file in memory: header and section table checked, content trusted. Host only.
+/// For bytes of unknown origin call validate() (validate.h) instead, which checks everything.
+
+#include <hiprt_device/format/buffer.h>
+#include <hiprt_device/format/error.h>
+
+#include <tl/expected.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <span>
+#include <string_view>
+
+namespace hiprt {
+
+/// The sections of a file. Spans point into the bytes it was made from and live as long as they do.
+struct BufferView {
+  std::span<const std::byte> bytes;
+  const FileHeader* header = nullptr;
+  SectionEntry nodes{}, leaves{}, primitive_map_entry{}, geometry_entry{}, provenance_entry{};
+  std::span<const std::uint32_t> primitive_map;
+  std::span<const GeometryRecord> geometries;
+  std::string_view provenance;  ///< Empty if the file has none.
+
+  NodeLayout layout() const { return static_cast<NodeLayout>(header->layout); }
+  /// @tparam Record the record type of the file's layout (FloatBoxNode or PlanesBoxNode, FloatLeaf or PlanesLeaf).
+  template <class Record>
+  std::span<const Record> records(const SectionEntry& section) const {
+    return {reinterpret_cast<const Record*>(bytes.data() + section.offset), static_cast<std::size_t>(section.count)};
+  }
+};
+
+/// Every kind a version 1.0 reader knows, with its record size.
+struct KnownSection {
+  SectionKind kind;
+  std::uint64_t stride;
+  bool mandatory;
+  SectionEntry BufferView::*entry;
+};
+inline constexpr std::array<KnownSection, 5> kKnownSections{{
+    {SectionKind::kNodes, sizeof(FloatBoxNode), true, &BufferView::nodes},
+    {SectionKind::kLeaves, sizeof(FloatLeaf), true, &BufferView::leaves},
+    {SectionKind::kPrimitiveMap, sizeof(std::uint32_t), true, &BufferView::primitive_map_entry},
+    {SectionKind::kGeometries, sizeof(GeometryRecord), true, &BufferView::geometry_entry},
+    {SectionKind::kProvenance, 1, false, &BufferView::provenance_entry},
+}};
+
+/// Checks header and section table in time proportional to the number of sections.
+/// @param bytes the whole file, aligned to 128 bytes (mapped, or read into an aligned buffer).
+/// @return the view, or the first thing that is wrong. Never reads outside @p bytes.
+tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::byte> bytes);
+
+namespace format_detail {
+
+inline tl::unexpected<FormatIssue> fail(FormatError error, std::uint64_t offset, std::uint64_t value, std::uint64_t limit) {
+  return tl::unexpected<FormatIssue>(FormatIssue{error, offset, value, limit});
+}
+
+inline tl::expected<void, FormatIssue> check_header(std::span<const std::byte> bytes) {
+  if (reinterpret_cast<std::uintptr_t>(bytes.data()) % kSectionAlignment != 0)
+    return fail(FormatError::kMisaligned, 0, reinterpret_cast<std::uintptr_t>(bytes.data()) % kSectionAlignment, 0);
+  if (bytes.size() < sizeof(FileHeader)) return fail(FormatError::kTooSmall, 0, bytes.size(), sizeof(FileHeader));
+  const auto& header = *reinterpret_cast<const FileHeader*>(bytes.data());
+  if (std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0)
+    return fail(FormatError::kBadMagic, 0, static_cast<unsigned char>(header.magic[0]), static_cast<unsigned char>(kMagic[0]));
+  if (header.version_major != kVersionMajor)
+    return fail(FormatError::kUnknownMajorVersion, 8, header.version_major, kVersionMajor);
+  const auto layout = static_cast<NodeLayout>(header.layout);
+  if (layout != NodeLayout::kFloat && layout != NodeLayout::kPlanes)
+    return fail(FormatError::kUnknownLayout, 12, header.layout, static_cast<std::uint32_t>(NodeLayout::kPlanes));
+  if ((header.features & ~kKnownFeatures) != 0)
+    return fail(FormatError::kUnknownFeature, 16, header.features, kKnownFeatures);
+  if (header.byte_size != bytes.size()) return fail(FormatError::kSizeMismatch, 24, header.byte_size, bytes.size());
+  for (std::uint64_t i = 0; i < 5; ++i)
+    if (header.reserved[i] != 0)
+      return fail(FormatError::kBadReservedField, offsetof(FileHeader, reserved) + 8 * i, header.reserved[i], 0);
+  const std::uint64_t room = std::min<std::uint64_t>(kMaxSections, (bytes.size() - sizeof(FileHeader)) / sizeof(SectionEntry));
+  if (header.section_count > room) return fail(FormatError::kSectionTableRange, 40, header.section_count, room);
+  return {};
+}
+
+/// Section i's place in the file, overflow-safe. @p table_end the first byte behind the section table.
+inline tl::expected<void, FormatIssue> check_range(const SectionEntry& entry, std::uint64_t at, std::uint64_t table_end,
+                                                   std::uint64_t size) {
+  if (entry.offset % kSectionAlignment != 0)
+    return fail(FormatError::kSectionMisaligned, at + 8, entry.offset, kSectionAlignment);
+  if (entry.stride == 0) return fail(FormatError::kSectionStride, at + 24, 0, 1);
+  if (entry.offset > size) return fail(FormatError::kSectionRange, at + 8, entry.offset, size);
+  if (entry.count > (size - entry.offset) / entry.stride)
+    return fail(FormatError::kSectionRange, at + 16, entry.count, (size - entry.offset) / entry.stride);
+  if (entry.offset < table_end) return fail(FormatError::kSectionOverlap, at + 8, entry.offset, table_end);
+  return {};
+}
+
+inline bool overlap(const SectionEntry& a, const SectionEntry& b) {
+  const std::uint64_t a_size = a.count * a.stride, b_size = b.count * b.stride;
+  return a_size != 0 && b_size != 0 && a.offset < b.offset + b_size && b.offset < a.offset + a_size;
+}
+
+/// Files @p entry under its kind in @p view; @p seen bit i: kKnownSections[i] was met before.
+inline tl::expected<void, FormatIssue> assign(BufferView& view, const SectionEntry& entry, std::uint64_t at,
+                                              std::uint32_t& seen) {
+  for (std::size_t k = 0; k < kKnownSections.size(); ++k) {
+    if (entry.kind != static_cast<std::uint32_t>(kKnownSections[k].kind)) continue;
+    if ((seen >> k & 1u) != 0) return fail(FormatError::kDuplicateSection, at, entry.kind, 1);
+    if (entry.stride != kKnownSections[k].stride)
+      return fail(FormatError::kSectionStride, at + 24, entry.stride, kKnownSections[k].stride);
+    seen |= 1u << k;
+    view.*kKnownSections[k].entry = entry;
+    return {};
+  }
+  if ((entry.flags & kSectionRequired) != 0) return fail(FormatError::kUnknownRequiredSection, at, entry.kind, 0);
+  return {};
+}
+
+inline tl::expected<void, FormatIssue> check_geometries(const BufferView& view) {
+  const FileHeader& header = *view.header;
+  if (header.geometry_count != view.geometries.size() || view.geometries.size() > kMaxGeometries)
+    return fail(FormatError::kGeometryCount, 52, header.geometry_count, view.geometries.size());
+  if (header.primitive_count != view.primitive_map.size())
+    return fail(FormatError::kPrimitiveCount, 80, header.primitive_count, view.primitive_map.size());
+  std::uint64_t next = 0;
+  for (std::size_t i = 0; i < view.geometries.size(); ++i) {
+    const GeometryRecord& geometry = view.geometries[i];
+    const std::uint64_t at = view.geometry_entry.offset + i * sizeof(GeometryRecord);
+    if (geometry.first_primitive != next) return fail(FormatError::kPrimitiveCount, at, geometry.first_primitive, next);
+    if (geometry.primitive_count > header.primitive_count - next || geometry.primitive_count >= kInvalidId)
+      return fail(FormatError::kPrimitiveCount, at + 8, geometry.primitive_count, header.primitive_count - next);
+    if (geometry.flags != 0) return fail(FormatError::kBadReservedField, at + 28, geometry.flags, 0);
+    next += geometry.primitive_count;
+  }
+  if (next != header.primitive_count) return fail(FormatError::kPrimitiveCount, 80, header.primitive_count, next);
+  return {};
+}
+
+}  // namespace format_detail
+
+inline tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::byte> bytes) {
+  using namespace format_detail;
+  if (auto header = check_header(bytes); !header) return tl::unexpected(header.error());
+  BufferView view;
+  view.bytes = bytes;
+  view.header = reinterpret_cast<const FileHeader*>(bytes.data());
+  const std::span<const SectionEntry> table{reinterpret_cast<const SectionEntry*>(bytes.data() + sizeof(FileHeader)),
+                                            view.header->section_count};
+  const std::uint64_t table_end = sizeof(FileHeader) + table.size_bytes();
+  std::uint32_t seen = 0;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    const std::uint64_t at = sizeof(FileHeader) + i * sizeof(SectionEntry);
+    if (auto range = check_range(table[i], at, table_end, bytes.size()); !range) return tl::unexpected(range.error());
+    for (std::size_t j = 0; j < i; ++j)
+      if (overlap(table[i], table[j])) return fail(FormatError::kSectionOverlap, at + 8, table[i].offset, table[j].offset);
+    if (auto assigned = assign(view, table[i], at, seen); !assigned) return tl::unexpected(assigned.error());
+  }
+  for (std::size_t k = 0; k < kKnownSections.size(); ++k)
+    if (kKnownSections[k].mandatory && (seen >> k & 1u) == 0)
+      return fail(FormatError::kMissingSection, 40, static_cast<std::uint64_t>(kKnownSections[k].kind), 1);
+  view.primitive_map = view.records<std::uint32_t>(view.primitive_map_entry);
+  view.geometries = view.records<GeometryRecord>(view.geometry_entry);
+  const std::span<const char> text = view.records<char>(view.provenance_entry);
+  view.provenance = {text.data(), text.size()};
+  if (auto geometries = check_geometries(view); !geometries) return tl::unexpected(geometries.error());
+  return view;
+}
+
+}  // namespace hiprt

@@ -1,0 +1,26 @@
+#pragma once
+/// Small vectors. The only file that includes GLM; the rest of the library writes hiprt::Vec3.
+
+#include <hiprt_device/format/portability.h>
+
+#if defined(__CUDACC__) && !defined(__clang__)
+#pragma nv_diagnostic push
+#pragma nv_diag_suppress 20012
+#endif
+#if defined(__clang__) && defined(__HIP__)
+#pragma clang force_cuda_host_device begin
+#endif
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#if defined(__clang__) && defined(__HIP__)
+#pragma clang force_cuda_host_device end
+#endif
+#if defined(__CUDACC__) && !defined(__clang__)
+#pragma nv_diagnostic pop
+#endif
+
+namespace hiprt {
+
+using Vec3 = glm::vec3;
+
+}  // namespace hiprt
