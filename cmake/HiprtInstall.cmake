@@ -1,0 +1,25 @@
+# Install rules and the package config. find_package(hiprt CONFIG COMPONENTS device) needs neither TBB nor Embree.
+
+include(CMakePackageConfigHelpers)
+set(hiprt_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hiprt)
+
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_device DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT device
+  FILES_MATCHING PATTERN "*.h" PATTERN docs EXCLUDE)
+install(TARGETS hiprt_device EXPORT hiprtDeviceTargets)
+install(EXPORT hiprtDeviceTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT device)
+
+if(HIPRT_BUILD_LIBRARY)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT build
+    FILES_MATCHING PATTERN "*.h" PATTERN src EXCLUDE)
+  install(TARGETS hiprt_build hiprt_build_static EXPORT hiprtBuildTargets
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT build
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT build)
+  install(EXPORT hiprtBuildTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT build)
+endif()
+
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/hiprtConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/hiprtConfig.cmake INSTALL_DESTINATION ${hiprt_cmake_dir})
+# Before 1.0 a new minor version may change the interface.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/hiprtConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/hiprtConfig.cmake ${PROJECT_BINARY_DIR}/hiprtConfigVersion.cmake
+  DESTINATION ${hiprt_cmake_dir} COMPONENT device)

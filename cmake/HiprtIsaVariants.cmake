@@ -1,0 +1,39 @@
+# Sources that are compiled once per x86-64 level and chosen among at run time.
+
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64" AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+  set(hiprt_default_isas "x86-64;x86-64-v3")
+else()
+  set(hiprt_default_isas "native-default")
+endif()
+set(HIPRT_TOOLS_ISAS "${hiprt_default_isas}" CACHE STRING
+  "Instruction sets that the tools' kernels are compiled for (-march=...); native-default: the compiler's own")
+
+# hiprt_add_isa_variants(<target> <source>...)
+# Compiles the sources once per entry of HIPRT_TOOLS_ISAS with -march=<entry> and
+#   HIPRT_ISA_NAME=<entry as an identifier>, for example x86_64_v3,
+# adds the objects to <target>, and defines on <target> (and on its users) the X-macro list
+#   HIPRT_ISA_LIST="HIPRT_ISA(x86_64) HIPRT_ISA(x86_64_v3)", worst first, for the run-time choice.
+# The object library of one variant is called <target>_<identifier>. All functions in these sources must live in
+# hiprt's inline namespace of the ISA or carry HIPRT_ISA_NAME in their name, and hold no inline function of others
+# (tests/isa_symbols.cmake checks the objects): the linker keeps one copy of equal names, maybe the wrong one.
+function(hiprt_add_isa_variants target)
+  set(list "")
+  foreach(isa IN LISTS HIPRT_TOOLS_ISAS)
+    string(MAKE_C_IDENTIFIER "${isa}" name)
+    set(variant "${target}_${name}")
+    add_library(${variant} OBJECT ${ARGN})
+    hiprt_target(${variant})
+    target_compile_definitions(${variant} PRIVATE HIPRT_ISA_NAME=${name})
+    # Contraction of a * b + c would give each ISA its own last bits; where fma is wanted it is written.
+    target_compile_options(${variant} PRIVATE -ffp-contract=off)
+    if(NOT isa STREQUAL "native-default")
+      target_compile_options(${variant} PRIVATE -march=${isa})
+    endif()
+    target_link_libraries(${variant} PRIVATE hiprt::device)
+    set_target_properties(${variant} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${variant}>)
+    string(APPEND list " HIPRT_ISA(${name})")
+  endforeach()
+  string(STRIP "${list}" list)
+  target_compile_definitions(${target} PUBLIC "HIPRT_ISA_LIST=${list}")
+endfunction()

@@ -1,0 +1,32 @@
+# What every target of hiprt shares: language level, warnings, sanitizers. Consumers of the libraries get none of it
+# but the language level.
+
+# Warnings of our own sources; includes of other packages are system includes and stay silent.
+add_library(hiprt_warnings INTERFACE)
+target_compile_options(hiprt_warnings INTERFACE
+  -Wall -Wextra -Wconversion -Wshadow $<$<BOOL:${HIPRT_WARNINGS_AS_ERRORS}>:-Werror>)
+
+add_library(hiprt_sanitizers INTERFACE)
+if(HIPRT_SANITIZE)
+  list(JOIN HIPRT_SANITIZE "," hiprt_sanitize_list)
+  target_compile_options(hiprt_sanitizers INTERFACE
+    -fsanitize=${hiprt_sanitize_list} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(hiprt_sanitizers INTERFACE -fsanitize=${hiprt_sanitize_list})
+endif()
+if(HIPRT_FUZZERS)
+  if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+    message(FATAL_ERROR "HIPRT_FUZZERS=ON needs clang (-DCMAKE_CXX_COMPILER=clang++): libFuzzer is a part of it")
+  endif()
+  # Coverage in every object that a fuzz target links; the fuzz target itself adds -fsanitize=fuzzer.
+  target_compile_options(hiprt_sanitizers INTERFACE -fsanitize=fuzzer-no-link)
+endif()
+
+# hiprt_target(<target>...): one of our own compiled targets.
+function(hiprt_target)
+  foreach(target IN LISTS ARGN)
+    target_compile_features(${target} PRIVATE cxx_std_20)
+    set_target_properties(${target} PROPERTIES
+      CXX_EXTENSIONS OFF CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+    target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:hiprt_warnings> $<BUILD_INTERFACE:hiprt_sanitizers>)
+  endforeach()
+endfunction()
