@@ -1,7 +1,7 @@
-#include <hiprt_build/version.h>
+#include <hiprt_build/build.h>
 
 namespace hiprt::build {
 
-const char* version() noexcept { return HIPRT_VERSION_STRING; }
+const char* version() { return HIPRT_VERSION_STRING; }
 
 }  // namespace hiprt::build
