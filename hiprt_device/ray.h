@@ -32,7 +32,9 @@ struct Hit {
   std::uint32_t geometry = kInvalidId;
   std::uint32_t primitive = kInvalidId;  ///< Within the geometry.
   Vec3 normal{0.0f};                     ///< cross(p1 - p0, p2 - p0): not normalised, length = 2 * area.
-  float spawn_offset = 0.0f;             ///< Bound of the hit point's error, see spawn.h.
+  /// Bound, in scene units and per axis, of the distance between the computed point origin + t * direction and the
+  /// triangle, with room for the rounding of a ray that starts there (spawn.h).
+  float error = 0.0f;
 
   HIPRT_HD bool found() const { return primitive != kInvalidId; }
   HIPRT_HD bool refused() const { return t != t; }

@@ -1,0 +1,38 @@
+#pragma once
+/// Batches of rays through the traversal of hiprt_device, with the policies chosen at run time and the machine's best
+/// instruction set. The traversal itself is compiled once per instruction set (trace_kernels.cpp).
+
+#include <hiprt_device/format/view.h>
+#include <hiprt_device/ray.h>
+#include <hiprt_device/scene_view.h>
+
+#include <cstdint>
+#include <span>
+
+namespace hiprt::tools {
+
+enum class Query { kClosest, kAny };
+enum class TriangleTestKind { kWatertight, kFast };
+enum class BoxTestKind { kConservative, kPlain };
+
+struct TracePolicies {
+    TriangleTestKind triangle_test = TriangleTestKind::kWatertight;
+    BoxTestKind box_test = BoxTestKind::kConservative;
+};
+
+/// Work of one ray: four-box tests and leaf (triangle pair) tests.
+struct RayCost {
+    std::uint32_t box_tests = 0;
+    std::uint32_t leaf_tests = 0;
+};
+
+/// Traces rays[i] into hits[i] on the calling thread.
+/// @param hits as many as rays. Query::kAny: some hit of the ray, without normal and error.
+/// @param costs empty, or as many as rays: then the work is counted (a separately compiled variant).
+void trace(const SceneView& scene, Query query, const TracePolicies& policies, std::span<const Ray> rays,
+           std::span<Hit> hits, std::span<RayCost> costs = {});
+
+/// Name of the instruction set that trace() uses on this machine, e.g. "x86_64_v3".
+const char* trace_isa();
+
+}  // namespace hiprt::tools
