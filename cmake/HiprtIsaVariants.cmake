@@ -15,7 +15,7 @@ set(HIPRT_TOOLS_ISAS "${hiprt_default_isas}" CACHE STRING
 #   HIPRT_ISA_LIST="HIPRT_ISA(x86_64) HIPRT_ISA(x86_64_v3)", worst first, for the run-time choice.
 # The object library of one variant is called <target>_<identifier>. All functions in these sources must live in
 # hiprt's inline namespace of the ISA or carry HIPRT_ISA_NAME in their name, and hold no inline function of others
-# (tests/isa_symbols.cmake checks the objects): the linker keeps one copy of equal names, maybe the wrong one.
+# (tests/isa checks the objects): the linker keeps one copy of equal names, maybe the wrong one.
 function(hiprt_add_isa_variants target)
   set(list "")
   foreach(isa IN LISTS HIPRT_TOOLS_ISAS)

@@ -1,0 +1,37 @@
+#!/bin/bash
+# hip_device_libs.sh FOLDER: makes a folder for hipcc's --rocm-device-lib-path that knows gfx1100.
+#
+# Debian 12's device library is older than gfx11: it lacks one file, which holds one constant. This makes it from
+# gfx1030's, and links the distribution's other files beside it. Prints the folder.
+# Exit status: 0, or 77 with the reason on stdout when there is no device library or no llvm-dis and llvm-as.
+set -euo pipefail
+
+folder=${1:?usage: hip_device_libs.sh FOLDER}
+source_folder=""
+for candidate in /usr/lib/*/amdgcn/bitcode /opt/rocm*/amdgcn/bitcode; do
+  if [[ -d $candidate ]]; then source_folder=$candidate; break; fi
+done
+if [[ -z $source_folder ]]; then
+  echo "no AMD device library found (Debian package rocm-device-libs)"
+  exit 77
+fi
+suffix=-15
+command -v llvm-as-15 >/dev/null || suffix=""
+for tool in llvm-dis$suffix llvm-as$suffix; do
+  if ! command -v "$tool" >/dev/null; then
+    echo "$tool not found (Debian package llvm-15)"
+    exit 77
+  fi
+done
+
+mkdir -p "$folder"
+ln -sf "$source_folder"/*.bc "$folder/"
+name=oclc_isa_version_1100.bc
+if [[ ! -e $source_folder/$name ]]; then
+  temporary=$(mktemp "$folder/.XXXXXX")
+  trap 'rm -f "$temporary"' EXIT
+  "llvm-dis$suffix" -o - "$source_folder/oclc_isa_version_1030.bc" | sed 's/i32 10300\b/i32 11000/' |
+    "llvm-as$suffix" -o "$temporary" -
+  mv "$temporary" "$folder/$name"
+fi
+echo "$folder"

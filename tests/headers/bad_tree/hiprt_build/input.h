@@ -1,0 +1,2 @@
+#pragma once
+#include <hiprt_build/build.h>  // expect

@@ -1,0 +1,3 @@
+#pragma once
+#include <hiprt_device/absent.h>  // expect
+#include <glm/vec3.hpp>           // expect

@@ -1,0 +1,85 @@
+#!/bin/bash
+# compile_headers.sh COMPILER ARCH ROOT WORK: compiles every header of hiprt_device alone (twice in one source file, so
+# that include guards are seen too), and for GPU compilers the kernels beside this script.
+#
+# COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, gfx1030, sm_90, ... ROOT is the repository, WORK a
+# folder for the generated sources. Exit status: 0, 1 (a header failed; its messages are printed) or 77 (no compiler here).
+set -euo pipefail
+
+if [[ $# -ne 4 ]]; then
+  echo "usage: compile_headers.sh COMPILER ARCH ROOT WORK" >&2
+  exit 2
+fi
+compiler=$1 arch=$2 root=$(realpath "$3") work=$4
+
+skip() {
+  echo "SKIPPED: $*"
+  exit 77
+}
+
+strict=(-std=c++20 -Wall -Wextra -Werror "-I$root")
+case $compiler in
+  g++ | clang++)
+    command -v "$compiler" >/dev/null || skip "$compiler not found"
+    suffix=cpp
+    command=("$compiler" "${strict[@]}" -Wconversion -Wshadow "-march=$arch" -fsyntax-only)
+    ;;
+  hipcc)
+    command -v hipcc >/dev/null || skip "hipcc not found (Debian package hipcc): no check of AMD $arch"
+    libraries=$(bash "$root/cmake/hip_device_libs.sh" "$work/device-libs") || skip "$libraries"
+    # hipcc would turn to CUDA by itself where it finds nvcc.
+    export HIP_PLATFORM=amd
+    suffix=hip
+    # -c, not -fsyntax-only: some errors of device code (a builtin that the GPU lacks) come with code generation only.
+    command=(hipcc "${strict[@]}" -Wno-unused-command-line-argument "--offload-arch=$arch"
+      "--rocm-device-lib-path=$libraries" -O0 -c -o /dev/null)
+    ;;
+  nvcc)
+    nvcc=$(command -v nvcc || true)
+    if [[ -z $nvcc && -x /usr/local/cuda/bin/nvcc ]]; then nvcc=/usr/local/cuda/bin/nvcc; fi
+    [[ -n $nvcc ]] || skip "nvcc not found (CUDA toolkit): no check of NVIDIA $arch"
+    suffix=cu
+    # The host compiler sees text that cudafe++ wrote, with parentheses of its own.
+    command=("$nvcc" -x cu -std=c++20 "-arch=$arch" -Xcompiler=-Wall,-Wextra,-Werror,-Wno-parentheses
+      -Werror all-warnings "-I$root" "-I$root/cmake/hip_nvidia" -c -o /dev/null)
+    ;;
+  *)
+    echo "compile_headers.sh: unknown compiler '$compiler'" >&2
+    exit 2
+    ;;
+esac
+
+rm -rf "$work/sources"
+mkdir -p "$work/sources"
+count=0
+while IFS= read -r header; do
+  name=${header#"$root"/}
+  printf '#include <%s>\n#include <%s>\n' "$name" "$name" >"$work/sources/${name//\//__}.$suffix"
+  count=$((count + 1))
+done < <(find "$root/hiprt_device" -name '*.h' | sort)
+if [[ $count -eq 0 ]]; then
+  echo "no header found under $root/hiprt_device" >&2
+  exit 1
+fi
+if [[ $suffix != cpp ]]; then
+  for kernel in "$(dirname "$0")"/*.hip; do
+    cp "$kernel" "$work/sources/$(basename "$kernel" .hip).kernel.$suffix"
+    count=$((count + 1))
+  done
+fi
+
+# Two at a time; each failure prints its command's output in one piece.
+check_one() {
+  source=$1
+  shift
+  if ! messages=$("$@" "$source" 2>&1); then
+    printf 'FAILED: %s\n%s\n' "$(basename "$source")" "$messages"
+    return 1
+  fi
+}
+export -f check_one
+if ! find "$work/sources" -type f | sort | xargs -P2 -I{} bash -c 'check_one "$@"' check_one {} "${command[@]}"; then
+  echo "$compiler $arch: not every header compiles alone"
+  exit 1
+fi
+echo "$compiler $arch: $count files compile alone"

@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""Checks who includes whom in hiprt_device, hiprt_build and tools.
+
+    include_arrows.py ROOT             exit 0, or 1 with one line per forbidden include
+    include_arrows.py --expect ROOT    the forbidden includes must be exactly the lines that say '// expect'
+
+A <- B means that B may include A; there are no other arrows:
+
+    hiprt_device/format  <-  hiprt_device math  <-  hiprt_device traversal
+    hiprt_device/format, hiprt_device math      <-  hiprt_build
+    hiprt_device, hiprt_build                   <-  tools
+"""
+import os
+import re
+import sys
+
+# Headers of hiprt_device that are arithmetic only. Everything else outside format/ is traversal.
+MATH = {'hiprt_device/vec.h', 'hiprt_device/motion.h'}
+
+MAY_INCLUDE = {
+    'format': {'format'},
+    'math': {'format', 'math'},
+    'traversal': {'format', 'math', 'traversal'},
+    'build': {'format', 'math', 'build'},
+    'tools': {'format', 'math', 'traversal', 'build', 'tools'},
+}
+# Includes of other packages that are kept out of some places.
+GPU = re.compile(r'(hip|cuda|cub|rocprim|thrust)(/|_|\.)')
+ENGINES = re.compile(r'(tbb|oneapi|embree3|nlohmann)/')
+INCLUDE = re.compile(r'^\s*#\s*include\b\s*(.*)$')
+NAME = re.compile(r'^([<"])([^>"]+)[>"]')
+
+
+def zone(path):
+    if path.startswith('hiprt_device/'):
+        if path.startswith('hiprt_device/format/'):
+            return 'format'
+        return 'math' if path in MATH else 'traversal'
+    return {'hiprt_build': 'build', 'tools': 'tools'}.get(path.split('/')[0])
+
+
+def sources(root):
+    for top in ('hiprt_device', 'hiprt_build', 'tools'):
+        for folder, folders, names in os.walk(os.path.join(root, top)):
+            folders.sort()
+            for name in sorted(names):
+                if name.endswith(('.h', '.cpp', '.hip', '.cu')):
+                    yield os.path.relpath(os.path.join(folder, name), root)
+
+
+def includes(root, path):
+    """Yields (line number, name, quoted) of each #include; name is None where it is not a plain one."""
+    with open(os.path.join(root, path), encoding='utf-8') as f:
+        text = f.read()
+    # Comments go, line numbers stay.
+    text = re.sub(r'/\*.*?\*/', lambda m: '\n' * m.group().count('\n'), text, flags=re.S)
+    for number, line in enumerate(text.splitlines(), 1):
+        match = INCLUDE.match(line)
+        if match:
+            name = NAME.match(match.group(1))
+            yield number, name and name.group(2), bool(name) and name.group(1) == '"'
+
+
+def resolve(root, path, name, quoted):
+    """The included file relative to the root, or None where it is not one of the project."""
+    if quoted:
+        near = os.path.normpath(os.path.join(os.path.dirname(path), name))
+        if os.path.isfile(os.path.join(root, near)):
+            return near
+    return name if os.path.isfile(os.path.join(root, name)) else None
+
+
+def fault(root, path, name, quoted):
+    """Why `path` may not include `name`, or None."""
+    if name is None:
+        return 'include of a macro: the arrows cannot be seen'
+    mine = zone(path)
+    target = resolve(root, path, name, quoted)
+    if target is None:
+        if quoted or name.startswith(('hiprt_device/', 'hiprt_build/', 'tools/')):
+            return f'{name} does not exist in the project'
+        if name.startswith('glm/') and path != 'hiprt_device/vec.h':
+            return 'only hiprt_device/vec.h includes GLM'
+        in_device = mine in ('format', 'math', 'traversal')
+        if GPU.match(name) and in_device and path != 'hiprt_device/format/portability.h':
+            return 'in hiprt_device only format/portability.h includes a GPU runtime'
+        public = mine == 'build' and path.endswith('.h') and path.count('/') == 1
+        if ENGINES.match(name) and (in_device or public):
+            return f'{name} would become a dependency of every user: public headers do not include it'
+        return None
+    theirs = zone(target)
+    if theirs not in MAY_INCLUDE[mine]:
+        return f'{mine} may not include {theirs or "tests, benchmarks or others"} ({target})'
+    return None
+
+
+def cycles(graph):
+    """Yields each file that includes itself through others, as the list of files on the way."""
+    state = {}
+
+    def visit(node, way):
+        state[node] = 'open'
+        for target in graph.get(node, ()):
+            if state.get(target) == 'open':
+                yield way[way.index(target):] + [target]
+            elif target not in state:
+                yield from visit(target, way + [target])
+        state[node] = 'done'
+
+    for node in sorted(graph):
+        if node not in state:
+            yield from visit(node, [node])
+
+
+def check(root):
+    """Returns (number of files, {(path, line): reason})."""
+    found, graph, count = {}, {}, 0
+    for path in sources(root):
+        count += 1
+        for number, name, quoted in includes(root, path):
+            reason = fault(root, path, name, quoted)
+            if reason:
+                found[path, number] = reason
+                continue
+            target = resolve(root, path, name, quoted)
+            if target:
+                graph.setdefault(path, []).append(target)
+    for way in cycles(graph):
+        last, first = way[-2], way[-1]
+        number = next(n for n, name, q in includes(root, last) if name and resolve(root, last, name, q) == first)
+        found.setdefault((last, number), 'circle: ' + ' -> '.join(way))
+    return count, found
+
+
+def expected(root):
+    for path in sources(root):
+        with open(os.path.join(root, path), encoding='utf-8') as f:
+            for number, line in enumerate(f, 1):
+                if '// expect' in line:
+                    yield path, number
+
+
+def main(arguments):
+    expect = arguments[:1] == ['--expect']
+    if len(arguments) != 1 + expect:
+        print(__doc__, file=sys.stderr)
+        return 2
+    root = os.path.abspath(arguments[-1])
+    count, found = check(root)
+    if count == 0:
+        print(f'no source found under {root}', file=sys.stderr)
+        return 1
+    if expect:
+        wanted = set(expected(root))
+        for path, number in sorted(wanted - set(found)):
+            print(f'{path}:{number}: a forbidden include was not seen')
+        for path, number in sorted(set(found) - wanted):
+            print(f'{path}:{number}: refused by mistake: {found[path, number]}')
+        print(f'{len(wanted)} forbidden includes expected, {len(found)} found in {count} files')
+        return int(set(found) != wanted or not wanted)
+    for (path, number), reason in sorted(found.items()):
+        print(f'{path}:{number}: {reason}')
+    print(f'{count} files, {len(found)} forbidden includes')
+    return int(bool(found))
+
+
+if __name__ == '__main__':
+    sys.exit(main(sys.argv[1:]))
