@@ -1,7 +1,9 @@
 #pragma once
 /// The ways in which bytes can fail to be a BVH file. Host only.
 
+#include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <string>
 
 namespace hiprt {
@@ -31,22 +33,29 @@ enum class FormatError : std::uint32_t {
   kBadReference,          ///< A node reference of an unknown type, out of its section or not on a record boundary.
   kReferenceOrder,        ///< A child does not lie behind its parent: the tree could loop.
   kSharedNode,            ///< A node or leaf is reached more than once.
+  kEmptyNode,             ///< A box node without children.
   kUnreachable,           ///< A node or leaf is not reached.
   kBadBox,                ///< NaN, infinite or inverted box of a present child, or a non-empty box of an absent one.
   kBoxNotContained,       ///< A child's content leaves the box its parent states.
   kBadBounds,             ///< The header's bounds are not the root's.
+  kBadChildFlags,         ///< A child-flags byte is not what is below the child.
   kUnterminatedRun,       ///< A run of leaves passes the end of the section.
   kBadVertex,             ///< NaN or infinite coordinate.
   kBadGeometryId,
   kBadPrimitiveId,
   kBadTriangleId,         ///< The triangle-id byte names no rotation.
   kSplitWithoutFeature,   ///< A primitive is in several leaves, but the feature bit is not set.
+  kSplitDiffers,          ///< The leaves of a split primitive hold different triangles.
   kSplitNotCovered,       ///< The boxes of a split primitive's references do not cover it.
   kPrimitiveMapMismatch,  ///< The map names a leaf that does not hold the primitive, or calls a reachable one dropped.
   kDroppedCount,
-  kStackBound,            ///< The header's stack bound is smaller than what a traversal can need.
+  kFeatureMismatch,       ///< A feature bit is missing, or set although nothing in the file needs it.
+  kStackBound,            ///< The header's stack bound is below what a traversal can need, or above any tree's need.
   kBadProvenance,         ///< Not a JSON object in UTF-8.
 };
+
+/// Number of enumerators.
+inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatError::kBadProvenance) + 1;
 
 /// @return the enumerator without its k, e.g. "BadMagic".
 const char* name(FormatError error);
@@ -55,27 +64,60 @@ const char* name(FormatError error);
 struct FormatIssue {
   FormatError error;
   std::uint64_t offset;  ///< Byte offset in the file of the field at fault.
-  std::uint64_t value;   ///< What is there.
-  std::uint64_t limit;   ///< What it is measured against.
+  std::uint64_t value;   ///< What is there; of a float, its bits.
+  std::uint64_t limit;   ///< What it is measured against: the expected value, the largest or smallest allowed one, or the
+                         ///< first one that is too large; the enumerator says which.
 };
 
-/// One line: "BadReference at byte 1234: 77, limit 12".
+/// One line: "BadReference at byte 1280: found 77, expected or limit 12".
 inline std::string to_string(const FormatIssue& issue) {
   return std::string(name(issue.error)) + " at byte " + std::to_string(issue.offset) + ": found " +
          std::to_string(issue.value) + ", expected or limit " + std::to_string(issue.limit);
 }
 
 inline const char* name(FormatError error) {
-  constexpr const char* kNames[] = {
-      "Misaligned",       "TooSmall",          "BadMagic",         "UnknownMajorVersion", "UnknownLayout",
-      "UnknownFeature",   "SizeMismatch",      "BadReservedField", "SectionTableRange",   "SectionMisaligned",
-      "SectionStride",    "SectionRange",      "SectionOverlap",   "DuplicateSection",    "MissingSection",
-      "UnknownRequiredSection", "GeometryCount", "PrimitiveCount", "BadChecksum",         "BadReference",
-      "ReferenceOrder",   "SharedNode",        "Unreachable",      "BadBox",              "BoxNotContained",
-      "BadBounds",        "UnterminatedRun",   "BadVertex",        "BadGeometryId",       "BadPrimitiveId",
-      "BadTriangleId",    "SplitWithoutFeature", "SplitNotCovered", "PrimitiveMapMismatch", "DroppedCount",
-      "StackBound",       "BadProvenance"};
-  static_assert(sizeof(kNames) / sizeof(kNames[0]) == static_cast<std::size_t>(FormatError::kBadProvenance) + 1);
+  constexpr const char* kNames[] = {"Misaligned",
+                                    "TooSmall",
+                                    "BadMagic",
+                                    "UnknownMajorVersion",
+                                    "UnknownLayout",
+                                    "UnknownFeature",
+                                    "SizeMismatch",
+                                    "BadReservedField",
+                                    "SectionTableRange",
+                                    "SectionMisaligned",
+                                    "SectionStride",
+                                    "SectionRange",
+                                    "SectionOverlap",
+                                    "DuplicateSection",
+                                    "MissingSection",
+                                    "UnknownRequiredSection",
+                                    "GeometryCount",
+                                    "PrimitiveCount",
+                                    "BadChecksum",
+                                    "BadReference",
+                                    "ReferenceOrder",
+                                    "SharedNode",
+                                    "EmptyNode",
+                                    "Unreachable",
+                                    "BadBox",
+                                    "BoxNotContained",
+                                    "BadBounds",
+                                    "BadChildFlags",
+                                    "UnterminatedRun",
+                                    "BadVertex",
+                                    "BadGeometryId",
+                                    "BadPrimitiveId",
+                                    "BadTriangleId",
+                                    "SplitWithoutFeature",
+                                    "SplitDiffers",
+                                    "SplitNotCovered",
+                                    "PrimitiveMapMismatch",
+                                    "DroppedCount",
+                                    "FeatureMismatch",
+                                    "StackBound",
+                                    "BadProvenance"};
+  static_assert(std::size(kNames) == kFormatErrors);
   return kNames[static_cast<std::size_t>(error)];
 }
 
