@@ -1,0 +1,115 @@
+#pragma once
+/// Meshes meant to be awkward: soups, needles, duplicates, triangles without area, NaN, infinities, extreme sizes.
+
+#include <tests/oracle/mesh.h>
+#include <tests/oracle/random.h>
+
+#include <limits>
+
+namespace hiprt::oracle {
+
+/// @p count unconnected triangles in the cube [-1, 1]^3 with edges of about @p size.
+inline Mesh soup(unsigned count, double size, std::uint64_t seed) {
+  Random random(seed);
+  Mesh mesh;
+  for (unsigned i = 0; i < count; ++i) {
+    const Position p = random.in_cube(1.0), a = random.in_cube(size), b = random.in_cube(size);
+    append(mesh, p, {p[0] + a[0], p[1] + a[1], p[2] + a[2]}, {p[0] + b[0], p[1] + b[1], p[2] + b[2]});
+  }
+  return mesh;
+}
+
+/// @p count unconnected triangles of length about 1 and width 1 / aspect in all directions.
+inline Mesh needles(unsigned count, double aspect, std::uint64_t seed) {
+  Random random(seed);
+  Mesh mesh;
+  for (unsigned i = 0; i < count; ++i) {
+    const Position p = random.in_cube(1.0);
+    const Double3 along = random.on_sphere(), aside = random.on_sphere();
+    const double length = random.uniform(0.5, 1.5), shift = random.unit();
+    const auto point = [&](double a, double b) {
+      return rounded(
+          {p[0] + a * along[0] + b * aside[0], p[1] + a * along[1] + b * aside[1], p[2] + a * along[2] + b * aside[2]});
+    };
+    append(mesh, p, point(length, 0), point(length * shift, length / aspect));
+  }
+  return mesh;
+}
+
+/// Slivers: triangles whose third corner lies within @p height of the line through the other two.
+inline Mesh slivers(unsigned count, double height, std::uint64_t seed) { return needles(count, 1.0 / height, seed); }
+
+/// A soup with much that is wrong: duplicates, repeated corners, collinear corners, NaN, infinities, denormals,
+/// coordinates of 1e18 and of 1e-30, and random bits.
+inline Mesh torture(unsigned count, std::uint64_t seed) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+  Random random(seed);
+  Mesh mesh;
+  const auto triangle = [&](double size) {
+    append(mesh, random.in_cube(size), random.in_cube(size), random.in_cube(size));
+  };
+  const auto any = [&] { return Position{random.any_float(), random.any_float(), random.any_float()}; };
+  for (unsigned i = 0; i < count; ++i) {
+    const Position p = random.in_cube(1.0), q = random.in_cube(1.0), r = random.in_cube(1.0);
+    switch (random.below(12)) {
+      case 0:
+        append(mesh, p, q, r), append(mesh, p, q, r);
+        break;
+      case 1:
+        append(mesh, p, p, q);
+        break;
+      case 2:
+        append(mesh, p, p, p);
+        break;
+      case 3:
+        append(mesh, {0, 0, p[2]}, {1, 1, p[2]}, {2, 2, p[2]});
+        break;
+      case 4:
+        append(mesh, p, q, {kNan, r[1], r[2]});
+        break;
+      case 5:
+        append(mesh, p, {q[0], kInfinity, q[2]}, r);
+        break;
+      case 6:
+        append(mesh, {-kInfinity, p[1], p[2]}, q, r);
+        break;
+      case 7:
+        triangle(1e-42);
+        break;
+      case 8:
+        triangle(1e18);
+        break;
+      case 9:
+        triangle(1e-30);
+        break;
+      case 10:
+        append(mesh, any(), any(), any());
+        break;
+      default:
+        triangle(1.0);
+        break;
+    }
+  }
+  return mesh;
+}
+
+/// @p count copies of one triangle.
+inline Mesh identical(unsigned count) {
+  Mesh mesh;
+  mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}};
+  mesh.triangles.assign(count, {0, 1, 2});
+  return mesh;
+}
+
+/// @p count different triangles whose boxes all have the origin as their centre.
+inline Mesh concentric(unsigned count, std::uint64_t seed) {
+  Random random(seed);
+  Mesh mesh;
+  for (unsigned i = 0; i < count; ++i) {
+    const float x = random.uniform_float(0.1, 1), y = random.uniform_float(0.1, 1), z = random.uniform_float(0.1, 1);
+    append(mesh, {-x, -y, -z}, {x, y, z}, {x, -y, random.uniform_float(-z, z)});
+  }
+  return mesh;
+}
+
+}  // namespace hiprt::oracle
