@@ -1,0 +1,64 @@
+#pragma once
+/// What every tool's command line shares.
+
+#include <hiprt_build/error.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <functional>
+#include <string>
+
+namespace hiprt::tools {
+
+/// Exit statuses.
+inline constexpr int kExitSuccess = 0;
+inline constexpr int kExitFailure = 1;  ///< Bad input or a failed operation.
+inline constexpr int kExitUsage = 2;    ///< A command line that makes no sense.
+
+struct ToolInfo {
+  const char* name;         ///< "bvhbuild"
+  const char* description;  ///< One or a few lines.
+  const char* examples;     ///< Lines for the end of --help, without the word "Examples".
+};
+
+/// A command line with --help (with examples), --version and --json. Errors go to stderr as "bvhbuild: what, where".
+///
+///     int main(int argc, char** argv) {
+///       Options options;
+///       Cli cli(kInfo);
+///       cli.app().add_option("FILE", options.path, "...")->required();
+///       return cli.run(argc, argv, [&] { return do_it(cli, options); });
+///     }
+class Cli {
+ public:
+  explicit Cli(const ToolInfo& info);
+
+  CLI::App& app() { return app_; }
+  bool json() const { return json_; }
+
+  /// Parses the arguments and calls @p tool, unless --help, --version or bad usage ends the run before.
+  /// @return the exit status. Exceptions do not pass; output that stdout does not take is a failure.
+  int run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool);
+
+  /// Prints "NAME: warning: message" to stderr.
+  void warn(const std::string& message) const;
+  /// Prints a JSON value and a line break to stdout. Bytes that are not UTF-8 (of file names) are replaced.
+  static void print(const nlohmann::json& value);
+
+ private:
+  int parse(int argc, const char* const* argv, bool& stop);
+  int fail(const std::string& message) const;
+
+  ToolInfo info_;
+  CLI::App app_;
+  bool json_ = false;
+};
+
+/// @return "bvhbuild 0.1.0": what provenance blocks and --version say.
+std::string tool_version(const ToolInfo& info);
+
+/// Adds --threads N (0, the default: as many as the machine has; at most 4096).
+void add_threads_option(CLI::App& app, unsigned& threads);
+
+}  // namespace hiprt::tools

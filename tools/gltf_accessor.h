@@ -1,0 +1,23 @@
+#pragma once
+/// Values of glTF accessors, range-checked.
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/input.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace tinygltf {
+class Model;
+}
+
+namespace hiprt::tools {
+
+/// Reads accessor @p index as positions (VEC3 of any component type; normalised integers become fractions), with its
+/// sparse substitutions. @return kInvalidInput with the accessor's number if anything of it leaves its buffer.
+build::Result<std::vector<build::Position>> read_positions(const tinygltf::Model& model, int index);
+
+/// Reads accessor @p index as vertex numbers (SCALAR of an unsigned type).
+build::Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int index);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,138 @@
+/// glTF 2.0 and GLB through tinygltf, which parses the JSON and loads buffers; accessors and nodes are ours.
+
+#include "gltf_accessor.h"
+#include "gltf_scene.h"
+#include "mesh_formats.h"
+
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <string_view>
+
+namespace hiprt::tools {
+namespace {
+
+/// Textures may be much larger than meshes and are not wanted: their files count as read.
+bool read_file_but_images(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* data) {
+  constexpr std::array<std::string_view, 6> kImages{".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".dds"};
+  if (std::any_of(kImages.begin(), kImages.end(), [&](std::string_view ending) { return path.ends_with(ending); })) {
+    out->assign(1, 0);
+    return true;
+  }
+  return tinygltf::ReadWholeFile(out, error, path, data);
+}
+
+bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
+  return true;
+}
+
+build::Result<void> parse(std::span<const std::byte> bytes, const std::filesystem::path& folder,
+                          tinygltf::Model& model) {
+  if (bytes.size() > std::numeric_limits<unsigned>::max())
+    return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, "glTF files end at 4294967295 bytes"});
+  const auto size = static_cast<unsigned>(bytes.size());
+  tinygltf::TinyGLTF loader;
+  loader.SetImageLoader(ignore_image, nullptr);
+  loader.SetFsCallbacks(
+      {&tinygltf::FileExists, &tinygltf::ExpandFilePath, &read_file_but_images, &tinygltf::WriteWholeFile, nullptr});
+  const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  std::string error, warning;
+  const bool loaded =
+      text.starts_with("glTF")
+          ? loader.LoadBinaryFromMemory(&model, &error, &warning, reinterpret_cast<const unsigned char*>(bytes.data()),
+                                        size, folder.string())
+          : loader.LoadASCIIFromString(&model, &error, &warning, text.data(), size, folder.string());
+  if (!loaded) return invalid_input("not a whole glTF 2.0 file: " + (error.empty() ? "no reason given" : error));
+  return {};
+}
+
+/// Extensions that do not change which triangles there are.
+bool harmless(std::string_view extension) {
+  return extension == "KHR_mesh_quantization" || extension == "KHR_texture_transform" ||
+         extension == "KHR_texture_basisu" || extension == "EXT_texture_webp" || extension == "KHR_lights_punctual" ||
+         extension.starts_with("KHR_materials_");
+}
+
+/// Calls emit(a, b, c) for every triangle of a list, strip or fan of n corners (glTF 2.0, 3.7.2.1).
+template <class Emit> void for_each_triangle(int mode, std::size_t n, Emit&& emit) {
+  if (mode == TINYGLTF_MODE_TRIANGLES)
+    for (std::size_t i = 0; i + 3 <= n; i += 3) emit(i, i + 1, i + 2);
+  if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
+    for (std::size_t i = 0; i + 3 <= n; ++i) emit(i, i + 1 + i % 2, i + 2 - i % 2);
+  if (mode == TINYGLTF_MODE_TRIANGLE_FAN)
+    for (std::size_t i = 1; i + 2 <= n; ++i) emit(i, i + 1, 0);
+}
+
+/// The triangles of one primitive in its own space.
+struct Part {
+  std::vector<build::Position> positions;
+  std::vector<build::Triangle> triangles;
+};
+
+build::Result<Part> read_part(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
+  const auto position = primitive.attributes.find("POSITION");
+  if (position == primitive.attributes.end()) return Part{};
+  auto positions = read_positions(model, position->second);
+  if (!positions) return tl::unexpected(positions.error());
+  std::vector<std::uint32_t> corners;
+  if (primitive.indices >= 0) {
+    auto indices = read_indices(model, primitive.indices);
+    if (!indices) return tl::unexpected(indices.error());
+    corners = std::move(*indices);
+    const auto wrong = std::find_if(corners.begin(), corners.end(), [&](auto c) { return c >= positions->size(); });
+    if (wrong != corners.end())
+      return invalid_input("accessor " + std::to_string(primitive.indices) + ": vertex " + std::to_string(*wrong) +
+                           ", but the primitive has only " + std::to_string(positions->size()));
+  } else {
+    corners.resize(positions->size());
+    std::iota(corners.begin(), corners.end(), 0u);
+  }
+  Part part{std::move(*positions), {}};
+  for_each_triangle(primitive.mode, corners.size(), [&](std::size_t a, std::size_t b, std::size_t c) {
+    part.triangles.push_back({corners[a], corners[b], corners[c]});
+  });
+  return part;
+}
+
+build::Result<void> append(Mesh& mesh, const Part& part, const Transform& to_world) {
+  if (part.positions.size() > std::numeric_limits<std::uint32_t>::max() - mesh.positions.size())
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kTooLarge, "all nodes together have more than 4294967295 vertices"});
+  const auto base = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const build::Position& position : part.positions) mesh.positions.push_back(to_world(position));
+  const bool mirrored = to_world.mirrors();
+  for (const build::Triangle& t : part.triangles)
+    mesh.triangles.push_back({base + t[0], base + t[mirrored ? 2 : 1], base + t[mirrored ? 1 : 2]});
+  return {};
+}
+
+bool has_triangles(const tinygltf::Primitive& primitive) {
+  return primitive.mode == TINYGLTF_MODE_TRIANGLES || primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP ||
+         primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;
+}
+
+}  // namespace
+
+build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder) {
+  tinygltf::Model model;
+  if (auto parsed = parse(bytes, folder, model); !parsed) return tl::unexpected(parsed.error());
+  for (const std::string& extension : model.extensionsRequired)
+    if (!harmless(extension))
+      return invalid_input("it requires the extension " + extension + ", which is not supported");
+  const auto uses = flatten(model);
+  if (!uses) return tl::unexpected(uses.error());
+  Mesh mesh;
+  for (const MeshUse& use : *uses)
+    for (const tinygltf::Primitive& primitive : model.meshes[static_cast<std::size_t>(use.mesh)].primitives) {
+      if (!has_triangles(primitive)) continue;
+      const auto part = read_part(model, primitive);
+      if (!part) return invalid_input("mesh " + std::to_string(use.mesh) + ", " + part.error().message);
+      if (auto done = append(mesh, *part, use.to_world); !done) return tl::unexpected(done.error());
+    }
+  return mesh;
+}
+
+}  // namespace hiprt::tools

@@ -1,0 +1,111 @@
+#include "mesh_import.h"
+
+#include "mesh_formats.h"
+
+#include <hiprt_build/file.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <string_view>
+
+namespace hiprt::tools {
+namespace {
+
+enum class MeshFormat { kUnknown, kObj, kPly, kStl, kGltf, kRaw };
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+MeshFormat format_of_name(const std::filesystem::path& path) {
+  const std::string name = lower(path.filename().string());
+  constexpr std::array<std::pair<std::string_view, MeshFormat>, 7> kEndings{{{".obj", MeshFormat::kObj},
+                                                                             {".ply", MeshFormat::kPly},
+                                                                             {".stl", MeshFormat::kStl},
+                                                                             {".gltf", MeshFormat::kGltf},
+                                                                             {".glb", MeshFormat::kGltf},
+                                                                             {".mesh", MeshFormat::kRaw},
+                                                                             {".mesh.zst", MeshFormat::kRaw}}};
+  for (const auto& [ending, format] : kEndings)
+    if (name.ends_with(ending)) return format;
+  return MeshFormat::kUnknown;
+}
+
+MeshFormat format_of_content(std::span<const std::byte> bytes) {
+  const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  if (text.starts_with("ply\n") || text.starts_with("ply\r")) return MeshFormat::kPly;
+  if (text.starts_with("glTF")) return MeshFormat::kGltf;
+  if (text.starts_with("solid ")) return MeshFormat::kStl;
+  return MeshFormat::kUnknown;
+}
+
+build::Result<Mesh> read(std::span<const std::byte> bytes, const std::filesystem::path& path) {
+  MeshFormat format = format_of_name(path);
+  if (format == MeshFormat::kUnknown) format = format_of_content(bytes);
+  switch (format) {
+    case MeshFormat::kObj:
+      return read_obj(bytes);
+    case MeshFormat::kPly:
+      return read_ply(bytes);
+    case MeshFormat::kStl:
+      return read_stl(bytes);
+    case MeshFormat::kGltf:
+      return read_gltf(bytes, path.parent_path());
+    case MeshFormat::kRaw:
+      return read_raw_mesh(bytes);
+    case MeshFormat::kUnknown:
+      break;
+  }
+  return invalid_input("unknown mesh format; known are .obj, .ply, .stl, .gltf, .glb, .mesh and .mesh.zst");
+}
+
+build::Result<void> check_indices(const Mesh& mesh) {
+  const std::size_t limit = mesh.positions.size();
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+    for (const std::uint32_t index : mesh.triangles[i])
+      if (index >= limit)
+        return invalid_input("triangle " + std::to_string(i) + " uses vertex " + std::to_string(index) + ", but only " +
+                             std::to_string(limit) + " vertices are there");
+  return {};
+}
+
+/// Messages of importers may hold line breaks.
+std::string one_line(std::string text) {
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
+  return text;
+}
+
+build::Result<Mesh> read_checked(const std::filesystem::path& path) {
+  auto file = build::map_file(path);
+  if (!file) return tl::unexpected(file.error());
+  auto mesh = read(file->bytes(), path);
+  if (mesh)
+    if (auto checked = check_indices(*mesh); !checked) mesh = tl::unexpected(checked.error());
+  if (!mesh)
+    return tl::unexpected(build::Error{mesh.error().code, path.string() + ": " + one_line(mesh.error().message)});
+  mesh->name = path.filename().string();
+  return mesh;
+}
+
+}  // namespace
+
+build::Result<Mesh> load_mesh(const std::filesystem::path& path) {
+  try {
+    return read_checked(path);
+  } catch (const std::bad_alloc&) {
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kOutOfMemory, path.string() + ": not enough memory to read it"});
+  } catch (const std::exception& error) {
+    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + one_line(error.what())});
+  }
+}
+
+}  // namespace hiprt::tools

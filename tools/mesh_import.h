@@ -1,0 +1,37 @@
+#pragma once
+/// Triangle meshes from files.
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/input.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// The triangles of one file, in the file's order of faces.
+struct Mesh {
+  std::string name;  ///< The file's name without its folder.
+  std::vector<build::Position> positions;
+  std::vector<build::Triangle> triangles;  ///< Every index is below positions.size().
+  std::uint64_t skipped_faces = 0;         ///< Faces with fewer than three corners; they make no triangle.
+};
+
+/// Reads a whole file as one mesh. The format is chosen by the extension (any case), for unknown extensions by the
+/// first bytes:
+/// - .obj: all objects and groups together; numbers are rounded correctly; materials are not read.
+/// - .ply: ASCII and binary of either byte order.
+/// - .stl: ASCII and binary; all solids together; corners are not merged.
+/// - .gltf, .glb: glTF 2.0; every triangle primitive of every node of the default scene, with the node's transform
+///   (computed in double, rounded once; mirrored nodes keep their outside); images are not read; skins and morph
+///   targets are not applied.
+/// - .mesh, .mesh.zst: u32 vertex count, u32 triangle count, float32 positions, u32 indices, little-endian.
+/// Polygons become size - 2 triangles each (polygons.h). NaN and infinite coordinates are kept: the builder drops and
+/// counts such triangles.
+/// @return kIo if the file cannot be read, kInvalidInput with path, place and limit if its content is wrong, kTooLarge,
+/// kOutOfMemory. Never throws.
+build::Result<Mesh> load_mesh(const std::filesystem::path& path);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,132 @@
+#include "ply_header.h"
+
+#include "mesh_formats.h"
+#include "text.h"
+
+#include <array>
+#include <optional>
+#include <utility>
+
+namespace hiprt::tools {
+namespace {
+
+std::optional<PlyType> type_of(std::string_view word) {
+  constexpr std::array<std::pair<std::string_view, PlyType>, 16> kNames{{{"char", PlyType::kInt8},
+                                                                         {"int8", PlyType::kInt8},
+                                                                         {"uchar", PlyType::kUint8},
+                                                                         {"uint8", PlyType::kUint8},
+                                                                         {"short", PlyType::kInt16},
+                                                                         {"int16", PlyType::kInt16},
+                                                                         {"ushort", PlyType::kUint16},
+                                                                         {"uint16", PlyType::kUint16},
+                                                                         {"int", PlyType::kInt32},
+                                                                         {"int32", PlyType::kInt32},
+                                                                         {"uint", PlyType::kUint32},
+                                                                         {"uint32", PlyType::kUint32},
+                                                                         {"float", PlyType::kFloat32},
+                                                                         {"float32", PlyType::kFloat32},
+                                                                         {"double", PlyType::kFloat64},
+                                                                         {"float64", PlyType::kFloat64}}};
+  for (const auto& [name, type] : kNames)
+    if (word == name) return type;
+  return std::nullopt;
+}
+
+bool is_real(PlyType type) { return type == PlyType::kFloat32 || type == PlyType::kFloat64; }
+
+class HeaderParser {
+ public:
+  build::Result<PlyHeader> parse(std::string_view& text) {
+    if (next(text) != "ply") return fail("a PLY file starts with 'ply'");
+    bool has_format = false;
+    while (!text.empty()) {
+      std::string_view line = next(text);
+      const std::string_view keyword = next_word(line);
+      if (keyword == "end_header") {
+        if (!has_format) return fail("the header has no 'format' line");
+        return std::move(header_);
+      }
+      build::Result<void> done;
+      if (keyword == "format") {
+        done = read_format(line);
+        has_format = true;
+      } else if (keyword == "element") {
+        done = read_element(line);
+      } else if (keyword == "property") {
+        done = read_property(line);
+      } else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
+        done = fail("unknown keyword " + quoted(keyword));
+      }
+      if (!done) return tl::unexpected(done.error());
+    }
+    return fail("truncated: the header has no 'end_header'");
+  }
+
+ private:
+  std::string_view next(std::string_view& text) {
+    ++header_.lines;
+    std::string_view line = next_line(text);
+    while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+    return line;
+  }
+
+  tl::unexpected<build::Error> fail(const std::string& what) const {
+    return invalid_input("line " + std::to_string(header_.lines) + ": " + what);
+  }
+
+  build::Result<void> read_format(std::string_view line) {
+    const std::string_view word = next_word(line);
+    if (word == "ascii")
+      header_.encoding = PlyEncoding::kAscii;
+    else if (word == "binary_little_endian")
+      header_.encoding = PlyEncoding::kLittleEndian;
+    else if (word == "binary_big_endian")
+      header_.encoding = PlyEncoding::kBigEndian;
+    else
+      return fail("unknown format " + quoted(word));
+    if (const std::string_view version = next_word(line); version != "1.0")
+      return fail("unknown version " + quoted(version) + ", only 1.0 is known");
+    return {};
+  }
+
+  build::Result<void> read_element(std::string_view line) {
+    const std::string_view name = next_word(line), number = next_word(line);
+    const auto count = parse_integer(number);
+    if (!count || *count < 0) return fail(quoted(number) + " is not a number of elements");
+    header_.elements.push_back({std::string(name), static_cast<std::uint64_t>(*count), {}});
+    return {};
+  }
+
+  build::Result<void> read_property(std::string_view line) {
+    if (header_.elements.empty()) return fail("a property before the first element");
+    PlyProperty property{};
+    std::string_view word = next_word(line);
+    if (word == "list") {
+      const std::string_view length = next_word(line);
+      const auto type = type_of(length);
+      if (!type || is_real(*type)) return fail(quoted(length) + " is not an integer type");
+      property.is_list = true;
+      property.count_type = *type;
+      word = next_word(line);
+    }
+    const auto type = type_of(word);
+    if (!type) return fail(quoted(word) + " is not a type");
+    property.type = *type;
+    property.name = std::string(next_word(line));
+    header_.elements.back().properties.push_back(std::move(property));
+    return {};
+  }
+
+  PlyHeader header_;
+};
+
+}  // namespace
+
+unsigned size_of(PlyType type) {
+  constexpr std::array<unsigned, 8> kSizes{1, 1, 2, 2, 4, 4, 4, 8};
+  return kSizes[static_cast<std::size_t>(type)];
+}
+
+build::Result<PlyHeader> parse_ply_header(std::string_view& text) { return HeaderParser{}.parse(text); }
+
+}  // namespace hiprt::tools

@@ -1,0 +1,29 @@
+#pragma once
+/// Polygons to triangles.
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/input.h>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// Faces of any size, one behind the other.
+struct Polygons {
+  std::vector<std::uint32_t> corners;  ///< Vertex numbers.
+  std::vector<std::uint32_t> sizes;    ///< Corners of each face.
+};
+
+/// Larger faces are refused: ear clipping takes time with the square of the size.
+inline constexpr std::uint32_t kMaxPolygonSize = 4096;
+
+/// Splits every face of size n into n - 2 triangles with the face's orientation, in the order of the faces. Convex
+/// faces become a fan around their first corner, others are clipped ear by ear (Meisters 1975) in the coordinate plane
+/// that the face's Newell normal is closest to. Faces with fewer than three corners are counted in @p skipped.
+/// @return kInvalidInput for a corner past the positions or a face above kMaxPolygonSize, with the face's number.
+build::Result<std::vector<build::Triangle>> triangulate(std::span<const build::Position> positions,
+                                                        const Polygons& polygons, std::uint64_t& skipped);
+
+}  // namespace hiprt::tools
