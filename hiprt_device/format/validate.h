@@ -1,0 +1,125 @@
+#pragma once
+/// Bytes of unknown origin in, a verdict out. Host only; any thread.
+///
+/// After a success a traversal with a stack of FileHeader::stack_bound entries cannot read out of bounds, loop or
+/// overflow its stack, and misses no primitive because of a wrong box. What is checked, rule by rule:
+/// hiprt_device/docs/FORMAT.md.
+
+#include <hiprt_device/format/checksum.h>
+#include <hiprt_device/format/utf8.h>
+#include <hiprt_device/format/validate_primitives.h>
+#include <hiprt_device/format/validate_tree.h>
+#include <hiprt_device/format/view.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <utility>
+
+namespace hiprt {
+
+/// What validate() counted on its way.
+struct ValidateSummary {
+  std::uint64_t nodes = 0;
+  std::uint64_t leaves = 0;
+  std::uint64_t leaf_runs = 0;       ///< References to leaves.
+  std::uint64_t leaf_triangles = 0;  ///< Triangles in leaves; a split primitive counts once per leaf.
+  std::uint64_t primitives = 0;      ///< Over all geometries, dropped ones included.
+  std::uint64_t dropped = 0;         ///< Primitives in no leaf.
+  std::uint64_t split = 0;           ///< Primitives in more than one leaf.
+  std::uint32_t depth = 0;           ///< Box nodes on the longest path.
+  std::uint32_t stack_need = 0;  ///< Most stack entries a depth-first traversal can have; at most the header's bound.
+};
+
+namespace format_detail {
+
+/// Bytes between the sections, and behind the last, are zero.
+inline Check check_padding(const BufferView& view) {
+  const std::uint32_t count = view.header->section_count;
+  const auto* table = reinterpret_cast<const SectionEntry*>(view.bytes.data() + sizeof(FileHeader));
+  std::array<std::pair<std::uint64_t, std::uint64_t>, kMaxSections + 1> used{};
+  for (std::uint32_t i = 0; i < count; ++i)
+    used[i] = {table[i].offset, table[i].offset + table[i].count * table[i].stride};
+  used[count] = {view.bytes.size(), view.bytes.size()};
+  std::sort(used.begin(), used.begin() + count);
+  std::uint64_t end = sizeof(FileHeader) + count * sizeof(SectionEntry);
+  for (std::uint32_t i = 0; i <= count; ++i) {
+    for (; end < used[i].first; ++end)
+      if (view.bytes[end] != std::byte{0})
+        return fail(FormatError::kBadReservedField, end, std::to_integer<std::uint64_t>(view.bytes[end]), 0);
+    end = std::max(end, used[i].second);
+  }
+  return {};
+}
+
+/// The bits kTriangles and kMasks say what is there. kSplitReferences may be set though nothing is split: a builder
+/// that splits need not count. (Its absence is checked with the leaves.)
+inline Check check_features(const BufferView& view) {
+  const auto has_mask = [](const GeometryRecord& geometry) { return geometry.mask != 0xffffffffu; };
+  FeatureMask expected = view.header->features & feature_bit(Feature::kSplitReferences);
+  if (view.leaves.count != 0) expected |= feature_bit(Feature::kTriangles);
+  if (std::any_of(view.geometries.begin(), view.geometries.end(), has_mask)) expected |= feature_bit(Feature::kMasks);
+  if (view.header->features == expected) return {};
+  return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), view.header->features, expected);
+}
+
+/// A tree of n nodes never needs more than 3 n entries: larger bounds are refused, because readers allocate by them.
+inline Check check_stack_bound(const BufferView& view, std::uint32_t need) {
+  const std::uint64_t most = view.nodes.count * (kBranching - 1), bound = view.header->stack_bound;
+  if (bound >= need && bound <= most) return {};
+  return fail(FormatError::kStackBound, offsetof(FileHeader, stack_bound), bound, bound < need ? need : most);
+}
+
+/// The outside of a JSON object: UTF-8 from '{' to '}' but for white space. What is between is for JSON parsers.
+inline Check check_provenance(const BufferView& view) {
+  if (view.provenance_entry.kind == 0) return {};
+  const std::string_view text = view.provenance;
+  const std::uint64_t at = view.provenance_entry.offset;
+  constexpr std::string_view kWhiteSpace = " \t\r\n";
+  const std::size_t first = text.find_first_not_of(kWhiteSpace), last = text.find_last_not_of(kWhiteSpace);
+  if (first == std::string_view::npos) return fail(FormatError::kBadProvenance, at, 0, '{');
+  const auto byte_at = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  if (text[first] != '{') return fail(FormatError::kBadProvenance, at + first, byte_at(first), '{');
+  if (text[last] != '}' || last == first) return fail(FormatError::kBadProvenance, at + last, byte_at(last), '}');
+  const std::size_t valid = utf8_prefix(text);
+  if (valid != text.size()) return fail(FormatError::kBadProvenance, at + valid, byte_at(valid), 0x7f);
+  return {};
+}
+
+template <class Layout> tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& view) {
+  const auto tree = TreeCheck<Layout>(view).run();
+  if (!tree) return tl::unexpected(tree.error());
+  const auto primitives = PrimitiveCheck<Layout>(view).run();
+  if (!primitives) return tl::unexpected(primitives.error());
+  if (auto bound = check_stack_bound(view, tree->stack_need); !bound) return tl::unexpected(bound.error());
+  return ValidateSummary{.nodes = view.nodes.count,
+                         .leaves = view.leaves.count,
+                         .leaf_runs = tree->leaf_runs,
+                         .leaf_triangles = primitives->leaf_triangles,
+                         .primitives = view.primitive_map.size(),
+                         .dropped = primitives->dropped,
+                         .split = primitives->split,
+                         .depth = tree->depth,
+                         .stack_need = tree->stack_need};
+}
+
+}  // namespace format_detail
+
+/// Checks a whole file: open_buffer(), the checksum, then all content, in a few passes over the bytes.
+/// @param bytes the whole file, aligned to 128 bytes (mapped, or read into an aligned buffer). Never reads outside.
+/// @return what was counted, or the first thing that is wrong. Memory: 4 bytes per node, a few bits per leaf and
+/// primitive,
+///         24 bytes per split primitive. Throws std::bad_alloc only.
+inline tl::expected<ValidateSummary, FormatIssue> validate(std::span<const std::byte> bytes) {
+  using namespace format_detail;
+  const auto view = open_buffer(bytes);
+  if (!view) return tl::unexpected(view.error());
+  if (const std::uint64_t sum = file_checksum(bytes); sum != view->header->checksum)
+    return fail(FormatError::kBadChecksum, offsetof(FileHeader, checksum), view->header->checksum, sum);
+  for (const auto check : {check_padding, check_features, check_provenance})
+    if (auto good = check(*view); !good) return tl::unexpected(good.error());
+  return dispatch_layout(view->layout(), [&](auto layout) { return validate_content<decltype(layout)>(*view); });
+}
+
+}  // namespace hiprt

@@ -1,0 +1,114 @@
+#pragma once
+/// Boxes, coordinates and their places in a record, as validate() needs them. Host only.
+
+#include <hiprt_device/format/error.h>
+#include <hiprt_device/format/layout.h>
+#include <hiprt_device/format/view.h>
+
+#include <tl/expected.hpp>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace hiprt::format_detail {
+
+using Check = tl::expected<void, FormatIssue>;
+
+/// Byte offset of a number within its record. Planes: side * 3 + axis.
+constexpr std::uint64_t box_offset(FloatLayout, unsigned child, unsigned plane) {
+  return offsetof(FloatBoxNode, box) + sizeof(Box) * child + 4 * plane;
+}
+constexpr std::uint64_t box_offset(PlanesLayout, unsigned child, unsigned plane) {
+  return offsetof(PlanesBoxNode, plane) + 32 * (plane % 3) + 16 * (plane / 3) + 4 * child;
+}
+constexpr std::uint64_t coordinate_offset(FloatLayout, unsigned vertex, unsigned axis) {
+  return offsetof(FloatLeaf, vertex) + 12 * vertex + 4 * axis;
+}
+constexpr std::uint64_t coordinate_offset(PlanesLayout, unsigned vertex, unsigned axis) {
+  return offsetof(PlanesLeaf, coordinate) + 16 * axis + 4 * vertex;
+}
+
+inline std::uint64_t float_bits(float value) { return std::bit_cast<std::uint32_t>(value); }
+
+/// min = +inf, max = -inf: the neutral element of grow(), and the box of an absent child.
+inline Box empty_box() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+}
+
+inline float side_of(const Box& box, unsigned side, unsigned axis) { return side == 0 ? box.min[axis] : box.max[axis]; }
+
+/// Planes of a box are numbered side * 3 + axis (0-5); 6 stands for none.
+inline constexpr unsigned kNoPlane = 6;
+
+/// @return the first plane that is not finite or exceeds its opposite. A NaN makes both planes of its axis bad.
+inline unsigned first_bad_plane(const Box& box) {
+  for (unsigned plane = 0; plane < 6; ++plane) {
+    const bool ordered = box.min[plane % 3] <= box.max[plane % 3];
+    if (!ordered || !std::isfinite(side_of(box, plane / 3, plane % 3))) return plane;
+  }
+  return kNoPlane;
+}
+
+/// @return the first plane in which the boxes differ.
+inline unsigned first_different_plane(const Box& a, const Box& b) {
+  for (unsigned plane = 0; plane < 6; ++plane)
+    if (side_of(a, plane / 3, plane % 3) != side_of(b, plane / 3, plane % 3)) return plane;
+  return kNoPlane;
+}
+
+/// @return the first plane of @p inner outside @p outer. A NaN is outside.
+inline unsigned first_plane_outside(const Box& inner, const Box& outer) {
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (!(outer.min[axis] <= inner.min[axis])) return axis;
+    if (!(inner.max[axis] <= outer.max[axis])) return 3 + axis;
+  }
+  return kNoPlane;
+}
+
+inline void grow(Box& box, const Box& other) {
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (other.min[axis] < box.min[axis]) box.min[axis] = other.min[axis];
+    if (other.max[axis] > box.max[axis]) box.max[axis] = other.max[axis];
+  }
+}
+
+/// @return the common part, or the empty box.
+inline Box intersection(const Box& a, const Box& b) {
+  Box common{};
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    common.min[axis] = a.min[axis] < b.min[axis] ? b.min[axis] : a.min[axis];
+    common.max[axis] = a.max[axis] < b.max[axis] ? a.max[axis] : b.max[axis];
+    if (!(common.min[axis] <= common.max[axis])) return empty_box();
+  }
+  return common;
+}
+
+/// kind, with the plane's bits in @p here and in @p wanted; @p at the byte offset of the plane.
+inline Check fail_plane(FormatError kind, std::uint64_t at, unsigned plane, const Box& here, const Box& wanted) {
+  return fail(kind, at, float_bits(side_of(here, plane / 3, plane % 3)),
+              float_bits(side_of(wanted, plane / 3, plane % 3)));
+}
+
+/// Corners of a leaf's triangle in stored order: corner[c][axis].
+struct Corners {
+  float corner[3][3];
+};
+template <class Layout> Corners leaf_triangle(const typename Layout::Leaf& leaf, unsigned triangle) {
+  Corners corners{};
+  for (unsigned c = 0; c < 3; ++c)
+    for (unsigned axis = 0; axis < 3; ++axis)
+      corners.corner[c][axis] = Layout::coordinate(leaf, corner_vertex(triangle, c), axis);
+  return corners;
+}
+
+inline Box bounds_of(const Corners& triangle) {
+  Box box = empty_box();
+  for (const auto& corner : triangle.corner)
+    grow(box, Box{{corner[0], corner[1], corner[2]}, {corner[0], corner[1], corner[2]}});
+  return box;
+}
+
+}  // namespace hiprt::format_detail

@@ -1,0 +1,177 @@
+#pragma once
+/// The part of validate() that looks at node references and boxes: after it every node and leaf is reached exactly once
+/// along references that lead forward, so walks over the tree are short loops without further checks. Host only.
+
+#include <hiprt_device/format/bit_set.h>
+#include <hiprt_device/format/validate_box.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hiprt::format_detail {
+
+struct TreeSummary {
+  std::uint64_t leaf_runs = 0;
+  std::uint32_t depth = 0;
+  std::uint32_t stack_need = 0;
+};
+
+template <class Layout> class TreeCheck {
+ public:
+  explicit TreeCheck(const BufferView& view)
+      : view_(view),
+        nodes_(view.records<typename Layout::Node>(view.nodes)),
+        leaves_(view.records<typename Layout::Leaf>(view.leaves)),
+        slot_(nodes_.size(), kNotReached),
+        leaf_reached_(leaves_.size()) {}
+
+  tl::expected<TreeSummary, FormatIssue> run() {
+    if (auto root = check_root(); !root) return tl::unexpected(root.error());
+    // A node's parent lies before it, so that at node i everything that can reach i was seen.
+    for (std::uint64_t i = 0; i < nodes_.size(); ++i) {
+      if (slot_[i] == kNotReached) return fail(FormatError::kUnreachable, node_offset(i), i, nodes_.size());
+      if (auto node = check_node(i); !node) return tl::unexpected(node.error());
+    }
+    const std::uint64_t lost = leaf_reached_.first_absent(leaves_.size());
+    if (lost != leaves_.size()) return fail(FormatError::kUnreachable, leaf_offset(lost), lost, leaves_.size());
+    summary_.depth = fold_upwards([](unsigned, std::uint32_t deepest) { return deepest + 1; });
+    summary_.stack_need =
+        fold_upwards([](unsigned children, std::uint32_t need_below) { return children - 1 + need_below; });
+    return summary_;
+  }
+
+ private:
+  /// slot_[i] = parent * 4 + child slot. References address fewer than 2^28 nodes, so the marks are no slots.
+  static constexpr std::uint32_t kNotReached = 0xffffffffu;
+  static constexpr std::uint32_t kRoot = 0xfffffffeu;
+  static constexpr std::uint64_t kHeaderRoot = offsetof(FileHeader, root);
+
+  std::uint64_t node_offset(std::uint64_t i) const { return view_.nodes.offset + i * sizeof(typename Layout::Node); }
+  std::uint64_t leaf_offset(std::uint64_t i) const { return view_.leaves.offset + i * sizeof(typename Layout::Leaf); }
+
+  Check check_root() {
+    const FileHeader& header = *view_.header;
+    if (header.root == kInvalidRef) return check_bounds(first_different_plane(header.bounds, empty_box()), empty_box());
+    if (auto finite = check_bounds(first_bad_plane(header.bounds), opposite(header.bounds)); !finite) return finite;
+    if (!is_box(header.root)) return check_run(header.root, kHeaderRoot);
+    return enter_node(header.root, kHeaderRoot, 0, kRoot);
+  }
+
+  Check check_bounds(unsigned plane, const Box& wanted) const {
+    if (plane == kNoPlane) return {};
+    const std::uint64_t at = offsetof(FileHeader, bounds) + 4 * plane;
+    return fail_plane(FormatError::kBadBounds, at, plane, view_.header->bounds, wanted);
+  }
+
+  /// What each plane of a box is measured against when it is inverted.
+  static Box opposite(const Box& box) {
+    return {{box.max[0], box.max[1], box.max[2]}, {box.min[0], box.min[1], box.min[2]}};
+  }
+
+  /// Index of the record that @p ref names in a section of records of @p stride bytes.
+  static tl::expected<std::uint64_t, FormatIssue> resolve(NodeRef ref, std::uint64_t at, const SectionEntry& section) {
+    const std::uint64_t offset = ref_offset(ref), end = section.offset + section.count * section.stride;
+    if (offset < section.offset || offset >= end || (offset - section.offset) % section.stride != 0)
+      return fail(FormatError::kBadReference, at, ref, end);
+    return (offset - section.offset) / section.stride;
+  }
+
+  /// @param first the smallest node index that may be named here; @p slot what to note for the node.
+  Check enter_node(NodeRef ref, std::uint64_t at, std::uint64_t first, std::uint32_t slot) {
+    const auto index = resolve(ref, at, view_.nodes);
+    if (!index) return tl::unexpected(index.error());
+    if (*index < first) return fail(FormatError::kReferenceOrder, at, ref_offset(ref), node_offset(first));
+    if (slot_[*index] != kNotReached) return fail(FormatError::kSharedNode, at, ref_offset(ref), 1);
+    slot_[*index] = slot;
+    return {};
+  }
+
+  /// The run of leaves that starts at @p ref: ends in the section and meets no leaf of another run.
+  Check check_run(NodeRef ref, std::uint64_t at) {
+    if ((ref & 7u) != static_cast<NodeRef>(NodeType::kTriangle0)) return fail(FormatError::kBadReference, at, ref, 0);
+    const auto first = resolve(ref, at, view_.leaves);
+    if (!first) return tl::unexpected(first.error());
+    ++summary_.leaf_runs;
+    for (std::uint64_t leaf = *first;; ++leaf) {
+      if (leaf == leaves_.size()) return fail(FormatError::kUnterminatedRun, at, leaf - *first, leaves_.size());
+      if (leaf_reached_.insert(leaf)) return fail(FormatError::kSharedNode, at, leaf_offset(leaf), 1);
+      if ((leaves_[leaf].info.geometry_and_flags & kLastInRun) != 0) return {};
+    }
+  }
+
+  Check check_node(std::uint64_t i) {
+    const typename Layout::Node& node = nodes_[i];
+    Box content = empty_box();
+    unsigned children = 0;
+    for (unsigned c = 0; c < kBranching; ++c) {
+      if (auto child = check_child(i, c); !child) return child;
+      if (node.child[c] != kInvalidRef) ++children;
+      grow(content, Layout::box(node, c));
+    }
+    if (children == 0) return fail(FormatError::kEmptyNode, node_offset(i), 0, 1);
+    for (unsigned r = 0; r < 3; ++r)
+      if (node.reserved[r] != 0)
+        return fail(FormatError::kBadReservedField, node_offset(i) + offsetof(FloatBoxNode, reserved) + 4 * r,
+                    node.reserved[r], 0);
+    if (slot_[i] != kRoot) return {};
+    return check_bounds(first_different_plane(view_.header->bounds, content), content);
+  }
+
+  Check check_child(std::uint64_t i, unsigned c) {
+    const typename Layout::Node& node = nodes_[i];
+    const NodeRef ref = node.child[c];
+    const Box box = Layout::box(node, c);
+    const unsigned bad = ref == kInvalidRef ? first_different_plane(box, empty_box()) : first_bad_plane(box);
+    if (bad != kNoPlane)
+      return fail_plane(FormatError::kBadBox, node_offset(i) + box_offset(Layout{}, c, bad), bad, box,
+                        ref == kInvalidRef ? empty_box() : opposite(box));
+    const std::uint32_t flags = node.child_flags >> (8 * c) & 0xffu;
+    const std::uint32_t expected = ref == kInvalidRef ? 0u : kChildOnlyOpaque | kChildOnlyTriangles;
+    if (flags != expected)
+      return fail(FormatError::kBadChildFlags, node_offset(i) + offsetof(FloatBoxNode, child_flags) + c, flags,
+                  expected);
+    if (ref == kInvalidRef) return {};
+    if (auto contained = check_contained(i, c, box); !contained) return contained;
+    const std::uint64_t at = node_offset(i) + 4 * c;
+    if (is_box(ref)) return enter_node(ref, at, i + 1, static_cast<std::uint32_t>(i * kBranching + c));
+    return check_run(ref, at);
+  }
+
+  /// Child c's box lies in the box that node i's parent states for node i (the root's: check_node()).
+  Check check_contained(std::uint64_t i, unsigned c, const Box& box) const {
+    if (slot_[i] == kRoot) return {};
+    const Box stated = Layout::box(nodes_[slot_[i] / kBranching], slot_[i] % kBranching);
+    const unsigned plane = first_plane_outside(box, stated);
+    if (plane == kNoPlane) return {};
+    return fail_plane(FormatError::kBoxNotContained, node_offset(i) + box_offset(Layout{}, c, plane), plane, box,
+                      stated);
+  }
+
+  /// Computes a number per node from its children's largest (leaves: 0), last node first; reuses slot_ for them.
+  /// @return the root's.
+  template <class Combine> std::uint32_t fold_upwards(Combine combine) {
+    for (std::uint64_t i = nodes_.size(); i-- > 0;) {
+      std::uint32_t largest = 0;
+      unsigned children = 0;
+      for (const NodeRef ref : nodes_[i].child) {
+        if (ref == kInvalidRef) continue;
+        ++children;
+        if (is_box(ref))
+          largest = std::max(largest, slot_[(ref_offset(ref) - view_.nodes.offset) / view_.nodes.stride]);
+      }
+      slot_[i] = combine(children, largest);
+    }
+    return slot_.empty() ? 0 : slot_[0];
+  }
+
+  const BufferView& view_;
+  std::span<const typename Layout::Node> nodes_;
+  std::span<const typename Layout::Leaf> leaves_;
+  std::vector<std::uint32_t> slot_;
+  BitSet leaf_reached_;
+  TreeSummary summary_;
+};
+
+}  // namespace hiprt::format_detail
