@@ -1,0 +1,138 @@
+#include <hiprt_build/file.h>
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace hiprt::build {
+
+namespace {
+
+/// Closes a file descriptor when it goes out of scope.
+class File {
+ public:
+  explicit File(int descriptor) : descriptor_(descriptor) {}
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  ~File() { static_cast<void>(close()); }
+
+  int get() const { return descriptor_; }
+  /// @return 0, or -1 with errno set.
+  int close() { return descriptor_ < 0 ? 0 : ::close(std::exchange(descriptor_, -1)); }
+
+ private:
+  int descriptor_;
+};
+
+tl::unexpected<Error> io_error(std::string_view action, const std::filesystem::path& path, std::string_view reason) {
+  return tl::unexpected(
+      Error{ErrorCode::kIo, "cannot " + std::string(action) + " '" + path.string() + "': " + std::string(reason)});
+}
+
+tl::unexpected<Error> system_error(std::string_view action, const std::filesystem::path& path) {
+  return io_error(action, path, std::generic_category().message(errno));
+}
+
+bool write_all(int descriptor, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    // Linux writes at most 2^31 - 4096 bytes in one call.
+    const ssize_t written =
+        ::write(descriptor, bytes.data(), std::min<std::size_t>(bytes.size(), std::size_t{1} << 30));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+/// Where the bytes of @p path really go: links are followed, so that they stay links. Only regular files are replaced:
+/// a rename over /dev/null would succeed for root.
+Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
+  if (!path.has_filename()) return io_error("write", path, "it names no file");
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) return io_error("write", path, "it is a directory");
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return io_error("write", path, "it is not a regular file");
+  if (!std::filesystem::is_symlink(path, error)) return path;
+  const auto target = std::filesystem::canonical(path, error);
+  if (error) return io_error("follow the link", path, error.message());
+  return target;
+}
+
+/// A new file in @p folder with the permissions that the umask gives. @return its descriptor, or -1 with errno set.
+int create_temporary(const std::filesystem::path& folder, std::filesystem::path& name) {
+  static std::atomic<std::uint32_t> counter{0};
+  constexpr int kAttempts = 100;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    name = folder / (".hiprt-" + std::to_string(::getpid()) + "-" + std::to_string(counter++) + ".tmp");
+    const int descriptor = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor >= 0 || errno != EEXIST) return descriptor;
+  }
+  return -1;
+}
+
+/// Makes the rename itself durable. Some file systems refuse to flush a folder; the file is complete all the same.
+void flush_folder(const std::filesystem::path& folder) {
+  const File directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.get() >= 0) static_cast<void>(::fsync(directory.get()));
+}
+
+/// Fills the temporary file and gives it its name. @return what could not be done, or nullptr; errno says why.
+const char* fill_and_rename(File& file, const std::filesystem::path& temporary, const std::filesystem::path& target,
+                            std::span<const std::byte> bytes) {
+  struct stat replaced {};
+  if (!write_all(file.get(), bytes)) return "write";
+  if (::stat(target.c_str(), &replaced) == 0 && ::fchmod(file.get(), replaced.st_mode & 0777) != 0)
+    return "keep the permissions of";
+  if (::fsync(file.get()) != 0) return "flush";
+  if (file.close() != 0) return "close";
+  if (::rename(temporary.c_str(), target.c_str()) != 0) return "replace";
+  return nullptr;
+}
+
+}  // namespace
+
+Result<Buffer> map_file(const std::filesystem::path& path) {
+  // O_NONBLOCK: opening a FIFO must not wait for a writer.
+  const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.get() < 0) return system_error("open", path);
+  struct stat status {};
+  if (::fstat(file.get(), &status) != 0) return system_error("examine", path);
+  if (S_ISDIR(status.st_mode)) return io_error("map", path, "it is a directory");
+  if (!S_ISREG(status.st_mode)) return io_error("map", path, "it is not a regular file");
+  if (status.st_size == 0) return io_error("map", path, "it is empty");
+  const std::size_t size = static_cast<std::size_t>(status.st_size);
+  void* data = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.get(), 0);
+  if (data == MAP_FAILED) return system_error("map", path);
+  return Buffer(static_cast<std::byte*>(data), size,
+                [](std::byte* start, std::size_t bytes) { ::munmap(start, bytes); });
+}
+
+Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  const auto target = resolve_target(path);
+  if (!target) return tl::unexpected(target.error());
+  const std::filesystem::path folder = target->has_parent_path() ? target->parent_path() : std::filesystem::path(".");
+  std::filesystem::path temporary;
+  File file(create_temporary(folder, temporary));
+  if (file.get() < 0) return system_error("create a temporary file beside", path);
+  if (const char* failed = fill_and_rename(file, temporary, *target, bytes)) {
+    auto error = system_error(failed, path);
+    ::unlink(temporary.c_str());
+    return error;
+  }
+  flush_folder(folder);
+  return {};
+}
+
+}  // namespace hiprt::build
