@@ -1,0 +1,108 @@
+#include "bvh_dump.h"
+
+#include <hiprt_device/format/layout.h>
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cstdio>
+
+namespace hiprt::tools {
+namespace {
+
+using nlohmann::json;
+
+/// Where a reference leads: a node or the first leaf of a run.
+json target_json(const BufferView& view, NodeRef ref) {
+  const SectionEntry& section = is_box(ref) ? view.nodes : view.leaves;
+  return {{"ref", ref}, {is_box(ref) ? "node" : "leaf", (ref_offset(ref) - section.offset) / section.stride}};
+}
+
+template <class Layout> json node_json(const BufferView& view, const typename Layout::Node& node, std::size_t index) {
+  json children = json::array();
+  for (unsigned i = 0; i < kBranching; ++i) {
+    if (node.child[i] == kInvalidRef) continue;
+    const Box box = Layout::box(node, i);
+    json child = target_json(view, node.child[i]);
+    child["min"] = box.min;
+    child["max"] = box.max;
+    children.push_back(std::move(child));
+  }
+  return {{"node", index}, {"byte", view.nodes.offset + index * view.nodes.stride}, {"children", std::move(children)}};
+}
+
+/// Stored corner that is the mesh's corner k: bits of the triangle-id byte.
+unsigned stored_corner(std::uint32_t id, unsigned k) {
+  const unsigned u = TriangleId::u_source(id), v = TriangleId::v_source(id);
+  return k == 1 ? u : k == 2 ? v : 3 - u - v;
+}
+
+template <class Layout> json leaf_json(const BufferView& view, const typename Layout::Leaf& leaf, std::size_t index) {
+  json triangles = json::array();
+  for (unsigned t = 0; t < 2; ++t) {
+    if (leaf.info.primitive[t] == kInvalidId) continue;
+    json corners = json::array();
+    for (unsigned k = 0; k < 3; ++k) {
+      const unsigned vertex = corner_vertex(t, stored_corner(leaf.info.triangle_ids >> (8 * t) & 0xffu, k));
+      corners.push_back({Layout::coordinate(leaf, vertex, 0), Layout::coordinate(leaf, vertex, 1),
+                         Layout::coordinate(leaf, vertex, 2)});
+    }
+    triangles.push_back({{"primitive", leaf.info.primitive[t]}, {"corners", std::move(corners)}});
+  }
+  return {{"leaf", index},
+          {"byte", view.leaves.offset + index * view.leaves.stride},
+          {"geometry", leaf.info.geometry_and_flags & kGeometryMask},
+          {"last", (leaf.info.geometry_and_flags & kLastInRun) != 0},
+          {"triangles", std::move(triangles)}};
+}
+
+/// Calls line(json) for every node, then every leaf.
+template <class Line> void for_each_record(const BufferView& view, Line&& line) {
+  dispatch_layout(view.layout(), [&](auto layout) {
+    using Layout = decltype(layout);
+    const auto nodes = view.records<typename Layout::Node>(view.nodes);
+    for (std::size_t i = 0; i < nodes.size(); ++i) line(node_json<Layout>(view, nodes[i], i));
+    const auto leaves = view.records<typename Layout::Leaf>(view.leaves);
+    for (std::size_t i = 0; i < leaves.size(); ++i) line(leaf_json<Layout>(view, leaves[i], i));
+  });
+}
+
+std::string point_text(const json& p) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), "(%.9g %.9g %.9g)", p[0].get<double>(), p[1].get<double>(),
+                p[2].get<double>());
+  return text.data();
+}
+
+void write_node(const json& record, std::ostream& out) {
+  out << "node " << record["node"] << " @" << record["byte"] << "\n";
+  for (const json& child : record["children"]) {
+    const char* kind = child.contains("node") ? "node" : "leaf";
+    out << "  " << kind << " " << child[kind] << " " << point_text(child["min"]) << " - " << point_text(child["max"])
+        << "\n";
+  }
+}
+
+void write_leaf(const json& record, std::ostream& out) {
+  out << "leaf " << record["leaf"] << " @" << record["byte"] << " geometry " << record["geometry"]
+      << (record["last"].get<bool>() ? " last of run\n" : "\n");
+  for (const json& triangle : record["triangles"]) {
+    out << "  primitive " << triangle["primitive"];
+    for (const json& corner : triangle["corners"]) out << " " << point_text(corner);
+    out << "\n";
+  }
+}
+
+}  // namespace
+
+void dump_text(const BufferView& view, std::ostream& out) {
+  for_each_record(view, [&](const json& record) {
+    record.contains("node") ? write_node(record, out) : write_leaf(record, out);
+  });
+}
+
+void dump_json(const BufferView& view, std::ostream& out) {
+  for_each_record(view, [&](const json& record) { out << record.dump() << "\n"; });
+}
+
+}  // namespace hiprt::tools

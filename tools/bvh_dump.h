@@ -1,0 +1,19 @@
+#pragma once
+/// Every node and leaf of a file, as text or as JSON lines.
+
+#include <hiprt_device/format/view.h>
+
+#include <ostream>
+
+namespace hiprt::tools {
+
+/// One line per node with its present children (reference and box), one per leaf with its triangles.
+/// @pre validate() accepted the file.
+void dump_text(const BufferView& view, std::ostream& out);
+
+/// The same, one JSON object per line: {"node": n, "byte": ..., "children": [{"ref", "node" or "leaf", "min", "max"}]},
+/// {"leaf": n, "byte": ..., "geometry", "last", "triangles": [{"primitive", "corners": [[x, y, z], ...]}]}. Corners
+/// are in the mesh's order.
+void dump_json(const BufferView& view, std::ostream& out);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,28 @@
+#include "bvh_file.h"
+
+#include <hiprt_build/file.h>
+
+#include <utility>
+
+namespace hiprt::tools {
+
+build::Error format_error(const std::filesystem::path& path, const FormatIssue& issue) {
+  return {build::ErrorCode::kInvalidInput, path.string() + ": not a valid BVH file: " + to_string(issue)};
+}
+
+build::Result<BvhFile> open_bvh(const std::filesystem::path& path) {
+  auto buffer = build::map_file(path);
+  if (!buffer) return tl::unexpected(buffer.error());
+  const auto view = open_buffer(std::as_const(*buffer).bytes());
+  if (!view) return tl::unexpected(format_error(path, view.error()));
+  return BvhFile{std::move(*buffer), *view};
+}
+
+build::Result<BvhFile> load_bvh(const std::filesystem::path& path) {
+  auto file = open_bvh(path);
+  if (!file) return file;
+  if (const auto valid = validate(file->view.bytes); !valid) return tl::unexpected(format_error(path, valid.error()));
+  return file;
+}
+
+}  // namespace hiprt::tools

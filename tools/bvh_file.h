@@ -1,0 +1,30 @@
+#pragma once
+/// BVH files as the tools open them.
+
+#include <hiprt_build/buffer.h>
+#include <hiprt_build/error.h>
+#include <hiprt_device/format/validate.h>
+#include <hiprt_device/format/view.h>
+
+#include <filesystem>
+#include <string>
+
+namespace hiprt::tools {
+
+/// A mapped file and the view of it.
+struct BvhFile {
+  build::Buffer buffer;
+  BufferView view;
+};
+
+/// Checks header and section table only: the content must not be walked.
+/// @return kIo, or kInvalidInput with the path and the FormatIssue's text.
+build::Result<BvhFile> open_bvh(const std::filesystem::path& path);
+
+/// Checks everything (hiprt::validate()): the file may be traversed.
+build::Result<BvhFile> load_bvh(const std::filesystem::path& path);
+
+/// "scene.bvh: not a valid BVH file: BadMagic at byte 0: ..."
+build::Error format_error(const std::filesystem::path& path, const FormatIssue& issue);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,201 @@
+/// bvhinfo: what is in a BVH file.
+
+#include "bvh_dump.h"
+#include "bvh_file.h"
+#include "cli.h"
+#include "names.h"
+#include "report.h"
+
+#include <hiprt_build/statistics.h>
+
+#include <iostream>
+#include <optional>
+
+namespace {
+
+using namespace hiprt;
+using namespace hiprt::tools;
+
+constexpr ToolInfo kInfo{
+    "bvhinfo",
+    "Describes a BVH file: header, sections, geometries, figures of the tree, provenance.\n"
+    "Header and section table are always checked; a file that fails there is refused with status 1. Figures that\n"
+    "take a walk through the tree (depth, fill, SAH cost, overlap) are given only if the whole content passes\n"
+    "validation; otherwise a warning says why they are missing. With --validate or --dump, content that does not\n"
+    "pass is an error with status 1.",
+    "  bvhinfo scene.bvh\n"
+    "  bvhinfo --validate scene.bvh && echo fine\n"
+    "  bvhinfo --json scene.bvh | jq .tree.sah_cost\n"
+    "  bvhinfo --dump --json scene.bvh | head\n"};
+
+struct Options {
+  std::string path;
+  bool validate = false, dump = false;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
+  app.add_flag("--validate", options.validate, "Fail unless everything in the file is right");
+  app.add_flag("--dump", options.dump, "Print every node and leaf instead; with --json one object per line");
+}
+
+std::string section_name(std::uint32_t kind) {
+  switch (static_cast<SectionKind>(kind)) {
+    case SectionKind::kNodes:
+      return "nodes";
+    case SectionKind::kLeaves:
+      return "leaves";
+    case SectionKind::kPrimitiveMap:
+      return "primitive map";
+    case SectionKind::kGeometries:
+      return "geometries";
+    case SectionKind::kProvenance:
+      return "provenance";
+  }
+  return "unknown kind " + std::to_string(kind);
+}
+
+std::span<const SectionEntry> section_table(const BufferView& view) {
+  return {reinterpret_cast<const SectionEntry*>(view.bytes.data() + sizeof(FileHeader)), view.header->section_count};
+}
+
+std::vector<std::string> feature_names(FeatureMask features) {
+  std::vector<std::string> names;
+  if ((features & feature_bit(Feature::kTriangles)) != 0) names.emplace_back("triangles");
+  if ((features & feature_bit(Feature::kMasks)) != 0) names.emplace_back("masks");
+  if ((features & feature_bit(Feature::kSplitReferences)) != 0) names.emplace_back("split references");
+  return names;
+}
+
+/// nullopt unless the text is a JSON object whose depth is sane (printing a value takes stack for every level).
+std::optional<nlohmann::json> parse_provenance(std::string_view text) {
+  constexpr int kMostLevels = 64;
+  bool too_deep = false;
+  const auto guard = [&](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+    too_deep = too_deep || depth > kMostLevels;
+    return depth <= kMostLevels;
+  };
+  auto value = nlohmann::json::parse(text, guard, false);
+  if (value.is_discarded() || too_deep || !value.is_object()) return std::nullopt;
+  return value;
+}
+
+std::string bounds_text(const Box& box) {
+  std::string text;
+  for (const float* corner : {box.min, box.max}) {
+    text += text.empty() ? "(" : " - (";
+    for (int axis = 0; axis < 3; ++axis) text += (axis == 0 ? "" : " ") + nlohmann::json(corner[axis]).dump();
+    text += ")";
+  }
+  return text;
+}
+
+/// Everything that header, section table and geometry table say.
+void add_header(Table& table, const Options& options, const BufferView& view) {
+  const FileHeader& header = *view.header;
+  std::string features;
+  for (const std::string& name : feature_names(header.features)) features += (features.empty() ? "" : ", ") + name;
+  table.row("file", options.path);
+  table.row("version", std::to_string(header.version_major) + "." + std::to_string(header.version_minor));
+  table.row("layout", word_of(kLayouts, view.layout()));
+  table.row("features", features.empty() ? "none" : features);
+  table.row("bytes", bytes_text(header.byte_size));
+  table.row("bytes per triangle", fixed(bytes_per_triangle(view), 1));
+  table.row("triangles", std::to_string(header.primitive_count));
+  table.row("bounds", header.root == kInvalidRef ? "empty" : bounds_text(header.bounds));
+  table.row("stack bound", std::to_string(header.stack_bound));
+  for (const SectionEntry& s : section_table(view))
+    table.row("section", section_name(s.kind) + ": " + std::to_string(s.count) + " x " + std::to_string(s.stride) +
+                             " bytes at " + std::to_string(s.offset));
+  constexpr std::size_t kMostGeometries = 20;
+  for (std::size_t i = 0; i < std::min(view.geometries.size(), kMostGeometries); ++i)
+    table.row("geometry " + std::to_string(i), std::to_string(view.geometries[i].primitive_count) + " triangles, " +
+                                                   std::to_string(view.geometries[i].dropped_count) + " dropped");
+  if (view.geometries.size() > kMostGeometries)
+    table.row("more geometries", std::to_string(view.geometries.size() - kMostGeometries) + " (--json has all)");
+}
+
+nlohmann::json header_json(const Options& options, const BufferView& view) {
+  const FileHeader& header = *view.header;
+  nlohmann::json sections = nlohmann::json::array(), geometries = nlohmann::json::array();
+  for (const SectionEntry& s : section_table(view))
+    sections.push_back({{"kind", s.kind},
+                        {"name", section_name(s.kind)},
+                        {"offset", s.offset},
+                        {"count", s.count},
+                        {"stride", s.stride}});
+  for (const GeometryRecord& g : view.geometries)
+    geometries.push_back({{"first_primitive", g.first_primitive},
+                          {"triangles", g.primitive_count},
+                          {"dropped", g.dropped_count},
+                          {"mask", g.mask}});
+  nlohmann::json bounds;
+  if (header.root != kInvalidRef) bounds = {{"min", header.bounds.min}, {"max", header.bounds.max}};
+  return {{"file", options.path},
+          {"version", {header.version_major, header.version_minor}},
+          {"layout", word_of(kLayouts, view.layout())},
+          {"features", feature_names(header.features)},
+          {"bytes", header.byte_size},
+          {"bytes_per_triangle", bytes_per_triangle(view)},
+          {"triangles", header.primitive_count},
+          {"bounds", std::move(bounds)},
+          {"stack_bound", header.stack_bound},
+          {"sections", std::move(sections)},
+          {"geometries", std::move(geometries)}};
+}
+
+void print_text(const Options& options, const BufferView& view, bool valid) {
+  Table table;
+  add_header(table, options, view);
+  table.row("valid", valid ? "yes" : "no");
+  if (valid) add_tree(table, build::measure_tree(view));
+  const auto provenance = parse_provenance(view.provenance);
+  std::cout << table.text();
+  if (provenance)
+    std::cout << "provenance " << provenance->dump(2, ' ', true, nlohmann::json::error_handler_t::replace) << "\n";
+  else
+    std::cout << "provenance " << (view.provenance.empty() ? "none" : "not readable") << "\n";
+}
+
+void print_json(const Options& options, const BufferView& view, const FormatIssue* issue) {
+  nlohmann::json report = header_json(options, view);
+  report["valid"] = issue == nullptr;
+  report["error"] = nullptr;
+  if (issue != nullptr)
+    report["error"] = {
+        {"name", name(issue->error)}, {"byte", issue->offset}, {"found", issue->value}, {"limit", issue->limit}};
+  report["tree"] = nullptr;
+  if (issue == nullptr) report["tree"] = tree_json(build::measure_tree(view));
+  const auto provenance = parse_provenance(view.provenance);
+  report["provenance"] = provenance ? *provenance : nlohmann::json();
+  Cli::print(report);
+}
+
+build::Result<void> run(const Cli& cli, const Options& options) {
+  const auto file = open_bvh(options.path);
+  if (!file) return tl::unexpected(file.error());
+  const auto valid = validate(file->view.bytes);
+  if (!valid && options.dump) return tl::unexpected(format_error(options.path, valid.error()));
+  if (options.dump) {
+    cli.json() ? dump_json(file->view, std::cout) : dump_text(file->view, std::cout);
+    return {};
+  }
+  if (cli.json())
+    print_json(options, file->view, valid ? nullptr : &valid.error());
+  else
+    print_text(options, file->view, valid.has_value());
+  if (valid) return {};
+  const build::Error error = format_error(options.path, valid.error());
+  if (options.validate) return tl::unexpected(error);
+  cli.warn(error.message + "; figures of the tree are left out");
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  Cli cli(kInfo);
+  add_options(cli.app(), options);
+  return cli.run(argc, argv, [&] { return run(cli, options); });
+}

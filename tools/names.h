@@ -1,0 +1,45 @@
+#pragma once
+/// Words for the command lines' choices: one table per choice.
+
+#include <hiprt_build/build.h>
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace hiprt::tools {
+
+template <class Value, std::size_t N> using Names = std::array<std::pair<std::string_view, Value>, N>;
+
+inline constexpr Names<build::Builder, 4> kBuilders{{{"sah", build::Builder::kSah},
+                                                     {"embree-low", build::Builder::kEmbreeLow},
+                                                     {"embree-medium", build::Builder::kEmbreeMedium},
+                                                     {"embree-high", build::Builder::kEmbreeHigh}}};
+inline constexpr Names<NodeLayout, 2> kLayouts{{{"float", NodeLayout::kFloat}, {"planes", NodeLayout::kPlanes}}};
+/// The layout that is traced fastest on each target.
+inline constexpr Names<NodeLayout, 3> kTargetLayouts{
+    {{"cpu", NodeLayout::kPlanes}, {"amd", NodeLayout::kFloat}, {"nvidia", NodeLayout::kFloat}}};
+/// @pre @p word is in the table (the command line was checked with words()).
+template <class Value, std::size_t N> Value value_of(const Names<Value, N>& names, std::string_view word) {
+  for (const auto& [name, value] : names)
+    if (name == word) return value;
+  return names.front().second;
+}
+
+template <class Value, std::size_t N> std::string word_of(const Names<Value, N>& names, Value wanted) {
+  for (const auto& [name, value] : names)
+    if (value == wanted) return std::string(name);
+  return "unknown";
+}
+
+/// Every word of a table, and @p more.
+template <class Value, std::size_t N>
+std::vector<std::string> words(const Names<Value, N>& names, std::vector<std::string> more = {}) {
+  for (const auto& [name, value] : names) more.emplace_back(name);
+  return more;
+}
+
+}  // namespace hiprt::tools

@@ -1,0 +1,36 @@
+#pragma once
+/// Figures of a tree as text and as JSON.
+
+#include <hiprt_build/statistics.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// Lines "label   value", labels in one column.
+class Table {
+ public:
+  void row(std::string label, std::string value) { rows_.emplace_back(std::move(label), std::move(value)); }
+  std::string text() const;
+
+ private:
+  std::vector<std::pair<std::string, std::string>> rows_;
+};
+
+/// @return @p value with @p digits digits behind the point.
+std::string fixed(double value, int digits);
+/// @return "1234567 (1.2 MiB)".
+std::string bytes_text(std::uint64_t bytes);
+
+/// 0 for 0 triangles.
+double bytes_per_triangle(const BufferView& view);
+
+void add_tree(Table& table, const build::TreeStatistics& tree);
+nlohmann::json tree_json(const build::TreeStatistics& tree);
+
+}  // namespace hiprt::tools
