@@ -1,0 +1,22 @@
+#!/bin/bash
+# shared_library.sh LIBRARY SONAME: the library's SONAME, and that it shows its users nothing but hiprt::build.
+set -euo pipefail
+
+library=$1 wanted=$2
+soname=$(readelf -d "$library" | sed -n 's/.*(SONAME).*\[\(.*\)\]/\1/p')
+status=0
+if [[ $soname != "$wanted" ]]; then
+  echo "SONAME is '$soname', not '$wanted'"
+  status=1
+fi
+symbols=$(nm -D --defined-only "$library" | awk '{ print $NF }' | c++filt)
+if ! grep -q '^hiprt::build::build(' <<<"$symbols"; then
+  echo "hiprt::build::build is not exported"
+  status=1
+fi
+if stray=$(grep -vE '^((vtable|typeinfo|typeinfo name) for )?hiprt::build::' <<<"$symbols"); then
+  printf 'exported by mistake:\n%s\n' "$stray"
+  status=1
+fi
+echo "$soname exports $(wc -l <<<"$symbols") symbols"
+exit $status
