@@ -19,15 +19,16 @@ bool ends_with_endsolid(std::string_view text) {
   return next_word(line) == "endsolid";
 }
 
-build::Result<void> check_size(std::span<const std::byte> bytes) {
+/// @return whether the file has facets at all; assimp refuses files without.
+build::Result<bool> check_size(std::span<const std::byte> bytes) {
   constexpr std::uint64_t kHeaderBytes = 84, kFacetBytes = 50;
   const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   std::uint32_t facets = 0;
   if (bytes.size() >= kHeaderBytes) std::memcpy(&facets, bytes.data() + 80, sizeof(facets));
   const std::uint64_t expected = kHeaderBytes + kFacetBytes * facets;
-  if (bytes.size() >= kHeaderBytes && bytes.size() == expected) return {};
+  if (bytes.size() == expected) return facets != 0;
   if (text.starts_with("solid")) {
-    if (ends_with_endsolid(text)) return {};
+    if (ends_with_endsolid(text)) return text.find("facet ") != std::string_view::npos;
     return invalid_input("truncated: the last line of an ASCII STL file must start with 'endsolid'");
   }
   if (bytes.size() < kHeaderBytes)
@@ -52,7 +53,9 @@ void append(Mesh& mesh, const aiMesh& part) {
 }  // namespace
 
 build::Result<Mesh> read_stl(std::span<const std::byte> bytes) {
-  if (auto checked = check_size(bytes); !checked) return tl::unexpected(checked.error());
+  const auto has_facets = check_size(bytes);
+  if (!has_facets) return tl::unexpected(has_facets.error());
+  if (!*has_facets) return Mesh{};
   Assimp::Importer importer;
   // No post-processing: order, NaN and degenerate facets stay as they are.
   const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "stl");

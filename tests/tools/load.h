@@ -1,0 +1,38 @@
+#pragma once
+/// What the importer tests share.
+
+#include "temp_folder.h"
+
+#include <tools/mesh_import.h>
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace hiprt::test {
+
+using Positions = std::vector<build::Position>;
+using Triangles = std::vector<build::Triangle>;
+
+inline tools::Mesh load(const std::filesystem::path& path) {
+  auto mesh = tools::load_mesh(path);
+  if (!mesh) FAIL(mesh.error().message);
+  return std::move(*mesh);
+}
+
+/// The one-line message of a refused file; it names the path first.
+inline std::string refusal(const std::filesystem::path& path) {
+  const auto mesh = tools::load_mesh(path);
+  if (mesh) FAIL(path.string() + " was accepted");
+  const std::string message = mesh.error().message;
+  INFO(message);
+  CHECK(message.find('\n') == std::string::npos);
+  CHECK(message.find(path.filename().string()) != std::string::npos);
+  return message;
+}
+
+inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+}  // namespace hiprt::test

@@ -1,0 +1,88 @@
+#include "load.h"
+
+#include <array>
+#include <limits>
+
+using namespace hiprt;
+using namespace hiprt::test;
+using Catch::Contains;
+
+namespace {
+
+using Facet = std::array<build::Position, 3>;
+
+const float kNan = std::numeric_limits<float>::quiet_NaN();
+const std::vector<Facet> kFacets{{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
+                                 {{{0, 0, 0}, {0, 0, 0}, {0, 1, 0}}},
+                                 {{{kNan, 0, 0}, {1, 0, 0}, {0, 1, 2}}},
+                                 {{{0, 0, 1}, {1.5f, 0, 1}, {0, 1e10f, 1}}}};
+
+std::string binary(const std::string& title = "made by a test") {
+  std::string bytes = title;
+  bytes.resize(80);
+  append(bytes, static_cast<std::uint32_t>(kFacets.size()));
+  for (const Facet& facet : kFacets) {
+    append(bytes, 0.0f, 0.0f, 1.0f);
+    for (const auto& corner : facet) append(bytes, corner[0], corner[1], corner[2]);
+    append(bytes, std::uint16_t{0});
+  }
+  return bytes;
+}
+
+std::string ascii(const std::string& name, std::size_t first, std::size_t last) {
+  std::string text = "solid " + name + "\n";
+  for (std::size_t i = first; i < last; ++i) {
+    text += "  facet normal 0 0 1\n    outer loop\n";
+    for (const auto& c : kFacets[i])
+      text += "      vertex " + std::to_string(c[0]) + " " + std::to_string(c[1]) + " " + std::to_string(c[2]) + "\n";
+    text += "    endloop\n  endfacet\n";
+  }
+  return text + "endsolid " + name + "\n";
+}
+
+void check_facets(const tools::Mesh& mesh) {
+  REQUIRE(mesh.triangles.size() == kFacets.size());
+  for (std::size_t i = 0; i < kFacets.size(); ++i)
+    for (std::size_t corner = 0; corner < 3; ++corner)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float expected = kFacets[i][corner][axis], got = mesh.positions[mesh.triangles[i][corner]][axis];
+        INFO("facet " << i << " corner " << corner << " axis " << axis);
+        CHECK((got == expected || (std::isnan(got) && std::isnan(expected))));
+      }
+}
+
+}  // namespace
+
+TEST_CASE("STL: binary, ASCII and several solids give every facet in order, degenerate and NaN ones too") {
+  const TempFolder folder;
+  check_facets(load(folder.write("b.stl", binary())));
+  check_facets(load(folder.write("misleading.stl", binary("solid but binary"))));
+  check_facets(load(folder.write("a.STL", ascii("one", 0, 4))));
+  check_facets(load(folder.write("two.stl", ascii("one", 0, 1) + ascii("two", 1, 4))));
+}
+
+TEST_CASE("STL: no facets are an empty mesh") {
+  const TempFolder folder;
+  std::string bytes(80, 'x');
+  append(bytes, 0u);
+  CHECK(load(folder.write("none.stl", bytes)).triangles.empty());
+  CHECK(load(folder.write("none.stl", "solid none\nendsolid none\n")).triangles.empty());
+}
+
+TEST_CASE("STL: truncated and wrong files are refused") {
+  const TempFolder folder;
+  const auto message = [&](const std::string& text) { return refusal(folder.write("bad.stl", text)); };
+  const std::string whole = binary();
+  for (std::size_t size = 1; size < whole.size(); size += 3) message(whole.substr(0, size));
+  CHECK_THAT(message(whole.substr(0, whole.size() - 30)), Contains("4 facets") && Contains("284 bytes"));
+  CHECK_THAT(message(whole + "x"), Contains("the file has 285"));
+  std::string huge = whole;
+  huge.replace(80, 4, "\xff\xff\xff\xff");
+  CHECK_THAT(message(huge), Contains("4294967295 facets"));
+  CHECK_THAT(message(std::string(20, 'x')), Contains("too few"));
+  const std::string text = ascii("one", 0, 4);
+  for (std::size_t size = 1; size < text.rfind("endsolid"); size += 5) message(text.substr(0, size));
+  CHECK_THAT(message(text.substr(0, 200)), Contains("endsolid"));
+  std::string word = text;
+  CHECK_THAT(message(word.replace(word.find("1.000000"), 8, "onehalf!")), Contains("not an STL file"));
+}
