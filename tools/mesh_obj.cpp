@@ -63,7 +63,7 @@ class ObjReader {
       const std::string_view word = next_word(line);
       if (word.empty()) return fail("vertex with fewer than three coordinates");
       const auto value = parse_real<float>(word);
-      if (!value) return fail(quoted(word) + " is not a number");
+      if (!value) return fail(in_quotes(word) + " is not a number");
       coordinate = *value;
     }
     if (mesh_.positions.size() == std::numeric_limits<std::uint32_t>::max())
@@ -88,7 +88,7 @@ class ObjReader {
   /// "7", "7/1", "7//3", "7/1/3": the vertex number is what counts; from 1, or from the end when negative.
   build::Result<std::uint32_t> parse_corner(std::string_view word) {
     const auto number = parse_integer(word.substr(0, word.find('/')));
-    if (!number) return fail(quoted(word) + " is not a vertex number");
+    if (!number) return fail(in_quotes(word) + " is not a vertex number");
     const auto known = static_cast<std::int64_t>(mesh_.positions.size());
     if (*number == 0) return fail("vertex number 0: they start at 1");
     if (*number < -known)

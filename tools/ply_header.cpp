@@ -55,7 +55,7 @@ class HeaderParser {
       } else if (keyword == "property") {
         done = read_property(line);
       } else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
-        done = fail("unknown keyword " + quoted(keyword));
+        done = fail("unknown keyword " + in_quotes(keyword));
       }
       if (!done) return tl::unexpected(done.error());
     }
@@ -83,16 +83,16 @@ class HeaderParser {
     else if (word == "binary_big_endian")
       header_.encoding = PlyEncoding::kBigEndian;
     else
-      return fail("unknown format " + quoted(word));
+      return fail("unknown format " + in_quotes(word));
     if (const std::string_view version = next_word(line); version != "1.0")
-      return fail("unknown version " + quoted(version) + ", only 1.0 is known");
+      return fail("unknown version " + in_quotes(version) + ", only 1.0 is known");
     return {};
   }
 
   build::Result<void> read_element(std::string_view line) {
     const std::string_view name = next_word(line), number = next_word(line);
     const auto count = parse_integer(number);
-    if (!count || *count < 0) return fail(quoted(number) + " is not a number of elements");
+    if (!count || *count < 0) return fail(in_quotes(number) + " is not a number of elements");
     header_.elements.push_back({std::string(name), static_cast<std::uint64_t>(*count), {}});
     return {};
   }
@@ -104,13 +104,13 @@ class HeaderParser {
     if (word == "list") {
       const std::string_view length = next_word(line);
       const auto type = type_of(length);
-      if (!type || is_real(*type)) return fail(quoted(length) + " is not an integer type");
+      if (!type || is_real(*type)) return fail(in_quotes(length) + " is not an integer type");
       property.is_list = true;
       property.count_type = *type;
       word = next_word(line);
     }
     const auto type = type_of(word);
-    if (!type) return fail(quoted(word) + " is not a type");
+    if (!type) return fail(in_quotes(word) + " is not a type");
     property.type = *type;
     property.name = std::string(next_word(line));
     header_.elements.back().properties.push_back(std::move(property));

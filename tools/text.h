@@ -56,7 +56,7 @@ inline std::optional<std::int64_t> parse_integer(std::string_view word) {
 }
 
 /// A word for a message: cut to a sane length.
-inline std::string quoted(std::string_view word) {
+inline std::string in_quotes(std::string_view word) {
   constexpr std::size_t kMost = 40;
   std::string text(1, '\'');
   text.append(word.substr(0, kMost)).append(word.size() > kMost ? "...'" : "'");

@@ -84,5 +84,12 @@ TEST_CASE("STL: truncated and wrong files are refused") {
   for (std::size_t size = 1; size < text.rfind("endsolid"); size += 5) message(text.substr(0, size));
   CHECK_THAT(message(text.substr(0, 200)), Contains("endsolid"));
   std::string word = text;
-  CHECK_THAT(message(word.replace(word.find("1.000000"), 8, "onehalf!")), Contains("not an STL file"));
+  CHECK_THAT(message(word.replace(word.find("1.000000"), 8, "onehalf!")), Contains("line 5") && Contains("'onehalf!'"));
+  word = text;
+  CHECK_THAT(message(word.replace(word.find("endfacet"), 8, "endfact?")), Contains("'endfact?'"));
+  word = text;
+  CHECK_THAT(message(word.replace(word.find("1.000000 0.000000 0.000000"), 26, "1 0")), Contains("three coordinates"));
+  CHECK_THAT(message("solid a\nfacet normal 0 0 1\nvertex 0 0 0\nendfacet\nendsolid\n"), Contains("1 corners"));
+  CHECK_THAT(message("solid a\nvertex 0 0 0\nendsolid\n"), Contains("outside of a facet"));
+  CHECK_THAT(message("solid a\nendsolid a\ngarbage\n"), Contains("line 3") && Contains("'garbage'"));
 }
