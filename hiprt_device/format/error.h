@@ -75,50 +75,21 @@ inline std::string to_string(const FormatIssue& issue) {
          std::to_string(issue.value) + ", expected or limit " + std::to_string(issue.limit);
 }
 
-inline const char* name(FormatError error) {
-  constexpr const char* kNames[] = {"Misaligned",
-                                    "TooSmall",
-                                    "BadMagic",
-                                    "UnknownMajorVersion",
-                                    "UnknownLayout",
-                                    "UnknownFeature",
-                                    "SizeMismatch",
-                                    "BadReservedField",
-                                    "SectionTableRange",
-                                    "SectionMisaligned",
-                                    "SectionStride",
-                                    "SectionRange",
-                                    "SectionOverlap",
-                                    "DuplicateSection",
-                                    "MissingSection",
-                                    "UnknownRequiredSection",
-                                    "GeometryCount",
-                                    "PrimitiveCount",
-                                    "BadChecksum",
-                                    "BadReference",
-                                    "ReferenceOrder",
-                                    "SharedNode",
-                                    "EmptyNode",
-                                    "Unreachable",
-                                    "BadBox",
-                                    "BoxNotContained",
-                                    "BadBounds",
-                                    "BadChildFlags",
-                                    "UnterminatedRun",
-                                    "BadVertex",
-                                    "BadGeometryId",
-                                    "BadPrimitiveId",
-                                    "BadTriangleId",
-                                    "SplitWithoutFeature",
-                                    "SplitDiffers",
-                                    "SplitNotCovered",
-                                    "PrimitiveMapMismatch",
-                                    "DroppedCount",
-                                    "FeatureMismatch",
-                                    "StackBound",
-                                    "BadProvenance"};
-  static_assert(std::size(kNames) == kFormatErrors);
-  return kNames[static_cast<std::size_t>(error)];
-}
+namespace format_detail {
+// clang-format off
+inline constexpr const char* kFormatErrorNames[] = {
+    "Misaligned", "TooSmall", "BadMagic", "UnknownMajorVersion", "UnknownLayout", "UnknownFeature", "SizeMismatch",
+    "BadReservedField", "SectionTableRange", "SectionMisaligned", "SectionStride", "SectionRange", "SectionOverlap",
+    "DuplicateSection", "MissingSection", "UnknownRequiredSection", "GeometryCount", "PrimitiveCount", "BadChecksum",
+    "BadReference", "ReferenceOrder", "SharedNode", "EmptyNode", "Unreachable", "BadBox", "BoxNotContained",
+    "BadBounds", "BadChildFlags", "UnterminatedRun", "BadVertex", "BadGeometryId", "BadPrimitiveId", "BadTriangleId",
+    "SplitWithoutFeature", "SplitDiffers", "SplitNotCovered", "PrimitiveMapMismatch", "DroppedCount",
+    "FeatureMismatch", "StackBound", "BadProvenance",
+};
+// clang-format on
+static_assert(std::size(kFormatErrorNames) == kFormatErrors);
+}  // namespace format_detail
+
+inline const char* name(FormatError error) { return format_detail::kFormatErrorNames[static_cast<std::size_t>(error)]; }
 
 }  // namespace hiprt

@@ -43,11 +43,12 @@ inline float side_of(const Box& box, unsigned side, unsigned axis) { return side
 /// Planes of a box are numbered side * 3 + axis (0-5); 6 stands for none.
 inline constexpr unsigned kNoPlane = 6;
 
-/// @return the first plane that is not finite or exceeds its opposite. A NaN makes both planes of its axis bad.
+/// @return the first plane that is not finite, or exceeds its finite opposite.
 inline unsigned first_bad_plane(const Box& box) {
   for (unsigned plane = 0; plane < 6; ++plane) {
-    const bool ordered = box.min[plane % 3] <= box.max[plane % 3];
-    if (!ordered || !std::isfinite(side_of(box, plane / 3, plane % 3))) return plane;
+    const bool inverted = box.min[plane % 3] > box.max[plane % 3];
+    const bool finite = std::isfinite(side_of(box, plane / 3, plane % 3));
+    if (!finite || (inverted && std::isfinite(side_of(box, 1 - plane / 3, plane % 3)))) return plane;
   }
   return kNoPlane;
 }

@@ -1,0 +1,18 @@
+#include <hiprt_build/error.h>
+
+#include <catch2/catch.hpp>
+
+#include <set>
+#include <string>
+
+using hiprt::build::ErrorCode;
+
+TEST_CASE("every error code has a name of its own") {
+  std::set<std::string> names;
+  for (const ErrorCode code : {ErrorCode::kInvalidInput, ErrorCode::kTooLarge, ErrorCode::kOutOfMemory,
+                               ErrorCode::kCancelled, ErrorCode::kIo, ErrorCode::kBackend})
+    names.insert(hiprt::build::name(code));
+  CHECK(names.size() == 6);
+  CHECK(names.count("unknown error") == 0);
+  CHECK(std::string(hiprt::build::name(ErrorCode::kInvalidInput)) == "invalid input");
+}

@@ -1,0 +1,173 @@
+#include <hiprt_build/file.h>
+
+#include <catch2/catch.hpp>
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace hiprt::build;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A folder of its own that goes away with the test.
+class Folder {
+ public:
+  Folder() {
+    std::string pattern = (fs::temp_directory_path() / "hiprt-test-XXXXXX").string();
+    REQUIRE(::mkdtemp(pattern.data()) != nullptr);
+    path_ = pattern;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+  std::ptrdiff_t entries() const { return std::distance(fs::directory_iterator(path_), fs::directory_iterator()); }
+
+ private:
+  fs::path path_;
+};
+
+std::span<const std::byte> as_bytes(const std::string& text) { return std::as_bytes(std::span(text)); }
+
+std::string content(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+template <class T> void check_fails(const Result<T>& result, const fs::path& path, const std::string& reason) {
+  REQUIRE_FALSE(result);
+  CHECK(result.error().code == ErrorCode::kIo);
+  INFO(result.error().message);
+  CHECK(result.error().message.find("'" + path.string() + "'") != std::string::npos);
+  CHECK(result.error().message.find(reason) != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("what is written can be mapped") {
+  const Folder folder;
+  const fs::path path = folder.path() / "a.bvh";
+  const std::string text(100000, 'x');
+  REQUIRE(write_file(path, as_bytes(text)));
+  CHECK(folder.entries() == 1);
+  auto mapped = map_file(path);
+  REQUIRE(mapped);
+  CHECK(mapped->size() == text.size());
+  CHECK(std::equal(mapped->bytes().begin(), mapped->bytes().end(), as_bytes(text).begin()));
+  // The mapping outlives the name.
+  fs::remove(path);
+  CHECK(mapped->bytes()[99999] == std::byte{'x'});
+}
+
+TEST_CASE("a file is replaced as a whole and keeps its permissions") {
+  const Folder folder;
+  const fs::path path = folder.path() / "a.bvh";
+  REQUIRE(write_file(path, as_bytes("old content")));
+  const auto old = map_file(path);
+  REQUIRE(old);
+  fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read);
+  REQUIRE(write_file(path, as_bytes("new")));
+  CHECK(content(path) == "new");
+  CHECK(old->bytes()[0] == std::byte{'o'});  // Who has the old file mapped keeps it.
+  CHECK(fs::status(path).permissions() == (fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_read));
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a new file has the permissions that the umask gives") {
+  const Folder folder;
+  const mode_t before = ::umask(027);
+  const auto written = write_file(folder.path() / "a", as_bytes("x"));
+  ::umask(before);
+  REQUIRE(written);
+  struct stat status {};
+  REQUIRE(::stat((folder.path() / "a").c_str(), &status) == 0);
+  CHECK((status.st_mode & 0777) == 0640);
+}
+
+TEST_CASE("a link stays a link") {
+  const Folder folder;
+  const fs::path target = folder.path() / "target", link = folder.path() / "link";
+  REQUIRE(write_file(target, as_bytes("old")));
+  fs::create_symlink("target", link);
+  REQUIRE(write_file(link, as_bytes("new")));
+  CHECK(fs::is_symlink(link));
+  CHECK(content(target) == "new");
+  fs::remove(target);
+  check_fails(write_file(link, as_bytes("x")), link, "No such file or directory");
+}
+
+TEST_CASE("what cannot be mapped says why") {
+  const Folder folder;
+  const fs::path missing = folder.path() / "missing", empty = folder.path() / "empty", fifo = folder.path() / "fifo";
+  check_fails(map_file(missing), missing, "No such file or directory");
+  check_fails(map_file(folder.path()), folder.path(), "directory");
+  REQUIRE(write_file(empty, {}));
+  check_fails(map_file(empty), empty, "empty");
+  REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
+  check_fails(map_file(fifo), fifo, "not a regular file");
+  check_fails(map_file("/dev/null"), "/dev/null", "not a regular file");
+  check_fails(map_file(""), "", "No such file or directory");
+}
+
+TEST_CASE("what cannot be written says why and leaves nothing") {
+  const Folder folder;
+  const fs::path nowhere = folder.path() / "no" / "where", fifo = folder.path() / "fifo";
+  check_fails(write_file(nowhere, as_bytes("x")), nowhere, "No such file or directory");
+  check_fails(write_file(folder.path(), as_bytes("x")), folder.path(), "directory");
+  REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
+  check_fails(write_file(fifo, as_bytes("x")), fifo, "not a regular file");
+  check_fails(write_file("/dev/null", as_bytes("x")), "/dev/null", "not a regular file");
+  CHECK(fs::is_character_file("/dev/null"));
+  check_fails(write_file("", as_bytes("x")), "", "no file");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("a full disk keeps the old file and leaves no temporary file") {
+  const Folder folder;
+  const fs::path path = folder.path() / "a";
+  REQUIRE(write_file(path, as_bytes("old")));
+  // A limit on file sizes makes write() fail like a full disk, for root too.
+  struct rlimit before {};
+  REQUIRE(::getrlimit(RLIMIT_FSIZE, &before) == 0);
+  struct rlimit limit = before;
+  limit.rlim_cur = 4096;
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &limit) == 0);
+  const auto written = write_file(path, as_bytes(std::string(100000, 'y')));
+  REQUIRE(::setrlimit(RLIMIT_FSIZE, &before) == 0);
+  std::signal(SIGXFSZ, old_handler);
+  check_fails(written, path, "File too large");
+  CHECK(content(path) == "old");
+  CHECK(folder.entries() == 1);
+}
+
+TEST_CASE("writers of one file at a time end with one of their contents") {
+  const Folder folder;
+  const fs::path path = folder.path() / "a";
+  std::vector<std::thread> writers;
+  std::array<bool, 4> good{};
+  for (std::size_t i = 0; i < good.size(); ++i)
+    writers.emplace_back([&, i] {
+      good[i] = true;
+      for (int repeat = 0; repeat < 5; ++repeat)
+        good[i] = write_file(path, as_bytes(std::string(50000, static_cast<char>('a' + i)))).has_value() && good[i];
+    });
+  for (auto& writer : writers) writer.join();
+  for (const bool each : good) CHECK(each);
+  const std::string last = content(path);
+  CHECK(last == std::string(50000, last.at(0)));
+  CHECK(folder.entries() == 1);
+}

@@ -1,0 +1,76 @@
+/// Statistics of the golden scene, computed by hand. Its layout: tests/format/golden/make_golden.py.
+
+#include <hiprt_build/statistics.h>
+
+#include "../format/test_scene.h"
+
+#include <catch2/catch.hpp>
+
+using namespace hiprt;
+using namespace hiprt::build;
+using namespace hiprt::test;
+
+namespace {
+
+NodeLayout any_layout() { return GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes); }
+
+TreeStatistics measure(const TestScene& scene, const SahCosts& costs = {}) {
+  const TestFile file = scene.write();
+  const auto view = open_buffer(file.bytes());
+  REQUIRE(view);
+  return measure_tree(*view, costs);
+}
+
+}  // namespace
+
+TEST_CASE("statistics of a row of flat squares") {
+  const TreeStatistics row = measure(row_scene(any_layout()), {.box_node = 1, .leaf = 10});
+  CHECK(row.nodes == 2);
+  CHECK(row.leaves == 4);
+  CHECK(row.leaf_triangles == 7);
+  CHECK(row.leaf_runs == 3);
+  CHECK(row.nodes_by_children == std::array<std::uint64_t, 5>{0, 0, 2, 0, 0});
+  CHECK(row.depth == 2);
+  CHECK(row.fill == Approx(0.5));
+  CHECK(row.pair_fill == Approx(7.0 / 8));
+  // Half areas (flat in z, so length in x): root 7, node 1 3, run of two leaves 3, leaves 2 and 3 1 each.
+  CHECK(row.sah_cost == Approx((7 + 3 + 10 * (2 * 3 + 1 + 1)) / 7.0));
+  CHECK(row.sibling_overlap == 0);
+}
+
+TEST_CASE("sibling overlap is weighted with the parents' areas") {
+  TestScene scene = row_scene(any_layout());
+  scene.nodes[0][2].box.min[0] = 1;  // Overlaps the run's box, x 0-3, in x 1-3; half areas: common 2, root 7, node 1 6.
+  const TreeStatistics row = measure(scene);
+  CHECK(row.sibling_overlap == Approx(2.0 / (7 + 6)));
+}
+
+TEST_CASE("statistics without a box node, and of nothing") {
+  const NodeLayout layout = any_layout();
+  const TreeStatistics leaf = measure(root_leaf_scene(layout), {.box_node = 1, .leaf = 3});
+  CHECK(leaf.nodes == 0);
+  CHECK(leaf.depth == 0);
+  CHECK(leaf.leaf_runs == 1);
+  CHECK(leaf.pair_fill == 1);
+  CHECK(leaf.fill == 0);
+  CHECK(leaf.sah_cost == 3);
+  const TreeStatistics empty = measure(empty_scene(layout));
+  CHECK(empty.leaves == 0);
+  CHECK(empty.leaf_runs == 0);
+  CHECK(empty.sah_cost == 0);
+}
+
+TEST_CASE("split references count once per leaf") {
+  const TreeStatistics split = measure(split_scene(any_layout()));
+  CHECK(split.leaf_triangles == 2);
+  CHECK(split.leaves == 2);
+  CHECK(split.pair_fill == 0.5);
+  CHECK(split.sah_cost == Approx((16 + 8 + 4) / 16.0));
+}
+
+TEST_CASE("a scene on one line has a finite cost") {
+  TestScene scene = root_leaf_scene(any_layout());
+  for (auto& vertex : scene.leaves[0].vertex) vertex[1] = 0;
+  scene.root.box.max[1] = 0;
+  CHECK(measure(scene).sah_cost == 1);
+}

@@ -1,0 +1,102 @@
+#pragma once
+/// A second opinion on accepted files: walks the tree as a traversal would, with every access checked, from the
+/// specification's numbers instead of the library's decoding.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace hiprt::test {
+
+class SafeWalk {
+ public:
+  explicit SafeWalk(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  /// @return what a traversal of all children, in either order, stumbles over; "" if nothing.
+  std::string run() {
+    read_table();
+    for (const bool backward : {false, true})
+      if (problem_.empty()) walk(backward);
+    return problem_;
+  }
+
+ private:
+  struct Section {
+    std::uint64_t offset, count;
+  };
+
+  template <class T> T read(std::uint64_t offset) {
+    T value{};
+    if (offset + sizeof(T) <= bytes_.size())
+      std::memcpy(&value, bytes_.data() + offset, sizeof(T));
+    else
+      problem_ = "read out of the file";
+    return value;
+  }
+
+  void read_table() {
+    const auto count = read<std::uint32_t>(40);
+    for (std::uint64_t at = 128; at < 128 + 32 * std::uint64_t{count}; at += 32)
+      section_[read<std::uint32_t>(at)] = {read<std::uint64_t>(at + 8), read<std::uint64_t>(at + 16)};
+  }
+
+  bool inside(std::uint64_t offset, std::uint32_t kind, std::uint64_t stride) {
+    const Section section = section_[kind];
+    if (offset >= section.offset && offset < section.offset + section.count * stride) return true;
+    problem_ = "reference out of its section";
+    return false;
+  }
+
+  void walk_run(std::uint64_t offset) {
+    for (;; offset += 64) {
+      if (!inside(offset, 2, 64)) return;
+      const auto geometry = read<std::uint32_t>(offset + 56);
+      if ((geometry & 0x0fffffffu) >= section_[4].count) problem_ = "geometry id";
+      const std::uint64_t record = section_[4].offset + 32 * (geometry & 0x0fffffffu);
+      const auto primitives = read<std::uint64_t>(record + 8);
+      const auto second = read<std::uint32_t>(offset + 52);
+      if (read<std::uint32_t>(offset + 48) >= primitives) problem_ = "primitive id";
+      if (second != 0xffffffffu && second >= primitives) problem_ = "second primitive id";
+      if ((geometry & 0x80000000u) != 0 || !problem_.empty()) return;
+    }
+  }
+
+  /// Depth first with a stack of at most the header's bound, first child first or last child first.
+  void walk(bool backward) {
+    const auto bound = read<std::uint32_t>(48);
+    std::vector<std::uint32_t> stack;
+    std::uint64_t visits = 0;
+    std::uint32_t current = read<std::uint32_t>(44);
+    while (problem_.empty() && current != 0xffffffffu) {
+      if (++visits > bytes_.size()) problem_ = "loop";
+      std::vector<std::uint32_t> children;
+      const std::uint64_t offset = std::uint64_t{current >> 3} * 64;
+      if ((current & 7u) == 0)
+        walk_run(offset);
+      else if ((current & 7u) == 5 && inside(offset, 1, 128))
+        for (unsigned c = 0; c < 4; ++c) {
+          const auto child = read<std::uint32_t>(offset + 4 * (backward ? 3 - c : c));
+          if (child != 0xffffffffu) children.push_back(child);
+        }
+      else
+        problem_ = "node type";
+      for (std::size_t c = 1; c < children.size(); ++c) stack.push_back(children[c]);
+      if (stack.size() > bound) problem_ = "stack overflow";
+      if (children.empty() && stack.empty()) return;
+      current = children.empty() ? stack.back() : children[0];
+      if (children.empty()) stack.pop_back();
+    }
+  }
+
+  std::span<const std::byte> bytes_;
+  std::map<std::uint32_t, Section> section_;
+  std::string problem_;
+};
+
+inline std::string walk_problem(std::span<const std::byte> bytes) { return SafeWalk(bytes).run(); }
+
+}  // namespace hiprt::test

@@ -1,0 +1,137 @@
+/// Files made from FORMAT.md by a script (golden/make_golden.py), whole, truncated and with every bit flipped.
+
+#include "safe_walk.h"
+#include "test_scene.h"
+
+#include <hiprt_device/format/layout.h>
+#include <hiprt_device/format/validate.h>
+
+#include <catch2/catch.hpp>
+
+#include <fstream>
+#include <iterator>
+
+using namespace hiprt;
+using namespace hiprt::test;
+
+namespace {
+
+TestFile read_golden(NodeLayout layout) {
+  const char* name = layout == NodeLayout::kFloat ? "float.bvh" : "planes.bvh";
+  std::ifstream file(std::string(HIPRT_GOLDEN_FOLDER) + "/" + name, std::ios::binary);
+  const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+  REQUIRE_FALSE(bytes.empty());
+  return TestFile(std::as_bytes(std::span(bytes)));
+}
+
+NodeLayout any_layout() { return GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes); }
+
+bool same_box(const Box& a, const Box& b) { return std::memcmp(&a, &b, sizeof(Box)) == 0; }
+
+template <class Layout> void check_decoded(const BufferView& view) {
+  const auto nodes = view.records<typename Layout::Node>(view.nodes);
+  const auto leaves = view.records<typename Layout::Leaf>(view.leaves);
+  REQUIRE(nodes.size() == 2);
+  REQUIRE(leaves.size() == 4);
+  CHECK(view.header->root == make_ref(384, NodeType::kBox32));
+  CHECK(nodes[0].child[0] == make_ref(640, NodeType::kTriangle0));
+  CHECK(nodes[0].child[1] == kInvalidRef);
+  CHECK(nodes[0].child[2] == make_ref(512, NodeType::kBox32));
+  CHECK(nodes[1].child[3] == make_ref(640 + 3 * 64, NodeType::kTriangle0));
+  CHECK(same_box(Layout::box(nodes[0], 0), row_box(0, 1)));
+  CHECK(same_box(Layout::box(nodes[0], 1), kEmpty));
+  CHECK(same_box(Layout::box(nodes[0], 2), row_box(2, 3)));
+  CHECK(same_box(Layout::box(nodes[1], 3), row_box(3, 3)));
+  CHECK(nodes[0].child_flags == 0x00050005u);
+  for (unsigned leaf = 0; leaf < 4; ++leaf)
+    for (unsigned v = 0; v < 4; ++v) {
+      const unsigned stored = leaf == 2 && v == 3 ? 2 : v;
+      CHECK(Layout::coordinate(leaves[leaf], v, 0) == static_cast<float>(2 * leaf + (stored & 1u)));
+      CHECK(Layout::coordinate(leaves[leaf], v, 1) == static_cast<float>(stored >> 1));
+      CHECK(Layout::coordinate(leaves[leaf], v, 2) == 0.0f);
+    }
+  CHECK(leaves[0].info.geometry_and_flags == 0u);
+  CHECK(leaves[1].info.geometry_and_flags == kLastInRun);
+  CHECK(leaves[3].info.geometry_and_flags == (kLastInRun | 1u));
+  CHECK(leaves[2].info.primitive[0] == 5);
+  CHECK(leaves[2].info.primitive[1] == kInvalidId);
+  CHECK(leaves[3].info.triangle_ids == (TriangleId::from_rotation(1) | TriangleId::from_rotation(2) << 8));
+}
+
+}  // namespace
+
+TEST_CASE("golden files hold what the specification says") {
+  const NodeLayout layout = any_layout();
+  const TestFile file = read_golden(layout);
+  const auto valid = validate(file.bytes());
+  INFO((valid ? "" : to_string(valid.error())));
+  REQUIRE(valid);
+  CHECK(valid->leaf_triangles == 7);
+  const auto view = open_buffer(file.bytes());
+  REQUIRE(view);
+  CHECK(view->layout() == layout);
+  CHECK(view->provenance == row_scene(layout).provenance);
+  CHECK(view->geometries[1].mask == 2);
+  CHECK(view->geometries[1].first_primitive == 6);
+  const std::vector<std::uint32_t> map(view->primitive_map.begin(), view->primitive_map.end());
+  CHECK(map == row_scene(layout).map);
+  dispatch_layout(layout, [&](auto tag) { check_decoded<decltype(tag)>(*view); });
+}
+
+TEST_CASE("the tests' writer and the golden script agree byte by byte") {
+  const NodeLayout layout = any_layout();
+  const TestFile golden = read_golden(layout), written = row_scene(layout).write();
+  REQUIRE(golden.size() == written.size());
+  CHECK(std::memcmp(golden.data(), written.data(), golden.size()) == 0);
+}
+
+TEST_CASE("a golden file cut at any length is refused") {
+  const TestFile whole = read_golden(any_layout());
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    const TestFile cut(whole.bytes().first(size));
+    const auto result = validate(cut.bytes());
+    INFO("size " << size);
+    REQUIRE_FALSE(result);
+    CHECK(result.error().error == (size < 128 ? FormatError::kTooSmall : FormatError::kSizeMismatch));
+  }
+}
+
+TEST_CASE("a golden file cut at any length and sealed again is refused") {
+  const TestFile whole = read_golden(any_layout());
+  for (std::size_t size = 128; size < whole.size(); ++size) {
+    TestFile cut(whole.bytes().first(size));
+    cut.seal();
+    INFO("size " << size);
+    REQUIRE_FALSE(validate(cut.bytes()));
+  }
+}
+
+TEST_CASE("a golden file with any bit flipped is refused") {
+  TestFile file = read_golden(any_layout());
+  for (std::size_t bit = 0; bit < 8 * file.size(); ++bit) {
+    const auto before = file.get<std::uint8_t>(bit / 8);
+    file.put(bit / 8, static_cast<std::uint8_t>(before ^ 1u << bit % 8));
+    // An accepted minor version is the only field that a reader may see changed, and the checksum covers it too.
+    INFO("bit " << bit);
+    REQUIRE_FALSE(validate(file.bytes()));
+    file.put(bit / 8, before);
+  }
+}
+
+TEST_CASE("a golden file with any bit flipped and sealed again is refused or safe to trace") {
+  const TestFile whole = read_golden(any_layout());
+  std::size_t accepted = 0;
+  for (std::size_t bit = 0; bit < 8 * whole.size(); ++bit) {
+    TestFile file = whole;
+    file.put(bit / 8, static_cast<std::uint8_t>(whole.get<std::uint8_t>(bit / 8) ^ 1u << bit % 8));
+    file.seal();
+    const auto result = validate(file.bytes());
+    if (!result) continue;
+    ++accepted;
+    INFO("bit " << bit);
+    CHECK(walk_problem(file.bytes()) == "");
+    CHECK(result->primitives == 8);
+    CHECK(result->dropped == 1);
+  }
+  CHECK(accepted > 0);  // Vertices may move inside their box, and masks may change.
+}

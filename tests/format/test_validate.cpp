@@ -1,0 +1,136 @@
+/// Good files pass with the right counts; every FormatError is produced, at the byte that is wrong.
+
+#include "bad_files.h"
+#include "safe_walk.h"
+
+#include <hiprt_device/format/validate.h>
+
+#include <catch2/catch.hpp>
+
+#include <set>
+
+using namespace hiprt;
+using namespace hiprt::test;
+
+namespace {
+
+std::vector<BadCase> all_cases() {
+  std::vector<BadCase> all = container_cases();
+  for (BadCase& bad : content_cases()) all.push_back(std::move(bad));
+  return all;
+}
+
+NodeLayout any_layout() { return GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes); }
+
+}  // namespace
+
+TEST_CASE("good files pass and are counted") {
+  const NodeLayout layout = any_layout();
+  const auto row = validate(row_scene(layout).write().bytes());
+  REQUIRE(row);
+  CHECK(row->nodes == 2);
+  CHECK(row->leaves == 4);
+  CHECK(row->leaf_runs == 3);
+  CHECK(row->leaf_triangles == 7);
+  CHECK(row->primitives == 8);
+  CHECK(row->dropped == 1);
+  CHECK(row->split == 0);
+  CHECK(row->depth == 2);
+  CHECK(row->stack_need == 2);
+
+  const auto split = validate(split_scene(layout).write().bytes());
+  REQUIRE(split);
+  CHECK(split->split == 1);
+  CHECK(split->leaf_triangles == 2);
+  CHECK(split->primitives == 1);
+
+  const auto leaf = validate(root_leaf_scene(layout).write().bytes());
+  REQUIRE(leaf);
+  CHECK(leaf->depth == 0);
+  CHECK(leaf->leaf_runs == 1);
+
+  const auto empty = validate(empty_scene(layout).write().bytes());
+  REQUIRE(empty);
+  CHECK(empty->dropped == 1);
+  CHECK(empty->leaves == 0);
+}
+
+TEST_CASE("what the format leaves free is accepted") {
+  const NodeLayout layout = any_layout();
+  TestScene scene = row_scene(layout);
+  SECTION("the split feature without a split") { scene.features |= 4; }
+  SECTION("a larger stack bound") { scene.stack_bound = 6; }
+  SECTION("boxes larger than their content") { scene.nodes[0][2].box.min[0] = 0; }
+  SECTION("no provenance") { scene.provenance.clear(); }
+  SECTION("white space around the provenance") { scene.provenance = "\n { } \t"; }
+  TestFile file = scene.write();
+  SECTION("an unknown optional section") {
+    TestScene with_unknown = row_scene(layout);
+    file = with_unknown.write();
+    file.put(TestScene::entry_at(4), SectionEntry{4711, 0, with_unknown.provenance_at(), 9, 5});
+  }
+  SECTION("unknown section flags") { file.put(TestScene::entry_at(0) + 4, 0xfffffffeu); }
+  SECTION("a newer minor version") { file.put<std::uint16_t>(10, 7); }
+  file.seal();
+  const auto result = validate(file.bytes());
+  INFO((result ? "" : to_string(result.error())));
+  CHECK(result);
+}
+
+TEST_CASE("each thing that is wrong is called by its name and place") {
+  const NodeLayout layout = any_layout();
+  for (const BadCase& bad : all_cases()) {
+    const BadFile made = bad.make(layout);
+    const auto result = validate(made.file.bytes());
+    INFO(name(bad.error) << ": " << bad.what << ", layout " << static_cast<unsigned>(layout));
+    REQUIRE_FALSE(result);
+    INFO(to_string(result.error()));
+    CHECK(name(result.error().error) == std::string(name(bad.error)));
+    CHECK(result.error().offset == made.offset);
+  }
+}
+
+TEST_CASE("bytes in the wrong place or too few") {
+  const TestFile file = row_scene(any_layout()).write();
+  TestFile shifted(std::vector<std::byte>(file.size() + 64));
+  std::memcpy(shifted.data() + 64, file.data(), file.size());
+  const auto misaligned = validate(shifted.bytes().subspan(64));
+  REQUIRE_FALSE(misaligned);
+  CHECK(misaligned.error().error == FormatError::kMisaligned);
+  CHECK(misaligned.error().value == 64);
+  const auto small = validate(file.bytes().first(127));
+  REQUIRE_FALSE(small);
+  CHECK(small.error().error == FormatError::kTooSmall);
+  CHECK(small.error().value == 127);
+  const auto none = validate({});
+  REQUIRE_FALSE(none);
+  CHECK(none.error().error == FormatError::kTooSmall);
+}
+
+TEST_CASE("there is a test for every FormatError") {
+  std::set<FormatError> produced{FormatError::kMisaligned, FormatError::kTooSmall};  // the test above
+  for (const BadCase& bad : all_cases()) produced.insert(bad.error);
+  for (std::size_t e = 0; e < kFormatErrors; ++e) {
+    INFO(name(static_cast<FormatError>(e)));
+    CHECK(produced.count(static_cast<FormatError>(e)) == 1);
+  }
+}
+
+TEST_CASE("the second opinion of the bit-flip test sees what would harm a traversal") {
+  const NodeLayout layout = any_layout();
+  CHECK(walk_problem(row_scene(layout).write().bytes()) == "");
+  const std::set<FormatError> harmful{FormatError::kBadReference, FormatError::kReferenceOrder,
+                                      FormatError::kUnterminatedRun, FormatError::kBadGeometryId,
+                                      FormatError::kBadPrimitiveId};
+  for (const BadCase& bad : content_cases()) {
+    INFO(name(bad.error) << ": " << bad.what);
+    if (harmful.count(bad.error) != 0) CHECK(walk_problem(bad.make(layout).file.bytes()) != "");
+  }
+}
+
+TEST_CASE("reports read well") {
+  const BadFile bad = patched(row_scene(NodeLayout::kFloat), 52, 3u);
+  const auto result = validate(bad.file.bytes());
+  REQUIRE_FALSE(result);
+  CHECK(to_string(result.error()) == "GeometryCount at byte 52: found 3, expected or limit 2");
+}
