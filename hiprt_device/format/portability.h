@@ -1,6 +1,6 @@
 #pragma once
 /// The few macros that let one text compile as plain C++, as HIP (hipcc) and as CUDA (nvcc). Nothing else in
-/// hiprt_device tests the compiler, except pack.h (vector registers of the host) and vec.h (GLM).
+/// hiprt_device tests the compiler, except lanes.h (vector registers of the host) and vec.h (GLM).
 
 #include <cassert>
 

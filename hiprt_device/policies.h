@@ -1,0 +1,64 @@
+#pragma once
+/// The compile-time choices of a tracer, gathered in one type.
+///
+///     using Quick = hiprt::Policies<hiprt::PlanesLayout, hiprt::Fast, hiprt::Plain>;
+///     hiprt::Hit hit = hiprt::closest_hit<Quick>(scene, ray);
+
+#include <hiprt_device/counter.h>
+#include <hiprt_device/lanes.h>
+#include <hiprt_device/scene_view.h>
+#include <hiprt_device/stack.h>
+#include <hiprt_device/triangle_test.h>
+
+#include <concepts>
+
+namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+
+/// A margin for boxes from the ray's origin and the scene's bounds.
+template <class T>
+concept BoxTest = requires(const Vec3& origin, const Box& bounds) {
+    { T::margin(origin, bounds) } -> std::same_as<float>;
+};
+
+template <class T, class Layout, class Lanes>
+concept TriangleTest = requires(const typename Layout::Leaf& leaf, const typename T::template PreparedRay<Lanes>& ray,
+                                bool (*accept)(const Candidate&, unsigned)) {
+    { T::template intersect<Lanes>(leaf, ray, accept) } -> std::same_as<bool>;
+};
+
+template <class T>
+concept WorkCounting = requires(T counter) {
+    counter.on_boxes();
+    counter.on_leaf();
+};
+
+/// @tparam LayoutPolicy FloatLayout or PlanesLayout: must be the scene's.
+/// @tparam TrianglePolicy Watertight or Fast.
+/// @tparam BoxPolicy Conservative or Plain.
+/// @tparam StackPolicy where the traversal keeps the nodes it has yet to visit.
+/// @tparam LanesPolicy SimdLanes (host) or ArrayLanes: same hits.
+/// @tparam CounterPolicy NoCounter or WorkCounter.
+/// @tparam kFeatureSet features compiled in; covers() says whether they are enough for a scene.
+template <class LayoutPolicy = PlanesLayout, class TrianglePolicy = Watertight, class BoxPolicy = Conservative,
+          class StackPolicy = PrivateStack<>, class LanesPolicy = DefaultLanes, class CounterPolicy = NoCounter,
+          FeatureMask kFeatureSet = kKnownFeatures>
+    requires BoxTest<BoxPolicy> && TraversalStack<StackPolicy> && WorkCounting<CounterPolicy> &&
+             TriangleTest<TrianglePolicy, LayoutPolicy, LanesPolicy>
+struct Policies {
+    using Layout = LayoutPolicy;
+    using Triangle = TrianglePolicy;
+    using Boxes = BoxPolicy;
+    using Stack = StackPolicy;
+    using Lanes = LanesPolicy;
+    using Counter = CounterPolicy;
+    static constexpr FeatureMask kFeatures = kFeatureSet;
+};
+
+/// Whether a tracer with policies P can trace the scene: its layout, its features and its stack bound.
+template <class P>
+HIPRT_HD constexpr bool covers(const SceneView& scene) {
+    return scene.layout == P::Layout::kId && (scene.features & ~P::kFeatures) == 0 &&
+           scene.stack_bound <= P::Stack::kCapacity;
+}
+
+}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
