@@ -1,0 +1,15 @@
+#pragma once
+/// Words for the choices of a tracer on command lines.
+
+#include "names.h"
+#include "tracer.h"
+
+namespace hiprt::tools {
+
+inline constexpr Names<Query, 2> kQueries{{{"closest", Query::kClosest}, {"any", Query::kAny}}};
+inline constexpr Names<TriangleTestKind, 2> kTriangleTests{
+    {{"watertight", TriangleTestKind::kWatertight}, {"fast", TriangleTestKind::kFast}}};
+inline constexpr Names<BoxTestKind, 2> kBoxTests{
+    {{"conservative", BoxTestKind::kConservative}, {"plain", BoxTestKind::kPlain}}};
+
+}  // namespace hiprt::tools
