@@ -1,0 +1,245 @@
+/// bvhrender: a picture of a BVH file.
+
+#include "bvh_file.h"
+#include "cli.h"
+#include "progress.h"
+#include "render.h"
+#include "report.h"
+#include "trace_names.h"
+
+#include <charconv>
+#include <chrono>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <optional>
+#include <tuple>
+
+namespace {
+
+using namespace hiprt;
+using namespace hiprt::tools;
+
+constexpr ToolInfo kInfo{
+    "bvhrender",
+    "Renders a picture of a BVH file, as OpenEXR or PNG. The BVH file is validated first.\n"
+    "EXR layers: R G B linear colour; of the ray through the pixel's centre N (unit normal facing the camera),\n"
+    "P (position), Z (distance along the ray, inf: a miss), id.geometry and id.primitive (4294967295: a miss),\n"
+    "cost.boxes and cost.leaves (tests). PNG: 8-bit sRGB; colours above 1 are compressed (Reinhard, extended).\n"
+    "Modes: ao (clay below a soft sky), primary (lit from the eye), normals (0.5 + 0.5 n), heatmap (tests per ray).\n"
+    "The picture depends on the seed, never on the number of threads.",
+    "  bvhrender bunny.bvh -o bunny.png\n"
+    "  bvhrender bunny.bvh -o bunny.exr -o bunny.png --size 1920x1080 --spp 256\n"
+    "  bvhrender bunny.bvh -o cost.png --mode heatmap\n"
+    "  bvhrender sponza.bvh -o sponza.png --camera sponza.cam --ao-distance 30\n"
+    "  bvhrender scene.bvh -o view.png --camera '0,1,5/0,1,0/0,1,0/40'\n"};
+
+constexpr std::uint32_t kMaxSide = 32768;
+constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 27;
+
+struct Options {
+  std::string path;
+  std::vector<std::string> outputs;
+  std::string size = "1024x768", camera, mode = "ao";
+  double ao_distance = 0.0;
+  RenderOptions render;
+};
+
+bool has_extension(const std::string& path, std::string_view extension) {
+  std::string found = std::filesystem::path(path).extension().string();
+  for (char& c : found) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return found == extension;
+}
+
+/// CLI11 validators: an empty string, or what is wrong.
+std::string check_output(const std::string& path) {
+  if (has_extension(path, ".exr") || has_extension(path, ".png")) return {};
+  return "'" + path + "' ends neither in .exr nor in .png";
+}
+
+/// "800x600"; nothing when it is malformed or too large.
+std::optional<std::pair<std::uint32_t, std::uint32_t>> parse_size(std::string_view text) {
+  std::pair<std::uint32_t, std::uint32_t> size;
+  const char* const end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size.first);
+  if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;
+  const auto height = std::from_chars(width.ptr + 1, end, size.second);
+  if (height.ec != std::errc() || height.ptr != end) return std::nullopt;
+  if (size.first < 1 || size.second < 1 || size.first > kMaxSide || size.second > kMaxSide) return std::nullopt;
+  if (std::uint64_t{size.first} * size.second > kMaxPixels) return std::nullopt;
+  return size;
+}
+
+std::string check_size(const std::string& text) {
+  if (parse_size(text)) return {};
+  return "'" + text + "' is not WIDTHxHEIGHT, each 1 to 32768 and 134217728 pixels at most";
+}
+
+bool names_camera_file(const std::string& text) {
+  std::error_code error;
+  return has_extension(text, ".cam") || std::filesystem::is_regular_file(text, error);
+}
+
+/// Files are read when the command line makes sense.
+std::string check_camera(const std::string& text) {
+  if (names_camera_file(text)) return {};
+  const auto camera = parse_camera(text);
+  return camera ? std::string() : camera.error();
+}
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
+  app.add_option("-o,--output", options.outputs, "The picture, .exr or .png; may be given again")
+      ->required()
+      ->check(CLI::Validator(check_output, ""))
+      ->allow_extra_args(false)
+      ->type_name("FILE");
+  app.add_option("--size", options.size, "Pixels")
+      ->check(CLI::Validator(check_size, ""))
+      ->type_name("WxH")
+      ->capture_default_str();
+  app.add_option("--spp", options.render.samples, "Samples per pixel; 1: one ray through the pixel's centre")
+      ->check(CLI::Range(1u, 65536u))
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--camera", options.camera,
+                 "\"ex,ey,ez/ax,ay,az/ux,uy,uz/fov\" (eye, at, up, vertical degrees) or a .cam file; without it the "
+                 "whole scene is seen")
+      ->check(CLI::Validator(check_camera, ""))
+      ->type_name("CAMERA");
+  app.add_option("--mode", options.mode, "What is drawn")
+      ->check(CLI::IsMember(words(kRenderModes)))
+      ->type_name("NAME")
+      ->capture_default_str();
+  add_threads_option(app, options.render.threads);
+  app.add_option("--seed", options.render.seed, "Another seed, other noise")->type_name("N")->capture_default_str();
+  app.add_option("--ao-distance", options.ao_distance, "ao: surfaces farther away cast no shadow; without it all do")
+      ->check(CLI::PositiveNumber)
+      ->type_name("D");
+}
+
+tl::unexpected<build::Error> fail(build::ErrorCode code, std::string message) {
+  return tl::unexpected(build::Error{code, std::move(message)});
+}
+
+/// @return the scene's own camera when the command line names none.
+build::Result<Camera> choose_camera(const Options& options, const Box& bounds) {
+  if (options.camera.empty())
+    return automatic_camera(bounds, static_cast<double>(options.render.width) / options.render.height);
+  std::string text = options.camera;
+  const bool file = names_camera_file(text);
+  if (file) {
+    std::ifstream stream(options.camera, std::ios::binary);
+    text.assign(std::istreambuf_iterator<char>(stream), {});
+    if (!stream) return fail(build::ErrorCode::kIo, "cannot read the camera file '" + options.camera + "'");
+  }
+  const auto camera = parse_camera(text);
+  if (camera) return *camera;
+  return fail(build::ErrorCode::kInvalidInput, "camera " + (file ? options.camera + ": " : "") + camera.error());
+}
+
+/// Says before the long work what would make it useless.
+build::Result<void> check_folders(const Options& options) {
+  for (const std::string& output : options.outputs) {
+    const std::filesystem::path folder = std::filesystem::path(output).parent_path();
+    std::error_code error;
+    if (!folder.empty() && !std::filesystem::is_directory(folder, error))
+      return fail(build::ErrorCode::kIo, "cannot write '" + output + "': there is no folder '" + folder.string() + "'");
+  }
+  return {};
+}
+
+build::Result<Rendering> render_with_bar(const BufferView& view, const Camera& camera, const RenderOptions& options) {
+  ProgressBar bar;
+  return render(make_scene_view(view), camera, options, [&](double done) { bar.update("render", done); });
+}
+
+ImageAttributes attributes_of(const Options& options, const Camera& camera) {
+  return {{"software", tool_version(kInfo)},
+          {"scene", options.path},
+          {"mode", options.mode},
+          {"spp", std::to_string(options.render.samples)},
+          {"seed", std::to_string(options.render.seed)},
+          {"camera", to_text(camera)},
+          {"comments",
+           "N, P, Z, id and cost belong to the ray through the pixel's centre; R, G, B are the mean of spp "
+           "samples, linear, sRGB primaries. Z is the distance from the eye along the ray, inf for a miss."}};
+}
+
+struct Written {
+  std::string path;
+  std::size_t bytes;
+};
+
+build::Result<std::vector<Written>> write_all(const Options& options, const Camera& camera, const Image& image) {
+  std::vector<Written> written;
+  for (const std::string& path : options.outputs) {
+    const auto bytes =
+        has_extension(path, ".exr") ? write_exr(path, image, attributes_of(options, camera)) : write_png(path, image);
+    if (!bytes) return tl::unexpected(bytes.error());
+    written.push_back({path, *bytes});
+  }
+  return written;
+}
+
+double mrays_per_second(const Rendering& rendering) {
+  const auto rays = static_cast<double>(rendering.rays.primary + rendering.rays.shadow);
+  return rendering.seconds > 0 ? rays / rendering.seconds * 1e-6 : 0.0;
+}
+
+void print(const Cli& cli, const Options& options, const Camera& camera, const Rendering& rendering,
+           const std::vector<Written>& outputs) {
+  const RenderOptions& render = options.render;
+  if (!cli.json()) {
+    std::cout << render.width << " x " << render.height << " pixels, " << render.samples << " samples, " << options.mode
+              << ": " << rendering.rays.primary + rendering.rays.shadow << " rays in " << fixed(rendering.seconds, 2)
+              << " s, " << fixed(mrays_per_second(rendering), 2) << " Mrays/s with shading (" << trace_isa() << ")\n";
+    for (const Written& output : outputs) std::cout << output.path << "  " << bytes_text(output.bytes) << "\n";
+    return;
+  }
+  nlohmann::json files = nlohmann::json::array();
+  for (const Written& output : outputs) files.push_back({{"path", output.path}, {"bytes", output.bytes}});
+  Cli::print({{"file", options.path},
+              {"outputs", files},
+              {"width", render.width},
+              {"height", render.height},
+              {"mode", options.mode},
+              {"spp", render.samples},
+              {"seed", render.seed},
+              {"camera", to_text(camera)},
+              {"threads", render.threads},
+              {"instruction_set", trace_isa()},
+              {"primary_rays", rendering.rays.primary},
+              {"shadow_rays", rendering.rays.shadow},
+              {"seconds", rendering.seconds},
+              {"mrays_per_second", mrays_per_second(rendering)}});
+}
+
+build::Result<void> run(const Cli& cli, Options& options) {
+  const InterruptGuard guard;
+  std::tie(options.render.width, options.render.height) = *parse_size(options.size);
+  options.render.mode = value_of(kRenderModes, options.mode);
+  if (options.ao_distance > 0.0) options.render.ao_distance = static_cast<float>(options.ao_distance);
+  options.render.layers = false;
+  for (const std::string& path : options.outputs) options.render.layers |= has_extension(path, ".exr");
+  if (auto folders = check_folders(options); !folders) return folders;
+  const auto file = load_bvh(options.path);
+  if (!file) return tl::unexpected(file.error());
+  const auto camera = choose_camera(options, file->view.header->bounds);
+  if (!camera) return tl::unexpected(camera.error());
+  const auto rendering = render_with_bar(file->view, *camera, options.render);
+  if (!rendering) return tl::unexpected(rendering.error());
+  const auto outputs = write_all(options, *camera, rendering->image);
+  if (!outputs) return tl::unexpected(outputs.error());
+  print(cli, options, *camera, *rendering, *outputs);
+  return {};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  Cli cli(kInfo);
+  add_options(cli.app(), options);
+  return cli.run(argc, argv, [&] { return run(cli, options); });
+}

@@ -1,0 +1,60 @@
+#pragma once
+/// The picture that bvhrender makes, and the files it becomes.
+
+#include <hiprt_build/error.h>
+#include <hiprt_device/format/node.h>
+#include <hiprt_device/vec.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// Colour is the mean of the pixel's samples; the rest belongs to the one ray through the pixel's centre.
+struct Pixel {
+  Vec3 color{0.0f};                                      ///< Linear light, sRGB primaries.
+  Vec3 normal{0.0f};                                     ///< Unit, geometric, facing the camera; 0 for a miss.
+  Vec3 position{0.0f};                                   ///< In scene units; 0 for a miss.
+  float depth = std::numeric_limits<float>::infinity();  ///< Distance from the eye along the ray; +inf for a miss.
+  std::uint32_t geometry = kInvalidId;
+  std::uint32_t primitive = kInvalidId;  ///< Within the geometry.
+  std::uint32_t box_tests = 0;           ///< Four-box tests.
+  std::uint32_t leaf_tests = 0;          ///< Triangle pair tests.
+};
+
+struct Image {
+  Image(std::uint32_t image_width, std::uint32_t image_height)
+      : width(image_width), height(image_height), pixels(std::size_t{image_width} * image_height) {}
+
+  Pixel& at(std::uint32_t x, std::uint32_t y) { return pixels[std::size_t{y} * width + x]; }
+  const Pixel& at(std::uint32_t x, std::uint32_t y) const { return pixels[std::size_t{y} * width + x]; }
+
+  std::uint32_t width, height;
+  std::vector<Pixel> pixels;  ///< Row by row, the top row first.
+};
+
+/// Name and value of what a file says about its origin.
+using ImageAttributes = std::vector<std::pair<std::string, std::string>>;
+
+/// OpenEXR, ZIP compressed, 32 bits per value; not finite values are kept.
+///   R G B                          float   colour
+///   N.X N.Y N.Z   P.X P.Y P.Z   Z  float   normal, position, depth
+///   id.geometry id.primitive       uint    0xffffffff for a miss
+///   cost.boxes cost.leaves         uint    tests of the ray
+/// The file appears whole or not at all.
+/// @return the bytes written, or kIo with path and reason.
+build::Result<std::size_t> write_exr(const std::filesystem::path& path, const Image& image,
+                                     const ImageAttributes& attributes);
+
+/// PNG, 8 bits per channel, sRGB. Colours brighter than 1 are brought into range by reinhard() (color.h) with the
+/// brightest pixel as white; darker pictures are encoded as they are.
+/// The file appears whole or not at all.
+/// @return the bytes written, or kIo with path and reason.
+build::Result<std::size_t> write_png(const std::filesystem::path& path, const Image& image);
+
+}  // namespace hiprt::tools

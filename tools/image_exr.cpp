@@ -1,0 +1,101 @@
+#include "image.h"
+
+#include <hiprt_build/file.h>
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <span>
+
+namespace hiprt::tools {
+namespace {
+
+/// A file in memory.
+class MemoryStream : public Imf::OStream {
+ public:
+  MemoryStream() : Imf::OStream("memory") {}
+
+  void write(const char data[], int count) override {
+    const auto size = static_cast<std::size_t>(count);
+    if (bytes_.size() < position_ + size) bytes_.resize(position_ + size);
+    std::memcpy(bytes_.data() + position_, data, size);
+    position_ += size;
+  }
+  std::uint64_t tellp() override { return position_; }
+  void seekp(std::uint64_t position) override { position_ = static_cast<std::size_t>(position); }
+
+  std::span<const std::byte> bytes() const { return std::as_bytes(std::span(bytes_)); }
+
+ private:
+  std::vector<char> bytes_;
+  std::size_t position_ = 0;
+};
+
+struct Channel {
+  const char* name;
+  Imf::PixelType type;
+  std::size_t offset;  ///< In Pixel.
+};
+
+constexpr std::size_t axis(std::size_t i) { return i * sizeof(float); }
+
+constexpr std::array<Channel, 14> kChannels{{
+    {"R", Imf::FLOAT, offsetof(Pixel, color) + axis(0)},
+    {"G", Imf::FLOAT, offsetof(Pixel, color) + axis(1)},
+    {"B", Imf::FLOAT, offsetof(Pixel, color) + axis(2)},
+    {"N.X", Imf::FLOAT, offsetof(Pixel, normal) + axis(0)},
+    {"N.Y", Imf::FLOAT, offsetof(Pixel, normal) + axis(1)},
+    {"N.Z", Imf::FLOAT, offsetof(Pixel, normal) + axis(2)},
+    {"P.X", Imf::FLOAT, offsetof(Pixel, position) + axis(0)},
+    {"P.Y", Imf::FLOAT, offsetof(Pixel, position) + axis(1)},
+    {"P.Z", Imf::FLOAT, offsetof(Pixel, position) + axis(2)},
+    {"Z", Imf::FLOAT, offsetof(Pixel, depth)},
+    {"id.geometry", Imf::UINT, offsetof(Pixel, geometry)},
+    {"id.primitive", Imf::UINT, offsetof(Pixel, primitive)},
+    {"cost.boxes", Imf::UINT, offsetof(Pixel, box_tests)},
+    {"cost.leaves", Imf::UINT, offsetof(Pixel, leaf_tests)},
+}};
+static_assert(sizeof(Vec3) == 3 * sizeof(float));
+
+void encode(MemoryStream& stream, const Image& image, const ImageAttributes& attributes) {
+  Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+  header.compression() = Imf::ZIP_COMPRESSION;
+  for (const auto& [name, value] : attributes) header.insert(name, Imf::StringAttribute(value));
+  Imf::FrameBuffer frame;
+  // OpenEXR's frame buffers serve readers too; writing leaves the pixels alone.
+  auto* base = const_cast<char*>(reinterpret_cast<const char*>(image.pixels.data()));
+  for (const Channel& channel : kChannels) {
+    header.channels().insert(channel.name, Imf::Channel(channel.type));
+    frame.insert(channel.name,
+                 Imf::Slice(channel.type, base + channel.offset, sizeof(Pixel), sizeof(Pixel) * image.width));
+  }
+  Imf::OutputFile file(stream, header, /*numThreads=*/0);
+  file.setFrameBuffer(frame);
+  file.writePixels(static_cast<int>(image.height));
+}
+
+}  // namespace
+
+build::Result<std::size_t> write_exr(const std::filesystem::path& path, const Image& image,
+                                     const ImageAttributes& attributes) {
+  MemoryStream stream;
+  try {
+    encode(stream, image, attributes);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kIo, "cannot encode '" + path.string() + "': " + error.what()});
+  }
+  if (auto written = build::write_file(path, stream.bytes()); !written) return tl::unexpected(written.error());
+  return stream.bytes().size();
+}
+
+}  // namespace hiprt::tools

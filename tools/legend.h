@@ -1,0 +1,28 @@
+#pragma once
+/// A colour bar with numbers, drawn into a picture.
+
+#include "image.h"
+
+#include <optional>
+#include <string_view>
+
+namespace hiprt::tools {
+
+/// Where the legend is, in pixels; right and bottom are exclusive.
+struct LegendArea {
+  std::uint32_t left, top, right, bottom;                  ///< The dark panel.
+  std::uint32_t bar_left, bar_top, bar_right, bar_bottom;  ///< The colours from 0 (left) to the top of the range.
+};
+
+/// What a colour stands for.
+struct LegendScale {
+  std::string_view title;  ///< Of the letters, digits and signs that the font has (legend.cpp).
+  unsigned top;            ///< The value at the bar's right end; a multiple of 4, because there are five numbers.
+  bool clipped;            ///< Larger values have the last colour too: a plus follows the last number.
+};
+
+/// Draws the legend at the bottom left into the colours, as large as suits the picture.
+/// @return where it is, or nothing when the picture is too small for it (200 x 48 pixels).
+std::optional<LegendArea> draw_legend(Image& image, const LegendScale& scale);
+
+}  // namespace hiprt::tools

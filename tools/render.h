@@ -1,0 +1,56 @@
+#pragma once
+/// Pictures of a scene.
+
+#include "camera.h"
+#include "image.h"
+#include "names.h"
+
+#include <hiprt_build/error.h>
+#include <hiprt_device/scene_view.h>
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+
+namespace hiprt::tools {
+
+enum class RenderMode {
+  kAo,       ///< Clay below a soft sky: one shadow ray per sample.
+  kPrimary,  ///< Clay lit from the eye.
+  kNormals,  ///< 0.5 + 0.5 * normal, as display (not linear) values; a miss is black.
+  kHeatmap,  ///< Box and leaf tests of the primary rays, with a legend.
+};
+
+inline constexpr Names<RenderMode, 4> kRenderModes{{{"ao", RenderMode::kAo},
+                                                    {"primary", RenderMode::kPrimary},
+                                                    {"normals", RenderMode::kNormals},
+                                                    {"heatmap", RenderMode::kHeatmap}}};
+
+struct RenderOptions {
+  RenderMode mode = RenderMode::kAo;
+  std::uint32_t width = 1024, height = 768;
+  /// 1: one ray through the pixel's centre. More: spread over the pixel.
+  std::uint32_t samples = 16;
+  std::uint32_t seed = 0;
+  /// How far a shadow ray looks, in scene units.
+  float ao_distance = std::numeric_limits<float>::infinity();
+  unsigned threads = 0;  ///< 0: all the machine has. The picture does not depend on it.
+  bool layers = true;    ///< Fill everything of the pixels; false: colours only, which spares rays.
+};
+
+struct RayCounts {
+  std::uint64_t primary = 0, shadow = 0;
+};
+
+struct Rendering {
+  Image image;
+  RayCounts rays;
+  double seconds;  ///< Ray generation, traversal and shading together.
+};
+
+/// @param progress called with 0 to 1 from any thread, one at a time.
+/// @return kCancelled when interrupted() became true; kInvalidInput when the tracer refuses the scene.
+build::Result<Rendering> render(const SceneView& scene, const Camera& camera, const RenderOptions& options,
+                                const std::function<void(double)>& progress = {});
+
+}  // namespace hiprt::tools

@@ -1,0 +1,173 @@
+#include "render_tile.h"
+
+#include "color.h"
+#include "progress.h"
+#include "sampler.h"
+
+#include <hiprt_device/spawn.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hiprt::tools {
+namespace {
+
+constexpr float kTwoPi = 6.28318530717958647692f;
+
+/// The hit's unit normal on the ray's side. In double, because the squares of small triangles' normals vanish in float.
+Vec3 facing_normal(const Ray& ray, const Hit& hit) {
+  const Vec3d normal(hit.normal);
+  const double length = glm::length(normal);
+  if (!(length > 0.0 && std::isfinite(length))) return -ray.direction;
+  return Vec3(normal / (glm::dot(normal, Vec3d(ray.direction)) > 0.0 ? -length : length));
+}
+
+/// A direction around the unit vector @p normal with a density proportional to the cosine, from a point of [0, 1)^2.
+/// The frame is that of Duff et al., "Building an orthonormal basis, revisited" (JCGT 2017).
+Vec3 cosine_direction(const Vec3& normal, float u, float v) {
+  const float sign = std::copysign(1.0f, normal.z);
+  const float a = -1.0f / (sign + normal.z);
+  const float b = normal.x * normal.y * a;
+  const Vec3 tangent(1.0f + sign * normal.x * normal.x * a, sign * b, -sign * normal.x);
+  const Vec3 bitangent(b, sign + normal.y * normal.y * a, -normal.y);
+  const float radius = std::sqrt(u), angle = kTwoPi * v;
+  return tangent * (radius * std::cos(angle)) + bitangent * (radius * std::sin(angle)) +
+         normal * std::sqrt(std::max(0.0f, 1.0f - u));
+}
+
+}  // namespace
+
+TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost)
+    : job_(job), tile_(tile), width_(tile.right - tile.left), image_(image), cost_(cost) {
+  const std::size_t count = std::size_t{width_} * (tile.bottom - tile.top);
+  rays_.resize(count);
+  hits_.resize(count);
+  costs_.resize(count);
+}
+
+void TileRenderer::run() {
+  const RenderOptions& options = job_.options;
+  const bool heatmap = options.mode == RenderMode::kHeatmap;
+  if (options.samples == 1 || options.layers) {
+    make_centre_rays();
+    trace_primary(options.layers || heatmap);
+    if (options.layers) store_layers();
+    if (options.samples == 1) return shade(0);
+  }
+  for (std::uint32_t sample = 0; sample < options.samples && !refused_ && !interrupted(); ++sample) {
+    make_sample_rays(sample);
+    trace_primary(heatmap);
+    shade(sample);
+  }
+}
+
+std::size_t TileRenderer::pixel_of(std::size_t ray) const {
+  return (tile_.top + ray / width_) * image_.width + tile_.left + ray % width_;
+}
+
+void TileRenderer::make_centre_rays() {
+  std::size_t next = 0;
+  for (std::uint32_t y = tile_.top; y < tile_.bottom; ++y)
+    for (std::uint32_t x = tile_.left; x < tile_.right; ++x) rays_[next++] = job_.camera.ray(x + 0.5, y + 0.5);
+}
+
+void TileRenderer::make_sample_rays(std::uint32_t sample) {
+  std::size_t next = 0;
+  for (std::uint32_t y = tile_.top; y < tile_.bottom; ++y)
+    for (std::uint32_t x = tile_.left; x < tile_.right; ++x) {
+      const auto [u, v] = PixelSampler(x, y, job_.options.seed).point(sample, SampleUse::kPixel);
+      rays_[next++] = job_.camera.ray(x + static_cast<double>(u), y + static_cast<double>(v));
+    }
+}
+
+void TileRenderer::trace_primary(bool count) {
+  trace(job_.scene, Query::kClosest, {}, rays_, hits_, count ? std::span<RayCost>(costs_) : std::span<RayCost>());
+  counts_.primary += rays_.size();
+  refused_ = refused_ || hits_.front().refused();
+}
+
+void TileRenderer::store_layers() {
+  for (std::size_t i = 0; i < rays_.size(); ++i) {
+    Pixel& pixel = image_.pixels[pixel_of(i)];
+    pixel.box_tests = costs_[i].box_tests;
+    pixel.leaf_tests = costs_[i].leaf_tests;
+    const Hit& hit = hits_[i];
+    if (!hit.found()) continue;
+    pixel.normal = facing_normal(rays_[i], hit);
+    pixel.position = rays_[i].origin + rays_[i].direction * hit.t;
+    pixel.depth = hit.t;
+    pixel.geometry = hit.geometry;
+    pixel.primitive = hit.primitive;
+  }
+}
+
+void TileRenderer::shade(std::uint32_t sample) {
+  switch (job_.options.mode) {
+    case RenderMode::kAo:
+      return shade_ao(sample);
+    case RenderMode::kPrimary:
+      return shade_primary();
+    case RenderMode::kNormals:
+      return shade_normals();
+    case RenderMode::kHeatmap:
+      return shade_heatmap();
+  }
+}
+
+Vec3 TileRenderer::backdrop_of(std::size_t ray) const {
+  const auto row = static_cast<float>(tile_.top + ray / width_);
+  return Studio::backdrop(1.0f - (row + 0.5f) / static_cast<float>(image_.height));
+}
+
+void TileRenderer::shade_ao(std::uint32_t sample) {
+  const float weight = 1.0f / static_cast<float>(job_.options.samples);
+  shadow_rays_.clear();
+  shadows_.clear();
+  for (std::size_t i = 0; i < rays_.size(); ++i) {
+    const std::size_t pixel = pixel_of(i);
+    if (!hits_[i].found()) {
+      image_.pixels[pixel].color += backdrop_of(i) * weight;
+      continue;
+    }
+    const PixelSampler sampler(tile_.left + static_cast<std::uint32_t>(i) % width_,
+                               tile_.top + static_cast<std::uint32_t>(i) / width_, job_.options.seed);
+    const auto [u, v] = sampler.point(sample, SampleUse::kDirection);
+    Ray shadow;
+    shadow.direction = cosine_direction(facing_normal(rays_[i], hits_[i]), u, v);
+    shadow.origin = spawn_origin(rays_[i], hits_[i], shadow.direction);
+    shadow.tmax = job_.options.ao_distance;
+    shadow_rays_.push_back(shadow);
+    shadows_.push_back({pixel, Studio::clay() * job_.studio.sky(shadow.direction) * weight});
+  }
+  shadow_hits_.resize(shadow_rays_.size());
+  trace(job_.scene, Query::kAny, {}, shadow_rays_, shadow_hits_);
+  counts_.shadow += shadow_rays_.size();
+  for (std::size_t i = 0; i < shadows_.size(); ++i)
+    if (!shadow_hits_[i].found()) image_.pixels[shadows_[i].pixel].color += shadows_[i].light;
+}
+
+void TileRenderer::shade_primary() {
+  const float weight = 1.0f / static_cast<float>(job_.options.samples);
+  for (std::size_t i = 0; i < rays_.size(); ++i) {
+    const float cosine = hits_[i].found() ? -glm::dot(facing_normal(rays_[i], hits_[i]), rays_[i].direction) : 0.0f;
+    const Vec3 color = hits_[i].found() ? Studio::clay() * std::max(0.0f, cosine) : backdrop_of(i);
+    image_.pixels[pixel_of(i)].color += color * weight;
+  }
+}
+
+void TileRenderer::shade_normals() {
+  const float weight = 1.0f / static_cast<float>(job_.options.samples);
+  for (std::size_t i = 0; i < rays_.size(); ++i) {
+    if (!hits_[i].found()) continue;
+    const Vec3 display = glm::clamp(facing_normal(rays_[i], hits_[i]) * 0.5f + 0.5f, 0.0f, 1.0f);
+    image_.pixels[pixel_of(i)].color += linear_from_srgb(display) * weight;
+  }
+}
+
+void TileRenderer::shade_heatmap() {
+  const float weight = 1.0f / static_cast<float>(job_.options.samples);
+  for (std::size_t i = 0; i < rays_.size(); ++i)
+    cost_[pixel_of(i)] += static_cast<float>(costs_[i].box_tests + costs_[i].leaf_tests) * weight;
+}
+
+}  // namespace hiprt::tools

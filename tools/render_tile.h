@@ -1,0 +1,67 @@
+#pragma once
+/// One tile of a picture, wavefront style: each step handles all rays of the tile before the next step starts.
+
+#include "render.h"
+#include "studio.h"
+#include "tracer.h"
+
+#include <span>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// What all tiles of a picture share.
+struct RenderJob {
+  const SceneView& scene;
+  const RenderOptions& options;
+  CameraRays camera;
+  Studio studio;
+};
+
+/// A rectangle of pixels; right and bottom are exclusive.
+struct Tile {
+  std::uint32_t left, top, right, bottom;
+};
+
+class TileRenderer {
+ public:
+  /// @param image, cost (tests of the pixels' primary rays, only in RenderMode::kHeatmap): the tile's pixels are
+  /// written.
+  TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost);
+
+  void run();
+  const RayCounts& counts() const { return counts_; }
+  bool refused() const { return refused_; }
+
+ private:
+  struct Shadow {
+    std::size_t pixel;  ///< In the image.
+    Vec3 light;         ///< Added to the pixel when the ray meets nothing.
+  };
+
+  void make_centre_rays();
+  void make_sample_rays(std::uint32_t sample);
+  void trace_primary(bool count);
+  void store_layers();
+  void shade(std::uint32_t sample);
+  void shade_ao(std::uint32_t sample);
+  void shade_primary();
+  void shade_normals();
+  void shade_heatmap();
+  std::size_t pixel_of(std::size_t ray) const;
+  Vec3 backdrop_of(std::size_t ray) const;
+
+  const RenderJob& job_;
+  Tile tile_;
+  std::uint32_t width_;
+  Image& image_;
+  std::span<float> cost_;
+  std::vector<Ray> rays_, shadow_rays_;
+  std::vector<Hit> hits_, shadow_hits_;
+  std::vector<RayCost> costs_;
+  std::vector<Shadow> shadows_;
+  RayCounts counts_;
+  bool refused_ = false;
+};
+
+}  // namespace hiprt::tools
