@@ -3,7 +3,8 @@
 # that include guards are seen too), and for GPU compilers the kernels beside this script.
 #
 # COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, gfx1030, sm_90, ... ROOT is the repository, WORK a
-# folder for the generated sources. Exit status: 0, 1 (a header failed; its messages are printed) or 77 (no compiler here).
+# folder for the generated sources. Exit status: 0, 1 (a header failed; its messages are printed) or 77 (no such
+# compiler here).
 set -euo pipefail
 
 if [[ $# -ne 4 ]]; then
@@ -39,9 +40,10 @@ case $compiler in
     if [[ -z $nvcc && -x /usr/local/cuda/bin/nvcc ]]; then nvcc=/usr/local/cuda/bin/nvcc; fi
     [[ -n $nvcc ]] || skip "nvcc not found (CUDA toolkit): no check of NVIDIA $arch"
     suffix=cu
-    # The host compiler sees text that cudafe++ wrote, with parentheses of its own.
-    command=("$nvcc" -x cu -std=c++20 "-arch=$arch" -Xcompiler=-Wall,-Wextra,-Werror,-Wno-parentheses
-      -Werror all-warnings "-I$root" "-I$root/cmake/hip_nvidia" -c -o /dev/null)
+    # std::bit_cast, std::numeric_limits and the like are constexpr, which this flag lets device code call; hiprt::device
+    # asks for it too. The host compiler sees text that cudafe++ wrote, with parentheses of its own.
+    command=("$nvcc" -x cu -std=c++20 "-arch=$arch" --expt-relaxed-constexpr -Werror all-warnings
+      -Xcompiler=-Wall,-Wextra,-Werror,-Wno-parentheses "-I$root" "-I$root/cmake/hip_nvidia" -c -o /dev/null)
     ;;
   *)
     echo "compile_headers.sh: unknown compiler '$compiler'" >&2

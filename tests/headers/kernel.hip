@@ -11,7 +11,7 @@ __global__ void closest_hits(hiprt::SceneView scene, const hiprt::Ray* rays, hip
 
 __global__ void any_hits(hiprt::SceneView scene, const hiprt::Ray* rays, bool* hits, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) hits[i] = hiprt::any_hit(scene, rays[i]);
+  if (i < count) hits[i] = hiprt::any_hit(scene, rays[i]).found();
 }
 
 void launch(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits, bool* any, unsigned count) {
