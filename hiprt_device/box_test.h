@@ -6,6 +6,8 @@
 #include <hiprt_device/node_lanes.h>
 #include <hiprt_device/ray.h>
 
+#include <limits>
+
 namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 
 HIPRT_HD HIPRT_INLINE float max_of(float a, float b) { return a > b ? a : b; }
@@ -33,6 +35,13 @@ struct Plain {
     HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0.0f; }
 };
 
+/// Overflow to infinity becomes the largest float. For rays outside the range of the guarantees (ray.h): an infinite offset
+/// would give inf - inf = NaN at the planes of absent children, which could then pass and be followed out of the file.
+HIPRT_HD HIPRT_INLINE float within_range(float a) {
+    constexpr float kMax = std::numeric_limits<float>::max();
+    return a >= -kMax ? (a <= kMax ? a : kMax) : -kMax;
+}
+
 /// A ray prepared for slabs: distance to a plane p of axis k = p * rcp[k] + offset[k].
 template <class Lanes>
 struct RaySlabs {
@@ -49,12 +58,13 @@ struct RaySlabs {
             const float d = ray.direction[axis];
             const bool down = d < 0.0f;
             const float length = max_of(absolute(d), floor);
-            const float reciprocal = 1.0f / (down ? -length : length);
+            const float magnitude = max_of(within_range(1.0f / length), std::numeric_limits<float>::min());
+            const float reciprocal = down ? -magnitude : magnitude;
             const float widening = down ? -margin : margin;
             near_side[axis] = down ? 1u : 0u;
             rcp[axis] = Lanes::all(reciprocal);
-            near_offset[axis] = Lanes::all(-(ray.origin[axis] + widening) * reciprocal);
-            far_offset[axis] = Lanes::all(-(ray.origin[axis] - widening) * reciprocal);
+            near_offset[axis] = Lanes::all(within_range(-(ray.origin[axis] + widening) * reciprocal));
+            far_offset[axis] = Lanes::all(within_range(-(ray.origin[axis] - widening) * reciprocal));
         }
     }
 };
