@@ -1,0 +1,60 @@
+#pragma once
+/// Built scenes for traversal tests: one mesh list under every builder, layout, leaf size and pairing.
+
+#include <hiprt_build/build.h>
+#include <hiprt_device/format/view.h>
+#include <hiprt_device/scene_view.h>
+#include <tests/oracle/mesh.h>
+
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <string>
+
+namespace hiprt::checks {
+
+using namespace hiprt::oracle;
+
+/// A BVH file in memory and the views of it.
+struct Scene {
+  std::string name;
+  build::Bvh bvh;
+  BufferView view;
+  SceneView traced;
+};
+
+inline constexpr std::array<build::Builder, 4> all_builders() {
+  return {build::Builder::kSah, build::Builder::kEmbreeLow, build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh};
+}
+
+inline Scene make_scene(const std::vector<Mesh>& meshes, const build::BuildOptions& options = {}) {
+  const auto views = oracle::views(meshes);
+  auto bvh = build::build(views, options);
+  INFO((bvh ? "" : bvh.error().message));
+  REQUIRE(bvh.has_value());
+  Scene scene;
+  scene.name = std::string(build::name(options.builder)) +
+               (options.nodes == NodeLayout::kFloat ? " float" : " planes") + " leaf " +
+               std::to_string(options.max_leaf_triangles) + (options.pair_triangles ? "" : " unpaired");
+  scene.bvh = std::move(*bvh);
+  const auto view = open_buffer(std::as_const(scene.bvh.buffer).bytes());
+  REQUIRE(view.has_value());
+  scene.view = *view;
+  scene.traced = make_scene_view(*view);
+  return scene;
+}
+
+/// Every builder in both layouts, and our own with leaves of up to 1, 2, 4 and 8 triangles, paired and not.
+inline std::vector<Scene> all_scenes(const std::vector<Mesh>& meshes) {
+  std::vector<Scene> scenes;
+  for (const NodeLayout layout : {NodeLayout::kPlanes, NodeLayout::kFloat}) {
+    for (const build::Builder builder : all_builders())
+      scenes.push_back(make_scene(meshes, {.builder = builder, .nodes = layout}));
+    for (const unsigned leaf : {1u, 2u, 4u, 8u})
+      for (const bool pair : {true, false})
+        scenes.push_back(make_scene(meshes, {.nodes = layout, .max_leaf_triangles = leaf, .pair_triangles = pair}));
+  }
+  return scenes;
+}
+
+}  // namespace hiprt::checks

@@ -1,0 +1,63 @@
+// The same input gives the same file, byte for byte, whatever the number of threads.
+
+#include <tests/oracle/odd_meshes.h>
+#include <tests/traversal/aim.h>
+#include <tests/traversal/scenes.h>
+#include <tests/traversal/workers.h>
+
+#include <catch2/catch.hpp>
+
+#include <cstring>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+
+namespace {
+
+std::string bytes_of(const std::vector<Mesh>& meshes, const build::BuildOptions& options) {
+  const auto views = oracle::views(meshes);
+  const auto bvh = build::build(views, options);
+  REQUIRE(bvh.has_value());
+  const auto bytes = bvh->buffer.bytes();
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+std::vector<std::vector<Mesh>> inputs() {
+  return {{},
+          {identical(1)},
+          {icosphere(5)},
+          {star(5, 1), soup(trials(60000), 0.05, 2), identical(3000)},
+          {concentric(5000, 3)},
+          {torture(5000, 4), needles(5000, 1e6, 5)}};
+}
+
+}  // namespace
+
+TEST_CASE("the sah builder's file does not depend on the number of threads", "[determinism]") {
+  std::size_t number = 0;
+  for (const std::vector<Mesh>& meshes : inputs()) {
+    CAPTURE(number++);
+    for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes}) {
+      build::BuildOptions options{.builder = build::Builder::kSah, .nodes = layout, .threads = 1};
+      const std::string one = bytes_of(meshes, options);
+      for (const unsigned threads : {1u, 2u, 4u, 0u}) {
+        CAPTURE(threads);
+        options.threads = threads;
+        REQUIRE((bytes_of(meshes, options) == one));
+      }
+    }
+  }
+}
+
+TEST_CASE("builds that run at the same time do not disturb each other", "[determinism]") {
+  const std::vector<Mesh> meshes{star(4, 1), soup(trials(20000), 0.05, 2)};
+  const std::string alone = bytes_of(meshes, {});
+  const auto different = for_each_parallel<int>(8, [&](std::size_t i, int& count) {
+    const auto views = oracle::views(meshes);
+    const auto bvh = build::build(views, {.threads = static_cast<unsigned>(i % 3)});
+    if (!bvh || bvh->buffer.size() != alone.size() ||
+        std::memcmp(bvh->buffer.bytes().data(), alone.data(), alone.size()) != 0)
+      ++count;
+  });
+  for (const int count : different) CHECK(count == 0);
+}

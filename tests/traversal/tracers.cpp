@@ -1,0 +1,43 @@
+#include <tests/traversal/tracers.h>
+
+#include <hiprt_device/hiprt_device.h>
+
+namespace hiprt::checks {
+
+namespace {
+
+template <class Layout, class Triangle, class Boxes, class Lanes>
+using Chosen = Policies<Layout, Triangle, Boxes, PrivateStack<>, Lanes>;
+
+template <class Triangle, class Boxes, class Lanes> Hit closest(const Scene& scene, const Ray& ray) {
+  return scene.traced.layout == NodeLayout::kFloat
+             ? closest_hit<Chosen<FloatLayout, Triangle, Boxes, Lanes>>(scene.traced, ray)
+             : closest_hit<Chosen<PlanesLayout, Triangle, Boxes, Lanes>>(scene.traced, ray);
+}
+
+template <class Triangle, class Boxes, class Lanes> Hit any(const Scene& scene, const Ray& ray) {
+  return scene.traced.layout == NodeLayout::kFloat
+             ? any_hit<Chosen<FloatLayout, Triangle, Boxes, Lanes>>(scene.traced, ray)
+             : any_hit<Chosen<PlanesLayout, Triangle, Boxes, Lanes>>(scene.traced, ray);
+}
+
+template <class Triangle, class Boxes, class Lanes> constexpr Tracer tracer(const char* name, bool guaranteed) {
+  return {name, guaranteed, closest<Triangle, Boxes, Lanes>, any<Triangle, Boxes, Lanes>};
+}
+
+constexpr Tracer kTracers[] = {
+    tracer<Watertight, Conservative, DefaultLanes>("watertight conservative", true),
+    tracer<Watertight, Conservative, ArrayLanes>("the same, array lanes", true),
+    tracer<Watertight, Plain, DefaultLanes>("watertight plain", false),
+    tracer<Fast, Conservative, DefaultLanes>("fast conservative", false),
+    tracer<Fast, Plain, DefaultLanes>("fast plain", false),
+    tracer<Fast, Plain, ArrayLanes>("fast plain, array lanes", false),
+};
+
+}  // namespace
+
+std::span<const Tracer> all_tracers() { return kTracers; }
+std::span<const Tracer> default_tracers() { return std::span(kTracers).first(2); }
+std::uint32_t stack_capacity() { return PrivateStack<>::kCapacity; }
+
+}  // namespace hiprt::checks
