@@ -1,7 +1,7 @@
 #pragma once
-/// Ray against the four boxes of a node: slabs with one fused multiply-add per plane. The rounding of the box test and of
-/// the triangle test is covered by a margin in scene units that is computed once per ray, so a conservative test costs
-/// nothing per node. Proof of the constants: docs/decisions/0003-conservative-boxes.md.
+/// Ray against the four boxes of a node: slabs with one fused multiply-add per plane. The rounding of the box test and
+/// of the triangle test is covered by a margin in scene units that is computed once per ray, so a conservative test
+/// costs nothing per node. Proof of the constants: docs/decisions/0003-conservative-boxes.md.
 
 #include <hiprt_device/node_lanes.h>
 #include <hiprt_device/ray.h>
@@ -13,82 +13,81 @@ namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 HIPRT_HD HIPRT_INLINE float max_of(float a, float b) { return a > b ? a : b; }
 HIPRT_HD HIPRT_INLINE float absolute(float a) { return a < 0.0f ? -a : a; }
 HIPRT_HD HIPRT_INLINE float max_component(const Vec3& a) {
-    return max_of(max_of(absolute(a.x), absolute(a.y)), absolute(a.z));
+  return max_of(max_of(absolute(a.x), absolute(a.y)), absolute(a.z));
 }
 
 /// Box test policy: every hit that the Watertight triangle test reports lies in boxes that pass. The default.
 struct Conservative {
-    /// @return how far every box is widened, in scene units.
-    HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds) {
-        float reach = 0.0f, magnitude = 0.0f;
-        for (int axis = 0; axis < 3; ++axis) {
-            reach = max_of(reach, max_of(bounds.max[axis] - origin[axis], origin[axis] - bounds.min[axis]));
-            magnitude = max_of(magnitude, max_of(absolute(bounds.max[axis]), absolute(bounds.min[axis])));
-        }
-        constexpr float kUnit = 0x1p-24f;
-        return kUnit * (24.0f * reach + 4.0f * (magnitude + max_component(origin)));
+  /// @return how far every box is widened, in scene units.
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds) {
+    float reach = 0.0f, magnitude = 0.0f;
+    for (int axis = 0; axis < 3; ++axis) {
+      reach = max_of(reach, max_of(bounds.max[axis] - origin[axis], origin[axis] - bounds.min[axis]));
+      magnitude = max_of(magnitude, max_of(absolute(bounds.max[axis]), absolute(bounds.min[axis])));
     }
+    constexpr float kUnit = 0x1p-24f;
+    return kUnit * (24.0f * reach + 4.0f * (magnitude + max_component(origin)));
+  }
 };
 
 /// Box test policy: slabs as they round. Loses hits near box faces.
 struct Plain {
-    HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0.0f; }
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0.0f; }
 };
 
-/// Overflow to infinity becomes the largest float. For rays outside the range of the guarantees (ray.h): an infinite offset
-/// would give inf - inf = NaN at the planes of absent children, which could then pass and be followed out of the file.
+/// Overflow to infinity becomes the largest float. For rays outside the range of the guarantees (ray.h): an infinite
+/// offset would give inf - inf = NaN at the planes of absent children, which could then pass and be followed out of the
+/// file.
 HIPRT_HD HIPRT_INLINE float within_range(float a) {
-    constexpr float kMax = std::numeric_limits<float>::max();
-    return a >= -kMax ? (a <= kMax ? a : kMax) : -kMax;
+  constexpr float kMax = std::numeric_limits<float>::max();
+  return a >= -kMax ? (a <= kMax ? a : kMax) : -kMax;
 }
 
 /// A ray prepared for slabs: distance to a plane p of axis k = p * rcp[k] + offset[k].
-template <class Lanes>
-struct RaySlabs {
-    typename Lanes::Float rcp[3];
-    typename Lanes::Float near_offset[3];
-    typename Lanes::Float far_offset[3];
-    unsigned near_side[3];  ///< Which plane the ray meets first: 0 minimum, 1 maximum.
+template <class Lanes> struct RaySlabs {
+  typename Lanes::Float rcp[3];
+  typename Lanes::Float near_offset[3];
+  typename Lanes::Float far_offset[3];
+  unsigned near_side[3];  ///< Which plane the ray meets first: 0 minimum, 1 maximum.
 
-    /// Direction components below 2^-26 of the largest are raised to it, for boxes only: within [tmin, tmax] and the
-    /// scene the ray moves by less than the margin. So no reciprocal is infinite and no product is 0 * inf.
-    HIPRT_HD HIPRT_INLINE RaySlabs(const Ray& ray, float margin) {
-        const float floor = max_component(ray.direction) * 0x1p-26f;
-        for (int axis = 0; axis < 3; ++axis) {
-            const float d = ray.direction[axis];
-            const bool down = d < 0.0f;
-            const float length = max_of(absolute(d), floor);
-            const float magnitude = max_of(within_range(1.0f / length), std::numeric_limits<float>::min());
-            const float reciprocal = down ? -magnitude : magnitude;
-            const float widening = down ? -margin : margin;
-            near_side[axis] = down ? 1u : 0u;
-            rcp[axis] = Lanes::all(reciprocal);
-            near_offset[axis] = Lanes::all(within_range(-(ray.origin[axis] + widening) * reciprocal));
-            far_offset[axis] = Lanes::all(within_range(-(ray.origin[axis] - widening) * reciprocal));
-        }
+  /// Direction components below 2^-26 of the largest are raised to it, for boxes only: within [tmin, tmax] and the
+  /// scene the ray moves by less than the margin. So no reciprocal is infinite and no product is 0 * inf.
+  HIPRT_HD HIPRT_INLINE RaySlabs(const Ray& ray, float margin) {
+    const float floor = max_component(ray.direction) * 0x1p-26f;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float d = ray.direction[axis];
+      const bool down = d < 0.0f;
+      const float length = max_of(absolute(d), floor);
+      const float magnitude = max_of(within_range(1.0f / length), std::numeric_limits<float>::min());
+      const float reciprocal = down ? -magnitude : magnitude;
+      const float widening = down ? -margin : margin;
+      near_side[axis] = down ? 1u : 0u;
+      rcp[axis] = Lanes::all(reciprocal);
+      near_offset[axis] = Lanes::all(within_range(-(ray.origin[axis] + widening) * reciprocal));
+      far_offset[axis] = Lanes::all(within_range(-(ray.origin[axis] - widening) * reciprocal));
     }
+  }
 };
 
 /// Which children a ray meets and where it enters them.
-template <class Lanes>
-struct BoxHits {
-    std::uint32_t mask;            ///< Bit per child.
-    typename Lanes::Float enter;   ///< t of entry (at least tmin), where the bit is set.
+template <class Lanes> struct BoxHits {
+  std::uint32_t mask;           ///< Bit per child.
+  typename Lanes::Float enter;  ///< t of entry (at least tmin), where the bit is set.
 };
 
 /// Tests the part [tmin, tmax] of the ray. Absent children (empty boxes) are never hit.
 template <class Lanes, class Node>
 HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
                                                      typename Lanes::Float tmin, typename Lanes::Float tmax) {
-    typename Lanes::Float enter[3], leave[3];
-    for (unsigned axis = 0; axis < 3; ++axis) {
-        const unsigned near_side = ray.near_side[axis];
-        enter[axis] = Lanes::madd(load_planes<Lanes>(node, axis, near_side), ray.rcp[axis], ray.near_offset[axis]);
-        leave[axis] = Lanes::madd(load_planes<Lanes>(node, axis, near_side ^ 1u), ray.rcp[axis], ray.far_offset[axis]);
-    }
-    const auto first = Lanes::max(Lanes::max(enter[0], enter[1]), Lanes::max(enter[2], tmin));
-    const auto last = Lanes::min(Lanes::min(leave[0], leave[1]), Lanes::min(leave[2], tmax));
-    return {Lanes::less_equal(first, last), first};
+  typename Lanes::Float enter[3], leave[3];
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const unsigned near_side = ray.near_side[axis];
+    enter[axis] = Lanes::madd(load_planes<Lanes>(node, axis, near_side), ray.rcp[axis], ray.near_offset[axis]);
+    leave[axis] = Lanes::madd(load_planes<Lanes>(node, axis, near_side ^ 1u), ray.rcp[axis], ray.far_offset[axis]);
+  }
+  const auto first = Lanes::max(Lanes::max(enter[0], enter[1]), Lanes::max(enter[2], tmin));
+  const auto last = Lanes::min(Lanes::min(leave[0], leave[1]), Lanes::min(leave[2], tmax));
+  return {Lanes::less_equal(first, last), first};
 }
 
 }  // namespace hiprt::inline HIPRT_ISA_NAMESPACE

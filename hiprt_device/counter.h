@@ -8,16 +8,16 @@
 namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 
 struct NoCounter {
-    HIPRT_HD HIPRT_INLINE void on_boxes() {}
-    HIPRT_HD HIPRT_INLINE void on_leaf() {}
+  HIPRT_HD HIPRT_INLINE void on_boxes() {}
+  HIPRT_HD HIPRT_INLINE void on_leaf() {}
 };
 
 /// Counts four-box tests and leaf (triangle pair) tests.
 struct WorkCounter {
-    std::uint32_t box_tests = 0;
-    std::uint32_t leaf_tests = 0;
-    HIPRT_HD HIPRT_INLINE void on_boxes() { ++box_tests; }
-    HIPRT_HD HIPRT_INLINE void on_leaf() { ++leaf_tests; }
+  std::uint32_t box_tests = 0;
+  std::uint32_t leaf_tests = 0;
+  HIPRT_HD HIPRT_INLINE void on_boxes() { ++box_tests; }
+  HIPRT_HD HIPRT_INLINE void on_leaf() { ++leaf_tests; }
 };
 
 }  // namespace hiprt::inline HIPRT_ISA_NAMESPACE

@@ -1,7 +1,7 @@
 #pragma once
 /// Four floats at a time: the one vocabulary in which box and triangle tests are written. `ArrayLanes` is plain C++ for
-/// every compiler and the device; `SimdLanes` uses the host's vector registers. Both give the same bits: every operation
-/// is a single IEEE rounding per lane.
+/// every compiler and the device; `SimdLanes` uses the host's vector registers. Both give the same bits: every
+/// operation is a single IEEE rounding per lane.
 
 #include <hiprt_device/format/portability.h>
 
@@ -20,139 +20,135 @@ namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 /// Correctly rounded a * b + c.
 HIPRT_HD HIPRT_INLINE float fused_multiply_add(float a, float b, float c) {
 #if HIPRT_DEVICE_CODE
-    return fmaf(a, b, c);
+  return fmaf(a, b, c);
 #else
-    return __builtin_fmaf(a, b, c);
+  return __builtin_fmaf(a, b, c);
 #endif
 }
 
 HIPRT_HD HIPRT_INLINE double fused_multiply_add(double a, double b, double c) {
 #if HIPRT_DEVICE_CODE
-    return ::fma(a, b, c);
+  return ::fma(a, b, c);
 #else
-    return __builtin_fma(a, b, c);
+  return __builtin_fma(a, b, c);
 #endif
 }
 
 /// a * b + c with one rounding or two, whichever is faster: for results whose error bound allows both.
 HIPRT_HD HIPRT_INLINE float multiply_add(float a, float b, float c) {
 #if HIPRT_DEVICE_CODE || defined(__FMA__)
-    return fused_multiply_add(a, b, c);
+  return fused_multiply_add(a, b, c);
 #else
-    return a * b + c;
+  return a * b + c;
 #endif
 }
 
 /// Four lanes in an array; loops over lanes are unrolled by the compiler.
 struct ArrayLanes {
-    struct Float {
-        float lane[4];
-    };
+  struct Float {
+    float lane[4];
+  };
 
-    HIPRT_HD static HIPRT_INLINE Float load(const float* p) { return {{p[0], p[1], p[2], p[3]}}; }
-    HIPRT_HD static HIPRT_INLINE void store(float* p, const Float& a) {
-        for (int i = 0; i < 4; ++i) p[i] = a.lane[i];
-    }
-    HIPRT_HD static HIPRT_INLINE Float set(float a, float b, float c, float d) { return {{a, b, c, d}}; }
-    HIPRT_HD static HIPRT_INLINE Float all(float a) { return {{a, a, a, a}}; }
-    template <class Operation>
-    HIPRT_HD static HIPRT_INLINE Float map(Operation operation) {
-        return {{operation(0), operation(1), operation(2), operation(3)}};
-    }
-    HIPRT_HD static HIPRT_INLINE Float add(const Float& a, const Float& b) {
-        return map([&](int i) { return a.lane[i] + b.lane[i]; });
-    }
-    HIPRT_HD static HIPRT_INLINE Float sub(const Float& a, const Float& b) {
-        return map([&](int i) { return a.lane[i] - b.lane[i]; });
-    }
-    HIPRT_HD static HIPRT_INLINE Float mul(const Float& a, const Float& b) {
-        return map([&](int i) { return a.lane[i] * b.lane[i]; });
-    }
-    /// Correctly rounded a * b + c.
-    HIPRT_HD static HIPRT_INLINE Float fma(const Float& a, const Float& b, const Float& c) {
-        return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
-    }
-    /// Correctly rounded c - a * b.
-    HIPRT_HD static HIPRT_INLINE Float fnma(const Float& a, const Float& b, const Float& c) {
-        return map([&](int i) { return fused_multiply_add(-a.lane[i], b.lane[i], c.lane[i]); });
-    }
-    /// a * b - c, correctly rounded.
-    HIPRT_HD static HIPRT_INLINE Float fms(const Float& a, const Float& b, const Float& c) {
-        return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], -c.lane[i]); });
-    }
-    /// One rounding or two.
-    HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, const Float& b, const Float& c) {
-        return map([&](int i) { return multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
-    }
-    HIPRT_HD static HIPRT_INLINE Float min(const Float& a, const Float& b) {
-        return map([&](int i) { return a.lane[i] < b.lane[i] ? a.lane[i] : b.lane[i]; });
-    }
-    HIPRT_HD static HIPRT_INLINE Float max(const Float& a, const Float& b) {
-        return map([&](int i) { return a.lane[i] > b.lane[i] ? a.lane[i] : b.lane[i]; });
-    }
-    template <int A, int B, int C, int D>
-    HIPRT_HD static HIPRT_INLINE Float shuffle(const Float& a) {
-        return {{a.lane[A], a.lane[B], a.lane[C], a.lane[D]}};
-    }
-    /// Bit i: a[i] > b[i] (false for NaN).
-    HIPRT_HD static HIPRT_INLINE std::uint32_t greater(const Float& a, const Float& b) {
-        return bits([&](int i) { return a.lane[i] > b.lane[i]; });
-    }
-    /// Bit i: a[i] <= b[i] (false for NaN).
-    HIPRT_HD static HIPRT_INLINE std::uint32_t less_equal(const Float& a, const Float& b) {
-        return bits([&](int i) { return a.lane[i] <= b.lane[i]; });
-    }
-    HIPRT_HD static HIPRT_INLINE float get(const Float& a, unsigned i) { return a.lane[i]; }
+  HIPRT_HD static HIPRT_INLINE Float load(const float* p) { return {{p[0], p[1], p[2], p[3]}}; }
+  HIPRT_HD static HIPRT_INLINE void store(float* p, const Float& a) {
+    for (int i = 0; i < 4; ++i) p[i] = a.lane[i];
+  }
+  HIPRT_HD static HIPRT_INLINE Float set(float a, float b, float c, float d) { return {{a, b, c, d}}; }
+  HIPRT_HD static HIPRT_INLINE Float all(float a) { return {{a, a, a, a}}; }
+  template <class Operation> HIPRT_HD static HIPRT_INLINE Float map(Operation operation) {
+    return {{operation(0), operation(1), operation(2), operation(3)}};
+  }
+  HIPRT_HD static HIPRT_INLINE Float add(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] + b.lane[i]; });
+  }
+  HIPRT_HD static HIPRT_INLINE Float sub(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] - b.lane[i]; });
+  }
+  HIPRT_HD static HIPRT_INLINE Float mul(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] * b.lane[i]; });
+  }
+  /// Correctly rounded a * b + c.
+  HIPRT_HD static HIPRT_INLINE Float fma(const Float& a, const Float& b, const Float& c) {
+    return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
+  }
+  /// Correctly rounded c - a * b.
+  HIPRT_HD static HIPRT_INLINE Float fnma(const Float& a, const Float& b, const Float& c) {
+    return map([&](int i) { return fused_multiply_add(-a.lane[i], b.lane[i], c.lane[i]); });
+  }
+  /// a * b - c, correctly rounded.
+  HIPRT_HD static HIPRT_INLINE Float fms(const Float& a, const Float& b, const Float& c) {
+    return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], -c.lane[i]); });
+  }
+  /// One rounding or two.
+  HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, const Float& b, const Float& c) {
+    return map([&](int i) { return multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
+  }
+  HIPRT_HD static HIPRT_INLINE Float min(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] < b.lane[i] ? a.lane[i] : b.lane[i]; });
+  }
+  HIPRT_HD static HIPRT_INLINE Float max(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] > b.lane[i] ? a.lane[i] : b.lane[i]; });
+  }
+  template <int A, int B, int C, int D> HIPRT_HD static HIPRT_INLINE Float shuffle(const Float& a) {
+    return {{a.lane[A], a.lane[B], a.lane[C], a.lane[D]}};
+  }
+  /// Bit i: a[i] > b[i] (false for NaN).
+  HIPRT_HD static HIPRT_INLINE std::uint32_t greater(const Float& a, const Float& b) {
+    return bits([&](int i) { return a.lane[i] > b.lane[i]; });
+  }
+  /// Bit i: a[i] <= b[i] (false for NaN).
+  HIPRT_HD static HIPRT_INLINE std::uint32_t less_equal(const Float& a, const Float& b) {
+    return bits([&](int i) { return a.lane[i] <= b.lane[i]; });
+  }
+  HIPRT_HD static HIPRT_INLINE float get(const Float& a, unsigned i) { return a.lane[i]; }
 
-  private:
-    template <class Predicate>
-    HIPRT_HD static HIPRT_INLINE std::uint32_t bits(Predicate predicate) {
-        std::uint32_t result = 0;
-        for (int i = 0; i < 4; ++i) result |= predicate(i) ? 1u << i : 0u;
-        return result;
-    }
+ private:
+  template <class Predicate> HIPRT_HD static HIPRT_INLINE std::uint32_t bits(Predicate predicate) {
+    std::uint32_t result = 0;
+    for (int i = 0; i < 4; ++i) result |= predicate(i) ? 1u << i : 0u;
+    return result;
+  }
 };
 
 #if HIPRT_SIMD_LANES
 
 /// Four lanes in an SSE register (the compilers' vector type of 16 bytes).
 struct SimdLanes {
-    using Float = __m128;
+  using Float = __m128;
 
-    static HIPRT_INLINE Float load(const float* p) { return _mm_loadu_ps(p); }
-    static HIPRT_INLINE void store(float* p, Float a) { _mm_storeu_ps(p, a); }
-    static HIPRT_INLINE Float set(float a, float b, float c, float d) { return _mm_setr_ps(a, b, c, d); }
-    static HIPRT_INLINE Float all(float a) { return _mm_set1_ps(a); }
-    static HIPRT_INLINE Float add(Float a, Float b) { return a + b; }
-    static HIPRT_INLINE Float sub(Float a, Float b) { return a - b; }
-    static HIPRT_INLINE Float mul(Float a, Float b) { return a * b; }
+  static HIPRT_INLINE Float load(const float* p) { return _mm_loadu_ps(p); }
+  static HIPRT_INLINE void store(float* p, Float a) { _mm_storeu_ps(p, a); }
+  static HIPRT_INLINE Float set(float a, float b, float c, float d) { return _mm_setr_ps(a, b, c, d); }
+  static HIPRT_INLINE Float all(float a) { return _mm_set1_ps(a); }
+  static HIPRT_INLINE Float add(Float a, Float b) { return a + b; }
+  static HIPRT_INLINE Float sub(Float a, Float b) { return a - b; }
+  static HIPRT_INLINE Float mul(Float a, Float b) { return a * b; }
 #if defined(__FMA__)
-    static HIPRT_INLINE Float fma(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
-    static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return _mm_fnmadd_ps(a, b, c); }
-    static HIPRT_INLINE Float fms(Float a, Float b, Float c) { return _mm_fmsub_ps(a, b, c); }
-    static HIPRT_INLINE Float madd(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
+  static HIPRT_INLINE Float fma(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
+  static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return _mm_fnmadd_ps(a, b, c); }
+  static HIPRT_INLINE Float fms(Float a, Float b, Float c) { return _mm_fmsub_ps(a, b, c); }
+  static HIPRT_INLINE Float madd(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
 #else
-    static HIPRT_INLINE Float fma(Float a, Float b, Float c) {
-        return set(__builtin_fmaf(a[0], b[0], c[0]), __builtin_fmaf(a[1], b[1], c[1]),
-                   __builtin_fmaf(a[2], b[2], c[2]), __builtin_fmaf(a[3], b[3], c[3]));
-    }
-    static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return fma(-a, b, c); }
-    static HIPRT_INLINE Float fms(Float a, Float b, Float c) { return fma(a, b, -c); }
-    static HIPRT_INLINE Float madd(Float a, Float b, Float c) { return a * b + c; }
+  static HIPRT_INLINE Float fma(Float a, Float b, Float c) {
+    return set(__builtin_fmaf(a[0], b[0], c[0]), __builtin_fmaf(a[1], b[1], c[1]), __builtin_fmaf(a[2], b[2], c[2]),
+               __builtin_fmaf(a[3], b[3], c[3]));
+  }
+  static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return fma(-a, b, c); }
+  static HIPRT_INLINE Float fms(Float a, Float b, Float c) { return fma(a, b, -c); }
+  static HIPRT_INLINE Float madd(Float a, Float b, Float c) { return a * b + c; }
 #endif
-    static HIPRT_INLINE Float min(Float a, Float b) { return _mm_min_ps(a, b); }
-    static HIPRT_INLINE Float max(Float a, Float b) { return _mm_max_ps(a, b); }
-    template <int A, int B, int C, int D>
-    static HIPRT_INLINE Float shuffle(Float a) {
-        return _mm_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
-    }
-    static HIPRT_INLINE std::uint32_t greater(Float a, Float b) {
-        return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmpgt_ps(a, b)));
-    }
-    static HIPRT_INLINE std::uint32_t less_equal(Float a, Float b) {
-        return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmple_ps(a, b)));
-    }
-    static HIPRT_INLINE float get(Float a, unsigned i) { return a[i]; }
+  static HIPRT_INLINE Float min(Float a, Float b) { return _mm_min_ps(a, b); }
+  static HIPRT_INLINE Float max(Float a, Float b) { return _mm_max_ps(a, b); }
+  template <int A, int B, int C, int D> static HIPRT_INLINE Float shuffle(Float a) {
+    return _mm_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
+  }
+  static HIPRT_INLINE std::uint32_t greater(Float a, Float b) {
+    return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmpgt_ps(a, b)));
+  }
+  static HIPRT_INLINE std::uint32_t less_equal(Float a, Float b) {
+    return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmple_ps(a, b)));
+  }
+  static HIPRT_INLINE float get(Float a, unsigned i) { return a[i]; }
 };
 
 using DefaultLanes = SimdLanes;

@@ -17,19 +17,19 @@ namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 /// A margin for boxes from the ray's origin and the scene's bounds.
 template <class T>
 concept BoxTest = requires(const Vec3& origin, const Box& bounds) {
-    { T::margin(origin, bounds) } -> std::same_as<float>;
+  { T::margin(origin, bounds) } -> std::same_as<float>;
 };
 
 template <class T, class Layout, class Lanes>
 concept TriangleTest = requires(const typename Layout::Leaf& leaf, const typename T::template PreparedRay<Lanes>& ray,
                                 bool (*accept)(const Candidate&, unsigned)) {
-    { T::template intersect<Lanes>(leaf, ray, accept) } -> std::same_as<bool>;
+  { T::template intersect<Lanes>(leaf, ray, accept) } -> std::same_as<bool>;
 };
 
 template <class T>
 concept WorkCounting = requires(T counter) {
-    counter.on_boxes();
-    counter.on_leaf();
+  counter.on_boxes();
+  counter.on_leaf();
 };
 
 /// @tparam LayoutPolicy FloatLayout or PlanesLayout: must be the scene's.
@@ -42,23 +42,22 @@ concept WorkCounting = requires(T counter) {
 template <class LayoutPolicy = PlanesLayout, class TrianglePolicy = Watertight, class BoxPolicy = Conservative,
           class StackPolicy = PrivateStack<>, class LanesPolicy = DefaultLanes, class CounterPolicy = NoCounter,
           FeatureMask kFeatureSet = kKnownFeatures>
-    requires BoxTest<BoxPolicy> && TraversalStack<StackPolicy> && WorkCounting<CounterPolicy> &&
-             TriangleTest<TrianglePolicy, LayoutPolicy, LanesPolicy>
+requires BoxTest<BoxPolicy> && TraversalStack<StackPolicy> && WorkCounting<CounterPolicy> &&
+    TriangleTest<TrianglePolicy, LayoutPolicy, LanesPolicy>
 struct Policies {
-    using Layout = LayoutPolicy;
-    using Triangle = TrianglePolicy;
-    using Boxes = BoxPolicy;
-    using Stack = StackPolicy;
-    using Lanes = LanesPolicy;
-    using Counter = CounterPolicy;
-    static constexpr FeatureMask kFeatures = kFeatureSet;
+  using Layout = LayoutPolicy;
+  using Triangle = TrianglePolicy;
+  using Boxes = BoxPolicy;
+  using Stack = StackPolicy;
+  using Lanes = LanesPolicy;
+  using Counter = CounterPolicy;
+  static constexpr FeatureMask kFeatures = kFeatureSet;
 };
 
 /// Whether a tracer with policies P can trace the scene: its layout, its features and its stack bound.
-template <class P>
-HIPRT_HD constexpr bool covers(const SceneView& scene) {
-    return scene.layout == P::Layout::kId && (scene.features & ~P::kFeatures) == 0 &&
-           scene.stack_bound <= P::Stack::kCapacity;
+template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
+  return scene.layout == P::Layout::kId && (scene.features & ~P::kFeatures) == 0 &&
+         scene.stack_bound <= P::Stack::kCapacity;
 }
 
 }  // namespace hiprt::inline HIPRT_ISA_NAMESPACE

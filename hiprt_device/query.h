@@ -9,32 +9,32 @@ namespace query_detail {
 
 /// Answer of a tracer whose policies do not cover the scene.
 HIPRT_HD inline Hit refusal() {
-    Hit hit;
-    hit.t = std::numeric_limits<float>::quiet_NaN();
-    return hit;
+  Hit hit;
+  hit.t = std::numeric_limits<float>::quiet_NaN();
+  return hit;
 }
 
 /// Normal and error bound from the leaf's vertices.
 template <class Layout>
 HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::Leaf& leaf, unsigned triangle) {
-    unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
-    to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
-    double edge1[3], edge2[3];
-    float reach = 0.0f, extent = 0.0f, magnitude = 0.0f;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-        const float o = Watertight::PreparedRay<ArrayLanes>::component(ray.origin, axis);
-        const float a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
-                    c = Layout::coordinate(leaf, vertex[2], axis);
-        edge1[axis] = static_cast<double>(b) - static_cast<double>(a);
-        edge2[axis] = static_cast<double>(c) - static_cast<double>(a);
-        reach = max_of(reach, max_of(max_of(absolute(a - o), absolute(b - o)), absolute(c - o)));
-        extent = max_of(extent, max_of(max_of(absolute(b - a), absolute(c - a)), absolute(c - b)));
-        magnitude = max_of(magnitude, max_of(max_of(absolute(a), absolute(b)), absolute(c)));
-    }
-    hit.normal = Vec3(static_cast<float>(edge1[1] * edge2[2] - edge1[2] * edge2[1]),
-                      static_cast<float>(edge1[2] * edge2[0] - edge1[0] * edge2[2]),
-                      static_cast<float>(edge1[0] * edge2[1] - edge1[1] * edge2[0]));
-    hit.error = 0x1p-24f * (20.0f * (reach + extent) + 4.0f * magnitude);
+  unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
+  to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
+  double edge1[3], edge2[3];
+  float reach = 0.0f, extent = 0.0f, magnitude = 0.0f;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const float o = Watertight::PreparedRay<ArrayLanes>::component(ray.origin, axis);
+    const float a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
+                c = Layout::coordinate(leaf, vertex[2], axis);
+    edge1[axis] = static_cast<double>(b) - static_cast<double>(a);
+    edge2[axis] = static_cast<double>(c) - static_cast<double>(a);
+    reach = max_of(reach, max_of(max_of(absolute(a - o), absolute(b - o)), absolute(c - o)));
+    extent = max_of(extent, max_of(max_of(absolute(b - a), absolute(c - a)), absolute(c - b)));
+    magnitude = max_of(magnitude, max_of(max_of(absolute(a), absolute(b)), absolute(c)));
+  }
+  hit.normal = Vec3(static_cast<float>(edge1[1] * edge2[2] - edge1[2] * edge2[1]),
+                    static_cast<float>(edge1[2] * edge2[0] - edge1[0] * edge2[2]),
+                    static_cast<float>(edge1[0] * edge2[1] - edge1[1] * edge2[0]));
+  hit.error = 0x1p-24f * (20.0f * (reach + extent) + 4.0f * magnitude);
 }
 
 }  // namespace query_detail
@@ -42,78 +42,76 @@ HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::L
 /// The hit with the smallest t; see Hit for ties. A miss if there is none.
 template <class P>
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter) {
-    if (!covers<P>(scene)) return query_detail::refusal();
-    Hit hit;
-    if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
-    using Leaf = typename P::Layout::Leaf;
-    const Leaf* best_leaf = nullptr;
-    unsigned best_triangle = 0;
-    float limit = ray.tmax;
-    const float tmin = max_of(ray.tmin, 0.0f);
-    traverse<P, NearFirst>(scene, ray, limit, counter, [&](const Leaf& leaf, const auto& prepared) {
-        return P::Triangle::template intersect<typename P::Lanes>(
-            leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
-                if (!(candidate.t >= tmin && candidate.t <= limit)) return true;
-                const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
-                const std::uint32_t primitive = leaf.info.primitive[triangle];
-                const bool loses_tie = candidate.t == hit.t && (geometry > hit.geometry || (geometry == hit.geometry && primitive >= hit.primitive));
-                if (loses_tie || !is_visible<P>(scene, ray, geometry)) return true;
-                hit.t = limit = candidate.t;
-                hit.u = candidate.u;
-                hit.v = candidate.v;
-                hit.geometry = geometry;
-                hit.primitive = primitive;
-                best_leaf = &leaf;
-                best_triangle = triangle;
-                return true;
-            });
-    });
-    if (best_leaf != nullptr) query_detail::complete<typename P::Layout>(hit, ray, *best_leaf, best_triangle);
-    return hit;
+  if (!covers<P>(scene)) return query_detail::refusal();
+  Hit hit;
+  if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
+  using Leaf = typename P::Layout::Leaf;
+  const Leaf* best_leaf = nullptr;
+  unsigned best_triangle = 0;
+  float limit = ray.tmax;
+  const float tmin = max_of(ray.tmin, 0.0f);
+  traverse<P, NearFirst>(scene, ray, limit, counter, [&](const Leaf& leaf, const auto& prepared) {
+    return P::Triangle::template intersect<typename P::Lanes>(
+        leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
+          if (!(candidate.t >= tmin && candidate.t <= limit)) return true;
+          const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
+          const std::uint32_t primitive = leaf.info.primitive[triangle];
+          const bool loses_tie = candidate.t == hit.t &&
+                                 (geometry > hit.geometry || (geometry == hit.geometry && primitive >= hit.primitive));
+          if (loses_tie || !is_visible<P>(scene, ray, geometry)) return true;
+          hit.t = limit = candidate.t;
+          hit.u = candidate.u;
+          hit.v = candidate.v;
+          hit.geometry = geometry;
+          hit.primitive = primitive;
+          best_leaf = &leaf;
+          best_triangle = triangle;
+          return true;
+        });
+  });
+  if (best_leaf != nullptr) query_detail::complete<typename P::Layout>(hit, ray, *best_leaf, best_triangle);
+  return hit;
 }
 
 /// Some hit in [tmin, tmax], without normal and error; which one depends on the tree. A miss if there is none.
-template <class P>
-HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter) {
-    if (!covers<P>(scene)) return query_detail::refusal();
-    Hit hit;
-    if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
-    using Leaf = typename P::Layout::Leaf;
-    const float tmin = max_of(ray.tmin, 0.0f);
-    traverse<P, Unordered>(scene, ray, ray.tmax, counter, [&](const Leaf& leaf, const auto& prepared) {
-        return P::Triangle::template intersect<typename P::Lanes>(
-            leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
-                if (!(candidate.t >= tmin && candidate.t <= ray.tmax)) return true;
-                const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
-                if (!is_visible<P>(scene, ray, geometry)) return true;
-                hit = Hit{candidate.t, candidate.u, candidate.v, geometry, leaf.info.primitive[triangle]};
-                return false;
-            });
-    });
-    return hit;
+template <class P> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter) {
+  if (!covers<P>(scene)) return query_detail::refusal();
+  Hit hit;
+  if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
+  using Leaf = typename P::Layout::Leaf;
+  const float tmin = max_of(ray.tmin, 0.0f);
+  traverse<P, Unordered>(scene, ray, ray.tmax, counter, [&](const Leaf& leaf, const auto& prepared) {
+    return P::Triangle::template intersect<typename P::Lanes>(
+        leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
+          if (!(candidate.t >= tmin && candidate.t <= ray.tmax)) return true;
+          const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
+          if (!is_visible<P>(scene, ray, geometry)) return true;
+          hit = Hit{candidate.t, candidate.u, candidate.v, geometry, leaf.info.primitive[triangle]};
+          return false;
+        });
+  });
+  return hit;
 }
 
-template <class P>
-HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
-    typename P::Counter counter;
-    return closest_hit<P>(scene, ray, counter);
+template <class P> HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
+  typename P::Counter counter;
+  return closest_hit<P>(scene, ray, counter);
 }
 
-template <class P>
-HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
-    typename P::Counter counter;
-    return any_hit<P>(scene, ray, counter);
+template <class P> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
+  typename P::Counter counter;
+  return any_hit<P>(scene, ray, counter);
 }
 
 /// With the accurate defaults, whatever the scene's layout.
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
-    return scene.layout == NodeLayout::kFloat ? closest_hit<Policies<FloatLayout>>(scene, ray)
-                                              : closest_hit<Policies<PlanesLayout>>(scene, ray);
+  return scene.layout == NodeLayout::kFloat ? closest_hit<Policies<FloatLayout>>(scene, ray)
+                                            : closest_hit<Policies<PlanesLayout>>(scene, ray);
 }
 
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
-    return scene.layout == NodeLayout::kFloat ? any_hit<Policies<FloatLayout>>(scene, ray)
-                                              : any_hit<Policies<PlanesLayout>>(scene, ray);
+  return scene.layout == NodeLayout::kFloat ? any_hit<Policies<FloatLayout>>(scene, ray)
+                                            : any_hit<Policies<PlanesLayout>>(scene, ray);
 }
 
 }  // namespace hiprt::inline HIPRT_ISA_NAMESPACE

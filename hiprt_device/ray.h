@@ -26,7 +26,8 @@ struct Ray {
 /// The answer to a closest-hit query. Of hits at the same t the one with the lowest geometry, then the lowest primitive
 /// number is reported, so that hits do not depend on the tree, its builder or its layout.
 struct Hit {
-  float t = std::numeric_limits<float>::infinity();  ///< +inf: a miss. NaN: the tracer refused the scene (see covers()).
+  float t =
+      std::numeric_limits<float>::infinity();  ///< +inf: a miss. NaN: the tracer refused the scene (see covers()).
   float u = 0.0f;  ///< Weight of the triangle's corner 1; the point is (1 - u - v) * p0 + u * p1 + v * p2.
   float v = 0.0f;  ///< Weight of the triangle's corner 2.
   std::uint32_t geometry = kInvalidId;

@@ -8,29 +8,29 @@ namespace hiprt {
 
 /// A file in memory that the tracer can read, and the few header fields that every ray uses.
 struct SceneView {
-    const std::byte* base = nullptr;  ///< First byte of the file, in the memory of the processor that traces.
-    const GeometryRecord* geometries = nullptr;
-    NodeRef root = kInvalidRef;
-    std::uint32_t stack_bound = 0;  ///< Stack entries a traversal may need.
-    FeatureMask features = 0;
-    NodeLayout layout = NodeLayout::kPlanes;
-    Box bounds{};
+  const std::byte* base = nullptr;  ///< First byte of the file, in the memory of the processor that traces.
+  const GeometryRecord* geometries = nullptr;
+  NodeRef root = kInvalidRef;
+  std::uint32_t stack_bound = 0;  ///< Stack entries a traversal may need.
+  FeatureMask features = 0;
+  NodeLayout layout = NodeLayout::kPlanes;
+  Box bounds{};
 };
 
 /// @param view of a file accepted by validate() or open_buffer(); from open_buffer() alone the content is trusted.
 /// @param device_base where a copy of the file lies in the memory of the processor that traces (aligned to 256 bytes);
 ///        nullptr: the file is traced where it is.
 inline SceneView make_scene_view(const BufferView& view, const std::byte* device_base = nullptr) {
-    const std::byte* base = device_base != nullptr ? device_base : view.bytes.data();
-    SceneView scene;
-    scene.base = base;
-    scene.geometries = reinterpret_cast<const GeometryRecord*>(base + view.geometry_entry.offset);
-    scene.root = view.header->root;
-    scene.stack_bound = view.header->stack_bound;
-    scene.features = view.header->features;
-    scene.layout = view.layout();
-    scene.bounds = view.header->bounds;
-    return scene;
+  const std::byte* base = device_base != nullptr ? device_base : view.bytes.data();
+  SceneView scene;
+  scene.base = base;
+  scene.geometries = reinterpret_cast<const GeometryRecord*>(base + view.geometry_entry.offset);
+  scene.root = view.header->root;
+  scene.stack_bound = view.header->stack_bound;
+  scene.features = view.header->features;
+  scene.layout = view.layout();
+  scene.bounds = view.header->bounds;
+  return scene;
 }
 
 }  // namespace hiprt

@@ -12,14 +12,14 @@ namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 /// @param hit of closest_hit(), found.
 /// @param direction of the new ray, any length.
 HIPRT_HD inline Vec3 spawn_origin(const Ray& ray, const Hit& hit, const Vec3& direction) {
-    const Vec3 n = hit.normal / max_of(max_component(hit.normal), std::numeric_limits<float>::min());
-    const Vec3 size(absolute(n.x), absolute(n.y), absolute(n.z));
-    const float squared = n.x * n.x + n.y * n.y + n.z * n.z;
-    if (!(squared > 0.0f)) return ray.origin + hit.t * ray.direction;
-    // The box of half width error around the point reaches |n|_1 * error / |n| along the normal.
-    const float distance = hit.error * (size.x + size.y + size.z) / squared;
-    const bool along = n.x * direction.x + n.y * direction.y + n.z * direction.z >= 0.0f;
-    return ray.origin + hit.t * ray.direction + (along ? distance : -distance) * n;
+  const Vec3 n = hit.normal / max_of(max_component(hit.normal), std::numeric_limits<float>::min());
+  const Vec3 size(absolute(n.x), absolute(n.y), absolute(n.z));
+  const float squared = n.x * n.x + n.y * n.y + n.z * n.z;
+  if (!(squared > 0.0f)) return ray.origin + hit.t * ray.direction;
+  // The box of half width error around the point reaches |n|_1 * error / |n| along the normal.
+  const float distance = hit.error * (size.x + size.y + size.z) / squared;
+  const bool along = n.x * direction.x + n.y * direction.y + n.z * direction.z >= 0.0f;
+  return ray.origin + hit.t * ray.direction + (along ? distance : -distance) * n;
 }
 
 }  // namespace hiprt::inline HIPRT_ISA_NAMESPACE

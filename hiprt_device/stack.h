@@ -13,39 +13,38 @@ namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 using StackEntry = std::uint64_t;
 
 HIPRT_HD HIPRT_INLINE StackEntry make_entry(float enter, NodeRef ref) {
-    return static_cast<StackEntry>(std::bit_cast<std::uint32_t>(enter)) << 32 | ref;
+  return static_cast<StackEntry>(std::bit_cast<std::uint32_t>(enter)) << 32 | ref;
 }
 HIPRT_HD HIPRT_INLINE float entry_distance(StackEntry entry) {
-    return std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32));
+  return std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32));
 }
 HIPRT_HD HIPRT_INLINE NodeRef entry_ref(StackEntry entry) { return static_cast<NodeRef>(entry); }
 
 template <class T>
 concept TraversalStack = requires(T stack, StackEntry entry) {
-    { T::kCapacity } -> std::convertible_to<unsigned>;
-    stack.push(entry);
-    { stack.pop() } -> std::same_as<StackEntry>;
-    { stack.empty() } -> std::same_as<bool>;
+  { T::kCapacity } -> std::convertible_to<unsigned>;
+  stack.push(entry);
+  { stack.pop() } -> std::same_as<StackEntry>;
+  { stack.empty() } -> std::same_as<bool>;
 };
 
 /// A stack in the thread's own memory. The traversal compares the scene's stack bound with the capacity before it
 /// starts, so push needs no check.
-template <unsigned Capacity = 192>
-class PrivateStack {
-  public:
-    static constexpr unsigned kCapacity = Capacity;
+template <unsigned Capacity = 192> class PrivateStack {
+ public:
+  static constexpr unsigned kCapacity = Capacity;
 
-    HIPRT_HD HIPRT_INLINE void push(StackEntry entry) {
-        HIPRT_ASSERT(size_ < Capacity);
-        entries_[size_++] = entry;
-    }
-    /// @pre !empty()
-    HIPRT_HD HIPRT_INLINE StackEntry pop() { return entries_[--size_]; }
-    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
+  HIPRT_HD HIPRT_INLINE void push(StackEntry entry) {
+    HIPRT_ASSERT(size_ < Capacity);
+    entries_[size_++] = entry;
+  }
+  /// @pre !empty()
+  HIPRT_HD HIPRT_INLINE StackEntry pop() { return entries_[--size_]; }
+  HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 
-  private:
-    StackEntry entries_[Capacity];
-    unsigned size_ = 0;
+ private:
+  StackEntry entries_[Capacity];
+  unsigned size_ = 0;
 };
 
 }  // namespace hiprt::inline HIPRT_ISA_NAMESPACE

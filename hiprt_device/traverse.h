@@ -11,11 +11,11 @@ namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 
 /// Whether the ray can hit anything at all; false for NaN and infinite components.
 HIPRT_HD HIPRT_INLINE bool is_traceable(const Ray& ray) {
-    constexpr float kMax = std::numeric_limits<float>::max();
-    const float length = max_component(ray.direction);
-    const float sum = absolute(ray.direction.x) * 0.0f + absolute(ray.direction.y) * 0.0f + absolute(ray.direction.z) * 0.0f +
-                      ray.origin.x * 0.0f + ray.origin.y * 0.0f + ray.origin.z * 0.0f;
-    return sum == 0.0f && length > 0.0f && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= 0.0f && ray.mask != 0;
+  constexpr float kMax = std::numeric_limits<float>::max();
+  const float length = max_component(ray.direction);
+  const float sum = absolute(ray.direction.x) * 0.0f + absolute(ray.direction.y) * 0.0f +
+                    absolute(ray.direction.z) * 0.0f + ray.origin.x * 0.0f + ray.origin.y * 0.0f + ray.origin.z * 0.0f;
+  return sum == 0.0f && length > 0.0f && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= 0.0f && ray.mask != 0;
 }
 
 /// Visits the leaves whose boxes the ray meets in [tmin, limit], in the order of Order.
@@ -25,46 +25,46 @@ HIPRT_HD HIPRT_INLINE bool is_traceable(const Ray& ray) {
 template <class P, class Order, class Visit>
 HIPRT_HD HIPRT_INLINE void traverse(const SceneView& scene, const Ray& ray, const float& limit,
                                     typename P::Counter& counter, Visit&& visit) {
-    using Lanes = typename P::Lanes;
-    using Node = typename P::Layout::Node;
-    using Leaf = typename P::Layout::Leaf;
-    const RaySlabs<Lanes> slabs(ray, P::Boxes::margin(ray.origin, scene.bounds));
-    const typename P::Triangle::template PreparedRay<Lanes> prepared(ray);
-    const typename Lanes::Float tmin = Lanes::all(max_of(ray.tmin, 0.0f));
-    typename P::Stack stack;
-    NodeRef ref = scene.root;
-    for (;;) {
-        bool descend = true;
-        if (is_box(ref)) {
-            counter.on_boxes();
-            const Node& node = *reinterpret_cast<const Node*>(scene.base + ref_offset(ref));
-            const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, tmin, Lanes::all(limit));
-            descend = hits.mask != 0;
-            if (descend) ref = Order::next(node.child, hits, stack);
-        } else {
-            const Leaf* leaf = reinterpret_cast<const Leaf*>(scene.base + ref_offset(ref));
-            for (;; ++leaf) {
-                counter.on_leaf();
-                if (!visit(*leaf, prepared)) return;
-                if ((leaf->info.geometry_and_flags & kLastInRun) != 0) break;
-            }
-            descend = false;
-        }
-        while (!descend) {
-            if (stack.empty()) return;
-            const StackEntry entry = stack.pop();
-            descend = entry_distance(entry) <= limit;
-            ref = entry_ref(entry);
-        }
+  using Lanes = typename P::Lanes;
+  using Node = typename P::Layout::Node;
+  using Leaf = typename P::Layout::Leaf;
+  const RaySlabs<Lanes> slabs(ray, P::Boxes::margin(ray.origin, scene.bounds));
+  const typename P::Triangle::template PreparedRay<Lanes> prepared(ray);
+  const typename Lanes::Float tmin = Lanes::all(max_of(ray.tmin, 0.0f));
+  typename P::Stack stack;
+  NodeRef ref = scene.root;
+  for (;;) {
+    bool descend = true;
+    if (is_box(ref)) {
+      counter.on_boxes();
+      const Node& node = *reinterpret_cast<const Node*>(scene.base + ref_offset(ref));
+      const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, tmin, Lanes::all(limit));
+      descend = hits.mask != 0;
+      if (descend) ref = Order::next(node.child, hits, stack);
+    } else {
+      const Leaf* leaf = reinterpret_cast<const Leaf*>(scene.base + ref_offset(ref));
+      for (;; ++leaf) {
+        counter.on_leaf();
+        if (!visit(*leaf, prepared)) return;
+        if ((leaf->info.geometry_and_flags & kLastInRun) != 0) break;
+      }
+      descend = false;
     }
+    while (!descend) {
+      if (stack.empty()) return;
+      const StackEntry entry = stack.pop();
+      descend = entry_distance(entry) <= limit;
+      ref = entry_ref(entry);
+    }
+  }
 }
 
 /// Whether the ray sees the geometry.
 template <class P>
 HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene, const Ray& ray, std::uint32_t geometry) {
-    if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
-        return (scene.features & feature_bit(Feature::kMasks)) == 0 || (scene.geometries[geometry].mask & ray.mask) != 0;
-    return true;
+  if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
+    return (scene.features & feature_bit(Feature::kMasks)) == 0 || (scene.geometries[geometry].mask & ray.mask) != 0;
+  return true;
 }
 
 }  // namespace hiprt::inline HIPRT_ISA_NAMESPACE

@@ -10,17 +10,16 @@ namespace hiprt::inline HIPRT_ISA_NAMESPACE {
 
 /// Where a line meets a triangle; u, v are weights of the mesh's corners 1 and 2.
 struct Candidate {
-    float t, u, v;
+  float t, u, v;
 };
 
 /// A weight, depth or vertex per corner of the mesh's triangle, from values in stored order.
-template <class T>
-HIPRT_HD HIPRT_INLINE void to_mesh_order(T (&value)[3], std::uint32_t triangle_id) {
-    const unsigned one = TriangleId::u_source(triangle_id), two = TriangleId::v_source(triangle_id);
-    const T stored[3] = {value[0], value[1], value[2]};
-    value[0] = one + two == 3 ? stored[0] : one + two == 2 ? stored[1] : stored[2];
-    value[1] = one == 0 ? stored[0] : one == 1 ? stored[1] : stored[2];
-    value[2] = two == 0 ? stored[0] : two == 1 ? stored[1] : stored[2];
+template <class T> HIPRT_HD HIPRT_INLINE void to_mesh_order(T (&value)[3], std::uint32_t triangle_id) {
+  const unsigned one = TriangleId::u_source(triangle_id), two = TriangleId::v_source(triangle_id);
+  const T stored[3] = {value[0], value[1], value[2]};
+  value[0] = one + two == 3 ? stored[0] : one + two == 2 ? stored[1] : stored[2];
+  value[1] = one == 0 ? stored[0] : one == 1 ? stored[1] : stored[2];
+  value[2] = two == 0 ? stored[0] : two == 1 ? stored[1] : stored[2];
 }
 
 /// Watertight test (Woop, Benthin, Wald 2013): the ray becomes the z axis of a sheared space, edge functions are
@@ -29,184 +28,185 @@ HIPRT_HD HIPRT_INLINE void to_mesh_order(T (&value)[3], std::uint32_t triangle_i
 /// double precision, where products of floats are exact. Every vertex is sheared the same way in every triangle, so a
 /// ray cannot pass between neighbours. Results do not depend on how triangles were paired, rotated or laid out.
 struct Watertight {
-    template <class Lanes>
-    struct PreparedRay {
-        unsigned x, y, z;                          ///< Axes; z the one with the largest direction component.
-        typename Lanes::Float ox, oy, oz, sx, sy;  ///< Origin and shear: direction x / z and y / z.
-        float dz;
+  template <class Lanes> struct PreparedRay {
+    unsigned x, y, z;                          ///< Axes; z the one with the largest direction component.
+    typename Lanes::Float ox, oy, oz, sx, sy;  ///< Origin and shear: direction x / z and y / z.
+    float dz;
 
-        HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray) {
-            const float ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
-            z = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
-            x = z == 2 ? 0u : z + 1;
-            y = x == 2 ? 0u : x + 1;
-            dz = component(ray.direction, z);
-            sx = Lanes::all(component(ray.direction, x) / dz);
-            sy = Lanes::all(component(ray.direction, y) / dz);
-            ox = Lanes::all(component(ray.origin, x));
-            oy = Lanes::all(component(ray.origin, y));
-            oz = Lanes::all(component(ray.origin, z));
-        }
-        /// By selection: indexing a vector at run time would move it to memory on a GPU.
-        HIPRT_HD static HIPRT_INLINE float component(const Vec3& v, unsigned axis) {
-            return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
-        }
-    };
-
-    /// Calls accept(candidate, triangle) for each of the leaf's triangles that the line meets, triangle 0 first;
-    /// stops when it returns false. @return false if it was stopped.
-    template <class Lanes, class Leaf, class Accept>
-    HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const PreparedRay<Lanes>& ray, Accept&& accept) {
-        using Float = typename Lanes::Float;
-        const Float az = Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz);
-        const Float ax = Lanes::fnma(ray.sx, az, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x), ray.ox));
-        const Float ay = Lanes::fnma(ray.sy, az, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y), ray.oy));
-        // Lanes: edges v0 v1, v1 v3, v3 v2, v2 v0 around both triangles; then the shared edge v1 v2 and back.
-        const Float around = difference_of_products<Lanes>(
-            Lanes::template shuffle<0, 1, 3, 2>(ax), Lanes::template shuffle<1, 3, 2, 0>(ay),
-            Lanes::template shuffle<0, 1, 3, 2>(ay), Lanes::template shuffle<1, 3, 2, 0>(ax));
-        const Float shared = difference_of_products<Lanes>(
-            Lanes::template shuffle<1, 2, 1, 2>(ax), Lanes::template shuffle<2, 1, 2, 1>(ay),
-            Lanes::template shuffle<1, 2, 1, 2>(ay), Lanes::template shuffle<2, 1, 2, 1>(ax));
-        const Float tiny = Lanes::all(kCertain), minus_tiny = Lanes::all(-kCertain);
-        const std::uint32_t positive = Lanes::greater(around, tiny) | Lanes::greater(shared, tiny) << 4;
-        const std::uint32_t negative = Lanes::greater(minus_tiny, around) | Lanes::greater(minus_tiny, shared) << 4;
-        const bool meets0 = (positive & kEdges0) == 0 || (negative & kEdges0) == 0;
-        const bool meets1 = (positive & kEdges1) == 0 || (negative & kEdges1) == 0;
-        if (!meets0 && !meets1) return true;
-        alignas(16) float px[4], py[4], pz[4], e[4], s[4];
-        Lanes::store(px, ax), Lanes::store(py, ay), Lanes::store(pz, az);
-        Lanes::store(e, around), Lanes::store(s, shared);
-        const std::uint32_t certain = positive | negative;
-        Candidate candidate;
-        if (meets0) {
-            const Corners corners{{s[0], e[3], e[0]}, {pz[0], pz[1], pz[2]}, {px[0], px[1], px[2]}, {py[0], py[1], py[2]}};
-            if (finish(corners, (certain & kEdges0) == kEdges0, leaf.info.triangle_ids, ray.dz, candidate) &&
-                !accept(candidate, 0u))
-                return false;
-        }
-        if (meets1) {
-            const Corners corners{{e[2], s[1], e[1]}, {pz[1], pz[3], pz[2]}, {px[1], px[3], px[2]}, {py[1], py[3], py[2]}};
-            if (finish(corners, (certain & kEdges1) == kEdges1, leaf.info.triangle_ids >> 8, ray.dz, candidate) &&
-                !accept(candidate, 1u))
-                return false;
-        }
-        return true;
+    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray) {
+      const float ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
+      z = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
+      x = z == 2 ? 0u : z + 1;
+      y = x == 2 ? 0u : x + 1;
+      dz = component(ray.direction, z);
+      sx = Lanes::all(component(ray.direction, x) / dz);
+      sy = Lanes::all(component(ray.direction, y) / dz);
+      ox = Lanes::all(component(ray.origin, x));
+      oy = Lanes::all(component(ray.origin, y));
+      oz = Lanes::all(component(ray.origin, z));
     }
-
-  private:
-    /// An edge function beyond this cannot have lost its sign to underflow: one of its products is beyond 2^-100, so
-    /// the error term of Kahan's method is exact.
-    static constexpr float kCertain = 0x1p-98f;
-    static constexpr std::uint32_t kEdges0 = 0b01'1001, kEdges1 = 0b10'0110;
-
-    struct Corners {
-        float weight[3];  ///< Edge function opposite to the corner, unnormalised.
-        float z[3], x[3], y[3];
-    };
-
-    /// a * d - b * c within 2 units of 2^-24, sign exact (Kahan; Jeannerod, Louvet, Muller 2013).
-    template <class Lanes>
-    HIPRT_HD static HIPRT_INLINE typename Lanes::Float difference_of_products(
-        const typename Lanes::Float& a, const typename Lanes::Float& d, const typename Lanes::Float& b,
-        const typename Lanes::Float& c) {
-        const auto product = Lanes::mul(b, c);
-        return Lanes::add(Lanes::fms(a, d, product), Lanes::fnma(b, c, product));
+    /// By selection: indexing a vector at run time would move it to memory on a GPU.
+    HIPRT_HD static HIPRT_INLINE float component(const Vec3& v, unsigned axis) {
+      return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
     }
+  };
 
-    HIPRT_HD static HIPRT_INLINE bool finish(Corners corners, bool certain, std::uint32_t id, float dz, Candidate& result) {
-        to_mesh_order(corners.weight, id);
-        to_mesh_order(corners.z, id);
-        const float (&w)[3] = corners.weight;
-        const float sum = w[0] + w[1] + w[2];
-        if (!certain || !(absolute(sum) < 0x1p126f)) return finish_in_double(corners, id, dz, result);
-        const float reciprocal = 1.0f / sum;
-        result.u = w[1] * reciprocal;
-        result.v = w[2] * reciprocal;
-        const float depth = fused_multiply_add(
-            w[0] * reciprocal, corners.z[0], fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
-        result.t = depth / dz;
-        return true;
+  /// Calls accept(candidate, triangle) for each of the leaf's triangles that the line meets, triangle 0 first;
+  /// stops when it returns false. @return false if it was stopped.
+  template <class Lanes, class Leaf, class Accept>
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const PreparedRay<Lanes>& ray, Accept&& accept) {
+    using Float = typename Lanes::Float;
+    const Float az = Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz);
+    const Float ax = Lanes::fnma(ray.sx, az, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x), ray.ox));
+    const Float ay = Lanes::fnma(ray.sy, az, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y), ray.oy));
+    // Lanes: edges v0 v1, v1 v3, v3 v2, v2 v0 around both triangles; then the shared edge v1 v2 and back.
+    const Float around =
+        difference_of_products<Lanes>(Lanes::template shuffle<0, 1, 3, 2>(ax), Lanes::template shuffle<1, 3, 2, 0>(ay),
+                                      Lanes::template shuffle<0, 1, 3, 2>(ay), Lanes::template shuffle<1, 3, 2, 0>(ax));
+    const Float shared =
+        difference_of_products<Lanes>(Lanes::template shuffle<1, 2, 1, 2>(ax), Lanes::template shuffle<2, 1, 2, 1>(ay),
+                                      Lanes::template shuffle<1, 2, 1, 2>(ay), Lanes::template shuffle<2, 1, 2, 1>(ax));
+    const Float tiny = Lanes::all(kCertain), minus_tiny = Lanes::all(-kCertain);
+    const std::uint32_t positive = Lanes::greater(around, tiny) | Lanes::greater(shared, tiny) << 4;
+    const std::uint32_t negative = Lanes::greater(minus_tiny, around) | Lanes::greater(minus_tiny, shared) << 4;
+    const bool meets0 = (positive & kEdges0) == 0 || (negative & kEdges0) == 0;
+    const bool meets1 = (positive & kEdges1) == 0 || (negative & kEdges1) == 0;
+    if (!meets0 && !meets1) return true;
+    alignas(16) float px[4], py[4], pz[4], e[4], s[4];
+    Lanes::store(px, ax), Lanes::store(py, ay), Lanes::store(pz, az);
+    Lanes::store(e, around), Lanes::store(s, shared);
+    const std::uint32_t certain = positive | negative;
+    Candidate candidate;
+    if (meets0) {
+      const Corners corners{{s[0], e[3], e[0]}, {pz[0], pz[1], pz[2]}, {px[0], px[1], px[2]}, {py[0], py[1], py[2]}};
+      if (finish(corners, (certain & kEdges0) == kEdges0, leaf.info.triangle_ids, ray.dz, candidate) &&
+          !accept(candidate, 0u))
+        return false;
     }
+    if (meets1) {
+      const Corners corners{{e[2], s[1], e[1]}, {pz[1], pz[3], pz[2]}, {px[1], px[3], px[2]}, {py[1], py[3], py[2]}};
+      if (finish(corners, (certain & kEdges1) == kEdges1, leaf.info.triangle_ids >> 8, ray.dz, candidate) &&
+          !accept(candidate, 1u))
+        return false;
+    }
+    return true;
+  }
 
-    /// The same decision with exact signs for all finite sheared coordinates.
-    HIPRT_HD static bool finish_in_double(Corners corners, std::uint32_t id, float dz, Candidate& result) {
-        to_mesh_order(corners.x, id);
-        to_mesh_order(corners.y, id);
-        double weight[3];
-        bool positive = false, negative = false;
-        for (int i = 0; i < 3; ++i) {
-            const int j = i == 2 ? 0 : i + 1, k = j == 2 ? 0 : j + 1;
-            const double product = static_cast<double>(corners.y[j]) * static_cast<double>(corners.x[k]);
-            weight[i] = fused_multiply_add(static_cast<double>(corners.x[j]), static_cast<double>(corners.y[k]), -product);
-            positive = positive || weight[i] > 0.0;
-            negative = negative || weight[i] < 0.0;
-        }
-        const double sum = weight[0] + weight[1] + weight[2];
-        if ((positive && negative) || !(sum != 0.0)) return false;
-        const double depth = fused_multiply_add(
-            weight[0], static_cast<double>(corners.z[0]),
-            fused_multiply_add(weight[1], static_cast<double>(corners.z[1]), weight[2] * static_cast<double>(corners.z[2])));
-        result.u = static_cast<float>(weight[1] / sum);
-        result.v = static_cast<float>(weight[2] / sum);
-        result.t = static_cast<float>(depth / sum / static_cast<double>(dz));
-        return true;
+ private:
+  /// An edge function beyond this cannot have lost its sign to underflow: one of its products is beyond 2^-100, so
+  /// the error term of Kahan's method is exact.
+  static constexpr float kCertain = 0x1p-98f;
+  static constexpr std::uint32_t kEdges0 = 0b01'1001, kEdges1 = 0b10'0110;
+
+  struct Corners {
+    float weight[3];  ///< Edge function opposite to the corner, unnormalised.
+    float z[3], x[3], y[3];
+  };
+
+  /// a * d - b * c within 2 units of 2^-24, sign exact (Kahan; Jeannerod, Louvet, Muller 2013).
+  template <class Lanes>
+  HIPRT_HD static HIPRT_INLINE typename Lanes::Float difference_of_products(const typename Lanes::Float& a,
+                                                                            const typename Lanes::Float& d,
+                                                                            const typename Lanes::Float& b,
+                                                                            const typename Lanes::Float& c) {
+    const auto product = Lanes::mul(b, c);
+    return Lanes::add(Lanes::fms(a, d, product), Lanes::fnma(b, c, product));
+  }
+
+  HIPRT_HD static HIPRT_INLINE bool finish(Corners corners, bool certain, std::uint32_t id, float dz,
+                                           Candidate& result) {
+    to_mesh_order(corners.weight, id);
+    to_mesh_order(corners.z, id);
+    const float(&w)[3] = corners.weight;
+    const float sum = w[0] + w[1] + w[2];
+    if (!certain || !(absolute(sum) < 0x1p126f)) return finish_in_double(corners, id, dz, result);
+    const float reciprocal = 1.0f / sum;
+    result.u = w[1] * reciprocal;
+    result.v = w[2] * reciprocal;
+    const float depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
+                                           fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
+    result.t = depth / dz;
+    return true;
+  }
+
+  /// The same decision with exact signs for all finite sheared coordinates.
+  HIPRT_HD static bool finish_in_double(Corners corners, std::uint32_t id, float dz, Candidate& result) {
+    to_mesh_order(corners.x, id);
+    to_mesh_order(corners.y, id);
+    double weight[3];
+    bool positive = false, negative = false;
+    for (int i = 0; i < 3; ++i) {
+      const int j = i == 2 ? 0 : i + 1, k = j == 2 ? 0 : j + 1;
+      const double product = static_cast<double>(corners.y[j]) * static_cast<double>(corners.x[k]);
+      weight[i] = fused_multiply_add(static_cast<double>(corners.x[j]), static_cast<double>(corners.y[k]), -product);
+      positive = positive || weight[i] > 0.0;
+      negative = negative || weight[i] < 0.0;
     }
+    const double sum = weight[0] + weight[1] + weight[2];
+    if ((positive && negative) || !(sum != 0.0)) return false;
+    const double depth = fused_multiply_add(weight[0], static_cast<double>(corners.z[0]),
+                                            fused_multiply_add(weight[1], static_cast<double>(corners.z[1]),
+                                                               weight[2] * static_cast<double>(corners.z[2])));
+    result.u = static_cast<float>(weight[1] / sum);
+    result.v = static_cast<float>(weight[2] / sum);
+    result.t = static_cast<float>(depth / sum / static_cast<double>(dz));
+    return true;
+  }
 };
 
-/// Moeller & Trumbore 1997, in float, with whatever contraction the compiler likes: the fast end of the trade. Rays leak
-/// through shared edges and vertices.
+/// Moeller & Trumbore 1997, in float, with whatever contraction the compiler likes: the fast end of the trade. Rays
+/// leak through shared edges and vertices.
 struct Fast {
-    template <class Lanes>
-    struct PreparedRay {
-        Vec3 origin, direction;
-        HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray) : origin(ray.origin), direction(ray.direction) {}
-    };
+  template <class Lanes> struct PreparedRay {
+    Vec3 origin, direction;
+    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray) : origin(ray.origin), direction(ray.direction) {}
+  };
 
-    template <class Lanes, class Leaf, class Accept>
-    HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const PreparedRay<Lanes>& ray, Accept&& accept) {
-        using Float = typename Lanes::Float;
-        // Lanes 0 and 1 are triangles 0 and 1: corners (v0, v1, v2) and (v1, v3, v2).
-        Float edge1[3], edge2[3], from[3];
-        for (unsigned axis = 0; axis < 3; ++axis) {
-            const Float vertex = load_coordinates<Lanes>(leaf, axis);
-            const Float corner0 = Lanes::template shuffle<0, 1, 0, 1>(vertex);
-            edge1[axis] = Lanes::sub(Lanes::template shuffle<1, 3, 1, 3>(vertex), corner0);
-            edge2[axis] = Lanes::sub(Lanes::template shuffle<2, 2, 2, 2>(vertex), corner0);
-            from[axis] = Lanes::sub(Lanes::all(ray.origin[static_cast<int>(axis)]), corner0);
-        }
-        const Float d[3] = {Lanes::all(ray.direction.x), Lanes::all(ray.direction.y), Lanes::all(ray.direction.z)};
-        Float p[3], q[3];
-        cross<Lanes>(d, edge2, p);
-        cross<Lanes>(from, edge1, q);
-        const Float determinant = dot<Lanes>(edge1, p), a = dot<Lanes>(from, p), b = dot<Lanes>(d, q);
-        const Float distance = dot<Lanes>(edge2, q);
-        for (unsigned triangle = 0; triangle < 2; ++triangle) {
-            const float reciprocal = 1.0f / Lanes::get(determinant, triangle);
-            const float w1 = Lanes::get(a, triangle) * reciprocal, w2 = Lanes::get(b, triangle) * reciprocal;
-            if (!(w1 >= 0.0f && w2 >= 0.0f && w1 + w2 <= 1.0f)) continue;
-            float weight[3] = {1.0f - w1 - w2, w1, w2};
-            to_mesh_order(weight, leaf.info.triangle_ids >> (8 * triangle));
-            const Candidate candidate{Lanes::get(distance, triangle) * reciprocal, weight[1], weight[2]};
-            if (!accept(candidate, triangle)) return false;
-        }
-        return true;
+  template <class Lanes, class Leaf, class Accept>
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const PreparedRay<Lanes>& ray, Accept&& accept) {
+    using Float = typename Lanes::Float;
+    // Lanes 0 and 1 are triangles 0 and 1: corners (v0, v1, v2) and (v1, v3, v2).
+    Float edge1[3], edge2[3], from[3];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const Float vertex = load_coordinates<Lanes>(leaf, axis);
+      const Float corner0 = Lanes::template shuffle<0, 1, 0, 1>(vertex);
+      edge1[axis] = Lanes::sub(Lanes::template shuffle<1, 3, 1, 3>(vertex), corner0);
+      edge2[axis] = Lanes::sub(Lanes::template shuffle<2, 2, 2, 2>(vertex), corner0);
+      from[axis] = Lanes::sub(Lanes::all(ray.origin[static_cast<int>(axis)]), corner0);
     }
+    const Float d[3] = {Lanes::all(ray.direction.x), Lanes::all(ray.direction.y), Lanes::all(ray.direction.z)};
+    Float p[3], q[3];
+    cross<Lanes>(d, edge2, p);
+    cross<Lanes>(from, edge1, q);
+    const Float determinant = dot<Lanes>(edge1, p), a = dot<Lanes>(from, p), b = dot<Lanes>(d, q);
+    const Float distance = dot<Lanes>(edge2, q);
+    const unsigned triangles = leaf.info.primitive[1] == kInvalidId ? 1 : 2;
+    for (unsigned triangle = 0; triangle < triangles; ++triangle) {
+      const float reciprocal = 1.0f / Lanes::get(determinant, triangle);
+      const float w1 = Lanes::get(a, triangle) * reciprocal, w2 = Lanes::get(b, triangle) * reciprocal;
+      if (!(w1 >= 0.0f && w2 >= 0.0f && w1 + w2 <= 1.0f)) continue;
+      float weight[3] = {1.0f - w1 - w2, w1, w2};
+      to_mesh_order(weight, leaf.info.triangle_ids >> (8 * triangle));
+      const Candidate candidate{Lanes::get(distance, triangle) * reciprocal, weight[1], weight[2]};
+      if (!accept(candidate, triangle)) return false;
+    }
+    return true;
+  }
 
-  private:
-    template <class Lanes>
-    HIPRT_HD static HIPRT_INLINE void cross(const typename Lanes::Float (&a)[3], const typename Lanes::Float (&b)[3],
-                                            typename Lanes::Float (&result)[3]) {
-        for (int i = 0; i < 3; ++i) {
-            const int j = (i + 1) % 3, k = (i + 2) % 3;
-            result[i] = Lanes::sub(Lanes::mul(a[j], b[k]), Lanes::mul(a[k], b[j]));
-        }
+ private:
+  template <class Lanes>
+  HIPRT_HD static HIPRT_INLINE void cross(const typename Lanes::Float (&a)[3], const typename Lanes::Float (&b)[3],
+                                          typename Lanes::Float (&result)[3]) {
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      result[i] = Lanes::sub(Lanes::mul(a[j], b[k]), Lanes::mul(a[k], b[j]));
     }
-    template <class Lanes>
-    HIPRT_HD static HIPRT_INLINE typename Lanes::Float dot(const typename Lanes::Float (&a)[3],
-                                                           const typename Lanes::Float (&b)[3]) {
-        return Lanes::madd(a[0], b[0], Lanes::madd(a[1], b[1], Lanes::mul(a[2], b[2])));
-    }
+  }
+  template <class Lanes>
+  HIPRT_HD static HIPRT_INLINE typename Lanes::Float dot(const typename Lanes::Float (&a)[3],
+                                                         const typename Lanes::Float (&b)[3]) {
+    return Lanes::madd(a[0], b[0], Lanes::madd(a[1], b[1], Lanes::mul(a[2], b[2])));
+  }
 };
 
 }  // namespace hiprt::inline HIPRT_ISA_NAMESPACE

@@ -1,0 +1,16 @@
+#pragma once
+/// Trees of Embree's rtcBuildBVH. Internal.
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/steps/binary_tree.h>
+#include <hiprt_build/steps/pair.h>
+
+namespace hiprt::build {
+
+/// @param builder one of Builder::kEmbree*. kEmbreeHigh may put a group into several references (spatial splits).
+/// @return kBackend with Embree's message.
+Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const TriangleSoup& soup,
+                                const GroupedTriangles& grouped, ScratchArray<Reference> references);
+
+}  // namespace hiprt::build

@@ -1,0 +1,64 @@
+#pragma once
+/// The execution contract on the CPU (oneTBB): a step is a struct of spans with operator()(i), run for every i.
+/// Work is divided by count, never by thread, so that results do not depend on how many threads there are. Internal.
+
+#include <hiprt_build/exec/monitor.h>
+#include <hiprt_build/exec/scratch.h>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
+
+#include <cstdint>
+
+namespace hiprt::build {
+
+class CpuEngine {
+ public:
+  static constexpr std::size_t kChunk = 8192;
+
+  CpuEngine(Monitor& monitor, MemoryLedger& ledger) : monitor_(monitor), ledger_(ledger) {}
+
+  Monitor& monitor() { return monitor_; }
+  MemoryLedger& ledger() { return ledger_; }
+
+  template <class T> ScratchArray<T> allocate(std::size_t size) { return ScratchArray<T>(ledger_, size); }
+
+  /// step(i) for i in [0, n), in any order. Reports n units of progress.
+  template <class Step> void for_each(std::size_t n, const Step& step) {
+    for_chunks(n, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) step(i);
+    });
+  }
+
+  /// body(chunk, begin, end) for the chunks of [0, n): chunk c is [c * kChunk, ...).
+  template <class Body> void for_chunks(std::size_t n, const Body& body) {
+    const std::size_t chunks = chunk_count(n);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks, 1), [&](const tbb::blocked_range<std::size_t>& range) {
+      for (std::size_t c = range.begin(); c < range.end(); ++c) {
+        const std::size_t begin = c * kChunk, end = std::min(n, begin + kChunk);
+        body(c, begin, end);
+        monitor_.add(end - begin);
+      }
+    });
+  }
+  static std::size_t chunk_count(std::size_t n) { return (n + kChunk - 1) / kChunk; }
+
+  /// Runs both, at the same time if there is a thread free.
+  template <class First, class Second> void invoke(const First& first, const Second& second) {
+    tbb::parallel_invoke(first, second);
+  }
+
+  /// Replaces each value by the sum of those before it. @return the sum of all.
+  template <class T> T exclusive_scan(std::span<T> values) {
+    T sum = 0;
+    for (T& value : values) sum += std::exchange(value, sum);
+    return sum;
+  }
+
+ private:
+  Monitor& monitor_;
+  MemoryLedger& ledger_;
+};
+
+}  // namespace hiprt::build

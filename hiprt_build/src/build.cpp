@@ -1,0 +1,180 @@
+#include <hiprt_build/build.h>
+#include <hiprt_build/builders/embree.h>
+#include <hiprt_build/builders/sah.h>
+#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/src/provenance.h>
+#include <hiprt_build/steps/encode.h>
+#include <hiprt_build/steps/references.h>
+#include <hiprt_device/format/buffer.h>
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <chrono>
+#include <new>
+
+namespace hiprt::build {
+namespace {
+
+/// Larger meshes have half-edge numbers beyond 32 bits; a file could not address their leaves either.
+constexpr std::uint64_t kMaxMeshTriangles = std::uint64_t{1} << 30;
+constexpr std::uint64_t kMaxMeshVertices = std::uint64_t{1} << 31;
+/// References are numbered with 31 bits: a leaf's triangles in the primitive map with 32.
+constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 31;
+constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
+
+Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
+
+Result<void> check_options(const BuildOptions& options) {
+  if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
+    return tl::unexpected(
+        invalid("max_leaf_triangles is " + std::to_string(options.max_leaf_triangles) + ", allowed are 1 to 64"));
+  if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f))
+    return tl::unexpected(invalid("SAH costs must be positive"));
+  if (options.nodes != NodeLayout::kFloat && options.nodes != NodeLayout::kPlanes)
+    return tl::unexpected(invalid("node layout " + std::to_string(static_cast<std::uint32_t>(options.nodes)) +
+                                  " cannot be written; known are float and planes"));
+  return {};
+}
+
+Result<void> check_sizes(std::span<const TriangleMesh> meshes) {
+  const auto too_large = [](std::string message) {
+    return tl::unexpected(Error{ErrorCode::kTooLarge, std::move(message)});
+  };
+  if (meshes.size() > kMaxGeometries)
+    return too_large(std::to_string(meshes.size()) + " meshes, a file names at most " + std::to_string(kMaxGeometries));
+  std::uint64_t triangles = 0;
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    if (meshes[m].triangles.size() >= kMaxMeshTriangles)
+      return too_large("mesh " + std::to_string(m) + " has " + std::to_string(meshes[m].triangles.size()) +
+                       " triangles, the limit is " + std::to_string(kMaxMeshTriangles - 1));
+    if (meshes[m].positions.size() >= kMaxMeshVertices)
+      return too_large("mesh " + std::to_string(m) + " has " + std::to_string(meshes[m].positions.size()) +
+                       " vertices, the limit is " + std::to_string(kMaxMeshVertices - 1));
+    triangles += meshes[m].triangles.size();
+  }
+  if (triangles >= kMaxTriangles)
+    return too_large(std::to_string(triangles) + " triangles, the limit is " + std::to_string(kMaxTriangles - 1));
+  return {};
+}
+
+/// Finds the first index past the vertices.
+Result<void> check_indices(CpuEngine& engine, std::span<const TriangleMesh> meshes) {
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const TriangleMesh& mesh = meshes[m];
+    std::atomic<std::size_t> bad{mesh.triangles.size()};
+    engine.for_each(mesh.triangles.size(), [&](std::size_t i) {
+      for (const std::uint32_t index : mesh.triangles[i]) {
+        if (index < mesh.positions.size()) continue;
+        std::size_t there = bad.load(std::memory_order_relaxed);
+        while (i < there && !bad.compare_exchange_weak(there, i, std::memory_order_relaxed)) {
+        }
+      }
+    });
+    const std::size_t i = bad.load();
+    if (i == mesh.triangles.size()) continue;
+    const Triangle& t = mesh.triangles[i];
+    return tl::unexpected(
+        invalid("mesh " + std::to_string(m) + (mesh.name.empty() ? "" : " (" + std::string(mesh.name) + ")") +
+                ", triangle " + std::to_string(i) + ": index " + std::to_string(*std::max_element(t.begin(), t.end())) +
+                ", but there are " + std::to_string(mesh.positions.size()) + " vertices"));
+  }
+  return {};
+}
+
+TriangleSoup make_soup(std::span<const TriangleMesh> meshes) {
+  TriangleSoup soup{meshes, {0}};
+  for (const TriangleMesh& mesh : meshes) soup.first.push_back(soup.first.back() + mesh.triangles.size());
+  return soup;
+}
+
+class Stopwatch {
+ public:
+  /// Seconds since the last call or the construction.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const TriangleSoup& soup,
+                              const GroupedTriangles& grouped) {
+  auto references = engine.allocate<Reference>(grouped.count);
+  engine.for_each(grouped.count, MakeReferenceStep{soup, grouped.groups.span(), references.span()});
+  if (builder == Builder::kSah) return build_sah(engine, std::move(references));
+  return build_embree(engine, builder, soup, grouped, std::move(references));
+}
+
+/// The steps of a build.
+Result<Bvh> run(CpuEngine& engine, std::span<const TriangleMesh> meshes, const BuildOptions& options) {
+  Stopwatch total, watch;
+  Bvh bvh;
+  BuildStatistics& statistics = bvh.statistics;
+  const TriangleSoup soup = make_soup(meshes);
+  if (auto indices = check_indices(engine, meshes); !indices) return tl::unexpected(indices.error());
+  const GroupedTriangles grouped =
+      group_triangles(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1);
+  statistics.triangles = soup.size();
+  statistics.dropped_not_finite = grouped.dropped_not_finite;
+  statistics.dropped_degenerate = grouped.dropped_degenerate;
+  statistics.pairs = grouped.pairs;
+  statistics.pair_seconds = watch.lap();
+  Result<BinaryTree> tree = build_tree(engine, options.builder, soup, grouped);
+  if (!tree) return tl::unexpected(tree.error());
+  statistics.tree_seconds = watch.lap();
+  const WideTree wide(engine, *tree, options.costs, (options.max_leaf_triangles + 1) / 2);
+  statistics.leaves = tree->references.size();
+  statistics.nodes = tree->empty() || wide.is_run(0) ? 0 : wide.node_count(0);
+  statistics.collapse_seconds = watch.lap();
+  Result<Buffer> buffer = encode(
+      engine, {soup, grouped, *tree, wide, options.nodes, make_provenance(meshes, options, statistics, wide.cost())});
+  if (!buffer) return tl::unexpected(buffer.error());
+  const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;
+  if (stack_bound > kMaxStackBound)
+    return tl::unexpected(Error{ErrorCode::kTooLarge, "the tree needs " + std::to_string(stack_bound) +
+                                                          " stack entries, the limit is " +
+                                                          std::to_string(kMaxStackBound)});
+  bvh.buffer = std::move(*buffer);
+  statistics.encode_seconds = watch.lap();
+  statistics.total_seconds = total.lap();
+  statistics.scratch_bytes_peak = engine.ledger().peak();
+  return bvh;
+}
+
+}  // namespace
+
+const char* name(Builder builder) {
+  switch (builder) {
+    case Builder::kSah:
+      return "sah";
+    case Builder::kEmbreeLow:
+      return "embree-low";
+    case Builder::kEmbreeMedium:
+      return "embree-medium";
+    case Builder::kEmbreeHigh:
+      return "embree-high";
+  }
+  return "unknown";
+}
+
+Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options) try {
+  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+  if (auto checked = check_sizes(meshes); !checked) return tl::unexpected(checked.error());
+  Monitor monitor(options.progress);
+  MemoryLedger ledger;
+  CpuEngine engine(monitor, ledger);
+  tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
+  return arena.execute([&] { return run(engine, meshes, options); });
+} catch (const Cancelled&) {
+  return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(Error{ErrorCode::kOutOfMemory,
+                              "not enough memory for the build of " + std::to_string(meshes.size()) + " meshes"});
+} catch (const std::exception& exception) {
+  return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
+}
+
+}  // namespace hiprt::build

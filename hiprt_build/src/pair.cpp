@@ -1,0 +1,127 @@
+#include <hiprt_build/steps/edges.h>
+#include <hiprt_build/steps/pair.h>
+
+#include <cmath>
+
+namespace hiprt::build {
+namespace {
+
+enum Fate : std::uint8_t { kKept = 0, kNotFinite = 1, kDegenerate = 2 };
+
+struct ClassifyStep {
+  const TriangleMesh& mesh;
+  std::span<std::uint8_t> fate;
+
+  void operator()(std::size_t i) const {
+    const Position& a = mesh.positions[mesh.triangles[i][0]];
+    const Position& b = mesh.positions[mesh.triangles[i][1]];
+    const Position& c = mesh.positions[mesh.triangles[i][2]];
+    bool finite = true;
+    for (unsigned axis = 0; axis < 3; ++axis)
+      finite = finite && std::isfinite(a[axis]) && std::isfinite(b[axis]) && std::isfinite(c[axis]);
+    fate[i] = !finite ? kNotFinite : a == b || b == c || c == a ? kDegenerate : kKept;
+  }
+};
+
+/// Step: the edge across which triangle i would like to pair, 0-2, or kNone.
+struct ChooseStep {
+  static constexpr std::uint8_t kNone = 3;
+  const TriangleMesh& mesh;
+  std::span<const HalfEdge> partner;
+  std::span<const HalfEdge> mate;
+  std::span<std::uint8_t> choice;
+
+  void operator()(std::size_t i) const {
+    choice[i] = kNone;
+    if (mate[i] != kInvalidId) return;
+    float best_gain = 0.0f;
+    HalfEdge best_edge = kInvalidId;
+    for (std::uint8_t k = 0; k < 3; ++k) {
+      const HalfEdge other = partner[3 * i + k];
+      if (other == kInvalidId || mate[other >> 2] != kInvalidId) continue;
+      const float gain = shared_area_gain(mesh, static_cast<std::uint32_t>(i), other >> 2);
+      const HalfEdge edge = std::min(static_cast<HalfEdge>(4 * i + k), other);
+      if (gain > best_gain || (gain == best_gain && edge < best_edge && gain > 0.0f)) {
+        best_gain = gain;
+        best_edge = edge;
+        choice[i] = k;
+      }
+    }
+  }
+};
+
+/// Step: pairs triangle i with the one it chose if that chose the same edge.
+struct ShakeHandsStep {
+  std::span<const HalfEdge> partner;
+  std::span<const std::uint8_t> choice;
+  std::span<HalfEdge> mate;  ///< The half-edge of the other triangle, or kInvalidId.
+
+  void operator()(std::size_t i) const {
+    if (choice[i] == ChooseStep::kNone) return;
+    const HalfEdge other = partner[3 * i + choice[i]];
+    const std::size_t t = other >> 2;
+    if (choice[t] == (other & 3u) && partner[3 * t + choice[t]] == 4 * i + choice[i]) mate[i] = other;
+  }
+};
+
+constexpr int kRounds = 6;
+
+/// Mates of a mesh's triangles (half-edge of the other triangle), kInvalidId for single ones.
+ScratchArray<HalfEdge> match_triangles(CpuEngine& engine, const TriangleMesh& mesh, std::span<const std::uint8_t> fate,
+                                       bool pair_triangles) {
+  auto mate = engine.allocate<HalfEdge>(mesh.triangles.size());
+  std::fill_n(mate.data(), mate.size(), kInvalidId);
+  if (!pair_triangles) return mate;
+  const auto partner = find_partners(engine, mesh, fate);
+  auto choice = engine.allocate<std::uint8_t>(mesh.triangles.size());
+  for (int round = 0; round < kRounds; ++round) {
+    engine.for_each(mesh.triangles.size(), ChooseStep{mesh, partner.span(), mate.span(), choice.span()});
+    engine.for_each(mesh.triangles.size(), ShakeHandsStep{partner.span(), choice.span(), mate.span()});
+  }
+  return mate;
+}
+
+/// The group in which triangle i is the lower one. @p other kInvalidId or a half-edge of the second triangle.
+TriangleGroup make_group(const TriangleMesh& mesh, std::uint32_t mesh_index, std::uint32_t i, HalfEdge other) {
+  TriangleGroup group{{i, kInvalidId}, mesh_index & kGeometryMask, 0, 0};
+  if (other == kInvalidId) return group;
+  // Edge b of the second triangle runs from v2 to v1; the first one's shared edge from v1 to v2.
+  const std::uint32_t second = other >> 2, b = other & 3u;
+  const Position& v2 = mesh.positions[mesh.triangles[second][b]];
+  const Position& v1 = mesh.positions[mesh.triangles[second][(b + 1) % 3]];
+  for (std::uint32_t a = 0; a < 3; ++a) {
+    if (mesh.positions[mesh.triangles[i][a]] != v1 || mesh.positions[mesh.triangles[i][(a + 1) % 3]] != v2) continue;
+    group.triangle[1] = second;
+    group.rotation0 = (a + 2) % 3 & 3u;
+    group.rotation1 = (b + 1) % 3 & 3u;
+  }
+  return group;
+}
+
+}  // namespace
+
+GroupedTriangles group_triangles(CpuEngine& engine, const TriangleSoup& soup, bool pair_triangles) {
+  GroupedTriangles result;
+  result.dropped.resize(soup.meshes.size());
+  result.groups = engine.allocate<TriangleGroup>(soup.size());
+  engine.monitor().start("pair", 0.3, soup.size() * (pair_triangles ? 3 + 2 * kRounds : 1));
+  std::size_t groups = 0;
+  for (std::size_t m = 0; m < soup.meshes.size(); ++m) {
+    const TriangleMesh& mesh = soup.meshes[m];
+    auto fate = engine.allocate<std::uint8_t>(mesh.triangles.size());
+    engine.for_each(mesh.triangles.size(), ClassifyStep{mesh, fate.span()});
+    const auto mate = match_triangles(engine, mesh, fate.span(), pair_triangles);
+    for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+      result.dropped_not_finite += fate[i] == kNotFinite ? 1 : 0;
+      result.dropped_degenerate += fate[i] == kDegenerate ? 1 : 0;
+      result.dropped[m] += fate[i] != kKept ? 1 : 0;
+      if (fate[i] != kKept || (mate[i] != kInvalidId && mate[i] >> 2 < i)) continue;
+      result.groups[groups] = make_group(mesh, static_cast<std::uint32_t>(m), i, mate[i]);
+      result.pairs += result.groups[groups++].is_pair() ? 1 : 0;
+    }
+  }
+  result.count = groups;
+  return result;
+}
+
+}  // namespace hiprt::build

@@ -1,0 +1,114 @@
+#pragma once
+/// Finds for every half-edge of a mesh the one it can be paired across. Internal.
+
+#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/steps/geometry.h>
+
+#include <algorithm>
+#include <atomic>
+
+namespace hiprt::build {
+
+/// Edge k of a triangle runs from its corner k to corner (k + 1) % 3. Number: triangle * 4 + k.
+using HalfEdge = std::uint32_t;
+
+inline float shared_area_gain(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
+  Aabb box_a, box_b;
+  for (unsigned k = 0; k < 3; ++k) {
+    box_a.add(to_float4(mesh.positions[mesh.triangles[a][k]]));
+    box_b.add(to_float4(mesh.positions[mesh.triangles[b][k]]));
+  }
+  const float apart = half_area(box_a) + half_area(box_b);
+  box_a.add(box_b);
+  return apart - half_area(box_a);
+}
+
+/// A half-edge filed under its end with the lower welded number.
+struct FiledEdge {
+  std::uint32_t far_end_and_direction;  ///< Welded number of the other end * 2, + 1 if the edge runs towards the lower.
+  HalfEdge edge;
+};
+
+/// Step: files the half-edges of triangle i. Run once with entries empty to count, then again to write.
+struct FileEdgesStep {
+  const TriangleMesh& mesh;
+  std::span<const std::uint32_t> welded;
+  std::span<const std::uint8_t> dropped;
+  std::span<std::uint32_t> cursor;  ///< Per vertex: number of edges (counting), or where its next one goes (writing).
+  std::span<FiledEdge> entries;
+
+  void operator()(std::size_t i) const {
+    if (dropped[i] != 0) return;
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = welded[mesh.triangles[i][k]], to = welded[mesh.triangles[i][k == 2 ? 0 : k + 1]];
+      const std::uint32_t near = std::min(from, to);
+      const std::uint32_t slot = std::atomic_ref(cursor[near]).fetch_add(1, std::memory_order_relaxed);
+      if (!entries.empty())
+        entries[slot] = {std::max(from, to) * 2 + (to < from ? 1u : 0u), static_cast<HalfEdge>(i * 4 + k)};
+    }
+  }
+};
+
+/// Step: partner of every half-edge filed under vertex i: opposite direction, same ends, most area saved.
+/// @param ends ends[i]: one past vertex i's last entry.
+struct MatchEdgesStep {
+  const TriangleMesh& mesh;
+  std::span<const std::uint32_t> ends;
+  std::span<FiledEdge> entries;
+  std::span<HalfEdge> partner;  ///< [triangle * 3 + k], kInvalidId where there is none.
+
+  /// More edges than this between two vertices are matched in order, not by area: keeps hostile input linear.
+  static constexpr std::size_t kSmallFan = 4;
+
+  void operator()(std::size_t i) const {
+    const std::span<FiledEdge> mine = entries.subspan(i == 0 ? 0 : ends[i - 1], ends[i] - (i == 0 ? 0 : ends[i - 1]));
+    std::sort(mine.begin(), mine.end(), [](const FiledEdge& a, const FiledEdge& b) {
+      return a.far_end_and_direction != b.far_end_and_direction ? a.far_end_and_direction < b.far_end_and_direction
+                                                                : a.edge < b.edge;
+    });
+    for (std::size_t begin = 0; begin < mine.size();) {
+      const std::uint32_t far_end = mine[begin].far_end_and_direction >> 1;
+      std::size_t middle = begin, end = begin;
+      while (end < mine.size() && mine[end].far_end_and_direction >> 1 == far_end) {
+        if ((mine[end].far_end_and_direction & 1u) == 0) middle = end + 1;
+        ++end;
+      }
+      match(mine.subspan(begin, middle - begin), mine.subspan(middle, end - middle));
+      begin = end;
+    }
+  }
+
+  void match(std::span<const FiledEdge> forward, std::span<const FiledEdge> backward) const {
+    if (std::max(forward.size(), backward.size()) > kSmallFan) {
+      for (std::size_t i = 0; i < std::min(forward.size(), backward.size()); ++i)
+        link(forward[i].edge, backward[i].edge);
+      return;
+    }
+    for (const FiledEdge& edge : forward) choose(edge.edge, backward);
+    for (const FiledEdge& edge : backward) choose(edge.edge, forward);
+  }
+
+  void link(HalfEdge a, HalfEdge b) const {
+    if (a >> 2 == b >> 2) return;
+    partner[std::size_t{a >> 2} * 3 + (a & 3u)] = b;
+    partner[std::size_t{b >> 2} * 3 + (b & 3u)] = a;
+  }
+
+  void choose(HalfEdge edge, std::span<const FiledEdge> others) const {
+    float best = 0.0f;
+    for (const FiledEdge& other : others) {
+      if (other.edge >> 2 == edge >> 2) continue;
+      const float gain = others.size() == 1 ? 1.0f : shared_area_gain(mesh, edge >> 2, other.edge >> 2);
+      if (!(gain > best)) continue;
+      best = gain;
+      partner[std::size_t{edge >> 2} * 3 + (edge & 3u)] = other.edge;
+    }
+  }
+};
+
+/// Partners of all half-edges of a mesh, [triangle * 3 + k].
+/// @param dropped per triangle, non-zero: has no edges.
+ScratchArray<HalfEdge> find_partners(CpuEngine& engine, const TriangleMesh& mesh,
+                                     std::span<const std::uint8_t> dropped);
+
+}  // namespace hiprt::build
