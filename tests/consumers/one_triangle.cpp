@@ -1,6 +1,7 @@
 // What a user's first program does: one triangle, its BVH, one ray. Exit status 0 when the ray hits where it should.
 
 #include <hiprt_build/build.h>
+#include <hiprt_device/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
 
 #include <array>
@@ -15,11 +16,12 @@ int main() {
     std::fprintf(stderr, "%s\n", bvh.error().message.c_str());
     return 1;
   }
-  const auto view = hiprt::validate(bvh->buffer.bytes());
-  if (!view) return 1;
+  if (!hiprt::validate(bvh->buffer.bytes())) return 2;
+  const auto view = hiprt::open_buffer(bvh->buffer.bytes());
+  if (!view) return 2;
   const hiprt::SceneView scene = hiprt::make_scene_view(*view);
   const hiprt::Hit hit = hiprt::closest_hit(scene, {.origin = {0.25f, 0.5f, 2.0f}, .direction = {0.0f, 0.0f, -1.0f}});
   std::printf("hiprt %s: t = %g, geometry %u, primitive %u\n", hiprt::build::version(), static_cast<double>(hit.t),
               hit.geometry, hit.primitive);
-  return hit.t == 2.0f && hit.geometry == 0 && hit.primitive == 0 ? 0 : 1;
+  return hit.t == 2.0f && hit.geometry == 0 && hit.primitive == 0 ? 0 : 3;
 }

@@ -9,6 +9,8 @@ A <- B means that B may include A; there are no other arrows:
     hiprt_device/format  <-  hiprt_device math  <-  hiprt_device traversal
     hiprt_device/format, hiprt_device math      <-  hiprt_build
     hiprt_device, hiprt_build                   <-  tools
+
+Headers directly in hiprt_build are public; those in its sub-folders are not installed.
 """
 import os
 import re
@@ -76,6 +78,7 @@ def fault(root, path, name, quoted):
         return 'include of a macro: the arrows cannot be seen'
     mine = zone(path)
     target = resolve(root, path, name, quoted)
+    public = mine == 'build' and path.endswith('.h') and path.count('/') == 1
     if target is None:
         if quoted or name.startswith(('hiprt_device/', 'hiprt_build/', 'tools/')):
             return f'{name} does not exist in the project'
@@ -84,11 +87,12 @@ def fault(root, path, name, quoted):
         in_device = mine in ('format', 'math', 'traversal')
         if GPU.match(name) and in_device and path != 'hiprt_device/format/portability.h':
             return 'in hiprt_device only format/portability.h includes a GPU runtime'
-        public = mine == 'build' and path.endswith('.h') and path.count('/') == 1
         if ENGINES.match(name) and (in_device or public):
             return f'{name} would become a dependency of every user: public headers do not include it'
         return None
     theirs = zone(target)
+    if public and theirs == 'build' and target.count('/') > 1:
+        return f'{target} is internal and not installed: public headers do not include it'
     if theirs not in MAY_INCLUDE[mine]:
         return f'{mine} may not include {theirs or "tests, benchmarks or others"} ({target})'
     return None

@@ -1,6 +1,7 @@
 #pragma once
 #include <embree3/rtcore.h>  // expect
 #include <hiprt_build/input.h>
+#include <hiprt_build/steps/pair.h>  // expect
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/ray.h>  // expect
 #include <hiprt_device/vec.h>
