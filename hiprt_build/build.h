@@ -30,8 +30,8 @@ enum class Builder {
 HIPRT_BUILD_API const char* name(Builder builder);
 
 struct Progress {
-  const char* step;   ///< "pair", "split", "collapse", "encode", ...; a string literal.
-  double fraction;    ///< Of the whole build, 0 to 1, never decreasing.
+  const char* step;  ///< "pair", "split", "collapse", "encode", ...; a string literal.
+  double fraction;   ///< Of the whole build, 0 to 1, never decreasing.
 };
 /// Called at least every 50 ms from one thread at a time; return false to cancel the build.
 using ProgressCallback = std::function<bool(const Progress&)>;
@@ -50,16 +50,16 @@ struct BuildOptions {
   bool pair_triangles = true;       ///< Put triangles that share an edge into one leaf.
   SahCosts costs{};
   ProgressCallback progress{};
-  std::string_view tool{};          ///< For the provenance block, e.g. the command line.
+  std::string_view tool{};  ///< For the provenance block, e.g. the command line.
 };
 
 struct BuildStatistics {
-  std::uint64_t triangles = 0;             ///< Of the input.
-  std::uint64_t dropped_not_finite = 0;    ///< A corner is NaN or infinite.
-  std::uint64_t dropped_degenerate = 0;    ///< Two corners at the same position.
-  std::uint64_t pairs = 0;                 ///< Leaves with two triangles before splitting.
-  std::uint64_t nodes = 0, leaves = 0;     ///< Records in the file.
-  std::uint64_t scratch_bytes_peak = 0;    ///< Largest sum of the builder's own arrays, output included.
+  std::uint64_t triangles = 0;           ///< Of the input.
+  std::uint64_t dropped_not_finite = 0;  ///< A corner is NaN or infinite.
+  std::uint64_t dropped_degenerate = 0;  ///< Two corners at the same position.
+  std::uint64_t pairs = 0;               ///< Leaves with two triangles before splitting.
+  std::uint64_t nodes = 0, leaves = 0;   ///< Records in the file.
+  std::uint64_t scratch_bytes_peak = 0;  ///< Largest sum of the builder's own arrays, output included.
   double pair_seconds = 0, tree_seconds = 0, collapse_seconds = 0, encode_seconds = 0, total_seconds = 0;
 };
 

@@ -10,12 +10,12 @@
 namespace hiprt::build {
 
 enum class ErrorCode {
-  kInvalidInput,     ///< An index past the vertices, an option out of range, a malformed file.
-  kTooLarge,         ///< More than a 32-bit node reference, geometry id or primitive id can address.
+  kInvalidInput,  ///< An index past the vertices, an option out of range, a malformed file.
+  kTooLarge,      ///< More than a 32-bit node reference, geometry id or primitive id can address.
   kOutOfMemory,
-  kCancelled,        ///< The progress callback asked to stop.
-  kIo,               ///< A file could not be opened, read, written or renamed.
-  kBackend,          ///< A library beneath (Embree) reported an error.
+  kCancelled,  ///< The progress callback asked to stop.
+  kIo,         ///< A file could not be opened, read, written or renamed.
+  kBackend,    ///< A library beneath (Embree) reported an error.
 };
 
 /// @return e.g. "invalid input".
@@ -26,7 +26,6 @@ struct Error {
   std::string message;  ///< What, where and which limit, without a trailing full stop or newline.
 };
 
-template <class T>
-using Result = tl::expected<T, Error>;
+template <class T> using Result = tl::expected<T, Error>;
 
 }  // namespace hiprt::build

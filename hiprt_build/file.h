@@ -13,7 +13,8 @@ namespace hiprt::build {
 /// @return kIo with the path and the system's reason (missing, unreadable, a directory, empty).
 HIPRT_BUILD_API Result<Buffer> map_file(const std::filesystem::path& path);
 
-/// Writes to a temporary file in the same folder, flushes it and renames it: the old file or the whole new one is there.
+/// Writes to a temporary file in the same folder, flushes it and renames it: the old file or the whole new one is
+/// there.
 HIPRT_BUILD_API Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 }  // namespace hiprt::build

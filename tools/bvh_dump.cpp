@@ -96,9 +96,8 @@ void write_leaf(const json& record, std::ostream& out) {
 }  // namespace
 
 void dump_text(const BufferView& view, std::ostream& out) {
-  for_each_record(view, [&](const json& record) {
-    record.contains("node") ? write_node(record, out) : write_leaf(record, out);
-  });
+  for_each_record(
+      view, [&](const json& record) { record.contains("node") ? write_node(record, out) : write_leaf(record, out); });
 }
 
 void dump_json(const BufferView& view, std::ostream& out) {

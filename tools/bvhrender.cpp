@@ -5,6 +5,7 @@
 #include "progress.h"
 #include "render.h"
 #include "report.h"
+#include "text.h"
 #include "trace_names.h"
 
 #include <charconv>
@@ -41,7 +42,6 @@ struct Options {
   std::string path;
   std::vector<std::string> outputs;
   std::string size = "1024x768", camera, mode = "ao";
-  double ao_distance = 0.0;
   RenderOptions render;
 };
 
@@ -80,6 +80,11 @@ bool names_camera_file(const std::string& text) {
   return has_extension(text, ".cam") || std::filesystem::is_regular_file(text, error);
 }
 
+std::string check_distance(const std::string& text) {
+  const auto distance = parse_real<float>(text);
+  return distance && *distance > 0.0f ? std::string() : in_quotes(text) + " is not a distance above 0";
+}
+
 /// Files are read when the command line makes sense.
 std::string check_camera(const std::string& text) {
   if (names_camera_file(text)) return {};
@@ -113,8 +118,9 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   add_threads_option(app, options.render.threads);
   app.add_option("--seed", options.render.seed, "Another seed, other noise")->type_name("N")->capture_default_str();
-  app.add_option("--ao-distance", options.ao_distance, "ao: surfaces farther away cast no shadow; without it all do")
-      ->check(CLI::PositiveNumber)
+  app.add_option("--ao-distance", options.render.ao_distance,
+                 "ao: surfaces farther away cast no shadow; without it all do")
+      ->check(CLI::Validator(check_distance, ""))
       ->type_name("D");
 }
 
@@ -219,7 +225,6 @@ build::Result<void> run(const Cli& cli, Options& options) {
   const InterruptGuard guard;
   std::tie(options.render.width, options.render.height) = *parse_size(options.size);
   options.render.mode = value_of(kRenderModes, options.mode);
-  if (options.ao_distance > 0.0) options.render.ao_distance = static_cast<float>(options.ao_distance);
   options.render.layers = false;
   for (const std::string& path : options.outputs) options.render.layers |= has_extension(path, ".exr");
   if (auto folders = check_folders(options); !folders) return folders;

@@ -30,7 +30,7 @@ struct RenderOptions {
   RenderMode mode = RenderMode::kAo;
   std::uint32_t width = 1024, height = 768;
   /// 1: one ray through the pixel's centre. More: spread over the pixel.
-  std::uint32_t samples = 16;
+  std::uint32_t samples = 32;
   std::uint32_t seed = 0;
   /// How far a shadow ray looks, in scene units.
   float ao_distance = std::numeric_limits<float>::infinity();

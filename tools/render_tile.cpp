@@ -43,6 +43,7 @@ TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, Image& image,
   rays_.resize(count);
   hits_.resize(count);
   costs_.resize(count);
+  sky_light_.resize(count);
 }
 
 void TileRenderer::run() {
@@ -52,13 +53,15 @@ void TileRenderer::run() {
     make_centre_rays();
     trace_primary(options.layers || heatmap);
     if (options.layers) store_layers();
-    if (options.samples == 1) return shade(0);
+    if (options.samples == 1) shade(0);
   }
-  for (std::uint32_t sample = 0; sample < options.samples && !refused_ && !interrupted(); ++sample) {
+  const std::uint32_t spread = options.samples > 1 ? options.samples : 0;
+  for (std::uint32_t sample = 0; sample < spread && !refused_ && !interrupted(); ++sample) {
     make_sample_rays(sample);
     trace_primary(heatmap);
     shade(sample);
   }
+  if (options.mode == RenderMode::kAo) add_sky_light();
 }
 
 std::size_t TileRenderer::pixel_of(std::size_t ray) const {
@@ -124,26 +127,38 @@ void TileRenderer::shade_ao(std::uint32_t sample) {
   shadow_rays_.clear();
   shadows_.clear();
   for (std::size_t i = 0; i < rays_.size(); ++i) {
-    const std::size_t pixel = pixel_of(i);
     if (!hits_[i].found()) {
-      image_.pixels[pixel].color += backdrop_of(i) * weight;
+      image_.pixels[pixel_of(i)].color += backdrop_of(i) * weight;
       continue;
     }
     const PixelSampler sampler(tile_.left + static_cast<std::uint32_t>(i) % width_,
                                tile_.top + static_cast<std::uint32_t>(i) / width_, job_.options.seed);
     const auto [u, v] = sampler.point(sample, SampleUse::kDirection);
+    const Vec3 normal = facing_normal(rays_[i], hits_[i]);
     Ray shadow;
-    shadow.direction = cosine_direction(facing_normal(rays_[i], hits_[i]), u, v);
+    shadow.direction = cosine_direction(normal, u, v);
     shadow.origin = spawn_origin(rays_[i], hits_[i], shadow.direction);
     shadow.tmax = job_.options.ao_distance;
     shadow_rays_.push_back(shadow);
-    shadows_.push_back({pixel, Studio::clay() * job_.studio.sky(shadow.direction) * weight});
+    shadows_.push_back({i, job_.studio.sky(shadow.direction)});
+    sky_light_[i].open += job_.studio.open_sky(normal) * weight;
   }
   shadow_hits_.resize(shadow_rays_.size());
   trace(job_.scene, Query::kAny, {}, shadow_rays_, shadow_hits_);
   counts_.shadow += shadow_rays_.size();
-  for (std::size_t i = 0; i < shadows_.size(); ++i)
-    if (!shadow_hits_[i].found()) image_.pixels[shadows_[i].pixel].color += shadows_[i].light;
+  for (std::size_t i = 0; i < shadows_.size(); ++i) {
+    SkyLight& light = sky_light_[shadows_[i].ray];
+    light.sampled += shadows_[i].light;
+    if (!shadow_hits_[i].found()) light.arrived += shadows_[i].light;
+  }
+}
+
+void TileRenderer::add_sky_light() {
+  for (std::size_t i = 0; i < sky_light_.size(); ++i) {
+    const SkyLight& light = sky_light_[i];
+    if (light.sampled.x > 0.0f)
+      image_.pixels[pixel_of(i)].color += Studio::clay() * light.open * light.arrived / light.sampled;
+  }
 }
 
 void TileRenderer::shade_primary() {

@@ -35,8 +35,16 @@ class TileRenderer {
 
  private:
   struct Shadow {
-    std::size_t pixel;  ///< In the image.
-    Vec3 light;         ///< Added to the pixel when the ray meets nothing.
+    std::size_t ray;  ///< The primary ray; equal in all samples of a pixel.
+    Vec3 light;       ///< Arrives when the shadow ray meets nothing.
+  };
+  /// Sums over a pixel's samples. The light that a pixel's surfaces get is that of the open sky, which is known
+  /// exactly, times the share of the sampled light that arrives (Heitz, Hill, McGuire, "Combining analytic direct
+  /// illumination and stochastic shadows", I3D 2018): surfaces in the open have no noise.
+  struct SkyLight {
+    Vec3 open{0.0f};     ///< Of the open sky, by the normals.
+    Vec3 sampled{0.0f};  ///< Sent by the sky along the shadow rays.
+    Vec3 arrived{0.0f};  ///< The part of it that was not shadowed.
   };
 
   void make_centre_rays();
@@ -48,6 +56,7 @@ class TileRenderer {
   void shade_primary();
   void shade_normals();
   void shade_heatmap();
+  void add_sky_light();
   std::size_t pixel_of(std::size_t ray) const;
   Vec3 backdrop_of(std::size_t ray) const;
 
@@ -60,6 +69,7 @@ class TileRenderer {
   std::vector<Hit> hits_, shadow_hits_;
   std::vector<RayCost> costs_;
   std::vector<Shadow> shadows_;
+  std::vector<SkyLight> sky_light_;
   RayCounts counts_;
   bool refused_ = false;
 };

@@ -16,14 +16,14 @@ enum class TriangleTestKind { kWatertight, kFast };
 enum class BoxTestKind { kConservative, kPlain };
 
 struct TracePolicies {
-    TriangleTestKind triangle_test = TriangleTestKind::kWatertight;
-    BoxTestKind box_test = BoxTestKind::kConservative;
+  TriangleTestKind triangle_test = TriangleTestKind::kWatertight;
+  BoxTestKind box_test = BoxTestKind::kConservative;
 };
 
 /// Work of one ray: four-box tests and leaf (triangle pair) tests.
 struct RayCost {
-    std::uint32_t box_tests = 0;
-    std::uint32_t leaf_tests = 0;
+  std::uint32_t box_tests = 0;
+  std::uint32_t leaf_tests = 0;
 };
 
 /// Traces rays[i] into hits[i] on the calling thread.

@@ -15,7 +15,8 @@
 
 namespace hiprt {
 
-static_assert(std::endian::native == std::endian::little, "BVH files are little-endian and are used without conversion");
+static_assert(std::endian::native == std::endian::little,
+              "BVH files are little-endian and are used without conversion");
 
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
@@ -46,27 +47,29 @@ struct FileHeader {
   std::uint64_t byte_size;      ///< Of the whole file.
   std::uint64_t checksum;       ///< XXH3-64 (seed 0) of bytes [0, 32) followed by [40, byte_size).
   std::uint32_t section_count;
-  NodeRef root;                 ///< kInvalidRef for an empty scene.
-  std::uint32_t stack_bound;    ///< Most entries a depth-first traversal in any child order can have on its stack.
+  NodeRef root;               ///< kInvalidRef for an empty scene.
+  std::uint32_t stack_bound;  ///< Most entries a depth-first traversal in any child order can have on its stack.
   std::uint32_t geometry_count;
-  Box bounds;                   ///< Of all primitives; the empty box for an empty scene.
+  Box bounds;                     ///< Of all primitives; the empty box for an empty scene.
   std::uint64_t primitive_count;  ///< Sum over the geometries, dropped primitives included.
   std::uint64_t reserved[5];
 };
 
 enum class SectionKind : std::uint32_t {
-  kNodes = 1,         ///< Box nodes of the file's layout.
-  kLeaves = 2,        ///< Leaves of the file's layout.
-  kPrimitiveMap = 3,  ///< uint32 per primitive (geometry by geometry): leaf number * 2 + triangle, or kInvalidId if dropped.
-  kGeometries = 4,    ///< GeometryRecord
-  kProvenance = 5,    ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
+  kNodes = 1,   ///< Box nodes of the file's layout.
+  kLeaves = 2,  ///< Leaves of the file's layout.
+  kPrimitiveMap =
+      3,  ///< uint32 per primitive (geometry by geometry): leaf number * 2 + triangle, or kInvalidId if dropped.
+  kGeometries = 4,  ///< GeometryRecord
+  kProvenance = 5,  ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
 };
 
-/// Set in SectionEntry::flags: a reader that does not know the kind must refuse the file. Otherwise it skips the section.
+/// Set in SectionEntry::flags: a reader that does not know the kind must refuse the file. Otherwise it skips the
+/// section.
 inline constexpr std::uint32_t kSectionRequired = 1;
 
 struct SectionEntry {
-  std::uint32_t kind;   ///< SectionKind
+  std::uint32_t kind;  ///< SectionKind
   std::uint32_t flags;
   std::uint64_t offset;  ///< Multiple of kSectionAlignment.
   std::uint64_t count;   ///< Elements.

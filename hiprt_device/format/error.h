@@ -10,37 +10,37 @@ namespace hiprt {
 
 enum class FormatError : std::uint32_t {
   // Header and section table (open_buffer).
-  kMisaligned,            ///< The bytes do not start at a multiple of 128 in memory.
-  kTooSmall,              ///< Shorter than the file header.
+  kMisaligned,  ///< The bytes do not start at a multiple of 128 in memory.
+  kTooSmall,    ///< Shorter than the file header.
   kBadMagic,
   kUnknownMajorVersion,
   kUnknownLayout,
-  kUnknownFeature,        ///< A feature bit this version does not know.
-  kSizeMismatch,          ///< FileHeader::byte_size differs from the number of bytes given (truncated or extended file).
-  kBadReservedField,      ///< A field that must be zero is not.
-  kSectionTableRange,     ///< The section table does not fit in the file.
+  kUnknownFeature,     ///< A feature bit this version does not know.
+  kSizeMismatch,       ///< FileHeader::byte_size differs from the number of bytes given (truncated or extended file).
+  kBadReservedField,   ///< A field that must be zero is not.
+  kSectionTableRange,  ///< The section table does not fit in the file.
   kSectionMisaligned,
-  kSectionStride,         ///< A known section's stride is not its record's size.
-  kSectionRange,          ///< offset + count * stride leaves the file (or overflows).
+  kSectionStride,  ///< A known section's stride is not its record's size.
+  kSectionRange,   ///< offset + count * stride leaves the file (or overflows).
   kSectionOverlap,
   kDuplicateSection,
   kMissingSection,
   kUnknownRequiredSection,
-  kGeometryCount,         ///< The geometry section's count differs from the header, or exceeds what a leaf can name.
-  kPrimitiveCount,        ///< Header, geometry table and primitive map disagree.
+  kGeometryCount,   ///< The geometry section's count differs from the header, or exceeds what a leaf can name.
+  kPrimitiveCount,  ///< Header, geometry table and primitive map disagree.
   // Whole content (validate).
   kBadChecksum,
-  kBadReference,          ///< A node reference of an unknown type, out of its section or not on a record boundary.
-  kReferenceOrder,        ///< A child does not lie behind its parent: the tree could loop.
-  kSharedNode,            ///< A node or leaf is reached more than once.
-  kEmptyNode,             ///< A box node without children.
-  kUnreachable,           ///< A node or leaf is not reached.
-  kBadBox,                ///< NaN, infinite or inverted box of a present child, or a non-empty box of an absent one.
-  kBoxNotContained,       ///< A child's content leaves the box its parent states.
-  kBadBounds,             ///< The header's bounds are not the root's.
-  kBadChildFlags,         ///< A child-flags byte is not what is below the child.
-  kUnterminatedRun,       ///< A run of leaves passes the end of the section.
-  kBadVertex,             ///< NaN or infinite coordinate.
+  kBadReference,     ///< A node reference of an unknown type, out of its section or not on a record boundary.
+  kReferenceOrder,   ///< A child does not lie behind its parent: the tree could loop.
+  kSharedNode,       ///< A node or leaf is reached more than once.
+  kEmptyNode,        ///< A box node without children.
+  kUnreachable,      ///< A node or leaf is not reached.
+  kBadBox,           ///< NaN, infinite or inverted box of a present child, or a non-empty box of an absent one.
+  kBoxNotContained,  ///< A child's content leaves the box its parent states.
+  kBadBounds,        ///< The header's bounds are not the root's.
+  kBadChildFlags,    ///< A child-flags byte is not what is below the child.
+  kUnterminatedRun,  ///< A run of leaves passes the end of the section.
+  kBadVertex,        ///< NaN or infinite coordinate.
   kBadGeometryId,
   kBadPrimitiveId,
   kBadTriangleId,         ///< The triangle-id byte names no rotation.
@@ -49,9 +49,9 @@ enum class FormatError : std::uint32_t {
   kSplitNotCovered,       ///< The boxes of a split primitive's references do not cover it.
   kPrimitiveMapMismatch,  ///< The map names a leaf that does not hold the primitive, or calls a reachable one dropped.
   kDroppedCount,
-  kFeatureMismatch,       ///< A feature bit is missing, or set although nothing in the file needs it.
-  kStackBound,            ///< The header's stack bound is below what a traversal can need, or above any tree's need.
-  kBadProvenance,         ///< Not a JSON object in UTF-8.
+  kFeatureMismatch,  ///< A feature bit is missing, or set although nothing in the file needs it.
+  kStackBound,       ///< The header's stack bound is below what a traversal can need, or above any tree's need.
+  kBadProvenance,    ///< Not a JSON object in UTF-8.
 };
 
 /// Number of enumerators.
@@ -65,8 +65,8 @@ struct FormatIssue {
   FormatError error;
   std::uint64_t offset;  ///< Byte offset in the file of the field at fault.
   std::uint64_t value;   ///< What is there; of a float, its bits.
-  std::uint64_t limit;   ///< What it is measured against: the expected value, the largest or smallest allowed one, or the
-                         ///< first one that is too large; the enumerator says which.
+  std::uint64_t limit;   ///< What it is measured against: the expected value, the largest or smallest allowed one, or
+                        ///< the first one that is too large; the enumerator says which.
 };
 
 /// One line: "BadReference at byte 1280: found 77, expected or limit 12".

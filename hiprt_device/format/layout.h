@@ -50,8 +50,7 @@ HIPRT_HD constexpr unsigned corner_vertex(unsigned triangle, unsigned corner) {
 }
 
 /// Calls function(LayoutType{}) for the layout of a file. @pre open_buffer() accepted the file.
-template <class Function>
-decltype(auto) dispatch_layout(NodeLayout layout, Function&& function) {
+template <class Function> decltype(auto) dispatch_layout(NodeLayout layout, Function&& function) {
   return layout == NodeLayout::kFloat ? function(FloatLayout{}) : function(PlanesLayout{});
 }
 

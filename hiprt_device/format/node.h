@@ -12,9 +12,9 @@ namespace hiprt {
 
 /// How the bytes of box nodes and leaves are arranged. A file has one layout.
 enum class NodeLayout : std::uint32_t {
-  kFloat = 1,      ///< 128-byte box node with a {min, max} box per child; hardware-compatible.
-  kPlanes = 2,     ///< The same values with the four children's planes side by side: the layout for CPU vector registers.
-  kHalf = 3,       ///< Reserved: 64-byte box16 node.
+  kFloat = 1,   ///< 128-byte box node with a {min, max} box per child; hardware-compatible.
+  kPlanes = 2,  ///< The same values with the four children's planes side by side: the layout for CPU vector registers.
+  kHalf = 3,    ///< Reserved: 64-byte box16 node.
   kQuantized = 4,  ///< Reserved: 64-byte node with 8-bit planes.
 };
 
@@ -45,7 +45,9 @@ HIPRT_HD constexpr NodeRef make_ref(std::uint64_t byte_offset, NodeType type) {
   return static_cast<NodeRef>(byte_offset / kNodeGranularity) << 3 | static_cast<NodeRef>(type);
 }
 HIPRT_HD constexpr NodeType ref_type(NodeRef ref) { return static_cast<NodeType>(ref & 7u); }
-HIPRT_HD constexpr std::uint64_t ref_offset(NodeRef ref) { return static_cast<std::uint64_t>(ref >> 3) * kNodeGranularity; }
+HIPRT_HD constexpr std::uint64_t ref_offset(NodeRef ref) {
+  return static_cast<std::uint64_t>(ref >> 3) * kNodeGranularity;
+}
 HIPRT_HD constexpr bool is_box(NodeRef ref) { return (ref & 7u) == static_cast<NodeRef>(NodeType::kBox32); }
 
 /// Axis-aligned box. Absent children have the empty box: min = +inf, max = -inf.
@@ -80,9 +82,9 @@ struct alignas(128) PlanesBoxNode {
 /// A leaf holds triangle 0 = (v0, v1, v2) and, if primitive[1] != kInvalidId, triangle 1 = (v1, v3, v2), both of one
 /// geometry. A child reference names the first leaf of a run; the run ends at the leaf whose kLastInRun bit is set.
 struct LeafInfo {
-  std::uint32_t primitive[2];         ///< Index of the triangle in its geometry.
-  std::uint32_t geometry_and_flags;   ///< Bits 0-27 geometry, bit 31 kLastInRun, others zero.
-  std::uint32_t triangle_ids;         ///< One triangle-id byte per triangle (byte 0, byte 1); see TriangleId.
+  std::uint32_t primitive[2];        ///< Index of the triangle in its geometry.
+  std::uint32_t geometry_and_flags;  ///< Bits 0-27 geometry, bit 31 kLastInRun, others zero.
+  std::uint32_t triangle_ids;        ///< One triangle-id byte per triangle (byte 0, byte 1); see TriangleId.
 };
 
 inline constexpr std::uint32_t kLastInRun = 0x80000000u;
@@ -103,7 +105,8 @@ struct alignas(64) PlanesLeaf {
 };
 
 /// The triangle-id byte. Corners are counted in stored order: (v0, v1, v2) for triangle 0, (v1, v3, v2) for triangle 1.
-/// Bits 1:0 name the stored corner whose weight is u (the mesh's corner 1), bits 3:2 the one whose weight is v (corner 2).
+/// Bits 1:0 name the stored corner whose weight is u (the mesh's corner 1), bits 3:2 the one whose weight is v (corner
+/// 2).
 struct TriangleId {
   static constexpr std::uint32_t kDoubleSided = 1u << 4;
   static constexpr std::uint32_t kFlip = 1u << 5;

@@ -26,8 +26,7 @@ struct BufferView {
 
   NodeLayout layout() const { return static_cast<NodeLayout>(header->layout); }
   /// @tparam Record the record type of the file's layout (FloatBoxNode or PlanesBoxNode, FloatLeaf or PlanesLeaf).
-  template <class Record>
-  std::span<const Record> records(const SectionEntry& section) const {
+  template <class Record> std::span<const Record> records(const SectionEntry& section) const {
     return {reinterpret_cast<const Record*>(bytes.data() + section.offset), static_cast<std::size_t>(section.count)};
   }
 };
@@ -54,7 +53,8 @@ tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::byte> byt
 
 namespace format_detail {
 
-inline tl::unexpected<FormatIssue> fail(FormatError error, std::uint64_t offset, std::uint64_t value, std::uint64_t limit) {
+inline tl::unexpected<FormatIssue> fail(FormatError error, std::uint64_t offset, std::uint64_t value,
+                                        std::uint64_t limit) {
   return tl::unexpected<FormatIssue>(FormatIssue{error, offset, value, limit});
 }
 
@@ -64,7 +64,8 @@ inline tl::expected<void, FormatIssue> check_header(std::span<const std::byte> b
   if (bytes.size() < sizeof(FileHeader)) return fail(FormatError::kTooSmall, 0, bytes.size(), sizeof(FileHeader));
   const auto& header = *reinterpret_cast<const FileHeader*>(bytes.data());
   if (std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0)
-    return fail(FormatError::kBadMagic, 0, static_cast<unsigned char>(header.magic[0]), static_cast<unsigned char>(kMagic[0]));
+    return fail(FormatError::kBadMagic, 0, static_cast<unsigned char>(header.magic[0]),
+                static_cast<unsigned char>(kMagic[0]));
   if (header.version_major != kVersionMajor)
     return fail(FormatError::kUnknownMajorVersion, 8, header.version_major, kVersionMajor);
   const auto layout = static_cast<NodeLayout>(header.layout);
@@ -76,7 +77,8 @@ inline tl::expected<void, FormatIssue> check_header(std::span<const std::byte> b
   for (std::uint64_t i = 0; i < 5; ++i)
     if (header.reserved[i] != 0)
       return fail(FormatError::kBadReservedField, offsetof(FileHeader, reserved) + 8 * i, header.reserved[i], 0);
-  const std::uint64_t room = std::min<std::uint64_t>(kMaxSections, (bytes.size() - sizeof(FileHeader)) / sizeof(SectionEntry));
+  const std::uint64_t room =
+      std::min<std::uint64_t>(kMaxSections, (bytes.size() - sizeof(FileHeader)) / sizeof(SectionEntry));
   if (header.section_count > room) return fail(FormatError::kSectionTableRange, 40, header.section_count, room);
   return {};
 }
@@ -151,7 +153,8 @@ inline tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::by
     const std::uint64_t at = sizeof(FileHeader) + i * sizeof(SectionEntry);
     if (auto range = check_range(table[i], at, table_end, bytes.size()); !range) return tl::unexpected(range.error());
     for (std::size_t j = 0; j < i; ++j)
-      if (overlap(table[i], table[j])) return fail(FormatError::kSectionOverlap, at + 8, table[i].offset, table[j].offset);
+      if (overlap(table[i], table[j]))
+        return fail(FormatError::kSectionOverlap, at + 8, table[i].offset, table[j].offset);
     if (auto assigned = assign(view, table[i], at, seen); !assigned) return tl::unexpected(assigned.error());
   }
   for (std::size_t k = 0; k < kKnownSections.size(); ++k)

@@ -39,6 +39,10 @@ class TestFile {
   }
   template <class T> void put(std::uint64_t offset, T value) { std::memcpy(data() + offset, &value, sizeof(T)); }
 
+  /// seal(), if the file is long enough to have a header.
+  void seal_if_possible() {
+    if (size_ >= sizeof(FileHeader)) seal();
+  }
   /// Makes byte_size and checksum right again, by XXH3's one-shot function (the library uses its streaming functions).
   void seal() {
     put<std::uint64_t>(24, size_);

@@ -92,7 +92,8 @@ Trial scaled_by(Trial trial, int exponent, int direction_exponent) {
   return trial;
 }
 
-/// Coordinates up to 2^60, and at most 2^90 times the largest direction component (ray.h).
+/// The range of ray.h: the largest coordinate in [2^-100, 2^60], the largest direction component in [2^-100, 2^126],
+/// their ratio in [2^-100, 2^90].
 bool in_documented_range(const Trial& trial) {
   float coordinate = 0, direction = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -101,7 +102,8 @@ bool in_documented_range(const Trial& trial) {
         std::max({coordinate, std::abs(trial.box.min[k]), std::abs(trial.box.max[k]), std::abs(trial.ray.origin[i])});
     direction = std::max(direction, std::abs(trial.ray.direction[i]));
   }
-  return coordinate <= 0x1p60f && direction > 0 && coordinate <= 0x1p90 * direction && std::isfinite(direction);
+  return coordinate <= 0x1p60f && coordinate >= 0x1p-100f && direction >= 0x1p-100f && direction <= 0x1p126f &&
+         coordinate <= 0x1p90 * direction && coordinate >= 0x1p-100 * direction;
 }
 
 Trial random_trial(Random& random) {

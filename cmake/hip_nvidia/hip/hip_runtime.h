@@ -1,7 +1,7 @@
 #pragma once
-/// HIP names for CUDA: what hiprt's own GPU code calls, and no more. nvcc finds this file as <hip/hip_runtime.h> through
-/// -I cmake/hip_nvidia, because Debian's HIP headers do not compile with CUDA 13. Kernels, __shared__, threadIdx,
-/// atomics and <<<...>>> are the same words in both languages.
+/// HIP names for CUDA: what hiprt's own GPU code calls, and no more. nvcc finds this file as <hip/hip_runtime.h>
+/// through -I cmake/hip_nvidia, because Debian's HIP headers do not compile with CUDA 13. Kernels, __shared__,
+/// threadIdx, atomics and <<<...>>> are the same words in both languages.
 
 #include <cuda_runtime.h>
 
@@ -38,16 +38,13 @@ inline hipError_t hipGetDeviceProperties(hipDeviceProp_t* properties, int device
 }
 inline hipError_t hipDeviceSynchronize() { return cudaDeviceSynchronize(); }
 
-template <typename T>
-hipError_t hipMalloc(T** pointer, size_t bytes) {
+template <typename T> hipError_t hipMalloc(T** pointer, size_t bytes) {
   return cudaMalloc(reinterpret_cast<void**>(pointer), bytes);
 }
-template <typename T>
-hipError_t hipMallocAsync(T** pointer, size_t bytes, hipStream_t stream) {
+template <typename T> hipError_t hipMallocAsync(T** pointer, size_t bytes, hipStream_t stream) {
   return cudaMallocAsync(reinterpret_cast<void**>(pointer), bytes, stream);
 }
-template <typename T>
-hipError_t hipHostMalloc(T** pointer, size_t bytes, unsigned flags = 0) {
+template <typename T> hipError_t hipHostMalloc(T** pointer, size_t bytes, unsigned flags = 0) {
   return cudaHostAlloc(reinterpret_cast<void**>(pointer), bytes, flags);
 }
 inline hipError_t hipFree(void* pointer) { return cudaFree(pointer); }

@@ -1,0 +1,77 @@
+/// libFuzzer target: any bytes are refused by validate(), or rays trace through them without harm.
+/// Inputs are plain .bvh files, so that findings can be given to bvhinfo and seeds come from anywhere.
+
+#include "../format/test_scene.h"
+#include "mutate.h"
+#include "rays.h"
+
+#include <hiprt_device/format/validate.h>
+#include <hiprt_device/hiprt_device.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+using namespace hiprt;
+
+extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
+
+namespace {
+
+/// Like assert, but there in release builds too.
+void require(bool condition, const char* what) {
+  if (condition) return;
+  std::fprintf(stderr, "fuzz_bvh: %s\n", what);
+  std::abort();
+}
+
+void check_hit(const BufferView& view, const Ray& ray, const Hit& hit) {
+  if (!hit.found()) return;
+  require(hit.geometry < view.geometries.size(), "hit names no geometry");
+  require(hit.primitive < view.geometries[hit.geometry].primitive_count, "hit names no primitive");
+  require((view.geometries[hit.geometry].mask & ray.mask) != 0, "hit of a masked geometry");
+  const std::uint64_t number = view.geometries[hit.geometry].first_primitive + hit.primitive;
+  require(view.primitive_map[number] != kInvalidId, "hit of a dropped primitive");
+  require(hit.t >= ray.tmin && hit.t >= 0.0f && hit.t <= ray.tmax, "hit outside the ray's interval");
+}
+
+void trace(const BufferView& view, std::uint64_t seed) {
+  const SceneView scene = make_scene_view(view);
+  fuzz::RaySource rays(scene.bounds, seed);
+  for (int i = 0; i < 32; ++i) {
+    const Ray ray = rays.next();
+    const Hit closest = closest_hit(scene, ray), any = any_hit(scene, ray);
+    check_hit(view, ray, closest);
+    check_hit(view, ray, any);
+    // Until its first hit a closest-hit query tests what an any-hit query tests.
+    require(closest.found() == any.found(), "closest and any hit disagree");
+    require(closest.refused() == any.refused(), "only one query refuses the scene");
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  test::TestFile file(std::as_bytes(std::span(data, size)));
+  // The checksum field is the fuzzer's switch: it gets past the checksum unless its last byte is 0.
+  constexpr std::size_t kSwitch = offsetof(FileHeader, checksum) + 7;
+  if (size >= sizeof(FileHeader) && data[kSwitch] != 0) file.seal();
+  const auto valid = validate(file.bytes());
+  if (!valid) {
+    require(valid.error().offset <= size, "the report names a place behind the file");
+    return 0;
+  }
+  const auto view = open_buffer(file.bytes());
+  require(view.has_value(), "validate() accepts what open_buffer() refuses");
+  trace(*view, view->header->checksum);
+  return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
+                                               unsigned seed) {
+  fuzz::Random random(seed);
+  if (random.below(16) == 0) return LLVMFuzzerMutate(data, size, max_size);
+  test::TestFile file(std::as_bytes(std::span(data, size)));
+  if (!fuzz::mutate(file, random)) return LLVMFuzzerMutate(data, size, max_size);
+  std::memcpy(data, file.data(), size);
+  return size;
+}

@@ -1,0 +1,129 @@
+#pragma once
+/// Changes of BVH files that keep most rules, so that the fuzzer spends its time behind the first checks.
+
+#include "../format/test_scene.h"
+#include "random.h"
+
+#include <hiprt_device/format/layout.h>
+#include <hiprt_device/format/validate_box.h>
+#include <hiprt_device/format/view.h>
+
+#include <cstring>
+
+namespace hiprt::fuzz {
+
+/// Moves vertices, then makes every box, from the last node to the first, the bounds of its content.
+template <class Layout> class Refit {
+ public:
+  Refit(test::TestFile& file, const BufferView& view)
+      : file_(file),
+        view_(view),
+        nodes_(reinterpret_cast<typename Layout::Node*>(file.data() + view.nodes.offset)),
+        leaves_(reinterpret_cast<typename Layout::Leaf*>(file.data() + view.leaves.offset)) {}
+
+  void move_vertices(Random& random) {
+    if (view_.leaves.count == 0) return;
+    for (std::uint64_t moves = 1 + random.below(4); moves > 0; --moves) {
+      typename Layout::Leaf& leaf = leaves_[random.below(view_.leaves.count)];
+      const auto vertex = static_cast<unsigned>(random.below(4)), axis = static_cast<unsigned>(random.below(3));
+      Layout::set_coordinate(leaf, vertex, axis, random.wild());
+      if (leaf.info.primitive[1] == kInvalidId)
+        for (unsigned k = 0; k < 3; ++k) Layout::set_coordinate(leaf, 3, k, Layout::coordinate(leaf, 2, k));
+    }
+  }
+
+  void fit() {
+    Box bounds = view_.header->bounds;
+    for (std::uint64_t i = view_.nodes.count; i-- > 0;) {
+      bounds = format_detail::empty_box();
+      for (unsigned c = 0; c < kBranching; ++c) {
+        const Box box = content(nodes_[i].child[c]);
+        Layout::set_box(nodes_[i], c, box);
+        format_detail::grow(bounds, box);
+      }
+    }
+    if (view_.nodes.count == 0) bounds = content(view_.header->root);
+    file_.put(offsetof(FileHeader, bounds), bounds);
+  }
+
+ private:
+  /// Of what a reference names, if it names anything; of a box node, the boxes in it.
+  Box content(NodeRef ref) const {
+    Box box = format_detail::empty_box();
+    const SectionEntry& section = is_box(ref) ? view_.nodes : view_.leaves;
+    const std::uint64_t first = (ref_offset(ref) - section.offset) / section.stride;
+    if (ref == kInvalidRef || ref_offset(ref) < section.offset || first >= section.count) return box;
+    if (is_box(ref)) {
+      for (unsigned c = 0; c < kBranching; ++c) format_detail::grow(box, Layout::box(nodes_[first], c));
+      return box;
+    }
+    for (std::uint64_t leaf = first; leaf < section.count; ++leaf) {
+      for (unsigned triangle = 0; triangle < 2; ++triangle)
+        format_detail::grow(box,
+                            format_detail::bounds_of(format_detail::leaf_triangle<Layout>(leaves_[leaf], triangle)));
+      if ((leaves_[leaf].info.geometry_and_flags & kLastInRun) != 0) break;
+    }
+    return box;
+  }
+
+  test::TestFile& file_;
+  const BufferView& view_;
+  typename Layout::Node* nodes_;
+  typename Layout::Leaf* leaves_;
+};
+
+/// Sets one 32-bit word of a section to another word of it, to an edge value, or to its neighbour.
+inline void change_word(test::TestFile& file, const SectionEntry& section, Random& random) {
+  const std::uint64_t words = section.count * section.stride / 4;
+  if (words == 0) return;
+  const std::uint64_t at = section.offset + 4 * random.below(words);
+  const auto old = file.get<std::uint32_t>(at);
+  constexpr std::uint32_t kEdges[] = {0u,          1u,          0xffffffffu, 0x7f800000u,
+                                      0xff800000u, 0x7fc00000u, 0x80000000u, 0x0fffffffu};
+  switch (random.below(6)) {
+    case 0:
+      file.put(at, kEdges[random.below(std::size(kEdges))]);
+      break;
+    case 1:
+      file.put(at, old + 1);
+      break;
+    case 2:
+      file.put(at, old - 1);
+      break;
+    case 3:
+      file.put(at, old ^ std::uint32_t{1} << random.below(32));
+      break;
+    case 4:
+      file.put(at, file.get<std::uint32_t>(section.offset + 4 * random.below(words)));
+      break;
+    default:
+      file.put(at, static_cast<std::uint32_t>(old + 8 * random.below(64)));
+      break;
+  }
+}
+
+/// @return whether @p file had a good enough table of sections to be changed.
+inline bool mutate(test::TestFile& file, Random& random) {
+  file.seal_if_possible();
+  const auto view = open_buffer(file.bytes());
+  if (!view) return false;
+  const BufferView before = *view;
+  if (random.below(2) == 0) {
+    dispatch_layout(before.layout(), [&](auto layout) { Refit<decltype(layout)>(file, before).move_vertices(random); });
+  } else {
+    // What is wrong in the header hides all else, so it is changed less often than the content.
+    const SectionEntry header{0, 0, 0, sizeof(FileHeader), 1};
+    const SectionEntry* const sections[] = {&before.nodes, &before.leaves, &before.primitive_map_entry,
+                                            &before.geometry_entry};
+    change_word(file, random.below(16) == 0 ? header : *sections[random.below(std::size(sections))], random);
+  }
+  // The header may be what was changed: the section table is read again before it is trusted.
+  const auto after = open_buffer(file.bytes());
+  if (after && random.below(8) != 0)
+    dispatch_layout(after->layout(), [&](auto layout) { Refit<decltype(layout)>(file, *after).fit(); });
+  // The last byte of the checksum field is fuzz_bvh's switch.
+  if (file.get<std::uint8_t>(39) == 0 && random.below(16) != 0) file.put<std::uint8_t>(39, 1);
+  return true;
+}
+
+}  // namespace hiprt::fuzz

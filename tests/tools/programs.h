@@ -1,0 +1,32 @@
+#pragma once
+/// The tools under test, from the build folder, and small inputs for them.
+
+#include "run_command.h"
+#include "temp_folder.h"
+
+#include <array>
+#include <string>
+
+namespace hiprt::test {
+
+/// Set by CMake.
+inline const std::string kBvhBuild = HIPRT_BVHBUILD;
+inline const std::string kBvhInfo = HIPRT_BVHINFO;
+inline const std::string kBvhTrace = HIPRT_BVHTRACE;
+
+/// An n x n grid of quads in the plane z = @p z, each of two triangles, over [0, n] x [0, n], as OBJ.
+inline std::string grid_obj(unsigned n, float z = 0) {
+  std::string text;
+  for (unsigned y = 0; y <= n; ++y)
+    for (unsigned x = 0; x <= n; ++x)
+      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+  for (unsigned y = 0; y < n; ++y)
+    for (unsigned x = 0; x < n; ++x) {
+      const unsigned a = y * (n + 1) + x + 1, b = a + 1, c = a + n + 1, d = c + 1;
+      for (const auto& [p, q, r] : {std::array{a, b, d}, std::array{a, d, c}})
+        text += "f " + std::to_string(p) + " " + std::to_string(q) + " " + std::to_string(r) + "\n";
+    }
+  return text;
+}
+
+}  // namespace hiprt::test

@@ -1,0 +1,73 @@
+/// What all tools promise about their command lines, for bvhbuild, bvhinfo and bvhtrace.
+
+#include "programs.h"
+
+#include <catch2/catch.hpp>
+
+using namespace hiprt::test;
+using Catch::Contains;
+
+namespace {
+
+struct Tool {
+  std::string name, path;
+};
+const std::vector<Tool> kTools{{"bvhbuild", kBvhBuild}, {"bvhinfo", kBvhInfo}, {"bvhtrace", kBvhTrace}};
+
+void check_usage_error(const Tool& tool, std::vector<std::string> arguments, const std::string& word) {
+  arguments.insert(arguments.begin(), tool.path);
+  const CommandResult result = run(arguments);
+  INFO(result.err);
+  CHECK(result.status == 2);
+  CHECK(result.out.empty());
+  CHECK_THAT(result.err, Catch::StartsWith(tool.name + ": ") && Contains(word) && Contains("--help"));
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+}
+
+}  // namespace
+
+TEST_CASE("Command lines: --help shows examples, --version the version") {
+  for (const Tool& tool : kTools) {
+    INFO(tool.name);
+    const CommandResult help = run({tool.path, "--help"});
+    CHECK(help.status == 0);
+    CHECK(help.err.empty());
+    CHECK_THAT(help.out, Contains("Examples:\n  " + tool.name + " ") && Contains("--json") && Contains("Exit status"));
+    const CommandResult version = run({tool.path, "--version"});
+    CHECK(version.status == 0);
+    CHECK(version.err.empty());
+    CHECK_THAT(version.out, Catch::Matches(tool.name + " [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+  }
+}
+
+TEST_CASE("Command lines: bad usage is status 2 with one line that says what") {
+  for (const Tool& tool : kTools) {
+    INFO(tool.name);
+    check_usage_error(tool, {}, "required");
+    check_usage_error(tool, {"file", "--frobnicate"}, "--frobnicate");
+  }
+  const Tool& build = kTools[0];
+  check_usage_error(build, {"a.obj"}, "--output");
+  check_usage_error(build, {"a.obj", "-o", "b", "--builder", "fast"}, "fast");
+  check_usage_error(build, {"a.obj", "-o", "b", "--nodes", "half"}, "half");
+  check_usage_error(build, {"a.obj", "-o", "b", "--target", "toaster"}, "toaster");
+  check_usage_error(build, {"a.obj", "-o", "b", "--threads", "-1"}, "--threads");
+  check_usage_error(build, {"a.obj", "-o", "b", "--threads", "5000"}, "--threads");
+  check_usage_error(build, {"a.obj", "-o", "b", "--threads", "two"}, "--threads");
+  check_usage_error(build, {"a.obj", "-o", "b", "--max-leaf", "0"}, "--max-leaf");
+  check_usage_error(build, {"a.obj", "-o", "b", "--max-leaf", "65"}, "--max-leaf");
+  check_usage_error(kTools[1], {"a.bvh", "b.bvh"}, "b.bvh");
+  const Tool& trace = kTools[2];
+  check_usage_error(trace, {"a.bvh", "--hits", "h"}, "--rays");
+  check_usage_error(trace, {"a.bvh", "--rays", "r"}, "--hits");
+  check_usage_error(trace, {"a.bvh", "--rays", "r", "--hits", "h", "--query", "all"}, "all");
+  check_usage_error(trace, {"a.bvh", "--rays", "r", "--hits", "h", "--repeat", "0"}, "--repeat");
+  check_usage_error(trace, {"a.bvh", "--rays", "r", "--hits", "h", "--triangle-test", "exact"}, "exact");
+  check_usage_error(trace, {"a.bvh", "--rays", "r", "--hits", "h", "--box-test", "loose"}, "loose");
+}
+
+TEST_CASE("Command lines: output that cannot be written is a failure") {
+  const CommandResult result = run({"/bin/sh", "-c", "'" + kBvhInfo + "' --help > /dev/full"});
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Contains("standard output"));
+}

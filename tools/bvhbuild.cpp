@@ -1,0 +1,245 @@
+/// bvhbuild: meshes in, a BVH file out.
+
+#include "cli.h"
+#include "mesh_import.h"
+#include "names.h"
+#include "progress.h"
+#include "report.h"
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/file.h>
+#include <hiprt_build/statistics.h>
+
+#include <chrono>
+#include <iostream>
+#include <system_error>
+
+#include <sys/resource.h>
+
+namespace {
+
+using namespace hiprt;
+using namespace hiprt::tools;
+
+constexpr ToolInfo kInfo{
+    "bvhbuild",
+    "Builds one BVH file over triangle meshes: OBJ, PLY, STL, glTF 2.0/GLB, raw .mesh and .mesh.zst.\n"
+    "Every input file becomes one geometry, in the order of the command line; all nodes of a glTF file and all\n"
+    "objects of an OBJ file are one geometry, triangles numbered in the file's order.\n"
+    "Triangles that are not finite or have two corners in one place are dropped: they keep their number, and a\n"
+    "warning says how many there are.",
+    "  bvhbuild bunny.obj -o bunny.bvh\n"
+    "  bvhbuild room.glb chair.ply -o scene.bvh --builder embree-high --stats\n"
+    "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"};
+
+struct Options {
+  std::vector<std::string> inputs;
+  std::string output;
+  std::string builder = "sah", nodes = "auto", target = "cpu";
+  unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
+  bool no_pairs = false, stats = false;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("INPUT", options.inputs, "Mesh files, one geometry each")->required()->type_name("FILE");
+  app.add_option("-o,--output", options.output, "The BVH file to write")->required()->type_name("FILE");
+  app.add_option("--builder", options.builder, "How the tree is built; sah is ours, the others are Embree's")
+      ->check(CLI::IsMember(words(kBuilders)))
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--nodes", options.nodes, "Layout of the nodes; auto: the one for --target")
+      ->check(CLI::IsMember(words(kLayouts, {"auto"})))
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--target", options.target, "Machine to trace on (cpu: planes, amd and nvidia: float)")
+      ->check(CLI::IsMember(words(kTargetLayouts)))
+      ->type_name("NAME")
+      ->capture_default_str();
+  add_threads_option(app, options.threads);
+  app.add_option("--max-leaf", options.max_leaf, "Most triangles below one leaf reference, 1 to 64")
+      ->check(CLI::Range(1u, 64u))
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_flag("--no-pairs", options.no_pairs, "Do not put two triangles that share an edge into one leaf");
+  app.add_flag("--stats", options.stats, "Print figures of the tree, times and memory");
+}
+
+class Stopwatch {
+ public:
+  /// Seconds since the last call, or since the start.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::uint64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+struct Seconds {
+  double read = 0, write = 0;
+};
+
+build::Error cancelled() { return {build::ErrorCode::kCancelled, "cancelled"}; }
+
+/// Renaming the output over an input would destroy it.
+build::Result<void> check_output(const Options& options) {
+  for (const std::string& input : options.inputs) {
+    std::error_code ignored;
+    if (std::filesystem::equivalent(input, options.output, ignored))
+      return tl::unexpected(
+          build::Error{build::ErrorCode::kInvalidInput, options.output + ": the output is one of the inputs"});
+  }
+  return {};
+}
+
+build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, const Options& options, ProgressBar& bar) {
+  std::vector<Mesh> meshes;
+  for (const std::string& input : options.inputs) {
+    bar.update("read", 0);
+    auto mesh = load_mesh(input);
+    if (interrupted()) return tl::unexpected(cancelled());
+    if (!mesh) return tl::unexpected(mesh.error());
+    bar.clear();
+    if (mesh->skipped_faces != 0)
+      cli.warn(input + ": skipped " + std::to_string(mesh->skipped_faces) + " faces with fewer than three corners");
+    if (mesh->triangles.empty()) cli.warn(input + ": no triangles in it");
+    meshes.push_back(std::move(*mesh));
+  }
+  return meshes;
+}
+
+build::BuildOptions build_options(const Options& options, const std::string& tool, ProgressBar& bar) {
+  build::BuildOptions result;
+  result.builder = value_of(kBuilders, options.builder);
+  result.nodes = options.nodes == "auto" ? value_of(kTargetLayouts, options.target) : value_of(kLayouts, options.nodes);
+  result.threads = options.threads;
+  result.max_leaf_triangles = options.max_leaf;
+  result.pair_triangles = !options.no_pairs;
+  result.tool = tool;
+  result.progress = [&bar](const build::Progress& progress) {
+    bar.update(progress.step, progress.fraction);
+    return !interrupted();
+  };
+  return result;
+}
+
+void warn_dropped(const Cli& cli, const build::BuildStatistics& statistics) {
+  const std::uint64_t not_finite = statistics.dropped_not_finite, degenerate = statistics.dropped_degenerate;
+  if (not_finite + degenerate == 0) return;
+  cli.warn("dropped " + std::to_string(not_finite + degenerate) + " of " + std::to_string(statistics.triangles) +
+           " triangles: " + std::to_string(not_finite) + " with a corner that is not finite, " +
+           std::to_string(degenerate) + " with two corners in one place");
+}
+
+double mtriangles_per_second(const build::BuildStatistics& s) {
+  return s.total_seconds > 0 ? static_cast<double>(s.triangles) / s.total_seconds * 1e-6 : 0.0;
+}
+
+std::string report_text(const Options& options, const build::Bvh& bvh, const BufferView& view, Seconds seconds) {
+  const build::BuildStatistics& s = bvh.statistics;
+  Table table;
+  table.row("file", options.output);
+  table.row("bytes", bytes_text(bvh.buffer.size()));
+  table.row("bytes per triangle", fixed(bytes_per_triangle(view), 1));
+  table.row("layout", word_of(kLayouts, view.layout()));
+  table.row("builder", options.builder);
+  table.row("geometries", std::to_string(view.geometries.size()));
+  table.row("triangles", std::to_string(s.triangles));
+  table.row("dropped", std::to_string(s.dropped_not_finite) + " not finite, " + std::to_string(s.dropped_degenerate) +
+                           " degenerate");
+  table.row("pairs", std::to_string(s.pairs));
+  add_tree(table, build::measure_tree(view));
+  table.row("time to read", fixed(seconds.read, 3) + " s");
+  table.row("time to build", fixed(s.total_seconds, 3) + " s: pair " + fixed(s.pair_seconds, 3) + ", tree " +
+                                 fixed(s.tree_seconds, 3) + ", collapse " + fixed(s.collapse_seconds, 3) + ", encode " +
+                                 fixed(s.encode_seconds, 3));
+  table.row("time to write", fixed(seconds.write, 3) + " s");
+  table.row("build speed", fixed(mtriangles_per_second(s), 3) + " Mtriangles/s");
+  table.row("builder's peak memory", bytes_text(s.scratch_bytes_peak));
+  table.row("process's peak memory", bytes_text(peak_memory_bytes()));
+  return table.text();
+}
+
+nlohmann::json report_json(const Options& options, const build::Bvh& bvh, const BufferView& view, Seconds seconds) {
+  const build::BuildStatistics& s = bvh.statistics;
+  return {{"file", options.output},
+          {"bytes", bvh.buffer.size()},
+          {"bytes_per_triangle", bytes_per_triangle(view)},
+          {"layout", word_of(kLayouts, view.layout())},
+          {"builder", options.builder},
+          {"geometries", view.geometries.size()},
+          {"triangles", s.triangles},
+          {"dropped", {{"not_finite", s.dropped_not_finite}, {"degenerate", s.dropped_degenerate}}},
+          {"pairs", s.pairs},
+          {"tree", tree_json(build::measure_tree(view))},
+          {"seconds",
+           {{"read", seconds.read},
+            {"pair", s.pair_seconds},
+            {"tree", s.tree_seconds},
+            {"collapse", s.collapse_seconds},
+            {"encode", s.encode_seconds},
+            {"build", s.total_seconds},
+            {"write", seconds.write}}},
+          {"mtriangles_per_second", mtriangles_per_second(s)},
+          {"peak_bytes", {{"builder", s.scratch_bytes_peak}, {"process", peak_memory_bytes()}}}};
+}
+
+build::Result<build::Bvh> build_bvh(const std::vector<Mesh>& meshes, const Options& options, ProgressBar& bar) {
+  std::vector<build::TriangleMesh> inputs;
+  for (const Mesh& mesh : meshes) inputs.push_back({mesh.positions, mesh.triangles, 0xffffffffu, mesh.name});
+  const std::string tool = tool_version(kInfo);
+  auto bvh = build::build(inputs, build_options(options, tool, bar));
+  bar.clear();
+  if (interrupted()) return tl::unexpected(cancelled());
+  return bvh;
+}
+
+build::Result<void> report(const Cli& cli, const Options& options, const build::Bvh& bvh, Seconds seconds) {
+  if (!cli.json() && !options.stats) return {};
+  const auto view = open_buffer(bvh.buffer.bytes());
+  if (!view)
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kBackend, "the file that was built: " + to_string(view.error())});
+  if (cli.json())
+    Cli::print(report_json(options, bvh, *view, seconds));
+  else
+    std::cout << report_text(options, bvh, *view, seconds);
+  return {};
+}
+
+build::Result<void> run(const Cli& cli, const Options& options) {
+  const InterruptGuard guard;
+  ProgressBar bar;
+  Stopwatch watch;
+  Seconds seconds;
+  if (auto checked = check_output(options); !checked) return checked;
+  auto meshes = read_meshes(cli, options, bar);
+  if (!meshes) return tl::unexpected(meshes.error());
+  seconds.read = watch.lap();
+  const auto bvh = build_bvh(*meshes, options, bar);
+  if (!bvh) return tl::unexpected(bvh.error());
+  meshes->clear();
+  warn_dropped(cli, bvh->statistics);
+  watch.lap();
+  if (auto written = build::write_file(options.output, bvh->buffer.bytes()); !written) return written;
+  seconds.write = watch.lap();
+  return report(cli, options, *bvh, seconds);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  Cli cli(kInfo);
+  add_options(cli.app(), options);
+  return cli.run(argc, argv, [&] { return run(cli, options); });
+}
