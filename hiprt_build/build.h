@@ -54,6 +54,7 @@ struct BuildOptions {
 };
 
 struct BuildStatistics {
+  Builder builder = Builder::kSah;       ///< That made the tree: kSah if Embree gave up (depth).
   std::uint64_t triangles = 0;           ///< Of the input.
   std::uint64_t dropped_not_finite = 0;  ///< A corner is NaN or infinite.
   std::uint64_t dropped_degenerate = 0;  ///< Two corners at the same position.

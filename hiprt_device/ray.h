@@ -13,8 +13,9 @@ namespace hiprt {
 /// - direction: any length; not normalised by the library. Components may be 0 or -0.
 /// - tmin, tmax: both ends belong to the ray. A negative tmin counts as 0. tmax may be +inf.
 /// - A ray that is not finite (tmax excepted), has a zero direction, or tmin > tmax, misses everything.
-/// - Guarantees (docs/decisions/0003-conservative-boxes.md) hold for coordinates up to 2^60 in magnitude and
-///   (largest coordinate) / (largest direction component) up to 2^90.
+/// - Guarantees (docs/decisions/0003-conservative-boxes.md) hold while the largest coordinate of scene bounds and
+/// origin
+///   is in [2^-100, 2^60], the largest direction component in [2^-100, 2^126], and their ratio in [2^-100, 2^90].
 struct Ray {
   Vec3 origin{0.0f};
   float tmin = 0.0f;

@@ -14,7 +14,8 @@ HIPRT_HD HIPRT_INLINE bool is_traceable(const Ray& ray) {
   constexpr float kMax = std::numeric_limits<float>::max();
   const float length = max_component(ray.direction);
   const float sum = absolute(ray.direction.x) * 0.0f + absolute(ray.direction.y) * 0.0f +
-                    absolute(ray.direction.z) * 0.0f + ray.origin.x * 0.0f + ray.origin.y * 0.0f + ray.origin.z * 0.0f;
+                    absolute(ray.direction.z) * 0.0f + ray.origin.x * 0.0f + ray.origin.y * 0.0f + ray.origin.z * 0.0f +
+                    ray.tmin * 0.0f;
   return sum == 0.0f && length > 0.0f && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= 0.0f && ray.mask != 0;
 }
 

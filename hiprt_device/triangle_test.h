@@ -185,7 +185,7 @@ struct Fast {
       const float reciprocal = 1.0f / Lanes::get(determinant, triangle);
       const float w1 = Lanes::get(a, triangle) * reciprocal, w2 = Lanes::get(b, triangle) * reciprocal;
       if (!(w1 >= 0.0f && w2 >= 0.0f && w1 + w2 <= 1.0f)) continue;
-      float weight[3] = {1.0f - w1 - w2, w1, w2};
+      float weight[3] = {max_of(1.0f - w1 - w2, 0.0f), w1, w2};
       to_mesh_order(weight, leaf.info.triangle_ids >> (8 * triangle));
       const Candidate candidate{Lanes::get(distance, triangle) * reciprocal, weight[1], weight[2]};
       if (!accept(candidate, triangle)) return false;

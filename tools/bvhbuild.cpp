@@ -151,7 +151,7 @@ std::string report_text(const Options& options, const build::Bvh& bvh, const Buf
   table.row("bytes", bytes_text(bvh.buffer.size()));
   table.row("bytes per triangle", fixed(bytes_per_triangle(view), 1));
   table.row("layout", word_of(kLayouts, view.layout()));
-  table.row("builder", options.builder);
+  table.row("builder", build::name(s.builder));
   table.row("geometries", std::to_string(view.geometries.size()));
   table.row("triangles", std::to_string(s.triangles));
   table.row("dropped", std::to_string(s.dropped_not_finite) + " not finite, " + std::to_string(s.dropped_degenerate) +
@@ -175,7 +175,7 @@ nlohmann::json report_json(const Options& options, const build::Bvh& bvh, const 
           {"bytes", bvh.buffer.size()},
           {"bytes_per_triangle", bytes_per_triangle(view)},
           {"layout", word_of(kLayouts, view.layout())},
-          {"builder", options.builder},
+          {"builder", build::name(s.builder)},
           {"geometries", view.geometries.size()},
           {"triangles", s.triangles},
           {"dropped", {{"not_finite", s.dropped_not_finite}, {"degenerate", s.dropped_degenerate}}},
@@ -229,6 +229,8 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   if (!bvh) return tl::unexpected(bvh.error());
   meshes->clear();
   warn_dropped(cli, bvh->statistics);
+  if (const std::string used = build::name(bvh->statistics.builder); used != options.builder)
+    cli.warn("Embree gave up on " + options.builder + ", the tree would be too deep; it is by " + used);
   watch.lap();
   if (auto written = build::write_file(options.output, bvh->buffer.bytes()); !written) return written;
   seconds.write = watch.lap();

@@ -37,10 +37,18 @@ int Cli::parse(int argc, const char* const* argv, bool& stop) {
   } catch (const CLI::CallForVersion&) {
     std::cout << tool_version(info_) << "\n";
   } catch (const CLI::ParseError& error) {
-    std::cerr << info_.name << ": " << error.what() << "; see " << info_.name << " --help\n";
+    std::cerr << info_.name << ": " << usage_error(error) << "; see " << info_.name << " --help\n";
     return kExitUsage;
   }
   return kExitSuccess;
+}
+
+/// An option that does not exist explains more than the one that it was meant to be and that is missing now.
+std::string Cli::usage_error(const CLI::ParseError& error) const {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError))
+    for (const std::string& word : app_.remaining())
+      if (word.size() > 1 && word[0] == '-') return "unknown option " + word;
+  return error.what();
 }
 
 int Cli::run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool) {

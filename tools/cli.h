@@ -48,6 +48,7 @@ class Cli {
 
  private:
   int parse(int argc, const char* const* argv, bool& stop);
+  std::string usage_error(const CLI::ParseError& error) const;
   int fail(const std::string& message) const;
 
   ToolInfo info_;

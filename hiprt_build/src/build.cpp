@@ -108,6 +108,16 @@ Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const Triangle
   return build_embree(engine, builder, soup, grouped, std::move(references));
 }
 
+/// Embree's builders fail on scenes whose tree would be too deep (triangle sizes over hundreds of powers of two); ours
+/// does not.
+Result<BinaryTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const TriangleSoup& soup,
+                                      const GroupedTriangles& grouped) {
+  Result<BinaryTree> tree = build_tree(engine, builder, soup, grouped);
+  if (tree || tree.error().code != ErrorCode::kBackend || builder == Builder::kSah) return tree;
+  builder = Builder::kSah;
+  return build_tree(engine, builder, soup, grouped);
+}
+
 /// The steps of a build.
 Result<Bvh> run(CpuEngine& engine, std::span<const TriangleMesh> meshes, const BuildOptions& options) {
   Stopwatch total, watch;
@@ -122,7 +132,8 @@ Result<Bvh> run(CpuEngine& engine, std::span<const TriangleMesh> meshes, const B
   statistics.dropped_degenerate = grouped.dropped_degenerate;
   statistics.pairs = grouped.pairs;
   statistics.pair_seconds = watch.lap();
-  Result<BinaryTree> tree = build_tree(engine, options.builder, soup, grouped);
+  statistics.builder = options.builder;
+  Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped);
   if (!tree) return tl::unexpected(tree.error());
   statistics.tree_seconds = watch.lap();
   const WideTree wide(engine, *tree, options.costs, (options.max_leaf_triangles + 1) / 2);

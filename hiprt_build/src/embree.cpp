@@ -3,6 +3,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <cmath>
 #include <memory>
 
 namespace hiprt::build {
@@ -21,10 +22,50 @@ struct EmbreeNode {
   std::size_t count;  ///< References below.
 };
 
+/// Embree's binning overflows (in an assert) on coordinates beyond about 2^62, and areas underflow below 2^-74. It is
+/// given coordinates times a power of two instead, which is 1 for common scenes.
+struct Scaling {
+  float factor = 1.0f, inverse = 1.0f;
+
+  explicit Scaling(std::span<const Reference> references) {
+    constexpr int kSmallest = -20, kLargest = 40, kMostUp = 126;
+    float largest = 0.0f;
+    for (const Reference& r : references)
+      for (int axis = 0; axis < 3; ++axis) largest = std::max({largest, std::abs(r.min[axis]), std::abs(r.max[axis])});
+    if (largest == 0.0f) return;
+    const int exponent = std::ilogb(largest);
+    if (exponent >= kSmallest && exponent <= kLargest) return;
+    const int shift = std::min((exponent < kSmallest ? kSmallest : kLargest) - exponent, kMostUp);
+    factor = std::ldexp(1.0f, shift);
+    inverse = std::ldexp(1.0f, -shift);
+  }
+  /// Exact, unless the result is subnormal; then one step outwards makes up for the rounding.
+  Aabb apply(const Aabb& box) const {
+    Aabb scaled{box.min * factor, box.max * factor};
+    if (factor < 1.0f)
+      for (int axis = 0; axis < 3; ++axis) {
+        if (scaled.min[axis] * inverse > box.min[axis])
+          scaled.min[axis] = std::nextafter(scaled.min[axis], -Aabb::kInfinity);
+        if (scaled.max[axis] * inverse < box.max[axis])
+          scaled.max[axis] = std::nextafter(scaled.max[axis], Aabb::kInfinity);
+      }
+    return scaled;
+  }
+  Aabb undo(const Aabb& box) const { return Aabb{box.min * inverse, box.max * inverse}; }
+  void apply(std::span<Reference> references) const {
+    if (factor == 1.0f) return;
+    for (Reference& r : references) {
+      const Aabb box = apply(r.box());
+      for (int axis = 0; axis < 3; ++axis) r.min[axis] = box.min[axis], r.max[axis] = box.max[axis];
+    }
+  }
+};
+
 struct Context {
   Monitor& monitor;
   const TriangleSoup& soup;
   std::span<const TriangleGroup> groups;
+  Scaling scaling;
 };
 
 void* create_node(RTCThreadLocalAllocator allocator, unsigned, void*) {
@@ -61,14 +102,16 @@ void split_primitive(const RTCBuildPrimitive* primitive, unsigned axis, float pl
   const auto& context = *static_cast<const Context*>(user);
   const Aabb box{Float4{primitive->lower_x, primitive->lower_y, primitive->lower_z, 0},
                  Float4{primitive->upper_x, primitive->upper_y, primitive->upper_z, 0}};
-  const SplitBounds bounds = split_bounds(context.soup, context.groups[primitive->primID], box, axis, plane);
-  store(bounds.left, left);
-  store(bounds.right, right);
+  const Scaling& scaling = context.scaling;
+  const SplitBounds bounds =
+      split_bounds(context.soup, context.groups[primitive->primID], scaling.undo(box), axis, plane * scaling.inverse);
+  store(scaling.apply(bounds.left), left);
+  store(scaling.apply(bounds.right), right);
 }
 
 bool on_progress(void* user, double) {
   try {
-    static_cast<Context*>(user)->monitor.check();
+    static_cast<const Context*>(user)->monitor.check();
   } catch (const Cancelled&) {
     return false;
   }
@@ -84,7 +127,7 @@ RTCBuildQuality quality(Builder builder) {
 /// Embree's tree as ours.
 class Converter {
  public:
-  explicit Converter(BinaryTree& tree) : tree_(tree) {}
+  Converter(BinaryTree& tree, const Scaling& scaling) : tree_(tree), scaling_(scaling) {}
 
   static std::size_t count(EmbreeNode* node) {
     if (node->references == nullptr) node->count = count(node->child[0]) + count(node->child[1]);
@@ -105,8 +148,9 @@ class Converter {
   Aabb convert_leaf(const Reference* references, std::size_t count, std::uint32_t at, std::uint32_t first) {
     Aabb box;
     if (count == 1) {
-      tree_.references[first] = references[0];
-      box = references[0].box();
+      box = scaling_.undo(references[0].box());
+      tree_.references[first] =
+          Reference{{box.min[0], box.min[1], box.min[2]}, 0, {box.max[0], box.max[1], box.max[2]}, references[0].leaf};
     } else {
       const auto half = static_cast<std::uint32_t>(count / 2);
       box = convert_leaf(references, half, at + 1, first);
@@ -117,10 +161,11 @@ class Converter {
   }
 
   BinaryTree& tree_;
+  const Scaling& scaling_;
 };
 
 RTCBuildArguments make_arguments(Builder builder, RTCBVH bvh, ScratchArray<Reference>& room, std::size_t count,
-                                 Context& context) {
+                                 const Context& context) {
   RTCBuildArguments arguments = rtcDefaultBuildArguments();
   arguments.buildQuality = quality(builder);
   arguments.maxBranchingFactor = 2;
@@ -137,7 +182,7 @@ RTCBuildArguments make_arguments(Builder builder, RTCBVH bvh, ScratchArray<Refer
   arguments.createLeaf = create_leaf;
   arguments.splitPrimitive = builder == Builder::kEmbreeHigh ? split_primitive : nullptr;
   arguments.buildProgress = on_progress;
-  arguments.userPtr = &context;
+  arguments.userPtr = const_cast<Context*>(&context);
   return arguments;
 }
 
@@ -145,6 +190,12 @@ RTCBuildArguments make_arguments(Builder builder, RTCBVH bvh, ScratchArray<Refer
 bool on_memory(void* user, ssize_t bytes, bool) {
   static_cast<std::atomic<std::int64_t>*>(user)->fetch_add(bytes, std::memory_order_relaxed);
   return true;
+}
+
+/// Keeps the first message.
+void on_error(void* user, RTCError, const char* message) {
+  auto& text = *static_cast<std::string*>(user);
+  if (text.empty() && message != nullptr) text = message;
 }
 
 }  // namespace
@@ -160,6 +211,8 @@ Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const Triang
   if (device == nullptr)
     return tl::unexpected(Error{ErrorCode::kBackend, "Embree: no device (rtcNewDevice error " +
                                                          std::to_string(rtcGetDeviceError(nullptr)) + ")"});
+  std::string message;
+  rtcSetDeviceErrorFunction(device.get(), on_error, &message);
   rtcSetDeviceMemoryMonitorFunction(device.get(), on_memory, &embree_bytes);
   const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), &rtcReleaseBVH);
   ScratchArray<Reference> room = std::move(references);
@@ -168,20 +221,21 @@ Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const Triang
     std::copy_n(room.data(), count, larger.data());
     room = std::move(larger);
   }
-  Context context{engine.monitor(), soup, grouped.groups.span().first(grouped.count)};
+  const Context context{engine.monitor(), soup, grouped.groups.span().first(grouped.count),
+                        Scaling(room.span().first(count))};
+  context.scaling.apply(room.span().first(count));
   const RTCBuildArguments arguments = make_arguments(builder, bvh.get(), room, count, context);
   auto* root = static_cast<EmbreeNode*>(rtcBuildBVH(&arguments));
   if (engine.monitor().cancelled()) throw Cancelled{};
   if (root == nullptr)
-    return tl::unexpected(Error{ErrorCode::kBackend, "Embree: rtcBuildBVH failed for " + std::to_string(count) +
-                                                         " references (error " +
-                                                         std::to_string(rtcGetDeviceError(device.get())) + ")"});
+    return tl::unexpected(Error{ErrorCode::kBackend,
+                                "Embree: rtcBuildBVH failed for " + std::to_string(count) + " references: " + message});
   room.release();
   engine.ledger().add(static_cast<std::uint64_t>(embree_bytes.load()));
   const std::size_t total = Converter::count(root);
   tree.references = engine.allocate<Reference>(total);
   tree.nodes = engine.allocate<BinaryNode>(2 * total - 1);
-  Converter(tree).convert(root, 0, 0);
+  Converter(tree, context.scaling).convert(root, 0, 0);
   engine.ledger().subtract(static_cast<std::uint64_t>(embree_bytes.load()));
   return tree;
 }

@@ -66,7 +66,7 @@ struct FormatIssue {
   std::uint64_t offset;  ///< Byte offset in the file of the field at fault.
   std::uint64_t value;   ///< What is there; of a float, its bits.
   std::uint64_t limit;   ///< What it is measured against: the expected value, the largest or smallest allowed one, or
-                        ///< the first one that is too large; the enumerator says which.
+                         ///< the first one that is too large; the enumerator says which.
 };
 
 /// One line: "BadReference at byte 1280: found 77, expected or limit 12".

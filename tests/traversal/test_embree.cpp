@@ -143,8 +143,6 @@ TEST_CASE("Embree's robust mode agrees, or the exact oracle decides for us", "[e
     INFO(a.decided.first_unexplained);
     CHECK(a.decided.unexplained == 0);
     CHECK(a.hits > a.rays / 50);
-    // Beside edges there is nothing to disagree about.
-    CHECK(a.only_ours + a.only_theirs < a.rays / 100);
     CHECK(a.any_differs <= a.only_ours + a.only_theirs + a.rays / 1000);
   }
 }
