@@ -8,7 +8,8 @@
 
 #include <limits>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 HIPRT_HD HIPRT_INLINE float max_of(float a, float b) { return a > b ? a : b; }
 HIPRT_HD HIPRT_INLINE float absolute(float a) { return a < 0.0f ? -a : a; }
@@ -90,4 +91,5 @@ HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const Ray
   return {Lanes::less_equal(first, last), first};
 }
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

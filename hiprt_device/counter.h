@@ -5,7 +5,8 @@
 
 #include <cstdint>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 struct NoCounter {
   HIPRT_HD HIPRT_INLINE void on_boxes() {}
@@ -20,4 +21,5 @@ struct WorkCounter {
   HIPRT_HD HIPRT_INLINE void on_leaf() { ++leaf_tests; }
 };
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

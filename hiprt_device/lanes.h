@@ -15,7 +15,8 @@
 #define HIPRT_SIMD_LANES 0
 #endif
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Correctly rounded a * b + c.
 HIPRT_HD HIPRT_INLINE float fused_multiply_add(float a, float b, float c) {
@@ -156,4 +157,5 @@ using DefaultLanes = SimdLanes;
 using DefaultLanes = ArrayLanes;
 #endif
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

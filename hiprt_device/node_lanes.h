@@ -4,7 +4,8 @@
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/lanes.h>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 /// The four children's planes of one axis. @param side 0 minimum, 1 maximum.
 template <class Lanes>
@@ -29,4 +30,5 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const FloatLeaf& le
   return Lanes::set(leaf.vertex[0][axis], leaf.vertex[1][axis], leaf.vertex[2][axis], leaf.vertex[3][axis]);
 }
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -6,7 +6,8 @@
 
 #include <bit>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Nearest child first, the others on the stack so that the nearer is on top. For closest hits.
 struct NearFirst {
@@ -67,4 +68,5 @@ struct Unordered {
   }
 };
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -12,7 +12,8 @@
 
 #include <concepts>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 /// A margin for boxes from the ray's origin and the scene's bounds.
 template <class T>
@@ -60,4 +61,5 @@ template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
          scene.stack_bound <= P::Stack::kCapacity;
 }
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

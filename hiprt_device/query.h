@@ -3,7 +3,8 @@
 
 #include <hiprt_device/traverse.h>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace query_detail {
 
@@ -114,4 +115,5 @@ HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
                                             : any_hit<Policies<PlanesLayout>>(scene, ray);
 }
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

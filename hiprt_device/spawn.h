@@ -4,7 +4,8 @@
 #include <hiprt_device/box_test.h>
 #include <hiprt_device/ray.h>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 /// The hit point, moved off the triangle along its normal to the side that @p direction points to, by no more than the
 /// hit's own error bound demands (after Pharr, Jakob, Humphreys, PBR 4th ed., 6.8.6): a ray from there with tmin = 0
@@ -22,4 +23,5 @@ HIPRT_HD inline Vec3 spawn_origin(const Ray& ray, const Hit& hit, const Vec3& di
   return ray.origin + hit.t * ray.direction + (along ? distance : -distance) * n;
 }
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

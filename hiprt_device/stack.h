@@ -6,7 +6,8 @@
 #include <bit>
 #include <concepts>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Bits of the entry distance (not negative, so its bits order as it does) above the node reference: sorting entries
 /// sorts by distance, ties by reference.
@@ -47,4 +48,5 @@ template <unsigned Capacity = 192> class PrivateStack {
   unsigned size_ = 0;
 };
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -7,7 +7,8 @@
 #include <cmath>
 #include <limits>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Whether the ray can hit anything at all; false for NaN and infinite components.
 HIPRT_HD HIPRT_INLINE bool is_traceable(const Ray& ray) {
@@ -68,4 +69,5 @@ HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene, const Ray& ray, st
   return true;
 }
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -6,7 +6,8 @@
 #include <hiprt_device/node_lanes.h>
 #include <hiprt_device/ray.h>
 
-namespace hiprt::inline HIPRT_ISA_NAMESPACE {
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Where a line meets a triangle; u, v are weights of the mesh's corners 1 and 2.
 struct Candidate {
@@ -209,4 +210,5 @@ struct Fast {
   }
 };
 
-}  // namespace hiprt::inline HIPRT_ISA_NAMESPACE
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt
