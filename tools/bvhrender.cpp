@@ -135,8 +135,10 @@ build::Result<Camera> choose_camera(const Options& options, const Box& bounds) {
   std::string text = options.camera;
   const bool file = names_camera_file(text);
   if (file) {
+    std::error_code error;
     std::ifstream stream(options.camera, std::ios::binary);
-    text.assign(std::istreambuf_iterator<char>(stream), {});
+    if (std::filesystem::is_directory(options.camera, error)) stream.setstate(std::ios::failbit);
+    if (stream) text.assign(std::istreambuf_iterator<char>(stream), {});
     if (!stream) return fail(build::ErrorCode::kIo, "cannot read the camera file '" + options.camera + "'");
   }
   const auto camera = parse_camera(text);
@@ -145,12 +147,17 @@ build::Result<Camera> choose_camera(const Options& options, const Box& bounds) {
 }
 
 /// Says before the long work what would make it useless.
-build::Result<void> check_folders(const Options& options) {
+build::Result<void> check_output_paths(const Options& options) {
   for (const std::string& output : options.outputs) {
+    const auto refuse = [&](const std::string& why) {
+      return fail(build::ErrorCode::kIo, "cannot write '" + output + "': " + why);
+    };
     const std::filesystem::path folder = std::filesystem::path(output).parent_path();
     std::error_code error;
     if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-      return fail(build::ErrorCode::kIo, "cannot write '" + output + "': there is no folder '" + folder.string() + "'");
+      return refuse("there is no folder '" + folder.string() + "'");
+    if (std::filesystem::is_directory(output, error)) return refuse("it is a folder");
+    if (std::filesystem::equivalent(output, options.path, error)) return refuse("it is the scene");
   }
   return {};
 }
@@ -227,7 +234,7 @@ build::Result<void> run(const Cli& cli, Options& options) {
   options.render.mode = value_of(kRenderModes, options.mode);
   options.render.layers = false;
   for (const std::string& path : options.outputs) options.render.layers |= has_extension(path, ".exr");
-  if (auto folders = check_folders(options); !folders) return folders;
+  if (auto paths = check_output_paths(options); !paths) return paths;
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
   const auto camera = choose_camera(options, file->view.header->bounds);

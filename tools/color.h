@@ -30,7 +30,7 @@ inline Vec3 reinhard(const Vec3& color, float white) {
 /// @return 0 to 255, of linear light that is clamped to [0, 1].
 inline unsigned char srgb_byte(float linear) {
   const float encoded = srgb_from_linear(std::clamp(linear, 0.0f, 1.0f));
-  return static_cast<unsigned char>(encoded * 255.0f + 0.5f);
+  return static_cast<unsigned char>(std::lround(encoded * 255.0f));
 }
 
 }  // namespace hiprt::tools

@@ -16,11 +16,11 @@ unsigned round_top(float value) {
   constexpr std::array<unsigned, 9> kDecade{16, 20, 24, 32, 40, 60, 80, 100, 120};
   for (const unsigned step : kSmall)
     if (static_cast<float>(step) >= value) return step;
-  unsigned scale = 1;
-  for (; scale < 10'000'000; scale *= 10)
+  constexpr unsigned kLastScale = 10'000'000;
+  for (unsigned scale = 1; scale <= kLastScale; scale *= 10)
     for (const unsigned step : kDecade)
       if (static_cast<float>(step * scale) >= value) return step * scale;
-  return kDecade.back() * scale;
+  return kDecade.back() * kLastScale;
 }
 
 }  // namespace

@@ -118,8 +118,8 @@ void TileRenderer::shade(std::uint32_t sample) {
 }
 
 Vec3 TileRenderer::backdrop_of(std::size_t ray) const {
-  const auto row = static_cast<float>(tile_.top + ray / width_);
-  return Studio::backdrop(1.0f - (row + 0.5f) / static_cast<float>(image_.height));
+  const std::size_t row = tile_.top + ray / width_;
+  return Studio::backdrop(1.0f - (static_cast<float>(row) + 0.5f) / static_cast<float>(image_.height));
 }
 
 void TileRenderer::shade_ao(std::uint32_t sample) {

@@ -116,7 +116,7 @@ TEST_CASE("Camera: text is read in every accepted form") {
     CHECK(camera->up == Vec3d(0, 1, 0));
     CHECK(camera->fov_degrees == 40);
   }
-  const Camera odd{{0.1, -2e-20, 3e9}, {1.0 / 3, 0, 0}, {0, 0, -1}, 12.3456789012345};
+  const Camera odd{{0.1, -2e-20, 3e9}, {1.0 / 3, 0, 0}, {0, -1, 0.5}, 12.3456789012345};
   const auto again = parse_camera(to_text(odd));
   REQUIRE(again.has_value());
   CHECK((again->eye == odd.eye && again->at == odd.at && again->up == odd.up && again->fov_degrees == odd.fov_degrees));

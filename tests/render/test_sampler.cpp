@@ -11,12 +11,13 @@ TEST_CASE("Sampler: 256 points of a pixel lie in 256 different cells of every el
   for (std::uint32_t pixel = 0; pixel < 20; ++pixel) {
     const PixelSampler sampler(pixel * 37, pixel * 11, 5);
     for (unsigned columns = 1; columns <= 256; columns *= 2) {
+      const unsigned rows = 256 / columns;
       std::set<unsigned> cells;
       for (std::uint32_t i = 0; i < 256; ++i) {
         const auto [u, v] = sampler.point(i, SampleUse::kDirection);
         REQUIRE((u >= 0 && u < 1 && v >= 0 && v < 1));
         const auto column = static_cast<unsigned>(u * static_cast<float>(columns));
-        const auto row = static_cast<unsigned>(v * static_cast<float>(256 / columns));
+        const auto row = static_cast<unsigned>(v * static_cast<float>(rows));
         cells.insert(row * columns + column);
       }
       CHECK(cells.size() == 256);
