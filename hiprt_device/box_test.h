@@ -80,14 +80,15 @@ template <class Lanes> struct BoxHits {
 template <class Lanes, class Node>
 HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
                                                      typename Lanes::Float tmin, typename Lanes::Float tmax) {
-  typename Lanes::Float enter[3], leave[3];
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    const unsigned near_side = ray.near_side[axis];
-    enter[axis] = Lanes::madd(load_planes<Lanes>(node, axis, near_side), ray.rcp[axis], ray.near_offset[axis]);
-    leave[axis] = Lanes::madd(load_planes<Lanes>(node, axis, near_side ^ 1u), ray.rcp[axis], ray.far_offset[axis]);
-  }
-  const auto first = Lanes::max(Lanes::max(enter[0], enter[1]), Lanes::max(enter[2], tmin));
-  const auto last = Lanes::min(Lanes::min(leave[0], leave[1]), Lanes::min(leave[2], tmax));
+  // Not a loop over arrays: GCC keeps such a loop, and the arrays in memory.
+  const auto enter = [&](unsigned axis) {
+    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side[axis]), ray.rcp[axis], ray.near_offset[axis]);
+  };
+  const auto leave = [&](unsigned axis) {
+    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side[axis] ^ 1u), ray.rcp[axis], ray.far_offset[axis]);
+  };
+  const auto first = Lanes::max(Lanes::max(enter(0), enter(1)), Lanes::max(enter(2), tmin));
+  const auto last = Lanes::min(Lanes::min(leave(0), leave(1)), Lanes::min(leave(2), tmax));
   return {Lanes::less_equal(first, last), first};
 }
 

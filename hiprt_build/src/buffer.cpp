@@ -5,16 +5,31 @@
 #include <new>
 #include <utility>
 
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
 namespace hiprt::build {
 
 namespace {
-constexpr std::align_val_t kAlignment{kBufferAlignment};
+
+/// From this size on a buffer asks for pages of this size: random accesses to a large tree wait for page tables.
+constexpr std::size_t kHugePage = std::size_t{2} << 20;
+
+constexpr std::align_val_t alignment(std::size_t size) {
+  return std::align_val_t{size >= kHugePage ? kHugePage : std::size_t{kBufferAlignment}};
 }
+
+}  // namespace
 
 Buffer::Buffer(std::size_t size) {
   if (size == 0) return;
-  data_ = static_cast<std::byte*>(::operator new(size, kAlignment));
+  data_ = static_cast<std::byte*>(::operator new(size, alignment(size)));
   size_ = size;
+#if defined(__linux__)
+  // Advice: whether the system has such pages is its business.
+  if (size >= kHugePage) ::madvise(data_, size / kHugePage * kHugePage, MADV_HUGEPAGE);
+#endif
   std::memset(data_, 0, size);
 }
 
@@ -42,7 +57,7 @@ void Buffer::reset() noexcept {
     if (release_)
       release_(data_, size_);
     else
-      ::operator delete(data_, kAlignment);
+      ::operator delete(data_, alignment(size_));
   }
   data_ = nullptr;
   size_ = 0;
