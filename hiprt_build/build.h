@@ -39,14 +39,14 @@ using ProgressCallback = std::function<bool(const Progress&)>;
 /// Relative costs of the surface area heuristic.
 struct SahCosts {
   float box_node = 1.0f;  ///< One four-box test.
-  float leaf = 1.0f;      ///< One leaf (a pair of triangles).
+  float leaf = 0.8f;      ///< One leaf (a pair of triangles).
 };
 
 struct BuildOptions {
   Builder builder = Builder::kSah;
   NodeLayout nodes = NodeLayout::kPlanes;
   unsigned threads = 0;             ///< 0: all the machine has. The result does not depend on it (Builder::kSah).
-  unsigned max_leaf_triangles = 4;  ///< 1 to 64: triangles (not pairs) in the run of leaves below one child.
+  unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles (not pairs) in the run of leaves below one child.
   bool pair_triangles = true;       ///< Put triangles that share an edge into one leaf.
   SahCosts costs{};
   ProgressCallback progress{};

@@ -81,16 +81,17 @@ template <class P> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray
   if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
   using Leaf = typename P::Layout::Leaf;
   const float tmin = max_of(ray.tmin, 0.0f);
-  traverse<P, Unordered>(scene, ray, ray.tmax, counter, [&](const Leaf& leaf, const auto& prepared) {
-    return P::Triangle::template intersect<typename P::Lanes>(
-        leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
-          if (!(candidate.t >= tmin && candidate.t <= ray.tmax)) return true;
-          const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
-          if (!is_visible<P>(scene, ray, geometry)) return true;
-          hit = Hit{candidate.t, candidate.u, candidate.v, geometry, leaf.info.primitive[triangle]};
-          return false;
-        });
-  });
+  traverse<P, Unordered>(
+      scene, ray, ray.tmax, counter, [&](const Leaf& leaf, const auto& prepared) HIPRT_INLINE_LAMBDA {
+        return P::Triangle::template intersect<typename P::Lanes>(
+            leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
+              if (!(candidate.t >= tmin && candidate.t <= ray.tmax)) return true;
+              const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
+              if (!is_visible<P>(scene, ray, geometry)) return true;
+              hit = Hit{candidate.t, candidate.u, candidate.v, geometry, leaf.info.primitive[triangle]};
+              return false;
+            });
+      });
   return hit;
 }
 

@@ -21,12 +21,16 @@
 #define HIPRT_DEVICE_CODE 0
 #endif
 
+/// HIPRT_INLINE_LAMBDA goes behind a lambda's parameters.
 #if defined(__CUDACC__) && !defined(__clang__)
 #define HIPRT_INLINE __forceinline__
+#define HIPRT_INLINE_LAMBDA
 #elif defined(__GNUC__) || defined(__clang__)
 #define HIPRT_INLINE inline __attribute__((always_inline))
+#define HIPRT_INLINE_LAMBDA __attribute__((always_inline))
 #else
 #define HIPRT_INLINE inline
+#define HIPRT_INLINE_LAMBDA
 #endif
 
 #if defined(NDEBUG) || HIPRT_DEVICE_CODE

@@ -27,6 +27,7 @@ struct Mesh {
 
 inline std::vector<build::TriangleMesh> views(const std::vector<Mesh>& meshes) {
   std::vector<build::TriangleMesh> result;
+  result.reserve(meshes.size());
   for (const Mesh& mesh : meshes) result.push_back(mesh.view());
   return result;
 }
