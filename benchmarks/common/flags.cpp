@@ -1,0 +1,73 @@
+#include "flags.h"
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+namespace hiprt::bench {
+
+Flag number_flag(std::string_view name, std::string help, unsigned& value, unsigned least, unsigned most) {
+  help += " (" + std::to_string(value) + ")";
+  return {name, "N", std::move(help), [&value, least, most](std::string_view text) -> std::string {
+            unsigned number = 0;
+            const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+            if (error != std::errc{} || end != text.data() + text.size() || number < least || number > most)
+              return "expected a number from " + std::to_string(least) + " to " + std::to_string(most);
+            value = number;
+            return {};
+          }};
+}
+
+Flag text_flag(std::string_view name, std::string_view value_name, std::string help, std::string& value) {
+  return {name, value_name, std::move(help), [&value](std::string_view text) -> std::string {
+            if (text.empty()) return "expected a value";
+            value = text;
+            return {};
+          }};
+}
+
+Flag list_flag(std::string_view name, std::string_view value_name, std::string help, std::vector<std::string>& values) {
+  return {name, value_name, std::move(help), [&values](std::string_view text) -> std::string {
+            values.clear();
+            while (true) {
+              const std::size_t comma = std::min(text.find(','), text.size());
+              if (comma == 0) return "expected words separated by commas";
+              values.emplace_back(text.substr(0, comma));
+              if (comma == text.size()) return {};
+              text.remove_prefix(comma + 1);
+            }
+          }};
+}
+
+std::string take_flags(int& argc, char** argv, const std::vector<Flag>& flags) {
+  int kept = 1;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    const std::size_t equals = std::min(argument.find('='), argument.size());
+    const auto flag = std::find_if(flags.begin(), flags.end(), [&](const Flag& candidate) {
+      return argument.starts_with("--") && argument.substr(2, equals - 2) == candidate.name;
+    });
+    if (flag == flags.end()) {
+      argv[kept++] = argv[i];
+      continue;
+    }
+    const bool has_value = equals < argument.size();
+    const std::string fault = has_value ? flag->set(argument.substr(equals + 1)) : "expected '=' and a value";
+    if (!fault.empty()) return std::string(argument) + ": " + fault;
+  }
+  argc = kept;
+  return {};
+}
+
+std::string describe(const std::vector<Flag>& flags) {
+  constexpr std::size_t kColumn = 24;
+  std::string text;
+  for (const Flag& flag : flags) {
+    std::string line = "  --" + std::string(flag.name) + "=" + std::string(flag.value);
+    line.resize(std::max(kColumn, line.size() + 1), ' ');
+    text += line + flag.help + "\n";
+  }
+  return text;
+}
+
+}  // namespace hiprt::bench

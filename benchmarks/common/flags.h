@@ -1,0 +1,34 @@
+#pragma once
+/// Flags of the benchmark programs, "--name=value", beside those of Google Benchmark.
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hiprt::bench {
+
+struct Flag {
+  std::string_view name;   ///< Without the two dashes.
+  std::string_view value;  ///< What --help calls the value, e.g. "N".
+  std::string help;
+  /// Takes the text behind '='. @return what is wrong with it, or nothing.
+  std::function<std::string(std::string_view text)> set;
+};
+
+/// A flag for a number of [least, most].
+Flag number_flag(std::string_view name, std::string help, unsigned& value, unsigned least, unsigned most);
+/// A flag for any text that is not empty.
+Flag text_flag(std::string_view name, std::string_view value_name, std::string help, std::string& value);
+/// A flag for words separated by commas; empty words are refused.
+Flag list_flag(std::string_view name, std::string_view value_name, std::string help, std::vector<std::string>& values);
+
+/// Sets what the command line says and takes it off, so that Google Benchmark sees only its own flags.
+/// @return what is wrong, naming the flag, or nothing.
+std::string take_flags(int& argc, char** argv, const std::vector<Flag>& flags);
+
+/// The lines of --help.
+std::string describe(const std::vector<Flag>& flags);
+
+}  // namespace hiprt::bench

@@ -1,0 +1,99 @@
+#include "procedural.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace hiprt::bench {
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+double ground_height(double x, double z) {
+  double height = 0, size = 4, frequency = 0.06;
+  for (int octave = 0; octave < 6; ++octave) {
+    const double shift = 1.7 * octave;
+    height += size * std::sin(frequency * x + shift) * std::cos(frequency * (0.8 * z - 0.6 * x) - shift);
+    size *= 0.5;
+    frequency *= 2.1;
+  }
+  return height;
+}
+
+build::Position position(double x, double y, double z) {
+  return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
+}
+
+/// Two triangles per cell of a grid of columns x rows cells, whose corners are the positions from @p first on.
+void add_grid_triangles(tools::Mesh& mesh, std::uint32_t first, std::uint32_t columns, std::uint32_t rows) {
+  for (std::uint32_t row = 0; row < rows; ++row)
+    for (std::uint32_t column = 0; column < columns; ++column) {
+      const std::uint32_t a = first + row * (columns + 1) + column, b = a + columns + 1;
+      mesh.triangles.push_back({a, b, a + 1});
+      mesh.triangles.push_back({a + 1, b, b + 1});
+    }
+}
+
+constexpr std::uint32_t kSegments = 16, kRings = 9;
+constexpr std::uint32_t kSphereTriangles = 2 * kSegments * kRings;
+
+/// Random numbers whose bits the standard prescribes.
+class Random {
+ public:
+  double between(double low, double high) { return low + (high - low) * 0x1p-32 * static_cast<double>(bits_()); }
+
+ private:
+  std::mt19937 bits_;
+};
+
+/// A sphere with three radii, turned around the y axis. Its poles are slightly open, so that no triangle is degenerate.
+void add_sphere(tools::Mesh& mesh, Random& random) {
+  const double x = random.between(-kGroundHalf, kGroundHalf), z = random.between(-kGroundHalf, kGroundHalf);
+  const double y = ground_height(x, z) + random.between(0.0, 6.0);
+  const double size = 0.2 * std::exp(random.between(0.0, 2.5)), turn = random.between(0.0, kTurn);
+  const double width = size * random.between(0.2, 1.0), height = size * random.between(0.2, 2.0);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (std::uint32_t ring = 0; ring <= kRings; ++ring)
+    for (std::uint32_t segment = 0; segment <= kSegments; ++segment) {
+      const double angle = kTurn * (segment % kSegments) / kSegments;
+      const double polar = std::numbers::pi * (0.02 + 0.96 * ring / kRings);
+      const double u = size * std::sin(polar) * std::cos(angle), v = width * std::sin(polar) * std::sin(angle);
+      mesh.positions.push_back(position(x + u * std::cos(turn) - v * std::sin(turn), y + height * std::cos(polar),
+                                        z + u * std::sin(turn) + v * std::cos(turn)));
+    }
+  add_grid_triangles(mesh, first, kSegments, kRings);
+}
+
+}  // namespace
+
+tools::Mesh height_field(std::uint32_t triangles) {
+  const auto cells = std::max(1u, static_cast<std::uint32_t>(std::lround(std::sqrt(0.5 * triangles))));
+  tools::Mesh mesh;
+  mesh.name = "height_field";
+  for (std::uint32_t row = 0; row <= cells; ++row)
+    for (std::uint32_t column = 0; column <= cells; ++column) {
+      const double x = kGroundHalf * (2.0 * column / cells - 1.0), z = kGroundHalf * (2.0 * row / cells - 1.0);
+      mesh.positions.push_back(position(x, ground_height(x, z), z));
+    }
+  add_grid_triangles(mesh, 0, cells, cells);
+  return mesh;
+}
+
+tools::Mesh procedural_mesh(std::uint32_t triangles) {
+  tools::Mesh mesh = height_field(std::max(2u, triangles / 2));
+  mesh.name = "procedural";
+  Random random;
+  for (std::uint32_t i = 0; i < triangles / 2 / kSphereTriangles; ++i) add_sphere(mesh, random);
+  return mesh;
+}
+
+tools::Camera procedural_camera() {
+  tools::Camera camera;
+  camera.eye = {0.9 * kGroundHalf, 14.0, 0.75 * kGroundHalf};
+  camera.at = {0.0, 0.0, 0.0};
+  camera.fov_degrees = 55.0;
+  return camera;
+}
+
+}  // namespace hiprt::bench

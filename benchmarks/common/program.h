@@ -1,0 +1,36 @@
+#pragma once
+/// What the main functions of the benchmark programs share.
+
+#include "flags.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace hiprt::bench {
+
+/// What a program says at its end.
+struct Summary {
+  std::string markdown;             ///< For people; also written to --markdown=FILE.
+  std::vector<std::string> faults;  ///< Wrong results (not slow ones). Any of them makes the exit status 1.
+};
+
+struct Program {
+  const char* name;
+  const char* description;  ///< One or a few lines for --help.
+  std::vector<Flag> flags;
+  /// Registers the benchmarks, after the flags were read. @return what is wrong with the flags, or nothing.
+  std::function<std::string()> add_benchmarks;
+  /// Called after the benchmarks ran.
+  std::function<Summary()> summarize;
+};
+
+/// Runs the benchmarks, with all of Google Benchmark's flags but --benchmark_format: progress goes to stderr, the
+/// summary to stdout, and JSON to --benchmark_out.
+/// @return 0; 1 when a benchmark failed, a result is wrong or a file could not be written; 2 for a wrong command line.
+int run_program(Program program, int argc, char** argv);
+
+/// "GCC 12.2.0".
+std::string compiler_name();
+
+}  // namespace hiprt::bench

@@ -1,0 +1,43 @@
+#pragma once
+/// The rays of a scene by kind: what a picture with one kind of light asks.
+
+#include <hiprt_build/error.h>
+#include <hiprt_device/ray.h>
+#include <tools/camera.h>
+#include <tools/mesh_import.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace hiprt::bench {
+
+struct RaySet {
+  std::string kind;  ///< "primary", "ao", "shadow", "diffuse" or "diffuse2".
+  bool any_hit = false;
+  std::vector<Ray> rays;
+};
+
+/// The kinds of which there is a file folder/NAME.KIND.rays.
+std::vector<std::string> stored_kinds(const std::filesystem::path& folder, const std::string& scene);
+
+/// Reads folder/NAME.KIND.rays and keeps about @p wanted of its rays.
+build::Result<RaySet> read_ray_set(const std::filesystem::path& folder, const std::string& scene,
+                                   const std::string& kind, std::uint32_t wanted);
+
+/// The kinds that generate_ray_sets() makes.
+std::vector<std::string> generated_kinds();
+
+/// About @p wanted primary rays of a picture of 1920 x 1080, and from where each of them hits the mesh one ao ray
+/// (any hit, at most a tenth of the scene's diagonal long) and one diffuse ray (closest hit), both with cosine-weighted
+/// directions and by spawn_origin().
+build::Result<std::vector<RaySet>> generate_ray_sets(const tools::Mesh& mesh, const tools::Camera& camera,
+                                                     std::uint32_t wanted);
+
+/// About @p wanted of [0, count) in blocks of 64 consecutive numbers, which keep the coherence of neighbours. The
+/// blocks are spread evenly, at pseudo-random places so that no column of a picture is preferred. All if wanted >=
+/// count.
+std::vector<std::uint32_t> sample_blocks(std::uint32_t count, std::uint32_t wanted);
+
+}  // namespace hiprt::bench

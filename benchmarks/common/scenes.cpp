@@ -1,0 +1,69 @@
+#include "scenes.h"
+
+#include "procedural.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <utility>
+
+namespace hiprt::bench {
+namespace {
+
+std::filesystem::path mesh_file(const SceneOptions& options, const std::string& scene) {
+  return std::filesystem::path(options.folder) / (scene + ".mesh");
+}
+
+bool is_there(const SceneOptions& options, const std::string& scene) {
+  return scene == kProceduralScene || (!options.folder.empty() && std::filesystem::exists(mesh_file(options, scene)));
+}
+
+}  // namespace
+
+SceneOptions::SceneOptions() {
+  if (const char* path = std::getenv("HIPRT_SCENES"); path != nullptr) folder = path;
+}
+
+std::vector<Flag> SceneOptions::flags() {
+  return {text_flag("scenes", "DIR", "folder of NAME.mesh and NAME.KIND.rays (default: $HIPRT_SCENES)", folder),
+          list_flag("scene", "NAME,...",
+                    "which of them, and 'procedural' (sponza, bistro_ext and bedroom if they are there, procedural)",
+                    names),
+          number_flag("triangles", "triangles of the procedural scene, about", triangles, 2, 100'000'000)};
+}
+
+build::Result<std::vector<std::string>> find_scenes(const SceneOptions& options) {
+  for (const std::string& name : options.names)
+    if (!is_there(options, name))
+      return tl::unexpected(
+          build::Error{build::ErrorCode::kIo, "--scene: there is no file " + mesh_file(options, name).string()});
+  if (!options.names.empty()) return options.names;
+  std::vector<std::string> found;
+  for (const char* name : {"sponza", "bistro_ext", "bedroom"})
+    if (is_there(options, name)) found.emplace_back(name);
+  found.emplace_back(kProceduralScene);
+  return found;
+}
+
+std::vector<std::string> ray_kinds(const SceneOptions& options, const std::string& scene) {
+  return scene == kProceduralScene ? generated_kinds() : stored_kinds(options.folder, scene);
+}
+
+build::Result<Scene> load_scene(const SceneOptions& options, const std::string& name) {
+  if (name == kProceduralScene) return Scene{name, procedural_mesh(options.triangles)};
+  auto mesh = tools::load_mesh(mesh_file(options, name));
+  if (!mesh) return tl::unexpected(mesh.error());
+  return Scene{name, std::move(*mesh)};
+}
+
+build::Result<std::vector<RaySet>> load_rays(const SceneOptions& options, const Scene& scene, std::uint32_t wanted) {
+  if (scene.name == kProceduralScene) return generate_ray_sets(scene.mesh, procedural_camera(), wanted);
+  std::vector<RaySet> sets;
+  for (const std::string& kind : stored_kinds(options.folder, scene.name)) {
+    auto set = read_ray_set(options.folder, scene.name, kind, wanted);
+    if (!set) return tl::unexpected(set.error());
+    sets.push_back(std::move(*set));
+  }
+  return sets;
+}
+
+}  // namespace hiprt::bench

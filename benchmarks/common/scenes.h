@@ -1,0 +1,52 @@
+#pragma once
+/// The scenes of a benchmark: files of a folder, and a generated one that needs none.
+
+#include "flags.h"
+#include "ray_sets.h"
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/input.h>
+#include <tools/mesh_import.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace hiprt::bench {
+
+inline constexpr std::string_view kProceduralScene = "procedural";
+
+/// Which scenes, and how large.
+struct SceneOptions {
+  std::string folder;              ///< With NAME.mesh and NAME.KIND.rays; empty: no files.
+  std::vector<std::string> names;  ///< Empty: the default ones that are there, and kProceduralScene.
+  unsigned triangles = 200'000;    ///< Of kProceduralScene, about.
+
+  /// Takes the folder from the environment: HIPRT_SCENES.
+  SceneOptions();
+  /// --scenes, --scene and --triangles.
+  std::vector<Flag> flags();
+};
+
+/// The scenes that are asked for; by default sponza, bistro_ext and bedroom if their meshes are in the folder, and
+/// kProceduralScene.
+/// @return or the first one that is not there.
+build::Result<std::vector<std::string>> find_scenes(const SceneOptions& options);
+
+/// The kinds of rays that a scene has, without loading it.
+std::vector<std::string> ray_kinds(const SceneOptions& options, const std::string& scene);
+
+struct Scene {
+  std::string name;
+  tools::Mesh mesh;
+
+  build::TriangleMesh input() const { return {.positions = mesh.positions, .triangles = mesh.triangles, .name = name}; }
+};
+
+build::Result<Scene> load_scene(const SceneOptions& options, const std::string& name);
+
+/// All kinds of rays of a scene, about @p wanted of each kind.
+build::Result<std::vector<RaySet>> load_rays(const SceneOptions& options, const Scene& scene, std::uint32_t wanted);
+
+}  // namespace hiprt::bench

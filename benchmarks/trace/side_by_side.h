@@ -1,0 +1,41 @@
+#pragma once
+/// One scene and one kind of rays, traced by everybody in turn.
+
+#include "trace_scene.h"
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace hiprt::bench {
+
+/// What one tracer did.
+struct Entry {
+  std::string name;
+  double mrays_s = 0;  ///< Median over the rounds, 10^6 rays per second of one thread.
+  double ratio = 0;    ///< Median over the rounds of the speed relative to embree_robust.
+  double box_tests = std::numeric_limits<double>::quiet_NaN();   ///< Per ray; NaN: not counted.
+  double leaf_tests = std::numeric_limits<double>::quiet_NaN();  ///< Per ray; NaN: not counted.
+  std::uint64_t disagreements = 0;                               ///< Rays, with embree_robust.
+};
+
+struct Cell {
+  std::string scene, kind;
+  bool any_hit = false;
+  std::size_t rays = 0;
+  std::vector<Entry> entries;  ///< embree_robust, embree_default, then kVariants.
+  std::vector<std::string> faults;
+
+  const Entry& entry(std::string_view name) const;
+};
+
+/// Names of all entries, in their order.
+std::vector<std::string> entry_names();
+
+/// @param rounds at least 1; before them everybody traces the rays once, untimed.
+/// @param most_disagreements fraction of the rays on which an accurate tracer may disagree with embree_robust; more is
+///        a fault, and so are accurate tracers that do not agree among themselves to the last bit.
+Cell measure(const TraceScene& scene, const RaySet& rays, unsigned rounds, double most_disagreements);
+
+}  // namespace hiprt::bench

@@ -1,0 +1,39 @@
+#pragma once
+/// What is compared: our tracers over our trees, and Embree.
+
+#include "kernel.h"
+
+#include <hiprt_build/build.h>
+
+#include <array>
+#include <string_view>
+
+namespace hiprt::bench {
+
+struct Variant {
+  std::string_view name;  ///< LAYOUT_BUILDER[_fast|_array].
+  NodeLayout layout;
+  build::Builder builder;
+  Tests tests = Tests::kAccurate;
+  Lanes lanes = Lanes::kDefault;
+};
+
+/// The first one is the library's default.
+inline constexpr std::array kVariants{
+    Variant{"planes_sah", NodeLayout::kPlanes, build::Builder::kSah},
+    Variant{"planes_sah_fast", NodeLayout::kPlanes, build::Builder::kSah, Tests::kFast},
+    Variant{"planes_sah_array", NodeLayout::kPlanes, build::Builder::kSah, Tests::kAccurate, Lanes::kArray},
+    Variant{"planes_high", NodeLayout::kPlanes, build::Builder::kEmbreeHigh},
+    Variant{"planes_high_fast", NodeLayout::kPlanes, build::Builder::kEmbreeHigh, Tests::kFast},
+    Variant{"float_sah", NodeLayout::kFloat, build::Builder::kSah},
+    Variant{"float_sah_fast", NodeLayout::kFloat, build::Builder::kSah, Tests::kFast},
+    Variant{"float_high", NodeLayout::kFloat, build::Builder::kEmbreeHigh},
+    Variant{"float_high_fast", NodeLayout::kFloat, build::Builder::kEmbreeHigh, Tests::kFast},
+};
+
+/// The yardstick: rtcIntersect1 / rtcOccluded1, RTC_SCENE_FLAG_ROBUST, medium quality.
+inline constexpr std::string_view kEmbreeRobust = "embree_robust";
+/// The same without the flag.
+inline constexpr std::string_view kEmbreeDefault = "embree_default";
+
+}  // namespace hiprt::bench
