@@ -6,6 +6,7 @@
 #include <tests/oracle/random.h>
 
 #include <numbers>
+#include <set>
 
 namespace hiprt::oracle {
 
@@ -88,6 +89,42 @@ inline Mesh star(unsigned levels, std::uint64_t seed) {
     mesh.positions.push_back(rounded({p[0] * r, p[1] * r, p[2] * r}));
   }
   mesh.triangles = s.triangles;
+  return mesh;
+}
+
+/// The same surface with T-junctions: about half of the triangles are split in four at the middles of their edges, the
+/// neighbours that are not split keep the long edge, and a triangle without area between the two closes the mesh.
+/// Corners are first rounded to multiples of 2^-10, so that the middles lie on the edges exactly.
+/// @pre coordinates up to 1 in magnitude.
+inline Mesh with_t_junctions(Mesh mesh, std::uint64_t seed) {
+  Random random(seed);
+  for (Position& p : mesh.positions)
+    for (float& x : p) x = std::round(x * 0x1p10f) * 0x1p-10f;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+  std::set<std::pair<std::uint32_t, std::uint32_t>> whole;  // Directed edges of triangles that are not split.
+  std::vector<Triangle> triangles;
+  const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+    const auto [place, fresh] =
+        middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.positions.size()));
+    if (fresh) {
+      const Position p = mesh.positions[a], q = mesh.positions[b];
+      mesh.positions.push_back({(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (p[2] + q[2]) / 2});
+    }
+    return place->second;
+  };
+  for (const Triangle& t : mesh.triangles) {
+    if (random.coin()) {
+      triangles.push_back(t);
+      for (std::size_t i = 0; i < 3; ++i) whole.insert({t[i], t[(i + 1) % 3]});
+      continue;
+    }
+    const std::uint32_t a = middle(t[0], t[1]), b = middle(t[1], t[2]), c = middle(t[2], t[0]);
+    triangles.insert(triangles.end(), {{t[0], a, c}, {t[1], b, a}, {t[2], c, b}, {a, b, c}});
+  }
+  for (const auto& [edge, m] : middles)
+    for (const auto& [p, q] : {edge, std::pair(edge.second, edge.first)})
+      if (whole.count({p, q}) != 0) triangles.push_back({q, p, m});
+  mesh.triangles = std::move(triangles);
   return mesh;
 }
 

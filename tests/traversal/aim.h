@@ -30,6 +30,7 @@ inline std::vector<Closed> closed_meshes() {
   return {{"icosphere", icosphere(4), {origin}, 0.5, 1},
           {"torus", torus(60, 30, 0.4), ring, 0.2, 1},
           {"star", star(4, 11), {origin}, 0.05, 1},
+          {"T-junctions", with_t_junctions(icosphere(3), 13), {origin}, 0.5, 1},
           {"box", subdivided_box(12, 1.9, 12), {origin}, 0.9, 1},
           {"spindle", spindle(8, 40, 1e3), {origin}, 1e-4, 1}};
 }
