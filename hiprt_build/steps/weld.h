@@ -4,9 +4,9 @@
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/input.h>
 
+#include <array>
 #include <atomic>
 #include <bit>
-#include <cstring>
 
 namespace hiprt::build {
 
@@ -24,17 +24,20 @@ struct WeldStep {
       std::uint32_t there = entry.load(std::memory_order_relaxed);
       if (there == kInvalidId && entry.compare_exchange_strong(there, static_cast<std::uint32_t>(i)))
         there = static_cast<std::uint32_t>(i);
-      if (std::memcmp(&positions[there], &positions[i], sizeof(Position)) == 0) {
+      if (bits(positions[there]) == bits(positions[i])) {
         canonical[i] = there;
         return;
       }
     }
   }
 
+  using Bits = std::array<std::uint32_t, 3>;
+  static Bits bits(const Position& p) { return std::bit_cast<Bits>(p); }
+
   static std::size_t hash(const Position& p) {
     std::uint64_t h = 0;
-    for (const float x : p) {
-      h = (h ^ std::bit_cast<std::uint32_t>(x)) * 0x9e3779b97f4a7c15u;
+    for (const std::uint32_t x : bits(p)) {
+      h = (h ^ x) * 0x9e3779b97f4a7c15u;
       h ^= h >> 29;
     }
     return static_cast<std::size_t>(h ^ h >> 32);

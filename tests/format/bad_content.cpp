@@ -9,8 +9,8 @@ namespace hiprt::test {
 namespace {
 
 /// row_scene() changed by @p change; the report must name offset_of(scene).
-std::function<BadFile(NodeLayout)> row_changed(std::function<void(TestScene&)> change,
-                                               std::function<std::uint64_t(const TestScene&)> offset_of) {
+std::function<BadFile(NodeLayout)> row_changed(const std::function<void(TestScene&)>& change,
+                                               const std::function<std::uint64_t(const TestScene&)>& offset_of) {
   return [=](NodeLayout layout) {
     TestScene scene = row_scene(layout);
     change(scene);
@@ -162,8 +162,8 @@ std::vector<BadCase> leaf_cases() {
 }
 
 /// split_scene() changed by @p change; the report must name offset_of(scene).
-std::function<BadFile(NodeLayout)> split_changed(std::function<void(TestScene&)> change,
-                                                 std::function<std::uint64_t(const TestScene&)> offset_of) {
+std::function<BadFile(NodeLayout)> split_changed(const std::function<void(TestScene&)>& change,
+                                                 const std::function<std::uint64_t(const TestScene&)>& offset_of) {
   return [=](NodeLayout layout) {
     TestScene scene = split_scene(layout);
     change(scene);

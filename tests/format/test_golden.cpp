@@ -8,6 +8,9 @@
 
 #include <catch2/catch.hpp>
 
+#include <array>
+#include <bit>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 
@@ -26,7 +29,10 @@ TestFile read_golden(NodeLayout layout) {
 
 NodeLayout any_layout() { return GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes); }
 
-bool same_box(const Box& a, const Box& b) { return std::memcmp(&a, &b, sizeof(Box)) == 0; }
+bool same_box(const Box& a, const Box& b) {
+  using Bits = std::array<std::uint32_t, 6>;
+  return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+}
 
 template <class Layout> void check_decoded(const BufferView& view) {
   const auto nodes = view.records<typename Layout::Node>(view.nodes);

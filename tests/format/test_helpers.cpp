@@ -13,7 +13,7 @@ using namespace hiprt;
 using namespace hiprt::format_detail;
 
 TEST_CASE("a bit set holds, counts and ranks its members") {
-  const std::uint64_t bound = GENERATE(1, 63, 64, 65, 200);
+  const std::uint64_t bound = GENERATE(1u, 63u, 64u, 65u, 200u);
   BitSet bits(bound);
   std::set<std::uint64_t> members;
   for (std::uint64_t i = 0; i < bound; i = i * 2 + 1) {

@@ -26,7 +26,7 @@ inline tools::Mesh load(const std::filesystem::path& path) {
 inline std::string refusal(const std::filesystem::path& path) {
   const auto mesh = tools::load_mesh(path);
   if (mesh) FAIL(path.string() + " was accepted");
-  const std::string message = mesh.error().message;
+  std::string message = mesh.error().message;
   INFO(message);
   CHECK(message.find('\n') == std::string::npos);
   CHECK(message.find(path.filename().string()) != std::string::npos);
