@@ -6,6 +6,7 @@
 #include <benchmarks/common/procedural.h>
 #include <benchmarks/common/program.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <string>

@@ -38,6 +38,7 @@ class BuildContest {
 
   std::vector<Contestant> contestants() {
     std::vector<Contestant> all;
+    all.reserve(kBuilders.size() + kEmbreeKinds.size());
     for (const build::Builder builder : kBuilders)
       all.push_back({build::name(builder), [this, builder] { return run(builder, nullptr); }});
     for (const EmbreeKind& kind : kEmbreeKinds)
@@ -48,6 +49,7 @@ class BuildContest {
   /// All figures but the times.
   std::vector<BuildEntry> figures() {
     std::vector<BuildEntry> entries;
+    entries.reserve(kBuilders.size() + kEmbreeKinds.size());
     for (const build::Builder builder : kBuilders)
       run(builder, &entries.emplace_back(make_entry(build::name(builder))));
     for (const EmbreeKind& kind : kEmbreeKinds) run(kind, &entries.emplace_back(make_entry(kind.name)));

@@ -43,7 +43,7 @@ std::string build_markdown(const std::vector<BuildCell>& builds, const std::vect
                            unsigned rounds) {
   std::string text = "## Building\n\n" + compiler_name() +
                      ", against Embree " RTC_VERSION_STRING " (rtc_*: rtcCommitScene); " + std::to_string(rounds) +
-                     " rounds in turn; medians over the rounds. Peak and output of rtc_* are what its device holds, "
+                     " round(s) in turn; medians over the rounds. Peak and output of rtc_* are what its device holds, "
                      "the copy of the mesh included.\n\n";
   for (const BuildCell& cell : builds)
     text += "### " + cell.scene + ", " + std::to_string(cell.triangles) + " triangles, " +

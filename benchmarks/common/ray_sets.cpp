@@ -8,7 +8,9 @@
 #include <tools/tracer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <random>
 #include <utility>
@@ -58,8 +60,10 @@ RaySet secondary_rays(const RaySet& primary, const std::vector<Hit>& hits, std::
 RaySet camera_rays(const tools::Camera& camera, std::uint32_t wanted) {
   RaySet set{"primary", false, {}};
   const tools::CameraRays rays(camera, kWidth, kHeight);
-  for (const std::uint32_t i : sample_blocks(kWidth * kHeight, wanted))
-    set.rays.push_back(rays.ray(i % kWidth + 0.5, static_cast<double>(i / kWidth) + 0.5));
+  for (const std::uint32_t i : sample_blocks(kWidth * kHeight, wanted)) {
+    const std::uint32_t column = i % kWidth, row = i / kWidth;
+    set.rays.push_back(rays.ray(column + 0.5, row + 0.5));
+  }
   return set;
 }
 

@@ -8,7 +8,6 @@
 #include <hiprt_build/input.h>
 #include <tools/mesh_import.h>
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>

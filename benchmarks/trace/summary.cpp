@@ -104,7 +104,7 @@ std::string trace_markdown(const Cells& cells, unsigned rounds) {
   std::string text = "## Tracing, one thread\n\n" + compiler_name() + ", kernels for " + tools::trace_isa() +
                      ", against Embree " RTC_VERSION_STRING " (rtcIntersect1, rtcOccluded1); " +
                      std::to_string(rounds) +
-                     " rounds in turn; medians over the rounds.\n\n"
+                     " round(s) in turn; medians over the rounds.\n\n"
                      "Speed relative to embree_robust, geometric mean over the kinds of rays; 'mean': over the scenes "
                      "from files:\n\n";
   text += mean_table(cells);
