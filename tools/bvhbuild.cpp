@@ -195,6 +195,7 @@ nlohmann::json report_json(const Options& options, const build::Bvh& bvh, const 
 
 build::Result<build::Bvh> build_bvh(const std::vector<Mesh>& meshes, const Options& options, ProgressBar& bar) {
   std::vector<build::TriangleMesh> inputs;
+  inputs.reserve(meshes.size());
   for (const Mesh& mesh : meshes) inputs.push_back({mesh.positions, mesh.triangles, 0xffffffffu, mesh.name});
   const std::string tool = tool_version(kInfo);
   auto bvh = build::build(inputs, build_options(options, tool, bar));

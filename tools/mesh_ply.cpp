@@ -128,9 +128,9 @@ template <class Source> class PlyReader {
 
   /// Refuses counts that the rest of the file cannot hold, before memory is asked for.
   build::Result<void> check_count(const PlyElement& element) const {
-    std::uint64_t least = 0;
+    std::uint64_t least = 0;  // The header has been refused if an element has no properties.
     for (const PlyProperty& p : element.properties) least += Source::least_bytes(p.is_list ? p.count_type : p.type);
-    if (element.count <= source_.bytes_left() / least) return {};
+    if (element.count <= source_.bytes_left() / std::max<std::uint64_t>(least, 1)) return {};
     return invalid_input("truncated: the header says " + std::to_string(element.count) + " elements '" + element.name +
                          "' of at least " + std::to_string(least) + " bytes each, but only " +
                          std::to_string(source_.bytes_left()) + " bytes are left");

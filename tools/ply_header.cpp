@@ -44,6 +44,8 @@ class HeaderParser {
       const std::string_view keyword = next_word(line);
       if (keyword == "end_header") {
         if (!has_format) return fail("the header has no 'format' line");
+        for (const PlyElement& element : header_.elements)
+          if (element.properties.empty()) return fail("element " + in_quotes(element.name) + " has no properties");
         return std::move(header_);
       }
       build::Result<void> done;

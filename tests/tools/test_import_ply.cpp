@@ -114,5 +114,7 @@ TEST_CASE("PLY: wrong content is refused with the place") {
   CHECK_THAT(message("ply\nend_header\n"), Contains("no 'format'"));
   CHECK_THAT(message("ply\nformat ascii 1.0\nproperty int x\nend_header\n"), Contains("line 3"));
   CHECK_THAT(message("ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n"), Contains("'half'"));
+  CHECK_THAT(message("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nelement face 9\nend_header\n0\n"),
+             Contains("element 'face' has no properties"));
   CHECK_THAT(message("solid\n"), Contains("starts with 'ply'"));
 }

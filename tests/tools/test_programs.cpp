@@ -91,8 +91,11 @@ TEST_CASE("Programs: every choice of bvhtrace gives the same hits; any-hit finds
   check_quiet(run({kBvhBuild, folder.write("a.obj", grid_obj(16)), "-o", bvh}));
   std::vector<Ray> batch;
   for (unsigned i = 0; i < 10000; ++i)  // Beside all edges, where the tests' answers are the same.
+  {
+    const unsigned row = i / 100;
     batch.push_back(
-        down(static_cast<float>(i % 100) * 0.17f - 0.4f + 0.003f, static_cast<float>(i / 100) * 0.17f + 0.0011f));
+        down(static_cast<float>(i % 100) * 0.17f - 0.4f + 0.003f, static_cast<float>(row) * 0.17f + 0.0011f));
+  }
   REQUIRE(tools::write_rays(rays, true, batch));
   const auto trace = [&](std::vector<std::string> choices) {
     choices.insert(choices.begin(), {kBvhTrace, bvh, "--rays", rays, "--hits", hits, "--json"});
