@@ -22,10 +22,13 @@ struct Conservative {
   /// @return how far every box is widened, in scene units.
   HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds) {
     float reach = 0.0f, magnitude = 0.0f;
-    for (int axis = 0; axis < 3; ++axis) {
-      reach = max_of(reach, max_of(bounds.max[axis] - origin[axis], origin[axis] - bounds.min[axis]));
+    const auto read = [&](unsigned axis, float from) {
+      reach = max_of(reach, max_of(bounds.max[axis] - from, from - bounds.min[axis]));
       magnitude = max_of(magnitude, max_of(absolute(bounds.max[axis]), absolute(bounds.min[axis])));
-    }
+    };
+    read(0, origin.x);
+    read(1, origin.y);
+    read(2, origin.z);
     constexpr float kUnit = 0x1p-24f;
     return kUnit * (24.0f * reach + 4.0f * (magnitude + max_component(origin)));
   }
@@ -55,18 +58,22 @@ template <class Lanes> struct RaySlabs {
   /// scene the ray moves by less than the margin. So no reciprocal is infinite and no product is 0 * inf.
   HIPRT_HD HIPRT_INLINE RaySlabs(const Ray& ray, float margin) {
     const float floor = max_component(ray.direction) * 0x1p-26f;
-    for (int axis = 0; axis < 3; ++axis) {
-      const float d = ray.direction[axis];
-      const bool down = d < 0.0f;
-      const float length = max_of(absolute(d), floor);
-      const float magnitude = max_of(within_range(1.0f / length), std::numeric_limits<float>::min());
-      const float reciprocal = down ? -magnitude : magnitude;
-      const float widening = down ? -margin : margin;
-      near_side[axis] = down ? 1u : 0u;
-      rcp[axis] = Lanes::all(reciprocal);
-      near_offset[axis] = Lanes::all(within_range(-(ray.origin[axis] + widening) * reciprocal));
-      far_offset[axis] = Lanes::all(within_range(-(ray.origin[axis] - widening) * reciprocal));
-    }
+    prepare(0, ray.origin.x, ray.direction.x, floor, margin);
+    prepare(1, ray.origin.y, ray.direction.y, floor, margin);
+    prepare(2, ray.origin.z, ray.direction.z, floor, margin);
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin) {
+    const bool down = direction < 0.0f;
+    const float length = max_of(absolute(direction), floor);
+    const float magnitude = max_of(within_range(1.0f / length), std::numeric_limits<float>::min());
+    const float reciprocal = down ? -magnitude : magnitude;
+    const float widening = down ? -margin : margin;
+    near_side[axis] = down ? 1u : 0u;
+    rcp[axis] = Lanes::all(reciprocal);
+    near_offset[axis] = Lanes::all(within_range(-(origin + widening) * reciprocal));
+    far_offset[axis] = Lanes::all(within_range(-(origin - widening) * reciprocal));
   }
 };
 

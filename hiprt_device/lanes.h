@@ -68,6 +68,9 @@ struct ArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float mul(const Float& a, const Float& b) {
     return map([&](int i) { return a.lane[i] * b.lane[i]; });
   }
+  HIPRT_HD static HIPRT_INLINE Float div(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] / b.lane[i]; });
+  }
   /// Correctly rounded a * b + c.
   HIPRT_HD static HIPRT_INLINE Float fma(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
@@ -124,6 +127,7 @@ struct SimdLanes {
   static HIPRT_INLINE Float add(Float a, Float b) { return a + b; }
   static HIPRT_INLINE Float sub(Float a, Float b) { return a - b; }
   static HIPRT_INLINE Float mul(Float a, Float b) { return a * b; }
+  static HIPRT_INLINE Float div(Float a, Float b) { return a / b; }
 #if defined(__FMA__)
   static HIPRT_INLINE Float fma(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
   static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return _mm_fnmadd_ps(a, b, c); }

@@ -22,8 +22,7 @@ HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::L
   to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
   double edge1[3], edge2[3];
   float reach = 0.0f, extent = 0.0f, magnitude = 0.0f;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    const float o = Watertight::PreparedRay<ArrayLanes>::component(ray.origin, axis);
+  const auto read = [&](unsigned axis, float o) {
     const float a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
                 c = Layout::coordinate(leaf, vertex[2], axis);
     edge1[axis] = static_cast<double>(b) - static_cast<double>(a);
@@ -31,7 +30,10 @@ HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::L
     reach = max_of(reach, max_of(max_of(absolute(a - o), absolute(b - o)), absolute(c - o)));
     extent = max_of(extent, max_of(max_of(absolute(b - a), absolute(c - a)), absolute(c - b)));
     magnitude = max_of(magnitude, max_of(max_of(absolute(a), absolute(b)), absolute(c)));
-  }
+  };
+  read(0, ray.origin.x);
+  read(1, ray.origin.y);
+  read(2, ray.origin.z);
   hit.normal = Vec3(static_cast<float>(edge1[1] * edge2[2] - edge1[2] * edge2[1]),
                     static_cast<float>(edge1[2] * edge2[0] - edge1[0] * edge2[2]),
                     static_cast<float>(edge1[0] * edge2[1] - edge1[1] * edge2[0]));

@@ -167,46 +167,54 @@ struct Fast {
   HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const PreparedRay<Lanes>& ray, Accept&& accept) {
     using Float = typename Lanes::Float;
     // Lanes 0 and 1 are triangles 0 and 1: corners (v0, v1, v2) and (v1, v3, v2).
-    Float edge1[3], edge2[3], from[3];
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      const Float vertex = load_coordinates<Lanes>(leaf, axis);
-      const Float corner0 = Lanes::template shuffle<0, 1, 0, 1>(vertex);
-      edge1[axis] = Lanes::sub(Lanes::template shuffle<1, 3, 1, 3>(vertex), corner0);
-      edge2[axis] = Lanes::sub(Lanes::template shuffle<2, 2, 2, 2>(vertex), corner0);
-      from[axis] = Lanes::sub(Lanes::all(ray.origin[static_cast<int>(axis)]), corner0);
-    }
-    const Float d[3] = {Lanes::all(ray.direction.x), Lanes::all(ray.direction.y), Lanes::all(ray.direction.z)};
-    Float p[3], q[3];
-    cross<Lanes>(d, edge2, p);
-    cross<Lanes>(from, edge1, q);
-    const Float determinant = dot<Lanes>(edge1, p), a = dot<Lanes>(from, p), b = dot<Lanes>(d, q);
-    const Float distance = dot<Lanes>(edge2, q);
-    const unsigned triangles = leaf.info.primitive[1] == kInvalidId ? 1 : 2;
-    for (unsigned triangle = 0; triangle < triangles; ++triangle) {
-      const float reciprocal = 1.0f / Lanes::get(determinant, triangle);
-      const float w1 = Lanes::get(a, triangle) * reciprocal, w2 = Lanes::get(b, triangle) * reciprocal;
-      if (!(w1 >= 0.0f && w2 >= 0.0f && w1 + w2 <= 1.0f)) continue;
+    const Vec<Lanes> vertex{load_coordinates<Lanes>(leaf, 0), load_coordinates<Lanes>(leaf, 1),
+                            load_coordinates<Lanes>(leaf, 2)};
+    const Vec<Lanes> corner = shuffle<Lanes, 0, 1>(vertex);
+    const Vec<Lanes> edge1 = sub(shuffle<Lanes, 1, 3>(vertex), corner);
+    const Vec<Lanes> edge2 = sub(shuffle<Lanes, 2, 2>(vertex), corner);
+    const Vec<Lanes> from = sub(all<Lanes>(ray.origin), corner), d = all<Lanes>(ray.direction);
+    const Vec<Lanes> p = cross(d, edge2), q = cross(from, edge1);
+    const Float one = Lanes::all(1.0f), zero = Lanes::all(0.0f);
+    const Float reciprocal = Lanes::div(one, dot(edge1, p));
+    const Float weight1 = Lanes::mul(dot(from, p), reciprocal), weight2 = Lanes::mul(dot(d, q), reciprocal);
+    const std::uint32_t triangles = leaf.info.primitive[1] == kInvalidId ? 0b01 : 0b11;
+    const std::uint32_t met = triangles & Lanes::less_equal(zero, weight1) & Lanes::less_equal(zero, weight2) &
+                              Lanes::less_equal(Lanes::add(weight1, weight2), one);
+    if (met == 0) return true;
+    const Float distance = Lanes::mul(dot(edge2, q), reciprocal);
+    for (unsigned triangle = 0; triangle < 2; ++triangle) {
+      if ((met >> triangle & 1u) == 0) continue;
+      const float w1 = Lanes::get(weight1, triangle), w2 = Lanes::get(weight2, triangle);
       float weight[3] = {max_of(1.0f - w1 - w2, 0.0f), w1, w2};
       to_mesh_order(weight, leaf.info.triangle_ids >> (8 * triangle));
-      const Candidate candidate{Lanes::get(distance, triangle) * reciprocal, weight[1], weight[2]};
-      if (!accept(candidate, triangle)) return false;
+      if (!accept(Candidate{Lanes::get(distance, triangle), weight[1], weight[2]}, triangle)) return false;
     }
     return true;
   }
 
  private:
-  template <class Lanes>
-  HIPRT_HD static HIPRT_INLINE void cross(const typename Lanes::Float (&a)[3], const typename Lanes::Float (&b)[3],
-                                          typename Lanes::Float (&result)[3]) {
-    for (int i = 0; i < 3; ++i) {
-      const int j = (i + 1) % 3, k = (i + 2) % 3;
-      result[i] = Lanes::sub(Lanes::mul(a[j], b[k]), Lanes::mul(a[k], b[j]));
+  /// A vector per lane.
+  template <class Lanes> struct Vec {
+    typename Lanes::Float x, y, z;
+
+    HIPRT_HD HIPRT_INLINE friend Vec sub(const Vec& a, const Vec& b) {
+      return {Lanes::sub(a.x, b.x), Lanes::sub(a.y, b.y), Lanes::sub(a.z, b.z)};
     }
+    HIPRT_HD HIPRT_INLINE friend Vec cross(const Vec& a, const Vec& b) {
+      return {Lanes::sub(Lanes::mul(a.y, b.z), Lanes::mul(a.z, b.y)),
+              Lanes::sub(Lanes::mul(a.z, b.x), Lanes::mul(a.x, b.z)),
+              Lanes::sub(Lanes::mul(a.x, b.y), Lanes::mul(a.y, b.x))};
+    }
+    HIPRT_HD HIPRT_INLINE friend typename Lanes::Float dot(const Vec& a, const Vec& b) {
+      return Lanes::madd(a.x, b.x, Lanes::madd(a.y, b.y, Lanes::mul(a.z, b.z)));
+    }
+  };
+  template <class Lanes> HIPRT_HD static HIPRT_INLINE Vec<Lanes> all(const Vec3& a) {
+    return {Lanes::all(a.x), Lanes::all(a.y), Lanes::all(a.z)};
   }
-  template <class Lanes>
-  HIPRT_HD static HIPRT_INLINE typename Lanes::Float dot(const typename Lanes::Float (&a)[3],
-                                                         const typename Lanes::Float (&b)[3]) {
-    return Lanes::madd(a[0], b[0], Lanes::madd(a[1], b[1], Lanes::mul(a[2], b[2])));
+  template <class Lanes, int A, int B> HIPRT_HD static HIPRT_INLINE Vec<Lanes> shuffle(const Vec<Lanes>& a) {
+    return {Lanes::template shuffle<A, B, A, B>(a.x), Lanes::template shuffle<A, B, A, B>(a.y),
+            Lanes::template shuffle<A, B, A, B>(a.z)};
   }
 };
 

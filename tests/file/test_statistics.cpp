@@ -14,7 +14,7 @@ namespace {
 
 NodeLayout any_layout() { return GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes); }
 
-TreeStatistics measure(const TestScene& scene, const SahCosts& costs = {}) {
+TreeStatistics measure(const TestScene& scene, const SahCosts& costs = {.box_node = 1, .leaf = 1}) {
   const TestFile file = scene.write();
   const auto view = open_buffer(file.bytes());
   REQUIRE(view);
