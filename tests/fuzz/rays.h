@@ -23,12 +23,12 @@ class RaySource {
     if (kind == 2) ray.direction[axis()] = random_.below(2) == 0 ? 0.0f : -0.0f;
     if (kind == 3) {
       ray.direction = Vec3(0.0f);
-      ray.direction[axis()] = random_.unit() - 0.5f;
+      ray.direction[axis()] = random_.uniform_float(-0.5, 0.5);
     }
     if (kind == 4) ray.origin -= 3.0f * ray.direction;
     if (random_.below(8) == 0) ray.tmin = random_.wild();
     if (random_.below(8) == 0) ray.tmax = random_.wild();
-    if (random_.below(8) == 0) ray.mask = static_cast<std::uint32_t>(random_.next());
+    if (random_.below(8) == 0) ray.mask = static_cast<std::uint32_t>(random_.bits());
     return ray;
   }
 
@@ -39,7 +39,7 @@ class RaySource {
   Vec3 point() {
     Vec3 result(0.0f);
     for (int k = 0; k < 3; ++k) {
-      const float at = random_.below(4) == 0 ? static_cast<float>(random_.below(2)) : random_.unit();
+      const float at = random_.below(4) == 0 ? static_cast<float>(random_.below(2)) : random_.uniform_float(0, 1);
       result[k] = bounds_.min[k] * (1.0f - at) + bounds_.max[k] * at;
     }
     return result;
