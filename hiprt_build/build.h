@@ -45,7 +45,7 @@ struct SahCosts {
 struct BuildOptions {
   Builder builder = Builder::kSah;
   NodeLayout nodes = NodeLayout::kPlanes;
-  unsigned threads = 0;             ///< 0: all the machine has. The result does not depend on it (Builder::kSah).
+  unsigned threads = 0;             ///< 0, or more than there are: all. The result does not depend on it (kSah).
   unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles (not pairs) in the run of leaves below one child.
   bool pair_triangles = true;       ///< Put triangles that share an edge into one leaf.
   SahCosts costs{};

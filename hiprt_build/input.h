@@ -16,8 +16,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 /// number but no ray hits them, and they are counted (BuildStatistics). Zero-area triangles with three distinct corners
 /// stay, because they can close a gap between neighbours.
 struct TriangleMesh {
-  std::span<const Position> positions;
-  std::span<const Triangle> triangles;  ///< Indices below positions.size(); fewer than 2^32 - 1 triangles.
+  std::span<const Position> positions;  ///< Fewer than 2^31.
+  std::span<const Triangle> triangles;  ///< Indices below positions.size(). Fewer than 2^30; of all meshes, than 2^31.
   std::uint32_t mask = 0xffffffffu;     ///< A ray sees the mesh iff (ray.mask & mask) != 0.
   std::string_view name{};              ///< For the provenance block.
 };

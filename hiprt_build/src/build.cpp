@@ -7,7 +7,7 @@
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
 
-#include <tbb/global_control.h>
+#include <tbb/info.h>
 #include <tbb/task_arena.h>
 
 #include <chrono>
@@ -177,7 +177,9 @@ Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& opti
   Monitor monitor(options.progress);
   MemoryLedger ledger;
   CpuEngine engine(monitor, ledger);
-  tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
+  // More than the machine has would bring nothing but oneTBB's warning.
+  const auto machine = static_cast<unsigned>(tbb::info::default_concurrency());
+  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? machine : std::min(options.threads, machine)));
   return arena.execute([&] { return run(engine, meshes, options); });
 } catch (const Cancelled&) {
   return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});

@@ -190,16 +190,19 @@ FileHeader make_header(const EncodeInput& input, const FilePlan& plan, NodeRef r
 
 }  // namespace
 
+Result<void> check_addresses(std::uint64_t nodes, std::uint64_t leaves) {
+  const std::uint64_t end = FilePlan(nodes, leaves, 0, 0, 0).section[1].offset + leaves * sizeof(FloatLeaf);
+  if (end <= kAddressLimit) return {};
+  return tl::unexpected(Error{
+      ErrorCode::kTooLarge, std::to_string(nodes) + " nodes and " + std::to_string(leaves) + " leaves end at byte " +
+                                std::to_string(end) + ", a node reference addresses " + std::to_string(kAddressLimit)});
+}
+
 Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
   const std::size_t leaves = input.tree.references.size();
   const std::uint64_t nodes = leaves == 0 || input.wide.is_run(0) ? 0 : input.wide.node_count(0);
+  if (auto addresses = check_addresses(nodes, leaves); !addresses) return tl::unexpected(addresses.error());
   const FilePlan plan(nodes, leaves, input.soup.size(), input.soup.meshes.size(), input.provenance.size());
-  const std::uint64_t addressed = plan.section[1].offset + leaves * sizeof(FloatLeaf);
-  if (addressed > kAddressLimit)
-    return tl::unexpected(Error{ErrorCode::kTooLarge, std::to_string(nodes) + " nodes and " + std::to_string(leaves) +
-                                                          " leaves end at byte " + std::to_string(addressed) +
-                                                          ", a node reference addresses " +
-                                                          std::to_string(kAddressLimit)});
   engine.monitor().start("encode", 0.95, leaves);
   engine.ledger().add(plan.byte_size);
   Buffer buffer(plan.byte_size);

@@ -18,8 +18,11 @@ struct EncodeInput {
   std::string provenance;  ///< JSON
 };
 
+/// @return kTooLarge, with the numbers, when the last of so many nodes and leaves would be beyond kAddressLimit.
+Result<void> check_addresses(std::uint64_t nodes, std::uint64_t leaves);
+
 /// Writes a whole file. Nodes lie in depth-first order with siblings side by side, leaves in the order of the tree.
-/// @return kTooLarge when the last node or leaf would be beyond kAddressLimit.
+/// @return the error of check_addresses().
 Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input);
 
 }  // namespace hiprt::build

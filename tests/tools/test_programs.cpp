@@ -27,7 +27,7 @@ void check_quiet(const CommandResult& result) {
 json json_of(const CommandResult& result) {
   INFO(result.err);
   REQUIRE(result.status == 0);
-  const json value = json::parse(result.out, nullptr, false);
+  json value = json::parse(result.out, nullptr, false);
   REQUIRE(!value.is_discarded());
   return value;
 }
@@ -302,8 +302,9 @@ TEST_CASE("Programs: an interrupted bvhbuild says so, fails and leaves nothing, 
   std::string mesh;
   const std::uint32_t n = 700;
   append(mesh, (n + 1) * (n + 1), 2 * n * n);
-  for (std::uint32_t i = 0; i < (n + 1) * (n + 1); ++i)
-    append(mesh, static_cast<float>(i % (n + 1)), static_cast<float>(i / (n + 1)), static_cast<float>(i * 7919 % 13));
+  for (std::uint32_t y = 0; y <= n; ++y)
+    for (std::uint32_t x = 0; x <= n; ++x)
+      append(mesh, static_cast<float>(x), static_cast<float>(y), static_cast<float>((y * (n + 1) + x) * 7919 % 13));
   for (std::uint32_t i = 0; i < n * n; ++i) {
     const std::uint32_t a = i / n * (n + 1) + i % n;
     append(mesh, a, a + 1, a + n + 2, a, a + n + 2, a + n + 1);

@@ -72,8 +72,10 @@ TEST_CASE("one to twenty triangles, apart and connected", "[odd]") {
       const auto x = static_cast<float>(i);
       append(apart, Position{3 * x, 0, 0}, Position{3 * x + 1, 0, 0}, Position{3 * x, 1, 0});
     }
-    for (unsigned i = 0; i < count + 2; ++i)
-      strip.positions.push_back({static_cast<float>(i / 2), static_cast<float>(i % 2), 0});
+    for (unsigned i = 0; i < count + 2; ++i) {
+      const unsigned column = i / 2;
+      strip.positions.push_back({static_cast<float>(column), static_cast<float>(i % 2), 0});
+    }
     for (unsigned i = 0; i < count; ++i) strip.triangles.push_back({i, i + 1, i + 2});
     for (const Mesh& mesh : {apart, strip}) {
       const std::vector<Scene> scenes = all_scenes({mesh});

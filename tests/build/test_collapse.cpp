@@ -1,0 +1,97 @@
+// The collapse to four children against all ways to collapse, and its cost against the one measured from the file.
+
+#include <hiprt_build/builders/sah.h>
+#include <hiprt_build/statistics.h>
+#include <hiprt_build/steps/collapse.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <catch2/catch.hpp>
+
+using namespace hiprt;
+using namespace hiprt::oracle;
+using build::BinaryTree;
+using build::SahCosts;
+
+namespace {
+
+double area(const BinaryTree& tree, std::uint32_t node) { return double{half_area(tree.nodes[node].box())}; }
+
+/// The least cost over every wide tree, by trying them.
+class AllCollapses {
+ public:
+  AllCollapses(const BinaryTree& tree, const SahCosts& costs, std::size_t max_leaves)
+      : tree_(tree), costs_(costs), max_leaves_(max_leaves) {}
+
+  /// The subtree as one child.
+  double best(std::uint32_t node) const {
+    const std::size_t count = tree_.nodes[node].count;
+    const double run = area(tree_, node) * costs_.leaf * static_cast<double>(count);
+    if (count == 1) return run;
+    const double inner = area(tree_, node) * costs_.box_node + best_cut({tree_.left(node), tree_.right(node)}, 0);
+    return count <= max_leaves_ ? std::min(run, inner) : inner;
+  }
+
+ private:
+  /// Children as they are, or with one of those from @p from on opened.
+  double best_cut(const std::vector<std::uint32_t>& children, std::size_t from) const {
+    double least = 0;
+    for (const std::uint32_t child : children) least += best(child);
+    if (children.size() == kBranching) return least;
+    for (std::size_t i = from; i < children.size(); ++i) {
+      if (tree_.nodes[children[i]].count == 1) continue;
+      std::vector<std::uint32_t> opened = children;
+      opened[i] = tree_.left(children[i]);
+      opened.insert(opened.begin() + static_cast<std::ptrdiff_t>(i) + 1, tree_.right(children[i]));
+      least = std::min(least, best_cut(opened, i));
+    }
+    return least;
+  }
+
+  const BinaryTree& tree_;
+  SahCosts costs_;
+  std::size_t max_leaves_;
+};
+
+}  // namespace
+
+TEST_CASE("the collapse has the least cost of all") {
+  const build::ProgressCallback no_progress;
+  build::Monitor monitor(no_progress);
+  build::MemoryLedger ledger;
+  build::CpuEngine engine(monitor, ledger);
+  constexpr std::uint64_t kSeed = 17;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  for (unsigned round = 0; round < 300; ++round) {
+    const std::uint32_t count = 2 + random.below(11);
+    auto references = engine.allocate<build::Reference>(count);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Position low = random.in_cube(1), size = random.in_cube(random.log_uniform(1e-3, 1));
+      build::Reference& r = references[i];
+      r = {{}, 0, {}, i};
+      for (std::size_t k = 0; k < 3; ++k) r.min[k] = low[k], r.max[k] = low[k] + std::abs(size[k]);
+    }
+    const BinaryTree tree = build_sah(engine, std::move(references));
+    const SahCosts costs{1.0f, random.uniform_float(0.2, 3)};
+    const std::size_t max_leaves = 1 + random.below(5);
+    const build::WideTree wide(engine, tree, costs, max_leaves);
+    CAPTURE(round, count, costs.leaf, max_leaves);
+    REQUIRE(wide.cost() * area(tree, 0) == Approx(AllCollapses(tree, costs, max_leaves).best(0)).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("the cost that the collapse predicts is the one measured from the file") {
+  for (const Mesh& mesh : {icosphere(4), star(4, 9), soup(5000, 0.1, 10), needles(2000, 1e3, 11)})
+    for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes}) {
+      const SahCosts costs{1.0f, 1.7f};
+      const auto bvh = build::build(std::vector{mesh.view()}, {.nodes = layout, .costs = costs});
+      REQUIRE(bvh.has_value());
+      const auto view = open_buffer(bvh->buffer.bytes());
+      REQUIRE(view.has_value());
+      const std::string text(view->provenance);
+      const std::size_t at = text.find("\"sah_cost\":");
+      REQUIRE(at != std::string::npos);
+      CHECK(std::stod(text.substr(at + 11)) == Approx(build::measure_tree(*view, costs).sah_cost).epsilon(1e-4));
+    }
+}

@@ -1,0 +1,126 @@
+// Which triangles share a leaf: always two of one mesh with a common edge, whatever the index buffer looks like.
+
+#include <hiprt_build/steps/pair.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+
+using namespace hiprt;
+using namespace hiprt::oracle;
+
+namespace {
+
+/// Runs the pairing step alone.
+struct Pairing {
+  build::ProgressCallback no_progress;
+  build::Monitor monitor{no_progress};
+  build::MemoryLedger ledger;
+  build::CpuEngine engine{monitor, ledger};
+  build::GroupedTriangles groups;
+
+  explicit Pairing(const build::TriangleSoup& soup, bool pair = true)
+      : groups(build::group_triangles(engine, soup, pair)) {}
+
+  std::span<const build::TriangleGroup> all() const { return groups.groups.span().first(groups.count); }
+};
+
+build::TriangleSoup soup_of(const std::vector<build::TriangleMesh>& meshes) {
+  build::TriangleSoup soup{meshes, {0}};
+  for (const build::TriangleMesh& mesh : meshes) soup.first.push_back(soup.first.back() + mesh.triangles.size());
+  return soup;
+}
+
+/// Every triangle that is not dropped stands in one group; pairs run through a common edge in opposite directions.
+void check_groups(const build::TriangleSoup& soup, const Pairing& pairing) {
+  std::vector<std::vector<unsigned>> seen;
+  for (const build::TriangleMesh& mesh : soup.meshes) seen.emplace_back(mesh.triangles.size(), 0u);
+  std::uint64_t pairs = 0;
+  for (const build::TriangleGroup& group : pairing.all()) {
+    ++seen[group.mesh][group.triangle[0]];
+    if (!group.is_pair()) continue;
+    ++pairs;
+    ++seen[group.mesh][group.triangle[1]];
+    const auto corner = [&](unsigned triangle, unsigned k) {
+      const unsigned rotation = triangle == 0 ? group.rotation0 : group.rotation1;
+      return soup.corner(group.mesh, group.triangle[triangle], (k + rotation) % 3);
+    };
+    // Triangle 0 is v0 v1 v2, triangle 1 is v1 v3 v2.
+    REQUIRE(corner(0, 1) == corner(1, 0));
+    REQUIRE(corner(0, 2) == corner(1, 2));
+  }
+  CHECK(pairs == pairing.groups.pairs);
+  std::uint64_t dropped = 0;
+  for (const auto& mesh : seen)
+    for (const unsigned count : mesh) {
+      REQUIRE(count <= 1);
+      dropped += count == 0 ? 1 : 0;
+    }
+  CHECK(dropped == pairing.groups.dropped_not_finite + pairing.groups.dropped_degenerate);
+}
+
+/// Every triangle with corners of its own, in random order.
+Mesh shuffled_soup(const Mesh& mesh, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Triangle> order = mesh.triangles;
+  for (std::size_t i = order.size(); i > 1; --i)
+    std::swap(order[i - 1], order[random.below(static_cast<std::uint32_t>(i))]);
+  Mesh result;
+  for (const Triangle& t : order) {
+    const auto first = static_cast<std::uint32_t>(result.positions.size());
+    for (const std::uint32_t index : t) result.positions.push_back(mesh.positions[index]);
+    result.triangles.push_back({first, first + 1, first + 2});
+  }
+  return result;
+}
+
+double paired_share(const Mesh& mesh) {
+  const std::vector meshes{mesh.view()};
+  const build::TriangleSoup soup = soup_of(meshes);
+  const Pairing pairing(soup);
+  check_groups(soup, pairing);
+  return 2.0 * static_cast<double>(pairing.groups.pairs) / static_cast<double>(mesh.triangles.size());
+}
+
+}  // namespace
+
+TEST_CASE("most triangles of a closed mesh find a partner, also without shared vertices and in random order") {
+  for (const auto& [name, mesh] : {std::pair("icosphere", icosphere(5)), std::pair("torus", torus(80, 40, 0.4)),
+                                   std::pair("box", subdivided_box(30, 1.2, 1)), std::pair("star", star(5, 2))}) {
+    const double share = paired_share(mesh), shuffled = paired_share(shuffled_soup(mesh, 3));
+    std::printf("%-10s paired %.3f, shuffled %.3f\n", name, share, shuffled);
+    CHECK(share > 0.85);
+    CHECK(shuffled > 0.85);
+  }
+}
+
+TEST_CASE("a flat grid pairs into its quads") { CHECK(paired_share(grid_plane(64, 1, 0.0f)) > 0.95); }
+
+TEST_CASE("triangles pair within a mesh only, never over folded or non-manifold edges the wrong way") {
+  const Mesh one = icosphere(2);
+  Mesh other = one;
+  for (Triangle& t : other.triangles) std::swap(t[0], t[1]);  // Inside out.
+  Mesh fan;  // Seven triangles around one edge, all running through it in the same direction.
+  fan.positions = {{0, 0, 0}, {0, 0, 1}};
+  for (int i = 0; i < 7; ++i) {
+    fan.positions.push_back({std::cos(0.8f * static_cast<float>(i)), std::sin(0.8f * static_cast<float>(i)), 0});
+    fan.triangles.push_back({0, 1, static_cast<std::uint32_t>(2 + i)});
+  }
+  const std::vector meshes{one.view(), other.view(), fan.view(), Mesh{}.view()};
+  const build::TriangleSoup soup = soup_of(meshes);
+  const Pairing pairing(soup);
+  check_groups(soup, pairing);
+  for (const build::TriangleGroup& group : pairing.all()) CHECK((group.mesh != 2 || !group.is_pair()));
+}
+
+TEST_CASE("odd meshes: every triangle is in one group or dropped and counted") {
+  const Mesh a = torture(3000, 5), b = identical(500), c = needles(500, 1e6, 6);
+  const std::vector meshes{a.view(), b.view(), c.view()};
+  const build::TriangleSoup soup = soup_of(meshes);
+  check_groups(soup, Pairing(soup));
+  const Pairing single(soup, false);
+  check_groups(soup, single);
+  CHECK(single.groups.pairs == 0);
+}

@@ -1,0 +1,43 @@
+// The quality of our trees beside Embree's, by one cost function, and the memory that a build takes.
+
+#include <hiprt_build/statistics.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <catch2/catch.hpp>
+
+using namespace hiprt;
+using namespace hiprt::oracle;
+
+namespace {
+
+struct Built {
+  double cost = 0, peak = 0;
+};
+
+Built built(const Mesh& mesh, build::Builder builder) {
+  const auto bvh = build::build(std::vector{mesh.view()}, {.builder = builder});
+  REQUIRE(bvh.has_value());
+  const auto view = open_buffer(bvh->buffer.bytes());
+  REQUIRE(view.has_value());
+  return {build::measure_tree(*view).sah_cost,
+          static_cast<double>(bvh->statistics.scratch_bytes_peak) / static_cast<double>(bvh->buffer.size())};
+}
+
+}  // namespace
+
+TEST_CASE("our SAH cost is within 5 % of Embree's medium quality; the memory peak within 4 times the output") {
+  std::printf("%-12s %8s %8s %8s %8s %6s\n", "mesh", "sah", "low", "medium", "high", "peak");
+  for (const auto& [name, mesh] :
+       {std::pair("icosphere", icosphere(6)), std::pair("torus", torus(200, 100, 0.4)), std::pair("star", star(6, 2)),
+        std::pair("box", subdivided_box(60, 1.1, 3)), std::pair("soup", soup(50000, 0.05, 4)),
+        std::pair("large soup", soup(20000, 0.5, 5)), std::pair("needles", needles(20000, 1e3, 6)),
+        std::pair("plane", grid_plane(200, 2, 0.5f))}) {
+    const Built ours = built(mesh, build::Builder::kSah);
+    const Built low = built(mesh, build::Builder::kEmbreeLow), medium = built(mesh, build::Builder::kEmbreeMedium),
+                high = built(mesh, build::Builder::kEmbreeHigh);
+    std::printf("%-12s %8.2f %8.2f %8.2f %8.2f %6.2f\n", name, ours.cost, low.cost, medium.cost, high.cost, ours.peak);
+    CHECK(ours.cost <= 1.05 * medium.cost);
+    for (const Built& each : {ours, low, medium, high}) CHECK(each.peak <= 4);
+  }
+}

@@ -1,0 +1,118 @@
+// What a builder refuses, with what it says; progress and cancelling.
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/steps/encode.h>
+#include <tests/oracle/meshes.h>
+
+#include <catch2/catch.hpp>
+
+#include <set>
+
+using namespace hiprt;
+using namespace hiprt::oracle;
+using build::BuildOptions;
+using build::ErrorCode;
+using Catch::Contains;
+
+namespace {
+
+build::Error refusal(const std::vector<build::TriangleMesh>& meshes, const BuildOptions& options = {}) {
+  const auto result = build::build(meshes, options);
+  REQUIRE_FALSE(result.has_value());
+  CHECK(result.error().message.find('\n') == std::string::npos);
+  return result.error();
+}
+
+}  // namespace
+
+TEST_CASE("an index past the vertices is refused with the first mesh and triangle that has one") {
+  const Mesh good = icosphere(1);
+  Mesh bad = icosphere(4);
+  bad.triangles[4000][1] = 1u << 31;
+  bad.triangles[77][2] = static_cast<std::uint32_t>(bad.positions.size());
+  build::TriangleMesh named = bad.view();
+  named.name = "ball.obj";
+  for (const unsigned threads : {1u, 4u}) {
+    const build::Error error = refusal({good.view(), named}, {.threads = threads});
+    CHECK(error.code == ErrorCode::kInvalidInput);
+    CHECK_THAT(error.message, Contains("mesh 1 (ball.obj), triangle 77") && Contains("index 2562") &&
+                                  Contains("there are 2562 vertices"));
+  }
+}
+
+TEST_CASE("options out of range are refused with the limits") {
+  const Mesh mesh = icosphere(1);
+  for (const unsigned triangles : {0u, 65u, ~0u}) {
+    const build::Error error = refusal({mesh.view()}, {.max_leaf_triangles = triangles});
+    CHECK(error.code == ErrorCode::kInvalidInput);
+    CHECK_THAT(error.message, Contains("is " + std::to_string(triangles)) && Contains("1 to 64"));
+  }
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  for (const build::SahCosts& costs :
+       {build::SahCosts{0, 1}, build::SahCosts{1, 0}, build::SahCosts{-1, 1}, build::SahCosts{1, kNan}})
+    CHECK_THAT(refusal({mesh.view()}, {.costs = costs}).message, Contains("positive"));
+  for (const std::uint32_t layout : {0u, 3u, 4u, 99u})
+    CHECK_THAT(refusal({mesh.view()}, {.nodes = static_cast<NodeLayout>(layout)}).message,
+               Contains("layout " + std::to_string(layout)));
+}
+
+TEST_CASE("sizes that ids and references cannot number are refused with the number") {
+  // Refused by their sizes alone: the memory behind these spans is never looked at.
+  const build::Position position{};
+  const build::Triangle triangle{};
+  const auto mesh = [&](std::size_t vertices, std::size_t triangles) {
+    return build::TriangleMesh{{&position, vertices}, {&triangle, triangles}};
+  };
+  for (const build::Error& error :
+       {refusal({mesh(3, std::size_t{1} << 30)}), refusal({mesh(3, 0), mesh(std::size_t{1} << 31, 0)}),
+        refusal({mesh(3, (1u << 30) - 1), mesh(3, (1u << 30) - 1), mesh(3, 2)})})
+    CHECK(error.code == ErrorCode::kTooLarge);
+  CHECK_THAT(refusal({mesh(3, std::size_t{1} << 30)}).message,
+             Contains("mesh 0 has 1073741824 triangles, the limit is 1073741823"));
+  CHECK_THAT(refusal({mesh(3, 0), mesh(std::size_t{1} << 31, 0)}).message, Contains("mesh 1 has 2147483648 vertices"));
+  CHECK_THAT(refusal({mesh(3, (1u << 30) - 1), mesh(3, (1u << 30) - 1), mesh(3, 2)}).message,
+             Contains("2147483648 triangles, the limit is 2147483647"));
+}
+
+TEST_CASE("more nodes and leaves than a 32-bit reference addresses are refused with their number") {
+  // Header and section table take 384 bytes: three nodes.
+  const std::uint64_t nodes = (std::uint64_t{1} << 28) - 4;
+  CHECK(build::check_addresses(nodes, 0).has_value());
+  CHECK(build::check_addresses(nodes - 1, 1).has_value());
+  CHECK(build::check_addresses(nodes - 2, 3).has_value());
+  const auto refused = build::check_addresses(nodes, 3);
+  REQUIRE_FALSE(refused.has_value());
+  CHECK(refused.error().code == ErrorCode::kTooLarge);
+  CHECK_THAT(refused.error().message, Contains("268435452 nodes and 3 leaves") && Contains("34359738304"));
+}
+
+TEST_CASE("progress rises to the end; a build stops where it is told to, whichever step it is in") {
+  const Mesh mesh = icosphere(6);
+  for (const build::Builder builder : {build::Builder::kSah, build::Builder::kEmbreeMedium}) {
+    CAPTURE(build::name(builder));
+    double last = 0;
+    unsigned calls = 0;
+    std::set<std::string> steps;
+    const auto watch = [&](const build::Progress& progress) {
+      CHECK(progress.fraction >= last);
+      CHECK(progress.fraction <= 1);
+      last = progress.fraction;
+      steps.insert(progress.step);
+      ++calls;
+      return true;
+    };
+    REQUIRE(build::build(std::vector{mesh.view()}, {.builder = builder, .progress = watch}).has_value());
+    CHECK(calls > 0);
+    CHECK(last > 0.5);
+    for (unsigned stop = 1; stop <= calls; stop += 1 + calls / 8) {
+      unsigned seen = 0;
+      const auto result = build::build(std::vector{mesh.view()},
+                                       {.builder = builder, .progress = [&](const auto&) { return ++seen < stop; }});
+      // With fewer calls than in the first build there was nothing left to stop.
+      if (seen < stop) continue;
+      REQUIRE_FALSE(result.has_value());
+      CHECK(result.error().code == ErrorCode::kCancelled);
+      CHECK(seen == stop);
+    }
+  }
+}
