@@ -33,7 +33,7 @@ struct Progress {
   const char* step;  ///< "pair", "split", "collapse", "encode", ...; a string literal.
   double fraction;   ///< Of the whole build, 0 to 1, never decreasing.
 };
-/// Called at least every 50 ms from one thread at a time; return false to cancel the build.
+/// Called about every 20 ms from one thread at a time; return false to cancel the build.
 using ProgressCallback = std::function<bool(const Progress&)>;
 
 /// Relative costs of the surface area heuristic.
@@ -45,8 +45,10 @@ struct SahCosts {
 struct BuildOptions {
   Builder builder = Builder::kSah;
   NodeLayout nodes = NodeLayout::kPlanes;
-  unsigned threads = 0;             ///< 0, or more than there are: all. The result does not depend on it (kSah).
-  unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles (not pairs) in the run of leaves below one child.
+  /// 0, or more than there are: all that the process may use (the machine's, or what tbb::global_control says). The
+  /// result does not depend on it (kSah).
+  unsigned threads = 0;
+  unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles in the run of leaves below one child.
   bool pair_triangles = true;       ///< Put triangles that share an edge into one leaf.
   SahCosts costs{};
   ProgressCallback progress{};

@@ -10,15 +10,19 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 struct NoCounter {
   HIPRT_HD HIPRT_INLINE void on_boxes() {}
-  HIPRT_HD HIPRT_INLINE void on_leaf() {}
+  HIPRT_HD HIPRT_INLINE void on_leaf(unsigned) {}
 };
 
-/// Counts four-box tests and leaf (triangle pair) tests.
+/// Counts four-box tests, leaf tests, and the triangles (one or two per leaf) in those.
 struct WorkCounter {
   std::uint32_t box_tests = 0;
   std::uint32_t leaf_tests = 0;
+  std::uint32_t triangle_tests = 0;
   HIPRT_HD HIPRT_INLINE void on_boxes() { ++box_tests; }
-  HIPRT_HD HIPRT_INLINE void on_leaf() { ++leaf_tests; }
+  HIPRT_HD HIPRT_INLINE void on_leaf(unsigned triangles) {
+    ++leaf_tests;
+    triangle_tests += triangles;
+  }
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -30,7 +30,7 @@ concept TriangleTest = requires(const typename Layout::Leaf& leaf, const typenam
 template <class T>
 concept WorkCounting = requires(T counter) {
   counter.on_boxes();
-  counter.on_leaf();
+  counter.on_leaf(2u);
 };
 
 /// @tparam LayoutPolicy FloatLayout or PlanesLayout: must be the scene's.

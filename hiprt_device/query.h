@@ -15,6 +15,28 @@ HIPRT_HD inline Hit refusal() {
   return hit;
 }
 
+/// a * d - b * c, to the last bit the same on every machine (Kahan).
+HIPRT_HD HIPRT_INLINE double difference_of_products(double a, double d, double b, double c) {
+  const double product = b * c;
+  return fused_multiply_add(a, d, -product) + fused_multiply_add(-b, c, product);
+}
+
+/// cross(edge1, edge2), times a power of two where a float could not hold it.
+HIPRT_HD HIPRT_INLINE Vec3 make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
+  const double x = difference_of_products(edge1[1], edge2[2], edge1[2], edge2[1]);
+  const double y = difference_of_products(edge1[2], edge2[0], edge1[0], edge2[2]);
+  const double z = difference_of_products(edge1[0], edge2[1], edge1[1], edge2[0]);
+  const auto size = [](double a) { return a < 0.0 ? -a : a; };
+  double largest = size(x) > size(y) ? size(x) : size(y);
+  largest = size(z) > largest ? size(z) : largest;
+  // The products of float differences are between 2^-298 and 2^258.
+  const double scale = largest < 0x1p-200   ? 0x1p200
+                       : largest < 0x1p-100 ? 0x1p100
+                       : largest >= 0x1p127 ? 0x1p-132
+                                            : 1.0;
+  return Vec3(static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale));
+}
+
 /// Normal and error bound from the leaf's vertices.
 template <class Layout>
 HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::Leaf& leaf, unsigned triangle) {
@@ -34,26 +56,32 @@ HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::L
   read(0, ray.origin.x);
   read(1, ray.origin.y);
   read(2, ray.origin.z);
-  hit.normal = Vec3(static_cast<float>(edge1[1] * edge2[2] - edge1[2] * edge2[1]),
-                    static_cast<float>(edge1[2] * edge2[0] - edge1[0] * edge2[2]),
-                    static_cast<float>(edge1[0] * edge2[1] - edge1[1] * edge2[0]));
-  hit.error = 0x1p-24f * (20.0f * (reach + extent) + 4.0f * magnitude);
+  hit.normal = make_normal(edge1, edge2);
+  hit.error = 0x1p-24f * fused_multiply_add(20.0f, reach + extent, 4.0f * magnitude);
+}
+
+/// No hit is farther than the largest float: t = +inf says miss.
+HIPRT_HD HIPRT_INLINE float finite_limit(float tmax) {
+  constexpr float kMax = std::numeric_limits<float>::max();
+  return tmax < kMax ? tmax : kMax;
 }
 
 }  // namespace query_detail
 
 /// The hit with the smallest t; see Hit for ties. A miss if there is none.
+/// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
-HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter) {
+HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
+                                const typename P::Stack::Storage& storage = {}) {
   if (!covers<P>(scene)) return query_detail::refusal();
   Hit hit;
   if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
   using Leaf = typename P::Layout::Leaf;
   const Leaf* best_leaf = nullptr;
   unsigned best_triangle = 0;
-  float limit = ray.tmax;
+  float limit = query_detail::finite_limit(ray.tmax);
   const float tmin = max_of(ray.tmin, 0.0f);
-  traverse<P, NearFirst>(scene, ray, limit, counter, [&](const Leaf& leaf, const auto& prepared) {
+  traverse<P, NearFirst>(scene, ray, limit, storage, counter, [&](const Leaf& leaf, const auto& prepared) {
     return P::Triangle::template intersect<typename P::Lanes>(
         leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
           if (!(candidate.t >= tmin && candidate.t <= limit)) return true;
@@ -77,17 +105,20 @@ HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename
 }
 
 /// Some hit in [tmin, tmax], without normal and error; which one depends on the tree. A miss if there is none.
-template <class P> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter) {
+/// @param storage of the traversal's stack; one ray at a time may use it.
+template <class P>
+HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
+                            const typename P::Stack::Storage& storage = {}) {
   if (!covers<P>(scene)) return query_detail::refusal();
   Hit hit;
   if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
   using Leaf = typename P::Layout::Leaf;
-  const float tmin = max_of(ray.tmin, 0.0f);
+  const float tmin = max_of(ray.tmin, 0.0f), limit = query_detail::finite_limit(ray.tmax);
   traverse<P, Unordered>(
-      scene, ray, ray.tmax, counter, [&](const Leaf& leaf, const auto& prepared) HIPRT_INLINE_LAMBDA {
+      scene, ray, limit, storage, counter, [&](const Leaf& leaf, const auto& prepared) HIPRT_INLINE_LAMBDA {
         return P::Triangle::template intersect<typename P::Lanes>(
             leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
-              if (!(candidate.t >= tmin && candidate.t <= ray.tmax)) return true;
+              if (!(candidate.t >= tmin && candidate.t <= limit)) return true;
               const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
               if (!is_visible<P>(scene, ray, geometry)) return true;
               hit = Hit{candidate.t, candidate.u, candidate.v, geometry, leaf.info.primitive[triangle]};

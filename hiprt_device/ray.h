@@ -13,9 +13,9 @@ namespace hiprt {
 /// - direction: any length; not normalised by the library. Components may be 0 or -0.
 /// - tmin, tmax: both ends belong to the ray. A negative tmin counts as 0. tmax may be +inf.
 /// - A ray that is not finite (tmax excepted), has a zero direction, or tmin > tmax, misses everything.
-/// - Guarantees (docs/decisions/0003-conservative-boxes.md) hold while the largest coordinate of scene bounds and
-/// origin
-///   is in [2^-100, 2^60], the largest direction component in [2^-100, 2^126], and their ratio in [2^-100, 2^90].
+/// - Guarantees (docs/decisions/0003-conservative-boxes.md) hold while the largest coordinate of scene bounds and of
+///   the origin is in [2^-100, 2^60], the largest direction component in [2^-100, 2^126], and their ratio in
+///   [2^-100, 2^90]. A hit whose t is beyond the largest float is a miss.
 struct Ray {
   Vec3 origin{0.0f};
   float tmin = 0.0f;
@@ -33,7 +33,9 @@ struct Hit {
   float v = 0.0f;  ///< Weight of the triangle's corner 2.
   std::uint32_t geometry = kInvalidId;
   std::uint32_t primitive = kInvalidId;  ///< Within the geometry.
-  Vec3 normal{0.0f};                     ///< cross(p1 - p0, p2 - p0): not normalised, length = 2 * area.
+  /// cross(p1 - p0, p2 - p0): not normalised, length = 2 * area; but times a power of two if its largest component is
+  /// not in [2^-100, 2^127), which a float could not hold, or not to the last bit.
+  Vec3 normal{0.0f};
   /// Bound, in scene units and per axis, of the distance between the computed point origin + t * direction and the
   /// triangle, with room for the rounding of a ray that starts there (spawn.h).
   float error = 0.0f;

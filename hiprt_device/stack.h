@@ -1,5 +1,6 @@
 #pragma once
-/// Traversal stacks: a policy with kCapacity, push, pop and empty. Entries are 64 bits: entry distance and reference.
+/// Traversal stacks: a policy with kCapacity, push, pop and empty, made anew for every ray from its Storage, a small
+/// value that says where the entries lie. Entries are 64 bits: entry distance and reference.
 
 #include <hiprt_device/format/node.h>
 
@@ -22,7 +23,8 @@ HIPRT_HD HIPRT_INLINE float entry_distance(StackEntry entry) {
 HIPRT_HD HIPRT_INLINE NodeRef entry_ref(StackEntry entry) { return static_cast<NodeRef>(entry); }
 
 template <class T>
-concept TraversalStack = requires(T stack, StackEntry entry) {
+concept TraversalStack = requires(T stack, StackEntry entry, const typename T::Storage& storage) {
+  T(storage);
   { T::kCapacity } -> std::convertible_to<unsigned>;
   stack.push(entry);
   { stack.pop() } -> std::same_as<StackEntry>;
@@ -34,6 +36,10 @@ concept TraversalStack = requires(T stack, StackEntry entry) {
 template <unsigned Capacity = 192> class PrivateStack {
  public:
   static constexpr unsigned kCapacity = Capacity;
+  /// The entries lie in the stack itself.
+  struct Storage {};
+
+  HIPRT_HD HIPRT_INLINE explicit PrivateStack(const Storage&) {}
 
   HIPRT_HD HIPRT_INLINE void push(StackEntry entry) {
     HIPRT_ASSERT(size_ < Capacity);

@@ -23,17 +23,19 @@ HIPRT_HD HIPRT_INLINE bool is_traceable(const Ray& ray) {
 /// Visits the leaves whose boxes the ray meets in [tmin, limit], in the order of Order.
 /// @param limit read before every box test: the visitor may lower it.
 /// @param visit bool(const Leaf&, prepared ray): false stops.
+/// @param storage where the stack keeps its entries.
 /// @pre covers<P>(scene), is_traceable(ray)
 template <class P, class Order, class Visit>
 HIPRT_HD HIPRT_INLINE void traverse(const SceneView& scene, const Ray& ray, const float& limit,
-                                    typename P::Counter& counter, Visit&& visit) {
+                                    const typename P::Stack::Storage& storage, typename P::Counter& counter,
+                                    Visit&& visit) {
   using Lanes = typename P::Lanes;
   using Node = typename P::Layout::Node;
   using Leaf = typename P::Layout::Leaf;
   const RaySlabs<Lanes> slabs(ray, P::Boxes::margin(ray.origin, scene.bounds));
   const typename P::Triangle::template PreparedRay<Lanes> prepared(ray);
   const typename Lanes::Float tmin = Lanes::all(max_of(ray.tmin, 0.0f));
-  typename P::Stack stack;
+  typename P::Stack stack(storage);
   NodeRef ref = scene.root;
   for (;;) {
     bool descend = true;
@@ -46,7 +48,7 @@ HIPRT_HD HIPRT_INLINE void traverse(const SceneView& scene, const Ray& ray, cons
     } else {
       const Leaf* leaf = reinterpret_cast<const Leaf*>(scene.base + ref_offset(ref));
       for (;; ++leaf) {
-        counter.on_leaf();
+        counter.on_leaf(leaf->info.primitive[1] == kInvalidId ? 1u : 2u);
         if (!visit(*leaf, prepared)) return;
         if ((leaf->info.geometry_and_flags & kLastInRun) != 0) break;
       }

@@ -1,5 +1,7 @@
 #include "bvh_file.h"
 
+#include "trace_job.h"
+
 #include <hiprt_build/file.h>
 
 #include <utility>
@@ -23,6 +25,13 @@ build::Result<BvhFile> load_bvh(const std::filesystem::path& path) {
   if (!file) return file;
   if (const auto valid = validate(file->view.bytes); !valid) return tl::unexpected(format_error(path, valid.error()));
   return file;
+}
+
+build::Result<void> check_traceable(const std::filesystem::path& path, const FileHeader& header) {
+  if (header.stack_bound <= kTraceStack) return {};
+  return tl::unexpected(build::Error{build::ErrorCode::kTooLarge,
+                                     path.string() + ": " + std::to_string(header.stack_bound) +
+                                         " stack entries needed, the limit is " + std::to_string(kTraceStack)});
 }
 
 }  // namespace hiprt::tools

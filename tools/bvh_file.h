@@ -24,6 +24,9 @@ build::Result<BvhFile> open_bvh(const std::filesystem::path& path);
 /// Checks everything (hiprt::validate()): the file may be traversed.
 build::Result<BvhFile> load_bvh(const std::filesystem::path& path);
 
+/// Whether trace() can trace a file. @return kTooLarge with the path, the stack entries needed, and the limit.
+build::Result<void> check_traceable(const std::filesystem::path& path, const FileHeader& header);
+
 /// "scene.bvh: not a valid BVH file: BadMagic at byte 0: ..."
 build::Error format_error(const std::filesystem::path& path, const FormatIssue& issue);
 

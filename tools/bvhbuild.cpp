@@ -3,6 +3,7 @@
 #include "cli.h"
 #include "mesh_import.h"
 #include "names.h"
+#include "parallel.h"
 #include "progress.h"
 #include "report.h"
 
@@ -219,6 +220,7 @@ build::Result<void> report(const Cli& cli, const Options& options, const build::
 
 build::Result<void> run(const Cli& cli, const Options& options) {
   const InterruptGuard guard;
+  const ThreadLimit limit(options.threads);
   ProgressBar bar;
   Stopwatch watch;
   Seconds seconds;

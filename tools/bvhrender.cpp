@@ -26,7 +26,8 @@ constexpr ToolInfo kInfo{
     "Renders a picture of a BVH file, as OpenEXR or PNG. The BVH file is validated first.\n"
     "EXR layers: R G B linear colour; of the ray through the pixel's centre N (unit normal facing the camera),\n"
     "P (position), Z (distance along the ray, inf: a miss), id.geometry and id.primitive (4294967295: a miss),\n"
-    "cost.boxes and cost.leaves (tests). PNG: 8-bit sRGB; colours above 1 are compressed (Reinhard, extended).\n"
+    "cost.boxes, cost.leaves and cost.triangles (tests: four boxes; a leaf; its one or two triangles).\n"
+    "PNG: 8-bit sRGB; colours above 1 are compressed (Reinhard, extended).\n"
     "Modes: ao (clay below a soft sky), primary (lit from the eye), normals (0.5 + 0.5 n), heatmap (tests per ray).\n"
     "The picture depends on the seed, never on the number of threads.",
     "  bvhrender bunny.bvh -o bunny.png\n"
@@ -220,7 +221,7 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
               {"spp", render.samples},
               {"seed", render.seed},
               {"camera", to_text(camera)},
-              {"threads", render.threads},
+              {"threads", rendering.threads},
               {"instruction_set", trace_isa()},
               {"primary_rays", rendering.rays.primary},
               {"shadow_rays", rendering.rays.shadow},
@@ -237,6 +238,7 @@ build::Result<void> run(const Cli& cli, Options& options) {
   if (auto paths = check_output_paths(options); !paths) return paths;
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
+  if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;
   const auto camera = choose_camera(options, file->view.header->bounds);
   if (!camera) return tl::unexpected(camera.error());
   const auto rendering = render_with_bar(file->view, *camera, options.render);

@@ -75,18 +75,17 @@ double median_of(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-build::Result<Timing> trace_all(const Options& options, const SceneView& scene, Query query, std::span<const Ray> rays,
-                                std::span<Hit> hits) {
+build::Result<Timing> trace_all(const Options& options, const ThreadLimit& limit, const SceneView& scene, Query query,
+                                std::span<const Ray> rays, std::span<Hit> hits) {
   const TracePolicies policies{value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
   ProgressBar bar;
   Timing timing;
   for (unsigned i = 0; i < options.repeat; ++i) {
     bar.update("trace", static_cast<double>(i) / options.repeat);
     const auto start = std::chrono::steady_clock::now();
-    const bool complete =
-        parallel_batches(rays.size(), kBatch, options.threads, [&](std::size_t begin, std::size_t end) {
-          trace(scene, query, policies, rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
-        });
+    const bool complete = parallel_batches(rays.size(), kBatch, limit, [&](std::size_t begin, std::size_t end) {
+      trace(scene, query, policies, rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
+    });
     timing.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     if (!complete) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled"});
   }
@@ -109,6 +108,7 @@ build::Result<std::vector<HitRecord>> records_of(const BufferView& view, std::sp
 
 struct Outcome {
   Query query;
+  unsigned threads;
   Timing timing;
   std::size_t rays = 0, found = 0;
 };
@@ -130,7 +130,7 @@ void print(const Cli& cli, const Options& options, const Outcome& outcome) {
               {"query", word_of(kQueries, outcome.query)},
               {"triangle_test", options.triangle_test},
               {"box_test", options.box_test},
-              {"threads", options.threads},
+              {"threads", outcome.threads},
               {"instruction_set", trace_isa()},
               {"seconds", outcome.timing.seconds},
               {"median_seconds", outcome.timing.median},
@@ -139,18 +139,16 @@ void print(const Cli& cli, const Options& options, const Outcome& outcome) {
 
 /// What a hit file and the kernels can take.
 build::Result<void> check_limits(const Options& options, const FileHeader& header) {
-  const auto refuse = [&](std::uint64_t found, const std::string& what, std::uint64_t limit) {
-    return tl::unexpected(build::Error{
-        build::ErrorCode::kTooLarge,
-        options.path + ": " + std::to_string(found) + " " + what + ", the limit is " + std::to_string(limit)});
-  };
-  if (header.primitive_count > kInvalidId) return refuse(header.primitive_count, "primitives", kInvalidId);
-  if (header.stack_bound > kTraceStack) return refuse(header.stack_bound, "stack entries needed", kTraceStack);
-  return {};
+  if (header.primitive_count > kInvalidId)
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kTooLarge, options.path + ": " + std::to_string(header.primitive_count) +
+                                                      " primitives, a hit file numbers " + std::to_string(kInvalidId)});
+  return check_traceable(options.path, header);
 }
 
 build::Result<void> run(const Cli& cli, const Options& options) {
   const InterruptGuard guard;
+  const ThreadLimit limit(options.threads);
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_limits(options, *file->view.header); !checked) return checked;
@@ -160,8 +158,9 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   const bool any = options.query == "auto" ? batch->any_hit : options.query == "any";
   outcome.query = any ? Query::kAny : Query::kClosest;
   outcome.rays = batch->rays.size();
+  outcome.threads = limit.threads();
   std::vector<Hit> hits(batch->rays.size());
-  auto timing = trace_all(options, make_scene_view(file->view), outcome.query, batch->rays, hits);
+  auto timing = trace_all(options, limit, make_scene_view(file->view), outcome.query, batch->rays, hits);
   if (!timing) return tl::unexpected(timing.error());
   outcome.timing = std::move(*timing);
   const auto records = records_of(file->view, hits);

@@ -24,7 +24,8 @@ struct Pixel {
   std::uint32_t geometry = kInvalidId;
   std::uint32_t primitive = kInvalidId;  ///< Within the geometry.
   std::uint32_t box_tests = 0;           ///< Four-box tests.
-  std::uint32_t leaf_tests = 0;          ///< Triangle pair tests.
+  std::uint32_t leaf_tests = 0;          ///< Tests of a leaf: one or two triangles.
+  std::uint32_t triangle_tests = 0;
 };
 
 struct Image {
@@ -45,7 +46,8 @@ using ImageAttributes = std::vector<std::pair<std::string, std::string>>;
 ///   R G B                          float   colour
 ///   N.X N.Y N.Z   P.X P.Y P.Z   Z  float   normal, position, depth
 ///   id.geometry id.primitive       uint    0xffffffff for a miss
-///   cost.boxes cost.leaves         uint    tests of the ray
+///   cost.boxes cost.leaves         uint    four-box tests and leaf tests of the ray
+///   cost.triangles                 uint    triangles (one or two per leaf) in those
 /// The file appears whole or not at all.
 /// @return the bytes written, or kIo with path and reason.
 build::Result<std::size_t> write_exr(const std::filesystem::path& path, const Image& image,

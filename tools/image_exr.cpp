@@ -46,7 +46,7 @@ struct Channel {
 
 constexpr std::size_t axis(std::size_t i) { return i * sizeof(float); }
 
-constexpr std::array<Channel, 14> kChannels{{
+constexpr std::array<Channel, 15> kChannels{{
     {"R", Imf::FLOAT, offsetof(Pixel, color) + axis(0)},
     {"G", Imf::FLOAT, offsetof(Pixel, color) + axis(1)},
     {"B", Imf::FLOAT, offsetof(Pixel, color) + axis(2)},
@@ -61,6 +61,7 @@ constexpr std::array<Channel, 14> kChannels{{
     {"id.primitive", Imf::UINT, offsetof(Pixel, primitive)},
     {"cost.boxes", Imf::UINT, offsetof(Pixel, box_tests)},
     {"cost.leaves", Imf::UINT, offsetof(Pixel, leaf_tests)},
+    {"cost.triangles", Imf::UINT, offsetof(Pixel, triangle_tests)},
 }};
 static_assert(sizeof(Vec3) == 3 * sizeof(float));
 

@@ -1,15 +1,30 @@
 #pragma once
 /// Loops over batches on several threads.
 
+#include <tbb/global_control.h>
+
 #include <cstddef>
 #include <functional>
 
 namespace hiprt::tools {
 
-/// Calls @p body(begin, end) for batches that cover [0, count) once, on up to @p threads threads (0: as many as the
-/// machine has). Batches are started in no particular order.
+/// Lets the process run as many threads as long as it lives: oneTBB itself stops at the machine's number.
+class ThreadLimit {
+ public:
+  /// @param threads 0: as many as the machine has.
+  explicit ThreadLimit(unsigned threads);
+
+  unsigned threads() const { return threads_; }
+
+ private:
+  unsigned threads_;
+  tbb::global_control workers_;
+};
+
+/// Calls @p body(begin, end) for batches that cover [0, count) once, on as many threads as @p limit says. Batches are
+/// started in no particular order.
 /// @return false when interrupted() became true: batches may be missing then.
-bool parallel_batches(std::size_t count, std::size_t batch, unsigned threads,
+bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& limit,
                       const std::function<void(std::size_t begin, std::size_t end)>& body);
 
 }  // namespace hiprt::tools

@@ -55,7 +55,8 @@ build::Result<Rendering> render(const SceneView& scene, const Camera& camera, co
   const std::size_t columns = (options.width + kTileSize - 1) / kTileSize;
   const std::size_t rows = (options.height + kTileSize - 1) / kTileSize;
   Tally tally(columns * rows, progress);
-  const bool complete = parallel_batches(columns * rows, 1, options.threads, [&](std::size_t begin, std::size_t end) {
+  const ThreadLimit limit(options.threads);
+  const bool complete = parallel_batches(columns * rows, 1, limit, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       TileRenderer tile(job, tile_at(i, options), image, cost);
       tile.run();
@@ -68,7 +69,7 @@ build::Result<Rendering> render(const SceneView& scene, const Camera& camera, co
         build::Error{build::ErrorCode::kInvalidInput, "the scene has features that this tracer was not compiled for"});
   if (options.mode == RenderMode::kHeatmap) apply_heatmap(image, cost);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  return Rendering{std::move(image), tally.rays(), seconds.count()};
+  return Rendering{std::move(image), tally.rays(), limit.threads(), seconds.count()};
 }
 
 }  // namespace hiprt::tools

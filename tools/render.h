@@ -45,6 +45,7 @@ struct RayCounts {
 struct Rendering {
   Image image;
   RayCounts rays;
+  unsigned threads;
   double seconds;  ///< Ray generation, traversal and shading together.
 };
 

@@ -94,6 +94,7 @@ void TileRenderer::store_layers() {
     Pixel& pixel = image_.pixels[pixel_of(i)];
     pixel.box_tests = costs_[i].box_tests;
     pixel.leaf_tests = costs_[i].leaf_tests;
+    pixel.triangle_tests = costs_[i].triangle_tests;
     const Hit& hit = hits_[i];
     if (!hit.found()) continue;
     pixel.normal = facing_normal(rays_[i], hit);

@@ -27,6 +27,7 @@ template <class Layout, class Triangle, class Boxes, class Counter> void run(con
     if constexpr (requires { counter.box_tests; }) {
       job.costs[i].box_tests = counter.box_tests;
       job.costs[i].leaf_tests = counter.leaf_tests;
+      job.costs[i].triangle_tests = counter.triangle_tests;
     }
   }
 }

@@ -20,10 +20,11 @@ struct TracePolicies {
   BoxTestKind box_test = BoxTestKind::kConservative;
 };
 
-/// Work of one ray: four-box tests and leaf (triangle pair) tests.
+/// Work of one ray: four-box tests, leaf tests, and the triangles (one or two per leaf) in those.
 struct RayCost {
   std::uint32_t box_tests = 0;
   std::uint32_t leaf_tests = 0;
+  std::uint32_t triangle_tests = 0;
 };
 
 /// Traces rays[i] into hits[i] on the calling thread.

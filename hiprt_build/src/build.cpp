@@ -7,7 +7,7 @@
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
 
-#include <tbb/info.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <chrono>
@@ -127,6 +127,8 @@ Result<Bvh> run(CpuEngine& engine, std::span<const TriangleMesh> meshes, const B
   if (auto indices = check_indices(engine, meshes); !indices) return tl::unexpected(indices.error());
   const GroupedTriangles grouped =
       group_triangles(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1);
+  // References and tree nodes are numbered with 32 bits: refused before there are any.
+  if (auto leaves = check_addresses(1, grouped.count); !leaves) return tl::unexpected(leaves.error());
   statistics.triangles = soup.size();
   statistics.dropped_not_finite = grouped.dropped_not_finite;
   statistics.dropped_degenerate = grouped.dropped_degenerate;
@@ -136,7 +138,7 @@ Result<Bvh> run(CpuEngine& engine, std::span<const TriangleMesh> meshes, const B
   Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped);
   if (!tree) return tl::unexpected(tree.error());
   statistics.tree_seconds = watch.lap();
-  const WideTree wide(engine, *tree, options.costs, (options.max_leaf_triangles + 1) / 2);
+  const WideTree wide(engine, *tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);
   statistics.leaves = tree->references.size();
   statistics.nodes = tree->empty() || wide.is_run(0) ? 0 : wide.node_count(0);
   statistics.collapse_seconds = watch.lap();
@@ -177,9 +179,9 @@ Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& opti
   Monitor monitor(options.progress);
   MemoryLedger ledger;
   CpuEngine engine(monitor, ledger);
-  // More than the machine has would bring nothing but oneTBB's warning.
-  const auto machine = static_cast<unsigned>(tbb::info::default_concurrency());
-  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? machine : std::min(options.threads, machine)));
+  // More than the process may use would bring nothing but oneTBB's warning.
+  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
   return arena.execute([&] { return run(engine, meshes, options); });
 } catch (const Cancelled&) {
   return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});

@@ -1,5 +1,7 @@
 #include <hiprt_build/steps/collapse.h>
 
+#include <algorithm>
+
 namespace hiprt::build {
 namespace {
 
@@ -7,8 +9,9 @@ constexpr std::uint32_t kTaskSize = 4096;
 
 }  // namespace
 
-WideTree::WideTree(CpuEngine& engine, const BinaryTree& tree, const SahCosts& costs, std::size_t max_leaves)
-    : engine_(engine), tree_(tree), costs_(costs), max_leaves_(max_leaves) {
+WideTree::WideTree(CpuEngine& engine, const BinaryTree& tree, std::span<const TriangleGroup> groups,
+                   const SahCosts& costs, unsigned max_triangles)
+    : engine_(engine), tree_(tree), groups_(groups), costs_(costs), max_triangles_(max_triangles) {
   if (tree.empty()) return;
   engine.monitor().start("collapse", 0.85, tree.references.size());
   plan_ = engine.allocate<CollapsePlan>(tree.nodes.size());
@@ -19,7 +22,8 @@ void WideTree::plan(std::uint32_t node) {
   const std::uint32_t count = tree_.nodes[node].count;
   if (count == 1) {
     const float cost = half_area(tree_.nodes[node].box()) * costs_.leaf;
-    plan_[node] = CollapsePlan{{cost, cost, cost}, {0, 0, 0}, {0, 0, 0}};
+    const bool pair = groups_[tree_.references[tree_.nodes[node].first].leaf].is_pair();
+    plan_[node] = CollapsePlan{{cost, cost, cost}, {0, 0, 0}, {0, 0, 0}, static_cast<std::uint8_t>(pair ? 2 : 1)};
     engine_.monitor().add(1);
     return;
   }
@@ -57,7 +61,8 @@ void WideTree::plan_inner(std::uint32_t node) {
   result.cost[0] = distribute(4, result.choice[0], nodes) + area * costs_.box_node;
   result.nodes[0] = nodes + 1;
   const float run_cost = area * costs_.leaf * static_cast<float>(count);
-  if (count <= max_leaves_ && run_cost <= result.cost[0]) {
+  result.triangles = static_cast<std::uint8_t>(std::min(255, left.triangles + right.triangles));
+  if (result.triangles <= max_triangles_ && run_cost <= result.cost[0]) {
     result.cost[0] = run_cost;
     result.nodes[0] = 0;
     result.choice[0] = 0;

@@ -127,10 +127,15 @@ RTCBuildQuality quality(Builder builder) {
 /// Embree's tree as ours.
 class Converter {
  public:
-  Converter(BinaryTree& tree, const Scaling& scaling) : tree_(tree), scaling_(scaling) {}
+  Converter(BinaryTree& tree, const Scaling& scaling, Monitor& monitor)
+      : tree_(tree), scaling_(scaling), monitor_(monitor) {}
 
-  static std::size_t count(EmbreeNode* node) {
-    if (node->references == nullptr) node->count = count(node->child[0]) + count(node->child[1]);
+  static std::size_t count(EmbreeNode* node, Monitor& monitor) {
+    constexpr std::size_t kMany = 4096;
+    if (node->references == nullptr) {
+      node->count = count(node->child[0], monitor) + count(node->child[1], monitor);
+      if (node->count > kMany) monitor.check();
+    }
     return node->count;
   }
 
@@ -149,6 +154,7 @@ class Converter {
     Aabb box;
     if (count == 1) {
       box = scaling_.undo(references[0].box());
+      monitor_.add(1);
       tree_.references[first] =
           Reference{{box.min[0], box.min[1], box.min[2]}, 0, {box.max[0], box.max[1], box.max[2]}, references[0].leaf};
     } else {
@@ -162,6 +168,7 @@ class Converter {
 
   BinaryTree& tree_;
   const Scaling& scaling_;
+  Monitor& monitor_;
 };
 
 RTCBuildArguments make_arguments(Builder builder, RTCBVH bvh, ScratchArray<Reference>& room, std::size_t count,
@@ -232,10 +239,11 @@ Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const Triang
                                 "Embree: rtcBuildBVH failed for " + std::to_string(count) + " references: " + message});
   room.release();
   engine.ledger().add(static_cast<std::uint64_t>(embree_bytes.load()));
-  const std::size_t total = Converter::count(root);
+  const std::size_t total = Converter::count(root, engine.monitor());
+  engine.monitor().start("convert", 0.8, total);
   tree.references = engine.allocate<Reference>(total);
   tree.nodes = engine.allocate<BinaryNode>(2 * total - 1);
-  Converter(tree, context.scaling).convert(root, 0, 0);
+  Converter(tree, context.scaling, engine.monitor()).convert(root, 0, 0);
   engine.ledger().subtract(static_cast<std::uint64_t>(embree_bytes.load()));
   return tree;
 }

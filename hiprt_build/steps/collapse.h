@@ -5,6 +5,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/steps/binary_tree.h>
+#include <hiprt_build/steps/geometry.h>
 
 #include <array>
 
@@ -17,13 +18,16 @@ struct CollapsePlan {
   /// choice[0]: 0 a run of leaves, else a wide node whose first k of four children come from the left child.
   /// choice[i]: 0 as with one child less, else k of the i + 1 children come from the left.
   std::uint8_t choice[3];
+  std::uint8_t triangles;  ///< Below the node; 255: that many or more.
 };
 
 /// The wide tree over a binary tree.
 class WideTree {
  public:
-  /// @param max_leaves most leaves in a run, at least 1.
-  WideTree(CpuEngine& engine, const BinaryTree& tree, const SahCosts& costs, std::size_t max_leaves);
+  /// @param groups what the tree's references refer to.
+  /// @param max_triangles most triangles in a run of several leaves, below 255. (A single leaf is always a run.)
+  WideTree(CpuEngine& engine, const BinaryTree& tree, std::span<const TriangleGroup> groups, const SahCosts& costs,
+           unsigned max_triangles);
 
   struct Children {
     std::array<std::uint32_t, kBranching> node{};  ///< Binary nodes.
@@ -46,8 +50,9 @@ class WideTree {
 
   CpuEngine& engine_;
   const BinaryTree& tree_;
+  std::span<const TriangleGroup> groups_;
   SahCosts costs_;
-  std::size_t max_leaves_;
+  unsigned max_triangles_;
   ScratchArray<CollapsePlan> plan_;
 };
 

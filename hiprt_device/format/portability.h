@@ -40,9 +40,45 @@
 #endif
 
 /// A program may hold the same kernels compiled for several x86-64 levels and choose at run time. The inline namespace
-/// keeps their symbols apart, so that the linker can never give AVX2 code to a machine without it.
-#if defined(__x86_64__) && defined(__AVX2__) && defined(__FMA__)
-#define HIPRT_ISA_NAMESPACE x86_64_v3
+/// keeps their symbols apart, so that the linker can never give AVX2 code to a machine without it: isa_ and a digit
+/// each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL. x86-64-v3 is isa_1111100.
+#if defined(__SSE4_2__)
+#define HIPRT_ISA_SSE4_2 1
 #else
-#define HIPRT_ISA_NAMESPACE portable
+#define HIPRT_ISA_SSE4_2 0
 #endif
+#if defined(__AVX__)
+#define HIPRT_ISA_AVX 1
+#else
+#define HIPRT_ISA_AVX 0
+#endif
+#if defined(__AVX2__)
+#define HIPRT_ISA_AVX2 1
+#else
+#define HIPRT_ISA_AVX2 0
+#endif
+#if defined(__FMA__)
+#define HIPRT_ISA_FMA 1
+#else
+#define HIPRT_ISA_FMA 0
+#endif
+#if defined(__BMI2__)
+#define HIPRT_ISA_BMI2 1
+#else
+#define HIPRT_ISA_BMI2 0
+#endif
+#if defined(__AVX512F__)
+#define HIPRT_ISA_AVX512F 1
+#else
+#define HIPRT_ISA_AVX512F 0
+#endif
+#if defined(__AVX512VL__)
+#define HIPRT_ISA_AVX512VL 1
+#else
+#define HIPRT_ISA_AVX512VL 0
+#endif
+#define HIPRT_ISA_JOIN_EXPANDED(a, b, c, d, e, f, g) isa_##a##b##c##d##e##f##g
+#define HIPRT_ISA_JOIN(a, b, c, d, e, f, g) HIPRT_ISA_JOIN_EXPANDED(a, b, c, d, e, f, g)
+#define HIPRT_ISA_NAMESPACE                                                                                         \
+  HIPRT_ISA_JOIN(HIPRT_ISA_SSE4_2, HIPRT_ISA_AVX, HIPRT_ISA_AVX2, HIPRT_ISA_FMA, HIPRT_ISA_BMI2, HIPRT_ISA_AVX512F, \
+                 HIPRT_ISA_AVX512VL)

@@ -20,8 +20,9 @@ double area(const BinaryTree& tree, std::uint32_t node) { return double{half_are
 /// The least cost over every wide tree, by trying them.
 class AllCollapses {
  public:
-  AllCollapses(const BinaryTree& tree, const SahCosts& costs, std::size_t max_leaves)
-      : tree_(tree), costs_(costs), max_leaves_(max_leaves) {}
+  AllCollapses(const BinaryTree& tree, std::span<const build::TriangleGroup> groups, const SahCosts& costs,
+               unsigned max_triangles)
+      : tree_(tree), groups_(groups), costs_(costs), max_triangles_(max_triangles) {}
 
   /// The subtree as one child.
   double best(std::uint32_t node) const {
@@ -29,10 +30,17 @@ class AllCollapses {
     const double run = area(tree_, node) * costs_.leaf * static_cast<double>(count);
     if (count == 1) return run;
     const double inner = area(tree_, node) * costs_.box_node + best_cut({tree_.left(node), tree_.right(node)}, 0);
-    return count <= max_leaves_ ? std::min(run, inner) : inner;
+    return triangles(node) <= max_triangles_ ? std::min(run, inner) : inner;
   }
 
  private:
+  unsigned triangles(std::uint32_t node) const {
+    unsigned sum = 0;
+    for (std::uint32_t i = 0; i < tree_.nodes[node].count; ++i)
+      sum += groups_[tree_.references[tree_.nodes[node].first + i].leaf].is_pair() ? 2 : 1;
+    return sum;
+  }
+
   /// Children as they are, or with one of those from @p from on opened.
   double best_cut(const std::vector<std::uint32_t>& children, std::size_t from) const {
     double least = 0;
@@ -49,8 +57,9 @@ class AllCollapses {
   }
 
   const BinaryTree& tree_;
+  std::span<const build::TriangleGroup> groups_;
   SahCosts costs_;
-  std::size_t max_leaves_;
+  unsigned max_triangles_;
 };
 
 }  // namespace
@@ -66,6 +75,8 @@ TEST_CASE("the collapse has the least cost of all") {
   for (unsigned round = 0; round < 300; ++round) {
     const std::uint32_t count = 2 + random.below(11);
     auto references = engine.allocate<build::Reference>(count);
+    std::vector<build::TriangleGroup> groups(count);
+    for (build::TriangleGroup& group : groups) group.triangle[1] = random.coin() ? 1 : kInvalidId;
     for (std::uint32_t i = 0; i < count; ++i) {
       const Position low = random.in_cube(1), size = random.in_cube(random.log_uniform(1e-3, 1));
       build::Reference& r = references[i];
@@ -74,10 +85,11 @@ TEST_CASE("the collapse has the least cost of all") {
     }
     const BinaryTree tree = build_sah(engine, std::move(references));
     const SahCosts costs{1.0f, random.uniform_float(0.2, 3)};
-    const std::size_t max_leaves = 1 + random.below(5);
-    const build::WideTree wide(engine, tree, costs, max_leaves);
-    CAPTURE(round, count, costs.leaf, max_leaves);
-    REQUIRE(wide.cost() * area(tree, 0) == Approx(AllCollapses(tree, costs, max_leaves).best(0)).epsilon(1e-5));
+    const unsigned max_triangles = 1 + random.below(10);
+    const build::WideTree wide(engine, tree, groups, costs, max_triangles);
+    CAPTURE(round, count, costs.leaf, max_triangles);
+    REQUIRE(wide.cost() * area(tree, 0) ==
+            Approx(AllCollapses(tree, groups, costs, max_triangles).best(0)).epsilon(1e-5));
   }
 }
 

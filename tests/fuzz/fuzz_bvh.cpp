@@ -8,6 +8,7 @@
 #include <hiprt_device/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
@@ -31,7 +32,8 @@ void check_hit(const BufferView& view, const Ray& ray, const Hit& hit) {
   require((view.geometries[hit.geometry].mask & ray.mask) != 0, "hit of a masked geometry");
   const std::uint64_t number = view.geometries[hit.geometry].first_primitive + hit.primitive;
   require(view.primitive_map[number] != kInvalidId, "hit of a dropped primitive");
-  require(hit.t >= ray.tmin && hit.t >= 0.0f && hit.t <= ray.tmax, "hit outside the ray's interval");
+  require(hit.t >= ray.tmin && hit.t >= 0.0f && hit.t <= ray.tmax && std::isfinite(hit.t),
+          "hit outside the ray's interval");
 }
 
 void trace(const BufferView& view, std::uint64_t seed) {

@@ -1,36 +1,53 @@
 #!/bin/bash
-# isa_symbols.sh ISA OBJECT...: fails when an object that was compiled for ISA (for example x86_64_v3) holds code that
-# could run on a machine without it.
+# isa_symbols.sh ISA OBJECT... [-- ISA OBJECT...]...: fails when an object that was compiled for ISA (for example
+# x86_64_v3) holds code that could run on a machine without it.
 #
-# Two ways lead there. The linker keeps one copy of a function that several objects define under one name, and may keep this
-# one: so every function that is visible outside its object must have ISA in its name (hiprt's inline namespace does that).
-# And constructors of globals run on every machine before main() can choose: so there must be none.
+# Two ways lead there. The linker keeps one copy of a function that several objects define under one name, and may keep
+# this one: so every function that is visible outside its object must have in its name ISA, or the tag of hiprt's inline
+# namespace (isa_1111100; portability.h), which must be one tag per ISA and another for each. And constructors of globals
+# run on every machine before main() can choose: so there must be none.
 set -euo pipefail
 
 if [[ $# -lt 2 ]]; then
-  echo "usage: isa_symbols.sh ISA OBJECT..." >&2
+  echo "usage: isa_symbols.sh ISA OBJECT... [-- ISA OBJECT...]..." >&2
   exit 2
 fi
-isa=$1
-shift
 faults=0
-functions=0
-for object in "$@"; do
+fault() {
+  echo "$1"
+  faults=$((faults + 1))
+}
+
+declare -A isa_of_tag=()
+# check_object ISA OBJECT: counts in functions.
+check_object() {
+  local isa=$1 object=$2 type name tag
   while read -r type name; do
     functions=$((functions + 1))
-    if [[ $name != *"$isa"* ]]; then
-      echo "$(basename "$object"): $type $(c++filt "$name"): visible outside the object without $isa in its name"
-      faults=$((faults + 1))
+    if [[ $name =~ isa_[01]{7} ]]; then
+      tag=${BASH_REMATCH[0]}
+      if [[ ${isa_of_tag[$tag]:=$isa} != "$isa" ]]; then
+        fault "$(basename "$object"): $type $(c++filt "$name"): $tag is also the tag of ${isa_of_tag[$tag]}"
+      fi
+    elif [[ $name != *"$isa"* ]]; then
+      fault "$(basename "$object"): $type $(c++filt "$name"): visible outside the object without $isa or a tag in its name"
     fi
   done < <(nm --defined-only --extern-only "$object" | awk '$2 ~ /^[TWi]$/ { print $2, $3 }')
   if nm "$object" | grep -q ' t _GLOBAL__sub_I_'; then
-    echo "$(basename "$object"): constructs globals (includes <iostream>?) before the CPU is known"
-    faults=$((faults + 1))
+    fault "$(basename "$object"): constructs globals (includes <iostream>?) before the CPU is known"
   fi
+}
+
+while [[ $# -gt 0 ]]; do
+  isa=$1
+  shift
+  functions=0
+  while [[ $# -gt 0 && $1 != -- ]]; do
+    check_object "$isa" "$1"
+    shift
+  done
+  [[ $# -eq 0 ]] || shift
+  echo "$isa: $functions visible functions, $faults faults so far"
+  if [[ $functions -eq 0 ]]; then fault "$isa: no function found: nothing was checked"; fi
 done
-echo "$isa: $functions visible functions in $# objects, $faults faults"
-if [[ $functions -eq 0 ]]; then
-  echo "no function found: nothing was checked"
-  exit 1
-fi
 [[ $faults -eq 0 ]]

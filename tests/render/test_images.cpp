@@ -28,6 +28,7 @@ Image sample_image() {
     pixel.primitive = 0x80000000u + pixel.geometry;
     pixel.box_tests = pixel.geometry + 1;
     pixel.leaf_tests = pixel.geometry + 2;
+    pixel.triangle_tests = pixel.geometry + 3;
     next += 0.0625f;
   }
   image.at(2, 1) = Pixel{};
@@ -46,7 +47,7 @@ TEST_CASE("EXR: every channel of every pixel comes back, misses and attributes t
   CHECK(file.width == 5);
   CHECK(file.height == 3);
   CHECK(file.floats.size() == 10);
-  CHECK(file.uints.size() == 4);
+  CHECK(file.uints.size() == 5);
   CHECK(file.attributes.at("software") == "bvhrender 1");
   CHECK(file.attributes.at("camera") == "x/y");
   for (std::uint32_t y = 0; y < 3; ++y)
@@ -60,6 +61,7 @@ TEST_CASE("EXR: every channel of every pixel comes back, misses and attributes t
       CHECK(file.uint_at("id.primitive", x, y) == p.primitive);
       CHECK(file.uint_at("cost.boxes", x, y) == p.box_tests);
       CHECK(file.uint_at("cost.leaves", x, y) == p.leaf_tests);
+      CHECK(file.uint_at("cost.triangles", x, y) == p.triangle_tests);
     }
   CHECK(std::isinf(file.at("Z", 2, 1)));
   CHECK(file.uint_at("id.geometry", 2, 1) == 0xffffffffu);

@@ -42,7 +42,8 @@ TEST_CASE("bvhrender: EXR layers have their names and what is seen through the m
   CHECK(file.width == 65);
   CHECK(file.height == 49);
   CHECK(names_of(file.floats) == std::set<std::string>{"R", "G", "B", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "Z"});
-  CHECK(names_of(file.uints) == std::set<std::string>{"id.geometry", "id.primitive", "cost.boxes", "cost.leaves"});
+  CHECK(names_of(file.uints) ==
+        std::set<std::string>{"id.geometry", "id.primitive", "cost.boxes", "cost.leaves", "cost.triangles"});
   // The middle: the back square at the edge that its triangles share.
   CHECK(file.at("Z", 32, 24) == 4.0f);
   CHECK(vector_at(file, {"P.X", "P.Y", "P.Z"}, 32, 24) == Vec3(0, 0, 0));
@@ -51,6 +52,7 @@ TEST_CASE("bvhrender: EXR layers have their names and what is seen through the m
   CHECK(file.uint_at("id.primitive", 32, 24) == 0);
   CHECK(file.uint_at("cost.boxes", 32, 24) > 0);
   CHECK(file.uint_at("cost.leaves", 32, 24) > 0);
+  CHECK(file.uint_at("cost.triangles", 32, 24) > 0);
   // Half of the height is tan(20 degrees) * 4 in the plane z = 0, * 3 in the plane z = 1.
   const double pixels = 24.5 / std::tan(20.0 / 180.0 * 3.14159265358979323846);
   const auto column = [&](double x, double depth) { return static_cast<std::uint32_t>(32.5 + x / depth * pixels); };

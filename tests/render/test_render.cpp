@@ -70,6 +70,7 @@ TEST_CASE("render: depth, ids, position and normal are those of the exact closes
     CHECK(glm::length(Vec3d(pixel.normal) - normal_of(meshes[exact.geometry], exact.primitive, ray)) < 1e-6);
     CHECK(pixel.box_tests > 0);
     CHECK(pixel.leaf_tests > 0);
+    CHECK((pixel.triangle_tests >= pixel.leaf_tests && pixel.triangle_tests <= 2 * pixel.leaf_tests));
   });
   CHECK(hits[0] > 200);
   CHECK(hits[1] > 200);
@@ -126,7 +127,7 @@ TEST_CASE("render: the picture does not depend on the tree") {
     INFO(scene.name);
     Image image = render_or_fail(scene, corner_camera(), options).image;
     // The work is the tree's own.
-    for (Pixel& pixel : image.pixels) pixel.box_tests = pixel.leaf_tests = 0;
+    for (Pixel& pixel : image.pixels) pixel.box_tests = pixel.leaf_tests = pixel.triangle_tests = 0;
     if (first.pixels.size() == 1) first = image;
     CHECK(same_bytes(first, image));
   }
@@ -162,7 +163,7 @@ TEST_CASE("render: an empty scene is a backdrop in every mode") {
     CHECK(rendering.rays.shadow == 0);
     for (const Pixel& pixel : rendering.image.pixels) {
       check_miss(pixel);
-      CHECK((pixel.box_tests == 0 && pixel.leaf_tests == 0));
+      CHECK((pixel.box_tests == 0 && pixel.leaf_tests == 0 && pixel.triangle_tests == 0));
     }
     if (mode == RenderMode::kAo || mode == RenderMode::kPrimary)
       for (std::uint32_t y = 0; y < 41; ++y)

@@ -36,6 +36,40 @@ std::vector<Mesh> shelves() { return {grid_plane(3, 2, 1), grid_plane(3, 2, 2), 
 
 }  // namespace
 
+TEST_CASE("a distance that no float can hold is a miss", "[ray]") {
+  const std::vector<Scene> scenes = all_scenes(shelves());
+  for (const float length : {1e-36f, 3e-38f, 1e-40f, 1e-45f}) {
+    const Hit hit = one_hit(scenes, make_ray(Vec3(0.1f, 0.2f, 1000), Vec3(0, 0, -length)));
+    CHECK_FALSE(hit.found());
+    CHECK(hit.t == kInfinity);
+  }
+  for (const Tracer& tracer : all_tracers())
+    for (const Scene& scene : scenes)
+      for (const float length : {1e-36f, 3e-38f}) {
+        const Ray ray = make_ray(Vec3(0.1f, 0.2f, 1000), Vec3(0, 0, -length));
+        CHECK_FALSE(tracer.closest(scene, ray).found());
+        CHECK_FALSE(tracer.any(scene, ray).found());
+      }
+}
+
+TEST_CASE("normals are cross products, times a power of two where a float could not hold them", "[ray]") {
+  for (const float size : {0x1p-140f, 0x1p-100f, 0x1p-60f, 1.0f, 0x1p60f, 0x1p100f}) {
+    const Mesh mesh{{{0, 0, 0}, {size, 0, 0}, {0, 3 * size, 0}}, {{0, 1, 2}}};
+    const Scene scene = make_scene({mesh});
+    const Ray ray = make_ray(Vec3(0.25f * size, 0.5f * size, size), Vec3(0, 0, -size));
+    const Hit hit = default_tracer().closest(scene, ray);
+    CAPTURE(size);
+    if (size >= 0x1p-100f && size <= 0x1p60f) REQUIRE(hit.found());
+    if (!hit.found()) continue;
+    CHECK((hit.normal.x == 0 && hit.normal.y == 0));
+    CHECK((hit.normal.z >= 0x1p-100f && hit.normal.z <= kLargest));
+    int exponent = 0;
+    CHECK(std::frexp(hit.normal.z, &exponent) == 0.75f);
+    if (size == 1.0f) CHECK(hit.normal.z == 3.0f);
+    if (size == 0x1p60f) CHECK(hit.normal.z == 3.0f * 0x1p120f);
+  }
+}
+
 TEST_CASE("tmin and tmax belong to the ray", "[ray]") {
   const std::vector<Scene> scenes = all_scenes(shelves());
   const auto t = [&](float tmin, float tmax) {

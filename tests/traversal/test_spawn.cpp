@@ -111,11 +111,12 @@ TEST_CASE("spawned rays do not meet the triangle they leave", "[spawn]") {
   std::uint64_t total = 0;
   std::printf("%-12s %10s %12s %8s %8s %8s\n", "mesh", "scale", "offset", "move", "bound", "needed");
   for (const Closed& unit : closed_meshes())
-    for (const double scale : {1e-8, 1e-4, 1.0, 1e4, 1e8})
+    for (const double scale : {1e-26, 1e-20, 1e-8, 1.0, 1e8, 1e14})
       for (const double offset : {0.0, 10.0, 1e3}) {
+        // Fewer at scales where edge functions underflow: processors are slow then.
         const Closed closed = checks::placed(unit, scale, {offset * scale, -offset * scale, 0.5 * offset * scale});
         const Scene scene = make_scene({closed.mesh});
-        const Findings f = spawn_many(closed, scene, trials(18000));
+        const Findings f = spawn_many(closed, scene, trials(scale < 1e-15 ? 3000 : 18000));
         total += f.hits;
         std::printf("%-12s %10g %12g %8.3f %8.2f %8.4f\n", closed.name.c_str(), scale, offset * scale, f.move, f.bound,
                     f.needed);

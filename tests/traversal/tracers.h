@@ -29,10 +29,11 @@ std::uint32_t stack_capacity();
 
 inline bool same_bits(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
 
-/// Ids, t, u and v equal bit for bit.
+/// Equal bit for bit.
 inline bool same_hit(const Hit& a, const Hit& b) {
   return a.geometry == b.geometry && a.primitive == b.primitive && same_bits(a.t, b.t) && same_bits(a.u, b.u) &&
-         same_bits(a.v, b.v);
+         same_bits(a.v, b.v) && same_bits(a.error, b.error) && same_bits(a.normal.x, b.normal.x) &&
+         same_bits(a.normal.y, b.normal.y) && same_bits(a.normal.z, b.normal.z);
 }
 
 /// @return the first scene and guaranteed tracer that give another closest hit, or "".

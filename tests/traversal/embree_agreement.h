@@ -1,0 +1,21 @@
+#pragma once
+/// Our default tracer against Embree 3.13 in robust mode on one mesh. Where the two disagree, the exact oracle decides,
+/// and it must decide for us.
+
+#include <tests/oracle/random.h>
+#include <tests/traversal/explain.h>
+#include <tests/traversal/scenes.h>
+
+#include <functional>
+#include <string>
+
+namespace hiprt::checks {
+
+void print_agreement_header();
+
+/// Closest and any hits of @p rays random rays; prints a row of counts. Demands (Catch2) that the oracle can explain
+/// every answer of ours that is not Embree's, and that the others lie on the triangle they name.
+void check_agreement(const std::string& name, const Mesh& mesh, const std::function<Ray(Random&)>& random_ray,
+                     unsigned rays, std::uint64_t seed);
+
+}  // namespace hiprt::checks
