@@ -56,14 +56,14 @@ template <class Layout> json leaf_json(const BufferView& view, const typename La
           {"triangles", std::move(triangles)}};
 }
 
-/// Calls line(json) for every node, then every leaf.
-template <class Line> void for_each_record(const BufferView& view, Line&& line) {
+/// Calls line(json) for every node, then every leaf, as long as @p out takes more.
+template <class Line> void for_each_record(const BufferView& view, const std::ostream& out, Line&& line) {
   dispatch_layout(view.layout(), [&](auto layout) {
     using Layout = decltype(layout);
     const auto nodes = view.records<typename Layout::Node>(view.nodes);
-    for (std::size_t i = 0; i < nodes.size(); ++i) line(node_json<Layout>(view, nodes[i], i));
+    for (std::size_t i = 0; i < nodes.size() && out; ++i) line(node_json<Layout>(view, nodes[i], i));
     const auto leaves = view.records<typename Layout::Leaf>(view.leaves);
-    for (std::size_t i = 0; i < leaves.size(); ++i) line(leaf_json<Layout>(view, leaves[i], i));
+    for (std::size_t i = 0; i < leaves.size() && out; ++i) line(leaf_json<Layout>(view, leaves[i], i));
   });
 }
 
@@ -96,12 +96,13 @@ void write_leaf(const json& record, std::ostream& out) {
 }  // namespace
 
 void dump_text(const BufferView& view, std::ostream& out) {
-  for_each_record(
-      view, [&](const json& record) { record.contains("node") ? write_node(record, out) : write_leaf(record, out); });
+  for_each_record(view, out, [&](const json& record) {
+    record.contains("node") ? write_node(record, out) : write_leaf(record, out);
+  });
 }
 
 void dump_json(const BufferView& view, std::ostream& out) {
-  for_each_record(view, [&](const json& record) { out << record.dump() << "\n"; });
+  for_each_record(view, out, [&](const json& record) { out << record.dump() << "\n"; });
 }
 
 }  // namespace hiprt::tools

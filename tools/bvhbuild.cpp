@@ -61,8 +61,9 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(1u, 64u))
       ->type_name("N")
       ->capture_default_str();
-  app.add_flag("--no-pairs", options.no_pairs, "Do not put two triangles that share an edge into one leaf");
-  app.add_flag("--stats", options.stats, "Print figures of the tree, times and memory");
+  app.add_flag("--no-pairs", options.no_pairs, "Do not put two triangles that share an edge into one leaf")
+      ->disable_flag_override();
+  app.add_flag("--stats", options.stats, "Print figures of the tree, times and memory")->disable_flag_override();
 }
 
 class Stopwatch {
@@ -90,17 +91,6 @@ struct Seconds {
 };
 
 build::Error cancelled() { return {build::ErrorCode::kCancelled, "cancelled"}; }
-
-/// Renaming the output over an input would destroy it.
-build::Result<void> check_output(const Options& options) {
-  for (const std::string& input : options.inputs) {
-    std::error_code ignored;
-    if (std::filesystem::equivalent(input, options.output, ignored))
-      return tl::unexpected(
-          build::Error{build::ErrorCode::kInvalidInput, options.output + ": the output is one of the inputs"});
-  }
-  return {};
-}
 
 build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, const Options& options, ProgressBar& bar) {
   std::vector<Mesh> meshes;
@@ -212,7 +202,7 @@ build::Result<void> report(const Cli& cli, const Options& options, const build::
     return tl::unexpected(
         build::Error{build::ErrorCode::kBackend, "the file that was built: " + to_string(view.error())});
   if (cli.json())
-    Cli::print(report_json(options, bvh, *view, seconds));
+    cli.print(report_json(options, bvh, *view, seconds));
   else
     std::cout << report_text(options, bvh, *view, seconds);
   return {};
@@ -224,7 +214,7 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   ProgressBar bar;
   Stopwatch watch;
   Seconds seconds;
-  if (auto checked = check_output(options); !checked) return checked;
+  if (auto checked = check_output(options.output, options.inputs); !checked) return checked;
   auto meshes = read_meshes(cli, options, bar);
   if (!meshes) return tl::unexpected(meshes.error());
   seconds.read = watch.lap();

@@ -35,8 +35,9 @@ struct Options {
 
 void add_options(CLI::App& app, Options& options) {
   app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
-  app.add_flag("--validate", options.validate, "Fail unless everything in the file is right");
-  app.add_flag("--dump", options.dump, "Print every node and leaf instead; with --json one object per line");
+  app.add_flag("--validate", options.validate, "Fail unless everything in the file is right")->disable_flag_override();
+  app.add_flag("--dump", options.dump, "Print every node and leaf instead; with --json one object per line")
+      ->disable_flag_override();
 }
 
 std::string section_name(std::uint32_t kind) {
@@ -157,18 +158,21 @@ void print_text(const Options& options, const BufferView& view, bool valid) {
     std::cout << "provenance " << (view.provenance.empty() ? "none" : "not readable") << "\n";
 }
 
-void print_json(const Options& options, const BufferView& view, const FormatIssue* issue) {
+void print_json(const Cli& cli, const Options& options, const BufferView& view, const FormatIssue* issue) {
   nlohmann::json report = header_json(options, view);
   report["valid"] = issue == nullptr;
   report["error"] = nullptr;
   if (issue != nullptr)
-    report["error"] = {
-        {"name", name(issue->error)}, {"byte", issue->offset}, {"found", issue->value}, {"limit", issue->limit}};
+    report["error"] = {{"message", to_string(*issue)},
+                       {"name", name(issue->error)},
+                       {"byte", issue->offset},
+                       {"found", issue->value},
+                       {"limit", issue->limit}};
   report["tree"] = nullptr;
   if (issue == nullptr) report["tree"] = tree_json(build::measure_tree(view));
   const auto provenance = parse_provenance(view.provenance);
   report["provenance"] = provenance ? *provenance : nlohmann::json();
-  Cli::print(report);
+  cli.print(report);
 }
 
 build::Result<void> run(const Cli& cli, const Options& options) {
@@ -181,7 +185,7 @@ build::Result<void> run(const Cli& cli, const Options& options) {
     return {};
   }
   if (cli.json())
-    print_json(options, file->view, valid ? nullptr : &valid.error());
+    print_json(cli, options, file->view, valid ? nullptr : &valid.error());
   else
     print_text(options, file->view, valid.has_value());
   if (valid) return {};

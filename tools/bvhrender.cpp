@@ -8,11 +8,11 @@
 #include "text.h"
 #include "trace_names.h"
 
+#include <hiprt_build/file.h>
+
 #include <charconv>
 #include <chrono>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <optional>
 #include <tuple>
 
@@ -53,7 +53,7 @@ bool has_extension(const std::string& path, std::string_view extension) {
 }
 
 /// CLI11 validators: an empty string, or what is wrong.
-std::string check_output(const std::string& path) {
+std::string check_extension(const std::string& path) {
   if (has_extension(path, ".exr") || has_extension(path, ".png")) return {};
   return "'" + path + "' ends neither in .exr nor in .png";
 }
@@ -97,7 +97,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
   app.add_option("-o,--output", options.outputs, "The picture, .exr or .png; may be given again")
       ->required()
-      ->check(CLI::Validator(check_output, ""))
+      ->check(CLI::Validator(check_extension, ""))
       ->allow_extra_args(false)
       ->type_name("FILE");
   app.add_option("--size", options.size, "Pixels")
@@ -131,36 +131,23 @@ tl::unexpected<build::Error> fail(build::ErrorCode code, std::string message) {
 
 /// @return the scene's own camera when the command line names none.
 build::Result<Camera> choose_camera(const Options& options, const Box& bounds) {
-  if (options.camera.empty())
-    return automatic_camera(bounds, static_cast<double>(options.render.width) / options.render.height);
+  if (options.camera.empty()) {
+    const double aspect = static_cast<double>(options.render.width) / options.render.height;
+    const auto camera = checked(automatic_camera(bounds, aspect));
+    if (camera) return *camera;
+    return fail(build::ErrorCode::kInvalidInput, options.path + ": no camera sees the whole scene (" + camera.error() +
+                                                     "); please give one by --camera");
+  }
   std::string text = options.camera;
   const bool file = names_camera_file(text);
   if (file) {
-    std::error_code error;
-    std::ifstream stream(options.camera, std::ios::binary);
-    if (std::filesystem::is_directory(options.camera, error)) stream.setstate(std::ios::failbit);
-    if (stream) text.assign(std::istreambuf_iterator<char>(stream), {});
-    if (!stream) return fail(build::ErrorCode::kIo, "cannot read the camera file '" + options.camera + "'");
+    const auto bytes = build::map_file(options.camera);
+    if (!bytes) return fail(build::ErrorCode::kIo, "camera file: " + bytes.error().message);
+    text.assign(reinterpret_cast<const char*>(bytes->bytes().data()), bytes->size());
   }
   const auto camera = parse_camera(text);
   if (camera) return *camera;
   return fail(build::ErrorCode::kInvalidInput, "camera " + (file ? options.camera + ": " : "") + camera.error());
-}
-
-/// Says before the long work what would make it useless.
-build::Result<void> check_output_paths(const Options& options) {
-  for (const std::string& output : options.outputs) {
-    const auto refuse = [&](const std::string& why) {
-      return fail(build::ErrorCode::kIo, "cannot write '" + output + "': " + why);
-    };
-    const std::filesystem::path folder = std::filesystem::path(output).parent_path();
-    std::error_code error;
-    if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-      return refuse("there is no folder '" + folder.string() + "'");
-    if (std::filesystem::is_directory(output, error)) return refuse("it is a folder");
-    if (std::filesystem::equivalent(output, options.path, error)) return refuse("it is the scene");
-  }
-  return {};
 }
 
 build::Result<Rendering> render_with_bar(const BufferView& view, const Camera& camera, const RenderOptions& options) {
@@ -187,9 +174,14 @@ struct Written {
 
 build::Result<std::vector<Written>> write_all(const Options& options, const Camera& camera, const Image& image) {
   std::vector<Written> written;
+  ProgressBar bar;
   for (const std::string& path : options.outputs) {
-    const auto bytes =
-        has_extension(path, ".exr") ? write_exr(path, image, attributes_of(options, camera)) : write_png(path, image);
+    const auto progress = [&](double done) {
+      bar.update("encode", done);
+      return !interrupted();
+    };
+    const auto bytes = has_extension(path, ".exr") ? write_exr(path, image, attributes_of(options, camera), progress)
+                                                   : write_png(path, image, progress);
     if (!bytes) return tl::unexpected(bytes.error());
     written.push_back({path, *bytes});
   }
@@ -213,20 +205,20 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
   }
   nlohmann::json files = nlohmann::json::array();
   for (const Written& output : outputs) files.push_back({{"path", output.path}, {"bytes", output.bytes}});
-  Cli::print({{"file", options.path},
-              {"outputs", files},
-              {"width", render.width},
-              {"height", render.height},
-              {"mode", options.mode},
-              {"spp", render.samples},
-              {"seed", render.seed},
-              {"camera", to_text(camera)},
-              {"threads", rendering.threads},
-              {"instruction_set", trace_isa()},
-              {"primary_rays", rendering.rays.primary},
-              {"shadow_rays", rendering.rays.shadow},
-              {"seconds", rendering.seconds},
-              {"mrays_per_second", mrays_per_second(rendering)}});
+  cli.print({{"file", options.path},
+             {"outputs", files},
+             {"width", render.width},
+             {"height", render.height},
+             {"mode", options.mode},
+             {"spp", render.samples},
+             {"seed", render.seed},
+             {"camera", to_text(camera)},
+             {"threads", rendering.threads},
+             {"instruction_set", trace_isa()},
+             {"primary_rays", rendering.rays.primary},
+             {"shadow_rays", rendering.rays.shadow},
+             {"seconds", rendering.seconds},
+             {"mrays_per_second", mrays_per_second(rendering)}});
 }
 
 build::Result<void> run(const Cli& cli, Options& options) {
@@ -235,7 +227,8 @@ build::Result<void> run(const Cli& cli, Options& options) {
   options.render.mode = value_of(kRenderModes, options.mode);
   options.render.layers = false;
   for (const std::string& path : options.outputs) options.render.layers |= has_extension(path, ".exr");
-  if (auto paths = check_output_paths(options); !paths) return paths;
+  for (const std::string& output : options.outputs)
+    if (auto checked = check_output(output, std::span(&options.path, 1)); !checked) return checked;
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;

@@ -11,6 +11,7 @@
 #include <hiprt_device/scene_view.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <iostream>
 #include <limits>
@@ -81,11 +82,13 @@ build::Result<Timing> trace_all(const Options& options, const ThreadLimit& limit
   ProgressBar bar;
   Timing timing;
   for (unsigned i = 0; i < options.repeat; ++i) {
-    bar.update("trace", static_cast<double>(i) / options.repeat);
     const auto start = std::chrono::steady_clock::now();
-    const bool complete = parallel_batches(rays.size(), kBatch, limit, [&](std::size_t begin, std::size_t end) {
-      trace(scene, query, policies, rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
-    });
+    const bool complete = parallel_batches(
+        rays.size(), kBatch, limit,
+        [&](std::size_t begin, std::size_t end) {
+          trace(scene, query, policies, rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
+        },
+        [&](double done) { bar.update("trace", (i + done) / options.repeat); });
     timing.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     if (!complete) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled"});
   }
@@ -124,17 +127,17 @@ void print(const Cli& cli, const Options& options, const Outcome& outcome) {
               << options.repeat << ", " << trace_isa() << ")\n";
     return;
   }
-  Cli::print({{"file", options.path},
-              {"rays", outcome.rays},
-              {"hits", outcome.found},
-              {"query", word_of(kQueries, outcome.query)},
-              {"triangle_test", options.triangle_test},
-              {"box_test", options.box_test},
-              {"threads", outcome.threads},
-              {"instruction_set", trace_isa()},
-              {"seconds", outcome.timing.seconds},
-              {"median_seconds", outcome.timing.median},
-              {"mrays_per_second", mrays_per_second(outcome)}});
+  cli.print({{"file", options.path},
+             {"rays", outcome.rays},
+             {"hits", outcome.found},
+             {"query", word_of(kQueries, outcome.query)},
+             {"triangle_test", options.triangle_test},
+             {"box_test", options.box_test},
+             {"threads", outcome.threads},
+             {"instruction_set", trace_isa()},
+             {"seconds", outcome.timing.seconds},
+             {"median_seconds", outcome.timing.median},
+             {"mrays_per_second", mrays_per_second(outcome)}});
 }
 
 /// What a hit file and the kernels can take.
@@ -149,6 +152,8 @@ build::Result<void> check_limits(const Options& options, const FileHeader& heade
 build::Result<void> run(const Cli& cli, const Options& options) {
   const InterruptGuard guard;
   const ThreadLimit limit(options.threads);
+  const std::array inputs{options.path, options.rays};
+  if (auto checked = check_output(options.hits, inputs); !checked) return checked;
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_limits(options, *file->view.header); !checked) return checked;

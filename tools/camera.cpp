@@ -185,6 +185,8 @@ tl::expected<std::vector<double>, std::string> parse_part(std::string_view part,
   return numbers;
 }
 
+}  // namespace
+
 tl::expected<Camera, std::string> checked(const Camera& camera) {
   if (!(camera.fov_degrees > 0.0 && camera.fov_degrees < 180.0))
     return tl::unexpected(std::string("fov: the vertical angle must lie between 0 and 180 degrees"));
@@ -198,8 +200,6 @@ tl::expected<Camera, std::string> checked(const Camera& camera) {
   if (glm::dot(side, side) < 1e-20) return tl::unexpected(std::string("up: parallel to the direction of view"));
   return camera;
 }
-
-}  // namespace
 
 tl::expected<Camera, std::string> parse_camera(std::string_view text) {
   struct Part {

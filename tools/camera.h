@@ -25,6 +25,9 @@ struct Camera {
   double fov_degrees = 36.0;  ///< Vertical, between 0 and 180.
 };
 
+/// @return the camera, or what makes it none, e.g. "eye: beyond the range of float".
+tl::expected<Camera, std::string> checked(const Camera& camera);
+
 /// Reads "ex,ey,ez/ax,ay,az/ux,uy,uz/fov" or the text of a .cam file:
 /// "eye ex ey ez / at ax ay az / up ux uy uz / fov [/ light lx ly lz]".
 /// Numbers are separated by commas or white space, the labels may be left out, and a light is checked and ignored.

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <functional>
+#include <span>
 #include <string>
 
 namespace hiprt::tools {
@@ -22,7 +23,8 @@ struct ToolInfo {
   const char* examples;     ///< Lines for the end of --help, without the word "Examples".
 };
 
-/// A command line with --help (with examples), --version and --json. Errors go to stderr as "bvhbuild: what, where".
+/// A command line with --help (with examples), --version and --json. Errors go to stderr as "bvhbuild: what, where";
+/// with --json a failure prints {"error": {"message": ...}} to stdout, too, unless something was printed before.
 ///
 ///     int main(int argc, char** argv) {
 ///       Options options;
@@ -44,7 +46,7 @@ class Cli {
   /// Prints "NAME: warning: message" to stderr.
   void warn(const std::string& message) const;
   /// Prints a JSON value and a line break to stdout. Bytes that are not UTF-8 (of file names) are replaced.
-  static void print(const nlohmann::json& value);
+  void print(const nlohmann::json& value) const;
 
  private:
   int parse(int argc, const char* const* argv, bool& stop);
@@ -54,10 +56,15 @@ class Cli {
   ToolInfo info_;
   CLI::App app_;
   bool json_ = false;
+  mutable bool printed_ = false;
 };
 
 /// @return "bvhbuild 0.1.0": what provenance blocks and --version say.
 std::string tool_version(const ToolInfo& info);
+
+/// To be asked before long work: can @p output be written, and is it none of the inputs, which it would replace?
+/// @return kIo or kInvalidInput with the path and the reason.
+build::Result<void> check_output(const std::string& output, std::span<const std::string> inputs);
 
 /// Adds --threads N (0, the default: as many as the machine has; at most 4096).
 void add_threads_option(CLI::App& app, unsigned& threads);

@@ -4,17 +4,28 @@
 
 #include <tiny_gltf.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace hiprt::tools {
 namespace {
 
+/// A rotation of length 1. Files round theirs; what is farther off is no rotation.
+build::Result<std::array<double, 4>> unit_quaternion(std::array<double, 4> q, int index) {
+  constexpr double kTolerance = 1e-3;
+  const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  if (!(std::abs(length - 1) <= kTolerance))
+    return invalid_input("node " + std::to_string(index) + ": its rotation has the length " + std::to_string(length) +
+                         ", which may differ from 1 by 0.001 at most");
+  for (double& part : q) part /= length;
+  return q;
+}
+
+/// Sizes are as check_gltf() demands.
 build::Result<Transform> local_transform(const tinygltf::Node& node, int index) {
   Transform result;
   if (!node.matrix.empty()) {
-    if (node.matrix.size() != 16)
-      return invalid_input("node " + std::to_string(index) + ": a matrix has 16 numbers, not " +
-                           std::to_string(node.matrix.size()));
     for (std::size_t row = 0; row < 3; ++row)
       for (std::size_t column = 0; column < 4; ++column) result.m[row][column] = node.matrix[column * 4 + row];
     return result;
@@ -23,11 +34,13 @@ build::Result<Transform> local_transform(const tinygltf::Node& node, int index) 
   std::array<double, 4> q{0, 0, 0, 1};
   const auto take = [](const std::vector<double>& from, auto& to) {
     if (from.size() == to.size()) std::copy(from.begin(), from.end(), to.begin());
-    return from.empty() || from.size() == to.size();
   };
-  if (!take(node.translation, t) || !take(node.scale, s) || !take(node.rotation, q))
-    return invalid_input("node " + std::to_string(index) + ": translation and scale have 3 numbers, rotation has 4");
-  const auto [x, y, z, w] = q;
+  take(node.translation, t);
+  take(node.scale, s);
+  take(node.rotation, q);
+  const auto unit = unit_quaternion(q, index);
+  if (!unit) return tl::unexpected(unit.error());
+  const auto [x, y, z, w] = *unit;
   const std::array<std::array<double, 3>, 3> r{{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
                                                 {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
                                                 {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
@@ -108,7 +121,8 @@ build::Result<std::vector<MeshUse>> flatten(const tinygltf::Model& model) {
       if (static_cast<std::size_t>(node.mesh) >= model.meshes.size())
         return invalid_input("node " + std::to_string(index) + ": mesh " + std::to_string(node.mesh) +
                              " does not exist");
-      uses.push_back({node.mesh, to_world});
+      // glTF 2.0, 3.7.3.3: joints place a skinned mesh, its node does not.
+      uses.push_back({node.mesh, node.skin >= 0 ? Transform{} : to_world});
     }
     for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
       stack.emplace_back(*child, to_world);

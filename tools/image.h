@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -42,6 +43,9 @@ struct Image {
 /// Name and value of what a file says about its origin.
 using ImageAttributes = std::vector<std::pair<std::string, std::string>>;
 
+/// Called with 0 to 1 every few rows; false stops, then nothing is written and the error is kCancelled.
+using EncodeProgress = std::function<bool(double)>;
+
 /// OpenEXR, ZIP compressed, 32 bits per value; not finite values are kept.
 ///   R G B                          float   colour
 ///   N.X N.Y N.Z   P.X P.Y P.Z   Z  float   normal, position, depth
@@ -51,12 +55,13 @@ using ImageAttributes = std::vector<std::pair<std::string, std::string>>;
 /// The file appears whole or not at all.
 /// @return the bytes written, or kIo with path and reason.
 build::Result<std::size_t> write_exr(const std::filesystem::path& path, const Image& image,
-                                     const ImageAttributes& attributes);
+                                     const ImageAttributes& attributes, const EncodeProgress& progress = {});
 
 /// PNG, 8 bits per channel, sRGB. Colours brighter than 1 are brought into range by reinhard() (color.h) with the
 /// brightest pixel as white; darker pictures are encoded as they are.
 /// The file appears whole or not at all.
 /// @return the bytes written, or kIo with path and reason.
-build::Result<std::size_t> write_png(const std::filesystem::path& path, const Image& image);
+build::Result<std::size_t> write_png(const std::filesystem::path& path, const Image& image,
+                                     const EncodeProgress& progress = {});
 
 }  // namespace hiprt::tools

@@ -65,7 +65,9 @@ constexpr std::array<Channel, 15> kChannels{{
 }};
 static_assert(sizeof(Vec3) == 3 * sizeof(float));
 
-void encode(MemoryStream& stream, const Image& image, const ImageAttributes& attributes) {
+/// @return false when progress said so.
+bool encode(MemoryStream& stream, const Image& image, const ImageAttributes& attributes,
+            const EncodeProgress& progress) {
   Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
   header.compression() = Imf::ZIP_COMPRESSION;
   for (const auto& [name, value] : attributes) header.insert(name, Imf::StringAttribute(value));
@@ -79,16 +81,22 @@ void encode(MemoryStream& stream, const Image& image, const ImageAttributes& att
   }
   Imf::OutputFile file(stream, header, /*numThreads=*/0);
   file.setFrameBuffer(frame);
-  file.writePixels(static_cast<int>(image.height));
+  constexpr std::uint32_t kRows = 16;  // Of a ZIP block.
+  for (std::uint32_t y = 0; y < image.height; y += kRows) {
+    if (progress && !progress(static_cast<double>(y) / image.height)) return false;
+    file.writePixels(static_cast<int>(std::min(kRows, image.height - y)));
+  }
+  return true;
 }
 
 }  // namespace
 
 build::Result<std::size_t> write_exr(const std::filesystem::path& path, const Image& image,
-                                     const ImageAttributes& attributes) {
+                                     const ImageAttributes& attributes, const EncodeProgress& progress) {
   MemoryStream stream;
   try {
-    encode(stream, image, attributes);
+    if (!encode(stream, image, attributes, progress))
+      return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled"});
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {

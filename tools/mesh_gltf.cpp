@@ -1,6 +1,7 @@
 /// glTF 2.0 and GLB through tinygltf, which parses the JSON and loads buffers; accessors and nodes are ours.
 
 #include "gltf_accessor.h"
+#include "gltf_check.h"
 #include "gltf_scene.h"
 #include "mesh_formats.h"
 
@@ -11,9 +12,16 @@
 #include <limits>
 #include <numeric>
 #include <string_view>
+#include <system_error>
 
 namespace hiprt::tools {
 namespace {
+
+/// Exists, whatever it is. Opening it, as tinygltf does to find out, would wait for a FIFO's writer.
+bool exists(const std::string& path, void*) {
+  std::error_code ignored;
+  return std::filesystem::exists(path, ignored);
+}
 
 /// Textures may be much larger than meshes and are not wanted: their files count as read.
 bool read_file_but_images(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* data) {
@@ -22,7 +30,10 @@ bool read_file_but_images(std::vector<unsigned char>* out, std::string* error, c
     out->assign(1, 0);
     return true;
   }
-  return tinygltf::ReadWholeFile(out, error, path, data);
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(path, ignored)) return tinygltf::ReadWholeFile(out, error, path, data);
+  *error += "it is not a regular file";
+  return false;
 }
 
 bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
@@ -33,11 +44,12 @@ build::Result<void> parse(std::span<const std::byte> bytes, const std::filesyste
                           tinygltf::Model& model) {
   if (bytes.size() > std::numeric_limits<unsigned>::max())
     return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, "glTF files end at 4294967295 bytes"});
+  if (auto checked = check_gltf(bytes); !checked) return checked;
   const auto size = static_cast<unsigned>(bytes.size());
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(ignore_image, nullptr);
   loader.SetFsCallbacks(
-      {&tinygltf::FileExists, &tinygltf::ExpandFilePath, &read_file_but_images, &tinygltf::WriteWholeFile, nullptr});
+      {&exists, &tinygltf::ExpandFilePath, &read_file_but_images, &tinygltf::WriteWholeFile, nullptr});
   const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   std::string error, warning;
   const bool loaded =
@@ -72,6 +84,15 @@ struct Part {
   std::vector<build::Triangle> triangles;
 };
 
+/// Can n corners be what the mode says (glTF 2.0, 3.7.2.1)?
+build::Result<void> check_corners(int mode, std::size_t n) {
+  if (mode == TINYGLTF_MODE_TRIANGLES && n % 3 != 0)
+    return invalid_input(std::to_string(n) + " corners, but a list of triangles needs a multiple of 3");
+  if (mode != TINYGLTF_MODE_TRIANGLES && n < 3)
+    return invalid_input(std::to_string(n) + " corners, but a strip or fan needs at least 3");
+  return {};
+}
+
 build::Result<Part> read_part(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end()) return Part{};
@@ -90,6 +111,7 @@ build::Result<Part> read_part(const tinygltf::Model& model, const tinygltf::Prim
     corners.resize(positions->size());
     std::iota(corners.begin(), corners.end(), 0u);
   }
+  if (auto checked = check_corners(primitive.mode, corners.size()); !checked) return tl::unexpected(checked.error());
   Part part{std::move(*positions), {}};
   for_each_triangle(primitive.mode, corners.size(), [&](std::size_t a, std::size_t b, std::size_t c) {
     part.triangles.push_back({corners[a], corners[b], corners[c]});
@@ -125,13 +147,18 @@ build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::files
   const auto uses = flatten(model);
   if (!uses) return tl::unexpected(uses.error());
   Mesh mesh;
-  for (const MeshUse& use : *uses)
-    for (const tinygltf::Primitive& primitive : model.meshes[static_cast<std::size_t>(use.mesh)].primitives) {
-      if (!has_triangles(primitive)) continue;
-      const auto part = read_part(model, primitive);
-      if (!part) return invalid_input("mesh " + std::to_string(use.mesh) + ", " + part.error().message);
+  for (const MeshUse& use : *uses) {
+    const auto& primitives = model.meshes[static_cast<std::size_t>(use.mesh)].primitives;
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      if (interrupted()) return cancelled_error();
+      if (!has_triangles(primitives[i])) continue;
+      const auto part = read_part(model, primitives[i]);
+      if (!part)
+        return invalid_input("mesh " + std::to_string(use.mesh) + ", primitive " + std::to_string(i) + ": " +
+                             part.error().message);
       if (auto done = append(mesh, *part, use.to_world); !done) return tl::unexpected(done.error());
     }
+  }
   return mesh;
 }
 

@@ -1,6 +1,7 @@
 #include "mesh_import.h"
 
 #include "mesh_formats.h"
+#include "text.h"
 
 #include <hiprt_build/file.h>
 
@@ -38,10 +39,11 @@ MeshFormat format_of_name(const std::filesystem::path& path) {
 }
 
 MeshFormat format_of_content(std::span<const std::byte> bytes) {
-  const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-  if (text.starts_with("ply\n") || text.starts_with("ply\r")) return MeshFormat::kPly;
+  std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   if (text.starts_with("glTF")) return MeshFormat::kGltf;
-  if (text.starts_with("solid ")) return MeshFormat::kStl;
+  if (starts_with_solid(bytes)) return MeshFormat::kStl;
+  skip_byte_order_mark(text);
+  if (text.starts_with("ply\n") || text.starts_with("ply\r")) return MeshFormat::kPly;
   return MeshFormat::kUnknown;
 }
 
@@ -75,12 +77,13 @@ build::Result<void> check_indices(const Mesh& mesh) {
   return {};
 }
 
-/// Messages of importers may hold line breaks.
+/// Messages of libraries may hold line breaks, and all of a file's data.
 std::string one_line(std::string text) {
   while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
   std::replace_if(
       text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
-  return text;
+  constexpr std::size_t kMostBytes = 300;
+  return shortened(text, kMostBytes);
 }
 
 build::Result<Mesh> read_checked(const std::filesystem::path& path) {

@@ -26,12 +26,13 @@ struct Mesh {
 /// - .stl: ASCII and binary; all solids together; corners are not merged.
 /// - .gltf, .glb: glTF 2.0; every triangle primitive of every node of the default scene, with the node's transform
 ///   (computed in double, rounded once; mirrored nodes keep their outside); images are not read; skins and morph
-///   targets are not applied.
+///   targets are not applied, and a skinned mesh stays where it is, as its node's transform does not apply either.
 /// - .mesh, .mesh.zst: u32 vertex count, u32 triangle count, float32 positions, u32 indices, little-endian.
+/// Lines of text formats end with LF, CRLF or CR; a UTF-8 byte order mark before the first is skipped.
 /// Polygons become size - 2 triangles each (polygons.h). NaN and infinite coordinates are kept: the builder drops and
 /// counts such triangles.
 /// @return kIo if the file cannot be read, kInvalidInput with path, place and limit if its content is wrong, kTooLarge,
-/// kOutOfMemory. Never throws.
+/// kOutOfMemory, kCancelled when interrupted() (progress.h) became true. Never throws.
 build::Result<Mesh> load_mesh(const std::filesystem::path& path);
 
 }  // namespace hiprt::tools

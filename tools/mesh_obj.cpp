@@ -13,7 +13,9 @@ namespace {
 class ObjReader {
  public:
   build::Result<Mesh> read(std::string_view text) {
+    skip_byte_order_mark(text);
     while (!text.empty()) {
+      if (interrupted_at(line_)) return cancelled_error();
       std::string_view line = logical_line(text);
       const std::string_view keyword = next_word(line);
       build::Result<void> done;

@@ -37,8 +37,10 @@ class AsciiSource {
  private:
   std::string_view next() {
     while (!text_.empty() && (is_blank(text_.front()) || text_.front() == '\n')) {
-      line_ += text_.front() == '\n' ? 1 : 0;
-      text_.remove_prefix(1);
+      if (skip_line_break(text_))
+        ++line_;
+      else
+        text_.remove_prefix(1);
     }
     std::size_t end = 0;
     while (end < text_.size() && !is_blank(text_[end]) && text_[end] != '\n') ++end;
@@ -156,6 +158,7 @@ template <class Source> class PlyReader {
         length(p, static_cast<std::uint32_t>(count));
       }
       for (std::uint64_t k = 0; k < count; ++k) {
+        if (interrupted_at(++values_)) return cancelled_error();
         const auto number = value(element, i, property.type);
         if (!number) return tl::unexpected(number.error());
         if (!take(p, *number)) return fail(element, i, "vertex number " + std::to_string(*number) + " is none,");
@@ -222,6 +225,7 @@ template <class Source> class PlyReader {
   }
 
   Source source_;
+  std::uint64_t values_ = 0;  ///< Read so far.
   Mesh mesh_;
   Polygons faces_;
 };
@@ -230,6 +234,7 @@ template <class Source> class PlyReader {
 
 build::Result<Mesh> read_ply(std::span<const std::byte> bytes) {
   std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  skip_byte_order_mark(text);
   const auto header = parse_ply_header(text);
   if (!header) return tl::unexpected(header.error());
   for (const char* name : {"vertex", "face"})

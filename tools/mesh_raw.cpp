@@ -45,16 +45,20 @@ class ZstdSource {
     if (!stream_) throw std::bad_alloc();
   }
 
+  /// Fills as much of @p out as there is. @return the bytes written; fewer only behind a whole frame.
   build::Result<std::size_t> read(std::span<std::byte> out) {
     ZSTD_outBuffer output{out.data(), out.size(), 0};
     while (output.pos < output.size) {
       const std::size_t before = output.pos;
       const bool ended = input_.pos == input_.size;
-      const std::size_t state = ZSTD_decompressStream(stream_.get(), &output, &input_);
-      if (ZSTD_isError(state) != 0)
+      if (ended && in_frame_ == 0) break;
+      in_frame_ = ZSTD_decompressStream(stream_.get(), &output, &input_);
+      if (ZSTD_isError(in_frame_) != 0)
         return invalid_input("zstd data is damaged near byte " + std::to_string(input_.pos) + ": " +
-                             ZSTD_getErrorName(state));
-      if (ended && output.pos == before) break;
+                             ZSTD_getErrorName(in_frame_));
+      if (ended && in_frame_ != 0 && output.pos == before)
+        return invalid_input("truncated: the file ends at byte " + std::to_string(input_.size) +
+                             ", inside of a zstd frame");
     }
     return output.pos;
   }
@@ -62,6 +66,7 @@ class ZstdSource {
  private:
   std::unique_ptr<ZSTD_DCtx, std::size_t (*)(ZSTD_DCtx*)> stream_;
   ZSTD_inBuffer input_;
+  std::size_t in_frame_ = 0;  ///< 0 between frames.
 };
 
 /// Reads @p count records, growing the array only as data arrives: a wrong count cannot ask for memory.
@@ -69,6 +74,7 @@ template <class Record, class Source>
 build::Result<void> read_records(Source& source, std::vector<Record>& records, std::uint32_t count, const char* what) {
   constexpr std::size_t kMostPerStep = std::size_t{1} << 20;
   while (records.size() < count) {
+    if (interrupted()) return cancelled_error();
     const std::size_t first = records.size();
     const std::size_t step = std::min<std::size_t>(kMostPerStep, count - first);
     if (records.capacity() < first + step) records.reserve(std::min<std::size_t>(count, 2 * (first + step)));

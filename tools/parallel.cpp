@@ -7,6 +7,8 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
+#include <mutex>
 
 namespace hiprt::tools {
 
@@ -15,14 +17,21 @@ ThreadLimit::ThreadLimit(unsigned threads)
       workers_(tbb::global_control::max_allowed_parallelism, threads_) {}
 
 bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& limit,
-                      const std::function<void(std::size_t, std::size_t)>& body) {
+                      const std::function<void(std::size_t, std::size_t)>& body,
+                      const std::function<void(double)>& progress) {
   const std::size_t batches = (count + batch - 1) / batch;
+  std::atomic<std::size_t> done{0};
+  std::mutex reporting;
   tbb::task_arena arena(static_cast<int>(limit.threads()));
   arena.execute([&] {
     tbb::parallel_for(
         std::size_t{0}, batches,
         [&](std::size_t i) {
-          if (!interrupted()) body(i * batch, std::min(count, (i + 1) * batch));
+          if (interrupted()) return;
+          body(i * batch, std::min(count, (i + 1) * batch));
+          ++done;
+          const std::unique_lock lock(reporting, std::try_to_lock);
+          if (progress && lock.owns_lock()) progress(static_cast<double>(done) / static_cast<double>(batches));
         },
         tbb::simple_partitioner{});
   });

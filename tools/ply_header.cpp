@@ -3,6 +3,7 @@
 #include "mesh_formats.h"
 #include "text.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -37,6 +38,7 @@ bool is_real(PlyType type) { return type == PlyType::kFloat32 || type == PlyType
 class HeaderParser {
  public:
   build::Result<PlyHeader> parse(std::string_view& text) {
+    line_break_ = has_cr_lines(text) ? '\r' : '\n';
     if (next(text) != "ply") return fail("a PLY file starts with 'ply'");
     bool has_format = false;
     while (!text.empty()) {
@@ -65,9 +67,18 @@ class HeaderParser {
   }
 
  private:
+  /// Do lines end with a CR alone? The first one says it for all: behind a binary file's last line, any byte may
+  /// follow.
+  static bool has_cr_lines(std::string_view text) {
+    text.remove_prefix(std::min(text.find_first_of("\r\n"), text.size()));
+    return text.starts_with('\r') && !text.starts_with("\r\n");
+  }
+
   std::string_view next(std::string_view& text) {
     ++header_.lines;
-    std::string_view line = next_line(text);
+    const std::size_t end = text.find(line_break_);
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
     while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
     return line;
   }
@@ -120,6 +131,7 @@ class HeaderParser {
   }
 
   PlyHeader header_;
+  char line_break_ = '\n';
 };
 
 }  // namespace

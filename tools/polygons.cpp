@@ -46,41 +46,76 @@ bool convex(std::span<const Point> points) {
   return true;
 }
 
-/// Is corner @p at of the remaining polygon @p ring an ear: convex, and no other corner in its triangle?
-bool is_ear(std::span<const Point> points, std::span<const std::uint32_t> ring, std::size_t at) {
-  const std::size_t n = ring.size();
-  const std::size_t before = (at + n - 1) % n, after = (at + 1) % n;
-  const Point &a = points[ring[before]], &b = points[ring[at]], &c = points[ring[after]];
-  if (area2(a, b, c) <= 0) return false;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Point& p = points[ring[i]];
-    if (i == before || i == at || i == after || p == a || p == b || p == c) continue;
-    if (area2(a, b, p) >= 0 && area2(b, c, p) >= 0 && area2(c, a, p) >= 0) return false;
+/// Clips ears off one face. Time grows with the square of its size: of every corner's triangle, each other corner is
+/// tested once, because corners that were outside stay outside, and one that was inside is the answer until it is
+/// clipped. A corner's triangle changes only when a neighbour is clipped.
+class EarClipper {
+ public:
+  EarClipper(std::span<const Point> points, std::span<const std::uint32_t> corners)
+      : points_(points), corners_(corners), ring_(corners.size()) {
+    const auto n = static_cast<std::uint32_t>(ring_.size());
+    for (std::uint32_t i = 0; i < n; ++i) ring_[i] = {(i + n - 1) % n, (i + 1) % n, 0, true};
   }
-  return true;
-}
 
-void clip_ears(std::span<const Point> points, std::span<const std::uint32_t> corners,
-               std::vector<build::Triangle>& triangles) {
-  std::vector<std::uint32_t> ring(corners.size());
-  for (std::uint32_t i = 0; i < ring.size(); ++i) ring[i] = i;
-  while (ring.size() > 3) {
-    std::size_t ear = 0;
-    while (ear < ring.size() && !is_ear(points, ring, ear)) ++ear;
-    // A face that crosses itself may have no ear; any corner will do then.
-    if (ear == ring.size()) ear = 0;
-    const std::size_t n = ring.size();
-    triangles.push_back({corners[ring[(ear + n - 1) % n]], corners[ring[ear]], corners[ring[(ear + 1) % n]]});
-    ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(ear));
+  /// Ends early when interrupted.
+  void run(std::vector<build::Triangle>& triangles) {
+    for (std::size_t left = ring_.size(); left > 3 && !interrupted(); --left) {
+      std::size_t ear = 0;
+      while (ear < ring_.size() && !is_ear(ear)) ++ear;
+      // A face that crosses itself may have no ear; any corner will do then.
+      clip(ear < ring_.size() ? ear : first(), triangles);
+    }
+    const std::uint32_t a = first(), b = ring_[a].after, c = ring_[b].after;
+    triangles.push_back({corners_[a], corners_[b], corners_[c]});
   }
-  triangles.push_back({corners[ring[0]], corners[ring[1]], corners[ring[2]]});
-}
+
+ private:
+  struct Corner {
+    std::uint32_t before, after;  ///< Its neighbours that are left.
+    std::uint32_t outside;        ///< Corners below this number are gone or outside of its triangle.
+    bool alive;
+  };
+
+  /// The first corner that is left.
+  std::uint32_t first() const {
+    std::uint32_t at = 0;
+    while (!ring_[at].alive) ++at;
+    return at;
+  }
+
+  /// Is what is left convex at this corner, without another corner in the triangle?
+  bool is_ear(std::size_t at) {
+    Corner& corner = ring_[at];
+    if (!corner.alive) return false;
+    const Point &a = points_[corner.before], &b = points_[at], &c = points_[corner.after];
+    if (area2(a, b, c) <= 0) return false;
+    for (; corner.outside < ring_.size(); ++corner.outside) {
+      const Point& p = points_[corner.outside];
+      if (!ring_[corner.outside].alive || p == a || p == b || p == c) continue;
+      if (area2(a, b, p) >= 0 && area2(b, c, p) >= 0 && area2(c, a, p) >= 0) return false;
+    }
+    return true;
+  }
+
+  void clip(std::size_t at, std::vector<build::Triangle>& triangles) {
+    Corner& corner = ring_[at];
+    triangles.push_back({corners_[corner.before], corners_[at], corners_[corner.after]});
+    corner.alive = false;
+    ring_[corner.before].after = corner.after;
+    ring_[corner.after].before = corner.before;
+    ring_[corner.before].outside = ring_[corner.after].outside = 0;
+  }
+
+  std::span<const Point> points_;
+  std::span<const std::uint32_t> corners_;
+  std::vector<Corner> ring_;
+};
 
 void split_face(std::span<const build::Position> positions, std::span<const std::uint32_t> corners,
                 std::vector<build::Triangle>& triangles) {
   if (corners.size() > 3) {
     const std::vector<Point> points = project(positions, corners);
-    if (!convex(points)) return clip_ears(points, corners, triangles);
+    if (!convex(points)) return EarClipper(points, corners).run(triangles);
   }
   for (std::size_t i = 2; i < corners.size(); ++i) triangles.push_back({corners[0], corners[i - 1], corners[i]});
 }
@@ -110,6 +145,7 @@ build::Result<std::vector<build::Triangle>> triangulate(std::span<const build::P
     if (auto checked = check_face(corners, positions.size(), face); !checked) return tl::unexpected(checked.error());
     if (corners.size() < 3) ++skipped;
     split_face(positions, corners, triangles);
+    if (interrupted()) return cancelled_error();
   }
   return triangles;
 }

@@ -22,7 +22,8 @@ inline constexpr std::uint32_t kMaxPolygonSize = 4096;
 /// Splits every face of size n into n - 2 triangles with the face's orientation, in the order of the faces. Convex
 /// faces become a fan around their first corner, others are clipped ear by ear (Meisters 1975) in the coordinate plane
 /// that the face's Newell normal is closest to. Faces with fewer than three corners are counted in @p skipped.
-/// @return kInvalidInput for a corner past the positions or a face above kMaxPolygonSize, with the face's number.
+/// @return kCancelled when interrupted() (progress.h) became true, kInvalidInput for a corner past the positions or a
+/// face above kMaxPolygonSize, with the face's number.
 build::Result<std::vector<build::Triangle>> triangulate(std::span<const build::Position> positions,
                                                         const Polygons& polygons, std::uint64_t& skipped);
 

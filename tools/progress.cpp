@@ -1,6 +1,7 @@
 #include "progress.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -16,7 +17,8 @@ static_assert(std::atomic<bool>::is_always_lock_free, "set from a signal handler
 
 void request_stop(int) { stop_requested.store(true, std::memory_order_relaxed); }
 
-struct sigaction old_interrupt, old_terminate;
+constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGXFSZ};
+std::array<struct sigaction, kSignals.size()> old_actions;
 
 }  // namespace
 
@@ -46,16 +48,20 @@ void ProgressBar::clear() {
 InterruptGuard::InterruptGuard() {
   stop_requested = false;
   struct sigaction action = {};
-  action.sa_handler = request_stop;
   sigemptyset(&action.sa_mask);
   action.sa_flags = SA_RESTART;
-  sigaction(SIGINT, &action, &old_interrupt);
-  sigaction(SIGTERM, &action, &old_terminate);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) {
+    sigaction(kSignals[i], nullptr, &old_actions[i]);
+    // A parent that has a signal ignored (nohup) means it.
+    if (old_actions[i].sa_handler == SIG_IGN) continue;
+    // At the limit of file sizes writing shall fail with a message.
+    action.sa_handler = kSignals[i] == SIGXFSZ ? SIG_IGN : request_stop;
+    sigaction(kSignals[i], &action, nullptr);
+  }
 }
 
 InterruptGuard::~InterruptGuard() {
-  sigaction(SIGINT, &old_interrupt, nullptr);
-  sigaction(SIGTERM, &old_terminate, nullptr);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &old_actions[i], nullptr);
 }
 
 bool interrupted() { return stop_requested.load(std::memory_order_relaxed); }

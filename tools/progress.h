@@ -27,7 +27,8 @@ class ProgressBar {
   std::chrono::steady_clock::time_point last_{};
 };
 
-/// While it lives, SIGINT and SIGTERM do not end the program but make interrupted() true. One at a time.
+/// While it lives, SIGINT, SIGTERM and SIGHUP do not end the program but make interrupted() true (unless they were
+/// ignored before), and SIGXFSZ does nothing. One at a time.
 class InterruptGuard {
  public:
   InterruptGuard();

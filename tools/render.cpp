@@ -17,24 +17,19 @@ constexpr std::uint32_t kTileSize = 32;
 /// Adds up what the tiles report.
 class Tally {
  public:
-  Tally(std::size_t tiles, const std::function<void(double)>& progress) : tiles_(tiles), progress_(progress) {}
-
   void add(const TileRenderer& tile) {
     const std::lock_guard lock(mutex_);
     rays_.primary += tile.counts().primary;
     rays_.shadow += tile.counts().shadow;
     refused_ = refused_ || tile.refused();
-    if (++done_; progress_) progress_(static_cast<double>(done_) / static_cast<double>(tiles_));
   }
   const RayCounts& rays() const { return rays_; }
   bool refused() const { return refused_; }
 
  private:
   std::mutex mutex_;
-  std::size_t tiles_, done_ = 0;
   RayCounts rays_;
   bool refused_ = false;
-  const std::function<void(double)>& progress_;
 };
 
 Tile tile_at(std::size_t index, const RenderOptions& options) {
@@ -54,15 +49,18 @@ build::Result<Rendering> render(const SceneView& scene, const Camera& camera, co
   const RenderJob job{scene, options, CameraRays(camera, options.width, options.height), Studio(camera)};
   const std::size_t columns = (options.width + kTileSize - 1) / kTileSize;
   const std::size_t rows = (options.height + kTileSize - 1) / kTileSize;
-  Tally tally(columns * rows, progress);
+  Tally tally;
   const ThreadLimit limit(options.threads);
-  const bool complete = parallel_batches(columns * rows, 1, limit, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      TileRenderer tile(job, tile_at(i, options), image, cost);
-      tile.run();
-      tally.add(tile);
-    }
-  });
+  const bool complete = parallel_batches(
+      columns * rows, 1, limit,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          TileRenderer tile(job, tile_at(i, options), image, cost);
+          tile.run();
+          tally.add(tile);
+        }
+      },
+      progress);
   if (!complete) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled, nothing was written"});
   if (tally.refused())
     return tl::unexpected(

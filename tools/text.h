@@ -1,6 +1,7 @@
 #pragma once
 /// Numbers and words of text formats.
 
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <cstdlib>
@@ -24,12 +25,28 @@ inline std::string_view next_word(std::string_view& text) {
   return word;
 }
 
-/// Cuts the first line off @p text (without its line break).
+/// Cuts the line break at the start of @p text off: LF, CR or CRLF. @return is there one?
+inline bool skip_line_break(std::string_view& text) {
+  const std::size_t size = text.starts_with("\r\n") ? 2 : text.starts_with('\n') || text.starts_with('\r') ? 1 : 0;
+  text.remove_prefix(size);
+  return size != 0;
+}
+
+/// Cuts the first line off @p text (without its line break: LF, CR or CRLF).
 inline std::string_view next_line(std::string_view& text) {
-  const std::size_t end = text.find('\n');
+  // One pass: in a file without LF, a search for each line's LF would take the square of its size.
+  std::size_t end = 0;
+  while (end < text.size() && text[end] != '\n' && text[end] != '\r') ++end;
   const std::string_view line = text.substr(0, end);
-  text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  text.remove_prefix(end);
+  skip_line_break(text);
   return line;
+}
+
+/// Cuts a UTF-8 byte order mark off the start of a file's text.
+inline void skip_byte_order_mark(std::string_view& text) {
+  constexpr std::string_view kMark = "\xef\xbb\xbf";
+  if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
 }
 
 /// The whole word as a number, correctly rounded; "nan", "inf" and "infinity" are numbers. Values past the range of
@@ -55,12 +72,28 @@ inline std::optional<std::int64_t> parse_integer(std::string_view word) {
   return value;
 }
 
+/// The start of the UTF-8 character that byte @p at belongs to; @p at itself where the text is no UTF-8.
+inline std::size_t character_start(std::string_view text, std::size_t at) {
+  constexpr std::size_t kMostTrailing = 3;
+  for (std::size_t back = 0; back <= std::min(at, kMostTrailing); ++back)
+    if ((static_cast<unsigned char>(text[at - back]) & 0xc0u) != 0x80u) return at - back;
+  return at;
+}
+
+/// At most @p most bytes (at least 20): the start and the end of a longer text, with "..." between them.
+inline std::string shortened(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return std::string(text);
+  const std::size_t head = character_start(text, most - most / 3 - 3);
+  // A character that begins earlier makes the end up to 3 bytes longer.
+  const std::size_t tail = character_start(text, text.size() - (most / 3 - 3));
+  return std::string(text.substr(0, head)).append("...").append(text.substr(tail));
+}
+
 /// A word for a message: cut to a sane length.
 inline std::string in_quotes(std::string_view word) {
   constexpr std::size_t kMost = 40;
-  std::string text(1, '\'');
-  text.append(word.substr(0, kMost)).append(word.size() > kMost ? "...'" : "'");
-  return text;
+  if (word.size() <= kMost) return std::string(1, '\'').append(word).append("'");
+  return std::string(1, '\'').append(word.substr(0, character_start(word, kMost))).append("...'");
 }
 
 }  // namespace hiprt::tools

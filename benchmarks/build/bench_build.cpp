@@ -16,12 +16,14 @@ namespace hiprt::bench {
 namespace {
 
 constexpr std::string_view kHeightField = "height_field";
+constexpr std::string_view kScattered = "scattered";
 
 struct BuildBenchmarkOptions {
   SceneOptions scenes;
   unsigned rounds = 3;
   unsigned validation_rounds = 7;
   unsigned validation_triangles = 2'300'000;
+  unsigned scattered_triangles = 1'000'000;
 };
 
 class BuildBenchmarks {
@@ -39,6 +41,7 @@ class BuildBenchmarks {
         if (load(state, scene)) run_validation(state, scene_->input(), scene);
       });
     }
+    add_build(std::string(kScattered), 1);
     add_one("validate/" + std::string(kHeightField), [this](benchmark::State& state) {
       const tools::Mesh mesh = height_field(options_.validation_triangles);
       run_validation(state, {.positions = mesh.positions, .triangles = mesh.triangles}, std::string(kHeightField));
@@ -61,6 +64,10 @@ class BuildBenchmarks {
   /// Keeps one scene in memory. @return false after an error, which @p state knows then.
   bool load(benchmark::State& state, const std::string& name) {
     if (scene_ != nullptr && scene_->name == name) return true;
+    if (name == kScattered) {
+      scene_ = std::make_unique<Scene>(name, scattered(procedural_mesh(options_.scattered_triangles)));
+      return true;
+    }
     auto loaded = load_scene(options_.scenes, name);
     if (!loaded) {
       state.SkipWithError(loaded.error().message.c_str());
@@ -126,6 +133,9 @@ std::vector<Flag> flags(BuildBenchmarkOptions& options) {
       number_flag("validation-rounds", "times that a file is validated", options.validation_rounds, 1, 10'000));
   flags.push_back(number_flag("validation-triangles", "triangles of the height field that is validated too, about",
                               options.validation_triangles, 2, 100'000'000));
+  flags.push_back(number_flag("scattered-triangles",
+                              "triangles of the mesh in random order, each with vertices of its own, about",
+                              options.scattered_triangles, 2, 100'000'000));
   return flags;
 }
 

@@ -88,6 +88,20 @@ tools::Mesh procedural_mesh(std::uint32_t triangles) {
   return mesh;
 }
 
+tools::Mesh scattered(const tools::Mesh& mesh) {
+  tools::Mesh result;
+  result.name = mesh.name + " scattered";
+  std::vector<build::Triangle> order = mesh.triangles;
+  std::mt19937 random;
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
+  for (const build::Triangle& triangle : order) {
+    const auto first = static_cast<std::uint32_t>(result.positions.size());
+    for (const std::uint32_t index : triangle) result.positions.push_back(mesh.positions[index]);
+    result.triangles.push_back({first, first + 1, first + 2});
+  }
+  return result;
+}
+
 tools::Camera procedural_camera() {
   tools::Camera camera;
   camera.eye = {0.9 * kGroundHalf, 14.0, 0.75 * kGroundHalf};

@@ -19,6 +19,9 @@ tools::Mesh height_field(std::uint32_t triangles);
 /// triangles, open and cluttered places. @pre triangles >= 2.
 tools::Mesh procedural_mesh(std::uint32_t triangles);
 
+/// The same triangles in random order, each with vertices of its own: what an STL file holds.
+tools::Mesh scattered(const tools::Mesh& mesh);
+
 /// A view across the hills.
 tools::Camera procedural_camera();
 

@@ -100,6 +100,8 @@ void store(const Aabb& box, RTCBounds* bounds) {
 void split_primitive(const RTCBuildPrimitive* primitive, unsigned axis, float plane, RTCBounds* left, RTCBounds* right,
                      void* user) {
   const auto& context = *static_cast<const Context*>(user);
+  // While it splits, Embree does not ask on_progress(); an exception ends its build as its own errors do.
+  context.monitor.check();
   const Aabb box{Float4{primitive->lower_x, primitive->lower_y, primitive->lower_z, 0},
                  Float4{primitive->upper_x, primitive->upper_y, primitive->upper_z, 0}};
   const Scaling& scaling = context.scaling;

@@ -64,10 +64,16 @@ Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) 
   if (std::filesystem::is_directory(status)) return io_error("write", path, "it is a directory");
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     return io_error("write", path, "it is not a regular file");
+  if (std::filesystem::exists(status) && ::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0)
+    return system_error("write", path);
   if (!std::filesystem::is_symlink(path, error)) return path;
   const auto target = std::filesystem::canonical(path, error);
   if (error) return io_error("follow the link", path, error.message());
   return target;
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
 /// A new file in @p folder with the permissions that the umask gives. @return its descriptor, or -1 with errno set.
@@ -119,10 +125,22 @@ Result<Buffer> map_file(const std::filesystem::path& path) {
                 [](std::byte* start, std::size_t bytes) { ::munmap(start, bytes); });
 }
 
+Result<void> check_writable(const std::filesystem::path& path) {
+  const auto target = resolve_target(path);
+  if (!target) return tl::unexpected(target.error());
+  const std::filesystem::path folder = folder_of(*target);
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(folder, ignored))
+    return io_error("write", path, "there is no folder '" + folder.string() + "'");
+  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
+    return system_error("create a temporary file beside", path);
+  return {};
+}
+
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   const auto target = resolve_target(path);
   if (!target) return tl::unexpected(target.error());
-  const std::filesystem::path folder = target->has_parent_path() ? target->parent_path() : std::filesystem::path(".");
+  const std::filesystem::path folder = folder_of(*target);
   std::filesystem::path temporary;
   File file(create_temporary(folder, temporary));
   if (file.get() < 0) return system_error("create a temporary file beside", path);

@@ -46,7 +46,7 @@ inline constexpr std::array<KnownSection, 5> kKnownSections{{
     {SectionKind::kProvenance, 1, false, &BufferView::provenance_entry},
 }};
 
-/// Checks header and section table in time proportional to the number of sections.
+/// Checks header, section table and geometry table, in time proportional to their sizes.
 /// @param bytes the whole file, aligned to 128 bytes (mapped, or read into an aligned buffer).
 /// @return the view, or the first thing that is wrong. Never reads outside @p bytes.
 tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::byte> bytes);

@@ -135,6 +135,41 @@ TEST_CASE("what cannot be written says why and leaves nothing") {
   CHECK(folder.entries() == 1);
 }
 
+TEST_CASE("whether a file can be written is known before") {
+  const Folder folder;
+  const fs::path path = folder.path() / "a", nowhere = folder.path() / "no" / "where";
+  CHECK(check_writable(path));
+  CHECK(folder.entries() == 0);
+  REQUIRE(write_file(path, as_bytes("old")));
+  CHECK(check_writable(path));
+  check_fails(check_writable(nowhere), nowhere, "there is no folder");
+  check_fails(check_writable(folder.path()), folder.path(), "directory");
+  check_fails(check_writable("/dev/null"), "/dev/null", "not a regular file");
+  check_fails(check_writable(""), "", "no file");
+}
+
+TEST_CASE("a file without write permission is not replaced, nor one made in a folder without it") {
+  const Folder folder;
+  const fs::path open = folder.path() / "open", closed = folder.path() / "closed", path = open / "a";
+  REQUIRE((fs::create_directory(open) && fs::create_directory(closed)));
+  REQUIRE(write_file(path, as_bytes("old")));
+  REQUIRE(::chmod(folder.path().c_str(), 0755) == 0);
+  REQUIRE(::chmod(open.c_str(), 0777) == 0);
+  REQUIRE(::chmod(closed.c_str(), 0555) == 0);
+  REQUIRE(::chmod(path.c_str(), 0444) == 0);
+  // Root may write everywhere, so it becomes nobody for a while.
+  constexpr uid_t kNobody = 65534;
+  const bool root = ::geteuid() == 0;
+  if (root) REQUIRE(::seteuid(kNobody) == 0);
+  const auto early = check_writable(path), written = write_file(path, as_bytes("new")),
+             inside = check_writable(closed / "a");
+  if (root) REQUIRE(::seteuid(0) == 0);
+  check_fails(early, path, "Permission denied");
+  check_fails(written, path, "Permission denied");
+  check_fails(inside, closed / "a", "Permission denied");
+  CHECK(content(path) == "old");
+}
+
 TEST_CASE("a full disk keeps the old file and leaves no temporary file") {
   const Folder folder;
   const fs::path path = folder.path() / "a";

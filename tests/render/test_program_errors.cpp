@@ -2,7 +2,11 @@
 
 #include "renderer.h"
 
+#include <tools/bvh_file.h>
+
 #include <algorithm>
+
+#include <sys/stat.h>
 
 using namespace hiprt::test;
 using Catch::Contains;
@@ -100,6 +104,8 @@ TEST_CASE("bvhrender: a camera file that cannot be read or makes no sense is a f
   refuses(scene, "s.bvh", {"bad.cam", "s.bvh"});
   std::filesystem::create_directory(folder / "folder.cam");
   refuses(folder / "folder.cam", "folder.cam", {"bad.cam", "folder.cam", "s.bvh"});
+  REQUIRE(::mkfifo((folder / "fifo.cam").c_str(), 0600) == 0);
+  refuses(folder / "fifo.cam", "not a regular file", {"bad.cam", "fifo.cam", "folder.cam", "s.bvh"});
 }
 
 TEST_CASE("bvhrender: pictures that cannot be written are failures that leave nothing") {
@@ -116,9 +122,29 @@ TEST_CASE("bvhrender: pictures that cannot be written are failures that leave no
   // A scene whose name ends like a picture's must not be overwritten.
   const std::string odd = write_squares(folder, "scene.png"), bytes = read_file(odd);
   const Names with_odd{"folder.exr", "folder.png", "s.bvh", "scene.png"};
-  check_failure(folder, {odd, "-o", odd}, "it is the scene", with_odd);
-  check_failure(folder, {odd, "-o", folder / "folder.png/../scene.png"}, "it is the scene", with_odd);
+  check_failure(folder, {odd, "-o", odd}, "one of the inputs", with_odd);
+  check_failure(folder, {odd, "-o", folder / "folder.png/../scene.png"}, "one of the inputs", with_odd);
   CHECK(read_file(odd) == bytes);
+}
+
+TEST_CASE("bvhrender: a tree too deep for its stack is refused with the number") {
+  hiprt::FileHeader header{};
+  header.stack_bound = 5000;
+  const auto deep = hiprt::tools::check_traceable("deep.bvh", header);
+  REQUIRE_FALSE(deep);
+  CHECK(deep.error().message == "deep.bvh: 5000 stack entries needed, the limit is 4096");
+  header.stack_bound = 4096;
+  CHECK(hiprt::tools::check_traceable("deep.bvh", header));
+}
+
+TEST_CASE("bvhrender: a scene that no camera can see as a whole needs one of its own") {
+  const TempFolder folder;
+  const std::vector<hiprt::build::Position> positions{{-3e38f, 0, 0}, {3e38f, 0, 0}, {0, 3e38f, 0}};
+  const std::vector<hiprt::build::Triangle> triangles{{0, 1, 2}};
+  const auto bvh = hiprt::build::build(std::vector<hiprt::build::TriangleMesh>{{positions, triangles}});
+  REQUIRE(bvh.has_value());
+  REQUIRE(hiprt::build::write_file(folder / "s.bvh", bvh->buffer.bytes()));
+  check_failure(folder, {folder / "s.bvh", "-o", folder / "a.png"}, "--camera", {"s.bvh"});
 }
 
 TEST_CASE("bvhrender: a picture is replaced as a whole") {
@@ -134,7 +160,7 @@ TEST_CASE("bvhrender: a picture is replaced as a whole") {
 TEST_CASE("bvhrender: interrupted it says so, fails and leaves the old picture") {
   const TempFolder folder;
   const std::string scene = write_squares(folder), picture = folder.write("a.png", "old");
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     // Hours of work, so that it cannot have ended; the signal may arrive before the program waits for it.
     bool said = false;
     for (const int delay : {100, 400, 2000, 8000}) {

@@ -3,6 +3,7 @@
 #include "programs.h"
 
 #include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
 
 using namespace hiprt::test;
 using Catch::Contains;
@@ -45,6 +46,7 @@ TEST_CASE("Command lines: bad usage is status 2 with one line that says what") {
     INFO(tool.name);
     check_usage_error(tool, {}, "required");
     check_usage_error(tool, {"file", "--frobnicate"}, "--frobnicate");
+    check_usage_error(tool, {"file", "--json=5"}, "json");
   }
   const Tool& build = kTools[0];
   check_usage_error(build, {"a.obj"}, "--output");
@@ -70,4 +72,27 @@ TEST_CASE("Command lines: output that cannot be written is a failure") {
   const CommandResult result = run({"/bin/sh", "-c", "'" + kBvhInfo + "' --help > /dev/full"});
   CHECK(result.status == 1);
   CHECK_THAT(result.err, Contains("standard output"));
+}
+
+TEST_CASE("Command lines: a terminal gets no control characters from names and files") {
+  const CommandResult result = run({kBvhInfo, "\x1b[31mred\x07\xff.bvh"});
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Contains("\\x1b[31mred\\x07\\xff.bvh"));
+  CHECK(result.err.find('\x1b') == std::string::npos);
+}
+
+TEST_CASE("Command lines: with --json a failure is JSON, too") {
+  const TempFolder folder;
+  const std::string bad = folder.write("bad.bvh", std::string(4096, 'x'));
+  for (const std::vector<std::string>& words : {std::vector<std::string>{kBvhInfo, bad, "--json"},
+                                                {kBvhInfo, bad, "--json", "--dump"},
+                                                {kBvhTrace, bad, "--rays", bad, "--hits", folder / "h", "--json"},
+                                                {kBvhBuild, folder / "none.obj", "-o", folder / "x.bvh", "--json"}}) {
+    const CommandResult result = run(words);
+    CHECK(result.status == 1);
+    const auto value = nlohmann::json::parse(result.out, nullptr, false);
+    REQUIRE(value.is_object());
+    CHECK_FALSE(value["error"]["message"].get<std::string>().empty());
+    CHECK_THAT(result.err, Contains(value["error"]["message"].get<std::string>()));
+  }
 }

@@ -26,6 +26,18 @@ TEST_CASE("OBJ: faces may come before their vertices") {
   CHECK(load(folder.write("a.obj", "f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0")).triangles == Triangles{{0, 1, 2}});
 }
 
+TEST_CASE("OBJ: lines end with LF, CRLF or CR; a byte order mark is skipped") {
+  const TempFolder folder;
+  for (const std::string end : {"\n", "\r\n", "\r"})
+    for (const std::string mark : {"", "\xef\xbb\xbf"}) {
+      const std::string text = mark + "v 0 0 0" + end + "v 1 0 0" + end + end + "v 0 1 0" + end + "v 5 5 5" + end;
+      const auto mesh = load(folder.write("a.obj", text + "f 1 2 \\" + end + " 3" + end));
+      CHECK(mesh.positions == Positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {5, 5, 5}});
+      CHECK(mesh.triangles == Triangles{{0, 1, 2}});
+      CHECK_THAT(refusal(folder.write("bad.obj", text + "f 1 2 9" + end)), Contains("line 6"));
+    }
+}
+
 TEST_CASE("OBJ: numbers are rounded correctly; NaN and infinite ones, degenerate and thin faces survive") {
   const TempFolder folder;
   const auto mesh = load(folder.write("a.obj",

@@ -68,6 +68,31 @@ TEST_CASE("PLY: ASCII and both binary orders give the same mesh; NaN and degener
   check_mesh(load(folder.write("by-content.bin", header("binary_big_endian") + binary_body(true))));
 }
 
+TEST_CASE("PLY: lines end with LF, CRLF or CR; a byte order mark is skipped") {
+  const TempFolder folder;
+  const auto ended = [](const std::string& text, const std::string& end) {
+    std::string result;
+    for (const char c : text) result += c == '\n' ? end : std::string(1, c);
+    return result;
+  };
+  for (const std::string end : {"\n", "\r\n", "\r"})
+    for (const std::string mark : {"", "\xef\xbb\xbf"}) {
+      const std::string ascii = ended(header("ascii"), end);
+      check_mesh(load(folder.write("a.ply", mark + ascii + ended(kAsciiBody, end))));
+      check_mesh(load(folder.write("unknown", mark + ascii + ended(kAsciiBody, end))));
+      check_mesh(load(folder.write("b.ply", mark + ended(header("binary_big_endian"), end) + binary_body(true))));
+      std::string body = kAsciiBody;
+      body.replace(body.find("1 1 0 255"), 9, "1 x 0 255");
+      CHECK_THAT(refusal(folder.write("bad.ply", ascii + ended(body, end))), Contains("line 17"));
+    }
+  // The first byte of the data looks like the second half of a line's end.
+  std::string data =
+      "ply\rformat binary_little_endian 1.0\relement vertex 1\rproperty float x\rproperty float y\r"
+      "property float z\relement face 0\rproperty list uchar int vertex_index\rend_header\r";
+  append(data, std::uint32_t{0x3f80000a}, 2.0f, 3.0f);
+  CHECK(load(folder.write("c.ply", data)).positions[0][1] == 2.0f);
+}
+
 TEST_CASE("PLY: double coordinates and 32-bit unsigned indices") {
   const TempFolder folder;
   std::string bytes =

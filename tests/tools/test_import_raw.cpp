@@ -3,6 +3,7 @@
 #include <zstd.h>
 
 #include <limits>
+#include <memory>
 
 using namespace hiprt;
 using namespace hiprt::test;
@@ -24,6 +25,17 @@ std::string raw(std::uint32_t vertices = 4, std::uint32_t triangles = 3) {
 std::string compressed(const std::string& bytes) {
   std::string result(ZSTD_compressBound(bytes.size()), '\0');
   const std::size_t size = ZSTD_compress(result.data(), result.size(), bytes.data(), bytes.size(), 3);
+  REQUIRE(ZSTD_isError(size) == 0);
+  result.resize(size);
+  return result;
+}
+
+/// With a checksum behind the last block.
+std::string with_checksum(const std::string& bytes) {
+  const std::unique_ptr<ZSTD_CCtx, std::size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(), &ZSTD_freeCCtx);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
+  std::string result(ZSTD_compressBound(bytes.size()), '\0');
+  const std::size_t size = ZSTD_compress2(context.get(), result.data(), result.size(), bytes.data(), bytes.size());
   REQUIRE(ZSTD_isError(size) == 0);
   result.resize(size);
   return result;
@@ -58,6 +70,20 @@ TEST_CASE("Raw meshes: an empty mesh and one larger than a reading step") {
   const auto mesh = load(folder.write("l.mesh.zst", compressed(bytes)));
   REQUIRE(mesh.positions.size() == count);
   CHECK(mesh.positions[count - 1] == build::Position{static_cast<float>(count - 1), 0, 1});
+}
+
+TEST_CASE("Raw meshes: a zstd frame ends with its checksum, or is refused") {
+  const TempFolder folder;
+  const std::string packed = with_checksum(raw());
+  CHECK(load(folder.write("a.mesh.zst", packed)).triangles == kTriangles);
+  CHECK(load(folder.write("b.mesh.zst", with_checksum(raw().substr(0, 50)) + compressed(raw().substr(50)))).triangles ==
+        kTriangles);
+  for (std::size_t cut = 1; cut <= 4; ++cut)
+    CHECK_THAT(refusal(folder.write("cut.mesh.zst", packed.substr(0, packed.size() - cut))),
+               Contains("truncated") && Contains("zstd frame"));
+  std::string wrong = packed;
+  wrong.back() = static_cast<char>(~wrong.back());
+  CHECK_THAT(refusal(folder.write("wrong.mesh.zst", wrong)), Contains("checksum"));
 }
 
 TEST_CASE("Raw meshes: sizes that do not fit, damaged and truncated data, indices past the vertices are refused") {

@@ -1,6 +1,7 @@
 #include "load.h"
 
 #include <array>
+#include <cctype>
 #include <limits>
 
 using namespace hiprt;
@@ -59,6 +60,43 @@ TEST_CASE("STL: binary, ASCII and several solids give every facet in order, dege
   check_facets(load(folder.write("misleading.stl", binary("solid but binary"))));
   check_facets(load(folder.write("a.STL", ascii("one", 0, 4))));
   check_facets(load(folder.write("two.stl", ascii("one", 0, 1) + ascii("two", 1, 4))));
+}
+
+TEST_CASE("STL: ASCII files are recognised in any case, behind blanks and a byte order mark") {
+  const TempFolder folder;
+  const std::string text = ascii("one", 0, 4);
+  std::string upper = text;
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (const std::string mark : {"", "\xef\xbb\xbf"})
+    for (const std::string before : {"", "\n", "\r\n \t\n", "   "})
+      for (const std::string& content : {text, upper}) {
+        INFO(mark << before << content.substr(0, 20));
+        check_facets(load(folder.write("a.stl", mark + before + content)));
+        check_facets(load(folder.write("unknown", mark + before + content)));
+      }
+  check_facets(load(folder.write("b.stl", binary("SOLID but binary"))));
+  check_facets(load(folder.write("c.stl", binary("\n solid but binary"))));
+}
+
+TEST_CASE("STL: ASCII files may be one line, or have lines that end with CR") {
+  const TempFolder folder;
+  for (const std::string names : {"|", "one|two", "my solid thing|another solid", "facet holder|outer loop"}) {
+    const std::size_t bar = names.find('|');
+    const std::string text = ascii(names.substr(0, bar), 0, 1) + ascii(names.substr(bar + 1), 1, 4);
+    for (const std::string end : {" ", "\r", "\r\n", "\n\n"}) {
+      std::string changed;
+      for (const char c : text) changed += c == '\n' ? end : std::string(1, c);
+      INFO(changed);
+      check_facets(load(folder.write("a.stl", changed)));
+      changed.replace(changed.rfind("endloop"), 7, "endlop!");
+      // 7 lines per facet, 2 more per solid; the last endloop is the third line from the end.
+      const std::string line = end == " " ? "line 1:" : end == "\n\n" ? "line 59:" : "line 30:";
+      CHECK_THAT(refusal(folder.write("bad.stl", changed)), Contains(line) && Contains("'endlop!'"));
+    }
+  }
+  CHECK(load(folder.write("none.stl", "solid a endsolid a solid b endsolid b")).triangles.empty());
+  CHECK_THAT(refusal(folder.write("cut.stl", "solid a facet normal 0 0 1 outer loop vertex 1 2")),
+             Contains("three coordinates"));
 }
 
 TEST_CASE("STL: no facets are an empty mesh") {

@@ -245,6 +245,8 @@ TEST_CASE("Programs: outputs that cannot be written are failures and leave nothi
   check_failure(folder, {kBvhBuild, mesh, "-o", "/proc/out.bvh"}, "/proc/out.bvh", {"a.obj"});
   check_failure(folder, {kBvhBuild, mesh, "-o", mesh}, "one of the inputs", {"a.obj"});
   CHECK(read_file(mesh) == text);
+  // Known before the work: the input is not even looked for.
+  check_failure(folder, {kBvhBuild, folder / "none.obj", "-o", folder / "no/out.bvh"}, "there is no folder", {"a.obj"});
   std::filesystem::create_directory(folder / "folder");
   check_failure(folder, {kBvhBuild, mesh, "-o", folder / "folder"}, "folder", {"a.obj", "folder"});
   CHECK(std::filesystem::is_empty(folder / "folder"));
@@ -252,6 +254,43 @@ TEST_CASE("Programs: outputs that cannot be written are failures and leave nothi
   REQUIRE(tools::write_rays(folder / "r.rays", false, std::vector<Ray>{down(0, 0)}));
   check_failure(folder, {kBvhTrace, folder / "a.bvh", "--rays", folder / "r.rays", "--hits", folder / "folder"},
                 "folder", {"a.bvh", "a.obj", "folder", "r.rays"});
+  for (const std::string input : {"a.bvh", "r.rays"}) {
+    const std::string before = read_file(folder / input);
+    check_failure(folder, {kBvhTrace, folder / "a.bvh", "--rays", folder / "r.rays", "--hits", folder / input},
+                  "one of the inputs", {"a.bvh", "a.obj", "folder", "r.rays"});
+    CHECK(read_file(folder / input) == before);
+  }
+}
+
+TEST_CASE("Programs: a file may have any name") {
+  const TempFolder folder;
+  folder.write("[a,b]",
+               "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+               "endsolid a\n");
+  const std::string script = "cd '" + folder.path().string() + "' && '" + kBvhBuild + "' '[a,b]' -o '[x].bvh' && '" +
+                             kBvhInfo + "' --validate '[x].bvh'";
+  CHECK(run({"/bin/sh", "-c", script}).status == 0);
+}
+
+TEST_CASE("Programs: at the limit of file sizes bvhbuild fails, says so and leaves nothing") {
+  const TempFolder folder;
+  const std::string mesh = folder.write("a.obj", grid_obj(40));
+  const CommandResult result =
+      run({"/bin/sh", "-c",
+           "ulimit -f 8; exec '" + kBvhBuild + "' '" + mesh + "' -o '" + (folder / "a.bvh").string() + "'"});
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Contains("File too large"));
+  CHECK(folder.names() == std::vector<std::string>{"a.obj"});
+}
+
+TEST_CASE("Programs: a signal that the parent ignores stays ignored") {
+  const TempFolder folder;
+  const std::string mesh = folder.write("a.obj", grid_obj(300)), out = folder / "a.bvh";
+  Command command({"/bin/sh", "-c", "trap '' INT; exec '" + kBvhBuild + "' '" + mesh + "' -o '" + out + "'"});
+  command.ends_within(std::chrono::milliseconds(60));
+  command.signal(SIGINT);
+  CHECK(command.finish().status == 0);
+  CHECK(std::filesystem::exists(out));
 }
 
 TEST_CASE("Programs: bvhinfo and bvhtrace refuse damaged files") {

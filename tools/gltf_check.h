@@ -1,0 +1,20 @@
+#pragma once
+/// What a glTF file's JSON must be before tinygltf sees it: tinygltf overflows the stack where JSON is nested deeply,
+/// and drops values of the wrong kind without an error.
+
+#include <hiprt_build/error.h>
+
+#include <cstddef>
+#include <span>
+
+namespace hiprt::tools {
+
+/// Deeper JSON is refused.
+inline constexpr std::size_t kMaxJsonLevels = 256;
+
+/// Checks the version, the depth and the values of everything that decides which triangles there are.
+/// @param file a whole .gltf or .glb file.
+/// @return kInvalidInput with the place, e.g. "mesh 0, primitive 1: ...".
+build::Result<void> check_gltf(std::span<const std::byte> file);
+
+}  // namespace hiprt::tools
