@@ -34,7 +34,7 @@ expect 0 "$source/run" --quick "--build=$build" "--output=$work/results"
 holds "$work/results/trace.json" side_by_side/procedural/{primary,ao,diffuse} geometric_mean/{procedural,scenes} \
   {embree_robust,embree_default,planes_sah,planes_high_fast,planes_sah_array,float_sah}.ratio planes_sah.box_tests \
   '"commit"' '"planes_sah.disagreements": 0.0'
-holds "$work/results/build.json" build/procedural/threads_1 validate/height_field \
+holds "$work/results/build.json" build/procedural/threads_1 build/scattered/threads_1 validate/height_field \
   {sah,embree-low,embree-medium,embree-high}.sah_cost_ratio rtc_medium_robust.Mtri_s sah.peak_to_output
 holds "$work/results/summary.md" '# Benchmarks of' '- command:' '## Tracing' '## Building' '## Validation' '| planes_sah '
 
@@ -53,7 +53,8 @@ done
 printf 'damaged' >"$work/bad.mesh"
 : >"$work/bad.primary.rays"
 expect 1 "$build/benchmarks/bench_trace" "--scenes=$work" --scene=bad
-expect 1 "$build/benchmarks/bench_build" "--scenes=$work" --scene=bad --validation-triangles=1000
+expect 1 "$build/benchmarks/bench_build" "--scenes=$work" --scene=bad --validation-triangles=1000 \
+  --scattered-triangles=1000
 
 echo "$faults faults"
 exit $((faults != 0))

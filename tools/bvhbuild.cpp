@@ -100,6 +100,7 @@ build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, const Options& opti
     if (interrupted()) return tl::unexpected(cancelled());
     if (!mesh) return tl::unexpected(mesh.error());
     bar.clear();
+    if (auto checked = check_output(options.output, mesh->files); !checked) return tl::unexpected(checked.error());
     if (mesh->skipped_faces != 0)
       cli.warn(input + ": skipped " + std::to_string(mesh->skipped_faces) + " faces with fewer than three corners");
     if (mesh->triangles.empty()) cli.warn(input + ": no triangles in it");

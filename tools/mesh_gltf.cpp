@@ -23,6 +23,7 @@ bool exists(const std::string& path, void*) {
   return std::filesystem::exists(path, ignored);
 }
 
+/// Notes in *data, a vector of strings, which files were read.
 /// Textures may be much larger than meshes and are not wanted: their files count as read.
 bool read_file_but_images(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* data) {
   constexpr std::array<std::string_view, 6> kImages{".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".dds"};
@@ -31,7 +32,10 @@ bool read_file_but_images(std::vector<unsigned char>* out, std::string* error, c
     return true;
   }
   std::error_code ignored;
-  if (std::filesystem::is_regular_file(path, ignored)) return tinygltf::ReadWholeFile(out, error, path, data);
+  if (std::filesystem::is_regular_file(path, ignored)) {
+    static_cast<std::vector<std::string>*>(data)->push_back(path);
+    return tinygltf::ReadWholeFile(out, error, path, nullptr);
+  }
   *error += "it is not a regular file";
   return false;
 }
@@ -40,16 +44,15 @@ bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, c
   return true;
 }
 
-build::Result<void> parse(std::span<const std::byte> bytes, const std::filesystem::path& folder,
-                          tinygltf::Model& model) {
+build::Result<void> parse(std::span<const std::byte> bytes, const std::filesystem::path& folder, tinygltf::Model& model,
+                          std::vector<std::string>& files) {
   if (bytes.size() > std::numeric_limits<unsigned>::max())
     return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, "glTF files end at 4294967295 bytes"});
   if (auto checked = check_gltf(bytes); !checked) return checked;
   const auto size = static_cast<unsigned>(bytes.size());
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(ignore_image, nullptr);
-  loader.SetFsCallbacks(
-      {&exists, &tinygltf::ExpandFilePath, &read_file_but_images, &tinygltf::WriteWholeFile, nullptr});
+  loader.SetFsCallbacks({&exists, &tinygltf::ExpandFilePath, &read_file_but_images, &tinygltf::WriteWholeFile, &files});
   const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   std::string error, warning;
   const bool loaded =
@@ -140,13 +143,13 @@ bool has_triangles(const tinygltf::Primitive& primitive) {
 
 build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder) {
   tinygltf::Model model;
-  if (auto parsed = parse(bytes, folder, model); !parsed) return tl::unexpected(parsed.error());
+  Mesh mesh;
+  if (auto parsed = parse(bytes, folder, model, mesh.files); !parsed) return tl::unexpected(parsed.error());
   for (const std::string& extension : model.extensionsRequired)
     if (!harmless(extension))
       return invalid_input("it requires the extension " + extension + ", which is not supported");
   const auto uses = flatten(model);
   if (!uses) return tl::unexpected(uses.error());
-  Mesh mesh;
   for (const MeshUse& use : *uses) {
     const auto& primitives = model.meshes[static_cast<std::size_t>(use.mesh)].primitives;
     for (std::size_t i = 0; i < primitives.size(); ++i) {

@@ -16,6 +16,7 @@ struct Mesh {
   std::string name;  ///< The file's name without its folder.
   std::vector<build::Position> positions;
   std::vector<build::Triangle> triangles;  ///< Every index is below positions.size().
+  std::vector<std::string> files;          ///< Paths of other files that were read: buffers of glTF.
   std::uint64_t skipped_faces = 0;         ///< Faces with fewer than three corners; they make no triangle.
 };
 

@@ -262,6 +262,18 @@ TEST_CASE("Programs: outputs that cannot be written are failures and leave nothi
   }
 }
 
+TEST_CASE("Programs: bvhbuild does not replace the buffer of its own glTF") {
+  const TempFolder folder;
+  GltfBuilder b;
+  b.json["nodes"] = {{{"mesh", b.add_mesh(b.add_positions({0, 0, 3, 4, 0, 3, 0, 4, 3}))}}};
+  b.json["scenes"] = {{{"nodes", {0}}}};
+  const std::string scene = folder.write("scene.gltf", b.with_external_buffer("scene.bin"));
+  folder.write("scene.bin", b.buffer);
+  check_failure(folder, {kBvhBuild, scene, "-o", folder / "scene.bin"}, "one of the inputs",
+                {"scene.bin", "scene.gltf"});
+  CHECK(read_file(folder / "scene.bin") == b.buffer);
+}
+
 TEST_CASE("Programs: a file may have any name") {
   const TempFolder folder;
   folder.write("[a,b]",
