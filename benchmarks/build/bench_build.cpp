@@ -65,7 +65,7 @@ class BuildBenchmarks {
   bool load(benchmark::State& state, const std::string& name) {
     if (scene_ != nullptr && scene_->name == name) return true;
     if (name == kScattered) {
-      scene_ = std::make_unique<Scene>(name, scattered(procedural_mesh(options_.scattered_triangles)));
+      scene_ = std::make_unique<Scene>(Scene{name, scattered(procedural_mesh(options_.scattered_triangles))});
       return true;
     }
     auto loaded = load_scene(options_.scenes, name);
