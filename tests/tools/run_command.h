@@ -1,6 +1,7 @@
 #pragma once
 /// Runs a program as a user does and keeps what it says.
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -72,7 +73,7 @@ class Command {
   CommandResult finish() {
     CommandResult result;
     while (pipes_[0].fd >= 0 || pipes_[1].fd >= 0) {
-      if (poll(pipes_, 2, -1) < 0) throw std::runtime_error("cannot poll");
+      if (poll(pipes_.data(), pipes_.size(), -1) < 0) throw std::runtime_error("cannot poll");
       drain(pipes_[0], result.out);
       drain(pipes_[1], result.err);
     }
@@ -97,7 +98,7 @@ class Command {
   }
 
   pid_t child_ = -1;
-  pollfd pipes_[2] = {{-1, 0, 0}, {-1, 0, 0}};
+  std::array<pollfd, 2> pipes_{{{-1, 0, 0}, {-1, 0, 0}}};
 };
 
 inline CommandResult run(std::vector<std::string> arguments) { return Command(std::move(arguments)).finish(); }
