@@ -7,7 +7,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <atomic>
 #include <mutex>
 
 namespace hiprt::tools {
@@ -20,7 +19,7 @@ bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& l
                       const std::function<void(std::size_t, std::size_t)>& body,
                       const std::function<void(double)>& progress) {
   const std::size_t batches = (count + batch - 1) / batch;
-  std::atomic<std::size_t> done{0};
+  std::size_t done = 0;
   std::mutex reporting;
   tbb::task_arena arena(static_cast<int>(limit.threads()));
   arena.execute([&] {
@@ -29,9 +28,9 @@ bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& l
         [&](std::size_t i) {
           if (interrupted()) return;
           body(i * batch, std::min(count, (i + 1) * batch));
-          ++done;
-          const std::unique_lock lock(reporting, std::try_to_lock);
-          if (progress && lock.owns_lock()) progress(static_cast<double>(done) / static_cast<double>(batches));
+          if (!progress) return;
+          const std::lock_guard lock(reporting);
+          progress(static_cast<double>(++done) / static_cast<double>(batches));
         },
         tbb::simple_partitioner{});
   });

@@ -23,7 +23,7 @@ class ThreadLimit {
 
 /// Calls @p body(begin, end) for batches that cover [0, count) once, on as many threads as @p limit says. Batches are
 /// started in no particular order.
-/// @param progress called with the finished part, 0 to 1, by one thread at a time.
+/// @param progress called behind every batch with the finished part, up to 1, by one thread at a time.
 /// @return false when interrupted() became true: batches may be missing then.
 bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& limit,
                       const std::function<void(std::size_t begin, std::size_t end)>& body,
