@@ -20,14 +20,14 @@ namespace {
 /// Values as words, in any arrangement of lines.
 class AsciiSource {
  public:
-  AsciiSource(std::string_view text, std::size_t lines) : text_(text), line_(lines + 1) {}
+  AsciiSource(std::string_view text, std::uint64_t lines) : text_(text), line_(lines + 1) {}
 
   static std::uint64_t least_bytes(PlyType) { return 2; }
   std::uint64_t bytes_left() const { return text_.size() + 1; }
   std::string place() const { return "line " + std::to_string(line_); }
 
   std::optional<double> read(PlyType type) {
-    const std::string_view word = next();
+    const std::string_view word = next_word_of_lines(text_, line_);
     // float32 is rounded once, from the text.
     if (type != PlyType::kFloat32) return parse_real<double>(word);
     const auto value = parse_real<float>(word);
@@ -35,22 +35,8 @@ class AsciiSource {
   }
 
  private:
-  std::string_view next() {
-    while (!text_.empty() && (is_blank(text_.front()) || text_.front() == '\n')) {
-      if (skip_line_break(text_))
-        ++line_;
-      else
-        text_.remove_prefix(1);
-    }
-    std::size_t end = 0;
-    while (end < text_.size() && !is_blank(text_[end]) && text_[end] != '\n') ++end;
-    const std::string_view word = text_.substr(0, end);
-    text_.remove_prefix(end);
-    return word;
-  }
-
   std::string_view text_;
-  std::size_t line_;
+  std::uint64_t line_;
 };
 
 class BinarySource {

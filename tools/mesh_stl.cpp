@@ -67,19 +67,7 @@ class Words {
   explicit Words(std::string_view text) : text_(text) {}
 
   /// Cuts the next word off; empty at the end.
-  std::string_view next() {
-    while (!text_.empty() && (is_blank(text_.front()) || text_.front() == '\n')) {
-      if (skip_line_break(text_))
-        ++line_;
-      else
-        text_.remove_prefix(1);
-    }
-    std::size_t end = 0;
-    while (end < text_.size() && !is_blank(text_[end]) && text_[end] != '\n') ++end;
-    const std::string_view word = text_.substr(0, end);
-    text_.remove_prefix(end);
-    return word;
-  }
+  std::string_view next() { return next_word_of_lines(text_, line_); }
 
   /// Is @p word next, in any case?
   bool next_is(std::string_view word) const { return lower(Words(*this).next()) == word; }

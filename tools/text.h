@@ -32,6 +32,21 @@ inline bool skip_line_break(std::string_view& text) {
   return size != 0;
 }
 
+/// Cuts the first word off @p text, over line breaks, which are added to @p line; empty at the end.
+inline std::string_view next_word_of_lines(std::string_view& text, std::uint64_t& line) {
+  while (!text.empty() && (is_blank(text.front()) || text.front() == '\n')) {
+    if (skip_line_break(text))
+      ++line;
+    else
+      text.remove_prefix(1);
+  }
+  std::size_t end = 0;
+  while (end < text.size() && !is_blank(text[end]) && text[end] != '\n') ++end;
+  const std::string_view word = text.substr(0, end);
+  text.remove_prefix(end);
+  return word;
+}
+
 /// Cuts the first line off @p text (without its line break: LF, CR or CRLF).
 inline std::string_view next_line(std::string_view& text) {
   // One pass: in a file without LF, a search for each line's LF would take the square of its size.
