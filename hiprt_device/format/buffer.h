@@ -31,6 +31,7 @@ enum class Feature : std::uint64_t {
   kTriangles = 1u << 0,        ///< Triangle leaves.
   kMasks = 1u << 1,            ///< Some geometry's mask is not 0xffffffff.
   kSplitReferences = 1u << 2,  ///< Some primitive is in several leaves (spatial splits).
+  kCustom = 1u << 3,           ///< Custom leaves.
 };
 using FeatureMask = std::uint64_t;
 HIPRT_HD constexpr FeatureMask feature_bit(Feature feature) { return static_cast<FeatureMask>(feature); }
@@ -81,8 +82,16 @@ struct GeometryRecord {
   std::uint64_t primitive_count;  ///< Dropped ones included.
   std::uint64_t dropped_count;    ///< Primitives that no leaf holds (degenerate or not finite).
   std::uint32_t mask;             ///< A ray sees the geometry iff (ray.mask & mask) != 0.
-  std::uint32_t flags;            ///< Zero.
+  std::uint32_t flags;            ///< Bit 0 kGeometryCustom; bits 15-8 custom type; others zero.
 };
+
+/// Set in GeometryRecord::flags: the primitives are custom ones, in custom leaves.
+inline constexpr std::uint32_t kGeometryCustom = 1;
+/// The program's own number for what a custom geometry's primitives are, 0 to 255. Zero for meshes.
+HIPRT_HD constexpr std::uint32_t custom_type(std::uint32_t geometry_flags) { return geometry_flags >> 8 & 0xffu; }
+HIPRT_HD constexpr std::uint32_t custom_geometry_flags(std::uint8_t type) {
+  return kGeometryCustom | static_cast<std::uint32_t>(type) << 8;
+}
 
 static_assert(sizeof(FileHeader) == 128 && sizeof(SectionEntry) == 32 && sizeof(GeometryRecord) == 32);
 static_assert(offsetof(FileHeader, magic) == 0 && offsetof(FileHeader, version_major) == 8);

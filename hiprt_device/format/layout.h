@@ -1,18 +1,28 @@
 #pragma once
 /// The node records of each layout behind one vocabulary, so that builder, validator and traversal are written once.
-/// Every layout's `Node` and `Leaf` decode to the same values, bit for bit.
+/// A layout is a struct with
+///     kId, kBoxType                        as in the file header, and in the references to its nodes
+///     Node, Leaf                           the records; Leaf is that of triangles (custom leaves: custom_leaf())
+///     box(node, child)                     what the node's planes mean; the empty box for an absent child
+///     set_boxes(node, boxes)               encodes all four boxes, rounding outwards; empty: the child is absent.
+///                                          false: the layout cannot hold them. References and flags stay
+///     child_flags, set_child_flags         no-ops where a layout has none (kHasChildFlags)
+///     coordinate, set_coordinate           of a triangle leaf
 
+#include <hiprt_device/format/half.h>
 #include <hiprt_device/format/node.h>
+#include <hiprt_device/format/quantize.h>
+
+#include <limits>
 
 namespace hiprt {
 
-struct FloatLayout {
-  static constexpr NodeLayout kId = NodeLayout::kFloat;
-  using Node = FloatBoxNode;
+namespace layout_detail {
+
+/// The triangle leaf of layouts float and half.
+struct FloatLeaves {
   using Leaf = FloatLeaf;
 
-  HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) { return node.box[child]; }
-  HIPRT_HD static HIPRT_INLINE void set_box(Node& node, unsigned child, const Box& box) { node.box[child] = box; }
   HIPRT_HD static HIPRT_INLINE float coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
     return leaf.vertex[vertex][axis];
   }
@@ -21,10 +31,44 @@ struct FloatLayout {
   }
 };
 
-struct PlanesLayout {
-  static constexpr NodeLayout kId = NodeLayout::kPlanes;
-  using Node = PlanesBoxNode;
+/// The triangle leaf of layouts planes and quantized.
+struct PlanesLeaves {
   using Leaf = PlanesLeaf;
+
+  HIPRT_HD static HIPRT_INLINE float coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
+    return leaf.coordinate[axis][vertex];
+  }
+  HIPRT_HD static HIPRT_INLINE void set_coordinate(Leaf& leaf, unsigned vertex, unsigned axis, float value) {
+    leaf.coordinate[axis][vertex] = value;
+  }
+};
+
+template <class NodeRecord> struct StoredChildFlags {
+  static constexpr bool kHasChildFlags = true;
+
+  HIPRT_HD static HIPRT_INLINE std::uint32_t child_flags(const NodeRecord& node) { return node.child_flags; }
+  HIPRT_HD static HIPRT_INLINE void set_child_flags(NodeRecord& node, std::uint32_t flags) { node.child_flags = flags; }
+};
+
+}  // namespace layout_detail
+
+struct FloatLayout : layout_detail::FloatLeaves, layout_detail::StoredChildFlags<FloatBoxNode> {
+  static constexpr NodeLayout kId = NodeLayout::kFloat;
+  static constexpr NodeType kBoxType = NodeType::kBox32;
+  using Node = FloatBoxNode;
+
+  HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) { return node.box[child]; }
+  HIPRT_HD static HIPRT_INLINE void set_box(Node& node, unsigned child, const Box& box) { node.box[child] = box; }
+  HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
+    for (unsigned child = 0; child < kBranching; ++child) set_box(node, child, boxes[child]);
+    return true;
+  }
+};
+
+struct PlanesLayout : layout_detail::PlanesLeaves, layout_detail::StoredChildFlags<PlanesBoxNode> {
+  static constexpr NodeLayout kId = NodeLayout::kPlanes;
+  static constexpr NodeType kBoxType = NodeType::kBox32;
+  using Node = PlanesBoxNode;
 
   HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) {
     return Box{{node.plane[0][0][child], node.plane[1][0][child], node.plane[2][0][child]},
@@ -36,13 +80,62 @@ struct PlanesLayout {
       node.plane[axis][1][child] = box.max[axis];
     }
   }
-  HIPRT_HD static HIPRT_INLINE float coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
-    return leaf.coordinate[axis][vertex];
-  }
-  HIPRT_HD static HIPRT_INLINE void set_coordinate(Leaf& leaf, unsigned vertex, unsigned axis, float value) {
-    leaf.coordinate[axis][vertex] = value;
+  HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
+    for (unsigned child = 0; child < kBranching; ++child) set_box(node, child, boxes[child]);
+    return true;
   }
 };
+
+/// Coordinates beyond +-65504 become infinite planes.
+struct HalfLayout : layout_detail::FloatLeaves {
+  static constexpr NodeLayout kId = NodeLayout::kHalf;
+  static constexpr NodeType kBoxType = NodeType::kBox16;
+  static constexpr bool kHasChildFlags = false;
+  using Node = HalfBoxNode;
+
+  HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) {
+    const Node::HalfBox& half = node.box[child];
+    return Box{{half_to_float(half.min[0]), half_to_float(half.min[1]), half_to_float(half.min[2])},
+               {half_to_float(half.max[0]), half_to_float(half.max[1]), half_to_float(half.max[2])}};
+  }
+  HIPRT_HD static HIPRT_INLINE void set_box(Node& node, unsigned child, const Box& box) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      node.box[child].min[axis] = half_below(box.min[axis]);
+      node.box[child].max[axis] = half_above(box.max[axis]);
+    }
+  }
+  HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
+    for (unsigned child = 0; child < kBranching; ++child) set_box(node, child, boxes[child]);
+    return true;
+  }
+  HIPRT_HD static HIPRT_INLINE std::uint32_t child_flags(const Node&) { return 0; }
+  HIPRT_HD static HIPRT_INLINE void set_child_flags(Node&, std::uint32_t) {}
+};
+
+/// Boxes beyond +-kQuantizedLimit cannot be encoded.
+struct QuantizedLayout : layout_detail::PlanesLeaves, layout_detail::StoredChildFlags<QuantizedBoxNode> {
+  static constexpr NodeLayout kId = NodeLayout::kQuantized;
+  static constexpr NodeType kBoxType = NodeType::kBox32;
+  using Node = QuantizedBoxNode;
+
+  HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    if ((node.children >> child & 1u) == 0)
+      return Box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+    return Box{{dequantize(node, 0, 0, child), dequantize(node, 1, 0, child), dequantize(node, 2, 0, child)},
+               {dequantize(node, 0, 1, child), dequantize(node, 1, 1, child), dequantize(node, 2, 1, child)}};
+  }
+  /// Sets the bits of the slots in use and the order axis too.
+  HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
+    return quantize(node, boxes);
+  }
+};
+
+/// A leaf of a run that a kProcedural reference names.
+template <class Leaf> HIPRT_HD HIPRT_INLINE const CustomLeaf& custom_leaf(const Leaf& leaf) {
+  static_assert(sizeof(Leaf) == sizeof(CustomLeaf) && alignof(Leaf) == alignof(CustomLeaf));
+  return reinterpret_cast<const CustomLeaf&>(leaf);
+}
 
 /// Vertex number (0-3) of corner 0, 1, 2 of triangle 0 or 1 of a leaf: (v0, v1, v2) and (v1, v3, v2).
 HIPRT_HD constexpr unsigned corner_vertex(unsigned triangle, unsigned corner) {

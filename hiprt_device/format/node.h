@@ -1,7 +1,8 @@
 #pragma once
-/// The records of a BVH file that a ray touches: node references, box nodes and triangle-pair leaves.
+/// The records of a BVH file that a ray touches: node references, box nodes and leaves.
 /// Normative text: hiprt_device/docs/FORMAT.md; every offset here is asserted below and compared with it by a test.
-/// Layout `float` is bit-compatible with AMD's image_bvh_intersect_ray (RDNA2/RDNA3, box32 and triangle nodes).
+/// Layouts `float` and `half` are bit-compatible with AMD's image_bvh_intersect_ray (RDNA2/RDNA3: box32, box16 and
+/// triangle nodes).
 
 #include <hiprt_device/format/portability.h>
 
@@ -14,8 +15,8 @@ namespace hiprt {
 enum class NodeLayout : std::uint32_t {
   kFloat = 1,   ///< 128-byte box node with a {min, max} box per child; hardware-compatible.
   kPlanes = 2,  ///< The same values with the four children's planes side by side: the layout for CPU vector registers.
-  kHalf = 3,    ///< Reserved: 64-byte box16 node.
-  kQuantized = 4,  ///< Reserved: 64-byte node with 8-bit planes.
+  kHalf = 3,    ///< 64-byte box16 node with a half-float {min, max} box per child; hardware-compatible.
+  kQuantized = 4,  ///< 64-byte node with the planes as bytes on a grid per axis, side by side.
 };
 
 /// Low three bits of a node reference.
@@ -24,10 +25,10 @@ enum class NodeType : std::uint32_t {
   kTriangle1 = 1,
   kTriangle2 = 2,
   kTriangle3 = 3,
-  kBox16 = 4,
-  kBox32 = 5,
+  kBox16 = 4,  ///< Box node of layout half.
+  kBox32 = 5,  ///< Box node of the file's layout (any but half).
   kInstance = 6,
-  kProcedural = 7,
+  kProcedural = 7,  ///< A run of custom leaves.
 };
 
 /// Node reference = (byte offset from the start of the file / 64) << 3 | NodeType.
@@ -48,7 +49,8 @@ HIPRT_HD constexpr NodeType ref_type(NodeRef ref) { return static_cast<NodeType>
 HIPRT_HD constexpr std::uint64_t ref_offset(NodeRef ref) {
   return static_cast<std::uint64_t>(ref >> 3) * kNodeGranularity;
 }
-HIPRT_HD constexpr bool is_box(NodeRef ref) { return (ref & 7u) == static_cast<NodeRef>(NodeType::kBox32); }
+/// Types kBox16 and kBox32. False for kInvalidRef.
+HIPRT_HD constexpr bool is_box(NodeRef ref) { return (ref & 6u) == static_cast<NodeRef>(NodeType::kBox16); }
 
 /// Axis-aligned box. Absent children have the empty box: min = +inf, max = -inf.
 struct Box {
@@ -78,13 +80,35 @@ struct alignas(128) PlanesBoxNode {
   std::uint32_t reserved[3];
 };
 
+/// Box node of layout `half`: 16-bit floats (half.h), rounded outwards. Infinite planes are legal.
+struct alignas(64) HalfBoxNode {
+  struct HalfBox {
+    std::uint16_t min[3];
+    std::uint16_t max[3];
+  };
+  NodeRef child[kBranching];
+  HalfBox box[kBranching];
+};
+
+/// Box node of layout `quantized` (quantize.h): plane = origin + plane[axis][side][child] * 2^(exponent - 127).
+struct alignas(64) QuantizedBoxNode {
+  float origin[3];
+  std::uint8_t exponent[3];  ///< 1 to 254.
+  std::uint8_t children;     ///< Bits 3-0: slots in use; 5-4: axis along which the children spread most; 7-6: zero.
+  NodeRef child[kBranching];
+  std::uint8_t plane[3][2][kBranching];
+  std::uint32_t child_flags;
+  std::uint32_t reserved;
+};
+
 /// The part of a leaf that all layouts share (bytes 48-63).
-/// A leaf holds triangle 0 = (v0, v1, v2) and, if primitive[1] != kInvalidId, triangle 1 = (v1, v3, v2), both of one
-/// geometry. A child reference names the first leaf of a run; the run ends at the leaf whose kLastInRun bit is set.
+/// A triangle leaf holds triangle 0 = (v0, v1, v2) and, if primitive[1] != kInvalidId, triangle 1 = (v1, v3, v2), both
+/// of one geometry. A child reference names the first leaf of a run; the run ends at the leaf whose kLastInRun bit is
+/// set. All leaves of a run are of one kind: kTriangle0 names triangle leaves, kProcedural custom leaves.
 struct LeafInfo {
-  std::uint32_t primitive[2];        ///< Index of the triangle in its geometry.
+  std::uint32_t primitive[2];        ///< Index of the primitive in its geometry.
   std::uint32_t geometry_and_flags;  ///< Bits 0-27 geometry, bit 31 kLastInRun, others zero.
-  std::uint32_t triangle_ids;        ///< One triangle-id byte per triangle (byte 0, byte 1); see TriangleId.
+  std::uint32_t triangle_ids;        ///< One triangle-id byte per primitive (byte 0, byte 1); see TriangleId.
 };
 
 inline constexpr std::uint32_t kLastInRun = 0x80000000u;
@@ -104,6 +128,13 @@ struct alignas(64) PlanesLeaf {
   LeafInfo info;
 };
 
+/// Leaf of one or two custom primitives of one geometry, the same in every layout. Without a second one primitive[1] is
+/// kInvalidId, box[1] the empty box and its id byte 0.
+struct alignas(64) CustomLeaf {
+  Box box[2];
+  LeafInfo info;
+};
+
 /// The triangle-id byte. Corners are counted in stored order: (v0, v1, v2) for triangle 0, (v1, v3, v2) for triangle 1.
 /// Bits 1:0 name the stored corner whose weight is u (the mesh's corner 1), bits 3:2 the one whose weight is v (corner
 /// 2).
@@ -112,6 +143,8 @@ struct TriangleId {
   static constexpr std::uint32_t kFlip = 1u << 5;
   static constexpr std::uint32_t kProcedural = 1u << 6;
   static constexpr std::uint32_t kOpaque = 1u << 7;
+  /// The whole byte of a custom primitive.
+  static constexpr std::uint32_t kCustom = kProcedural | kOpaque;
   /// Stored corner of the mesh's corner 0, 1 or 2.
   HIPRT_HD static constexpr unsigned u_source(std::uint32_t id) { return id & 3u; }
   HIPRT_HD static constexpr unsigned v_source(std::uint32_t id) { return id >> 2 & 3u; }
@@ -129,9 +162,17 @@ static_assert(offsetof(FloatBoxNode, child_flags) == 112 && offsetof(FloatBoxNod
 static_assert(offsetof(PlanesBoxNode, child) == 0 && offsetof(PlanesBoxNode, plane) == 16);
 static_assert(offsetof(PlanesBoxNode, child_flags) == 112 && offsetof(PlanesBoxNode, reserved) == 116);
 static_assert(offsetof(Box, min) == 0 && offsetof(Box, max) == 12);
+static_assert(sizeof(HalfBoxNode) == 64 && sizeof(HalfBoxNode::HalfBox) == 12 && sizeof(QuantizedBoxNode) == 64);
+static_assert(offsetof(HalfBoxNode, child) == 0 && offsetof(HalfBoxNode, box) == 16);
+static_assert(offsetof(HalfBoxNode::HalfBox, min) == 0 && offsetof(HalfBoxNode::HalfBox, max) == 6);
+static_assert(offsetof(QuantizedBoxNode, origin) == 0 && offsetof(QuantizedBoxNode, exponent) == 12);
+static_assert(offsetof(QuantizedBoxNode, children) == 15 && offsetof(QuantizedBoxNode, child) == 16);
+static_assert(offsetof(QuantizedBoxNode, plane) == 32 && offsetof(QuantizedBoxNode, child_flags) == 56);
+static_assert(offsetof(QuantizedBoxNode, reserved) == 60);
 static_assert(sizeof(FloatLeaf) == 64 && sizeof(PlanesLeaf) == 64 && sizeof(LeafInfo) == 16);
 static_assert(offsetof(FloatLeaf, vertex) == 0 && offsetof(FloatLeaf, info) == 48);
 static_assert(offsetof(PlanesLeaf, coordinate) == 0 && offsetof(PlanesLeaf, info) == 48);
+static_assert(sizeof(CustomLeaf) == 64 && offsetof(CustomLeaf, box) == 0 && offsetof(CustomLeaf, info) == 48);
 static_assert(offsetof(LeafInfo, primitive) == 0 && offsetof(LeafInfo, geometry_and_flags) == 8);
 static_assert(offsetof(LeafInfo, triangle_ids) == 12);
 
