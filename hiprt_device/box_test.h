@@ -83,20 +83,71 @@ template <class Lanes> struct BoxHits {
   typename Lanes::Float enter;  ///< t of entry (at least tmin), where the bit is set.
 };
 
-/// Tests the part [tmin, tmax] of the ray. Absent children (empty boxes) are never hit.
+/// A ray in the units of a node's planes: those of the scene, or of the node's own grid.
+template <class Lanes, class Node> struct NodeSlabs {
+  const RaySlabs<Lanes>& ray;
+  HIPRT_HD HIPRT_INLINE NodeSlabs(const Node&, const RaySlabs<Lanes>& of) : ray(of) {}
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float rcp(unsigned axis) const { return ray.rcp[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float near_offset(unsigned axis) const { return ray.near_offset[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float far_offset(unsigned axis) const { return ray.far_offset[axis]; }
+};
+
+/// (origin + q * scale) * rcp + offset = q * (scale * rcp) + (origin * rcp + offset): the product with the power of two
+/// is exact, the sum in the second bracket is one more rounding for the margin to cover (0003).
+template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
+  typename Lanes::Float scaled[3], near_[3], far_[3];
+  HIPRT_HD HIPRT_INLINE NodeSlabs(const QuantizedBoxNode& node, const RaySlabs<Lanes>& ray) {
+    const Words grid = load_words(node.origin);
+    const auto set = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+      const auto origin = Lanes::all(grid.as_float(axis));
+      const auto exponent = static_cast<std::uint8_t>(grid.word[3] >> (8 * axis) & 0xffu);
+      scaled[axis] = Lanes::mul(Lanes::all(quantized_scale(exponent)), ray.rcp[axis]);
+      near_[axis] = Lanes::madd(origin, ray.rcp[axis], ray.near_offset[axis]);
+      far_[axis] = Lanes::madd(origin, ray.rcp[axis], ray.far_offset[axis]);
+    };
+    set(0);
+    set(1);
+    set(2);
+  }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float rcp(unsigned axis) const { return scaled[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float near_offset(unsigned axis) const { return near_[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float far_offset(unsigned axis) const { return far_[axis]; }
+};
+
+/// Tests the part [tmin, tmax] of the ray. Absent children are never hit.
 template <class Lanes, class Node>
 HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
                                                      typename Lanes::Float tmin, typename Lanes::Float tmax) {
+  const NodeSlabs<Lanes, Node> slabs(node, ray);
   // Not a loop over arrays: GCC keeps such a loop, and the arrays in memory.
-  const auto enter = [&](unsigned axis) {
-    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side[axis]), ray.rcp[axis], ray.near_offset[axis]);
+  const auto enter = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side[axis]), slabs.rcp(axis), slabs.near_offset(axis));
   };
-  const auto leave = [&](unsigned axis) {
-    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side[axis] ^ 1u), ray.rcp[axis], ray.far_offset[axis]);
+  const auto leave = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side[axis] ^ 1u), slabs.rcp(axis),
+                       slabs.far_offset(axis));
   };
   const auto first = Lanes::max(Lanes::max(enter(0), enter(1)), Lanes::max(enter(2), tmin));
   const auto last = Lanes::min(Lanes::min(leave(0), leave(1)), Lanes::min(leave(2), tmax));
-  return {Lanes::less_equal(first, last), first};
+  return {Lanes::less_equal(first, last) & load_present(node), first};
+}
+
+/// Whether the part [tmin, tmax] of the ray meets one box.
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE bool meets_box(const Box& box, const RaySlabs<Lanes>& ray, float tmin, float tmax) {
+  float first = tmin, last = tmax;
+  const auto clip = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+    const bool down = ray.near_side[axis] != 0;
+    const float near_plane = down ? box.max[axis] : box.min[axis], far_plane = down ? box.min[axis] : box.max[axis];
+    const float rcp = Lanes::get(ray.rcp[axis], 0);
+    first = max_of(first, multiply_add(near_plane, rcp, Lanes::get(ray.near_offset[axis], 0)));
+    const float leave = multiply_add(far_plane, rcp, Lanes::get(ray.far_offset[axis], 0));
+    last = leave < last ? leave : last;
+  };
+  clip(0);
+  clip(1);
+  clip(2);
+  return first <= last;
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -3,12 +3,15 @@
 /// every compiler and the device; `SimdLanes` uses the host's vector registers. Both give the same bits: every
 /// operation is a single IEEE rounding per lane.
 
-#include <hiprt_device/format/portability.h>
+#include <hiprt_device/format/half.h>
+#include <hiprt_device/memory.h>
 
+#include <bit>
 #include <cmath>
 #include <cstdint>
 
-#if defined(__SSE2__) && !HIPRT_DEVICE_CODE
+// A kernel's policies must have the same names in the host's and in the GPU's pass over a source.
+#if defined(__SSE2__) && !HIPRT_GPU_COMPILER
 #define HIPRT_SIMD_LANES 1
 #include <immintrin.h>
 #else
@@ -35,6 +38,19 @@ HIPRT_HD HIPRT_INLINE double fused_multiply_add(double a, double b, double c) {
 #endif
 }
 
+/// The value of a half, from its bits; exact.
+HIPRT_HD HIPRT_INLINE float widen_half(std::uint32_t bits) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return static_cast<float>(std::bit_cast<_Float16>(static_cast<std::uint16_t>(bits)));
+#elif HIPRT_DEVICE_CODE
+  float value;
+  asm("cvt.f32.f16 %0, %1;" : "=f"(value) : "h"(static_cast<std::uint16_t>(bits)));
+  return value;
+#else
+  return half_to_float(static_cast<std::uint16_t>(bits));
+#endif
+}
+
 /// a * b + c with one rounding or two, whichever is faster: for results whose error bound allows both.
 HIPRT_HD HIPRT_INLINE float multiply_add(float a, float b, float c) {
 #if HIPRT_DEVICE_CODE || defined(__FMA__)
@@ -46,16 +62,30 @@ HIPRT_HD HIPRT_INLINE float multiply_add(float a, float b, float c) {
 
 /// Four lanes in an array; loops over lanes are unrolled by the compiler.
 struct ArrayLanes {
+  /// Choices between lanes are made without branches and arrays without indices that vary: for registers of GPUs.
+  static constexpr bool kScalar = true;
   struct Float {
     float lane[4];
   };
 
-  HIPRT_HD static HIPRT_INLINE Float load(const float* p) { return {{p[0], p[1], p[2], p[3]}}; }
+  /// @param p multiple of 16 bytes, in the scene.
+  HIPRT_HD static HIPRT_INLINE Float load(const float* p) {
+    const Words words = load_words(p);
+    return {{words.as_float(0), words.as_float(1), words.as_float(2), words.as_float(3)}};
+  }
   HIPRT_HD static HIPRT_INLINE void store(float* p, const Float& a) {
     for (int i = 0; i < 4; ++i) p[i] = a.lane[i];
   }
   HIPRT_HD static HIPRT_INLINE Float set(float a, float b, float c, float d) { return {{a, b, c, d}}; }
   HIPRT_HD static HIPRT_INLINE Float all(float a) { return {{a, a, a, a}}; }
+  /// From the low 16 bits of each.
+  HIPRT_HD static HIPRT_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    return {{widen_half(a), widen_half(b), widen_half(c), widen_half(d)}};
+  }
+  /// Lane i is byte i, 0 to 255.
+  HIPRT_HD static HIPRT_INLINE Float from_bytes(std::uint32_t bytes) {
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return static_cast<float>(bytes >> (8 * i) & 0xffu); });
+  }
   template <class Operation> HIPRT_HD static HIPRT_INLINE Float map(Operation operation) {
     return {{operation(0), operation(1), operation(2), operation(3)}};
   }
@@ -118,12 +148,21 @@ struct ArrayLanes {
 
 /// Four lanes in an SSE register (the compilers' vector type of 16 bytes).
 struct SimdLanes {
+  static constexpr bool kScalar = false;
   using Float = __m128;
 
   static HIPRT_INLINE Float load(const float* p) { return _mm_loadu_ps(p); }
   static HIPRT_INLINE void store(float* p, Float a) { _mm_storeu_ps(p, a); }
   static HIPRT_INLINE Float set(float a, float b, float c, float d) { return _mm_setr_ps(a, b, c, d); }
   static HIPRT_INLINE Float all(float a) { return _mm_set1_ps(a); }
+  static HIPRT_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    return set(widen_half(a), widen_half(b), widen_half(c), widen_half(d));
+  }
+  static HIPRT_INLINE Float from_bytes(std::uint32_t bytes) {
+    const __m128i zero = _mm_setzero_si128();
+    const __m128i shorts = _mm_unpacklo_epi8(_mm_cvtsi32_si128(static_cast<int>(bytes)), zero);
+    return _mm_cvtepi32_ps(_mm_unpacklo_epi16(shorts, zero));
+  }
   static HIPRT_INLINE Float add(Float a, Float b) { return a + b; }
   static HIPRT_INLINE Float sub(Float a, Float b) { return a - b; }
   static HIPRT_INLINE Float mul(Float a, Float b) { return a * b; }

@@ -3,11 +3,20 @@
 ///
 ///     using Quick = hiprt::Policies<hiprt::PlanesLayout, hiprt::Fast, hiprt::Plain>;
 ///     hiprt::Hit hit = hiprt::closest_hit<Quick>(scene, ray);
+///
+/// Any struct with the same members will do; what differs from a Policies can be written down in a struct of it:
+///
+///     struct Mine : hiprt::Policies<hiprt::QuantizedLayout> {
+///       using Stack = hiprt::RollingStack<8>;
+///       using Schedule = hiprt::Postponed<>;
+///     };
 
 #include <hiprt_device/counter.h>
 #include <hiprt_device/lanes.h>
+#include <hiprt_device/order.h>
 #include <hiprt_device/scene_view.h>
-#include <hiprt_device/stack.h>
+#include <hiprt_device/schedule.h>
+#include <hiprt_device/stacks/private.h>
 #include <hiprt_device/triangle_test.h>
 
 #include <concepts>
@@ -22,9 +31,10 @@ concept BoxTest = requires(const Vec3& origin, const Box& bounds) {
 };
 
 template <class T, class Layout, class Lanes>
-concept TriangleTest = requires(const typename Layout::Leaf& leaf, const typename T::template PreparedRay<Lanes>& ray,
+concept TriangleTest = requires(const typename Layout::Leaf& leaf, const LeafInfo& info,
+                                const typename T::template PreparedRay<Lanes>& ray,
                                 bool (*accept)(const Candidate&, unsigned)) {
-  { T::template intersect<Lanes>(leaf, ray, accept) } -> std::same_as<bool>;
+  { T::template intersect<Lanes>(leaf, info, ray, accept) } -> std::same_as<bool>;
 };
 
 template <class T>
@@ -33,18 +43,16 @@ concept WorkCounting = requires(T counter) {
   counter.on_leaf(2u);
 };
 
-/// @tparam LayoutPolicy FloatLayout or PlanesLayout: must be the scene's.
+/// @tparam LayoutPolicy FloatLayout, PlanesLayout, HalfLayout or QuantizedLayout: must be the scene's.
 /// @tparam TrianglePolicy Watertight or Fast.
 /// @tparam BoxPolicy Conservative or Plain.
-/// @tparam StackPolicy where the traversal keeps the nodes it has yet to visit.
+/// @tparam StackPolicy where the traversal keeps the nodes it has yet to visit (stack.h, stacks/).
 /// @tparam LanesPolicy SimdLanes (host) or ArrayLanes: same hits.
 /// @tparam CounterPolicy NoCounter or WorkCounter.
 /// @tparam kFeatureSet features compiled in; covers() says whether they are enough for a scene.
 template <class LayoutPolicy = PlanesLayout, class TrianglePolicy = Watertight, class BoxPolicy = Conservative,
           class StackPolicy = PrivateStack<>, class LanesPolicy = DefaultLanes, class CounterPolicy = NoCounter,
           FeatureMask kFeatureSet = kKnownFeatures>
-requires BoxTest<BoxPolicy> && TraversalStack<StackPolicy> && WorkCounting<CounterPolicy> &&
-    TriangleTest<TrianglePolicy, LayoutPolicy, LanesPolicy>
 struct Policies {
   using Layout = LayoutPolicy;
   using Triangle = TrianglePolicy;
@@ -52,13 +60,21 @@ struct Policies {
   using Stack = StackPolicy;
   using Lanes = LanesPolicy;
   using Counter = CounterPolicy;
+  using Schedule = Immediate;
   static constexpr FeatureMask kFeatures = kFeatureSet;
 };
 
-/// Whether a tracer with policies P can trace the scene: its layout, its features and its stack bound.
+/// Everything that a tracer asks of its policies.
+template <class P>
+concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Stack> &&
+    WorkCounting<typename P::Counter> && TraversalSchedule<typename P::Schedule> &&
+    TriangleTest<typename P::Triangle, typename P::Layout, typename P::Lanes> && requires {
+  { P::kFeatures } -> std::convertible_to<FeatureMask>;
+};
+
+/// Whether a tracer with policies P can trace the scene: its layout and its features.
 template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
-  return scene.layout == P::Layout::kId && (scene.features & ~P::kFeatures) == 0 &&
-         scene.stack_bound <= P::Stack::kCapacity;
+  return scene.layout == P::Layout::kId && (scene.features & ~P::kFeatures) == 0;
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -1,152 +1,73 @@
 #pragma once
-/// The two questions a ray can ask: closest hit and any hit.
+/// The two questions a ray asks most, in one call each. What else there is: closest_hit.h, any_hit.h, all_hits.h.
 
-#include <hiprt_device/traverse.h>
+#include <hiprt_device/all_hits.h>
+#include <hiprt_device/any_hit.h>
+#include <hiprt_device/closest_hit.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-namespace query_detail {
-
-/// Answer of a tracer whose policies do not cover the scene.
-HIPRT_HD inline Hit refusal() {
-  Hit hit;
-  hit.t = std::numeric_limits<float>::quiet_NaN();
-  return hit;
-}
-
-/// a * d - b * c, to the last bit the same on every machine (Kahan).
-HIPRT_HD HIPRT_INLINE double difference_of_products(double a, double d, double b, double c) {
-  const double product = b * c;
-  return fused_multiply_add(a, d, -product) + fused_multiply_add(-b, c, product);
-}
-
-/// cross(edge1, edge2), times a power of two where a float could not hold it.
-HIPRT_HD HIPRT_INLINE Vec3 make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
-  const double x = difference_of_products(edge1[1], edge2[2], edge1[2], edge2[1]);
-  const double y = difference_of_products(edge1[2], edge2[0], edge1[0], edge2[2]);
-  const double z = difference_of_products(edge1[0], edge2[1], edge1[1], edge2[0]);
-  const auto size = [](double a) { return a < 0.0 ? -a : a; };
-  double largest = size(x) > size(y) ? size(x) : size(y);
-  largest = size(z) > largest ? size(z) : largest;
-  // The products of float differences are between 2^-298 and 2^258.
-  const double scale = largest < 0x1p-200   ? 0x1p200
-                       : largest < 0x1p-100 ? 0x1p100
-                       : largest >= 0x1p127 ? 0x1p-132
-                                            : 1.0;
-  return Vec3(static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale));
-}
-
-/// Normal and error bound from the leaf's vertices.
-template <class Layout>
-HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::Leaf& leaf, unsigned triangle) {
-  unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
-  to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
-  double edge1[3], edge2[3];
-  float reach = 0.0f, extent = 0.0f, magnitude = 0.0f;
-  const auto read = [&](unsigned axis, float o) {
-    const float a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
-                c = Layout::coordinate(leaf, vertex[2], axis);
-    edge1[axis] = static_cast<double>(b) - static_cast<double>(a);
-    edge2[axis] = static_cast<double>(c) - static_cast<double>(a);
-    reach = max_of(reach, max_of(max_of(absolute(a - o), absolute(b - o)), absolute(c - o)));
-    extent = max_of(extent, max_of(max_of(absolute(b - a), absolute(c - a)), absolute(c - b)));
-    magnitude = max_of(magnitude, max_of(max_of(absolute(a), absolute(b)), absolute(c)));
-  };
-  read(0, ray.origin.x);
-  read(1, ray.origin.y);
-  read(2, ray.origin.z);
-  hit.normal = make_normal(edge1, edge2);
-  hit.error = 0x1p-24f * fused_multiply_add(20.0f, reach + extent, 4.0f * magnitude);
-}
-
-/// No hit is farther than the largest float: t = +inf says miss.
-HIPRT_HD HIPRT_INLINE float finite_limit(float tmax) {
-  constexpr float kMax = std::numeric_limits<float>::max();
-  return tmax < kMax ? tmax : kMax;
-}
-
-}  // namespace query_detail
-
-/// The hit with the smallest t; see Hit for ties. A miss if there is none.
+/// The closest hit in [tmin, tmax], or a miss.
 /// @param storage of the traversal's stack; one ray at a time may use it.
-template <class P>
+template <PolicySet P>
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
                                 const typename P::Stack::Storage& storage = {}) {
-  if (!covers<P>(scene)) return query_detail::refusal();
-  Hit hit;
-  if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
-  using Leaf = typename P::Layout::Leaf;
-  const Leaf* best_leaf = nullptr;
-  unsigned best_triangle = 0;
-  float limit = query_detail::finite_limit(ray.tmax);
-  const float tmin = max_of(ray.tmin, 0.0f);
-  traverse<P, NearFirst>(scene, ray, limit, storage, counter, [&](const Leaf& leaf, const auto& prepared) {
-    return P::Triangle::template intersect<typename P::Lanes>(
-        leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
-          if (!(candidate.t >= tmin && candidate.t <= limit)) return true;
-          const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
-          const std::uint32_t primitive = leaf.info.primitive[triangle];
-          const bool loses_tie = candidate.t == hit.t &&
-                                 (geometry > hit.geometry || (geometry == hit.geometry && primitive >= hit.primitive));
-          if (loses_tie || !is_visible<P>(scene, ray, geometry)) return true;
-          hit.t = limit = candidate.t;
-          hit.u = candidate.u;
-          hit.v = candidate.v;
-          hit.geometry = geometry;
-          hit.primitive = primitive;
-          best_leaf = &leaf;
-          best_triangle = triangle;
-          return true;
-        });
-  });
-  if (best_leaf != nullptr) query_detail::complete<typename P::Layout>(hit, ray, *best_leaf, best_triangle);
+  ClosestHit<P> query(scene, ray, storage);
+  const Hit hit = query.next_hit();
+  counter = query.counter();
   return hit;
 }
 
 /// Some hit in [tmin, tmax], without normal and error; which one depends on the tree. A miss if there is none.
 /// @param storage of the traversal's stack; one ray at a time may use it.
-template <class P>
+template <PolicySet P>
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
                             const typename P::Stack::Storage& storage = {}) {
-  if (!covers<P>(scene)) return query_detail::refusal();
-  Hit hit;
-  if (scene.root == kInvalidRef || !is_traceable(ray)) return hit;
-  using Leaf = typename P::Layout::Leaf;
-  const float tmin = max_of(ray.tmin, 0.0f), limit = query_detail::finite_limit(ray.tmax);
-  traverse<P, Unordered>(
-      scene, ray, limit, storage, counter, [&](const Leaf& leaf, const auto& prepared) HIPRT_INLINE_LAMBDA {
-        return P::Triangle::template intersect<typename P::Lanes>(
-            leaf, prepared, [&](const Candidate& candidate, unsigned triangle) {
-              if (!(candidate.t >= tmin && candidate.t <= limit)) return true;
-              const std::uint32_t geometry = leaf.info.geometry_and_flags & kGeometryMask;
-              if (!is_visible<P>(scene, ray, geometry)) return true;
-              hit = Hit{candidate.t, candidate.u, candidate.v, geometry, leaf.info.primitive[triangle]};
-              return false;
-            });
-      });
+  AnyHit<P> query(scene, ray, storage);
+  const Hit hit = query.next_hit();
+  counter = query.counter();
   return hit;
 }
 
-template <class P> HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
-  typename P::Counter counter;
-  return closest_hit<P>(scene, ray, counter);
+template <PolicySet P>
+HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray,
+                                const typename P::Stack::Storage& storage = {}) {
+  return ClosestHit<P>(scene, ray, storage).next_hit();
 }
 
-template <class P> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
-  typename P::Counter counter;
-  return any_hit<P>(scene, ray, counter);
+template <PolicySet P>
+HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage = {}) {
+  return AnyHit<P>(scene, ray, storage).next_hit();
 }
+
+namespace query_detail {
+
+/// ask(LayoutType{}) for the scene's layout.
+template <class Ask> HIPRT_HD HIPRT_INLINE Hit with_layout(const SceneView& scene, Ask&& ask) {
+  switch (scene.layout) {
+    case NodeLayout::kFloat:
+      return ask(FloatLayout{});
+    case NodeLayout::kPlanes:
+      return ask(PlanesLayout{});
+    case NodeLayout::kHalf:
+      return ask(HalfLayout{});
+    case NodeLayout::kQuantized:
+      return ask(QuantizedLayout{});
+  }
+  return {};
+}
+
+}  // namespace query_detail
 
 /// With the accurate defaults, whatever the scene's layout.
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
-  return scene.layout == NodeLayout::kFloat ? closest_hit<Policies<FloatLayout>>(scene, ray)
-                                            : closest_hit<Policies<PlanesLayout>>(scene, ray);
+  return query_detail::with_layout(scene,
+                                   [&](auto layout) { return closest_hit<Policies<decltype(layout)>>(scene, ray); });
 }
 
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
-  return scene.layout == NodeLayout::kFloat ? any_hit<Policies<FloatLayout>>(scene, ray)
-                                            : any_hit<Policies<PlanesLayout>>(scene, ray);
+  return query_detail::with_layout(scene, [&](auto layout) { return any_hit<Policies<decltype(layout)>>(scene, ray); });
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

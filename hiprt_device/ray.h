@@ -27,8 +27,7 @@ struct Ray {
 /// The answer to a closest-hit query. Of hits at the same t the one with the lowest geometry, then the lowest primitive
 /// number is reported, so that hits do not depend on the tree, its builder or its layout.
 struct Hit {
-  float t =
-      std::numeric_limits<float>::infinity();  ///< +inf: a miss. NaN: the tracer refused the scene (see covers()).
+  float t = std::numeric_limits<float>::infinity();  ///< +inf: a miss. NaN: see failed().
   float u = 0.0f;  ///< Weight of the triangle's corner 1; the point is (1 - u - v) * p0 + u * p1 + v * p2.
   float v = 0.0f;  ///< Weight of the triangle's corner 2.
   std::uint32_t geometry = kInvalidId;
@@ -41,7 +40,8 @@ struct Hit {
   float error = 0.0f;
 
   HIPRT_HD bool found() const { return primitive != kInvalidId; }
-  HIPRT_HD bool refused() const { return t != t; }
+  /// The policies do not cover the scene (covers()), or the stack was too small: not known whether there is a hit.
+  HIPRT_HD bool failed() const { return t != t; }
 };
 
 }  // namespace hiprt

@@ -1,7 +1,7 @@
 #pragma once
-/// Traversal stacks: a policy with kCapacity, push, pop and empty, made anew for every ray from its Storage, a small
-/// value that says where the entries lie. Entries are 64 bits: entry distance and reference.
+/// What a traversal stack is, and how the traversal uses one. The stacks themselves: stacks/*.h.
 
+#include <hiprt_device/atomic.h>
 #include <hiprt_device/format/node.h>
 
 #include <bit>
@@ -11,7 +11,7 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Bits of the entry distance (not negative, so its bits order as it does) above the node reference: sorting entries
-/// sorts by distance, ties by reference.
+/// sorts by distance, ties by reference. Orders without distances keep bare node references on the stack.
 using StackEntry = std::uint64_t;
 
 HIPRT_HD HIPRT_INLINE StackEntry make_entry(float enter, NodeRef ref) {
@@ -21,38 +21,93 @@ HIPRT_HD HIPRT_INLINE float entry_distance(StackEntry entry) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32));
 }
 HIPRT_HD HIPRT_INLINE NodeRef entry_ref(StackEntry entry) { return static_cast<NodeRef>(entry); }
+/// An entry without a distance is never too far.
+HIPRT_HD HIPRT_INLINE float entry_distance(NodeRef) { return 0.0f; }
+HIPRT_HD HIPRT_INLINE NodeRef entry_ref(NodeRef entry) { return entry; }
 
-template <class T>
-concept TraversalStack = requires(T stack, StackEntry entry, const typename T::Storage& storage) {
+/// A stack of one kind of entry (StackEntry or NodeRef), as a ray uses it.
+/// push() returns false, and leaves the stack as it was, when there is no room. pop() needs !empty().
+template <class T, class Entry, class Storage>
+concept StackOf = requires(T stack, const T& constant, Entry entry, const Storage& storage) {
   T(storage);
-  { T::kCapacity } -> std::convertible_to<unsigned>;
-  stack.push(entry);
-  { stack.pop() } -> std::same_as<StackEntry>;
-  { stack.empty() } -> std::same_as<bool>;
+  { stack.push(entry) } -> std::same_as<bool>;
+  { stack.pop() } -> std::same_as<Entry>;
+  { constant.empty() } -> std::same_as<bool>;
 };
 
-/// A stack in the thread's own memory. The traversal compares the scene's stack bound with the capacity before it
-/// starts, so push needs no check.
-template <unsigned Capacity = 192> class PrivateStack {
- public:
-  static constexpr unsigned kCapacity = Capacity;
-  /// The entries lie in the stack itself.
-  struct Storage {};
+/// The part of a Storage that tells the host about stacks that were too small.
+struct OverflowCount {
+  /// Rays whose stack was too small are added here; nullptr: not counted. In memory that the host can read.
+  std::uint32_t* overflowed_rays = nullptr;
 
-  HIPRT_HD HIPRT_INLINE explicit PrivateStack(const Storage&) {}
-
-  HIPRT_HD HIPRT_INLINE void push(StackEntry entry) {
-    HIPRT_ASSERT(size_ < Capacity);
-    entries_[size_++] = entry;
+  HIPRT_HD HIPRT_INLINE void on_overflow() const {
+    if (overflowed_rays != nullptr) fetch_add(overflowed_rays, 1);
   }
-  /// @pre !empty()
-  HIPRT_HD HIPRT_INLINE StackEntry pop() { return entries_[--size_]; }
-  HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
+};
+
+/// A stack policy: `Storage`, a small value that says where the entries of one ray lie (for stacks in the thread's own
+/// memory an empty struct), and `Of<Entry>`, which is made from it anew for every ray. Storage::on_overflow(), if there
+/// is one, is called once per ray whose stack was too small.
+template <class T>
+concept PlainStack = StackOf < typename T::template Of<StackEntry>,
+        StackEntry,
+typename T::Storage > &&StackOf<typename T::template Of<NodeRef>, NodeRef, typename T::Storage>;
+
+/// How a traversal comes back to the children that it passed by: later() for each child to visit later, the farthest
+/// first, then follow() for the nearest, which returns where to go on; pop() when a branch is done: the next node no
+/// farther than limit, or kInvalidRef at the end. This is the usual way, on a PlainStack.
+template <class Stack, class Entry> class StackBacktrack {
+ public:
+  /// Whether children at the same distance must come in the same order at every visit of their node.
+  static constexpr bool kNeedsStableOrder = false;
+
+  HIPRT_HD HIPRT_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
+
+  HIPRT_HD HIPRT_INLINE void later(Entry entry) {
+    if (!stack_.push(entry)) overflowed_ = true;
+  }
+  HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
+  HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
+    while (!stack_.empty()) {
+      const Entry entry = stack_.pop();
+      if (entry_distance(entry) <= limit) return entry_ref(entry);
+    }
+    return kInvalidRef;
+  }
+  /// Whether an entry was dropped, so that nodes were not visited.
+  HIPRT_HD HIPRT_INLINE bool overflowed() const { return overflowed_; }
 
  private:
-  StackEntry entries_[Capacity];
-  unsigned size_ = 0;
+  typename Stack::template Of<Entry> stack_;
+  bool overflowed_ = false;
 };
+
+/// A policy that brings a way back of its own (stacks/restart.h).
+template <class T>
+concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> way, StackEntry entry, float limit) {
+  requires std::constructible_from < typename T::template Backtrack<StackEntry>,
+  const typename T::Storage&, NodeRef > ;
+  way.later(entry);
+  { way.follow(entry) } -> std::same_as<NodeRef>;
+  { way.pop(limit) } -> std::same_as<NodeRef>;
+  { way.overflowed() } -> std::same_as<bool>;
+  { T::template Backtrack<StackEntry>::kNeedsStableOrder } -> std::convertible_to<bool>;
+};
+
+template <class T>
+concept TraversalStack = PlainStack<T> || BacktrackingStack<T>;
+
+namespace stack_detail {
+
+template <class Stack, class Entry> struct BacktrackOf { using Type = StackBacktrack<Stack, Entry>; };
+template <BacktrackingStack Stack, class Entry> struct BacktrackOf<Stack, Entry> {
+  using Type = typename Stack::template Backtrack<Entry>;
+};
+
+}  // namespace stack_detail
+
+/// @tparam Entry StackEntry or NodeRef.
+template <TraversalStack Stack, class Entry> using BacktrackOf = typename stack_detail::BacktrackOf<Stack, Entry>::Type;
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

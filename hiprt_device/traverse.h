@@ -1,10 +1,10 @@
 #pragma once
-/// THE traversal loop: stack-based, one text for every query, layout, test and machine.
+/// THE traversal loop: one text for every query, layout, test, stack and machine.
 
 #include <hiprt_device/order.h>
 #include <hiprt_device/policies.h>
+#include <hiprt_device/primitive_table.h>
 
-#include <cmath>
 #include <limits>
 
 namespace hiprt {
@@ -20,48 +20,178 @@ HIPRT_HD HIPRT_INLINE bool is_traceable(const Ray& ray) {
   return sum == 0.0f && length > 0.0f && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= 0.0f && ray.mask != 0;
 }
 
-/// Visits the leaves whose boxes the ray meets in [tmin, limit], in the order of Order.
-/// @param limit read before every box test: the visitor may lower it.
-/// @param visit bool(const Leaf&, prepared ray): false stops.
-/// @param storage where the stack keeps its entries.
-/// @pre covers<P>(scene), is_traceable(ray)
-template <class P, class Order, class Visit>
-HIPRT_HD HIPRT_INLINE void traverse(const SceneView& scene, const Ray& ray, const float& limit,
-                                    const typename P::Stack::Storage& storage, typename P::Counter& counter,
-                                    Visit&& visit) {
+/// Where the ray's line meets a primitive of a leaf.
+struct LeafHit {
+  Candidate at;
+  const CustomHit* custom;  ///< nullptr: a triangle.
+  LeafInfo info;
+  unsigned slot;  ///< 0 or 1: which of the leaf's primitives.
+  NodeRef leaf;
+};
+
+/// Why a traversal returned.
+enum class Outcome {
+  kFinished,  ///< Nothing is left to visit.
+  kStopped,   ///< The visitor returned false; run() goes on behind that hit.
+  kPaused,    ///< The schedule asked for a pause; run() goes on.
+};
+
+/// A ray's way through the tree, which can be left and taken up again.
+/// @tparam P the policies.
+/// @tparam Order NearFirst or Unordered.
+/// @tparam kResumable whether run() may be called again after kStopped.
+template <PolicySet P, class Order, bool kResumable> class Traversal {
+ public:
   using Lanes = typename P::Lanes;
-  using Node = typename P::Layout::Node;
-  using Leaf = typename P::Layout::Leaf;
-  const RaySlabs<Lanes> slabs(ray, P::Boxes::margin(ray.origin, scene.bounds));
-  const typename P::Triangle::template PreparedRay<Lanes> prepared(ray);
-  const typename Lanes::Float tmin = Lanes::all(max_of(ray.tmin, 0.0f));
-  typename P::Stack stack(storage);
-  NodeRef ref = scene.root;
-  for (;;) {
-    bool descend = true;
-    if (is_box(ref)) {
-      counter.on_boxes();
-      const Node& node = *reinterpret_cast<const Node*>(scene.base + ref_offset(ref));
-      const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, tmin, Lanes::all(limit));
-      descend = hits.mask != 0;
-      if (descend) ref = Order::next(node.child, hits, stack);
-    } else {
-      const Leaf* leaf = reinterpret_cast<const Leaf*>(scene.base + ref_offset(ref));
-      for (;; ++leaf) {
-        counter.on_leaf(leaf->info.primitive[1] == kInvalidId ? 1u : 2u);
-        if (!visit(*leaf, prepared)) return;
-        if ((leaf->info.geometry_and_flags & kLastInRun) != 0) break;
+  using Layout = typename P::Layout;
+  using Storage = typename P::Stack::Storage;
+
+  /// @param root the scene's, or kInvalidRef: nothing will be visited.
+  /// @pre covers<P>(scene) and is_traceable(ray), unless root is kInvalidRef
+  HIPRT_HD HIPRT_INLINE Traversal(const SceneView& scene, const Ray& ray, NodeRef root, const Storage& storage)
+      : slabs_(ray, P::Boxes::margin(ray.origin, scene.bounds)),
+        prepared_(ray),
+        tmin_(max_of(ray.tmin, 0.0f)),
+        way_(storage, root),
+        node_(root) {}
+
+  /// Starts again at the root, for the part of the ray from tmin on.
+  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, float tmin, const Storage& storage) {
+    tmin_ = tmin;
+    way_ = Way(storage, scene.root);
+    node_ = scene.root;
+    leaf_ = kInvalidRef;
+    skip_ = 0;
+  }
+
+  /// Visits the leaves whose boxes the ray meets in [tmin, limit], in the order of Order.
+  /// @param scene, ray those of the constructor.
+  /// @param limit read before every test: the visitor may lower it.
+  /// @param visit bool(const LeafHit&): false stops.
+  template <class Primitives, class Visit>
+  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const Ray& ray, const float& limit,
+                                    const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
+    for (;;) {
+      if constexpr (P::Schedule::kPostponesLeaves)
+        find_leaves_together(scene, limit, counter);
+      else if (leaf_ == kInvalidRef)
+        find_leaf(scene, limit, counter);
+      if (leaf_ == kInvalidRef) return Outcome::kFinished;
+      while (leaf_ != kInvalidRef) {
+        if (!test_leaf(scene, ray, limit, primitives, counter, visit)) return Outcome::kStopped;
+        if (P::Schedule::kPostponesLeaves && leaf_ == kInvalidRef && !is_box(node_)) take_leaf(limit);
       }
-      descend = false;
-    }
-    while (!descend) {
-      if (stack.empty()) return;
-      const StackEntry entry = stack.pop();
-      descend = entry_distance(entry) <= limit;
-      ref = entry_ref(entry);
+      if constexpr (!P::Schedule::kPostponesLeaves) node_ = way_.pop(limit);
+      if (P::Schedule::pause()) return Outcome::kPaused;
     }
   }
-}
+
+  /// Whether the stack was too small, so that parts of the tree were not visited.
+  HIPRT_HD HIPRT_INLINE bool overflowed() const { return way_.overflowed(); }
+
+ private:
+  using Node = typename Layout::Node;
+  using Leaf = typename Layout::Leaf;
+  using Way = BacktrackOf<typename P::Stack, typename Order::Entry>;
+
+  /// Through box nodes to the next run of leaves, or the end.
+  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, float limit, typename P::Counter& counter) {
+    while (is_box(node_)) node_ = visit_boxes(scene, limit, counter);
+    leaf_ = node_;
+  }
+
+  /// The same, but beyond the first leaf as long as another lane of the wave has none.
+  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, float limit, typename P::Counter& counter) {
+    while (is_box(node_)) {
+      node_ = visit_boxes(scene, limit, counter);
+      if (leaf_ == kInvalidRef && !is_box(node_)) take_leaf(limit);
+      if (!wave_any(leaf_ == kInvalidRef)) break;
+    }
+    if (leaf_ == kInvalidRef) take_leaf(limit);
+  }
+
+  /// @pre !is_box(node_)
+  HIPRT_HD HIPRT_INLINE void take_leaf(float limit) {
+    leaf_ = node_;
+    if (leaf_ != kInvalidRef) node_ = way_.pop(limit);
+  }
+
+  /// @return where to go on.
+  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, float limit, typename P::Counter& counter) {
+    counter.on_boxes();
+    const Node& node = *reinterpret_cast<const Node*>(scene.base + ref_offset(node_));
+    const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::all(tmin_), Lanes::all(limit));
+    if (hits.mask == 0) return way_.pop(limit);
+    if constexpr (Lanes::kScalar)
+      return Order::next(load_words(node.child).word, hits, way_);
+    else
+      return Order::next(node.child, hits, way_);
+  }
+
+  /// Tests the leaf at hand and steps to the next of its run. @return false if the visitor stopped.
+  template <class Primitives, class Visit>
+  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const Ray& ray, const float& limit,
+                                       const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
+    const std::byte* record = scene.base + ref_offset(leaf_);
+    const LeafInfo info = load_info(record);
+    unsigned met = 0;
+    const auto offer = [&](const Candidate& at, unsigned slot, const CustomHit* custom) HIPRT_INLINE_LAMBDA {
+      if constexpr (kResumable)
+        if (met++ < skip_) return true;
+      if (visit(LeafHit{at, custom, info, slot, leaf_})) return true;
+      if constexpr (kResumable) skip_ = met;
+      return false;
+    };
+    bool go_on = true;
+    if (is_custom(leaf_)) {
+      if constexpr (Primitives::kCount != 0)
+        go_on = test_custom(scene, ray, limit, primitives, *reinterpret_cast<const CustomLeaf*>(record), info, offer);
+    } else {
+      counter.on_leaf(info.primitive[1] == kInvalidId ? 1u : 2u);
+      go_on = P::Triangle::template intersect<Lanes>(*reinterpret_cast<const Leaf*>(record), info, prepared_,
+                                                     [&](const Candidate& at, unsigned slot)
+                                                         HIPRT_INLINE_LAMBDA { return offer(at, slot, nullptr); });
+    }
+    if (!go_on) return false;
+    skip_ = 0;
+    leaf_ = (info.geometry_and_flags & kLastInRun) != 0 ? kInvalidRef : next_record(leaf_);
+    return true;
+  }
+
+  HIPRT_HD static HIPRT_INLINE bool is_custom(NodeRef leaf) {
+    if constexpr ((P::kFeatures & feature_bit(Feature::kCustom)) == 0) return false;
+    return ref_type(leaf) == NodeType::kProcedural;
+  }
+  HIPRT_HD static HIPRT_INLINE NodeRef next_record(NodeRef leaf) {
+    static_assert(sizeof(Leaf) == kNodeGranularity && sizeof(CustomLeaf) == kNodeGranularity);
+    return leaf + make_ref(kNodeGranularity, NodeType::kTriangle0);
+  }
+
+  template <class Primitives, class Offer>
+  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const Ray& ray, const float& limit,
+                                         const Primitives& primitives, const CustomLeaf& leaf, const LeafInfo& info,
+                                         Offer&& offer) {
+    const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
+    const unsigned type = custom_type(scene.geometries[geometry].flags);
+    for (unsigned slot = 0; slot < 2; ++slot) {
+      if (info.primitive[slot] == kInvalidId || !meets_box<Lanes>(leaf.box[slot], slabs_, tmin_, limit)) continue;
+      const auto report = [&](const CustomHit& hit) HIPRT_INLINE_LAMBDA {
+        return offer(Candidate{hit.t, hit.u, hit.v}, slot, &hit);
+      };
+      if (!primitives.intersect(type, ray, tmin_, limit, PrimitiveId{geometry, info.primitive[slot]}, report))
+        return false;
+    }
+    return true;
+  }
+
+  RaySlabs<Lanes> slabs_;
+  typename P::Triangle::template PreparedRay<Lanes> prepared_;
+  float tmin_;
+  Way way_;
+  NodeRef node_;                ///< To visit next; kInvalidRef at the end.
+  NodeRef leaf_ = kInvalidRef;  ///< Record to test, or none. Without postponing: then node_ is stale.
+  unsigned skip_ = 0;           ///< Hits of the record that the visitor has seen before it stopped.
+};
 
 /// Whether the ray sees the geometry.
 template <class P>

@@ -54,8 +54,10 @@ struct Watertight {
 
   /// Calls accept(candidate, triangle) for each of the leaf's triangles that the line meets, triangle 0 first;
   /// stops when it returns false. @return false if it was stopped.
+  /// @param info the leaf's.
   template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const PreparedRay<Lanes>& ray, Accept&& accept) {
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
+                                              Accept&& accept) {
     using Float = typename Lanes::Float;
     const Float az = Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz);
     const Float ax = Lanes::fnma(ray.sx, az, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x), ray.ox));
@@ -67,27 +69,21 @@ struct Watertight {
     const Float shared =
         difference_of_products<Lanes>(Lanes::template shuffle<1, 2, 1, 2>(ax), Lanes::template shuffle<2, 1, 2, 1>(ay),
                                       Lanes::template shuffle<1, 2, 1, 2>(ay), Lanes::template shuffle<2, 1, 2, 1>(ax));
-    const Float tiny = Lanes::all(kCertain), minus_tiny = Lanes::all(-kCertain);
-    const std::uint32_t positive = Lanes::greater(around, tiny) | Lanes::greater(shared, tiny) << 4;
-    const std::uint32_t negative = Lanes::greater(minus_tiny, around) | Lanes::greater(minus_tiny, shared) << 4;
-    const bool meets0 = (positive & kEdges0) == 0 || (negative & kEdges0) == 0;
-    const bool meets1 = (positive & kEdges1) == 0 || (negative & kEdges1) == 0;
+    const EdgeSigns<Lanes> signs(around, shared);
+    const bool meets0 = signs.meets0(), meets1 = signs.meets1();
     if (!meets0 && !meets1) return true;
     alignas(16) float px[4], py[4], pz[4], e[4], s[4];
     Lanes::store(px, ax), Lanes::store(py, ay), Lanes::store(pz, az);
     Lanes::store(e, around), Lanes::store(s, shared);
-    const std::uint32_t certain = positive | negative;
     Candidate candidate;
     if (meets0) {
       const Corners corners{{s[0], e[3], e[0]}, {pz[0], pz[1], pz[2]}, {px[0], px[1], px[2]}, {py[0], py[1], py[2]}};
-      if (finish(corners, (certain & kEdges0) == kEdges0, leaf.info.triangle_ids, ray.dz, candidate) &&
-          !accept(candidate, 0u))
+      if (finish(corners, signs.certain0(), info.triangle_ids, ray.dz, candidate) && !accept(candidate, 0u))
         return false;
     }
     if (meets1) {
       const Corners corners{{e[2], s[1], e[1]}, {pz[1], pz[3], pz[2]}, {px[1], px[3], px[2]}, {py[1], py[3], py[2]}};
-      if (finish(corners, (certain & kEdges1) == kEdges1, leaf.info.triangle_ids >> 8, ray.dz, candidate) &&
-          !accept(candidate, 1u))
+      if (finish(corners, signs.certain1(), info.triangle_ids >> 8, ray.dz, candidate) && !accept(candidate, 1u))
         return false;
     }
     return true;
@@ -97,7 +93,49 @@ struct Watertight {
   /// An edge function beyond this cannot have lost its sign to underflow: one of its products is beyond 2^-100, so
   /// the error term of Kahan's method is exact.
   static constexpr float kCertain = 0x1p-98f;
-  static constexpr std::uint32_t kEdges0 = 0b01'1001, kEdges1 = 0b10'0110;
+
+  /// The signs of both triangles' edge functions, as bits: edges around the leaf, then the shared edge and back.
+  template <class Lanes> class EdgeSigns {
+   public:
+    HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared) {
+      const auto tiny = Lanes::all(kCertain), minus_tiny = Lanes::all(-kCertain);
+      positive_ = Lanes::greater(around, tiny) | Lanes::greater(shared, tiny) << 4;
+      negative_ = Lanes::greater(minus_tiny, around) | Lanes::greater(minus_tiny, shared) << 4;
+    }
+    /// No edge function is certainly positive, or none certainly negative.
+    HIPRT_HD HIPRT_INLINE bool meets0() const { return (positive_ & kEdges0) == 0 || (negative_ & kEdges0) == 0; }
+    HIPRT_HD HIPRT_INLINE bool meets1() const { return (positive_ & kEdges1) == 0 || (negative_ & kEdges1) == 0; }
+    HIPRT_HD HIPRT_INLINE bool certain0() const { return ((positive_ | negative_) & kEdges0) == kEdges0; }
+    HIPRT_HD HIPRT_INLINE bool certain1() const { return ((positive_ | negative_) & kEdges1) == kEdges1; }
+
+   private:
+    static constexpr std::uint32_t kEdges0 = 0b01'1001, kEdges1 = 0b10'0110;
+    std::uint32_t positive_, negative_;
+  };
+
+  /// The same as comparisons: a GPU combines them as it makes them.
+  template <class Lanes>
+  requires(Lanes::kScalar) class EdgeSigns<Lanes> {
+   public:
+    HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared)
+        : first_{Lanes::get(around, 0), Lanes::get(around, 3), Lanes::get(shared, 0)},
+          second_{Lanes::get(around, 1), Lanes::get(around, 2), Lanes::get(shared, 1)} {}
+    HIPRT_HD HIPRT_INLINE bool meets0() const { return meets(first_); }
+    HIPRT_HD HIPRT_INLINE bool meets1() const { return meets(second_); }
+    HIPRT_HD HIPRT_INLINE bool certain0() const { return certain(first_); }
+    HIPRT_HD HIPRT_INLINE bool certain1() const { return certain(second_); }
+
+   private:
+    HIPRT_HD static HIPRT_INLINE bool meets(const float (&edge)[3]) {
+      const bool positive = (edge[0] > kCertain) | (edge[1] > kCertain) | (edge[2] > kCertain);
+      const bool negative = (edge[0] < -kCertain) | (edge[1] < -kCertain) | (edge[2] < -kCertain);
+      return !(positive & negative);
+    }
+    HIPRT_HD static HIPRT_INLINE bool certain(const float (&edge)[3]) {
+      return absolute(edge[0]) > kCertain && absolute(edge[1]) > kCertain && absolute(edge[2]) > kCertain;
+    }
+    float first_[3], second_[3];
+  };
 
   struct Corners {
     float weight[3];  ///< Edge function opposite to the corner, unnormalised.
@@ -164,7 +202,8 @@ struct Fast {
   };
 
   template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const PreparedRay<Lanes>& ray, Accept&& accept) {
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
+                                              Accept&& accept) {
     using Float = typename Lanes::Float;
     // Lanes 0 and 1 are triangles 0 and 1: corners (v0, v1, v2) and (v1, v3, v2).
     const Vec<Lanes> vertex{load_coordinates<Lanes>(leaf, 0), load_coordinates<Lanes>(leaf, 1),
@@ -177,7 +216,7 @@ struct Fast {
     const Float one = Lanes::all(1.0f), zero = Lanes::all(0.0f);
     const Float reciprocal = Lanes::div(one, dot(edge1, p));
     const Float weight1 = Lanes::mul(dot(from, p), reciprocal), weight2 = Lanes::mul(dot(d, q), reciprocal);
-    const std::uint32_t triangles = leaf.info.primitive[1] == kInvalidId ? 0b01 : 0b11;
+    const std::uint32_t triangles = info.primitive[1] == kInvalidId ? 0b01 : 0b11;
     const std::uint32_t met = triangles & Lanes::less_equal(zero, weight1) & Lanes::less_equal(zero, weight2) &
                               Lanes::less_equal(Lanes::add(weight1, weight2), one);
     if (met == 0) return true;
@@ -186,7 +225,7 @@ struct Fast {
       if ((met >> triangle & 1u) == 0) continue;
       const float w1 = Lanes::get(weight1, triangle), w2 = Lanes::get(weight2, triangle);
       float weight[3] = {max_of(1.0f - w1 - w2, 0.0f), w1, w2};
-      to_mesh_order(weight, leaf.info.triangle_ids >> (8 * triangle));
+      to_mesh_order(weight, info.triangle_ids >> (8 * triangle));
       if (!accept(Candidate{Lanes::get(distance, triangle), weight[1], weight[2]}, triangle)) return false;
     }
     return true;

@@ -99,7 +99,7 @@ build::Result<Timing> trace_all(const Options& options, const ThreadLimit& limit
 build::Result<std::vector<HitRecord>> records_of(const BufferView& view, std::span<const Hit> hits) {
   std::vector<HitRecord> records(hits.size(), HitRecord{std::numeric_limits<float>::infinity(), kInvalidId});
   for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (hits[i].refused())
+    if (hits[i].failed())
       return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
                                          "the scene has features that this tracer was not compiled for"});
     if (!hits[i].found()) continue;

@@ -21,10 +21,10 @@ class Tally {
     const std::lock_guard lock(mutex_);
     rays_.primary += tile.counts().primary;
     rays_.shadow += tile.counts().shadow;
-    refused_ = refused_ || tile.refused();
+    refused_ = refused_ || tile.failed();
   }
   const RayCounts& rays() const { return rays_; }
-  bool refused() const { return refused_; }
+  bool failed() const { return refused_; }
 
  private:
   std::mutex mutex_;
@@ -62,7 +62,7 @@ build::Result<Rendering> render(const SceneView& scene, const Camera& camera, co
       },
       progress);
   if (!complete) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled, nothing was written"});
-  if (tally.refused())
+  if (tally.failed())
     return tl::unexpected(
         build::Error{build::ErrorCode::kInvalidInput, "the scene has features that this tracer was not compiled for"});
   if (options.mode == RenderMode::kHeatmap) apply_heatmap(image, cost);

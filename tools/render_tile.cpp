@@ -86,7 +86,7 @@ void TileRenderer::make_sample_rays(std::uint32_t sample) {
 void TileRenderer::trace_primary(bool count) {
   trace(job_.scene, Query::kClosest, {}, rays_, hits_, count ? std::span<RayCost>(costs_) : std::span<RayCost>());
   counts_.primary += rays_.size();
-  refused_ = refused_ || hits_.front().refused();
+  refused_ = refused_ || hits_.front().failed();
 }
 
 void TileRenderer::store_layers() {

@@ -31,7 +31,7 @@ class TileRenderer {
 
   void run();
   const RayCounts& counts() const { return counts_; }
-  bool refused() const { return refused_; }
+  bool failed() const { return refused_; }
 
  private:
   struct Shadow {

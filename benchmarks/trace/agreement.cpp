@@ -12,7 +12,7 @@ std::uint64_t count_disagreements(std::span<const Hit> hits, std::span<const Hit
     const Hit &a = hits[i], &b = reference[i];
     const bool both = a.found() && b.found();
     const float tolerance = kRelativeTolerance * std::max(a.t, b.t) + kAbsoluteTolerance * reach;
-    const bool differ = a.refused() || a.found() != b.found() || (both && !any_hit && std::abs(a.t - b.t) > tolerance);
+    const bool differ = a.failed() || a.found() != b.found() || (both && !any_hit && std::abs(a.t - b.t) > tolerance);
     count += differ ? 1 : 0;
   }
   return count;

@@ -14,6 +14,13 @@
 #define HIPRT_HD
 #endif
 
+/// 1 in both passes of a GPU compiler over a source.
+#if defined(__HIPCC__) || defined(__CUDACC__)
+#define HIPRT_GPU_COMPILER 1
+#else
+#define HIPRT_GPU_COMPILER 0
+#endif
+
 /// 1 while the compiler generates device code, 0 while it generates host code.
 #if defined(__HIP_DEVICE_COMPILE__) || defined(__CUDA_ARCH__)
 #define HIPRT_DEVICE_CODE 1
@@ -41,7 +48,8 @@
 
 /// A program may hold the same kernels compiled for several x86-64 levels and choose at run time. The inline namespace
 /// keeps their symbols apart, so that the linker can never give AVX2 code to a machine without it: isa_ and a digit
-/// each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL. x86-64-v3 is isa_1111100.
+/// each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL. x86-64-v3 is isa_1111100. Under GPU compilers the
+/// name is isa_gpu in both passes, or a kernel would have two names.
 #if defined(__SSE4_2__)
 #define HIPRT_ISA_SSE4_2 1
 #else
@@ -79,6 +87,10 @@
 #endif
 #define HIPRT_ISA_JOIN_EXPANDED(a, b, c, d, e, f, g) isa_##a##b##c##d##e##f##g
 #define HIPRT_ISA_JOIN(a, b, c, d, e, f, g) HIPRT_ISA_JOIN_EXPANDED(a, b, c, d, e, f, g)
+#if HIPRT_GPU_COMPILER
+#define HIPRT_ISA_NAMESPACE isa_gpu
+#else
 #define HIPRT_ISA_NAMESPACE                                                                                         \
   HIPRT_ISA_JOIN(HIPRT_ISA_SSE4_2, HIPRT_ISA_AVX, HIPRT_ISA_AVX2, HIPRT_ISA_FMA, HIPRT_ISA_BMI2, HIPRT_ISA_AVX512F, \
                  HIPRT_ISA_AVX512VL)
+#endif

@@ -46,7 +46,7 @@ void trace(const BufferView& view, std::uint64_t seed) {
     check_hit(view, ray, any);
     // Until its first hit a closest-hit query tests what an any-hit query tests.
     require(closest.found() == any.found(), "closest and any hit disagree");
-    require(closest.refused() == any.refused(), "only one query refuses the scene");
+    require(closest.failed() == any.failed(), "only one query refuses the scene");
   }
 }
 

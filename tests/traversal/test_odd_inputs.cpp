@@ -59,7 +59,7 @@ TEST_CASE("no geometry and empty geometries: every ray misses", "[odd]") {
         const Ray ray{Vec3(0), 0, Vec3(1, 2, 3), kInfinity, 0xffffffffu};
         CHECK_FALSE(tracer.closest(scene, ray).found());
         CHECK_FALSE(tracer.any(scene, ray).found());
-        CHECK_FALSE(tracer.closest(scene, ray).refused());
+        CHECK_FALSE(tracer.closest(scene, ray).failed());
       }
   }
 }

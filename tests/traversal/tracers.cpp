@@ -38,6 +38,6 @@ constexpr Tracer kTracers[] = {
 
 std::span<const Tracer> all_tracers() { return kTracers; }
 std::span<const Tracer> default_tracers() { return std::span(kTracers).first(2); }
-std::uint32_t stack_capacity() { return PrivateStack<>::kCapacity; }
+std::uint32_t stack_capacity() { return 192; }
 
 }  // namespace hiprt::checks

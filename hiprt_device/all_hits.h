@@ -1,0 +1,67 @@
+#pragma once
+/// Every hit of a ray.
+
+#include <hiprt_device/hit_search.h>
+
+#include <type_traits>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// What AllHits does about primitives that lie in several leaves (Feature::kSplitReferences).
+enum class SplitPrimitives {
+  kOnce,    ///< Each hit once.
+  kRepeat,  ///< A hit may come once per leaf.
+};
+
+/// All hits of a ray in [tmin, tmax], with normal and error.
+///
+///     hiprt::AllHits<P> query(scene, ray);
+///     for (hiprt::Hit hit = query.next_hit(); hit.found(); hit = query.next_hit()) ...  // in no particular order
+///
+/// In a scene without split primitives this is one traversal that stops at each hit and goes on. In a scene with them,
+/// and with kOnce, every next_hit() looks for the closest hit behind the last, as ClosestHit does: that is what each
+/// one once costs. Policies without Feature::kSplitReferences have no code for it.
+template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives,
+          SplitPrimitives kSplit = SplitPrimitives::kOnce>
+class AllHits {
+  static constexpr bool kMaySort =
+      kSplit == SplitPrimitives::kOnce && (P::kFeatures & feature_bit(Feature::kSplitReferences)) != 0;
+  using Order = std::conditional_t<kMaySort, NearFirst, Unordered>;
+  using Search = HitSearch<P, Order, true, Filter, Primitives>;
+
+ public:
+  using Storage = typename Search::Storage;
+
+  /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
+  HIPRT_HD HIPRT_INLINE AllHits(const SceneView& scene, const Ray& ray, const Storage& storage = {},
+                                const Filter& filter = {}, const Primitives& primitives = {})
+      : search_(scene, ray, storage, filter, primitives),
+        sorts_(kMaySort && (scene.features & feature_bit(Feature::kSplitReferences)) != 0) {}
+
+  /// @return one more hit; a miss at the end; failed() (see state()) if nodes could not be visited.
+  HIPRT_HD HIPRT_INLINE Hit next_hit() {
+    if (!search_.can_go_on()) return search_.hit();
+    if (kMaySort && sorts_) {
+      if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
+      if (search_.state() == TraversalState::kFinished) return search_.hit();
+      while (!search_.find_closest()) {
+      }
+    } else {
+      while (!search_.find_any()) {
+      }
+    }
+    return search_.complete_hit();
+  }
+
+  HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
+  /// What P::Counter counted, over all calls.
+  HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
+
+ private:
+  Search search_;
+  bool sorts_;
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,54 @@
+#pragma once
+/// Whether a ray hits anything, and what else.
+
+#include <hiprt_device/hit_search.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// An any-hit traversal: the hits of a ray in the order in which the tree has them, without normal and error.
+///
+///     bool shadowed = hiprt::AnyHit<P>(scene, ray).next_hit().found();
+///
+/// next_hit() goes on where the last one stopped. A primitive that the builder has split (Feature::kSplitReferences)
+/// may come more than once: AllHits has each once.
+template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives>
+class AnyHit {
+  using Search = HitSearch<P, Unordered, true, Filter, Primitives>;
+
+ public:
+  using Storage = typename Search::Storage;
+
+  /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
+  HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const Ray& ray, const Storage& storage = {},
+                               const Filter& filter = {}, const Primitives& primitives = {})
+      : search_(scene, ray, storage, filter, primitives) {}
+
+  /// @return one more hit in [tmin, tmax]; a miss at the end; failed() (see state()) if nodes could not be visited.
+  HIPRT_HD HIPRT_INLINE Hit next_hit() {
+    while (!advance()) {
+    }
+    return hit();
+  }
+
+  /// The last answer.
+  HIPRT_HD HIPRT_INLINE Hit hit() const { return search_.hit(); }
+
+  /// As ClosestHit::advance().
+  HIPRT_HD HIPRT_INLINE bool advance() {
+    if (!busy_ && !search_.can_go_on()) return true;
+    busy_ = !search_.find_any();
+    return !busy_;
+  }
+
+  HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
+  /// What P::Counter counted, over all calls.
+  HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
+
+ private:
+  Search search_;
+  bool busy_ = false;  ///< Between two calls of advance().
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

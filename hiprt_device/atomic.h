@@ -1,0 +1,42 @@
+#pragma once
+/// Atomic operations on memory that threads share: of the device, or of the host's process.
+
+#include <hiprt_device/format/portability.h>
+
+#include <cstdint>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// *value += amount, in no order with other memory. @return the value before.
+HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_t amount) {
+#if HIPRT_DEVICE_CODE
+  return atomicAdd(value, amount);
+#else
+  return __atomic_fetch_add(value, amount, __ATOMIC_RELAXED);
+#endif
+}
+
+/// Takes the lock if it is free (0): what the last holder wrote can then be read. @return whether it did.
+HIPRT_HD HIPRT_INLINE bool try_lock(std::uint32_t* lock) {
+#if HIPRT_DEVICE_CODE
+  const bool taken = atomicCAS(lock, 0u, 1u) == 0u;
+  __threadfence();
+  return taken;
+#else
+  std::uint32_t free = 0;
+  return __atomic_compare_exchange_n(lock, &free, 1u, false, __ATOMIC_ACQUIRE, __ATOMIC_RELAXED);
+#endif
+}
+
+HIPRT_HD HIPRT_INLINE void unlock(std::uint32_t* lock) {
+#if HIPRT_DEVICE_CODE
+  __threadfence();
+  atomicExch(lock, 0u);
+#else
+  __atomic_store_n(lock, 0u, __ATOMIC_RELEASE);
+#endif
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

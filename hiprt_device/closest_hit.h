@@ -1,0 +1,61 @@
+#pragma once
+/// The closest hit of a ray, and the ones behind it.
+
+#include <hiprt_device/hit_search.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// A closest-hit traversal.
+///
+///     hiprt::ClosestHit<P> query(scene, ray);
+///     for (hiprt::Hit hit = query.next_hit(); hit.found(); hit = query.next_hit()) ...  // in the order of t
+///
+/// Every next_hit() is a traversal of its own, of the part of the ray behind the last hit, so that hits come in the
+/// order of t, geometry and primitive, each once, however the tree was built.
+template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives>
+class ClosestHit {
+  using Search = HitSearch<P, NearFirst, false, Filter, Primitives>;
+
+ public:
+  using Storage = typename Search::Storage;
+
+  /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
+  HIPRT_HD HIPRT_INLINE ClosestHit(const SceneView& scene, const Ray& ray, const Storage& storage = {},
+                                   const Filter& filter = {}, const Primitives& primitives = {})
+      : search_(scene, ray, storage, filter, primitives) {}
+
+  /// @return the closest hit in [tmin, tmax] behind the last one, with normal and error; a miss at the end; failed()
+  /// (see state()) when it cannot be told.
+  HIPRT_HD HIPRT_INLINE Hit next_hit() {
+    while (!advance()) {
+    }
+    return hit();
+  }
+
+  /// The last answer.
+  HIPRT_HD HIPRT_INLINE Hit hit() const { return search_.complete_hit(); }
+
+  /// A part of next_hit(), as long as P::Schedule does not ask for a pause: for kernels that give idle lanes new rays.
+  /// @return whether the answer is there, for hit().
+  HIPRT_HD HIPRT_INLINE bool advance() {
+    if (!busy_) {
+      if (!search_.can_go_on()) return true;
+      if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
+      if (search_.state() == TraversalState::kFinished) return true;
+    }
+    busy_ = !search_.find_closest();
+    return !busy_;
+  }
+
+  HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
+  /// What P::Counter counted, over all calls.
+  HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
+
+ private:
+  Search search_;
+  bool busy_ = false;  ///< Between two calls of advance().
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,47 @@
+#pragma once
+/// Intersection filters: a functor that sees every hit that would count, and decides.
+///
+///     struct CutOut {  // alpha from a texture
+///       const Texture* texture;
+///       HIPRT_HD hiprt::FilterAnswer operator()(const hiprt::Ray& ray, const hiprt::Hit& hit) const {
+///         return texture->alpha(hit.primitive, hit.u, hit.v) < 0.5f ? hiprt::FilterAnswer::kReject
+///                                                                   : hiprt::FilterAnswer::kAccept;
+///       }
+///     };
+///
+/// The functor's members are its payload: it is copied into the traversal, so what it changes it keeps behind pointers.
+
+#include <hiprt_device/ray.h>
+
+#include <concepts>
+
+namespace hiprt {
+
+enum class FilterAnswer {
+  kAccept,
+  kReject,         ///< As if the primitive were not there.
+  kAcceptAndStop,  ///< The hit counts, and the traversal ends with it.
+};
+
+/// Called with t, u, v, geometry and primitive of the candidate (a triangle's normal and error bound are not there yet;
+/// a custom primitive's are). A closest-hit traversal asks only about candidates that are nearer than what it has; how
+/// many those are depends on the tree.
+template <class T>
+concept IntersectionFilter = requires(const T& filter, const Ray& ray, const Hit& hit) {
+  { filter(ray, hit) } -> std::same_as<FilterAnswer>;
+};
+
+struct NoFilter {
+  HIPRT_HD constexpr FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
+};
+
+/// Rejects one primitive, for rays that start on it.
+struct ExceptPrimitive {
+  std::uint32_t geometry = kInvalidId;
+  std::uint32_t primitive = kInvalidId;
+  HIPRT_HD constexpr FilterAnswer operator()(const Ray&, const Hit& hit) const {
+    return hit.geometry == geometry && hit.primitive == primitive ? FilterAnswer::kReject : FilterAnswer::kAccept;
+  }
+};
+
+}  // namespace hiprt

@@ -1,0 +1,192 @@
+#pragma once
+/// What closest, any and all hits have in common: a traversal, a filter, and the hit at hand. Internal; the queries are
+/// in closest_hit.h, any_hit.h and all_hits.h.
+
+#include <hiprt_device/surface.h>
+#include <hiprt_device/traverse.h>
+
+namespace hiprt {
+
+/// How far a query has come.
+enum class TraversalState {
+  kInit,           ///< Nothing was asked yet.
+  kHit,            ///< The last next_hit() found a hit; the next goes on behind it.
+  kFinished,       ///< There are no more hits.
+  kStackOverflow,  ///< The stack was too small: parts of the tree were not visited, hits may be missing.
+  kRefused,        ///< The policies do not cover the scene (see covers()).
+};
+
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// A search for the hits of one ray.
+/// @tparam Order NearFirst or Unordered.
+/// @tparam kResumable whether the search can go on in the middle of the tree (find_any() after a hit).
+template <PolicySet P, class Order, bool kResumable, IntersectionFilter Filter, PrimitiveSet Primitives>
+class HitSearch {
+ public:
+  using Storage = typename P::Stack::Storage;
+  using Counter = typename P::Counter;
+
+  HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const Ray& ray, const Storage& storage, const Filter& filter,
+                                  const Primitives& primitives)
+      : scene_(scene),
+        ray_(ray),
+        storage_(storage),
+        filter_(filter),
+        primitives_(primitives),
+        traversal_(scene, ray, covers<P>(scene) && is_traceable(ray) ? scene.root : kInvalidRef, storage),
+        after_t_(max_of(ray.tmin, 0.0f)),
+        limit_(finite(ray.tmax)) {
+    if (!covers<P>(scene)) state_ = TraversalState::kRefused;
+  }
+
+  HIPRT_HD HIPRT_INLINE TraversalState state() const { return state_; }
+  HIPRT_HD HIPRT_INLINE const Counter& counter() const { return counter_; }
+  /// The hit at hand, without what complete_hit() adds to a triangle's.
+  HIPRT_HD HIPRT_INLINE const Hit& hit() const { return hit_; }
+
+  /// Whether asking makes sense; if not, hit() is a miss, or says that the search failed.
+  HIPRT_HD HIPRT_INLINE bool can_go_on() {
+    if (state_ == TraversalState::kInit || state_ == TraversalState::kHit) return true;
+    hit_ = Hit{};
+    if (state_ != TraversalState::kFinished) hit_.t = std::numeric_limits<float>::quiet_NaN();
+    return false;
+  }
+
+  /// Prepares for the closest hit behind the one at hand, in the order of t, geometry, primitive.
+  HIPRT_HD HIPRT_INLINE void start_behind_hit() {
+    if (stopped_) return conclude(false);
+    after_t_ = hit_.t;
+    after_geometry_ = hit_.geometry;
+    after_primitive_ = hit_.primitive;
+    limit_ = finite(ray_.tmax);
+    forget_hit();
+    traversal_.restart(scene_, after_t_, storage_);
+  }
+
+  /// Looks for the closest hit behind the last. @return false: the schedule asked for a pause, call again.
+  HIPRT_HD HIPRT_INLINE bool find_closest() {
+    const Outcome outcome =
+        traversal_.run(scene_, ray_, limit_, primitives_, counter_, [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
+          if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)) return true;
+          if (!accept(found)) return true;
+          limit_ = found.at.t;
+          return !stopped_;
+        });
+    if (outcome == Outcome::kPaused) return false;
+    // What was not visited may have been nearer.
+    conclude(hit_.found() && (stopped_ || !traversal_.overflowed()));
+    return true;
+  }
+
+  /// Looks for one more hit, whichever comes first. @return as find_closest().
+  HIPRT_HD HIPRT_INLINE bool find_any() {
+    if (stopped_) {
+      conclude(false);
+      return true;
+    }
+    const Outcome outcome =
+        traversal_.run(scene_, ray_, limit_, primitives_, counter_, [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
+          if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
+          return !accept(found);
+        });
+    if (outcome == Outcome::kPaused) return false;
+    conclude(outcome == Outcome::kStopped);
+    return true;
+  }
+
+  HIPRT_HD HIPRT_INLINE void forget_hit() {
+    hit_ = Hit{};
+    leaf_ = kInvalidRef;
+  }
+
+  /// The hit at hand with normal and error bound (a custom primitive has told its own).
+  HIPRT_HD HIPRT_INLINE Hit complete_hit() const {
+    Hit hit = hit_;
+    using Leaf = typename P::Layout::Leaf;
+    if (leaf_ != kInvalidRef)
+      complete<typename P::Layout>(hit, ray_, *reinterpret_cast<const Leaf*>(scene_.base + ref_offset(leaf_)), slot_);
+    return hit;
+  }
+
+ private:
+  /// No float is larger, so that an overflow of t is a miss.
+  HIPRT_HD static HIPRT_INLINE float finite(float tmax) {
+    constexpr float kMax = std::numeric_limits<float>::max();
+    return tmax < kMax ? tmax : kMax;
+  }
+
+  /// Of hits at the same t the one with the lowest geometry, then primitive number wins; those up to the last answer
+  /// are out.
+  HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit& found) const {
+    const std::uint32_t geometry = found.info.geometry_and_flags & kGeometryMask;
+    const std::uint32_t primitive = found.info.primitive[found.slot];
+    const bool loses = found.at.t == hit_.t &&
+                       (geometry > hit_.geometry || (geometry == hit_.geometry && primitive >= hit_.primitive));
+    const bool seen = found.at.t == after_t_ && after_primitive_ != kInvalidId &&
+                      (geometry < after_geometry_ || (geometry == after_geometry_ && primitive <= after_primitive_));
+    return loses || seen;
+  }
+
+  /// Takes the hit unless mask or filter are against it.
+  HIPRT_HD HIPRT_INLINE bool accept(const LeafHit& found) {
+    const std::uint32_t geometry = found.info.geometry_and_flags & kGeometryMask;
+    if (!is_visible<P>(scene_, ray_, geometry)) return false;
+    Hit candidate{found.at.t, found.at.u, found.at.v, geometry, found.info.primitive[found.slot]};
+    if (found.custom != nullptr) {
+      candidate.normal = found.custom->normal;
+      candidate.error = found.custom->error;
+    }
+    const FilterAnswer answer = ask_filters(found, candidate);
+    if (answer == FilterAnswer::kReject) return false;
+    stopped_ = answer == FilterAnswer::kAcceptAndStop;
+    hit_ = candidate;
+    leaf_ = found.custom == nullptr ? found.leaf : kInvalidRef;
+    slot_ = found.slot;
+    return true;
+  }
+
+  HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit& found, const Hit& candidate) const {
+    bool stop = false;
+    if constexpr (Primitives::kCount != 0) {
+      if (found.custom != nullptr) {
+        const unsigned type = custom_type(scene_.geometries[candidate.geometry].flags);
+        const FilterAnswer answer = primitives_.filter(type, ray_, candidate);
+        if (answer == FilterAnswer::kReject) return answer;
+        stop = answer == FilterAnswer::kAcceptAndStop;
+      }
+    }
+    const FilterAnswer answer = filter_(ray_, candidate);
+    return answer == FilterAnswer::kAccept && stop ? FilterAnswer::kAcceptAndStop : answer;
+  }
+
+  HIPRT_HD HIPRT_INLINE void conclude(bool found) {
+    state_ = found ? TraversalState::kHit : TraversalState::kFinished;
+    if (found) return;
+    forget_hit();
+    if (stopped_ || !traversal_.overflowed()) return;
+    state_ = TraversalState::kStackOverflow;
+    hit_.t = std::numeric_limits<float>::quiet_NaN();
+    if constexpr (requires { storage_.on_overflow(); }) storage_.on_overflow();
+  }
+
+  const SceneView& scene_;
+  Ray ray_;
+  Storage storage_;
+  Filter filter_;
+  Primitives primitives_;
+  Counter counter_{};
+  Traversal<P, Order, kResumable> traversal_;
+  Hit hit_{};
+  float after_t_;                              ///< Hits from here on.
+  std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
+  std::uint32_t after_primitive_ = kInvalidId;
+  float limit_;
+  NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is.
+  unsigned slot_ = 0;
+  bool stopped_ = false;  ///< The filter ended the search with the last hit.
+  TraversalState state_ = TraversalState::kInit;
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

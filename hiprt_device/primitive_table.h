@@ -1,0 +1,133 @@
+#pragma once
+/// Custom primitives of a scene: functors by compile-time list, dispatched by comparisons that the compiler can inline;
+/// there are no function pointers.
+///
+///     using Hair = hiprt::PrimitiveList<hiprt::SphereSet, hiprt::RoundCurveSet>;  // custom types 0 and 1
+///     Hair primitives{{spheres}, {vertices, first_vertex}};
+///     hiprt::ClosestHit<P, hiprt::NoFilter, Hair> query(scene, ray, stack, {}, primitives);
+///
+/// For several kinds of ray, PrimitiveTable has one list per kind: the table of types and ray types of HIPRT (HPG
+/// 2024).
+
+#include <hiprt_device/filter.h>
+#include <hiprt_device/primitive.h>
+
+#include <concepts>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Whose intersection is asked for.
+struct PrimitiveId {
+  std::uint32_t geometry;   ///< Of the scene.
+  std::uint32_t primitive;  ///< Within the geometry.
+};
+
+namespace primitive_detail {
+
+using Report = bool (*)(const CustomHit&);
+
+template <class T>
+concept TakesPrimitive = requires(const T& functor, const Ray& ray, std::uint32_t primitive, Report report) {
+  { functor.intersect(ray, 0.0f, 0.0f, primitive, report) } -> std::same_as<bool>;
+};
+template <class T>
+concept TakesId = requires(const T& functor, const Ray& ray, PrimitiveId id, Report report) {
+  { functor.intersect(ray, 0.0f, 0.0f, id, report) } -> std::same_as<bool>;
+};
+
+}  // namespace primitive_detail
+
+/// A functor with `bool intersect(ray, tmin, tmax, id, report) const`, id a PrimitiveId or, for a type with one
+/// geometry, the std::uint32_t number of the primitive. It calls report(CustomHit) for what the ray meets in
+/// [tmin, tmax], at the same t with the same bits whenever it is asked, and returns false as soon as report does. What
+/// it reports outside [tmin, tmax] is discarded. It may have `FilterAnswer filter(ray, hit) const`, an intersection
+/// filter (filter.h) for its type.
+template <class T>
+concept CustomPrimitive = primitive_detail::TakesPrimitive<T> || primitive_detail::TakesId<T>;
+
+/// What a traversal asks of its custom primitives.
+template <class T>
+concept PrimitiveSet = requires(const T& set, const Ray& ray, PrimitiveId id, const Hit& hit,
+                                primitive_detail::Report report) {
+  { T::kCount } -> std::convertible_to<unsigned>;
+  { set.intersect(0u, ray, 0.0f, 0.0f, id, report) } -> std::same_as<bool>;
+  { set.filter(0u, ray, hit) } -> std::same_as<FilterAnswer>;
+};
+
+/// Functor i is for custom type i (CustomGeometry::type). Primitives of other types are never hit.
+template <class... Functors> struct PrimitiveList;
+
+template <> struct PrimitiveList<> {
+  static constexpr unsigned kCount = 0;
+  template <class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const Ray&, float, float, PrimitiveId, Report&&) const {
+    return true;
+  }
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
+};
+
+template <CustomPrimitive First, class... Others> struct PrimitiveList<First, Others...> {
+  static constexpr unsigned kCount = 1 + sizeof...(Others);
+  First first;
+  PrimitiveList<Others...> others{};
+
+  template <class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const Ray& ray, float tmin, float tmax, PrimitiveId id,
+                                       Report&& report) const {
+    if (type != 0) return others.intersect(type - 1, ray, tmin, tmax, id, report);
+    if constexpr (primitive_detail::TakesId<First>)
+      return first.intersect(ray, tmin, tmax, id, report);
+    else
+      return first.intersect(ray, tmin, tmax, id.primitive, report);
+  }
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const Ray& ray, const Hit& hit) const {
+    if (type != 0) return others.filter(type - 1, ray, hit);
+    if constexpr (requires { first.filter(ray, hit); }) return first.filter(ray, hit);
+    return FilterAnswer::kAccept;
+  }
+};
+
+/// For scenes without custom primitives.
+using NoPrimitives = PrimitiveList<>;
+
+/// One PrimitiveList per ray type.
+template <class... Rows> struct PrimitiveTable;
+
+template <> struct PrimitiveTable<> {
+  static constexpr unsigned kCount = 0;
+  template <class Visit> HIPRT_HD HIPRT_INLINE auto with_row(unsigned, Visit&& visit) const {
+    return visit(NoPrimitives{});
+  }
+};
+
+template <PrimitiveSet Row, class... Others> struct PrimitiveTable<Row, Others...> {
+  static constexpr unsigned kCount =
+      Row::kCount > PrimitiveTable<Others...>::kCount ? Row::kCount : PrimitiveTable<Others...>::kCount;
+  Row row;
+  PrimitiveTable<Others...> others{};
+
+  /// visit(row of the ray type).
+  template <class Visit> HIPRT_HD HIPRT_INLINE auto with_row(unsigned ray_type, Visit&& visit) const {
+    return ray_type == 0 ? visit(row) : others.with_row(ray_type - 1, visit);
+  }
+};
+
+/// A table as one ray sees it: the PrimitiveSet of a ray type chosen at run time.
+template <class Table> struct TableRow {
+  static constexpr unsigned kCount = Table::kCount;
+  Table table;
+  unsigned ray_type = 0;  ///< Row of the table. Rays of a type beyond the last meet no custom primitive.
+
+  template <class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const Ray& ray, float tmin, float tmax, PrimitiveId id,
+                                       Report&& report) const {
+    return table.with_row(ray_type, [&](const auto& row) { return row.intersect(type, ray, tmin, tmax, id, report); });
+  }
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const Ray& ray, const Hit& hit) const {
+    return table.with_row(ray_type, [&](const auto& row) { return row.filter(type, ray, hit); });
+  }
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

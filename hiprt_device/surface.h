@@ -1,0 +1,67 @@
+#pragma once
+/// What a hit tells about the surface: normal and error bound, from the triangle's vertices.
+
+#include <hiprt_device/format/layout.h>
+#include <hiprt_device/ray.h>
+#include <hiprt_device/triangle_test.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+namespace surface_detail {
+
+/// a * d - b * c, to the last bit the same on every machine (Kahan).
+HIPRT_HD HIPRT_INLINE double difference_of_products(double a, double d, double b, double c) {
+  const double product = b * c;
+  return fused_multiply_add(a, d, -product) + fused_multiply_add(-b, c, product);
+}
+
+/// cross(edge1, edge2), times a power of two where a float could not hold it.
+HIPRT_HD HIPRT_INLINE Vec3 make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
+  const double x = difference_of_products(edge1[1], edge2[2], edge1[2], edge2[1]);
+  const double y = difference_of_products(edge1[2], edge2[0], edge1[0], edge2[2]);
+  const double z = difference_of_products(edge1[0], edge2[1], edge1[1], edge2[0]);
+  const auto size = [](double a) { return a < 0.0 ? -a : a; };
+  double largest = size(x) > size(y) ? size(x) : size(y);
+  largest = size(z) > largest ? size(z) : largest;
+  // The products of float differences are between 2^-298 and 2^258.
+  const double scale = largest < 0x1p-200   ? 0x1p200
+                       : largest < 0x1p-100 ? 0x1p100
+                       : largest >= 0x1p127 ? 0x1p-132
+                                            : 1.0;
+  return Vec3(static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale));
+}
+
+}  // namespace surface_detail
+
+/// Normal and error bound from the leaf's vertices.
+template <class Layout>
+HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::Leaf& leaf, unsigned triangle) {
+  unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
+  to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
+  double edge1[3], edge2[3];
+  float reach = 0.0f, extent = 0.0f, magnitude = 0.0f;
+  const auto read = [&](unsigned axis, float o) {
+    const float a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
+                c = Layout::coordinate(leaf, vertex[2], axis);
+    edge1[axis] = static_cast<double>(b) - static_cast<double>(a);
+    edge2[axis] = static_cast<double>(c) - static_cast<double>(a);
+    reach = max_of(reach, max_of(max_of(absolute(a - o), absolute(b - o)), absolute(c - o)));
+    extent = max_of(extent, max_of(max_of(absolute(b - a), absolute(c - a)), absolute(c - b)));
+    magnitude = max_of(magnitude, max_of(max_of(absolute(a), absolute(b)), absolute(c)));
+  };
+  read(0, ray.origin.x);
+  read(1, ray.origin.y);
+  read(2, ray.origin.z);
+  hit.normal = surface_detail::make_normal(edge1, edge2);
+  hit.error = 0x1p-24f * fused_multiply_add(20.0f, reach + extent, 4.0f * magnitude);
+}
+
+/// No hit is farther than the largest float: t = +inf says miss.
+HIPRT_HD HIPRT_INLINE float finite_limit(float tmax) {
+  constexpr float kMax = std::numeric_limits<float>::max();
+  return tmax < kMax ? tmax : kMax;
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,79 @@
+#pragma once
+/// The lanes that run together: a wave (AMD, 32 or 64 lanes), a warp (NVIDIA, 32); on a host one lane.
+/// All functions look at the lanes that are active where they are called.
+
+#include <hiprt_device/format/portability.h>
+
+#include <cstdint>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Bit per lane.
+using LaneMask = std::uint64_t;
+
+/// Lanes of a wave.
+HIPRT_HD HIPRT_INLINE unsigned wave_size() {
+#if HIPRT_DEVICE_CODE
+  return static_cast<unsigned>(warpSize);
+#else
+  return 1;
+#endif
+}
+
+HIPRT_HD HIPRT_INLINE unsigned lane_index() {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return static_cast<unsigned>(__lane_id());
+#elif HIPRT_DEVICE_CODE
+  unsigned lane;
+  asm("mov.u32 %0, %%laneid;" : "=r"(lane));
+  return lane;
+#else
+  return 0;
+#endif
+}
+
+/// The active lanes for which the condition holds.
+HIPRT_HD HIPRT_INLINE LaneMask wave_ballot(bool condition) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return __ballot(condition);
+#elif HIPRT_DEVICE_CODE
+  return __ballot_sync(__activemask(), condition);
+#else
+  return condition ? 1u : 0u;
+#endif
+}
+
+HIPRT_HD HIPRT_INLINE bool wave_any(bool condition) { return wave_ballot(condition) != 0; }
+
+HIPRT_HD HIPRT_INLINE unsigned lane_count(LaneMask lanes) {
+#if HIPRT_DEVICE_CODE
+  return static_cast<unsigned>(__popcll(lanes));
+#else
+  return static_cast<unsigned>(__builtin_popcountll(lanes));
+#endif
+}
+
+/// Lanes that are active here.
+HIPRT_HD HIPRT_INLINE unsigned active_lanes() { return lane_count(wave_ballot(true)); }
+
+/// How many of the lanes are before this one.
+HIPRT_HD HIPRT_INLINE unsigned lanes_before(LaneMask lanes) {
+  return lane_count(lanes & ((LaneMask{1} << lane_index()) - 1));
+}
+
+/// The value of the lowest of the lanes. @pre all of them are active and call this.
+HIPRT_HD HIPRT_INLINE std::uint32_t from_first_lane(LaneMask lanes, std::uint32_t value) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  static_cast<void>(lanes);
+  return static_cast<std::uint32_t>(__builtin_amdgcn_readfirstlane(static_cast<int>(value)));
+#elif HIPRT_DEVICE_CODE
+  return __shfl_sync(static_cast<unsigned>(lanes), value, __ffs(static_cast<int>(lanes)) - 1);
+#else
+  static_cast<void>(lanes);
+  return value;
+#endif
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt
