@@ -16,7 +16,7 @@ enum class SplitPrimitives {
 
 /// All hits of a ray in [tmin, tmax], with normal and error.
 ///
-///     hiprt::AllHits<P> query(scene, ray);
+///     hiprt::AllHits<P> query(scene, ray, stack);
 ///     for (hiprt::Hit hit = query.next_hit(); hit.found(); hit = query.next_hit()) ...  // in no particular order
 ///
 /// In a scene without split primitives this is one traversal that stops at each hit and goes on. In a scene with them,
@@ -34,7 +34,7 @@ class AllHits {
   using Storage = typename Search::Storage;
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
-  HIPRT_HD HIPRT_INLINE AllHits(const SceneView& scene, const Ray& ray, const Storage& storage = {},
+  HIPRT_HD HIPRT_INLINE AllHits(const SceneView& scene, const Ray& ray, const Storage& storage,
                                 const Filter& filter = {}, const Primitives& primitives = {})
       : search_(scene, ray, storage, filter, primitives),
         sorts_(kMaySort && (scene.features & feature_bit(Feature::kSplitReferences)) != 0) {}

@@ -8,7 +8,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// An any-hit traversal: the hits of a ray in the order in which the tree has them, without normal and error.
 ///
-///     bool shadowed = hiprt::AnyHit<P>(scene, ray).next_hit().found();
+///     bool shadowed = hiprt::AnyHit<P>(scene, ray, stack).next_hit().found();
 ///
 /// next_hit() goes on where the last one stopped. A primitive that the builder has split (Feature::kSplitReferences)
 /// may come more than once: AllHits has each once.
@@ -20,7 +20,7 @@ class AnyHit {
   using Storage = typename Search::Storage;
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
-  HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const Ray& ray, const Storage& storage = {},
+  HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const Ray& ray, const Storage& storage,
                                const Filter& filter = {}, const Primitives& primitives = {})
       : search_(scene, ray, storage, filter, primitives) {}
 

@@ -95,23 +95,20 @@ template <class Lanes, class Node> struct NodeSlabs {
 /// (origin + q * scale) * rcp + offset = q * (scale * rcp) + (origin * rcp + offset): the product with the power of two
 /// is exact, the sum in the second bracket is one more rounding for the margin to cover (0003).
 template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
-  typename Lanes::Float scaled[3], near_[3], far_[3];
-  HIPRT_HD HIPRT_INLINE NodeSlabs(const QuantizedBoxNode& node, const RaySlabs<Lanes>& ray) {
-    const Words grid = load_words(node.origin);
-    const auto set = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
-      const auto origin = Lanes::all(grid.as_float(axis));
-      const auto exponent = static_cast<std::uint8_t>(grid.word[3] >> (8 * axis) & 0xffu);
-      scaled[axis] = Lanes::mul(Lanes::all(quantized_scale(exponent)), ray.rcp[axis]);
-      near_[axis] = Lanes::madd(origin, ray.rcp[axis], ray.near_offset[axis]);
-      far_[axis] = Lanes::madd(origin, ray.rcp[axis], ray.far_offset[axis]);
-    };
-    set(0);
-    set(1);
-    set(2);
+  const RaySlabs<Lanes>& ray;
+  Words grid;
+  HIPRT_HD HIPRT_INLINE NodeSlabs(const QuantizedBoxNode& node, const RaySlabs<Lanes>& of)
+      : ray(of), grid(load_words(node.origin)) {}
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float rcp(unsigned axis) const {
+    const auto exponent = static_cast<std::uint8_t>(grid.word[3] >> (8 * axis) & 0xffu);
+    return Lanes::mul(Lanes::all(quantized_scale(exponent)), ray.rcp[axis]);
   }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float rcp(unsigned axis) const { return scaled[axis]; }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float near_offset(unsigned axis) const { return near_[axis]; }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float far_offset(unsigned axis) const { return far_[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float near_offset(unsigned axis) const {
+    return Lanes::madd(Lanes::all(grid.as_float(axis)), ray.rcp[axis], ray.near_offset[axis]);
+  }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Float far_offset(unsigned axis) const {
+    return Lanes::madd(Lanes::all(grid.as_float(axis)), ray.rcp[axis], ray.far_offset[axis]);
+  }
 };
 
 /// Tests the part [tmin, tmax] of the ray. Absent children are never hit.

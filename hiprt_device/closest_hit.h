@@ -8,7 +8,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// A closest-hit traversal.
 ///
-///     hiprt::ClosestHit<P> query(scene, ray);
+///     hiprt::ClosestHit<P> query(scene, ray, stack);
 ///     for (hiprt::Hit hit = query.next_hit(); hit.found(); hit = query.next_hit()) ...  // in the order of t
 ///
 /// Every next_hit() is a traversal of its own, of the part of the ray behind the last hit, so that hits come in the
@@ -21,7 +21,7 @@ class ClosestHit {
   using Storage = typename Search::Storage;
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
-  HIPRT_HD HIPRT_INLINE ClosestHit(const SceneView& scene, const Ray& ray, const Storage& storage = {},
+  HIPRT_HD HIPRT_INLINE ClosestHit(const SceneView& scene, const Ray& ray, const Storage& storage,
                                    const Filter& filter = {}, const Primitives& primitives = {})
       : search_(scene, ray, storage, filter, primitives) {}
 

@@ -1,15 +1,40 @@
 #pragma once
-/// Reads of the scene's bytes. On GPUs they are 16 bytes wide and go to global memory by name: a generic pointer would
-/// make the compiler emit accesses that have to find out the kind of memory at run time (flat on AMD).
+/// Memory by its kind. A generic pointer, or a choice between pointers of two kinds, makes AMD's compiler emit accesses
+/// that find out the kind at run time (flat), so the kind is named where the access is.
 
 #include <hiprt_device/format/portability.h>
 
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
+
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+#define HIPRT_GLOBAL_MEMORY __attribute__((address_space(1)))
+#define HIPRT_SHARED_MEMORY __attribute__((address_space(3)))
+#else
+#define HIPRT_GLOBAL_MEMORY
+#define HIPRT_SHARED_MEMORY
+#endif
+
+/// An element of an array in global memory (host: any memory).
+template <class T> HIPRT_HD HIPRT_INLINE T load_global(const T* array, std::size_t i) {
+  return ((const HIPRT_GLOBAL_MEMORY T*)array)[i];
+}
+template <class T> HIPRT_HD HIPRT_INLINE void store_global(T* array, std::size_t i, T value) {
+  ((HIPRT_GLOBAL_MEMORY T*)array)[i] = value;
+}
+
+/// An element of an array in the block's shared memory (host: any memory).
+template <class T> HIPRT_HD HIPRT_INLINE T load_shared(const T* array, unsigned i) {
+  return ((const HIPRT_SHARED_MEMORY T*)array)[i];
+}
+template <class T> HIPRT_HD HIPRT_INLINE void store_shared(T* array, unsigned i, T value) {
+  ((HIPRT_SHARED_MEMORY T*)array)[i] = value;
+}
 
 /// 16 bytes as four words.
 struct Words {
@@ -17,11 +42,11 @@ struct Words {
   HIPRT_HD HIPRT_INLINE float as_float(unsigned i) const { return std::bit_cast<float>(word[i]); }
 };
 
-/// @param address multiple of 16, in the scene's memory, which no one writes meanwhile.
+/// @param address multiple of 16, in the scene, which no one writes meanwhile.
 HIPRT_HD HIPRT_INLINE Words load_words(const void* address) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   using Vector = std::uint32_t __attribute__((ext_vector_type(4)));
-  const Vector v = *(const __attribute__((address_space(1))) Vector*)address;
+  const Vector v = *(const HIPRT_GLOBAL_MEMORY Vector*)address;
   return {{v.x, v.y, v.z, v.w}};
 #elif HIPRT_DEVICE_CODE
   const uint4 v = __ldg(static_cast<const uint4*>(address));

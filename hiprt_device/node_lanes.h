@@ -60,8 +60,9 @@ template <class Lanes>
 HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const QuantizedBoxNode& node, unsigned axis, unsigned side) {
   if constexpr (Lanes::kScalar) {
     const Words words = load_words(node.plane[axis < 2 ? 0 : 2][0]);
-    const unsigned low = axis == 1 ? 2 : 0;
-    return Lanes::from_bytes(side == 0 ? words.word[low] : words.word[low + 1]);
+    // Values, not elements: a choice of addresses would put the words into memory.
+    const std::uint32_t minimum = words.word[axis == 1 ? 2 : 0], maximum = words.word[axis == 1 ? 3 : 1];
+    return Lanes::from_bytes(side == 0 ? minimum : maximum);
   } else {
     std::uint32_t bytes;
     std::memcpy(&bytes, node.plane[axis][side], sizeof(bytes));

@@ -12,7 +12,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <PolicySet P>
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
-                                const typename P::Stack::Storage& storage = {}) {
+                                const typename P::Stack::Storage& storage) {
   ClosestHit<P> query(scene, ray, storage);
   const Hit hit = query.next_hit();
   counter = query.counter();
@@ -23,7 +23,7 @@ HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <PolicySet P>
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
-                            const typename P::Stack::Storage& storage = {}) {
+                            const typename P::Stack::Storage& storage) {
   AnyHit<P> query(scene, ray, storage);
   const Hit hit = query.next_hit();
   counter = query.counter();
@@ -31,14 +31,29 @@ HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::
 }
 
 template <PolicySet P>
-HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray,
-                                const typename P::Stack::Storage& storage = {}) {
+HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
   return ClosestHit<P>(scene, ray, storage).next_hit();
 }
 
 template <PolicySet P>
-HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage = {}) {
+HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
   return AnyHit<P>(scene, ray, storage).next_hit();
+}
+
+/// A PrivateStack, which needs no storage of the caller's.
+template <class Stack>
+concept OwnedStack = std::constructible_from<typename Stack::Storage, typename Stack::Memory&>;
+
+template <PolicySet P>
+requires OwnedStack<typename P::Stack> HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
+  typename P::Stack::Memory memory;
+  return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
+}
+
+template <PolicySet P>
+requires OwnedStack<typename P::Stack> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
+  typename P::Stack::Memory memory;
+  return any_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
 namespace query_detail {

@@ -18,12 +18,13 @@ namespace {
 
 template <class Layout, class Triangle, class Boxes, class Counter> void run(const TraceJob& job) {
   using P = Policies<Layout, Triangle, Boxes, PrivateStack<kTraceStack>, DefaultLanes, Counter>;
+  typename P::Stack::Memory stack;
   for (std::size_t i = 0; i < job.count; ++i) {
     Counter counter;
     if (job.query == Query::kClosest)
-      job.hits[i] = closest_hit<P>(*job.scene, job.rays[i], counter);
+      job.hits[i] = closest_hit<P>(*job.scene, job.rays[i], counter, stack);
     else
-      job.hits[i] = any_hit<P>(*job.scene, job.rays[i], counter);
+      job.hits[i] = any_hit<P>(*job.scene, job.rays[i], counter, stack);
     if constexpr (requires { counter.box_tests; }) {
       job.costs[i].box_tests = counter.box_tests;
       job.costs[i].leaf_tests = counter.leaf_tests;

@@ -16,12 +16,13 @@ void HIPRT_BENCH_TRACE(const KernelJob& job);
 namespace {
 
 template <class P, bool kAnyHit> void run(const KernelJob& job) {
+  typename P::Stack::Memory stack;
   for (std::size_t i = 0; i < job.count; ++i) {
     typename P::Counter counter;
     if constexpr (kAnyHit)
-      job.hits[i] = any_hit<P>(*job.scene, job.rays[i], counter);
+      job.hits[i] = any_hit<P>(*job.scene, job.rays[i], counter, stack);
     else
-      job.hits[i] = closest_hit<P>(*job.scene, job.rays[i], counter);
+      job.hits[i] = closest_hit<P>(*job.scene, job.rays[i], counter, stack);
     if constexpr (requires { counter.box_tests; }) {
       job.work->box_tests += counter.box_tests;
       job.work->leaf_tests += counter.leaf_tests;

@@ -7,23 +7,38 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// @tparam kEntries capacity. The builders' trees never need more than 180 (FileHeader::stack_bound says how many).
+///
+///     hiprt::PrivateStack<>::Memory memory;
+///     hiprt::ClosestHit<> query(scene, ray, memory);
+///
+/// The entries are a variable of their own, because indices into them vary: as a part of the traversal they would keep
+/// all of it out of registers.
 template <unsigned kEntries = 192> struct PrivateStack {
-  /// The entries lie in the stack itself.
-  struct Storage : OverflowCount {};
+  struct Memory {
+    StackEntry entries[kEntries];
+  };
+
+  struct Storage : OverflowCount {
+    StackEntry* entries;
+
+    /// @param memory lives as long as the traversal.
+    HIPRT_HD HIPRT_INLINE Storage(Memory& memory, std::uint32_t* overflowed = nullptr)
+        : OverflowCount{overflowed}, entries(memory.entries) {}
+  };
 
   template <class Entry> class Of {
    public:
-    HIPRT_HD HIPRT_INLINE explicit Of(const Storage&) {}
+    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {}
     HIPRT_HD HIPRT_INLINE bool push(Entry entry) {
       if (size_ == kEntries) return false;
       entries_[size_++] = entry;
       return true;
     }
-    HIPRT_HD HIPRT_INLINE Entry pop() { return entries_[--size_]; }
+    HIPRT_HD HIPRT_INLINE Entry pop() { return static_cast<Entry>(entries_[--size_]); }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 
    private:
-    Entry entries_[kEntries];
+    StackEntry* entries_;
     unsigned size_ = 0;
   };
 };

@@ -2,6 +2,7 @@
 /// The rolling stack of HIPRT (HPG 2024): a ring of the topmost entries in shared memory, over the others in global
 /// memory. And the same without the ring.
 
+#include <hiprt_device/memory.h>
 #include <hiprt_device/stacks/spill.h>
 
 namespace hiprt {
@@ -46,22 +47,22 @@ template <unsigned kRing = 8> struct RollingStack {
     HIPRT_HD HIPRT_INLINE bool push(Entry entry) {
       if (size_ - spilled_ == kRing) {
         if (spilled_ == spill_.capacity) return false;
-        spill_.first[static_cast<std::size_t>(spilled_) * spill_.stride] = at(spilled_);
+        store_spilled(spill_, spilled_, load_shared(ring_, place(spilled_)));
         ++spilled_;
       }
-      at(size_++) = entry;
+      store_shared(ring_, place(size_++), entry);
       return true;
     }
     HIPRT_HD HIPRT_INLINE Entry pop() {
       --size_;
-      if (size_ >= spilled_) return at(size_);
+      if (size_ >= spilled_) return load_shared(ring_, place(size_));
       spilled_ = size_;
-      return static_cast<Entry>(spill_.first[static_cast<std::size_t>(size_) * spill_.stride]);
+      return load_spilled<Entry>(spill_, size_);
     }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 
    private:
-    HIPRT_HD HIPRT_INLINE Entry& at(unsigned i) { return ring_[(i & (kRing - 1)) * threads_]; }
+    HIPRT_HD HIPRT_INLINE unsigned place(unsigned i) const { return (i & (kRing - 1)) * threads_; }
 
     Entry* ring_;
     unsigned threads_;
@@ -86,12 +87,10 @@ struct GlobalStack {
     HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : spill_(storage.spill) {}
     HIPRT_HD HIPRT_INLINE bool push(Entry entry) {
       if (size_ == spill_.capacity) return false;
-      spill_.first[static_cast<std::size_t>(size_++) * spill_.stride] = entry;
+      store_spilled(spill_, size_++, entry);
       return true;
     }
-    HIPRT_HD HIPRT_INLINE Entry pop() {
-      return static_cast<Entry>(spill_.first[static_cast<std::size_t>(--size_) * spill_.stride]);
-    }
+    HIPRT_HD HIPRT_INLINE Entry pop() { return load_spilled<Entry>(spill_, --size_); }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 
    private:

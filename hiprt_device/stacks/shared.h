@@ -1,6 +1,7 @@
 #pragma once
 /// Stack in a block's shared memory (LDS), interleaved so that lanes meet no bank conflicts.
 
+#include <hiprt_device/memory.h>
 #include <hiprt_device/stack.h>
 
 namespace hiprt {
@@ -29,10 +30,10 @@ template <unsigned kEntries = 16> struct SharedStack {
         : entries_(reinterpret_cast<Entry*>(storage.block) + storage.thread), threads_(storage.threads) {}
     HIPRT_HD HIPRT_INLINE bool push(Entry entry) {
       if (size_ == kEntries) return false;
-      entries_[size_++ * threads_] = entry;
+      store_shared(entries_, size_++ * threads_, entry);
       return true;
     }
-    HIPRT_HD HIPRT_INLINE Entry pop() { return entries_[--size_ * threads_]; }
+    HIPRT_HD HIPRT_INLINE Entry pop() { return load_shared(entries_, --size_ * threads_); }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 
    private:

@@ -2,6 +2,7 @@
 /// Global memory for the entries of many rays' stacks: so much per thread of a grid, or slots that waves take while
 /// they run.
 
+#include <hiprt_device/memory.h>
 #include <hiprt_device/stack.h>
 #include <hiprt_device/wave.h>
 
@@ -16,6 +17,14 @@ struct Spill {
   std::uint32_t stride = 0;
   std::uint32_t capacity = 0;  ///< Entries.
 };
+
+/// Entries of any kind take the room of a StackEntry.
+template <class Entry> HIPRT_HD HIPRT_INLINE Entry load_spilled(const Spill& spill, std::uint32_t i) {
+  return static_cast<Entry>(load_global(spill.first, static_cast<std::size_t>(i) * spill.stride));
+}
+HIPRT_HD HIPRT_INLINE void store_spilled(const Spill& spill, std::uint32_t i, StackEntry entry) {
+  store_global(spill.first, static_cast<std::size_t>(i) * spill.stride, entry);
+}
 
 /// Host: bytes for a grid of threads with so many entries each.
 HIPRT_HD constexpr std::size_t grid_spill_bytes(std::size_t threads, std::uint32_t entries) {
