@@ -29,7 +29,7 @@ class HitSearch {
 
   HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const Ray& ray, const Storage& storage, const Filter& filter,
                                   const Primitives& primitives)
-      : scene_(scene),
+      : scene_(&scene),
         ray_(ray),
         storage_(storage),
         filter_(filter),
@@ -61,13 +61,13 @@ class HitSearch {
     after_primitive_ = hit_.primitive;
     limit_ = finite(ray_.tmax);
     forget_hit();
-    traversal_.restart(scene_, after_t_, storage_);
+    traversal_.restart(*scene_, after_t_, storage_);
   }
 
   /// Looks for the closest hit behind the last. @return false: the schedule asked for a pause, call again.
   HIPRT_HD HIPRT_INLINE bool find_closest() {
     const Outcome outcome =
-        traversal_.run(scene_, ray_, limit_, primitives_, counter_, [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
+        traversal_.run(*scene_, ray_, limit_, primitives_, counter_, [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
           if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)) return true;
           if (!accept(found)) return true;
           limit_ = found.at.t;
@@ -86,7 +86,7 @@ class HitSearch {
       return true;
     }
     const Outcome outcome =
-        traversal_.run(scene_, ray_, limit_, primitives_, counter_, [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
+        traversal_.run(*scene_, ray_, limit_, primitives_, counter_, [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
           if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
           return !accept(found);
         });
@@ -105,7 +105,7 @@ class HitSearch {
     Hit hit = hit_;
     using Leaf = typename P::Layout::Leaf;
     if (leaf_ != kInvalidRef)
-      complete<typename P::Layout>(hit, ray_, *reinterpret_cast<const Leaf*>(scene_.base + ref_offset(leaf_)), slot_);
+      complete<typename P::Layout>(hit, ray_, *reinterpret_cast<const Leaf*>(scene_->base + ref_offset(leaf_)), slot_);
     return hit;
   }
 
@@ -131,7 +131,7 @@ class HitSearch {
   /// Takes the hit unless mask or filter are against it.
   HIPRT_HD HIPRT_INLINE bool accept(const LeafHit& found) {
     const std::uint32_t geometry = found.info.geometry_and_flags & kGeometryMask;
-    if (!is_visible<P>(scene_, ray_, geometry)) return false;
+    if (!is_visible<P>(*scene_, ray_, geometry)) return false;
     Hit candidate{found.at.t, found.at.u, found.at.v, geometry, found.info.primitive[found.slot]};
     if (found.custom != nullptr) {
       candidate.normal = found.custom->normal;
@@ -150,7 +150,7 @@ class HitSearch {
     bool stop = false;
     if constexpr (Primitives::kCount != 0) {
       if (found.custom != nullptr) {
-        const unsigned type = custom_type(scene_.geometries[candidate.geometry].flags);
+        const unsigned type = custom_type(scene_->geometries[candidate.geometry].flags);
         const FilterAnswer answer = primitives_.filter(type, ray_, candidate);
         if (answer == FilterAnswer::kReject) return answer;
         stop = answer == FilterAnswer::kAcceptAndStop;
@@ -170,7 +170,7 @@ class HitSearch {
     if constexpr (requires { storage_.on_overflow(); }) storage_.on_overflow();
   }
 
-  const SceneView& scene_;
+  const SceneView* scene_;
   Ray ray_;
   Storage storage_;
   Filter filter_;
