@@ -117,6 +117,7 @@ struct ArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
   }
+  /// Of a NaN and a number, devices take the number, hosts the second.
   HIPRT_HD static HIPRT_INLINE Float min(const Float& a, const Float& b) {
     return map([&](int i) { return a.lane[i] < b.lane[i] ? a.lane[i] : b.lane[i]; });
   }

@@ -18,7 +18,10 @@ inline constexpr Names<build::Builder, 4> kBuilders{{{"sah", build::Builder::kSa
                                                      {"embree-low", build::Builder::kEmbreeLow},
                                                      {"embree-medium", build::Builder::kEmbreeMedium},
                                                      {"embree-high", build::Builder::kEmbreeHigh}}};
-inline constexpr Names<NodeLayout, 2> kLayouts{{{"float", NodeLayout::kFloat}, {"planes", NodeLayout::kPlanes}}};
+inline constexpr Names<NodeLayout, 4> kLayouts{{{"float", NodeLayout::kFloat},
+                                                {"planes", NodeLayout::kPlanes},
+                                                {"half", NodeLayout::kHalf},
+                                                {"quantized", NodeLayout::kQuantized}}};
 /// The layout that is traced fastest on each target.
 inline constexpr Names<NodeLayout, 3> kTargetLayouts{
     {{"cpu", NodeLayout::kPlanes}, {"amd", NodeLayout::kFloat}, {"nvidia", NodeLayout::kFloat}}};

@@ -6,11 +6,13 @@
 #include <hiprt_build/steps/encode.h>
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
+#include <hiprt_device/format/quantize.h>
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <chrono>
+#include <cmath>
 #include <new>
 
 namespace hiprt::build {
@@ -31,9 +33,9 @@ Result<void> check_options(const BuildOptions& options) {
         invalid("max_leaf_triangles is " + std::to_string(options.max_leaf_triangles) + ", allowed are 1 to 64"));
   if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f))
     return tl::unexpected(invalid("SAH costs must be positive"));
-  if (options.nodes != NodeLayout::kFloat && options.nodes != NodeLayout::kPlanes)
+  if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
     return tl::unexpected(invalid("node layout " + std::to_string(static_cast<std::uint32_t>(options.nodes)) +
-                                  " cannot be written; known are float and planes"));
+                                  " cannot be written; known are float, planes, half and quantized"));
   return {};
 }
 
@@ -58,28 +60,55 @@ Result<void> check_sizes(std::span<const TriangleMesh> meshes) {
   return {};
 }
 
+/// @return the smallest i below n for which bad(i), or n.
+template <class Bad> std::size_t find_first(CpuEngine& engine, std::size_t n, const Bad& bad) {
+  std::atomic<std::size_t> first{n};
+  engine.for_each(n, [&](std::size_t i) {
+    if (!bad(i)) return;
+    std::size_t there = first.load(std::memory_order_relaxed);
+    while (i < there && !first.compare_exchange_weak(there, i, std::memory_order_relaxed)) {
+    }
+  });
+  return first.load();
+}
+
+/// "mesh 3 (chair.obj), triangle 17: "
+std::string place(std::span<const TriangleMesh> meshes, std::size_t mesh, std::size_t triangle) {
+  const std::string_view name = meshes[mesh].name;
+  return "mesh " + std::to_string(mesh) + (name.empty() ? "" : " (" + std::string(name) + ")") + ", triangle " +
+         std::to_string(triangle) + ": ";
+}
+
 /// Finds the first index past the vertices.
 Result<void> check_indices(CpuEngine& engine, std::span<const TriangleMesh> meshes) {
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     const TriangleMesh& mesh = meshes[m];
-    std::atomic<std::size_t> bad{mesh.triangles.size()};
-    engine.for_each(mesh.triangles.size(), [&](std::size_t i) {
-      for (const std::uint32_t index : mesh.triangles[i]) {
-        if (index < mesh.positions.size()) continue;
-        std::size_t there = bad.load(std::memory_order_relaxed);
-        while (i < there && !bad.compare_exchange_weak(there, i, std::memory_order_relaxed)) {
-        }
-      }
+    const std::size_t i = find_first(engine, mesh.triangles.size(), [&](std::size_t t) {
+      const Triangle& indices = mesh.triangles[t];
+      return std::max({indices[0], indices[1], indices[2]}) >= mesh.positions.size();
     });
-    const std::size_t i = bad.load();
     if (i == mesh.triangles.size()) continue;
     const Triangle& t = mesh.triangles[i];
-    return tl::unexpected(
-        invalid("mesh " + std::to_string(m) + (mesh.name.empty() ? "" : " (" + std::string(mesh.name) + ")") +
-                ", triangle " + std::to_string(i) + ": index " + std::to_string(*std::max_element(t.begin(), t.end())) +
-                ", but there are " + std::to_string(mesh.positions.size()) + " vertices"));
+    return tl::unexpected(invalid(place(meshes, m, i) + "index " +
+                                  std::to_string(*std::max_element(t.begin(), t.end())) + ", but there are " +
+                                  std::to_string(mesh.positions.size()) + " vertices"));
   }
   return {};
+}
+
+/// Finds the first coordinate that a quantized node cannot hold.
+Result<void> check_quantizable(CpuEngine& engine, const TriangleSoup& soup, const GroupedTriangles& grouped) {
+  const std::size_t i = find_first(engine, grouped.count, [&](std::size_t g) {
+    bool good = true;
+    for (const Position& v : grouped.groups[g].vertices(soup))
+      for (const float x : v) good = good && std::abs(x) < kQuantizedLimit;
+    return !good;
+  });
+  if (i == grouped.count) return {};
+  const TriangleGroup& group = grouped.groups[i];
+  return tl::unexpected(invalid(place(soup.meshes, group.mesh, group.triangle[0]) +
+                                "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; "
+                                "float, planes and half can"));
 }
 
 TriangleSoup make_soup(std::span<const TriangleMesh> meshes) {
@@ -128,7 +157,10 @@ Result<Bvh> run(CpuEngine& engine, std::span<const TriangleMesh> meshes, const B
   const GroupedTriangles grouped =
       group_triangles(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1);
   // References and tree nodes are numbered with 32 bits: refused before there are any.
-  if (auto leaves = check_addresses(1, grouped.count); !leaves) return tl::unexpected(leaves.error());
+  if (auto leaves = check_addresses(options.nodes, 1, grouped.count); !leaves) return tl::unexpected(leaves.error());
+  if (options.nodes == NodeLayout::kQuantized)
+    if (auto coordinates = check_quantizable(engine, soup, grouped); !coordinates)
+      return tl::unexpected(coordinates.error());
   statistics.triangles = soup.size();
   statistics.dropped_not_finite = grouped.dropped_not_finite;
   statistics.dropped_degenerate = grouped.dropped_degenerate;

@@ -22,10 +22,10 @@ struct FilePlan {
   SectionEntry section[kSections];
   std::uint64_t byte_size = 0;
 
-  FilePlan(std::uint64_t nodes, std::uint64_t leaves, std::uint64_t primitives, std::uint64_t geometries,
-           std::uint64_t text) {
+  FilePlan(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves, std::uint64_t primitives,
+           std::uint64_t geometries, std::uint64_t text) {
     const std::uint64_t counts[kSections] = {nodes, leaves, primitives, geometries, text};
-    const std::uint64_t strides[kSections] = {sizeof(FloatBoxNode), sizeof(FloatLeaf), sizeof(std::uint32_t),
+    const std::uint64_t strides[kSections] = {node_size(layout), sizeof(FloatLeaf), sizeof(std::uint32_t),
                                               sizeof(GeometryRecord), 1};
     byte_size = sizeof(FileHeader) + kSections * sizeof(SectionEntry);
     for (std::uint32_t i = 0; i < kSections; ++i) {
@@ -36,6 +36,27 @@ struct FilePlan {
     }
   }
 };
+
+/// What a parent needs to know of a child.
+struct Subtree {
+  NodeRef ref = kInvalidRef;
+  std::uint32_t flags = 0;       ///< Child flags.
+  std::uint32_t stack_need = 0;  ///< Entries that a traversal of it can need.
+  Box box = to_box(Aabb{});      ///< That the parent must state, or a larger one.
+};
+
+void grow(Box& box, const Box& other) {
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    box.min[axis] = std::min(box.min[axis], other.min[axis]);
+    box.max[axis] = std::max(box.max[axis], other.max[axis]);
+  }
+}
+
+[[maybe_unused]] bool contains(const Box& outer, const Box& inner) {
+  for (unsigned axis = 0; axis < 3; ++axis)
+    if (!(outer.min[axis] <= inner.min[axis] && inner.max[axis] <= outer.max[axis])) return false;
+  return true;
+}
 
 template <class Layout> class Encoder {
  public:
@@ -50,24 +71,21 @@ template <class Layout> class Encoder {
         leaves_(reinterpret_cast<Leaf*>(bytes + plan.section[1].offset)),
         map_(reinterpret_cast<std::uint32_t*>(bytes + plan.section[2].offset)) {}
 
-  /// Fills nodes, leaves and primitive map. @return the root reference.
-  NodeRef run() {
+  /// Fills nodes, leaves and primitive map. @return the root, with the file's bounds.
+  Subtree run() {
     std::fill_n(map_, plan_.section[2].count, kInvalidId);
     const std::size_t leaves = input_.tree.references.size();
-    if (leaves == 0) return kInvalidRef;
+    if (leaves == 0) return Subtree{};
     engine_.for_each(leaves, [this](std::size_t i) { write_leaf(i); });
-    if (input_.wide.is_run(0)) {
-      end_run(0);
-      return leaf_ref(0);
-    }
-    stack_bound_ = write_node(0, 0, 1);
-    return node_ref(0);
+    if (input_.wide.is_run(0)) return end_run(0);
+    Subtree root = write_node(0, 0, 1);
+    root.box = bounded(root.box, to_box(input_.tree.nodes[0].box()));
+    return root;
   }
-  std::uint32_t stack_bound() const { return stack_bound_; }
 
  private:
   NodeRef node_ref(std::uint64_t i) const {
-    return make_ref(plan_.section[0].offset + i * sizeof(Node), NodeType::kBox32);
+    return make_ref(plan_.section[0].offset + i * sizeof(Node), Layout::kBoxType);
   }
   NodeRef leaf_ref(std::uint64_t i) const {
     return make_ref(plan_.section[1].offset + i * sizeof(Leaf), NodeType::kTriangle0);
@@ -97,33 +115,23 @@ template <class Layout> class Encoder {
     }
   }
 
-  void end_run(std::uint32_t binary) {
+  /// The run of leaves of a binary node.
+  Subtree end_run(std::uint32_t binary) {
     const BinaryNode& node = input_.tree.nodes[binary];
     leaves_[node.first + node.count - 1].info.geometry_and_flags |= kLastInRun;
+    return Subtree{leaf_ref(node.first), kChildOnlyOpaque | kChildOnlyTriangles, 0, to_box(node.box())};
   }
 
   /// Writes the wide node of a binary node to nodes_[at] and its subtree to nodes_[next, ...).
-  /// @return the stack entries its traversal can need.
-  std::uint32_t write_node(std::uint32_t binary, std::uint64_t at, std::uint64_t next) {
+  Subtree write_node(std::uint32_t binary, std::uint64_t at, std::uint64_t next) {
     const WideTree::Children children = input_.wide.children(binary);
-    Node node{};
-    std::uint32_t need[kBranching] = {};
     std::uint64_t slot[kBranching], subtree[kBranching];
     plan_children(children, next, slot, subtree);
-    for (unsigned i = 0; i < kBranching; ++i) {
-      node.child[i] = kInvalidRef;
-      Layout::set_box(node, i, to_box(Aabb{}));
-      if (i >= children.count) continue;
-      const std::uint32_t child = children.node[i];
-      Layout::set_box(node, i, to_box(input_.tree.nodes[child].box()));
-      node.child_flags |= (kChildOnlyOpaque | kChildOnlyTriangles) << (8 * i);
-      node.child[i] = input_.wide.is_run(child) ? leaf_ref(input_.tree.nodes[child].first) : node_ref(slot[i]);
-      if (input_.wide.is_run(child)) end_run(child);
-    }
-    nodes_[at] = node;
+    Subtree below[kBranching];
     const auto descend = [&](unsigned i) {
-      if (i < children.count && !input_.wide.is_run(children.node[i]))
-        need[i] = write_node(children.node[i], slot[i], subtree[i]);
+      if (i >= children.count) return;
+      const std::uint32_t child = children.node[i];
+      below[i] = input_.wide.is_run(child) ? end_run(child) : write_node(child, slot[i], subtree[i]);
     };
     if (input_.wide.node_count(binary) < kTaskNodes) {
       for (unsigned i = 0; i < kBranching; ++i) descend(i);
@@ -132,7 +140,42 @@ template <class Layout> class Encoder {
       engine_.invoke([&] { engine_.invoke([&] { descend(0); }, [&] { descend(1); }); },
                      [&] { engine_.invoke([&] { descend(2); }, [&] { descend(3); }); });
     }
-    return children.count - 1 + *std::max_element(need, need + kBranching);
+    if constexpr (Layout::kId == NodeLayout::kQuantized) arrange(below, children.count);
+    return write_record(at, below, children.count);
+  }
+
+  /// Ascending box centres along the axis where they spread most: the order that a quantized node's readers like.
+  static void arrange(Subtree (&below)[kBranching], unsigned count) {
+    const Box boxes[kBranching] = {below[0].box, below[1].box, below[2].box, below[3].box};
+    const unsigned axis = order_axis(boxes);
+    for (unsigned i = 1; i < count; ++i)
+      for (unsigned k = i; k > 0 && twice_center(below[k].box, axis) < twice_center(below[k - 1].box, axis); --k)
+        std::swap(below[k], below[k - 1]);
+  }
+
+  /// The node over finished subtrees. What it states for itself is what its bytes decode to.
+  Subtree write_record(std::uint64_t at, const Subtree (&below)[kBranching], unsigned count) {
+    Node node{};
+    Subtree result{node_ref(at), below[0].flags, 0, to_box(Aabb{})};
+    std::uint32_t flags = 0;
+    for (unsigned i = 0; i < kBranching; ++i) {
+      node.child[i] = below[i].ref;
+      flags |= below[i].flags << (8 * i);
+      if (i < count) result.flags &= below[i].flags;
+      result.stack_need = std::max(result.stack_need, below[i].stack_need);
+    }
+    result.stack_need += count - 1;
+    Layout::set_child_flags(node, flags);
+    const Box boxes[kBranching] = {below[0].box, below[1].box, below[2].box, below[3].box};
+    [[maybe_unused]] const bool encoded = Layout::set_boxes(node, boxes);
+    HIPRT_ASSERT(encoded);
+    for (unsigned i = 0; i < count; ++i) {
+      const Box box = Layout::box(node, i);
+      HIPRT_ASSERT(contains(box, boxes[i]));
+      grow(result.box, box);
+    }
+    nodes_[at] = node;
+    return result;
   }
 
   /// Siblings get neighbouring slots from @p next on, then their subtrees follow one after the other.
@@ -153,7 +196,6 @@ template <class Layout> class Encoder {
   Node* nodes_;
   Leaf* leaves_;
   std::uint32_t* map_;
-  std::uint32_t stack_bound_ = 0;
 };
 
 /// Geometry table. @return the features it calls for.
@@ -167,8 +209,7 @@ FeatureMask write_geometries(const EncodeInput& input, GeometryRecord* records) 
   return features;
 }
 
-FileHeader make_header(const EncodeInput& input, const FilePlan& plan, NodeRef root, std::uint32_t stack_bound,
-                       FeatureMask features) {
+FileHeader make_header(const EncodeInput& input, const FilePlan& plan, const Subtree& root, FeatureMask features) {
   FileHeader header{};
   std::copy_n(kMagic, sizeof(kMagic), header.magic);
   header.version_major = kVersionMajor;
@@ -180,18 +221,18 @@ FileHeader make_header(const EncodeInput& input, const FilePlan& plan, NodeRef r
   header.features = features;
   header.byte_size = plan.byte_size;
   header.section_count = kSections;
-  header.root = root;
-  header.stack_bound = stack_bound;
+  header.root = root.ref;
+  header.stack_bound = root.stack_need;
   header.geometry_count = static_cast<std::uint32_t>(input.soup.meshes.size());
-  header.bounds = to_box(references == 0 ? Aabb{} : input.tree.nodes[0].box());
+  header.bounds = root.box;
   header.primitive_count = input.soup.size();
   return header;
 }
 
 }  // namespace
 
-Result<void> check_addresses(std::uint64_t nodes, std::uint64_t leaves) {
-  const std::uint64_t end = FilePlan(nodes, leaves, 0, 0, 0).section[1].offset + leaves * sizeof(FloatLeaf);
+Result<void> check_addresses(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves) {
+  const std::uint64_t end = FilePlan(layout, nodes, leaves, 0, 0, 0).section[1].offset + leaves * sizeof(FloatLeaf);
   if (end <= kAddressLimit) return {};
   return tl::unexpected(Error{
       ErrorCode::kTooLarge, std::to_string(nodes) + " nodes and " + std::to_string(leaves) + " leaves end at byte " +
@@ -201,23 +242,22 @@ Result<void> check_addresses(std::uint64_t nodes, std::uint64_t leaves) {
 Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
   const std::size_t leaves = input.tree.references.size();
   const std::uint64_t nodes = leaves == 0 || input.wide.is_run(0) ? 0 : input.wide.node_count(0);
-  if (auto addresses = check_addresses(nodes, leaves); !addresses) return tl::unexpected(addresses.error());
-  const FilePlan plan(nodes, leaves, input.soup.size(), input.soup.meshes.size(), input.provenance.size());
+  if (auto addresses = check_addresses(input.layout, nodes, leaves); !addresses)
+    return tl::unexpected(addresses.error());
+  const FilePlan plan(input.layout, nodes, leaves, input.soup.size(), input.soup.meshes.size(),
+                      input.provenance.size());
   engine.monitor().start("encode", 0.95, leaves);
   engine.ledger().add(plan.byte_size);
   Buffer buffer(plan.byte_size);
   std::byte* bytes = buffer.bytes().data();
-  const auto [root, stack_bound] = dispatch_layout(input.layout, [&](auto layout) {
-    Encoder<decltype(layout)> encoder(engine, input, plan, bytes);
-    const NodeRef ref = encoder.run();
-    return std::pair{ref, encoder.stack_bound()};
-  });
+  const Subtree root = dispatch_layout(
+      input.layout, [&](auto layout) { return Encoder<decltype(layout)>(engine, input, plan, bytes).run(); });
   const FeatureMask features =
       write_geometries(input, reinterpret_cast<GeometryRecord*>(bytes + plan.section[3].offset));
   std::memcpy(bytes + plan.section[4].offset, input.provenance.data(), input.provenance.size());
   std::memcpy(bytes + sizeof(FileHeader), plan.section, sizeof(plan.section));
   auto& header = *reinterpret_cast<FileHeader*>(bytes);
-  header = make_header(input, plan, root, stack_bound, features);
+  header = make_header(input, plan, root, features);
   engine.monitor().start("checksum", 1.0, 1);
   header.checksum = file_checksum(buffer.bytes());
   return buffer;

@@ -23,7 +23,10 @@ std::string hash(const TriangleMesh& mesh) {
   return text;
 }
 
-const char* layout_name(NodeLayout layout) { return layout == NodeLayout::kFloat ? "float" : "planes"; }
+const char* layout_name(NodeLayout layout) {
+  constexpr const char* kNames[] = {"float", "planes", "half", "quantized"};
+  return kNames[static_cast<std::uint32_t>(layout) - 1];
+}
 
 }  // namespace
 

@@ -67,6 +67,11 @@ template <class Layout> class TreeMeter {
     }
   }
 
+  Box stated_box(const typename Layout::Node& node, unsigned child) const {
+    const Box box = Layout::box(node, child);
+    return Layout::kId == NodeLayout::kHalf ? bounded(box, view_.header->bounds) : box;
+  }
+
   void add_node(std::size_t i) {
     const typename Layout::Node& node = nodes_[i];
     node_area_ += area_[i];
@@ -75,9 +80,9 @@ template <class Layout> class TreeMeter {
       const NodeRef ref = node.child[c];
       if (ref == kInvalidRef) continue;
       ++children;
-      const Box box = Layout::box(node, c);
+      const Box box = stated_box(node, c);
       for (unsigned other = 0; other < c; ++other)
-        if (node.child[other] != kInvalidRef) overlap_area_ += common_half_area(box, Layout::box(node, other));
+        if (node.child[other] != kInvalidRef) overlap_area_ += common_half_area(box, stated_box(node, other));
       if (is_box(ref))
         area_[node_index(ref)] = half_area(box);
       else

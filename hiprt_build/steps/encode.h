@@ -19,9 +19,11 @@ struct EncodeInput {
 };
 
 /// @return kTooLarge, with the numbers, when the last of so many nodes and leaves would be beyond kAddressLimit.
-Result<void> check_addresses(std::uint64_t nodes, std::uint64_t leaves);
+Result<void> check_addresses(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves);
 
 /// Writes a whole file. Nodes lie in depth-first order with siblings side by side, leaves in the order of the tree.
+/// Boxes are encoded from the leaves to the root: a parent states for a node what that node's bytes decode to.
+/// @pre layout kQuantized: no coordinate is beyond kQuantizedLimit.
 /// @return the error of check_addresses().
 Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input);
 

@@ -20,7 +20,7 @@ static_assert(std::endian::native == std::endian::little,
 
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
-inline constexpr std::uint16_t kVersionMinor = 0;
+inline constexpr std::uint16_t kVersionMinor = 1;
 inline constexpr std::uint64_t kSectionAlignment = 128;
 inline constexpr std::uint64_t kBufferAlignment = 256;
 /// Entries a section table may have: keeps the check of a hostile file cheap.
@@ -36,8 +36,8 @@ enum class Feature : std::uint64_t {
 using FeatureMask = std::uint64_t;
 HIPRT_HD constexpr FeatureMask feature_bit(Feature feature) { return static_cast<FeatureMask>(feature); }
 /// Every feature bit of this version; a file with any other is refused.
-inline constexpr FeatureMask kKnownFeatures =
-    feature_bit(Feature::kTriangles) | feature_bit(Feature::kMasks) | feature_bit(Feature::kSplitReferences);
+inline constexpr FeatureMask kKnownFeatures = feature_bit(Feature::kTriangles) | feature_bit(Feature::kMasks) |
+                                              feature_bit(Feature::kSplitReferences) | feature_bit(Feature::kCustom);
 
 struct FileHeader {
   char magic[8];                ///< "HIPRTBVH"
@@ -60,7 +60,7 @@ enum class SectionKind : std::uint32_t {
   kNodes = 1,   ///< Box nodes of the file's layout.
   kLeaves = 2,  ///< Leaves of the file's layout.
   kPrimitiveMap =
-      3,  ///< uint32 per primitive (geometry by geometry): leaf number * 2 + triangle, or kInvalidId if dropped.
+      3,  ///< uint32 per primitive (geometry by geometry): leaf number * 2 + place in it, or kInvalidId if dropped.
   kGeometries = 4,  ///< GeometryRecord
   kProvenance = 5,  ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
 };
@@ -80,7 +80,7 @@ struct SectionEntry {
 struct GeometryRecord {
   std::uint64_t first_primitive;  ///< Of this geometry, in the numbering that runs over all geometries.
   std::uint64_t primitive_count;  ///< Dropped ones included.
-  std::uint64_t dropped_count;    ///< Primitives that no leaf holds (degenerate or not finite).
+  std::uint64_t dropped_count;    ///< Primitives that no leaf holds (not finite, degenerate or inverted).
   std::uint32_t mask;             ///< A ray sees the geometry iff (ray.mask & mask) != 0.
   std::uint32_t flags;            ///< Bit 0 kGeometryCustom; bits 15-8 custom type; others zero.
 };

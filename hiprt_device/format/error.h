@@ -34,19 +34,23 @@ enum class FormatError : std::uint32_t {
   kReferenceOrder,   ///< A child does not lie behind its parent: the tree could loop.
   kSharedNode,       ///< A node or leaf is reached more than once.
   kEmptyNode,        ///< A box node without children.
+  kBadChildSlots,    ///< The children byte of a quantized node is not what its references say, or names no axis.
+  kBadGrid,          ///< The origin or the exponent of a quantized node is out of range.
+  kInexactPlane,     ///< A plane of a quantized node is not exactly a float, or out of range.
   kUnreachable,      ///< A node or leaf is not reached.
-  kBadBox,           ///< NaN, infinite or inverted box of a present child, or a non-empty box of an absent one.
+  kBadBox,           ///< NaN, infinite or inverted box of what is there, or a non-empty box of what is absent.
   kBoxNotContained,  ///< A child's content leaves the box its parent states.
   kBadBounds,        ///< The header's bounds are not the root's.
   kBadChildFlags,    ///< A child-flags byte is not what is below the child.
   kUnterminatedRun,  ///< A run of leaves passes the end of the section.
   kBadVertex,        ///< NaN or infinite coordinate.
-  kBadGeometryId,
+  kBadGeometryId,    ///< Of no geometry, or of one of the other kind (triangles, custom).
   kBadPrimitiveId,
-  kBadTriangleId,         ///< The triangle-id byte names no rotation.
+  kBadTriangleId,         ///< The triangle-id byte names no rotation, or is not a custom primitive's.
   kSplitWithoutFeature,   ///< A primitive is in several leaves, but the feature bit is not set.
   kSplitDiffers,          ///< The leaves of a split primitive hold different triangles.
   kSplitNotCovered,       ///< The boxes of a split primitive's references do not cover it.
+  kSplitCustom,           ///< A custom primitive is in several leaves.
   kPrimitiveMapMismatch,  ///< The map names a leaf that does not hold the primitive, or calls a reachable one dropped.
   kDroppedCount,
   kFeatureMismatch,  ///< A feature bit is missing, or set although nothing in the file needs it.
@@ -64,7 +68,7 @@ const char* name(FormatError error);
 struct FormatIssue {
   FormatError error;
   std::uint64_t offset;  ///< Byte offset in the file of the field at fault.
-  std::uint64_t value;   ///< What is there; of a float, its bits.
+  std::uint64_t value;   ///< What is there; of a float, its bits; of a plane, those of the float that it stands for.
   std::uint64_t limit;   ///< What it is measured against: the expected value, the largest or smallest allowed one, or
                          ///< the first one that is too large; the enumerator says which.
 };
@@ -81,9 +85,9 @@ inline constexpr const char* kFormatErrorNames[] = {
     "Misaligned", "TooSmall", "BadMagic", "UnknownMajorVersion", "UnknownLayout", "UnknownFeature", "SizeMismatch",
     "BadReservedField", "SectionTableRange", "SectionMisaligned", "SectionStride", "SectionRange", "SectionOverlap",
     "DuplicateSection", "MissingSection", "UnknownRequiredSection", "GeometryCount", "PrimitiveCount", "BadChecksum",
-    "BadReference", "ReferenceOrder", "SharedNode", "EmptyNode", "Unreachable", "BadBox", "BoxNotContained",
+    "BadReference", "ReferenceOrder", "SharedNode", "EmptyNode", "BadChildSlots", "BadGrid", "InexactPlane", "Unreachable", "BadBox", "BoxNotContained",
     "BadBounds", "BadChildFlags", "UnterminatedRun", "BadVertex", "BadGeometryId", "BadPrimitiveId", "BadTriangleId",
-    "SplitWithoutFeature", "SplitDiffers", "SplitNotCovered", "PrimitiveMapMismatch", "DroppedCount",
+    "SplitWithoutFeature", "SplitDiffers", "SplitNotCovered", "SplitCustom", "PrimitiveMapMismatch", "DroppedCount",
     "FeatureMismatch", "StackBound", "BadProvenance",
 };
 // clang-format on

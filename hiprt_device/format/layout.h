@@ -112,6 +112,16 @@ struct HalfLayout : layout_detail::FloatLeaves {
   HIPRT_HD static HIPRT_INLINE void set_child_flags(Node&, std::uint32_t) {}
 };
 
+/// An infinite plane of layout half stands for that side of the file's bounds.
+HIPRT_HD HIPRT_INLINE Box bounded(Box box, const Box& bounds) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (box.min[axis] == -kInfinity) box.min[axis] = bounds.min[axis];
+    if (box.max[axis] == kInfinity) box.max[axis] = bounds.max[axis];
+  }
+  return box;
+}
+
 /// Boxes beyond +-kQuantizedLimit cannot be encoded.
 struct QuantizedLayout : layout_detail::PlanesLeaves, layout_detail::StoredChildFlags<QuantizedBoxNode> {
   static constexpr NodeLayout kId = NodeLayout::kQuantized;
@@ -143,8 +153,22 @@ HIPRT_HD constexpr unsigned corner_vertex(unsigned triangle, unsigned corner) {
 }
 
 /// Calls function(LayoutType{}) for the layout of a file. @pre open_buffer() accepted the file.
-template <class Function> decltype(auto) dispatch_layout(NodeLayout layout, Function&& function) {
-  return layout == NodeLayout::kFloat ? function(FloatLayout{}) : function(PlanesLayout{});
+template <class Function> constexpr decltype(auto) dispatch_layout(NodeLayout layout, Function&& function) {
+  switch (layout) {
+    case NodeLayout::kFloat:
+      return function(FloatLayout{});
+    case NodeLayout::kHalf:
+      return function(HalfLayout{});
+    case NodeLayout::kQuantized:
+      return function(QuantizedLayout{});
+    default:
+      return function(PlanesLayout{});
+  }
+}
+
+/// Bytes of a layout's box nodes.
+constexpr std::uint64_t node_size(NodeLayout layout) {
+  return dispatch_layout(layout, [](auto tag) -> std::uint64_t { return sizeof(typename decltype(tag)::Node); });
 }
 
 }  // namespace hiprt

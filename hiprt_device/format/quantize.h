@@ -86,6 +86,8 @@ HIPRT_HD constexpr bool quantize_axis(QuantizedBoxNode& node, const Box (&boxes)
 
 }  // namespace quantize_detail
 
+HIPRT_HD constexpr float twice_center(const Box& box, unsigned axis) { return box.min[axis] + box.max[axis]; }
+
 /// The axis along which the centres of the boxes that are not empty spread most; of equal ones the first.
 HIPRT_HD constexpr unsigned order_axis(const Box (&boxes)[kBranching]) {
   unsigned best = 0;
@@ -94,9 +96,9 @@ HIPRT_HD constexpr unsigned order_axis(const Box (&boxes)[kBranching]) {
     float low = 2.0f * kQuantizedLimit, high = -low;
     for (const Box& box : boxes) {
       if (is_empty(box)) continue;
-      const float twice_center = box.min[axis] + box.max[axis];
-      low = twice_center < low ? twice_center : low;
-      high = twice_center > high ? twice_center : high;
+      const float center = twice_center(box, axis);
+      low = center < low ? center : low;
+      high = center > high ? center : high;
     }
     // Halves: the difference of two numbers up to 2^127 must not overflow.
     const float spread = 0.5f * high - 0.5f * low;

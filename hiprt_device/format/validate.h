@@ -25,6 +25,7 @@ struct ValidateSummary {
   std::uint64_t leaves = 0;
   std::uint64_t leaf_runs = 0;       ///< References to leaves.
   std::uint64_t leaf_triangles = 0;  ///< Triangles in leaves; a split primitive counts once per leaf.
+  std::uint64_t leaf_customs = 0;    ///< Custom primitives in leaves.
   std::uint64_t primitives = 0;      ///< Over all geometries, dropped ones included.
   std::uint64_t dropped = 0;         ///< Primitives in no leaf.
   std::uint64_t split = 0;           ///< Primitives in more than one leaf.
@@ -53,12 +54,11 @@ inline Check check_padding(const BufferView& view) {
   return {};
 }
 
-/// The bits kTriangles and kMasks say what is there. kSplitReferences may be set though nothing is split: a builder
-/// that splits need not count. (Its absence is checked with the leaves.)
+/// The bit kMasks says what is there. kSplitReferences may be set though nothing is split: a builder that splits need
+/// not count. (Its absence is checked with the leaves, kTriangles and kCustom with the tree.)
 inline Check check_features(const BufferView& view) {
   const auto has_mask = [](const GeometryRecord& geometry) { return geometry.mask != 0xffffffffu; };
-  FeatureMask expected = view.header->features & feature_bit(Feature::kSplitReferences);
-  if (view.leaves.count != 0) expected |= feature_bit(Feature::kTriangles);
+  FeatureMask expected = view.header->features & ~feature_bit(Feature::kMasks);
   if (std::any_of(view.geometries.begin(), view.geometries.end(), has_mask)) expected |= feature_bit(Feature::kMasks);
   if (view.header->features == expected) return {};
   return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), view.header->features, expected);
@@ -97,6 +97,7 @@ template <class Layout> tl::expected<ValidateSummary, FormatIssue> validate_cont
                          .leaves = view.leaves.count,
                          .leaf_runs = tree->leaf_runs,
                          .leaf_triangles = primitives->leaf_triangles,
+                         .leaf_customs = primitives->leaf_customs,
                          .primitives = view.primitive_map.size(),
                          .dropped = primitives->dropped,
                          .split = primitives->split,

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <type_traits>
 
 namespace hiprt::format_detail {
 
@@ -23,12 +25,23 @@ constexpr std::uint64_t box_offset(FloatLayout, unsigned child, unsigned plane) 
 constexpr std::uint64_t box_offset(PlanesLayout, unsigned child, unsigned plane) {
   return offsetof(PlanesBoxNode, plane) + 32 * (plane % 3) + 16 * (plane / 3) + 4 * child;
 }
-constexpr std::uint64_t coordinate_offset(FloatLayout, unsigned vertex, unsigned axis) {
-  return offsetof(FloatLeaf, vertex) + 12 * vertex + 4 * axis;
+constexpr std::uint64_t box_offset(HalfLayout, unsigned child, unsigned plane) {
+  return offsetof(HalfBoxNode, box) + sizeof(HalfBoxNode::HalfBox) * child + 2 * plane;
 }
-constexpr std::uint64_t coordinate_offset(PlanesLayout, unsigned vertex, unsigned axis) {
-  return offsetof(PlanesLeaf, coordinate) + 16 * axis + 4 * vertex;
+constexpr std::uint64_t box_offset(QuantizedLayout, unsigned child, unsigned plane) {
+  return offsetof(QuantizedBoxNode, plane) + 8 * (plane % 3) + 4 * (plane / 3) + child;
 }
+template <class Layout> constexpr std::uint64_t coordinate_offset(unsigned vertex, unsigned axis) {
+  if constexpr (std::is_same_v<typename Layout::Leaf, FloatLeaf>)
+    return offsetof(FloatLeaf, vertex) + 12 * vertex + 4 * axis;
+  else
+    return offsetof(PlanesLeaf, coordinate) + 16 * axis + 4 * vertex;
+}
+
+/// The words of a node that must be zero.
+template <class Node> std::span<const std::uint32_t> reserved_words(const Node& node) { return node.reserved; }
+inline std::span<const std::uint32_t> reserved_words(const HalfBoxNode&) { return {}; }
+inline std::span<const std::uint32_t> reserved_words(const QuantizedBoxNode& node) { return {&node.reserved, 1}; }
 
 inline std::uint64_t float_bits(float value) { return std::bit_cast<std::uint32_t>(value); }
 
@@ -51,6 +64,16 @@ inline unsigned first_bad_plane(const Box& box) {
     if (!finite || (inverted && std::isfinite(side_of(box, 1 - plane / 3, plane % 3)))) return plane;
   }
   return kNoPlane;
+}
+
+/// The same where min = -inf and max = +inf are allowed.
+inline unsigned first_bad_plane_unbounded(Box box) {
+  constexpr float kMax = std::numeric_limits<float>::max(), kInfinity = std::numeric_limits<float>::infinity();
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (box.min[axis] == -kInfinity) box.min[axis] = -kMax;
+    if (box.max[axis] == kInfinity) box.max[axis] = kMax;
+  }
+  return first_bad_plane(box);
 }
 
 /// @return the first plane in which the boxes differ.

@@ -13,12 +13,21 @@
 
 namespace hiprt::format_detail {
 
-/// Calls visit(leaf number, box stated for its run) for every leaf until a call fails.
+/// A leaf on the way through the tree.
+struct LeafPlace {
+  std::uint64_t index;
+  bool custom;     ///< A custom leaf, by the type of the reference to its run.
+  const Box& box;  ///< Stated for its run; finite.
+};
+
+/// Calls visit(LeafPlace) for every leaf until a call fails.
 template <class Layout, class Visit> Check for_each_leaf(const BufferView& view, Visit&& visit) {
   const auto leaves = view.records<typename Layout::Leaf>(view.leaves);
-  const auto visit_run = [&](NodeRef ref, const Box& box) -> Check {
+  const auto visit_run = [&](NodeRef ref, Box box) -> Check {
+    const bool custom = ref_type(ref) == NodeType::kProcedural;
+    if constexpr (Layout::kId == NodeLayout::kHalf) box = bounded(box, view.header->bounds);
     for (std::uint64_t leaf = (ref_offset(ref) - view.leaves.offset) / view.leaves.stride;; ++leaf) {
-      if (auto visited = visit(leaf, box); !visited) return visited;
+      if (auto visited = visit(LeafPlace{leaf, custom, box}); !visited) return visited;
       if ((leaves[leaf].info.geometry_and_flags & kLastInRun) != 0) return {};
     }
   };
@@ -33,6 +42,7 @@ template <class Layout, class Visit> Check for_each_leaf(const BufferView& view,
 
 struct PrimitiveSummary {
   std::uint64_t leaf_triangles = 0;
+  std::uint64_t leaf_customs = 0;
   std::uint64_t dropped = 0;
   std::uint64_t split = 0;
 };
@@ -48,8 +58,8 @@ template <class Layout> class PrimitiveCheck {
         split_(view.primitive_map.size()) {}
 
   tl::expected<PrimitiveSummary, FormatIssue> run() {
-    auto leaves =
-        for_each_leaf<Layout>(view_, [this](std::uint64_t leaf, const Box& box) { return check_leaf(leaf, box); });
+    auto leaves = for_each_leaf<Layout>(
+        view_, [this](const LeafPlace& place) { return place.custom ? check_custom_leaf(place) : check_leaf(place); });
     if (!leaves) return tl::unexpected(leaves.error());
     if (auto map = check_map(); !map) return tl::unexpected(map.error());
     if (splits_allowed_)
@@ -62,52 +72,82 @@ template <class Layout> class PrimitiveCheck {
   static constexpr std::uint64_t kInfo = offsetof(FloatLeaf, info);
 
   std::uint64_t leaf_offset(std::uint64_t leaf) const { return view_.leaves.offset + leaf * sizeof(Leaf); }
-  /// Number of a leaf's triangle over all geometries. @pre check_ids() accepted the leaf.
+  /// Number of a leaf's primitive over all geometries. @pre check_ids() accepted the leaf.
   std::uint64_t number(const Leaf& leaf, unsigned triangle) const {
     return view_.geometries[leaf.info.geometry_and_flags & kGeometryMask].first_primitive +
            leaf.info.primitive[triangle];
   }
-  static bool has_triangle(const Leaf& leaf, unsigned triangle) {
-    return triangle == 0 || leaf.info.primitive[1] != kInvalidId;
+  /// Triangle or custom primitive.
+  static bool has_primitive(const Leaf& leaf, unsigned which) {
+    return which == 0 || leaf.info.primitive[1] != kInvalidId;
   }
 
-  Check check_leaf(std::uint64_t index, const Box& box) {
-    if (auto ids = check_ids(index); !ids) return ids;
-    if (auto triangle_ids = check_triangle_ids(index); !triangle_ids) return triangle_ids;
+  Check check_leaf(const LeafPlace& place) {
+    const auto& [index, custom, box] = place;
+    if (auto ids = check_ids(place); !ids) return ids;
+    if (auto triangle_ids = check_triangle_ids(place); !triangle_ids) return triangle_ids;
     if (auto vertices = check_vertices(index); !vertices) return vertices;
     // Whether a triangle may leave the box is known only when all leaves have been seen: check_splits().
     if (!splits_allowed_)
       for (unsigned triangle = 0; triangle < 2; ++triangle)
         if (auto inside = check_inside(index, triangle, box); !inside) return inside;
     for (unsigned triangle = 0; triangle < 2; ++triangle)
-      if (auto counted = count_reference(index, triangle); !counted) return counted;
+      if (auto counted = count_reference(place, triangle); !counted) return counted;
     return {};
   }
 
-  Check check_ids(std::uint64_t index) const {
-    const LeafInfo& info = leaves_[index].info;
-    const std::uint64_t at = leaf_offset(index) + kInfo;
+  Check check_custom_leaf(const LeafPlace& place) {
+    if (auto ids = check_ids(place); !ids) return ids;
+    if (auto id_bytes = check_triangle_ids(place); !id_bytes) return id_bytes;
+    for (unsigned which = 0; which < 2; ++which)
+      if (auto box = check_custom_box(place, which); !box) return box;
+    for (unsigned which = 0; which < 2; ++which)
+      if (auto counted = count_reference(place, which); !counted) return counted;
+    return {};
+  }
+
+  /// A custom primitive's box: good, and inside what is stated for the run.
+  Check check_custom_box(const LeafPlace& place, unsigned which) const {
+    const bool present = has_primitive(leaves_[place.index], which);
+    const Box& box = custom_leaf(leaves_[place.index]).box[which];
+    const std::uint64_t at = leaf_offset(place.index) + offsetof(CustomLeaf, box) + sizeof(Box) * which;
+    const unsigned bad = present ? first_bad_plane(box) : first_different_plane(box, empty_box());
+    if (bad != kNoPlane)
+      return fail_plane(FormatError::kBadBox, at + 4 * bad, bad, box, present ? place.box : empty_box());
+    const unsigned outside = present ? first_plane_outside(box, place.box) : kNoPlane;
+    if (outside == kNoPlane) return {};
+    return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, box, place.box);
+  }
+
+  Check check_ids(const LeafPlace& place) const {
+    const LeafInfo& info = leaves_[place.index].info;
+    const std::uint64_t at = leaf_offset(place.index) + kInfo;
     const std::uint32_t unused = info.geometry_and_flags & ~(kLastInRun | kGeometryMask);
     if (unused != 0) return fail(FormatError::kBadReservedField, at + 8, info.geometry_and_flags, 0);
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
     if (geometry >= view_.geometries.size())
       return fail(FormatError::kBadGeometryId, at + 8, geometry, view_.geometries.size());
+    const bool custom_geometry = (view_.geometries[geometry].flags & kGeometryCustom) != 0;
+    if (custom_geometry != place.custom)
+      return fail(FormatError::kBadGeometryId, at + 8, geometry, view_.geometries.size());
     const std::uint64_t primitives = view_.geometries[geometry].primitive_count;
     for (unsigned triangle = 0; triangle < 2; ++triangle)
-      if (has_triangle(leaves_[index], triangle) && info.primitive[triangle] >= primitives)
+      if (has_primitive(leaves_[place.index], triangle) && info.primitive[triangle] >= primitives)
         return fail(FormatError::kBadPrimitiveId, at + 4 * triangle, info.primitive[triangle], primitives);
     return {};
   }
 
-  Check check_triangle_ids(std::uint64_t index) const {
-    const LeafInfo& info = leaves_[index].info;
-    const std::uint64_t at = leaf_offset(index) + kInfo + offsetof(LeafInfo, triangle_ids);
+  Check check_triangle_ids(const LeafPlace& place) const {
+    const LeafInfo& info = leaves_[place.index].info;
+    const std::uint64_t at = leaf_offset(place.index) + kInfo + offsetof(LeafInfo, triangle_ids);
     for (unsigned triangle = 0; triangle < 2; ++triangle) {
       const std::uint32_t id = info.triangle_ids >> (8 * triangle) & 0xffu;
       const bool rotation = id == TriangleId::from_rotation(0) || id == TriangleId::from_rotation(1) ||
                             id == TriangleId::from_rotation(2);
-      if (has_triangle(leaves_[index], triangle) ? !rotation : id != 0)
-        return fail(FormatError::kBadTriangleId, at + triangle, id, rotation ? 0 : TriangleId::from_rotation(0));
+      const bool present = has_primitive(leaves_[place.index], triangle);
+      const std::uint32_t wanted = !present ? 0 : place.custom ? TriangleId::kCustom : TriangleId::from_rotation(0);
+      const bool good = present && !place.custom ? rotation : id == wanted;
+      if (!good) return fail(FormatError::kBadTriangleId, at + triangle, id, wanted);
     }
     if (info.triangle_ids >> 16 != 0) return fail(FormatError::kBadReservedField, at + 2, info.triangle_ids >> 16, 0);
     return {};
@@ -118,10 +158,10 @@ template <class Layout> class PrimitiveCheck {
     for (unsigned vertex = 0; vertex < 4; ++vertex)
       for (unsigned axis = 0; axis < 3; ++axis) {
         const float here = Layout::coordinate(leaf, vertex, axis);
-        const std::uint64_t at = leaf_offset(index) + coordinate_offset(Layout{}, vertex, axis);
+        const std::uint64_t at = leaf_offset(index) + coordinate_offset<Layout>(vertex, axis);
         if (!std::isfinite(here)) return fail(FormatError::kBadVertex, at, float_bits(here), 0x7f7fffff);
         const std::uint64_t v2 = float_bits(Layout::coordinate(leaf, 2, axis));
-        if (vertex == 3 && !has_triangle(leaf, 1) && float_bits(here) != v2)
+        if (vertex == 3 && !has_primitive(leaf, 1) && float_bits(here) != v2)
           return fail(FormatError::kBadVertex, at, float_bits(here), v2);
       }
     return {};
@@ -133,22 +173,23 @@ template <class Layout> class PrimitiveCheck {
         const unsigned vertex = corner_vertex(triangle, corner);
         const float here = Layout::coordinate(leaves_[index], vertex, axis);
         if (box.min[axis] <= here && here <= box.max[axis]) continue;
-        return fail(FormatError::kBoxNotContained, leaf_offset(index) + coordinate_offset(Layout{}, vertex, axis),
+        return fail(FormatError::kBoxNotContained, leaf_offset(index) + coordinate_offset<Layout>(vertex, axis),
                     float_bits(here), float_bits(here < box.min[axis] ? box.min[axis] : box.max[axis]));
       }
     return {};
   }
 
-  Check count_reference(std::uint64_t index, unsigned triangle) {
+  Check count_reference(const LeafPlace& place, unsigned triangle) {
+    const std::uint64_t index = place.index;
     const Leaf& leaf = leaves_[index];
-    if (!has_triangle(leaf, triangle)) return {};
+    if (!has_primitive(leaf, triangle)) return {};
     const std::uint64_t primitive = number(leaf, triangle);
-    ++summary_.leaf_triangles;
+    ++(place.custom ? summary_.leaf_customs : summary_.leaf_triangles);
     if (view_.primitive_map[primitive] == index * 2 + triangle) mapped_.insert(primitive);
     if (!reached_.insert(primitive)) return {};
-    if (!splits_allowed_)
-      return fail(FormatError::kSplitWithoutFeature, leaf_offset(index) + kInfo + 4 * triangle,
-                  leaf.info.primitive[triangle], 1);
+    if (place.custom || !splits_allowed_)
+      return fail(place.custom ? FormatError::kSplitCustom : FormatError::kSplitWithoutFeature,
+                  leaf_offset(index) + kInfo + 4 * triangle, leaf.info.primitive[triangle], 1);
     split_.insert(primitive);
     return {};
   }
@@ -178,9 +219,10 @@ template <class Layout> class PrimitiveCheck {
     summary_.split = split_.count();
     split_.index();
     std::vector<Box> covered(static_cast<std::size_t>(summary_.split), empty_box());
-    auto visited = for_each_leaf<Layout>(view_, [&](std::uint64_t leaf, const Box& box) -> Check {
-      for (unsigned triangle = 0; triangle < 2; ++triangle) {
-        if (!has_triangle(leaves_[leaf], triangle)) continue;
+    auto visited = for_each_leaf<Layout>(view_, [&](const LeafPlace& place) -> Check {
+      const auto& [leaf, custom, box] = place;
+      for (unsigned triangle = 0; triangle < 2 && !custom; ++triangle) {
+        if (!has_primitive(leaves_[leaf], triangle)) continue;
         const std::uint64_t primitive = number(leaves_[leaf], triangle);
         auto good = split_.test(primitive) ? check_copy(leaf, triangle) : check_inside(leaf, triangle, box);
         if (!good) return good;

@@ -4,6 +4,7 @@
 
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/error.h>
+#include <hiprt_device/format/layout.h>
 
 #include <tl/expected.hpp>
 
@@ -25,21 +26,21 @@ struct BufferView {
   std::string_view provenance;  ///< Empty if the file has none.
 
   NodeLayout layout() const { return static_cast<NodeLayout>(header->layout); }
-  /// @tparam Record the record type of the file's layout (FloatBoxNode or PlanesBoxNode, FloatLeaf or PlanesLeaf).
+  /// @tparam Record the record type of the file's layout (Node or Leaf of layout.h).
   template <class Record> std::span<const Record> records(const SectionEntry& section) const {
     return {reinterpret_cast<const Record*>(bytes.data() + section.offset), static_cast<std::size_t>(section.count)};
   }
 };
 
-/// Every kind a version 1.0 reader knows, with its record size.
+/// Every kind that this version knows, with its record size.
 struct KnownSection {
   SectionKind kind;
-  std::uint64_t stride;
+  std::uint64_t stride;  ///< 0: node_size() of the file's layout.
   bool mandatory;
   SectionEntry BufferView::*entry;
 };
 inline constexpr std::array<KnownSection, 5> kKnownSections{{
-    {SectionKind::kNodes, sizeof(FloatBoxNode), true, &BufferView::nodes},
+    {SectionKind::kNodes, 0, true, &BufferView::nodes},
     {SectionKind::kLeaves, sizeof(FloatLeaf), true, &BufferView::leaves},
     {SectionKind::kPrimitiveMap, sizeof(std::uint32_t), true, &BufferView::primitive_map_entry},
     {SectionKind::kGeometries, sizeof(GeometryRecord), true, &BufferView::geometry_entry},
@@ -69,8 +70,8 @@ inline tl::expected<void, FormatIssue> check_header(std::span<const std::byte> b
   if (header.version_major != kVersionMajor)
     return fail(FormatError::kUnknownMajorVersion, 8, header.version_major, kVersionMajor);
   const auto layout = static_cast<NodeLayout>(header.layout);
-  if (layout != NodeLayout::kFloat && layout != NodeLayout::kPlanes)
-    return fail(FormatError::kUnknownLayout, 12, header.layout, static_cast<std::uint32_t>(NodeLayout::kPlanes));
+  if (layout < NodeLayout::kFloat || layout > NodeLayout::kQuantized)
+    return fail(FormatError::kUnknownLayout, 12, header.layout, static_cast<std::uint32_t>(NodeLayout::kQuantized));
   if ((header.features & ~kKnownFeatures) != 0)
     return fail(FormatError::kUnknownFeature, 16, header.features, kKnownFeatures);
   if (header.byte_size != bytes.size()) return fail(FormatError::kSizeMismatch, 24, header.byte_size, bytes.size());
@@ -107,8 +108,8 @@ inline tl::expected<void, FormatIssue> assign(BufferView& view, const SectionEnt
   for (std::size_t k = 0; k < kKnownSections.size(); ++k) {
     if (entry.kind != static_cast<std::uint32_t>(kKnownSections[k].kind)) continue;
     if ((seen >> k & 1u) != 0) return fail(FormatError::kDuplicateSection, at, entry.kind, 1);
-    if (entry.stride != kKnownSections[k].stride)
-      return fail(FormatError::kSectionStride, at + 24, entry.stride, kKnownSections[k].stride);
+    const std::uint64_t stride = kKnownSections[k].stride != 0 ? kKnownSections[k].stride : node_size(view.layout());
+    if (entry.stride != stride) return fail(FormatError::kSectionStride, at + 24, entry.stride, stride);
     seen |= 1u << k;
     view.*kKnownSections[k].entry = entry;
     return {};
@@ -130,7 +131,8 @@ inline tl::expected<void, FormatIssue> check_geometries(const BufferView& view) 
     if (geometry.first_primitive != next) return fail(FormatError::kPrimitiveCount, at, geometry.first_primitive, next);
     if (geometry.primitive_count > header.primitive_count - next || geometry.primitive_count >= kInvalidId)
       return fail(FormatError::kPrimitiveCount, at + 8, geometry.primitive_count, header.primitive_count - next);
-    if (geometry.flags != 0) return fail(FormatError::kBadReservedField, at + 28, geometry.flags, 0);
+    const std::uint32_t known = (geometry.flags & kGeometryCustom) != 0 ? custom_geometry_flags(0xff) : 0u;
+    if ((geometry.flags & ~known) != 0) return fail(FormatError::kBadReservedField, at + 28, geometry.flags, known);
     next += geometry.primitive_count;
   }
   if (next != header.primitive_count) return fail(FormatError::kPrimitiveCount, 80, header.primitive_count, next);

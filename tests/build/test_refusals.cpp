@@ -51,7 +51,7 @@ TEST_CASE("options out of range are refused with the limits") {
   for (const build::SahCosts& costs :
        {build::SahCosts{0, 1}, build::SahCosts{1, 0}, build::SahCosts{-1, 1}, build::SahCosts{1, kNan}})
     CHECK_THAT(refusal({mesh.view()}, {.costs = costs}).message, Contains("positive"));
-  for (const std::uint32_t layout : {0u, 3u, 4u, 99u})
+  for (const std::uint32_t layout : {0u, 5u, 99u})
     CHECK_THAT(refusal({mesh.view()}, {.nodes = static_cast<NodeLayout>(layout)}).message,
                Contains("layout " + std::to_string(layout)));
 }
@@ -77,10 +77,14 @@ TEST_CASE("sizes that ids and references cannot number are refused with the numb
 TEST_CASE("more nodes and leaves than a 32-bit reference addresses are refused with their number") {
   // Header and section table take 384 bytes: three nodes.
   const std::uint64_t nodes = (std::uint64_t{1} << 28) - 4;
-  CHECK(build::check_addresses(nodes, 0).has_value());
-  CHECK(build::check_addresses(nodes - 1, 1).has_value());
-  CHECK(build::check_addresses(nodes - 2, 3).has_value());
-  const auto refused = build::check_addresses(nodes, 3);
+  CHECK(build::check_addresses(NodeLayout::kFloat, nodes, 0).has_value());
+  CHECK(build::check_addresses(NodeLayout::kPlanes, nodes - 1, 1).has_value());
+  CHECK(build::check_addresses(NodeLayout::kFloat, nodes - 2, 3).has_value());
+  // Nodes of 64 bytes: twice as many less one, as the leaves start at a multiple of 128.
+  CHECK(build::check_addresses(NodeLayout::kHalf, 2 * nodes, 1).has_value());
+  CHECK(build::check_addresses(NodeLayout::kQuantized, 2 * nodes - 1, 1).has_value());
+  CHECK_FALSE(build::check_addresses(NodeLayout::kQuantized, 2 * nodes + 1, 1).has_value());
+  const auto refused = build::check_addresses(NodeLayout::kPlanes, nodes, 3);
   REQUIRE_FALSE(refused.has_value());
   CHECK(refused.error().code == ErrorCode::kTooLarge);
   CHECK_THAT(refused.error().message, Contains("268435452 nodes and 3 leaves") && Contains("34359738304"));

@@ -8,43 +8,47 @@ namespace hiprt::test {
 
 namespace {
 
-/// row_scene() changed by @p change; the report must name offset_of(scene).
 std::function<BadFile(NodeLayout)> row_changed(const std::function<void(TestScene&)>& change,
                                                const std::function<std::uint64_t(const TestScene&)>& offset_of) {
-  return [=](NodeLayout layout) {
-    TestScene scene = row_scene(layout);
-    change(scene);
-    return BadFile{scene.write(), offset_of(scene)};
-  };
+  return changed(row_scene, change, offset_of);
 }
 
 std::vector<BadCase> reference_cases() {
   using E = FormatError;
   const auto root = [](const TestScene&) -> std::uint64_t { return 44; };
   const auto child = [](unsigned node, unsigned slot) {
-    return [=](const TestScene& scene) { return scene.node_at(node) + 4 * slot; };
+    return [=](const TestScene& scene) { return scene.child_at(node, slot); };
+  };
+  const auto node = [](unsigned i, unsigned plus = 0) {
+    return [=](const TestScene& scene) { return scene.node_at(i) + plus; };
+  };
+  const auto leaf = [](unsigned i) { return [=](const TestScene& scene) { return scene.leaf_at(i); }; };
+  const auto at_byte = [](std::uint64_t byte) { return [=](const TestScene&) { return byte; }; };
+  const auto box_reference = [](auto offset_of, auto byte_of) {
+    return [=](NodeLayout layout) { return row_reference(offset_of, byte_of, row_scene(layout).box_type())(layout); };
   };
   std::vector<BadCase> cases{
-      {E::kBadReference, "a leaf between two records", row_with(child(1, 1), (384u + 32) / 64 << 3)},
-      {E::kBadReference, "box reference to half a node", row_with(root, (384u + 64) / 64 << 3 | 5)},
-      {E::kBadReference, "box reference to a leaf", row_with(child(0, 2), (384u + 256) / 64 << 3 | 5)},
-      {E::kBadReference, "leaf reference to a node", row_with(child(0, 0), 384u / 64 << 3)},
+      {E::kBadReference, "box reference to half a node", box_reference(root, node(0, 64)), float_planes},
+      {E::kBadReference, "box reference to a leaf", box_reference(child(0, 2), leaf(0))},
+      {E::kBadReference, "leaf reference to a node", row_reference(child(0, 0), node(0), 0)},
       {E::kBadReference, "to the header", row_with(child(0, 0), 0u)},
       {E::kBadReference, "behind the end", row_with(child(0, 0), 0xfffffff8u)},
-      {E::kBadReference, "the leaf section's end", row_with(child(0, 0), (384u + 512) / 64 << 3)},
-      {E::kReferenceOrder, "itself", row_with(child(1, 1), (384u + 128) / 64 << 3 | 5)},
-      {E::kReferenceOrder, "a loop to the root", row_with(child(1, 1), 384u / 64 << 3 | 5)},
+      {E::kBadReference, "the leaf section's end", row_reference(child(0, 0), leaf(4), 0)},
+      {E::kBadReference, "a box node of another layout",
+       [=](NodeLayout layout) { return row_reference(root, node(0), 9 - row_scene(layout).box_type())(layout); }},
+      {E::kReferenceOrder, "itself", box_reference(child(1, 1), node(1))},
+      {E::kReferenceOrder, "a loop to the root", box_reference(child(1, 1), node(0))},
+      {E::kBadReference, "between two sections", row_reference(child(1, 1), at_byte(320), 0)},
   };
-  for (const unsigned type : {1u, 2u, 3u, 4u, 6u, 7u})
-    cases.push_back(
-        {E::kBadReference, "type 1, 2, 3, 4, 6 or 7", row_with(child(0, 0), (384u + 256) / 64 << 3 | type)});
+  for (const unsigned type : {1u, 2u, 3u, 4u, 5u, 6u})
+    cases.push_back({E::kBadReference, "type 1 to 6", row_reference(child(0, 0), leaf(0), type)});
   return cases;
 }
 
 std::vector<BadCase> reachability_cases() {
   using E = FormatError;
   const auto child = [](unsigned node, unsigned slot) {
-    return [=](const TestScene& scene) { return scene.node_at(node) + 4 * slot; };
+    return [=](const TestScene& scene) { return scene.child_at(node, slot); };
   };
   return {
       {E::kUnterminatedRun, "last leaf without the bit",
@@ -86,36 +90,39 @@ std::vector<BadCase> box_cases() {
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   return {
-      {E::kBadBox, "NaN", row_with(plane(1, 1, 0, 1), nan)},
-      {E::kBadBox, "infinite", row_with(plane(1, 3, 1, 2), kInf)},
+      {E::kBadBox, "NaN", row_with(plane(1, 1, 0, 1), nan), float_planes},
+      {E::kBadBox, "infinite", row_with(plane(1, 3, 1, 2), kInf), float_planes},
       {E::kBadBox, "inverted", row_changed([](TestScene& s) { s.nodes[1][1].box.min[0] = 6; }, plane(1, 1, 0, 0))},
-      {E::kBadBox, "absent child, finite plane", row_with(plane(0, 1, 1, 1), 0.0f)},
-      {E::kBadBox, "absent child, NaN", row_with(plane(0, 3, 0, 0), nan)},
+      {E::kBadBox, "absent child, finite plane", row_with(plane(0, 1, 1, 1), 0.0f), float_planes},
+      {E::kBadBox, "absent child, NaN", row_with(plane(0, 3, 0, 0), nan), float_planes},
       {E::kBadBox, "present child, empty box",
-       row_changed([](TestScene& s) { s.nodes[1][1].box = kEmpty; }, plane(1, 1, 0, 0))},
-      {E::kBoxNotContained, "child box leaves the parent's, below", row_with(plane(1, 1, 0, 0), 3.5f)},
+       row_changed([](TestScene& s) { s.nodes[1][1].box = kEmpty; }, plane(1, 1, 0, 0)),
+       [](NodeLayout layout) { return layout != NodeLayout::kQuantized; }},
+      {E::kBoxNotContained, "child box leaves the parent's, below",
+       row_changed([](TestScene& s) { s.nodes[1][1].box.min[0] = 3.5f; }, plane(1, 1, 0, 0))},
       {E::kBoxNotContained, "child box leaves the parent's, above",
-       row_with(plane(1, 3, 1, 1), std::nextafter(1.0f, 2.0f))},
+       row_changed([](TestScene& s) { s.nodes[1][3].box.max[1] = 1.0625f; }, plane(1, 3, 1, 1))},
+      {E::kBoxNotContained, "child box leaves the parent's by one bit",
+       row_with(plane(1, 3, 1, 1), std::nextafter(1.0f, 2.0f)), float_planes},
       {E::kBoxNotContained, "triangle leaves the box",
-       row_changed([](TestScene& s) { s.nodes[1][3].box.min[0] = std::nextafter(6.0f, 7.0f); },
+       row_changed([](TestScene& s) { s.leaves[3].vertex[0][0] = std::nextafter(6.0f, 5.0f); },
                    [](const TestScene& s) { return s.vertex_at(3, 0, 0); })},
       {E::kBoxNotContained, "fourth vertex leaves the box",
        row_changed([](TestScene& s) { s.leaves[3].vertex[3][2] = -1e-30f; },
                    [](const TestScene& s) { return s.vertex_at(3, 3, 2); })},
       {E::kBoxNotContained, "triangle leaves the bounds of a root leaf",
-       [](NodeLayout layout) {
-         TestScene scene = root_leaf_scene(layout);
-         scene.root.box.max[1] = 0.5f;
-         return BadFile{scene.write(), scene.vertex_at(0, 2, 1)};
-       }},
+       changed(
+           root_leaf_scene, [](TestScene& s) { s.root.box.max[1] = 0.5f; },
+           [](const TestScene& s) { return s.vertex_at(0, 2, 1); })},
   };
 }
 
 std::vector<BadCase> bounds_and_node_field_cases() {
   using E = FormatError;
-  const auto bytes_of = [](unsigned node, unsigned field) {
-    return [=](const TestScene& scene) { return scene.node_at(node) + field; };
+  const auto flags = [](unsigned node, unsigned child) {
+    return [=](const TestScene& scene) { return scene.flags_at(node, child); };
   };
+  const auto last_word = [](const TestScene& s) { return s.node_at(1) + s.node_size() - 4; };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   return {
       {E::kBadBounds, "too large", row_header_with(56 + 16, 2.0f)},
@@ -124,10 +131,10 @@ std::vector<BadCase> bounds_and_node_field_cases() {
       {E::kBadBounds, "infinite", row_header_with(56 + 12, kInf)},
       {E::kBadBounds, "inverted", row_header_with(56, 9.0f)},
       {E::kBadBounds, "not empty", [](NodeLayout layout) { return patched(empty_scene(layout), 56 + 4, 0.0f); }},
-      {E::kBadReservedField, "node", row_with(bytes_of(1, 124), 1u)},
-      {E::kBadChildFlags, "none", row_with(bytes_of(0, 112), std::uint8_t{0})},
-      {E::kBadChildFlags, "only procedural", row_with(bytes_of(1, 115), std::uint8_t{8})},
-      {E::kBadChildFlags, "of an absent child", row_with(bytes_of(0, 113), std::uint8_t{5})},
+      {E::kBadReservedField, "node", row_with(last_word, 1u), not_half},
+      {E::kBadChildFlags, "none", row_with(flags(0, 0), std::uint8_t{0}), not_half},
+      {E::kBadChildFlags, "only procedural", row_with(flags(1, 3), std::uint8_t{8}), not_half},
+      {E::kBadChildFlags, "of an absent child", row_with(flags(0, 1), std::uint8_t{5}), not_half},
   };
 }
 
@@ -146,6 +153,9 @@ std::vector<BadCase> leaf_cases() {
       {E::kBadVertex, "v3 of a single triangle, sign of zero", row_with(vertex(2, 3, 2), -0.0f)},
       {E::kBadGeometryId, "2 of 2", row_with(info(0, 8), 2u)},
       {E::kBadGeometryId, "largest", row_with(info(0, 8), 0x0fffffffu)},
+      {E::kBadGeometryId, "triangles of a custom geometry",
+       row_changed([](TestScene& s) { s.geometries[1].flags = 0x0101; },
+                   [](const TestScene& s) { return s.leaf_at(3) + 48 + 8; })},
       {E::kBadReservedField, "bit 28", row_with(info(0, 8), 0x10000000u)},
       {E::kBadPrimitiveId, "6 of 6", row_with(info(0, 0), 6u)},
       {E::kBadPrimitiveId, "first triangle absent", row_with(info(0, 0), kInvalidId)},
@@ -161,14 +171,9 @@ std::vector<BadCase> leaf_cases() {
   };
 }
 
-/// split_scene() changed by @p change; the report must name offset_of(scene).
 std::function<BadFile(NodeLayout)> split_changed(const std::function<void(TestScene&)>& change,
                                                  const std::function<std::uint64_t(const TestScene&)>& offset_of) {
-  return [=](NodeLayout layout) {
-    TestScene scene = split_scene(layout);
-    change(scene);
-    return BadFile{scene.write(), offset_of(scene)};
-  };
+  return changed(split_scene, change, offset_of);
 }
 
 std::vector<BadCase> split_cases() {

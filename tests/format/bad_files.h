@@ -16,11 +16,22 @@ struct BadFile {
   std::uint64_t offset;  ///< That the report must name.
 };
 
+/// Whether a layout can have the fault.
+using Applies = bool (*)(NodeLayout);
+inline bool any_layout(NodeLayout) { return true; }
+inline bool float_planes(NodeLayout layout) { return layout == NodeLayout::kFloat || layout == NodeLayout::kPlanes; }
+inline bool only_half(NodeLayout layout) { return layout == NodeLayout::kHalf; }
+inline bool only_quantized(NodeLayout layout) { return layout == NodeLayout::kQuantized; }
+inline bool not_half(NodeLayout layout) { return !only_half(layout); }
+
 struct BadCase {
   FormatError error;
   const char* what;
   std::function<BadFile(NodeLayout)> make;
+  Applies applies = any_layout;
 };
+inline constexpr NodeLayout kAllLayouts[] = {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf,
+                                             NodeLayout::kQuantized};
 
 /// row_scene() with value at offset_of(scene), checksum right.
 template <class T> BadFile patched(const TestScene& scene, std::uint64_t offset, T value) {
@@ -36,6 +47,24 @@ template <class T, class OffsetOf> std::function<BadFile(NodeLayout)> row_with(O
     return patched(scene, offset_of(scene), value);
   };
 }
+/// A node reference to byte_of(scene) instead.
+template <class OffsetOf, class ByteOf>
+std::function<BadFile(NodeLayout)> row_reference(OffsetOf offset_of, ByteOf byte_of, std::uint32_t type) {
+  return [=](NodeLayout layout) {
+    const TestScene scene = row_scene(layout);
+    return patched(scene, offset_of(scene), TestScene::make_reference(byte_of(scene), type));
+  };
+}
+/// A scene changed by @p change; the report must name offset_of(scene).
+inline std::function<BadFile(NodeLayout)> changed(TestScene (*make)(NodeLayout),
+                                                  const std::function<void(TestScene&)>& change,
+                                                  const std::function<std::uint64_t(const TestScene&)>& offset_of) {
+  return [=](NodeLayout layout) {
+    TestScene scene = make(layout);
+    change(scene);
+    return BadFile{scene.write(), offset_of(scene)};
+  };
+}
 template <class T> std::function<BadFile(NodeLayout)> row_header_with(std::uint64_t offset, T value) {
   return row_with([=](const TestScene&) { return offset; }, value);
 }
@@ -44,5 +73,8 @@ template <class T> std::function<BadFile(NodeLayout)> row_header_with(std::uint6
 std::vector<BadCase> container_cases();
 /// References, boxes, leaves and split primitives.
 std::vector<BadCase> content_cases();
+/// The encodings of layouts half and quantized, and custom leaves.
+std::vector<BadCase> encoding_cases();
+std::vector<BadCase> custom_cases();
 
 }  // namespace hiprt::test

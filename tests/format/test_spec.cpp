@@ -1,10 +1,12 @@
 /// FORMAT.md and the code name the same fields at the same offsets, and the same constants: no row missing, none extra.
 
 #include <hiprt_device/format/buffer.h>
+#include <hiprt_device/format/layout.h>
 #include <hiprt_device/format/node.h>
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -55,6 +57,8 @@ template <class T> std::string type_name() {
     return element + bounds;
   } else if constexpr (std::is_same_v<T, Box>) {
     return "Box";
+  } else if constexpr (std::is_same_v<T, HalfBoxNode::HalfBox>) {
+    return "HalfBox";
   } else if constexpr (std::is_same_v<T, LeafInfo>) {
     return "LeafInfo";
   } else if constexpr (std::is_same_v<T, char>) {
@@ -114,6 +118,13 @@ std::vector<RecordSpec> node_records() {
 #define PLANES_LEAF(X) X(PlanesLeaf, coordinate), X(PlanesLeaf, info)
 #define LEAF_INFO(X) X(LeafInfo, primitive), X(LeafInfo, geometry_and_flags), X(LeafInfo, triangle_ids)
 #define BOX(X) X(Box, min), X(Box, max)
+#define HALF_NODE(X) X(HalfBoxNode, child), X(HalfBoxNode, box)
+#define HALF_BOX(X) X(HalfBoxNode::HalfBox, min), X(HalfBoxNode::HalfBox, max)
+#define QUANTIZED_NODE(X)                                                                       \
+  X(QuantizedBoxNode, origin), X(QuantizedBoxNode, exponent), X(QuantizedBoxNode, children),    \
+      X(QuantizedBoxNode, child), X(QuantizedBoxNode, plane), X(QuantizedBoxNode, child_flags), \
+      X(QuantizedBoxNode, reserved)
+#define CUSTOM_LEAF(X) X(CustomLeaf, box), X(CustomLeaf, info)
   const auto sum = [](std::initializer_list<std::size_t> sizes) {
     std::size_t total = 0;
     for (const std::size_t size : sizes) total += size;
@@ -122,6 +133,10 @@ std::vector<RecordSpec> node_records() {
   return {{"Box", sizeof(Box), sum({BOX(SIZE)}), {BOX(FIELD)}},
           {"FloatBoxNode", sizeof(FloatBoxNode), sum({FLOAT_NODE(SIZE)}), {FLOAT_NODE(FIELD)}},
           {"PlanesBoxNode", sizeof(PlanesBoxNode), sum({PLANES_NODE(SIZE)}), {PLANES_NODE(FIELD)}},
+          {"HalfBoxNode", sizeof(HalfBoxNode), sum({HALF_NODE(SIZE)}), {HALF_NODE(FIELD)}},
+          {"HalfBox", sizeof(HalfBoxNode::HalfBox), sum({HALF_BOX(SIZE)}), {HALF_BOX(FIELD)}},
+          {"QuantizedBoxNode", sizeof(QuantizedBoxNode), sum({QUANTIZED_NODE(SIZE)}), {QUANTIZED_NODE(FIELD)}},
+          {"CustomLeaf", sizeof(CustomLeaf), sum({CUSTOM_LEAF(SIZE)}), {CUSTOM_LEAF(FIELD)}},
           {"FloatLeaf", sizeof(FloatLeaf), sum({FLOAT_LEAF(SIZE)}), {FLOAT_LEAF(FIELD)}},
           {"PlanesLeaf", sizeof(PlanesLeaf), sum({PLANES_LEAF(SIZE)}), {PLANES_LEAF(FIELD)}},
           {"LeafInfo", sizeof(LeafInfo), sum({LEAF_INFO(SIZE)}), {LEAF_INFO(FIELD)}}};
@@ -135,28 +150,31 @@ struct Constant {
   Constant { static_cast<std::uint64_t>(scope::name), #name }
 
 std::map<std::string, std::vector<Constant>> constant_tables() {
-  return {
-      {"Section kinds",
-       {CONSTANT(SectionKind, kNodes), CONSTANT(SectionKind, kLeaves), CONSTANT(SectionKind, kPrimitiveMap),
-        CONSTANT(SectionKind, kGeometries), CONSTANT(SectionKind, kProvenance)}},
-      {"Feature bits", {CONSTANT(Feature, kTriangles), CONSTANT(Feature, kMasks), CONSTANT(Feature, kSplitReferences)}},
-      {"Node types",
-       {CONSTANT(NodeType, kTriangle0), CONSTANT(NodeType, kTriangle1), CONSTANT(NodeType, kTriangle2),
-        CONSTANT(NodeType, kTriangle3), CONSTANT(NodeType, kBox16), CONSTANT(NodeType, kBox32),
-        CONSTANT(NodeType, kInstance), CONSTANT(NodeType, kProcedural)}},
-      {"Layouts",
-       {CONSTANT(NodeLayout, kFloat), CONSTANT(NodeLayout, kPlanes), CONSTANT(NodeLayout, kHalf),
-        CONSTANT(NodeLayout, kQuantized)}},
-      {"Child flags",
-       {CONSTANT(hiprt, kChildOnlyOpaque), CONSTANT(hiprt, kChildOnlyNonOpaque), CONSTANT(hiprt, kChildOnlyTriangles),
-        CONSTANT(hiprt, kChildOnlyProcedural)}},
-      {"Triangle-id bits",
-       {{0x03, "u_source"},
-        {0x0c, "v_source"},
-        CONSTANT(TriangleId, kDoubleSided),
-        CONSTANT(TriangleId, kFlip),
-        CONSTANT(TriangleId, kProcedural),
-        CONSTANT(TriangleId, kOpaque)}}};
+  return {{"Section kinds",
+           {CONSTANT(SectionKind, kNodes), CONSTANT(SectionKind, kLeaves), CONSTANT(SectionKind, kPrimitiveMap),
+            CONSTANT(SectionKind, kGeometries), CONSTANT(SectionKind, kProvenance)}},
+          {"Feature bits",
+           {CONSTANT(Feature, kTriangles), CONSTANT(Feature, kMasks), CONSTANT(Feature, kSplitReferences),
+            CONSTANT(Feature, kCustom)}},
+          {"Geometry flags", {CONSTANT(hiprt, kGeometryCustom), {0xff00, "custom_type"}}},
+          {"Children byte", {{0x0f, "children_mask"}, {0x30, "children_order_axis"}}},
+          {"Node types",
+           {CONSTANT(NodeType, kTriangle0), CONSTANT(NodeType, kTriangle1), CONSTANT(NodeType, kTriangle2),
+            CONSTANT(NodeType, kTriangle3), CONSTANT(NodeType, kBox16), CONSTANT(NodeType, kBox32),
+            CONSTANT(NodeType, kInstance), CONSTANT(NodeType, kProcedural)}},
+          {"Layouts",
+           {CONSTANT(NodeLayout, kFloat), CONSTANT(NodeLayout, kPlanes), CONSTANT(NodeLayout, kHalf),
+            CONSTANT(NodeLayout, kQuantized)}},
+          {"Child flags",
+           {CONSTANT(hiprt, kChildOnlyOpaque), CONSTANT(hiprt, kChildOnlyNonOpaque),
+            CONSTANT(hiprt, kChildOnlyTriangles), CONSTANT(hiprt, kChildOnlyProcedural)}},
+          {"Triangle-id bits",
+           {{0x03, "u_source"},
+            {0x0c, "v_source"},
+            CONSTANT(TriangleId, kDoubleSided),
+            CONSTANT(TriangleId, kFlip),
+            CONSTANT(TriangleId, kProcedural),
+            CONSTANT(TriangleId, kOpaque)}}};
 }
 
 }  // namespace
@@ -215,5 +233,21 @@ TEST_CASE("numbers in FORMAT.md's text are the code's") {
   CHECK(kMaxSections == 64);
   CHECK(kSectionAlignment == 128);
   CHECK(kBufferAlignment == 256);
-  CHECK(kKnownFeatures == 7);
+  CHECK(kKnownFeatures == 15);
+  CHECK(kVersionMajor == 1);
+  CHECK(kVersionMinor == 1);
+  CHECK(TriangleId::kCustom == 0xc0);
+  CHECK(custom_geometry_flags(0xff) == 0xff01);
+  CHECK(custom_type(0xab01) == 0xab);
+  CHECK(children_mask(0x2d) == 0xd);
+  CHECK(children_order_axis(0x2d) == 2);
+  CHECK(kHalfInfinity == 0x7c00);
+  CHECK(kHalfNegativeInfinity == 0xfc00);
+  CHECK(kQuantizedLimit == std::ldexp(1.0f, 126));
+  CHECK(node_size(NodeLayout::kFloat) == 128);
+  CHECK(node_size(NodeLayout::kPlanes) == 128);
+  CHECK(node_size(NodeLayout::kHalf) == 64);
+  CHECK(node_size(NodeLayout::kQuantized) == 64);
+  for (std::uint32_t type = 0; type < 8; ++type) CHECK(is_box(type) == (type == 4 || type == 5));
+  CHECK_FALSE(is_box(kInvalidRef));
 }

@@ -16,16 +16,17 @@ namespace {
 
 std::vector<BadCase> all_cases() {
   std::vector<BadCase> all = container_cases();
-  for (BadCase& bad : content_cases()) all.push_back(std::move(bad));
+  for (auto* part : {content_cases, encoding_cases, custom_cases})
+    for (BadCase& bad : part()) all.push_back(std::move(bad));
   return all;
 }
 
-NodeLayout any_layout() { return GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes); }
+NodeLayout every_layout() { return GENERATE(from_range(std::begin(kAllLayouts), std::end(kAllLayouts))); }
 
 }  // namespace
 
 TEST_CASE("good files pass and are counted") {
-  const NodeLayout layout = any_layout();
+  const NodeLayout layout = every_layout();
   const auto row = validate(row_scene(layout).write().bytes());
   REQUIRE(row);
   CHECK(row->nodes == 2);
@@ -53,14 +54,43 @@ TEST_CASE("good files pass and are counted") {
   REQUIRE(empty);
   CHECK(empty->dropped == 1);
   CHECK(empty->leaves == 0);
+
+  const auto custom = validate(custom_scene(layout).write().bytes());
+  REQUIRE(custom);
+  CHECK(custom->leaf_triangles == 2);
+  CHECK(custom->leaf_customs == 5);
+  CHECK(custom->leaf_runs == 3);
+  CHECK(custom->dropped == 1);
+
+  const auto custom_root = validate(custom_root_scene(layout).write().bytes());
+  REQUIRE(custom_root);
+  CHECK(custom_root->leaf_triangles == 0);
+  CHECK(custom_root->leaf_customs == 1);
+}
+
+TEST_CASE("half planes may be infinite where coordinates are beyond the largest half") {
+  const TestFile file = far_scene().write();
+  const auto result = validate(file.bytes());
+  INFO((result ? "" : to_string(result.error())));
+  CHECK(result);
+}
+
+TEST_CASE("files of version 1.0 are accepted") {
+  const NodeLayout layout = GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes);
+  TestScene scene = row_scene(layout);
+  for (const std::uint16_t minor : {std::uint16_t{0}, std::uint16_t{1}}) {
+    scene.version_minor = minor;
+    CHECK(validate(scene.write().bytes()));
+  }
 }
 
 TEST_CASE("what the format leaves free is accepted") {
-  const NodeLayout layout = any_layout();
+  const NodeLayout layout = every_layout();
   TestScene scene = row_scene(layout);
   SECTION("the split feature without a split") { scene.features |= 4; }
   SECTION("a larger stack bound") { scene.stack_bound = 6; }
   SECTION("boxes larger than their content") { scene.nodes[0][2].box.min[0] = 0; }
+  SECTION("the opaque bit alone where both kinds of leaves are below") { scene = custom_scene(layout); }
   SECTION("no provenance") { scene.provenance.clear(); }
   SECTION("white space around the provenance") { scene.provenance = "\n { } \t"; }
   TestFile file = scene.write();
@@ -78,8 +108,9 @@ TEST_CASE("what the format leaves free is accepted") {
 }
 
 TEST_CASE("each thing that is wrong is called by its name and place") {
-  const NodeLayout layout = any_layout();
+  const NodeLayout layout = every_layout();
   for (const BadCase& bad : all_cases()) {
+    if (!bad.applies(layout)) continue;
     const BadFile made = bad.make(layout);
     const auto result = validate(made.file.bytes());
     INFO(name(bad.error) << ": " << bad.what << ", layout " << static_cast<unsigned>(layout));
@@ -91,7 +122,7 @@ TEST_CASE("each thing that is wrong is called by its name and place") {
 }
 
 TEST_CASE("bytes in the wrong place or too few") {
-  const TestFile file = row_scene(any_layout()).write();
+  const TestFile file = row_scene(every_layout()).write();
   TestFile shifted(std::vector<std::byte>(file.size() + 64));
   std::memcpy(shifted.data() + 64, file.data(), file.size());
   const auto misaligned = validate(shifted.bytes().subspan(64));
@@ -117,12 +148,14 @@ TEST_CASE("there is a test for every FormatError") {
 }
 
 TEST_CASE("the second opinion of the bit-flip test sees what would harm a traversal") {
-  const NodeLayout layout = any_layout();
+  const NodeLayout layout = every_layout();
   CHECK(walk_problem(row_scene(layout).write().bytes()) == "");
-  const std::set<FormatError> harmful{FormatError::kBadReference, FormatError::kReferenceOrder,
+  CHECK(walk_problem(custom_scene(layout).write().bytes()) == "");
+  const std::set<FormatError> harmful{FormatError::kBadReference,    FormatError::kReferenceOrder,
                                       FormatError::kUnterminatedRun, FormatError::kBadGeometryId,
-                                      FormatError::kBadPrimitiveId};
-  for (const BadCase& bad : content_cases()) {
+                                      FormatError::kBadPrimitiveId,  FormatError::kBadChildSlots};
+  for (const BadCase& bad : all_cases()) {
+    if (!bad.applies(layout)) continue;
     INFO(name(bad.error) << ": " << bad.what);
     if (harmful.count(bad.error) != 0) CHECK(walk_problem(bad.make(layout).file.bytes()) != "");
   }

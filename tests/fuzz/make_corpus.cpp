@@ -15,13 +15,16 @@ int main(int count, char** arguments) {
   }
   bool good = true;
   int number = 0;
-  for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes})
-    for (auto* make : {row_scene, split_scene, root_leaf_scene, empty_scene}) {
-      const TestFile seed = make(layout).write();
-      std::ofstream file(std::string(arguments[1]) + "/seed-" + std::to_string(number++) + ".bvh", std::ios::binary);
-      file.write(reinterpret_cast<const char*>(seed.data()), static_cast<std::streamsize>(seed.size()));
-      good = good && file.flush();
-    }
+  std::vector<TestScene> scenes{far_scene()};
+  for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized})
+    for (auto* make : {row_scene, split_scene, root_leaf_scene, empty_scene, custom_scene, custom_root_scene})
+      scenes.push_back(make(layout));
+  for (const TestScene& scene : scenes) {
+    const TestFile seed = scene.write();
+    std::ofstream file(std::string(arguments[1]) + "/seed-" + std::to_string(number++) + ".bvh", std::ios::binary);
+    file.write(reinterpret_cast<const char*>(seed.data()), static_cast<std::streamsize>(seed.size()));
+    good = good && file.flush();
+  }
   if (!good) std::fprintf(stderr, "make_corpus: cannot write into '%s'\n", arguments[1]);
   return good ? 0 : 1;
 }
