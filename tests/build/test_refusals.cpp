@@ -56,6 +56,32 @@ TEST_CASE("options out of range are refused with the limits") {
                Contains("layout " + std::to_string(layout)));
 }
 
+TEST_CASE("coordinates that a quantized node cannot hold are refused with the place and the alternatives") {
+  const Mesh good = icosphere(1);
+  Mesh bad = icosphere(4);
+  const std::uint32_t vertex = bad.triangles[100][1];
+  bad.positions[vertex][2] = -0x1p126f;
+  build::TriangleMesh named = bad.view();
+  named.name = "ball.obj";
+  const auto first = std::find_if(bad.triangles.begin(), bad.triangles.end(),
+                                  [&](const Triangle& t) { return std::find(t.begin(), t.end(), vertex) != t.end(); });
+  for (const bool pairs : {false, true}) {
+    const build::Error error =
+        refusal({good.view(), named}, {.nodes = NodeLayout::kQuantized, .pair_triangles = pairs});
+    CHECK(error.code == ErrorCode::kInvalidInput);
+    CHECK_THAT(error.message,
+               Contains("mesh 1 (ball.obj), triangle ") && Contains("2^126") && Contains("float, planes and half"));
+    if (!pairs) CHECK_THAT(error.message, Contains("triangle " + std::to_string(first - bad.triangles.begin()) + ":"));
+  }
+  for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf})
+    CHECK(build::build(std::vector{good.view(), named}, {.nodes = layout}).has_value());
+  bad.positions[vertex][2] = std::nextafter(-0x1p126f, 0.0f);
+  CHECK(build::build(std::vector{bad.view()}, {.nodes = NodeLayout::kQuantized}).has_value());
+  // Triangles that are dropped do not matter.
+  bad.positions[vertex][2] = -std::numeric_limits<float>::infinity();
+  CHECK(build::build(std::vector{bad.view()}, {.nodes = NodeLayout::kQuantized}).has_value());
+}
+
 TEST_CASE("sizes that ids and references cannot number are refused with the number") {
   // Refused by their sizes alone: the memory behind these spans is never looked at.
   const build::Position position{};
