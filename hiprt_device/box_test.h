@@ -6,6 +6,7 @@
 #include <hiprt_device/node_lanes.h>
 #include <hiprt_device/ray.h>
 
+#include <bit>
 #include <limits>
 
 namespace hiprt {
@@ -65,12 +66,14 @@ template <class Lanes> struct RaySlabs {
 
  private:
   HIPRT_HD HIPRT_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin) {
-    const bool down = direction < 0.0f;
+    // The sign bit, so that it is a number from the start: the sides become parts of addresses.
+    const unsigned side = std::bit_cast<std::uint32_t>(direction) >> 31;
+    const bool down = side != 0;
     const float length = max_of(absolute(direction), floor);
     const float magnitude = max_of(within_range(1.0f / length), std::numeric_limits<float>::min());
     const float reciprocal = down ? -magnitude : magnitude;
     const float widening = down ? -margin : margin;
-    near_side[axis] = down ? 1u : 0u;
+    near_side[axis] = side;
     rcp[axis] = Lanes::all(reciprocal);
     near_offset[axis] = Lanes::all(within_range(-(origin + widening) * reciprocal));
     far_offset[axis] = Lanes::all(within_range(-(origin - widening) * reciprocal));
@@ -81,6 +84,33 @@ template <class Lanes> struct RaySlabs {
 template <class Lanes> struct BoxHits {
   std::uint32_t mask;           ///< Bit per child.
   typename Lanes::Float enter;  ///< t of entry (at least tmin), where the bit is set.
+
+  HIPRT_HD HIPRT_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                std::uint32_t present)
+      : mask(Lanes::less_equal(first, last) & present), enter(first) {}
+  HIPRT_HD HIPRT_INLINE bool hit(unsigned child) const { return (mask >> child & 1u) != 0; }
+  HIPRT_HD HIPRT_INLINE bool any() const { return mask != 0; }
+};
+
+/// The same as comparisons, which a GPU has in predicates.
+template <class Lanes>
+requires(Lanes::kScalar) struct BoxHits<Lanes> {
+  bool met[kBranching];
+  typename Lanes::Float enter;
+
+  HIPRT_HD HIPRT_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                std::uint32_t present)
+      : met{meets(first, last, present, 0), meets(first, last, present, 1), meets(first, last, present, 2),
+            meets(first, last, present, 3)},
+        enter(first) {}
+  HIPRT_HD HIPRT_INLINE bool hit(unsigned child) const { return met[child]; }
+  HIPRT_HD HIPRT_INLINE bool any() const { return met[0] | met[1] | met[2] | met[3]; }
+
+ private:
+  HIPRT_HD static HIPRT_INLINE bool meets(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                          std::uint32_t present, unsigned child) {
+    return Lanes::get(first, child) <= Lanes::get(last, child) && (present >> child & 1u) != 0;
+  }
 };
 
 /// A ray in the units of a node's planes: those of the scene, or of the node's own grid.
@@ -126,7 +156,7 @@ HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const Ray
   };
   const auto first = Lanes::max(Lanes::max(enter(0), enter(1)), Lanes::max(enter(2), tmin));
   const auto last = Lanes::min(Lanes::min(leave(0), leave(1)), Lanes::min(leave(2), tmax));
-  return {Lanes::less_equal(first, last) & load_present(node), first};
+  return {first, last, load_present(node)};
 }
 
 /// Whether the part [tmin, tmax] of the ray meets one box.

@@ -13,7 +13,7 @@ enum class TraversalState {
   kHit,            ///< The last next_hit() found a hit; the next goes on behind it.
   kFinished,       ///< There are no more hits.
   kStackOverflow,  ///< The stack was too small: parts of the tree were not visited, hits may be missing.
-  kRefused,        ///< The policies do not cover the scene (see covers()).
+  kRefused,  ///< The policies do not cover the scene (covers()), or it has custom primitives and the query has none.
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -34,10 +34,10 @@ class HitSearch {
         storage_(storage),
         filter_(filter),
         primitives_(primitives),
-        traversal_(scene, ray, covers<P>(scene) && is_traceable(ray) ? scene.root : kInvalidRef, storage),
+        traversal_(scene, ray, is_covered() && is_traceable(ray) ? scene.root : kInvalidRef, storage),
         after_t_(max_of(ray.tmin, 0.0f)),
         limit_(finite(ray.tmax)) {
-    if (!covers<P>(scene)) state_ = TraversalState::kRefused;
+    if (!is_covered()) state_ = TraversalState::kRefused;
   }
 
   HIPRT_HD HIPRT_INLINE TraversalState state() const { return state_; }
@@ -74,7 +74,9 @@ class HitSearch {
           return !stopped_;
         });
     if (outcome == Outcome::kPaused) return false;
+    // Limit and t are one register until here.
     // What was not visited may have been nearer.
+    hit_.t = limit_;
     conclude(hit_.found() && (stopped_ || !traversal_.overflowed()));
     return true;
   }
@@ -110,6 +112,10 @@ class HitSearch {
   }
 
  private:
+  HIPRT_HD HIPRT_INLINE bool is_covered() const {
+    return covers<P>(*scene_) && (Primitives::kCount != 0 || (scene_->features & feature_bit(Feature::kCustom)) == 0);
+  }
+
   /// No float is larger, so that an overflow of t is a miss.
   HIPRT_HD static HIPRT_INLINE float finite(float tmax) {
     constexpr float kMax = std::numeric_limits<float>::max();
@@ -121,7 +127,7 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit& found) const {
     const std::uint32_t geometry = found.info.geometry_and_flags & kGeometryMask;
     const std::uint32_t primitive = found.info.primitive[found.slot];
-    const bool loses = found.at.t == hit_.t &&
+    const bool loses = found.at.t == limit_ &&
                        (geometry > hit_.geometry || (geometry == hit_.geometry && primitive >= hit_.primitive));
     const bool seen = found.at.t == after_t_ && after_primitive_ != kInvalidId &&
                       (geometry < after_geometry_ || (geometry == after_geometry_ && primitive <= after_primitive_));

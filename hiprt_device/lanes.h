@@ -60,6 +60,22 @@ HIPRT_HD HIPRT_INLINE float multiply_add(float a, float b, float c) {
 #endif
 }
 
+/// One instruction each: of a NaN and a number, devices take the number, hosts b.
+HIPRT_HD HIPRT_INLINE float smaller(float a, float b) {
+#if HIPRT_DEVICE_CODE
+  return fminf(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
+HIPRT_HD HIPRT_INLINE float larger(float a, float b) {
+#if HIPRT_DEVICE_CODE
+  return fmaxf(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
+
 /// Four lanes in an array; loops over lanes are unrolled by the compiler.
 struct ArrayLanes {
   /// Choices between lanes are made without branches and arrays without indices that vary: for registers of GPUs.
@@ -117,12 +133,11 @@ struct ArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
   }
-  /// Of a NaN and a number, devices take the number, hosts the second.
   HIPRT_HD static HIPRT_INLINE Float min(const Float& a, const Float& b) {
-    return map([&](int i) { return a.lane[i] < b.lane[i] ? a.lane[i] : b.lane[i]; });
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return smaller(a.lane[i], b.lane[i]); });
   }
   HIPRT_HD static HIPRT_INLINE Float max(const Float& a, const Float& b) {
-    return map([&](int i) { return a.lane[i] > b.lane[i] ? a.lane[i] : b.lane[i]; });
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return larger(a.lane[i], b.lane[i]); });
   }
   template <int A, int B, int C, int D> HIPRT_HD static HIPRT_INLINE Float shuffle(const Float& a) {
     return {{a.lane[A], a.lane[B], a.lane[C], a.lane[D]}};

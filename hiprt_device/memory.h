@@ -58,5 +58,16 @@ HIPRT_HD HIPRT_INLINE Words load_words(const void* address) {
 #endif
 }
 
+/// The same address, about which the compiler knows nothing: what is read and computed from it again need not be kept
+/// in registers until then.
+template <class T> HIPRT_HD HIPRT_INLINE const T* forget(const T* address) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  asm volatile("" : "+v"(address));
+#elif HIPRT_DEVICE_CODE
+  asm volatile("" : "+l"(address));
+#endif
+  return address;
+}
+
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

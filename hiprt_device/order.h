@@ -15,9 +15,10 @@ inline namespace HIPRT_ISA_NAMESPACE {
 struct NearFirst {
   using Entry = StackEntry;
 
-  /// @pre hits.mask != 0
+  /// @pre hits.any()
   template <class Lanes, class Way>
   HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
+    if (!way.make_room()) return kInvalidRef;
     if constexpr (Lanes::kScalar)
       return next_by_network(child, hits, way);
     else
@@ -79,9 +80,7 @@ struct NearFirst {
   HIPRT_HD static HIPRT_INLINE NodeRef next_by_network(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
                                                        Way& way) {
     constexpr float kMissed = std::numeric_limits<float>::infinity();
-    const auto make = [&](unsigned i) {
-      return Child{(hits.mask >> i & 1u) != 0 ? Lanes::get(hits.enter, i) : kMissed, child[i]};
-    };
+    const auto make = [&](unsigned i) { return Child{hits.hit(i) ? Lanes::get(hits.enter, i) : kMissed, child[i]}; };
     Child a = make(0), b = make(1), c = make(2), d = make(3);
     sort<Way>(a, c);
     sort<Way>(b, d);
@@ -107,13 +106,14 @@ struct NearFirst {
 struct Unordered {
   using Entry = NodeRef;
 
-  /// @pre hits.mask != 0
+  /// @pre hits.any()
   template <class Lanes, class Way>
   HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
+    if (!way.make_room()) return kInvalidRef;
     if constexpr (Lanes::kScalar) {
       NodeRef first = kInvalidRef;
       const auto add = [&](unsigned i) HIPRT_INLINE_LAMBDA {
-        if ((hits.mask >> i & 1u) == 0) return;
+        if (!hits.hit(i)) return;
         if (first != kInvalidRef) way.later(first);
         first = child[i];
       };

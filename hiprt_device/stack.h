@@ -25,12 +25,17 @@ HIPRT_HD HIPRT_INLINE NodeRef entry_ref(StackEntry entry) { return static_cast<N
 HIPRT_HD HIPRT_INLINE float entry_distance(NodeRef) { return 0.0f; }
 HIPRT_HD HIPRT_INLINE NodeRef entry_ref(NodeRef entry) { return entry; }
 
-/// A stack of one kind of entry (StackEntry or NodeRef), as a ray uses it.
-/// push() returns false, and leaves the stack as it was, when there is no room. pop() needs !empty().
+/// Children that a node may leave on the stack.
+inline constexpr unsigned kMostPushed = kBranching - 1;
+
+/// A stack of one kind of entry (StackEntry or NodeRef), as a ray uses it. has_room(): whether kMostPushed more entries
+/// fit; asked once per node, before push(). pop() needs !empty(). So a stack never overflows whose capacity is at least
+/// the scene's stack bound + kMostPushed.
 template <class T, class Entry, class Storage>
 concept StackOf = requires(T stack, const T& constant, Entry entry, const Storage& storage) {
   T(storage);
-  { stack.push(entry) } -> std::same_as<bool>;
+  stack.push(entry);
+  { constant.has_room() } -> std::same_as<bool>;
   { stack.pop() } -> std::same_as<Entry>;
   { constant.empty() } -> std::same_as<bool>;
 };
@@ -53,9 +58,10 @@ concept PlainStack = StackOf < typename T::template Of<StackEntry>,
         StackEntry,
 typename T::Storage > &&StackOf<typename T::template Of<NodeRef>, NodeRef, typename T::Storage>;
 
-/// How a traversal comes back to the children that it passed by: later() for each child to visit later, the farthest
-/// first, then follow() for the nearest, which returns where to go on; pop() when a branch is done: the next node no
-/// farther than limit, or kInvalidRef at the end. This is the usual way, on a PlainStack.
+/// How a traversal comes back to the children that it passed by: make_room() (false: an overflow, the traversal ends),
+/// later() for each child to visit later, the farthest first, then follow() for the nearest, which returns where to go
+/// on; pop() when a branch is done: the next node no farther than limit, or kInvalidRef at the end. This is the usual
+/// way, on a PlainStack.
 template <class Stack, class Entry> class StackBacktrack {
  public:
   /// Whether children at the same distance must come in the same order at every visit of their node.
@@ -63,9 +69,12 @@ template <class Stack, class Entry> class StackBacktrack {
 
   HIPRT_HD HIPRT_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
 
-  HIPRT_HD HIPRT_INLINE void later(Entry entry) {
-    if (!stack_.push(entry)) overflowed_ = true;
+  HIPRT_HD HIPRT_INLINE bool make_room() {
+    if (stack_.has_room()) return true;
+    overflowed_ = true;
+    return false;
   }
+  HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
     while (!stack_.empty()) {
@@ -74,7 +83,7 @@ template <class Stack, class Entry> class StackBacktrack {
     }
     return kInvalidRef;
   }
-  /// Whether an entry was dropped, so that nodes were not visited.
+  /// Whether there was no room, so that nodes were not visited.
   HIPRT_HD HIPRT_INLINE bool overflowed() const { return overflowed_; }
 
  private:
@@ -87,6 +96,7 @@ template <class T>
 concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> way, StackEntry entry, float limit) {
   requires std::constructible_from < typename T::template Backtrack<StackEntry>,
   const typename T::Storage&, NodeRef > ;
+  { way.make_room() } -> std::same_as<bool>;
   way.later(entry);
   { way.follow(entry) } -> std::same_as<NodeRef>;
   { way.pop(limit) } -> std::same_as<NodeRef>;

@@ -47,7 +47,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   using Storage = typename P::Stack::Storage;
 
   /// @param root the scene's, or kInvalidRef: nothing will be visited.
-  /// @pre covers<P>(scene) and is_traceable(ray), unless root is kInvalidRef
+  /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
   HIPRT_HD HIPRT_INLINE Traversal(const SceneView& scene, const Ray& ray, NodeRef root, const Storage& storage)
       : slabs_(ray, P::Boxes::margin(ray.origin, scene.bounds)),
         prepared_(ray),
@@ -121,7 +121,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     counter.on_boxes();
     const Node& node = *reinterpret_cast<const Node*>(scene.base + ref_offset(node_));
     const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::all(tmin_), Lanes::all(limit));
-    if (hits.mask == 0) return way_.pop(limit);
+    if (!hits.any()) return way_.pop(limit);
     if constexpr (Lanes::kScalar)
       return Order::next(load_words(node.child).word, hits, way_);
     else
@@ -143,9 +143,8 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
       return false;
     };
     bool go_on = true;
-    if (is_custom(leaf_)) {
-      if constexpr (Primitives::kCount != 0)
-        go_on = test_custom(scene, ray, limit, primitives, *reinterpret_cast<const CustomLeaf*>(record), info, offer);
+    if (has_custom<Primitives>() && ref_type(leaf_) == NodeType::kProcedural) {
+      go_on = test_custom(scene, ray, limit, primitives, *reinterpret_cast<const CustomLeaf*>(record), info, offer);
     } else {
       counter.on_leaf(info.primitive[1] == kInvalidId ? 1u : 2u);
       go_on = P::Triangle::template intersect<Lanes>(*reinterpret_cast<const Leaf*>(record), info, prepared_,
@@ -158,9 +157,8 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     return true;
   }
 
-  HIPRT_HD static HIPRT_INLINE bool is_custom(NodeRef leaf) {
-    if constexpr ((P::kFeatures & feature_bit(Feature::kCustom)) == 0) return false;
-    return ref_type(leaf) == NodeType::kProcedural;
+  template <class Primitives> HIPRT_HD static constexpr bool has_custom() {
+    return Primitives::kCount != 0 && (P::kFeatures & feature_bit(Feature::kCustom)) != 0;
   }
   HIPRT_HD static HIPRT_INLINE NodeRef next_record(NodeRef leaf) {
     static_assert(sizeof(Leaf) == kNodeGranularity && sizeof(CustomLeaf) == kNodeGranularity);

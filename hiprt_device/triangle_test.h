@@ -59,34 +59,31 @@ struct Watertight {
   HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
                                               Accept&& accept) {
     using Float = typename Lanes::Float;
-    const Float az = Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz);
-    const Float ax = Lanes::fnma(ray.sx, az, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x), ray.ox));
-    const Float ay = Lanes::fnma(ray.sy, az, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y), ray.oy));
+    const Sheared<Lanes> at(leaf, ray);
     // Lanes: edges v0 v1, v1 v3, v3 v2, v2 v0 around both triangles; then the shared edge v1 v2 and back.
-    const Float around =
-        difference_of_products<Lanes>(Lanes::template shuffle<0, 1, 3, 2>(ax), Lanes::template shuffle<1, 3, 2, 0>(ay),
-                                      Lanes::template shuffle<0, 1, 3, 2>(ay), Lanes::template shuffle<1, 3, 2, 0>(ax));
-    const Float shared =
-        difference_of_products<Lanes>(Lanes::template shuffle<1, 2, 1, 2>(ax), Lanes::template shuffle<2, 1, 2, 1>(ay),
-                                      Lanes::template shuffle<1, 2, 1, 2>(ay), Lanes::template shuffle<2, 1, 2, 1>(ax));
+    const Float around = difference_of_products<Lanes>(
+        Lanes::template shuffle<0, 1, 3, 2>(at.x), Lanes::template shuffle<1, 3, 2, 0>(at.y),
+        Lanes::template shuffle<0, 1, 3, 2>(at.y), Lanes::template shuffle<1, 3, 2, 0>(at.x));
+    const Float shared = difference_of_products<Lanes>(
+        Lanes::template shuffle<1, 2, 1, 2>(at.x), Lanes::template shuffle<2, 1, 2, 1>(at.y),
+        Lanes::template shuffle<1, 2, 1, 2>(at.y), Lanes::template shuffle<2, 1, 2, 1>(at.x));
     const EdgeSigns<Lanes> signs(around, shared);
     const bool meets0 = signs.meets0(), meets1 = signs.meets1();
     if (!meets0 && !meets1) return true;
-    alignas(16) float px[4], py[4], pz[4], e[4], s[4];
-    Lanes::store(px, ax), Lanes::store(py, ay), Lanes::store(pz, az);
-    Lanes::store(e, around), Lanes::store(s, shared);
-    Candidate candidate;
-    if (meets0) {
-      const Corners corners{{s[0], e[3], e[0]}, {pz[0], pz[1], pz[2]}, {px[0], px[1], px[2]}, {py[0], py[1], py[2]}};
-      if (finish(corners, signs.certain0(), info.triangle_ids, ray.dz, candidate) && !accept(candidate, 0u))
-        return false;
+    const float e0 = Lanes::get(around, 0), e1 = Lanes::get(around, 1), e2 = Lanes::get(around, 2),
+                e3 = Lanes::get(around, 3), s0 = Lanes::get(shared, 0), s1 = Lanes::get(shared, 1);
+    const float z0 = Lanes::get(at.z, 0), z1 = Lanes::get(at.z, 1), z2 = Lanes::get(at.z, 2), z3 = Lanes::get(at.z, 3);
+    // One text for both triangles: the lanes of a wave do the first hit of their leaves together, whichever it is.
+    for (bool second = !meets0, more = meets0 && meets1;; second = true, more = false) {
+      const Corners corners{{second ? e2 : s0, second ? s1 : e3, second ? e1 : e0},
+                            {second ? z1 : z0, second ? z3 : z1, z2}};
+      const std::uint32_t id = second ? info.triangle_ids >> 8 : info.triangle_ids;
+      Candidate candidate;
+      const bool met = corners.are_certain() ? finish(corners, id, ray.dz, candidate)
+                                             : finish_in_double<Lanes>(*forget(&leaf), ray, second, id, candidate);
+      if (met && !accept(candidate, second ? 1u : 0u)) return false;
+      if (!more) return true;
     }
-    if (meets1) {
-      const Corners corners{{e[2], s[1], e[1]}, {pz[1], pz[3], pz[2]}, {px[1], px[3], px[2]}, {py[1], py[3], py[2]}};
-      if (finish(corners, signs.certain1(), info.triangle_ids >> 8, ray.dz, candidate) && !accept(candidate, 1u))
-        return false;
-    }
-    return true;
   }
 
  private:
@@ -105,8 +102,6 @@ struct Watertight {
     /// No edge function is certainly positive, or none certainly negative.
     HIPRT_HD HIPRT_INLINE bool meets0() const { return (positive_ & kEdges0) == 0 || (negative_ & kEdges0) == 0; }
     HIPRT_HD HIPRT_INLINE bool meets1() const { return (positive_ & kEdges1) == 0 || (negative_ & kEdges1) == 0; }
-    HIPRT_HD HIPRT_INLINE bool certain0() const { return ((positive_ | negative_) & kEdges0) == kEdges0; }
-    HIPRT_HD HIPRT_INLINE bool certain1() const { return ((positive_ | negative_) & kEdges1) == kEdges1; }
 
    private:
     static constexpr std::uint32_t kEdges0 = 0b01'1001, kEdges1 = 0b10'0110;
@@ -122,8 +117,6 @@ struct Watertight {
           second_{Lanes::get(around, 1), Lanes::get(around, 2), Lanes::get(shared, 1)} {}
     HIPRT_HD HIPRT_INLINE bool meets0() const { return meets(first_); }
     HIPRT_HD HIPRT_INLINE bool meets1() const { return meets(second_); }
-    HIPRT_HD HIPRT_INLINE bool certain0() const { return certain(first_); }
-    HIPRT_HD HIPRT_INLINE bool certain1() const { return certain(second_); }
 
    private:
     HIPRT_HD static HIPRT_INLINE bool meets(const float (&edge)[3]) {
@@ -131,15 +124,28 @@ struct Watertight {
       const bool negative = (edge[0] < -kCertain) | (edge[1] < -kCertain) | (edge[2] < -kCertain);
       return !(positive & negative);
     }
-    HIPRT_HD static HIPRT_INLINE bool certain(const float (&edge)[3]) {
-      return absolute(edge[0]) > kCertain && absolute(edge[1]) > kCertain && absolute(edge[2]) > kCertain;
-    }
     float first_[3], second_[3];
+  };
+
+  /// A leaf's vertices in the ray's sheared space.
+  template <class Lanes> struct Sheared {
+    typename Lanes::Float x, y, z;
+    template <class Leaf>
+    HIPRT_HD HIPRT_INLINE Sheared(const Leaf& leaf, const PreparedRay<Lanes>& ray)
+        : z(Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz)) {
+      x = Lanes::fnma(ray.sx, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x), ray.ox));
+      y = Lanes::fnma(ray.sy, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y), ray.oy));
+    }
   };
 
   struct Corners {
     float weight[3];  ///< Edge function opposite to the corner, unnormalised.
-    float z[3], x[3], y[3];
+    float z[3];
+
+    HIPRT_HD HIPRT_INLINE bool are_certain() const {
+      return absolute(weight[0]) > kCertain && absolute(weight[1]) > kCertain && absolute(weight[2]) > kCertain &&
+             absolute(weight[0] + weight[1] + weight[2]) < 0x1p126f;
+    }
   };
 
   /// a * d - b * c within 2 units of 2^-24, sign exact (Kahan; Jeannerod, Louvet, Muller 2013).
@@ -152,14 +158,11 @@ struct Watertight {
     return Lanes::add(Lanes::fms(a, d, product), Lanes::fnma(b, c, product));
   }
 
-  HIPRT_HD static HIPRT_INLINE bool finish(Corners corners, bool certain, std::uint32_t id, float dz,
-                                           Candidate& result) {
+  HIPRT_HD static HIPRT_INLINE bool finish(Corners corners, std::uint32_t id, float dz, Candidate& result) {
     to_mesh_order(corners.weight, id);
     to_mesh_order(corners.z, id);
     const float(&w)[3] = corners.weight;
-    const float sum = w[0] + w[1] + w[2];
-    if (!certain || !(absolute(sum) < 0x1p126f)) return finish_in_double(corners, id, dz, result);
-    const float reciprocal = 1.0f / sum;
+    const float reciprocal = 1.0f / (w[0] + w[1] + w[2]);
     result.u = w[1] * reciprocal;
     result.v = w[2] * reciprocal;
     const float depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
@@ -169,26 +172,37 @@ struct Watertight {
   }
 
   /// The same decision with exact signs for all finite sheared coordinates.
-  HIPRT_HD static bool finish_in_double(Corners corners, std::uint32_t id, float dz, Candidate& result) {
-    to_mesh_order(corners.x, id);
-    to_mesh_order(corners.y, id);
-    double weight[3];
-    bool positive = false, negative = false;
-    for (int i = 0; i < 3; ++i) {
-      const int j = i == 2 ? 0 : i + 1, k = j == 2 ? 0 : j + 1;
-      const double product = static_cast<double>(corners.y[j]) * static_cast<double>(corners.x[k]);
-      weight[i] = fused_multiply_add(static_cast<double>(corners.x[j]), static_cast<double>(corners.y[k]), -product);
-      positive = positive || weight[i] > 0.0;
-      negative = negative || weight[i] < 0.0;
-    }
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool finish_in_double(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
+                                                     std::uint32_t id, Candidate& result) {
+    const Sheared<Lanes> at(leaf, ray);
+    const auto corners_of = [&](const typename Lanes::Float& of, float(&corner)[3]) HIPRT_INLINE_LAMBDA {
+      const float v0 = Lanes::get(of, 0), v1 = Lanes::get(of, 1), v2 = Lanes::get(of, 2), v3 = Lanes::get(of, 3);
+      corner[0] = second ? v1 : v0;
+      corner[1] = second ? v3 : v1;
+      corner[2] = v2;
+      to_mesh_order(corner, id);
+    };
+    float x[3], y[3], z[3];
+    corners_of(at.x, x);
+    corners_of(at.y, y);
+    corners_of(at.z, z);
+    // Products of floats are exact in double, so each difference is rounded once.
+    const auto edge = [&](int j, int k) HIPRT_INLINE_LAMBDA {
+      const double product = static_cast<double>(y[j]) * static_cast<double>(x[k]);
+      return fused_multiply_add(static_cast<double>(x[j]), static_cast<double>(y[k]), -product);
+    };
+    const double weight[3] = {edge(1, 2), edge(2, 0), edge(0, 1)};
+    const bool positive = weight[0] > 0.0 || weight[1] > 0.0 || weight[2] > 0.0;
+    const bool negative = weight[0] < 0.0 || weight[1] < 0.0 || weight[2] < 0.0;
     const double sum = weight[0] + weight[1] + weight[2];
     if ((positive && negative) || !(sum != 0.0)) return false;
-    const double depth = fused_multiply_add(weight[0], static_cast<double>(corners.z[0]),
-                                            fused_multiply_add(weight[1], static_cast<double>(corners.z[1]),
-                                                               weight[2] * static_cast<double>(corners.z[2])));
+    const double depth = fused_multiply_add(
+        weight[0], static_cast<double>(z[0]),
+        fused_multiply_add(weight[1], static_cast<double>(z[1]), weight[2] * static_cast<double>(z[2])));
     result.u = static_cast<float>(weight[1] / sum);
     result.v = static_cast<float>(weight[2] / sum);
-    result.t = static_cast<float>(depth / sum / static_cast<double>(dz));
+    result.t = static_cast<float>(depth / sum / static_cast<double>(ray.dz));
     return true;
   }
 };

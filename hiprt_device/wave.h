@@ -54,6 +54,15 @@ HIPRT_HD HIPRT_INLINE unsigned lane_count(LaneMask lanes) {
 #endif
 }
 
+/// Number of the highest bit that is set. @pre mask != 0
+HIPRT_HD HIPRT_INLINE unsigned highest_bit(std::uint64_t mask) {
+#if HIPRT_DEVICE_CODE
+  return 63u - static_cast<unsigned>(__clzll(static_cast<long long>(mask)));
+#else
+  return 63u - static_cast<unsigned>(__builtin_clzll(mask));
+#endif
+}
+
 /// Lanes that are active here.
 HIPRT_HD HIPRT_INLINE unsigned active_lanes() { return lane_count(wave_ballot(true)); }
 

@@ -6,7 +6,7 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// @tparam kEntries capacity. The builders' trees never need more than 180 (FileHeader::stack_bound says how many).
+/// @tparam kEntries capacity. The builders' trees never need more than 180 + kMostPushed (FileHeader::stack_bound).
 ///
 ///     hiprt::PrivateStack<>::Memory memory;
 ///     hiprt::ClosestHit<> query(scene, ray, memory);
@@ -29,11 +29,8 @@ template <unsigned kEntries = 192> struct PrivateStack {
   template <class Entry> class Of {
    public:
     HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {}
-    HIPRT_HD HIPRT_INLINE bool push(Entry entry) {
-      if (size_ == kEntries) return false;
-      entries_[size_++] = entry;
-      return true;
-    }
+    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries; }
+    HIPRT_HD HIPRT_INLINE void push(Entry entry) { entries_[size_++] = entry; }
     HIPRT_HD HIPRT_INLINE Entry pop() { return static_cast<Entry>(entries_[--size_]); }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 

@@ -2,8 +2,8 @@
 /// A short stack in registers with a restart trail: no memory at all.
 
 #include <hiprt_device/stack.h>
+#include <hiprt_device/wave.h>
 
-#include <bit>
 #include <limits>
 
 namespace hiprt {
@@ -27,6 +27,12 @@ template <unsigned kEntries = 4> struct RestartStack {
 
     HIPRT_HD HIPRT_INLINE Backtrack(const Storage&, NodeRef root) : root_(root) {}
 
+    HIPRT_HD HIPRT_INLINE bool make_room() {
+      if (level_ < kLevels) return true;
+      overflowed_ = true;
+      return false;
+    }
+
     HIPRT_HD HIPRT_INLINE void later(Entry entry) {
       passed_[2] = passed_[1];
       passed_[1] = passed_[0];
@@ -37,9 +43,8 @@ template <unsigned kEntries = 4> struct RestartStack {
     HIPRT_HD HIPRT_INLINE NodeRef follow(Entry nearest) {
       const unsigned done = child_index(level_), count = passed_count_ + 1;
       passed_count_ = 0;
-      if (level_ == kLevels) overflowed_ = true;
       // After a restart the child on the trail, and so all behind it, may be out of reach.
-      if (done >= count || level_ == kLevels) return pop_at_any_distance();
+      if (done >= count) return pop_at_any_distance();
       const auto push = [&](unsigned i) HIPRT_INLINE_LAMBDA {
         if (i > done && i < count) push_entry(passed_[i - 1], i + 1 == count);
       };
@@ -55,7 +60,7 @@ template <unsigned kEntries = 4> struct RestartStack {
       for (;;) {
         const std::uint64_t pending = more_ & below(level_);
         if (pending == 0) return kInvalidRef;
-        const unsigned parent = 63u - static_cast<unsigned>(std::countl_zero(pending));
+        const unsigned parent = highest_bit(pending);
         step_at(parent);
         if (held_ == 0) {
           level_ = 0;
@@ -85,7 +90,6 @@ template <unsigned kEntries = 4> struct RestartStack {
       more_ = more ? more_ | bit : more_ & ~bit;
     }
     HIPRT_HD HIPRT_INLINE unsigned child_index(unsigned level) const {
-      if (level >= kLevels) return 0;
       return static_cast<unsigned>(index_[0] >> level & 1u) | static_cast<unsigned>(index_[1] >> level & 1u) << 1;
     }
     /// The next child at this level; nothing is known of the levels below any more.

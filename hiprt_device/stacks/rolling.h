@@ -20,7 +20,7 @@ template <unsigned kRing = 8> struct RollingStack {
 
   /// Entries per thread of global memory for a scene. @param stack_bound of the scene (SceneView::stack_bound).
   HIPRT_HD static constexpr std::uint32_t spill_entries(std::uint32_t stack_bound) {
-    return stack_bound > kRing ? stack_bound - kRing : 0;
+    return stack_bound + kMostPushed > kRing ? stack_bound + kMostPushed - kRing : 0;
   }
 
   struct Storage : OverflowCount {
@@ -44,14 +44,13 @@ template <unsigned kRing = 8> struct RollingStack {
         : ring_(reinterpret_cast<Entry*>(storage.block) + storage.thread),
           threads_(storage.threads),
           spill_(storage.spill) {}
-    HIPRT_HD HIPRT_INLINE bool push(Entry entry) {
+    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kRing + spill_.capacity; }
+    HIPRT_HD HIPRT_INLINE void push(Entry entry) {
       if (size_ - spilled_ == kRing) {
-        if (spilled_ == spill_.capacity) return false;
         store_spilled(spill_, spilled_, load_shared(ring_, place(spilled_)));
         ++spilled_;
       }
       store_shared(ring_, place(size_++), entry);
-      return true;
     }
     HIPRT_HD HIPRT_INLINE Entry pop() {
       --size_;
@@ -85,11 +84,8 @@ struct GlobalStack {
   template <class Entry> class Of {
    public:
     HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : spill_(storage.spill) {}
-    HIPRT_HD HIPRT_INLINE bool push(Entry entry) {
-      if (size_ == spill_.capacity) return false;
-      store_spilled(spill_, size_++, entry);
-      return true;
-    }
+    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= spill_.capacity; }
+    HIPRT_HD HIPRT_INLINE void push(Entry entry) { store_spilled(spill_, size_++, entry); }
     HIPRT_HD HIPRT_INLINE Entry pop() { return load_spilled<Entry>(spill_, --size_); }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 

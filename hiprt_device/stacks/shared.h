@@ -28,11 +28,8 @@ template <unsigned kEntries = 16> struct SharedStack {
    public:
     HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage)
         : entries_(reinterpret_cast<Entry*>(storage.block) + storage.thread), threads_(storage.threads) {}
-    HIPRT_HD HIPRT_INLINE bool push(Entry entry) {
-      if (size_ == kEntries) return false;
-      store_shared(entries_, size_++ * threads_, entry);
-      return true;
-    }
+    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries; }
+    HIPRT_HD HIPRT_INLINE void push(Entry entry) { store_shared(entries_, size_++ * threads_, entry); }
     HIPRT_HD HIPRT_INLINE Entry pop() { return load_shared(entries_, --size_ * threads_); }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 

@@ -18,7 +18,7 @@ namespace {
 constexpr unsigned kLanes = 4;
 
 struct InterleavedStack {
-  static constexpr unsigned kCapacity = 180;
+  static constexpr unsigned kCapacity = 183;
   struct Storage {
     StackEntry* entries = nullptr;  ///< kCapacity * kLanes, this lane's from its number on.
   };
@@ -26,11 +26,8 @@ struct InterleavedStack {
   template <class Entry> class Of {
    public:
     explicit Of(const Storage& storage) : entries_(storage.entries) {}
-    bool push(Entry entry) {
-      if (size_ == kCapacity) return false;
-      entries_[kLanes * size_++] = entry;
-      return true;
-    }
+    bool has_room() const { return size_ + kMostPushed <= kCapacity; }
+    void push(Entry entry) { entries_[kLanes * size_++] = entry; }
     Entry pop() { return static_cast<Entry>(entries_[kLanes * --size_]); }
     bool empty() const { return size_ == 0; }
 

@@ -1,0 +1,187 @@
+// Every stack gives the hits of a stack that is large enough, or says that it was too small.
+
+#include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/stacks/restart.h>
+#include <hiprt_device/stacks/rolling.h>
+#include <hiprt_device/stacks/shared.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+#include <tests/traversal/aim.h>
+#include <tests/traversal/scenes.h>
+#include <tests/traversal/tracers.h>
+#include <tests/traversal/workers.h>
+
+#include <catch2/catch.hpp>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+
+namespace {
+
+constexpr unsigned kThreads = 3;
+constexpr std::uint64_t kSeed = 78;
+constexpr StackEntry kUntouched = 0xfeedfeedfeedfeedu;
+
+template <class StackPolicy, class LanesPolicy, class SchedulePolicy> struct With : Policies<PlanesLayout> {
+  using Stack = StackPolicy;
+  using Lanes = LanesPolicy;
+  using Schedule = SchedulePolicy;
+};
+
+/// Memory for kThreads stacks of which thread 1's is used, and its count of overflows.
+struct Room {
+  std::vector<StackEntry> block = std::vector<StackEntry>(kThreads * 64, kUntouched);
+  std::vector<StackEntry> global = std::vector<StackEntry>(kThreads * 256, kUntouched);
+  std::uint32_t overflows = 0;
+
+  /// @pre entries were StackEntry: NodeRefs lie closer together.
+  void check_neighbours() const {
+    for (std::size_t i = 0; i < block.size(); ++i)
+      if (i % kThreads != 1) REQUIRE(block[i] == kUntouched);
+    for (std::size_t i = 0; i < global.size(); ++i)
+      if (i % kThreads != 1) REQUIRE(global[i] == kUntouched);
+  }
+};
+
+template <unsigned N> auto storage(SharedStack<N>, Room& room, std::uint32_t) {
+  return typename SharedStack<N>::Storage(room.block.data(), 1, kThreads, &room.overflows);
+}
+template <unsigned N> auto storage(RollingStack<N>, Room& room, std::uint32_t capacity) {
+  return typename RollingStack<N>::Storage(room.block.data(), 1, kThreads,
+                                           grid_spill(room.global.data(), kThreads, capacity, 1), &room.overflows);
+}
+auto storage(GlobalStack, Room& room, std::uint32_t capacity) {
+  return GlobalStack::Storage(grid_spill(room.global.data(), kThreads, capacity, 1), &room.overflows);
+}
+template <unsigned N> auto storage(RestartStack<N>, Room& room, std::uint32_t) {
+  typename RestartStack<N>::Storage made;
+  made.overflowed_rays = &room.overflows;
+  return made;
+}
+
+/// Random rays, and rays from inside many boxes (equal entry distances).
+Ray random_ray(Random& random) {
+  const bool inside = random.below(2) == 0;
+  return {vec3(random.in_cube(inside ? 0.3 : 1.5)), 0.0f, vec3(random.in_cube(1))};
+}
+
+template <class P> void check_same_hits(const Scene& scene, std::uint32_t capacity) {
+  Room room, any_room;
+  Random random(kSeed);
+  for (unsigned i = 0; i < trials(3000); ++i) {
+    const Ray ray = random_ray(random);
+    const Hit expected = default_tracer().closest(scene, ray);
+    REQUIRE(same_hit(closest_hit<P>(scene.traced, ray, storage(typename P::Stack{}, room, capacity)), expected));
+    const auto any_place = storage(typename P::Stack{}, any_room, capacity);
+    REQUIRE(any_hit<P>(scene.traced, ray, any_place).found() == expected.found());
+  }
+  room.check_neighbours();
+  CHECK(room.overflows + any_room.overflows == 0);
+}
+
+template <class Stack> void check_stack(const Scene& scene, std::uint32_t capacity = 0) {
+  check_same_hits<With<Stack, DefaultLanes, Immediate>>(scene, capacity);
+  check_same_hits<With<Stack, ArrayLanes, Immediate>>(scene, capacity);
+  check_same_hits<With<Stack, DefaultLanes, Postponed<>>>(scene, capacity);
+  check_same_hits<With<Stack, ArrayLanes, Postponed<20>>>(scene, capacity);
+}
+
+/// With a stack that is too small: what is found by any hit is true, and nothing is claimed that is not known.
+template <class Stack> void check_overflow(const Scene& scene, std::uint32_t capacity = 0) {
+  using P = With<Stack, DefaultLanes, Immediate>;
+  Room room, any_room;
+  Random random(kSeed);
+  std::uint32_t failed = 0, any_failed = 0;
+  for (unsigned i = 0; i < trials(3000); ++i) {
+    const Ray ray = random_ray(random);
+    const auto place = storage(Stack{}, room, capacity);
+    const Hit expected = default_tracer().closest(scene, ray);
+    ClosestHit<P> query(scene.traced, ray, place);
+    const Hit hit = query.next_hit();
+    if (hit.failed()) {
+      ++failed;
+      REQUIRE(query.state() == TraversalState::kStackOverflow);
+      REQUIRE(query.next_hit().failed());
+    } else {
+      REQUIRE(same_hit(hit, expected));
+    }
+    REQUIRE(room.overflows == failed);
+    AnyHit<P> any(scene.traced, ray, storage(Stack{}, any_room, capacity));
+    const Hit some = any.next_hit();
+    if (some.failed()) ++any_failed;
+    if (!some.failed()) REQUIRE(some.found() == expected.found());
+    REQUIRE(any_room.overflows == any_failed);
+  }
+  room.check_neighbours();
+  CHECK(failed != 0);
+}
+
+Scene test_scene() { return make_scene({soup(trials(20000), 0.05, kSeed)}, {.max_leaf_triangles = 2}); }
+
+}  // namespace
+
+TEST_CASE("every stack gives the same hits", "[stack]") {
+  INFO("seed " << kSeed);
+  const Scene scene = test_scene();
+  const std::uint32_t bound = scene.traced.stack_bound;
+  SECTION("shared") { check_stack<SharedStack<64>>(scene); }
+  SECTION("rolling, small ring") { check_stack<RollingStack<2>>(scene, RollingStack<2>::spill_entries(bound)); }
+  SECTION("rolling") { check_stack<RollingStack<8>>(scene, RollingStack<8>::spill_entries(bound)); }
+  SECTION("global") { check_stack<GlobalStack>(scene, bound + kMostPushed); }
+  SECTION("restart, nothing held") { check_stack<RestartStack<0>>(scene); }
+  SECTION("restart, one held") { check_stack<RestartStack<1>>(scene); }
+  SECTION("restart") { check_stack<RestartStack<4>>(scene); }
+  SECTION("restart, most held") { check_stack<RestartStack<8>>(scene); }
+}
+
+TEST_CASE("a stack that is too small says so", "[stack]") {
+  INFO("seed " << kSeed);
+  const Scene scene = test_scene();
+  SECTION("shared") { check_overflow<SharedStack<5>>(scene); }
+  SECTION("rolling") { check_overflow<RollingStack<4>>(scene, 2); }
+  SECTION("global") { check_overflow<GlobalStack>(scene, 6); }
+}
+
+TEST_CASE("a private stack that is too small says so", "[stack]") {
+  using P = With<PrivateStack<5>, DefaultLanes, Immediate>;
+  const Scene scene = test_scene();
+  std::uint32_t overflows = 0, failed = 0;
+  Random random(kSeed);
+  for (unsigned i = 0; i < trials(3000); ++i) {
+    const Ray ray = random_ray(random);
+    PrivateStack<5>::Memory memory;
+    const Hit hit = closest_hit<P>(scene.traced, ray, {memory, &overflows});
+    if (hit.failed()) ++failed;
+    if (!hit.failed()) REQUIRE(same_hit(hit, default_tracer().closest(scene, ray)));
+  }
+  CHECK(failed != 0);
+  CHECK(overflows == failed);
+}
+
+TEST_CASE("a tree too deep for the restart trail says so", "[stack]") {
+  // Triangles whose sizes and places grow by 1.3 make a chain.
+  Mesh chain;
+  double place = 1;
+  for (int i = 0; i < 60; ++i, place *= 1.3) {
+    const auto first = static_cast<std::uint32_t>(chain.positions.size());
+    for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}})
+      chain.positions.push_back({static_cast<float>(place * (1 + x)), static_cast<float>(place * (1 + y)), 0.0f});
+    chain.triangles.push_back({first, first + 1, first + 2});
+  }
+  const Scene scene = make_scene({chain}, {.max_leaf_triangles = 1});
+  check_stack<RestartStack<2>>(scene);
+}
+
+TEST_CASE("slots of a pool: each wave has its own, and gives it back", "[stack]") {
+  std::vector<std::uint32_t> locks(2, 0);
+  std::vector<StackEntry> memory(2 * 8);
+  const SpillPool pool{locks.data(), memory.data(), 2, 8};
+  CHECK(pool_spill_bytes(2, 8, 1) == memory.size() * sizeof(StackEntry));
+  {
+    const WaveSlot first(pool, 1), second(pool, 1);
+    CHECK(first.spill().first == memory.data() + 8);
+    CHECK(second.spill().first == memory.data());
+    CHECK(locks == std::vector<std::uint32_t>{1, 1});
+  }
+  CHECK(locks == std::vector<std::uint32_t>{0, 0});
+}
