@@ -107,7 +107,8 @@ class HitSearch {
     Hit hit = hit_;
     using Leaf = typename P::Layout::Leaf;
     if (leaf_ != kInvalidRef)
-      complete<typename P::Layout>(hit, ray_, *reinterpret_cast<const Leaf*>(scene_->base + ref_offset(leaf_)), slot_);
+      complete<typename P::Layout>(hit, ray_, *reinterpret_cast<const Leaf*>(scene_->base + ref_offset(leaf_)),
+                                   leaf_ & 1u);
     return hit;
   }
 
@@ -125,8 +126,7 @@ class HitSearch {
   /// Of hits at the same t the one with the lowest geometry, then primitive number wins; those up to the last answer
   /// are out.
   HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit& found) const {
-    const std::uint32_t geometry = found.info.geometry_and_flags & kGeometryMask;
-    const std::uint32_t primitive = found.info.primitive[found.slot];
+    const std::uint32_t geometry = found.geometry, primitive = found.primitive;
     const bool loses = found.at.t == limit_ &&
                        (geometry > hit_.geometry || (geometry == hit_.geometry && primitive >= hit_.primitive));
     const bool seen = found.at.t == after_t_ && after_primitive_ != kInvalidId &&
@@ -136,9 +136,8 @@ class HitSearch {
 
   /// Takes the hit unless mask or filter are against it.
   HIPRT_HD HIPRT_INLINE bool accept(const LeafHit& found) {
-    const std::uint32_t geometry = found.info.geometry_and_flags & kGeometryMask;
-    if (!is_visible<P>(*scene_, ray_, geometry)) return false;
-    Hit candidate{found.at.t, found.at.u, found.at.v, geometry, found.info.primitive[found.slot]};
+    if (!is_visible<P>(*scene_, ray_, found.geometry)) return false;
+    Hit candidate{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
     if (found.custom != nullptr) {
       candidate.normal = found.custom->normal;
       candidate.error = found.custom->error;
@@ -148,7 +147,6 @@ class HitSearch {
     stopped_ = answer == FilterAnswer::kAcceptAndStop;
     hit_ = candidate;
     leaf_ = found.custom == nullptr ? found.leaf : kInvalidRef;
-    slot_ = found.slot;
     return true;
   }
 
@@ -188,9 +186,8 @@ class HitSearch {
   std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;
   float limit_;
-  NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is.
-  unsigned slot_ = 0;
-  bool stopped_ = false;  ///< The filter ended the search with the last hit.
+  NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is (LeafHit::leaf).
+  bool stopped_ = false;        ///< The filter ended the search with the last hit.
   TraversalState state_ = TraversalState::kInit;
 };
 

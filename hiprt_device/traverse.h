@@ -24,9 +24,8 @@ HIPRT_HD HIPRT_INLINE bool is_traceable(const Ray& ray) {
 struct LeafHit {
   Candidate at;
   const CustomHit* custom;  ///< nullptr: a triangle.
-  LeafInfo info;
-  unsigned slot;  ///< 0 or 1: which of the leaf's primitives.
-  NodeRef leaf;
+  std::uint32_t geometry, primitive;
+  NodeRef leaf;  ///< The record; for triangles its type, kTriangle0 or kTriangle1, tells which.
 };
 
 /// Why a traversal returned.
@@ -138,7 +137,9 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     const auto offer = [&](const Candidate& at, unsigned slot, const CustomHit* custom) HIPRT_INLINE_LAMBDA {
       if constexpr (kResumable)
         if (met++ < skip_) return true;
-      if (visit(LeafHit{at, custom, info, slot, leaf_})) return true;
+      const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
+      const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
+      if (visit(LeafHit{at, custom, geometry, primitive, leaf_ + (custom == nullptr ? slot : 0u)})) return true;
       if constexpr (kResumable) skip_ = met;
       return false;
     };
@@ -172,12 +173,12 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
     const unsigned type = custom_type(scene.geometries[geometry].flags);
     for (unsigned slot = 0; slot < 2; ++slot) {
-      if (info.primitive[slot] == kInvalidId || !meets_box<Lanes>(leaf.box[slot], slabs_, tmin_, limit)) continue;
+      const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
+      if (primitive == kInvalidId || !meets_box<Lanes>(leaf.box[slot], slabs_, tmin_, limit)) continue;
       const auto report = [&](const CustomHit& hit) HIPRT_INLINE_LAMBDA {
         return offer(Candidate{hit.t, hit.u, hit.v}, slot, &hit);
       };
-      if (!primitives.intersect(type, ray, tmin_, limit, PrimitiveId{geometry, info.primitive[slot]}, report))
-        return false;
+      if (!primitives.intersect(type, ray, tmin_, limit, PrimitiveId{geometry, primitive}, report)) return false;
     }
     return true;
   }

@@ -14,13 +14,16 @@ struct Candidate {
   float t, u, v;
 };
 
+/// Values, not variables: some compilers choose between addresses, which puts the variables into memory.
+template <class T> HIPRT_HD HIPRT_INLINE T choose(bool condition, T a, T b) { return condition ? +a : +b; }
+
 /// A weight, depth or vertex per corner of the mesh's triangle, from values in stored order.
 template <class T> HIPRT_HD HIPRT_INLINE void to_mesh_order(T (&value)[3], std::uint32_t triangle_id) {
   const unsigned one = TriangleId::u_source(triangle_id), two = TriangleId::v_source(triangle_id);
-  const T stored[3] = {value[0], value[1], value[2]};
-  value[0] = one + two == 3 ? stored[0] : one + two == 2 ? stored[1] : stored[2];
-  value[1] = one == 0 ? stored[0] : one == 1 ? stored[1] : stored[2];
-  value[2] = two == 0 ? stored[0] : two == 1 ? stored[1] : stored[2];
+  const T a = value[0], b = value[1], c = value[2];
+  value[0] = choose(one + two == 3, a, choose(one + two == 2, b, c));
+  value[1] = choose(one == 0, a, choose(one == 1, b, c));
+  value[2] = choose(two == 0, a, choose(two == 1, b, c));
 }
 
 /// Watertight test (Woop, Benthin, Wald 2013): the ray becomes the z axis of a sheared space, edge functions are
@@ -75,8 +78,8 @@ struct Watertight {
     const float z0 = Lanes::get(at.z, 0), z1 = Lanes::get(at.z, 1), z2 = Lanes::get(at.z, 2), z3 = Lanes::get(at.z, 3);
     // One text for both triangles: the lanes of a wave do the first hit of their leaves together, whichever it is.
     for (bool second = !meets0, more = meets0 && meets1;; second = true, more = false) {
-      const Corners corners{{second ? e2 : s0, second ? s1 : e3, second ? e1 : e0},
-                            {second ? z1 : z0, second ? z3 : z1, z2}};
+      const Corners corners{{choose(second, e2, s0), choose(second, s1, e3), choose(second, e1, e0)},
+                            {choose(second, z1, z0), choose(second, z3, z1), z2}};
       const std::uint32_t id = second ? info.triangle_ids >> 8 : info.triangle_ids;
       Candidate candidate;
       const bool met = corners.are_certain() ? finish(corners, id, ray.dz, candidate)
@@ -178,8 +181,8 @@ struct Watertight {
     const Sheared<Lanes> at(leaf, ray);
     const auto corners_of = [&](const typename Lanes::Float& of, float(&corner)[3]) HIPRT_INLINE_LAMBDA {
       const float v0 = Lanes::get(of, 0), v1 = Lanes::get(of, 1), v2 = Lanes::get(of, 2), v3 = Lanes::get(of, 3);
-      corner[0] = second ? v1 : v0;
-      corner[1] = second ? v3 : v1;
+      corner[0] = choose(second, v1, v0);
+      corner[1] = choose(second, v3, v1);
       corner[2] = v2;
       to_mesh_order(corner, id);
     };
