@@ -27,7 +27,7 @@ template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, Primit
 class AllHits {
   static constexpr bool kMaySort =
       kSplit == SplitPrimitives::kOnce && (P::kFeatures & feature_bit(Feature::kSplitReferences)) != 0;
-  using Order = std::conditional_t<kMaySort, NearFirst, Unordered>;
+  using Order = std::conditional_t<kMaySort, typename P::ClosestOrder, typename P::AnyOrder>;
   using Search = HitSearch<P, Order, true, Filter, Primitives>;
 
  public:
@@ -41,15 +41,14 @@ class AllHits {
 
   /// @return one more hit; a miss at the end; failed() (see state()) if nodes could not be visited.
   HIPRT_HD HIPRT_INLINE Hit next_hit() {
+    static_assert(!P::Schedule::kWholeWave, "hiprt: a WholeWave schedule is for trace_batch()");
     if (!search_.can_go_on()) return search_.hit();
     if (kMaySort && sorts_) {
       if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
       if (search_.state() == TraversalState::kFinished) return search_.hit();
-      while (!search_.find_closest()) {
-      }
+      search_.find_closest(false);
     } else {
-      while (!search_.find_any()) {
-      }
+      search_.find_any(false);
     }
     return search_.complete_hit();
   }

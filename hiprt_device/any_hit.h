@@ -14,7 +14,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// may come more than once: AllHits has each once.
 template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives>
 class AnyHit {
-  using Search = HitSearch<P, Unordered, true, Filter, Primitives>;
+  using Search = HitSearch<P, typename P::AnyOrder, true, Filter, Primitives>;
 
  public:
   using Storage = typename Search::Storage;
@@ -26,20 +26,22 @@ class AnyHit {
 
   /// @return one more hit in [tmin, tmax]; a miss at the end; failed() (see state()) if nodes could not be visited.
   HIPRT_HD HIPRT_INLINE Hit next_hit() {
-    while (!advance()) {
-    }
+    static_assert(!P::Schedule::kWholeWave, "hiprt: a WholeWave schedule is for trace_batch()");
+    advance();
     return hit();
   }
 
   /// The last answer.
   HIPRT_HD HIPRT_INLINE Hit hit() const { return search_.hit(); }
 
-  /// As ClosestHit::advance().
-  HIPRT_HD HIPRT_INLINE bool advance() {
-    if (!busy_ && !search_.can_go_on()) return true;
-    busy_ = !search_.find_any();
-    return !busy_;
+  /// next_hit() without its result, which hit() then has.
+  HIPRT_HD HIPRT_INLINE void advance() {
+    if (search_.can_go_on()) search_.find_any(false);
   }
+
+  /// As those of ClosestHit.
+  HIPRT_HD HIPRT_INLINE bool advance_wave(bool may_pause) { return search_.find_any(may_pause); }
+  HIPRT_HD HIPRT_INLINE void cancel() { search_.cancel(); }
 
   HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
   /// What P::Counter counted, over all calls.
@@ -47,7 +49,6 @@ class AnyHit {
 
  private:
   Search search_;
-  bool busy_ = false;  ///< Between two calls of advance().
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

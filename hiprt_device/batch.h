@@ -1,5 +1,5 @@
 #pragma once
-/// Many rays through the lanes of a kernel whose grid stays: a lane that is done takes the next ray.
+/// Many rays through the lanes of a kernel whose grid stays: lanes that are done take new rays.
 
 #include <hiprt_device/atomic.h>
 #include <hiprt_device/wave.h>
@@ -7,31 +7,37 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// One number per active lane, counted on from *next: one atomic operation for the wave.
-HIPRT_HD HIPRT_INLINE std::uint32_t take_numbers(std::uint32_t* next) {
-  const LaneMask lanes = wave_ballot(true);
-  std::uint32_t first = 0;
-  if (lanes_before(lanes) == 0) first = fetch_add(next, lane_count(lanes));
-  return from_first_lane(lanes, first) + lanes_before(lanes);
-}
-
-/// Traces rays [0, count) with all lanes that call this: "persistent threads" with dynamic fetch (Aila and Laine 2009).
-/// With a schedule that pauses (Postponed<kFetchBelow>) idle lanes get new rays while the others are on their way:
-/// lane utilisation for incoherent closest hits.
+/// Traces rays [0, count) with "persistent threads" and dynamic fetch (Aila and Laine 2009): with
+/// WholeWave<kFetchBelow> as the queries' schedule, idle lanes get new rays while the others are on their way. All
+/// lanes of a wave call it together; a grid that just fills the device is the right size.
 /// @param next 0 at first, in memory of the device; all waves of the batch count it up.
 /// @param make a query (ClosestHit or AnyHit) from the number of a ray.
 /// @param done called with the number and the query when its answer is there: query.hit().
 template <class Make, class Done>
 HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next, Make&& make, Done&& done) {
-  std::uint32_t ray = take_numbers(next);
-  if (ray >= count) return;
-  auto query = make(ray);
+  if (count == 0) return;
+  auto query = make(0);
+  query.cancel();
+  std::uint32_t ray = 0;
+  bool idle = true, more = true;
   for (;;) {
-    if (query.advance()) {
+    if (more) {
+      const LaneMask lanes = whole_wave_ballot(idle);
+      std::uint32_t first = 0;
+      if (lane_index() == 0) first = fetch_add(next, lane_count(lanes));
+      first = from_first_lane(whole_wave_ballot(true), first);
+      if (idle) {
+        ray = first + lanes_before(lanes);
+        idle = ray >= count;
+        if (!idle) query = make(ray);
+      }
+      more = first + lane_count(lanes) < count;
+    }
+    if (!whole_wave_any(!idle)) return;
+    const bool answered = query.advance_wave(more);
+    if (answered && !idle) {
       done(ray, query);
-      ray = take_numbers(next);
-      if (ray >= count) return;
-      query = make(ray);
+      idle = true;
     }
   }
 }

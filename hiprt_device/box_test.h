@@ -53,7 +53,11 @@ template <class Lanes> struct RaySlabs {
   typename Lanes::Float rcp[3];
   typename Lanes::Float near_offset[3];
   typename Lanes::Float far_offset[3];
-  unsigned near_side[3];  ///< Which plane the ray meets first: 0 minimum, 1 maximum.
+
+  /// Which plane the ray meets first: 0 minimum, 1 maximum.
+  HIPRT_HD HIPRT_INLINE unsigned near_side(unsigned axis) const {
+    return std::bit_cast<std::uint32_t>(Lanes::get(rcp[axis], 0)) >> 31;
+  }
 
   /// Direction components below 2^-26 of the largest are raised to it, for boxes only: within [tmin, tmax] and the
   /// scene the ray moves by less than the margin. So no reciprocal is infinite and no product is 0 * inf.
@@ -66,14 +70,11 @@ template <class Lanes> struct RaySlabs {
 
  private:
   HIPRT_HD HIPRT_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin) {
-    // The sign bit, so that it is a number from the start: the sides become parts of addresses.
-    const unsigned side = std::bit_cast<std::uint32_t>(direction) >> 31;
-    const bool down = side != 0;
+    const bool down = std::bit_cast<std::int32_t>(direction) < 0;
     const float length = max_of(absolute(direction), floor);
     const float magnitude = max_of(within_range(1.0f / length), std::numeric_limits<float>::min());
     const float reciprocal = down ? -magnitude : magnitude;
     const float widening = down ? -margin : margin;
-    near_side[axis] = side;
     rcp[axis] = Lanes::all(reciprocal);
     near_offset[axis] = Lanes::all(within_range(-(origin + widening) * reciprocal));
     far_offset[axis] = Lanes::all(within_range(-(origin - widening) * reciprocal));
@@ -148,10 +149,10 @@ HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const Ray
   const NodeSlabs<Lanes, Node> slabs(node, ray);
   // Not a loop over arrays: GCC keeps such a loop, and the arrays in memory.
   const auto enter = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
-    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side[axis]), slabs.rcp(axis), slabs.near_offset(axis));
+    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side(axis)), slabs.rcp(axis), slabs.near_offset(axis));
   };
   const auto leave = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
-    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side[axis] ^ 1u), slabs.rcp(axis),
+    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side(axis) ^ 1u), slabs.rcp(axis),
                        slabs.far_offset(axis));
   };
   const auto first = Lanes::max(Lanes::max(enter(0), enter(1)), Lanes::max(enter(2), tmin));
@@ -164,7 +165,7 @@ template <class Lanes>
 HIPRT_HD HIPRT_INLINE bool meets_box(const Box& box, const RaySlabs<Lanes>& ray, float tmin, float tmax) {
   float first = tmin, last = tmax;
   const auto clip = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
-    const bool down = ray.near_side[axis] != 0;
+    const bool down = ray.near_side(axis) != 0;
     const float near_plane = down ? box.max[axis] : box.min[axis], far_plane = down ? box.min[axis] : box.max[axis];
     const float rcp = Lanes::get(ray.rcp[axis], 0);
     first = max_of(first, multiply_add(near_plane, rcp, Lanes::get(ray.near_offset[axis], 0)));

@@ -15,7 +15,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// order of t, geometry and primitive, each once, however the tree was built.
 template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives>
 class ClosestHit {
-  using Search = HitSearch<P, NearFirst, false, Filter, Primitives>;
+  using Search = HitSearch<P, typename P::ClosestOrder, false, Filter, Primitives>;
 
  public:
   using Storage = typename Search::Storage;
@@ -28,25 +28,26 @@ class ClosestHit {
   /// @return the closest hit in [tmin, tmax] behind the last one, with normal and error; a miss at the end; failed()
   /// (see state()) when it cannot be told.
   HIPRT_HD HIPRT_INLINE Hit next_hit() {
-    while (!advance()) {
-    }
+    static_assert(!P::Schedule::kWholeWave, "hiprt: a WholeWave schedule is for trace_batch()");
+    advance();
     return hit();
   }
 
   /// The last answer.
   HIPRT_HD HIPRT_INLINE Hit hit() const { return search_.complete_hit(); }
 
-  /// A part of next_hit(), as long as P::Schedule does not ask for a pause: for kernels that give idle lanes new rays.
-  /// @return whether the answer is there, for hit().
-  HIPRT_HD HIPRT_INLINE bool advance() {
-    if (!busy_) {
-      if (!search_.can_go_on()) return true;
-      if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
-      if (search_.state() == TraversalState::kFinished) return true;
-    }
-    busy_ = !search_.find_closest();
-    return !busy_;
+  /// next_hit() without its result, which hit() then has.
+  HIPRT_HD HIPRT_INLINE void advance() {
+    if (!search_.can_go_on()) return;
+    if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
+    if (search_.state() != TraversalState::kFinished) search_.find_closest(false);
   }
+
+  /// For trace_batch(), with a WholeWave schedule: a part of the way to the first hit. All lanes of the wave call it.
+  /// @return whether the answer is there, for hit().
+  HIPRT_HD HIPRT_INLINE bool advance_wave(bool may_pause) { return search_.find_closest(may_pause); }
+  /// Nothing is left to visit: for lanes without a ray.
+  HIPRT_HD HIPRT_INLINE void cancel() { search_.cancel(); }
 
   HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
   /// What P::Counter counted, over all calls.
@@ -54,7 +55,6 @@ class ClosestHit {
 
  private:
   Search search_;
-  bool busy_ = false;  ///< Between two calls of advance().
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -64,15 +64,16 @@ class HitSearch {
     traversal_.restart(*scene_, after_t_, storage_);
   }
 
-  /// Looks for the closest hit behind the last. @return false: the schedule asked for a pause, call again.
-  HIPRT_HD HIPRT_INLINE bool find_closest() {
-    const Outcome outcome =
-        traversal_.run(*scene_, ray_, limit_, primitives_, counter_, [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
-          if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)) return true;
-          if (!accept(found)) return true;
-          limit_ = found.at.t;
-          return !stopped_;
-        });
+  /// Looks for the closest hit behind the last. @return false: the wave pauses, call again.
+  HIPRT_HD HIPRT_INLINE bool find_closest(bool may_pause) {
+    const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
+                                           [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
+                                             if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found))
+                                               return true;
+                                             if (!accept(found)) return true;
+                                             limit_ = found.at.t;
+                                             return !stopped_;
+                                           });
     if (outcome == Outcome::kPaused) return false;
     // Limit and t are one register until here.
     // What was not visited may have been nearer.
@@ -82,20 +83,23 @@ class HitSearch {
   }
 
   /// Looks for one more hit, whichever comes first. @return as find_closest().
-  HIPRT_HD HIPRT_INLINE bool find_any() {
+  HIPRT_HD HIPRT_INLINE bool find_any(bool may_pause) {
     if (stopped_) {
       conclude(false);
       return true;
     }
-    const Outcome outcome =
-        traversal_.run(*scene_, ray_, limit_, primitives_, counter_, [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
-          if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
-          return !accept(found);
-        });
+    const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
+                                           [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
+                                             if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
+                                             return !accept(found);
+                                           });
     if (outcome == Outcome::kPaused) return false;
     conclude(outcome == Outcome::kStopped);
     return true;
   }
+
+  /// Nothing is left to visit.
+  HIPRT_HD HIPRT_INLINE void cancel() { traversal_.cancel(); }
 
   HIPRT_HD HIPRT_INLINE void forget_hit() {
     hit_ = Hit{};

@@ -11,6 +11,34 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+namespace order_detail {
+
+struct Child {
+  float enter;  ///< kMissed if the ray does not meet it.
+  NodeRef ref;
+};
+
+inline constexpr float kMissed = std::numeric_limits<float>::infinity();
+
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE Child child_of(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, unsigned i) {
+  return Child{hits.hit(i) ? Lanes::get(hits.enter, i) : kMissed, child[i]};
+}
+
+template <class Way> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
+  bool swap = b.enter < a.enter;
+  if constexpr (Way::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
+  const Child low{swap ? b.enter : a.enter, swap ? b.ref : a.ref};
+  b = Child{swap ? a.enter : b.enter, swap ? a.ref : b.ref};
+  a = low;
+}
+
+template <class Way> HIPRT_HD HIPRT_INLINE void leave(const Child& child, Way& way) {
+  if (child.enter < kMissed) way.later(make_entry(child.enter, child.ref));
+}
+
+}  // namespace order_detail
+
 /// Nearest child first, the others so that the nearer comes back earlier. For closest hits.
 struct NearFirst {
   using Entry = StackEntry;
@@ -18,7 +46,7 @@ struct NearFirst {
   /// @pre hits.any()
   template <class Lanes, class Way>
   HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    if (!way.make_room()) return kInvalidRef;
+    if (!way.make_room()) return kOverflowRef;
     if constexpr (Lanes::kScalar)
       return next_by_network(child, hits, way);
     else
@@ -70,35 +98,44 @@ struct NearFirst {
     b = high;
   }
 
-  struct Child {
-    float enter;
-    NodeRef ref;
-  };
-
   /// Five compare-exchanges whatever the number of hits: no branches but the pushes.
   template <class Lanes, class Way>
   HIPRT_HD static HIPRT_INLINE NodeRef next_by_network(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
                                                        Way& way) {
-    constexpr float kMissed = std::numeric_limits<float>::infinity();
-    const auto make = [&](unsigned i) { return Child{hits.hit(i) ? Lanes::get(hits.enter, i) : kMissed, child[i]}; };
-    Child a = make(0), b = make(1), c = make(2), d = make(3);
-    sort<Way>(a, c);
-    sort<Way>(b, d);
-    sort<Way>(a, b);
-    sort<Way>(c, d);
-    sort<Way>(b, c);
-    if (d.enter < kMissed) way.later(make_entry(d.enter, d.ref));
-    if (c.enter < kMissed) way.later(make_entry(c.enter, c.ref));
-    if (b.enter < kMissed) way.later(make_entry(b.enter, b.ref));
+    using namespace order_detail;
+    Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
+          d = child_of(child, hits, 3);
+    order_detail::sort<Way>(a, c);
+    order_detail::sort<Way>(b, d);
+    order_detail::sort<Way>(a, b);
+    order_detail::sort<Way>(c, d);
+    order_detail::sort<Way>(b, c);
+    leave(d, way);
+    leave(c, way);
+    leave(b, way);
     return way.follow(make_entry(a.enter, a.ref));
   }
+};
 
-  template <class Way> HIPRT_HD static HIPRT_INLINE void sort(Child& a, Child& b) {
-    bool swap = b.enter < a.enter;
-    if constexpr (Way::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
-    const Child low{swap ? b.enter : a.enter, swap ? b.ref : a.ref};
-    b = Child{swap ? a.enter : b.enter, swap ? a.ref : b.ref};
-    a = low;
+/// Nearest child first, the others as they are stored: three compare-exchanges.
+struct NearestFirst {
+  using Entry = StackEntry;
+
+  /// @pre hits.any()
+  template <class Lanes, class Way>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
+    static_assert(!Way::kNeedsStableOrder, "NearestFirst: a restart trail needs children in the order of distance");
+    if (!way.make_room()) return kOverflowRef;
+    using namespace order_detail;
+    Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
+          d = child_of(child, hits, 3);
+    order_detail::sort<Way>(a, b);
+    order_detail::sort<Way>(c, d);
+    order_detail::sort<Way>(a, c);
+    leave(d, way);
+    leave(c, way);
+    leave(b, way);
+    return way.follow(make_entry(a.enter, a.ref));
   }
 };
 
@@ -109,7 +146,7 @@ struct Unordered {
   /// @pre hits.any()
   template <class Lanes, class Way>
   HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    if (!way.make_room()) return kInvalidRef;
+    if (!way.make_room()) return kOverflowRef;
     if constexpr (Lanes::kScalar) {
       NodeRef first = kInvalidRef;
       const auto add = [&](unsigned i) HIPRT_INLINE_LAMBDA {

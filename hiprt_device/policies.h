@@ -8,7 +8,7 @@
 ///
 ///     struct Mine : hiprt::Policies<hiprt::QuantizedLayout> {
 ///       using Stack = hiprt::RollingStack<8>;
-///       using Schedule = hiprt::Postponed<>;
+///       using Schedule = hiprt::Postponed;
 ///     };
 
 #include <hiprt_device/counter.h>
@@ -61,6 +61,8 @@ struct Policies {
   using Lanes = LanesPolicy;
   using Counter = CounterPolicy;
   using Schedule = Immediate;
+  using ClosestOrder = NearFirst;
+  using AnyOrder = Unordered;
   static constexpr FeatureMask kFeatures = kFeatureSet;
 };
 

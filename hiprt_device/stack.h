@@ -25,6 +25,11 @@ HIPRT_HD HIPRT_INLINE NodeRef entry_ref(StackEntry entry) { return static_cast<N
 HIPRT_HD HIPRT_INLINE float entry_distance(NodeRef) { return 0.0f; }
 HIPRT_HD HIPRT_INLINE NodeRef entry_ref(NodeRef entry) { return entry; }
 
+/// Stands for the next node when the stack is too small for it. In the slot of kInvalidRef, where no node can be.
+inline constexpr NodeRef kOverflowRef = kInvalidRef - 1;
+/// Neither node nor leaf: kInvalidRef or kOverflowRef.
+HIPRT_HD constexpr bool is_end(NodeRef ref) { return ref >= kOverflowRef; }
+
 /// Children that a node may leave on the stack.
 inline constexpr unsigned kMostPushed = kBranching - 1;
 
@@ -58,10 +63,10 @@ concept PlainStack = StackOf < typename T::template Of<StackEntry>,
         StackEntry,
 typename T::Storage > &&StackOf<typename T::template Of<NodeRef>, NodeRef, typename T::Storage>;
 
-/// How a traversal comes back to the children that it passed by: make_room() (false: an overflow, the traversal ends),
-/// later() for each child to visit later, the farthest first, then follow() for the nearest, which returns where to go
-/// on; pop() when a branch is done: the next node no farther than limit, or kInvalidRef at the end. This is the usual
-/// way, on a PlainStack.
+/// How a traversal comes back to the children that it passed by: make_room() (false: an overflow, which ends
+/// the traversal), later() for each child to visit later, the farthest first, then follow() for the nearest, which
+/// returns where to go on; pop() when a branch is done: the next node no farther than limit, or kInvalidRef at the end.
+/// This is the usual way, on a PlainStack.
 template <class Stack, class Entry> class StackBacktrack {
  public:
   /// Whether children at the same distance must come in the same order at every visit of their node.
@@ -69,11 +74,7 @@ template <class Stack, class Entry> class StackBacktrack {
 
   HIPRT_HD HIPRT_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
 
-  HIPRT_HD HIPRT_INLINE bool make_room() {
-    if (stack_.has_room()) return true;
-    overflowed_ = true;
-    return false;
-  }
+  HIPRT_HD HIPRT_INLINE bool make_room() const { return stack_.has_room(); }
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
@@ -83,12 +84,9 @@ template <class Stack, class Entry> class StackBacktrack {
     }
     return kInvalidRef;
   }
-  /// Whether there was no room, so that nodes were not visited.
-  HIPRT_HD HIPRT_INLINE bool overflowed() const { return overflowed_; }
 
  private:
   typename Stack::template Of<Entry> stack_;
-  bool overflowed_ = false;
 };
 
 /// A policy that brings a way back of its own (stacks/restart.h).
@@ -100,7 +98,6 @@ concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> 
   way.later(entry);
   { way.follow(entry) } -> std::same_as<NodeRef>;
   { way.pop(limit) } -> std::same_as<NodeRef>;
-  { way.overflowed() } -> std::same_as<bool>;
   { T::template Backtrack<StackEntry>::kNeedsStableOrder } -> std::convertible_to<bool>;
 };
 

@@ -32,7 +32,7 @@ struct LeafHit {
 enum class Outcome {
   kFinished,  ///< Nothing is left to visit.
   kStopped,   ///< The visitor returned false; run() goes on behind that hit.
-  kPaused,    ///< The schedule asked for a pause; run() goes on.
+  kPaused,    ///< The wave leaves the loop for a while (WholeWave); run() goes on.
 };
 
 /// A ray's way through the tree, which can be left and taken up again.
@@ -66,27 +66,41 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// Visits the leaves whose boxes the ray meets in [tmin, limit], in the order of Order.
   /// @param scene, ray those of the constructor.
   /// @param limit read before every test: the visitor may lower it.
-  /// @param visit bool(const LeafHit&): false stops.
+  /// @param may_pause for WholeWave schedules.
+  /// @param visit bool(const LeafHit&): false stops. (Under a WholeWave schedule there is no going on then.)
   template <class Primitives, class Visit>
   HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const Ray& ray, const float& limit,
-                                    const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
+                                    const Primitives& primitives, typename P::Counter& counter, bool may_pause,
+                                    Visit&& visit) {
+    using Schedule = typename P::Schedule;
+    Outcome outcome = Outcome::kFinished;
     for (;;) {
-      if constexpr (P::Schedule::kPostponesLeaves)
+      if constexpr (Schedule::kWholeWave)
+        find_leaves_of_wave(scene, limit, counter);
+      else if constexpr (Schedule::kPostponesLeaves)
         find_leaves_together(scene, limit, counter);
-      else if (leaf_ == kInvalidRef)
+      else if (is_end(leaf_))
         find_leaf(scene, limit, counter);
-      if (leaf_ == kInvalidRef) return Outcome::kFinished;
-      while (leaf_ != kInvalidRef) {
-        if (!test_leaf(scene, ray, limit, primitives, counter, visit)) return Outcome::kStopped;
-        if (P::Schedule::kPostponesLeaves && leaf_ == kInvalidRef && !is_box(node_)) take_leaf(limit);
+      if (!Schedule::kWholeWave && is_end(leaf_)) return Outcome::kFinished;
+      while (!is_end(leaf_)) {
+        if (!test_leaf(scene, ray, limit, primitives, counter, visit)) {
+          outcome = Outcome::kStopped;
+          if constexpr (!Schedule::kWholeWave) return outcome;
+          cancel();
+        }
+        if (Schedule::kPostponesLeaves && is_end(leaf_) && !is_box(node_)) take_leaf(limit);
       }
-      if constexpr (!P::Schedule::kPostponesLeaves) node_ = way_.pop(limit);
-      if (P::Schedule::pause()) return Outcome::kPaused;
+      if constexpr (!Schedule::kPostponesLeaves) node_ = way_.pop(limit);
+      if constexpr (Schedule::kWholeWave)
+        if (Schedule::leaves(!is_end(node_), may_pause)) return is_end(node_) ? outcome : Outcome::kPaused;
     }
   }
 
-  /// Whether the stack was too small, so that parts of the tree were not visited.
-  HIPRT_HD HIPRT_INLINE bool overflowed() const { return way_.overflowed(); }
+  /// Whether the stack was too small, so that parts of the tree were not visited. @pre run() returned kFinished
+  HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
+
+  /// Nothing is left to visit.
+  HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
 
  private:
   using Node = typename Layout::Node;
@@ -99,20 +113,30 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     leaf_ = node_;
   }
 
-  /// The same, but beyond the first leaf as long as another lane of the wave has none.
+  /// The same, but beyond the first leaf as long as another lane in this loop has none.
   HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, float limit, typename P::Counter& counter) {
     while (is_box(node_)) {
       node_ = visit_boxes(scene, limit, counter);
-      if (leaf_ == kInvalidRef && !is_box(node_)) take_leaf(limit);
-      if (!wave_any(leaf_ == kInvalidRef)) break;
+      if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+      if (!wave_any(is_end(leaf_))) break;
     }
-    if (leaf_ == kInvalidRef) take_leaf(limit);
+    if (is_end(leaf_)) take_leaf(limit);
+  }
+
+  /// The same with every lane of the wave in the loop.
+  HIPRT_HD HIPRT_INLINE void find_leaves_of_wave(const SceneView& scene, float limit, typename P::Counter& counter) {
+    if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+    while (whole_wave_any(is_end(leaf_) && is_box(node_))) {
+      if (!is_box(node_)) continue;
+      node_ = visit_boxes(scene, limit, counter);
+      if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+    }
   }
 
   /// @pre !is_box(node_)
   HIPRT_HD HIPRT_INLINE void take_leaf(float limit) {
     leaf_ = node_;
-    if (leaf_ != kInvalidRef) node_ = way_.pop(limit);
+    if (!is_end(leaf_)) node_ = way_.pop(limit);
   }
 
   /// @return where to go on.

@@ -44,7 +44,30 @@ HIPRT_HD HIPRT_INLINE LaneMask wave_ballot(bool condition) {
 #endif
 }
 
-HIPRT_HD HIPRT_INLINE bool wave_any(bool condition) { return wave_ballot(condition) != 0; }
+HIPRT_HD HIPRT_INLINE bool wave_any(bool condition) {
+#if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
+  return __any_sync(__activemask(), condition);
+#else
+  return wave_ballot(condition) != 0;
+#endif
+}
+
+/// The same where every lane of the wave takes part, which also brings them together.
+HIPRT_HD HIPRT_INLINE LaneMask whole_wave_ballot(bool condition) {
+#if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
+  return __ballot_sync(0xffffffffu, condition);
+#else
+  return wave_ballot(condition);
+#endif
+}
+
+HIPRT_HD HIPRT_INLINE bool whole_wave_any(bool condition) {
+#if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
+  return __any_sync(0xffffffffu, condition);
+#else
+  return wave_ballot(condition) != 0;
+#endif
+}
 
 HIPRT_HD HIPRT_INLINE unsigned lane_count(LaneMask lanes) {
 #if HIPRT_DEVICE_CODE

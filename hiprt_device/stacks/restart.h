@@ -27,11 +27,8 @@ template <unsigned kEntries = 4> struct RestartStack {
 
     HIPRT_HD HIPRT_INLINE Backtrack(const Storage&, NodeRef root) : root_(root) {}
 
-    HIPRT_HD HIPRT_INLINE bool make_room() {
-      if (level_ < kLevels) return true;
-      overflowed_ = true;
-      return false;
-    }
+    /// Whether the tree is not too deep for the trail.
+    HIPRT_HD HIPRT_INLINE bool make_room() const { return level_ < kLevels; }
 
     HIPRT_HD HIPRT_INLINE void later(Entry entry) {
       passed_[2] = passed_[1];
@@ -73,8 +70,6 @@ template <unsigned kEntries = 4> struct RestartStack {
         if (entry_distance(entry) <= limit) return entry_ref(entry);
       }
     }
-    /// Whether the tree was too deep for the trail.
-    HIPRT_HD HIPRT_INLINE bool overflowed() const { return overflowed_; }
 
    private:
     static constexpr unsigned kLevels = 64;
@@ -126,7 +121,6 @@ template <unsigned kEntries = 4> struct RestartStack {
     Entry held_entries_[kEntries == 0 ? 1 : kEntries] = {};  ///< The top of the stack first.
     std::uint32_t last_ = 0;  ///< Bit i: entry i is its node's last child in reach when it was pushed.
     unsigned held_ = 0;
-    bool overflowed_ = false;
   };
 };
 

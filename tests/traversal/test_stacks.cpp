@@ -82,8 +82,8 @@ template <class P> void check_same_hits(const Scene& scene, std::uint32_t capaci
 template <class Stack> void check_stack(const Scene& scene, std::uint32_t capacity = 0) {
   check_same_hits<With<Stack, DefaultLanes, Immediate>>(scene, capacity);
   check_same_hits<With<Stack, ArrayLanes, Immediate>>(scene, capacity);
-  check_same_hits<With<Stack, DefaultLanes, Postponed<>>>(scene, capacity);
-  check_same_hits<With<Stack, ArrayLanes, Postponed<20>>>(scene, capacity);
+  check_same_hits<With<Stack, DefaultLanes, Postponed>>(scene, capacity);
+  check_same_hits<With<Stack, ArrayLanes, Postponed>>(scene, capacity);
 }
 
 /// With a stack that is too small: what is found by any hit is true, and nothing is claimed that is not known.
