@@ -16,6 +16,8 @@ enum class ErrorCode {
   kCancelled,  ///< The progress callback asked to stop.
   kIo,         ///< A file could not be opened, read, written or renamed.
   kBackend,    ///< A library beneath (Embree) reported an error.
+  kNoDevice,   ///< No GPU, or no driver for it.
+  kGpu,        ///< The GPU runtime (HIP, CUDA) reported an error.
 };
 
 /// @return e.g. "invalid input".

@@ -16,6 +16,10 @@ const char* name(ErrorCode code) {
       return "input or output error";
     case ErrorCode::kBackend:
       return "backend error";
+    case ErrorCode::kNoDevice:
+      return "no GPU";
+    case ErrorCode::kGpu:
+      return "GPU error";
   }
   return "unknown error";
 }

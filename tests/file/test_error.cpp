@@ -9,10 +9,11 @@ using hiprt::build::ErrorCode;
 
 TEST_CASE("every error code has a name of its own") {
   std::set<std::string> names;
-  for (const ErrorCode code : {ErrorCode::kInvalidInput, ErrorCode::kTooLarge, ErrorCode::kOutOfMemory,
-                               ErrorCode::kCancelled, ErrorCode::kIo, ErrorCode::kBackend})
+  for (const ErrorCode code :
+       {ErrorCode::kInvalidInput, ErrorCode::kTooLarge, ErrorCode::kOutOfMemory, ErrorCode::kCancelled, ErrorCode::kIo,
+        ErrorCode::kBackend, ErrorCode::kNoDevice, ErrorCode::kGpu})
     names.insert(hiprt::build::name(code));
-  CHECK(names.size() == 6);
+  CHECK(names.size() == 8);
   CHECK(names.count("unknown error") == 0);
   CHECK(std::string(hiprt::build::name(ErrorCode::kInvalidInput)) == "invalid input");
 }
