@@ -1,6 +1,7 @@
 #!/bin/bash
 # compile_headers.sh COMPILER ARCH ROOT WORK: compiles every header of hiprt_device alone (twice in one source file, so
-# that include guards are seen too), and for GPU compilers the kernels beside this script.
+# that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu and the kernels beside this
+# script.
 #
 # COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, gfx1030, sm_90, ... ROOT is the repository, WORK a
 # folder for the generated sources. Exit status: 0, 1 (a header failed; its messages are printed) or 77 (no such
@@ -51,6 +52,8 @@ case $compiler in
     ;;
 esac
 
+folders=("$root/hiprt_device")
+if [[ $suffix != cpp ]]; then folders+=("$root/hiprt_build/gpu"); fi
 rm -rf "$work/sources"
 mkdir -p "$work/sources"
 count=0
@@ -58,9 +61,9 @@ while IFS= read -r header; do
   name=${header#"$root"/}
   printf '#include <%s>\n#include <%s>\n' "$name" "$name" >"$work/sources/${name//\//__}.$suffix"
   count=$((count + 1))
-done < <(find "$root/hiprt_device" -name '*.h' | sort)
+done < <(find "${folders[@]}" -name '*.h' | sort)
 if [[ $count -eq 0 ]]; then
-  echo "no header found under $root/hiprt_device" >&2
+  echo "no header found under ${folders[*]}" >&2
   exit 1
 fi
 if [[ $suffix != cpp ]]; then

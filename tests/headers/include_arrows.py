@@ -6,11 +6,14 @@
 
 A <- B means that B may include A; there are no other arrows:
 
-    hiprt_device/format  <-  hiprt_device math  <-  hiprt_device traversal
-    hiprt_device/format, hiprt_device math      <-  hiprt_build
+    hiprt_device/format  <-  hiprt_device math  <-  scene_view.h  <-  hiprt_device traversal
+    hiprt_device/format, hiprt_device math                             <-  hiprt_build
+    hiprt_device/format, math, scene_view.h, hiprt_build's public headers  <-  hiprt_build/gpu
+    hiprt_build/gpu                             <-  GPU sources and internal headers of hiprt_build
     hiprt_device, hiprt_build                   <-  tools
 
-Headers directly in hiprt_build are public; those in its sub-folders are not installed.
+Headers directly in hiprt_build and in hiprt_build/gpu are public; those in its other sub-folders are not installed.
+What a C++ compiler alone must build (other public headers, .cpp files of hiprt_build) includes no GPU runtime.
 """
 import os
 import re
@@ -18,13 +21,17 @@ import sys
 
 # Headers of hiprt_device that are arithmetic only. Everything else outside format/ is traversal.
 MATH = {'hiprt_device/vec.h', 'hiprt_device/motion.h'}
+# What a tracer is given: host code that uploads a scene needs it without the traversal.
+SCENE = {'hiprt_device/scene_view.h'}
 
 MAY_INCLUDE = {
     'format': {'format'},
     'math': {'format', 'math'},
-    'traversal': {'format', 'math', 'traversal'},
-    'build': {'format', 'math', 'build'},
-    'tools': {'format', 'math', 'traversal', 'build', 'tools'},
+    'scene': {'format', 'math', 'scene'},
+    'traversal': {'format', 'math', 'scene', 'traversal'},
+    'build': {'format', 'math', 'build', 'gpu'},
+    'gpu': {'format', 'math', 'scene', 'build', 'gpu'},
+    'tools': {'format', 'math', 'scene', 'traversal', 'build', 'gpu', 'tools'},
 }
 # Includes of other packages that are kept out of some places.
 GPU = re.compile(r'(hip|cuda|cub|rocprim|thrust)(/|_|\.)')
@@ -37,8 +44,15 @@ def zone(path):
     if path.startswith('hiprt_device/'):
         if path.startswith('hiprt_device/format/'):
             return 'format'
-        return 'math' if path in MATH else 'traversal'
+        return 'math' if path in MATH else 'scene' if path in SCENE else 'traversal'
+    if path.startswith('hiprt_build/gpu/'):
+        return 'gpu'
     return {'hiprt_build': 'build', 'tools': 'tools'}.get(path.split('/')[0])
+
+
+def is_public(path):
+    """Whether a header of hiprt_build is installed."""
+    return path.endswith('.h') and (zone(path) == 'gpu' or zone(path) == 'build' and path.count('/') == 1)
 
 
 def sources(root):
@@ -78,20 +92,26 @@ def fault(root, path, name, quoted):
         return 'include of a macro: the arrows cannot be seen'
     mine = zone(path)
     target = resolve(root, path, name, quoted)
-    public = mine == 'build' and path.endswith('.h') and path.count('/') == 1
+    public = is_public(path)
+    # Compiled where there is no GPU runtime.
+    host_only = mine == 'build' and (public or path.endswith('.cpp'))
     if target is None:
         if quoted or name.startswith(('hiprt_device/', 'hiprt_build/', 'tools/')):
             return f'{name} does not exist in the project'
         if name.startswith('glm/') and path != 'hiprt_device/vec.h':
             return 'only hiprt_device/vec.h includes GLM'
-        in_device = mine in ('format', 'math', 'traversal')
+        in_device = mine in ('format', 'math', 'scene', 'traversal')
         if GPU.match(name) and in_device and path != 'hiprt_device/format/portability.h':
             return 'in hiprt_device only format/portability.h includes a GPU runtime'
+        if GPU.match(name) and host_only:
+            return f'{name} is not there for a C++ compiler alone'
         if ENGINES.match(name) and (in_device or public):
             return f'{name} would become a dependency of every user: public headers do not include it'
         return None
     theirs = zone(target)
-    if public and theirs == 'build' and target.count('/') > 1:
+    if theirs == 'gpu' and host_only:
+        return f'{target} needs a GPU runtime, which a C++ compiler alone does not have'
+    if public and theirs == 'build' and not is_public(target):
         return f'{target} is internal and not installed: public headers do not include it'
     if theirs not in MAY_INCLUDE[mine]:
         return f'{mine} may not include {theirs or "tests, benchmarks or others"} ({target})'

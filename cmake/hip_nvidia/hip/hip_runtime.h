@@ -12,12 +12,19 @@ using hipStream_t = cudaStream_t;
 using hipEvent_t = cudaEvent_t;
 using hipDeviceProp_t = cudaDeviceProp;
 using hipMemcpyKind = cudaMemcpyKind;
+using hipFuncAttributes = cudaFuncAttributes;
+using hipDeviceAttribute_t = cudaDeviceAttr;
 
 inline constexpr hipError_t hipSuccess = cudaSuccess;
 inline constexpr hipError_t hipErrorOutOfMemory = cudaErrorMemoryAllocation;
 inline constexpr hipError_t hipErrorInvalidValue = cudaErrorInvalidValue;
 inline constexpr hipError_t hipErrorNoDevice = cudaErrorNoDevice;
+inline constexpr hipError_t hipErrorInsufficientDriver = cudaErrorInsufficientDriver;
 inline constexpr hipError_t hipErrorNotReady = cudaErrorNotReady;
+inline constexpr hipDeviceAttribute_t hipDeviceAttributeMaxGridDimX = cudaDevAttrMaxGridDimX;
+inline constexpr hipDeviceAttribute_t hipDeviceAttributeMaxGridDimY = cudaDevAttrMaxGridDimY;
+inline constexpr hipDeviceAttribute_t hipDeviceAttributeMaxGridDimZ = cudaDevAttrMaxGridDimZ;
+inline constexpr hipDeviceAttribute_t hipDeviceAttributeMultiprocessorCount = cudaDevAttrMultiProcessorCount;
 inline constexpr hipMemcpyKind hipMemcpyHostToDevice = cudaMemcpyHostToDevice;
 inline constexpr hipMemcpyKind hipMemcpyDeviceToHost = cudaMemcpyDeviceToHost;
 inline constexpr hipMemcpyKind hipMemcpyDeviceToDevice = cudaMemcpyDeviceToDevice;
@@ -35,6 +42,9 @@ inline hipError_t hipGetDevice(int* device) { return cudaGetDevice(device); }
 inline hipError_t hipSetDevice(int device) { return cudaSetDevice(device); }
 inline hipError_t hipGetDeviceProperties(hipDeviceProp_t* properties, int device) {
   return cudaGetDeviceProperties(properties, device);
+}
+inline hipError_t hipDeviceGetAttribute(int* value, hipDeviceAttribute_t attribute, int device) {
+  return cudaDeviceGetAttribute(value, attribute, device);
 }
 inline hipError_t hipDeviceSynchronize() { return cudaDeviceSynchronize(); }
 
@@ -88,4 +98,23 @@ inline hipError_t hipEventSynchronize(hipEvent_t event) { return cudaEventSynchr
 /// Milliseconds between two recorded events.
 inline hipError_t hipEventElapsedTime(float* milliseconds, hipEvent_t start, hipEvent_t stop) {
   return cudaEventElapsedTime(milliseconds, start, stop);
+}
+
+inline hipError_t hipFuncGetAttributes(hipFuncAttributes* attributes, const void* kernel) {
+  return cudaFuncGetAttributes(attributes, kernel);
+}
+/// Blocks that one multiprocessor holds at once.
+inline hipError_t hipOccupancyMaxActiveBlocksPerMultiprocessor(int* blocks, const void* kernel, int block,
+                                                               size_t dynamic_shared_bytes) {
+  return cudaOccupancyMaxActiveBlocksPerMultiprocessor(blocks, kernel, block, dynamic_shared_bytes);
+}
+/// @param limit of threads in a block; 0: the kernel's.
+inline hipError_t hipOccupancyMaxPotentialBlockSize(int* grid, int* block, const void* kernel,
+                                                    size_t dynamic_shared_bytes, int limit) {
+  return cudaOccupancyMaxPotentialBlockSize(grid, block, kernel, dynamic_shared_bytes, limit);
+}
+/// @param arguments addresses of the kernel's arguments.
+inline hipError_t hipLaunchKernel(const void* kernel, dim3 grid, dim3 block, void** arguments,
+                                  size_t dynamic_shared_bytes, hipStream_t stream) {
+  return cudaLaunchKernel(kernel, grid, block, arguments, dynamic_shared_bytes, stream);
 }

@@ -1,5 +1,6 @@
 #pragma once
-#include <embree3/rtcore.h>  // expect
+#include <embree3/rtcore.h>          // expect
+#include <hiprt_build/gpu/launch.h>  // expect
 #include <hiprt_build/input.h>
 #include <hiprt_build/steps/pair.h>  // expect
 #include <hiprt_device/format/node.h>

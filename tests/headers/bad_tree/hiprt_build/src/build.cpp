@@ -1,4 +1,6 @@
 #include <embree3/rtcore.h>
+#include <hip/hip_runtime.h>  // expect
 #include <hiprt_build/build.h>
+#include <hiprt_build/gpu/launch.h>  // expect
 #include <tools/options.h>           // expect
 #include "../../hiprt_device/ray.h"  // expect

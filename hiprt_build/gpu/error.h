@@ -1,0 +1,72 @@
+#pragma once
+/// Errors of the GPU runtime as values.
+
+#include <hiprt_build/error.h>
+
+#include <hip/hip_runtime.h>
+
+#include <string>
+#include <type_traits>
+#include <utility>
+
+namespace hiprt::gpu {
+
+using build::Error;
+using build::ErrorCode;
+using build::Result;
+
+namespace error_detail {
+
+inline void append(std::string& text, const char* part) { text += part; }
+inline void append(std::string& text, const std::string& part) { text += part; }
+template <class Number>
+requires std::is_arithmetic_v<Number>
+void append(std::string& text, Number part) { text += std::to_string(part); }
+
+inline ErrorCode code_of(hipError_t status) {
+  switch (status) {
+    case hipErrorOutOfMemory:
+      return ErrorCode::kOutOfMemory;
+    case hipErrorNoDevice:
+    case hipErrorInsufficientDriver:
+      return ErrorCode::kNoDevice;
+    default:
+      return ErrorCode::kGpu;
+  }
+}
+
+}  // namespace error_detail
+
+/// An error whose message is the parts, strings and numbers, one behind the other.
+template <class... Parts> tl::unexpected<Error> fail(ErrorCode code, const Parts&... parts) {
+  Error error{code, {}};
+  (error_detail::append(error.message, parts), ...);
+  return tl::unexpected<Error>(std::move(error));
+}
+
+/// Makes a Result of what a HIP call returned.
+///
+///     return check(hipMalloc(&pointer, bytes), "hipMalloc", bytes, " bytes wanted");
+///
+/// The message reads "hipMalloc: hipErrorOutOfMemory (out of memory), 4096 bytes wanted, 512 of 1024 bytes free"; the
+/// free bytes are those of the current device, in messages about memory only. The runtime's record of its last error is
+/// cleared, so that nobody else takes this one for theirs.
+/// @param call the function's name.
+/// @param context strings and numbers: what was asked for, with its sizes. May be empty.
+/// @return nothing, or kOutOfMemory, kNoDevice (no GPU, no driver) or kGpu.
+template <class... Context> Result<void> check(hipError_t status, const char* call, const Context&... context) {
+  if (status == hipSuccess) return {};
+  static_cast<void>(hipGetLastError());
+  std::string text = std::string(call) + ": " + hipGetErrorName(status) + " (" + hipGetErrorString(status) + ")";
+  if constexpr (sizeof...(context) > 0) {
+    text += ", ";
+    (error_detail::append(text, context), ...);
+  }
+  const ErrorCode code = error_detail::code_of(status);
+  std::size_t free_bytes = 0, total_bytes = 0;
+  if (code == ErrorCode::kOutOfMemory && hipMemGetInfo(&free_bytes, &total_bytes) == hipSuccess)
+    text += ", " + std::to_string(free_bytes) + " of " + std::to_string(total_bytes) + " bytes free";
+  return tl::unexpected<Error>(Error{code, std::move(text)});
+}
+
+}  // namespace hiprt::gpu

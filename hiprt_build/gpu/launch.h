@@ -1,0 +1,169 @@
+#pragma once
+/// Starting kernels: sizes are checked before, errors come back as values.
+
+#include <hiprt_build/gpu/error.h>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+namespace hiprt::gpu {
+
+/// Blocks of a launch.
+struct Grid {
+  unsigned x = 1, y = 1, z = 1;
+};
+
+struct LaunchOptions {
+  unsigned block = 0;  ///< Threads of a block, along x; 0: as many as keep most of the device busy.
+  std::size_t dynamic_shared_bytes = 0;
+  const char* name = "kernel";  ///< For messages.
+};
+
+namespace launch_detail {
+
+/// What the kernel allows on the current device, and the launch that is asked for.
+struct Plan {
+  const void* kernel;
+  Grid grid;
+  unsigned block;
+  std::size_t dynamic_shared_bytes;
+  const char* name;
+  hipFuncAttributes attributes;
+};
+
+inline std::string describe(const Plan& plan) {
+  const auto text = [](std::uint64_t number) { return std::to_string(number); };
+  return std::string("launch of ") + plan.name + ": grid " + text(plan.grid.x) + " x " + text(plan.grid.y) + " x " +
+         text(plan.grid.z) + ", block " + text(plan.block) + ", shared memory " +
+         text(plan.attributes.sharedSizeBytes) + " + " + text(plan.dynamic_shared_bytes) + " bytes";
+}
+
+/// kInvalidInput for a number beyond its limit.
+inline Result<void> within(const Plan& plan, const char* what, std::uint64_t number, std::uint64_t limit,
+                           const char* limit_name) {
+  if (number <= limit) return {};
+  return fail(ErrorCode::kInvalidInput, describe(plan), ": ", what, " ", number, " is over ", limit_name, ", ", limit);
+}
+
+/// One axis of the grid. Threads along an axis are counted in 32 bits: by AMD's runtime, and by most kernels.
+inline Result<void> check_axis(const Plan& plan, std::uint64_t blocks, std::uint64_t block, hipDeviceAttribute_t limit,
+                               const char* limit_name) {
+  if (blocks == 0) return fail(ErrorCode::kInvalidInput, describe(plan), ": the grid is empty");
+  int device = 0, most = 0;
+  if (auto got = check(hipGetDevice(&device), "hipGetDevice"); !got) return got;
+  if (auto got = check(hipDeviceGetAttribute(&most, limit, device), "hipDeviceGetAttribute", limit_name); !got)
+    return got;
+  if (auto fits = within(plan, "grid", blocks, static_cast<std::uint64_t>(most), limit_name); !fits) return fits;
+  return within(plan, "threads along an axis", blocks * block, std::numeric_limits<std::uint32_t>::max(), "32 bits");
+}
+
+inline Result<void> check_grid_limits(const Plan& plan) {
+  const Grid& grid = plan.grid;
+  if (auto x = check_axis(plan, grid.x, plan.block, hipDeviceAttributeMaxGridDimX, "the device's MaxGridDimX"); !x)
+    return x;
+  if (auto y = check_axis(plan, grid.y, 1, hipDeviceAttributeMaxGridDimY, "the device's MaxGridDimY"); !y) return y;
+  return check_axis(plan, grid.z, 1, hipDeviceAttributeMaxGridDimZ, "the device's MaxGridDimZ");
+}
+
+/// Threads of a block that keep most of the device busy.
+inline Result<unsigned> choose_block(const Plan& plan) {
+  int grid = 0, block = 0;
+  if (auto chosen = check(hipOccupancyMaxPotentialBlockSize(&grid, &block, plan.kernel, plan.dynamic_shared_bytes, 0),
+                          "hipOccupancyMaxPotentialBlockSize", describe(plan));
+      !chosen)
+    return tl::unexpected(std::move(chosen.error()));
+  if (block < 1) return fail(ErrorCode::kInvalidInput, describe(plan), ": no block fits on a compute unit");
+  return static_cast<unsigned>(block);
+}
+
+/// The plan without its grid: the block's size is chosen if need be, and the block is checked.
+inline Result<Plan> make_plan(const void* kernel, const LaunchOptions& options) {
+  Plan plan{kernel, {}, options.block, options.dynamic_shared_bytes, options.name, {}};
+  if (auto got = check(hipFuncGetAttributes(&plan.attributes, kernel), "hipFuncGetAttributes", plan.name); !got)
+    return tl::unexpected(std::move(got.error()));
+  const auto shared = static_cast<std::uint64_t>(plan.attributes.maxDynamicSharedSizeBytes);
+  if (auto fits = within(plan, "dynamic shared memory", plan.dynamic_shared_bytes, shared,
+                         "the kernel's maxDynamicSharedSizeBytes");
+      !fits)
+    return tl::unexpected(std::move(fits.error()));
+  if (plan.block == 0) {
+    auto block = choose_block(plan);
+    if (!block) return tl::unexpected(std::move(block.error()));
+    plan.block = *block;
+  }
+  const auto threads = static_cast<std::uint64_t>(plan.attributes.maxThreadsPerBlock);
+  if (auto fits = within(plan, "block", plan.block, threads, "the kernel's maxThreadsPerBlock"); !fits)
+    return tl::unexpected(std::move(fits.error()));
+  return plan;
+}
+
+/// @param arguments the addresses of the kernel's arguments.
+inline Result<void> start(const Plan& plan, hipStream_t stream, void** arguments) {
+  if (auto fits = check_grid_limits(plan); !fits) return fits;
+  return check(hipLaunchKernel(plan.kernel, dim3(plan.grid.x, plan.grid.y, plan.grid.z), dim3(plan.block), arguments,
+                               plan.dynamic_shared_bytes, stream),
+               "hipLaunchKernel", describe(plan));
+}
+
+}  // namespace launch_detail
+
+/// Starts @p kernel on @p stream, which must be one of the current device. Returns before the kernel is done: its own
+/// errors (a bad address) come from whoever waits for the stream.
+/// @param arguments convert to the kernel's parameters.
+/// @return kInvalidInput with the launch's sizes and the limit that it passes, or the runtime's error.
+template <class... Parameters>
+Result<void> launch(void (*kernel)(Parameters...), Grid grid, hipStream_t stream, const LaunchOptions& options,
+                    std::type_identity_t<Parameters>... arguments) {
+  auto plan = launch_detail::make_plan(reinterpret_cast<const void*>(kernel), options);
+  if (!plan) return tl::unexpected(std::move(plan.error()));
+  plan->grid = grid;
+  std::array<void*, sizeof...(Parameters) + 1> addresses{&arguments...};
+  return launch_detail::start(*plan, stream, addresses.data());
+}
+
+/// The same with as many blocks along x as @p count threads need: the kernel's thread i works on item i, if there is
+/// one. Nothing is started for no items.
+template <class... Parameters>
+Result<void> launch(void (*kernel)(Parameters...), std::uint64_t count, hipStream_t stream,
+                    const LaunchOptions& options, std::type_identity_t<Parameters>... arguments) {
+  if (count == 0) return {};
+  auto plan = launch_detail::make_plan(reinterpret_cast<const void*>(kernel), options);
+  if (!plan) return tl::unexpected(std::move(plan.error()));
+  const std::uint64_t blocks = (count - 1) / plan->block + 1;
+  if (auto fits = launch_detail::within(*plan, "items", count, std::numeric_limits<std::uint32_t>::max(), "32 bits");
+      !fits)
+    return fits;
+  plan->grid.x = static_cast<unsigned>(blocks);
+  std::array<void*, sizeof...(Parameters) + 1> addresses{&arguments...};
+  return launch_detail::start(*plan, stream, addresses.data());
+}
+
+/// Blocks of @p block threads that the whole device holds at once: the grid of a kernel whose blocks fetch work until
+/// there is none.
+/// @param block more than 0.
+/// @param dynamic_shared_bytes of a block.
+/// @return at least 1, or kInvalidInput with the limit if not even one block fits.
+template <class... Parameters>
+Result<unsigned> persistent_grid(void (*kernel)(Parameters...), unsigned block, std::size_t dynamic_shared_bytes = 0) {
+  if (block == 0) return fail(ErrorCode::kInvalidInput, "persistent_grid: blocks of 0 threads");
+  const auto plan = launch_detail::make_plan(reinterpret_cast<const void*>(kernel),
+                                             {.block = block, .dynamic_shared_bytes = dynamic_shared_bytes});
+  if (!plan) return tl::unexpected(plan.error());
+  int device = 0, units = 0, resident = 0;
+  auto done = check(hipGetDevice(&device), "hipGetDevice");
+  if (done)
+    done = check(hipDeviceGetAttribute(&units, hipDeviceAttributeMultiprocessorCount, device), "hipDeviceGetAttribute",
+                 "MultiprocessorCount");
+  if (done)
+    done = check(hipOccupancyMaxActiveBlocksPerMultiprocessor(&resident, plan->kernel, static_cast<int>(block),
+                                                              dynamic_shared_bytes),
+                 "hipOccupancyMaxActiveBlocksPerMultiprocessor", launch_detail::describe(*plan));
+  if (!done) return tl::unexpected(std::move(done.error()));
+  if (resident < 1 || units < 1)
+    return fail(ErrorCode::kInvalidInput, launch_detail::describe(*plan), ": not one block fits on a compute unit");
+  return static_cast<unsigned>(resident) * static_cast<unsigned>(units);
+}
+
+}  // namespace hiprt::gpu

@@ -1,0 +1,4 @@
+#pragma once
+#include <hip/hip_runtime.h>
+#include <hiprt_build/gpu/launch.h>
+#include <hiprt_device/scene_view.h>  // expect
