@@ -53,8 +53,8 @@ class DeviceAllocator final : public Allocator {
   void free(void* pointer, hipStream_t stream) noexcept override {
     if (pointer == nullptr) return;
     // A failed kernel fails these calls too; whoever waits for that kernel is told.
-    static_cast<void>(hipStreamSynchronize(stream));
-    static_cast<void>(hipFree(pointer));
+    error_detail::ignore(hipStreamSynchronize(stream));
+    error_detail::ignore(hipFree(pointer));
   }
 };
 
@@ -71,7 +71,7 @@ class StreamAllocator final : public Allocator {
   }
 
   void free(void* pointer, hipStream_t stream) noexcept override {
-    if (pointer != nullptr) static_cast<void>(hipFreeAsync(pointer, stream));
+    if (pointer != nullptr) error_detail::ignore(hipFreeAsync(pointer, stream));
   }
 };
 

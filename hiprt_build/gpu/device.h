@@ -36,8 +36,8 @@ template <class Properties> std::string architecture(const Properties& propertie
 inline Result<int> count() {
   int devices = 0;
   if (auto counted = check(hipGetDeviceCount(&devices), "hipGetDeviceCount"); !counted)
-    return fail(ErrorCode::kNoDevice, "no GPU can be used: ", counted.error().message);
-  if (devices < 1) return fail(ErrorCode::kNoDevice, "no GPU can be used: hipGetDeviceCount says 0");
+    return tl::unexpected(std::move(counted.error()));
+  if (devices < 1) return fail(ErrorCode::kNoDevice, "hipGetDeviceCount: 0, no GPU can be used here");
   return devices;
 }
 

@@ -23,16 +23,30 @@ template <class Number>
 requires std::is_arithmetic_v<Number>
 void append(std::string& text, Number part) { text += std::to_string(part); }
 
-inline ErrorCode code_of(hipError_t status) {
-  switch (status) {
-    case hipErrorOutOfMemory:
-      return ErrorCode::kOutOfMemory;
-    case hipErrorNoDevice:
-    case hipErrorInsufficientDriver:
-      return ErrorCode::kNoDevice;
-    default:
-      return ErrorCode::kGpu;
+/// Drops an error that nobody can be told of, from the runtime's record too.
+inline void ignore(hipError_t status) {
+  if (status != hipSuccess) static_cast<void>(hipGetLastError());
+}
+
+inline bool has_device() {
+  int devices = 0;
+  return hipGetDeviceCount(&devices) == hipSuccess && devices > 0;
+}
+
+/// What memory there is, or that there is no GPU: behind the first half of a message.
+inline ErrorCode classify(hipError_t status, std::string& text) {
+  ErrorCode code = ErrorCode::kGpu;
+  std::size_t free_bytes = 0, total_bytes = 0;
+  if (!has_device()) {
+    code = ErrorCode::kNoDevice;
+    text += ", no GPU can be used here";
+  } else if (status == hipErrorOutOfMemory) {
+    code = ErrorCode::kOutOfMemory;
+    if (hipMemGetInfo(&free_bytes, &total_bytes) == hipSuccess)
+      text += ", " + std::to_string(free_bytes) + " of " + std::to_string(total_bytes) + " bytes free";
   }
+  static_cast<void>(hipGetLastError());
+  return code;
 }
 
 }  // namespace error_detail
@@ -56,16 +70,14 @@ template <class... Parts> tl::unexpected<Error> fail(ErrorCode code, const Parts
 /// @return nothing, or kOutOfMemory, kNoDevice (no GPU, no driver) or kGpu.
 template <class... Context> Result<void> check(hipError_t status, const char* call, const Context&... context) {
   if (status == hipSuccess) return {};
-  static_cast<void>(hipGetLastError());
-  std::string text = std::string(call) + ": " + hipGetErrorName(status) + " (" + hipGetErrorString(status) + ")";
+  const std::string error_name = hipGetErrorName(status), error_text = hipGetErrorString(status);
+  std::string text = std::string(call) + ": " + error_name;
+  if (error_text != error_name) text += " (" + error_text + ")";
   if constexpr (sizeof...(context) > 0) {
     text += ", ";
     (error_detail::append(text, context), ...);
   }
-  const ErrorCode code = error_detail::code_of(status);
-  std::size_t free_bytes = 0, total_bytes = 0;
-  if (code == ErrorCode::kOutOfMemory && hipMemGetInfo(&free_bytes, &total_bytes) == hipSuccess)
-    text += ", " + std::to_string(free_bytes) + " of " + std::to_string(total_bytes) + " bytes free";
+  const ErrorCode code = error_detail::classify(status, text);
   return tl::unexpected<Error>(Error{code, std::move(text)});
 }
 

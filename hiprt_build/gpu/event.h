@@ -28,7 +28,7 @@ class Event {
   Event(const Event&) = delete;
   Event& operator=(const Event&) = delete;
   ~Event() {
-    if (event_ != nullptr) static_cast<void>(hipEventDestroy(event_));
+    if (event_ != nullptr) error_detail::ignore(hipEventDestroy(event_));
   }
 
   hipEvent_t get() const { return event_; }

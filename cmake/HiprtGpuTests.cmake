@@ -1,0 +1,143 @@
+# Tests of GPU code, on a machine with a GPU or without one.
+
+if(EXISTS ${PROJECT_SOURCE_DIR}/../shared/amdrun/amdrun)
+  cmake_path(SET hiprt_amdrun_default NORMALIZE ${PROJECT_SOURCE_DIR}/../shared/amdrun/amdrun)
+else()
+  set(hiprt_amdrun_default "")
+endif()
+set(HIPRT_AMDRUN "${hiprt_amdrun_default}" CACHE FILEPATH
+  "amdrun, which runs programs for AMD GPUs on the CPU; empty: such tests need a GPU")
+
+# hiprt_skip_gpu_test(<name> <reason>): a ctest entry that is skipped and says why.
+function(hiprt_skip_gpu_test name reason)
+  add_test(NAME ${name} COMMAND ${CMAKE_COMMAND} -E env bash -c "echo 'SKIPPED: ${reason}'; exit 77")
+  set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 LABELS gpu)
+endfunction()
+
+# hiprt_add_gpu_entry(<name> <mode> <arch> <program> <argument>...): one ctest entry; see run_gpu_test.sh.
+function(hiprt_add_gpu_entry name mode arch program)
+  add_test(NAME ${name} COMMAND ${PROJECT_SOURCE_DIR}/cmake/run_gpu_test.sh ${mode} ${arch} "${HIPRT_AMDRUN}"
+    $<TARGET_FILE:${program}> ${ARGN})
+  # amdrun takes all processors; the first run of a kernel is translated, which can take a minute.
+  set_tests_properties(${name} PROPERTIES TIMEOUT 900 SKIP_RETURN_CODE 77 LABELS gpu PROCESSORS 2
+    FIXTURES_REQUIRED hiprt_amdrun)
+endfunction()
+
+# What amdrun needs itself is built once, before the tests that would all do it at the same time.
+if(HIPRT_GPU_PLATFORM STREQUAL "AMD")
+  add_test(NAME gpu_amdrun COMMAND ${PROJECT_SOURCE_DIR}/cmake/run_gpu_test.sh prepare - "${HIPRT_AMDRUN}")
+  set_tests_properties(gpu_amdrun PROPERTIES FIXTURES_SETUP hiprt_amdrun TIMEOUT 300 LABELS gpu)
+endif()
+
+# hiprt_add_gpu_program(<target> <source>... [LIBS <library>...] [OPTIONS <option>...])
+# A program from .hip sources (hiprt_gpu_objects()) and C++ sources, with hiprt::gpu and hiprt::build_static. A library
+# of the program's that it does not use is not needed at run time.
+function(hiprt_add_gpu_program target)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBS;OPTIONS")
+  set(kernels ${arg_UNPARSED_ARGUMENTS})
+  list(FILTER kernels INCLUDE REGEX "\\.hip$")
+  set(sources ${arg_UNPARSED_ARGUMENTS})
+  list(FILTER sources EXCLUDE REGEX "\\.hip$")
+  add_executable(${target} ${sources})
+  hiprt_target(${target})
+  set_target_properties(${target} PROPERTIES LINKER_LANGUAGE CXX)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_options(${target} PRIVATE LINKER:--as-needed)
+  hiprt_gpu_objects(${target} ${kernels} OPTIONS ${arg_OPTIONS})
+  target_link_libraries(${target} PRIVATE hiprt::build_static ${arg_LIBS})
+endfunction()
+
+# hiprt_add_gpu_test(<name> <source>... [LIBS <library>...] [OPTIONS <option>...] [ARGS <argument>...]
+#                    [FIXTURES <fixture>...] [EXPECT <regular expression>])
+# Makes the program test_<name> (hiprt_add_gpu_program()) and ctest entries with the label gpu, run with ARGS: on AMD
+# <name>_<arch> for each of HIPRT_AMD_ARCHS and <name>_asan_<arch> for the last of them, where accesses out of bounds
+# end the test; on NVIDIA <name>_sm_<arch>. With EXPECT the output must match, and the exit status does not count. What
+# cannot run here is skipped (exit status 77) and says why.
+function(hiprt_add_gpu_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "EXPECT" "LIBS;OPTIONS;ARGS;FIXTURES")
+  if(HIPRT_GPU_PLATFORM STREQUAL "OFF")
+    hiprt_skip_gpu_test(${name} "GPU code is off (${HIPRT_GPU_REASON})")
+    return()
+  endif()
+  hiprt_add_gpu_program(test_${name} ${arg_UNPARSED_ARGUMENTS} LIBS ${arg_LIBS} OPTIONS ${arg_OPTIONS})
+  set(entries "")
+  if(HIPRT_GPU_PLATFORM STREQUAL "AMD")
+    foreach(arch IN LISTS HIPRT_AMD_ARCHS)
+      hiprt_add_gpu_entry(${name}_${arch} amd ${arch} test_${name} ${arg_ARGS})
+      list(APPEND entries ${name}_${arch})
+    endforeach()
+    list(GET HIPRT_AMD_ARCHS -1 arch)
+    hiprt_add_gpu_entry(${name}_asan_${arch} amd-asan ${arch} test_${name} ${arg_ARGS})
+    list(APPEND entries ${name}_asan_${arch})
+  else()
+    foreach(arch IN LISTS HIPRT_NVIDIA_ARCHS)
+      hiprt_add_gpu_entry(${name}_sm_${arch} nvidia sm_${arch} test_${name} ${arg_ARGS})
+      list(APPEND entries ${name}_sm_${arch})
+    endforeach()
+  endif()
+  if(arg_FIXTURES)
+    set_property(TEST ${entries} APPEND PROPERTY FIXTURES_REQUIRED ${arg_FIXTURES})
+  endif()
+  if(arg_EXPECT)
+    set_tests_properties(${entries} PROPERTIES PASS_REGULAR_EXPRESSION "${arg_EXPECT}")
+  endif()
+endfunction()
+
+# hiprt_gpu_listings(<target> <source> <stem> <variable>): lets <target>, an interface library, be compiled to listings,
+# <stem>.<arch>.s by hipcc and <stem>.sm_<arch>.txt by nvcc, whichever are here; <variable> becomes a list of
+# arch=listing. <target>_listings builds them.
+function(hiprt_gpu_listings target source stem variable)
+  hiprt_gpu_flags(${target} flags)
+  set(listings "")
+  if(NOT hiprt_amd_problem)
+    foreach(arch IN LISTS HIPRT_AMD_ARCHS)
+      hiprt_amd_command(command ${arch})
+      set(listing ${stem}.${arch}.s)
+      add_custom_command(OUTPUT ${listing}
+        COMMAND ${command} --cuda-device-only ${flags} -S ${source} -o ${listing}
+          -MD -MT ${listing} -MF ${listing}.d
+        DEPENDS ${source} DEPFILE ${listing}.d COMMAND_EXPAND_LISTS VERBATIM COMMENT "Listing ${source} for ${arch}")
+      list(APPEND listings ${arch}=${listing})
+    endforeach()
+  endif()
+  if(NOT hiprt_nvidia_problem)
+    foreach(arch IN LISTS HIPRT_NVIDIA_ARCHS)
+      hiprt_nvidia_command(command ${arch})
+      set(listing ${stem}.sm_${arch}.txt)
+      # ptxas reports on standard error, as it does its errors.
+      add_custom_command(OUTPUT ${listing}
+        COMMAND bash -c [["${@:2}" 2>"$1" || (cat "$1" >&2 && false)]] listing ${listing}
+          ${command} -I${PROJECT_SOURCE_DIR}/cmake/hip_nvidia ${flags} -Xptxas -v -cubin ${source} -o ${listing}.cubin
+          -MD -MT ${listing} -MF ${listing}.d
+        DEPENDS ${source} BYPRODUCTS ${listing}.cubin DEPFILE ${listing}.d COMMAND_EXPAND_LISTS VERBATIM
+        COMMENT "Listing ${source} for sm_${arch}")
+      list(APPEND listings sm_${arch}=${listing})
+    endforeach()
+  endif()
+  set(files "${listings}")
+  list(TRANSFORM files REPLACE "^[^=]*=" "")
+  add_custom_target(${target}_listings ALL DEPENDS ${files})
+  set(${variable} "${listings}" PARENT_SCOPE)
+endfunction()
+
+# hiprt_add_gpu_resource_test(<name> <source.hip> [LIBS <library>...])
+# The ctest entry <name>: registers, scratch and instructions of the source's kernels, as compiled for HIPRT_AMD_ARCHS if
+# hipcc is here and for HIPRT_NVIDIA_ARCHS if nvcc is (whatever HIPRT_GPU_PLATFORM), are those of tests/gpu/resources.json.
+# <name> is an interface library too, for definitions. To accept new numbers, run what `ctest -R <name> -V` shows with
+# --write.
+function(hiprt_add_gpu_resource_test name source)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "LIBS")
+  if(HIPRT_GPU_PLATFORM STREQUAL "OFF")
+    hiprt_skip_gpu_test(${name} "GPU code is off (${HIPRT_GPU_REASON})")
+    return()
+  endif()
+  add_library(${name} INTERFACE)
+  target_link_libraries(${name} INTERFACE hiprt::device ${arg_LIBS})
+  cmake_path(ABSOLUTE_PATH source NORMALIZE)
+  cmake_path(RELATIVE_PATH source BASE_DIRECTORY ${PROJECT_SOURCE_DIR} OUTPUT_VARIABLE key)
+  hiprt_gpu_listings(${name} ${source} ${CMAKE_CURRENT_BINARY_DIR}/${name} listings)
+  add_test(NAME ${name} COMMAND ${Python3_EXECUTABLE} -B ${PROJECT_SOURCE_DIR}/tests/gpu/resources.py
+    ${PROJECT_SOURCE_DIR}/tests/gpu/resources.json ${key} ${listings})
+  set_tests_properties(${name} PROPERTIES TIMEOUT 60 LABELS gpu)
+  set(${name}_listings "${listings}" PARENT_SCOPE)
+endfunction()

@@ -1,0 +1,68 @@
+#!/bin/bash
+# run_gpu_test.sh MODE ARCH AMDRUN PROGRAM [ARGUMENT...]: runs a GPU program on a GPU of that architecture, or on the
+# CPU where there is none.
+#
+# MODE: amd       on an AMD GPU of architecture ARCH (gfx1030, ...) if there is one, else through AMDRUN
+#       amd-asan  through AMDRUN with its check of out-of-bounds accesses
+#       nvidia    on an NVIDIA GPU of architecture ARCH (sm_90, ...)
+#       none      as it is, where there is no GPU at all
+#       prepare   (no PROGRAM) lets AMDRUN build what it needs
+# AMDRUN may be empty. The program finds ARCH in HIPRT_TEST_GPU_ARCH. Exit status: the program's, or 77 with the reason when it cannot run here.
+set -euo pipefail
+
+if [[ $# -lt 3 ]]; then
+  echo "usage: run_gpu_test.sh amd|amd-asan|nvidia|none|prepare ARCH AMDRUN PROGRAM [ARGUMENT...]" >&2
+  exit 2
+fi
+mode=$1 arch=$2 amdrun=$3
+shift 3
+export HIPRT_TEST_GPU_ARCH=$arch
+
+skip() {
+  echo "SKIPPED: $*"
+  exit 77
+}
+
+# The architectures of this machine's AMD GPUs, from numbers like 90010 (gfx90a) and 100300 (gfx1030).
+amd_gpus() {
+  local version
+  [[ -e /dev/kfd ]] || return 0
+  for version in $(sed -n 's/^gfx_target_version //p' /sys/class/kfd/kfd/topology/nodes/*/properties 2>/dev/null); do
+    if ((version > 0)); then printf 'gfx%d%x%x\n' $((version / 10000)) $((version / 100 % 100)) $((version % 100)); fi
+  done
+}
+
+# Compute capabilities as sm_90; empty if nobody can say.
+nvidia_gpus() {
+  nvidia-smi --query-gpu=compute_cap --format=csv,noheader 2>/dev/null | sed 's/^/sm_/; s/\.//' || true
+}
+
+case $mode in
+  prepare)
+    if [[ -x $amdrun ]]; then exec "$amdrun" --arch gfx1030 -- true; fi
+    echo "amdrun is not here; nothing to prepare"
+    ;;
+  amd)
+    if grep -qx "$arch" <<<"$(amd_gpus)"; then exec "$@"; fi
+    [[ -x $amdrun ]] || skip "no AMD $arch GPU here and no amdrun (HIPRT_AMDRUN='$amdrun')"
+    exec "$amdrun" --arch "$arch" -- "$@"
+    ;;
+  amd-asan)
+    [[ -x $amdrun ]] || skip "no amdrun (HIPRT_AMDRUN='$amdrun'), which checks for out-of-bounds accesses"
+    exec "$amdrun" --arch "$arch" --asan -- "$@"
+    ;;
+  nvidia)
+    [[ -e /dev/nvidiactl ]] || skip "no NVIDIA GPU here"
+    gpus=$(nvidia_gpus)
+    if [[ -n $gpus ]] && ! grep -qx "$arch" <<<"$gpus"; then skip "no NVIDIA $arch GPU here, but $gpus"; fi
+    exec "$@"
+    ;;
+  none)
+    [[ ! -e /dev/kfd && ! -e /dev/nvidiactl ]] || skip "there is a GPU here"
+    exec "$@"
+    ;;
+  *)
+    echo "run_gpu_test.sh: unknown mode '$mode'" >&2
+    exit 2
+    ;;
+esac
