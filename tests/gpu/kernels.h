@@ -1,0 +1,32 @@
+#pragma once
+/// Kernels of the tests, for C++ sources that start them through hiprt::gpu::launch().
+
+#include <hiprt_device/ray.h>
+#include <hiprt_device/scene_view.h>
+
+#include <hip/hip_runtime.h>
+
+namespace hiprt::checks {
+
+/// Threads of a block of small_blocks(), at most.
+inline constexpr unsigned kSmallBlock = 64;
+
+/// out[i] = first + i for i < count; further threads add 1 to *beyond.
+__global__ void write_indices(unsigned* out, unsigned first, unsigned count, unsigned* beyond);
+
+/// out[thread] = block y * grid x + block x, for threads of a grid in two dimensions.
+__global__ void write_blocks(unsigned* out);
+
+/// out[i] = in[block's last thread - i], through dynamic shared memory of 4 bytes per thread.
+__global__ void reverse_blocks(const unsigned* in, unsigned* out);
+
+/// Launch bounds of kSmallBlock threads.
+__global__ void small_blocks(unsigned* out);
+
+/// Without launch bounds: what the compiler and the device allow.
+__global__ void nothing();
+
+__global__ void closest_hits(SceneView scene, const Ray* rays, Hit* hits, unsigned count);
+__global__ void any_hits(SceneView scene, const Ray* rays, Hit* hits, unsigned count);
+
+}  // namespace hiprt::checks

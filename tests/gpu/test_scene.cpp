@@ -1,0 +1,90 @@
+// BVH files on the device.
+
+#include <hiprt_build/file.h>
+#include <hiprt_build/gpu/scene.h>
+#include <tests/gpu/counting_allocator.h>
+#include <tests/gpu/recorder.h>
+#include <tests/gpu/results.h>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+using gpu::ErrorCode;
+
+namespace {
+
+build::Buffer golden() { return must(build::map_file(HIPRT_GOLDEN_FILE)); }
+
+}  // namespace
+
+TEST_CASE("an uploaded scene is the file, in one piece") {
+  const Stream stream;
+  CountingAllocator allocator;
+  const build::Buffer file = golden();
+  {
+    start_recording();
+    const gpu::DeviceScene scene = must(gpu::upload_scene(file.bytes(), stream, allocator));
+    const std::vector<Call> calls = taken();
+    REQUIRE(calls.size() == 1);
+    CHECK(calls[0].name == "MemcpyAsync");
+    CHECK(calls[0].stream == static_cast<hipStream_t>(stream));
+    CHECK(allocator.calls == 1);
+    CHECK(allocator.alignments == std::vector<std::size_t>{256});
+    CHECK(scene.view.base == scene.buffer.data());
+    CHECK(reinterpret_cast<std::uintptr_t>(scene.view.base) % 256 == 0);
+    const SceneView host = make_scene_view(*open_buffer(file.bytes()));
+    CHECK(scene.view.root == host.root);
+    CHECK(scene.view.features == host.features);
+    CHECK(scene.view.layout == host.layout);
+    CHECK(scene.view.stack_bound == host.stack_bound);
+    CHECK(reinterpret_cast<const std::byte*>(scene.view.geometries) - scene.view.base ==
+          reinterpret_cast<const std::byte*>(host.geometries) - host.base);
+    std::vector<std::byte> back(file.size());
+    must(scene.buffer.download(back, stream));
+    REQUIRE(hipStreamSynchronize(stream) == hipSuccess);
+    CHECK(std::equal(back.begin(), back.end(), file.bytes().begin(), file.bytes().end()));
+  }
+  CHECK(allocator.balance() == 0);
+  CHECK(allocator.bad_frees == 0);
+}
+
+TEST_CASE("an opened file can be uploaded as well") {
+  const Stream stream;
+  CountingAllocator allocator;
+  const build::Buffer file = golden();
+  const auto view = open_buffer(file.bytes());
+  REQUIRE(view.has_value());
+  gpu::DeviceScene scene = must(gpu::upload_scene(*view, stream, allocator));
+  CHECK(scene.buffer.size() == file.size());
+  const gpu::DeviceScene moved = std::move(scene);
+  CHECK(moved.view.base == moved.buffer.data());
+  CHECK(allocator.balance() == file.size());
+}
+
+TEST_CASE("what is no BVH file is not uploaded") {
+  const Stream stream;
+  CountingAllocator allocator;
+  const build::Buffer file = golden();
+  const std::span<const std::byte> bytes = file.bytes();
+  const gpu::Error cut = error_of(gpu::upload_scene(bytes.first(bytes.size() - 1), stream, allocator));
+  CHECK(cut.code == ErrorCode::kInvalidInput);
+  CHECK_THAT(cut.message, StartsWith("not a BVH file: SizeMismatch at byte 24"));
+  CHECK_THAT(error_of(gpu::upload_scene(bytes.subspan(1), stream, allocator)).message, Contains("Misaligned"));
+  CHECK_THAT(error_of(gpu::upload_scene(std::span<const std::byte>(), stream, allocator)).message,
+             Contains("TooSmall"));
+  CHECK(allocator.calls == 0);
+}
+
+TEST_CASE("a scene that cannot be copied leaves nothing behind") {
+  const Stream stream;
+  CountingAllocator allocator;
+  const build::Buffer file = golden();
+  fail_next("MemcpyAsync", hipErrorInvalidValue);
+  CHECK(error_of(gpu::upload_scene(file.bytes(), stream, allocator)).code == ErrorCode::kGpu);
+  CHECK(allocator.balance() == 0);
+  allocator.offset = 128;
+  CHECK_THAT(error_of(gpu::upload_scene(file.bytes(), stream, allocator)).message,
+             Contains("128 bytes behind a multiple of 256"));
+  CHECK(allocator.balance() == 0);
+}
