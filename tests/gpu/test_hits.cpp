@@ -20,7 +20,8 @@ namespace {
 constexpr std::uint64_t kRaySeed = 31;
 constexpr unsigned kRays = 20000;
 
-/// The files of make_scenes, of the seed that HIPRT_GPU_SCENE_SEED names.
+/// The files of make_scenes, of the seed HIPRT_GPU_SCENE_SEED; the environment names another folder, where the program
+/// runs away from its build.
 build::Buffer scene_file(const char* name) {
   const char* folder = std::getenv("HIPRT_GPU_SCENES");
   return must(build::map_file(std::filesystem::path(folder != nullptr ? folder : HIPRT_GPU_SCENES) / name));

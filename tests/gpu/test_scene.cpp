@@ -6,6 +6,8 @@
 #include <tests/gpu/recorder.h>
 #include <tests/gpu/results.h>
 
+#include <cstdlib>
+
 using namespace hiprt;
 using namespace hiprt::checks;
 using Catch::Matchers::Contains;
@@ -14,7 +16,11 @@ using gpu::ErrorCode;
 
 namespace {
 
-build::Buffer golden() { return must(build::map_file(HIPRT_GOLDEN_FILE)); }
+/// The environment's file, where the program runs away from the sources.
+build::Buffer golden() {
+  const char* path = std::getenv("HIPRT_GOLDEN_FILE");
+  return must(build::map_file(path != nullptr ? path : HIPRT_GOLDEN_FILE));
+}
 
 }  // namespace
 
