@@ -14,7 +14,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// may come more than once: AllHits has each once.
 template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives>
 class AnyHit {
-  using Search = HitSearch<P, typename P::AnyOrder, true, Filter, Primitives>;
+  using Search = HitSearch<P, typename P::AnyOrder, !P::Schedule::kWholeWave, Filter, Primitives>;
 
  public:
   using Storage = typename Search::Storage;

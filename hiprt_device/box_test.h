@@ -12,8 +12,10 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-HIPRT_HD HIPRT_INLINE float max_of(float a, float b) { return a > b ? a : b; }
-HIPRT_HD HIPRT_INLINE float absolute(float a) { return a < 0.0f ? -a : a; }
+HIPRT_HD HIPRT_INLINE float absolute(float a) {
+  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(a) << 1 >> 1);
+}
+HIPRT_HD HIPRT_INLINE float max_of(float a, float b) { return larger(a, b); }
 HIPRT_HD HIPRT_INLINE float max_component(const Vec3& a) {
   return max_of(max_of(absolute(a.x), absolute(a.y)), absolute(a.z));
 }
@@ -42,21 +44,38 @@ struct Plain {
 
 /// Overflow to infinity becomes the largest float. For rays outside the range of the guarantees (ray.h): an infinite
 /// offset would give inf - inf = NaN at the planes of absent children, which could then pass and be followed out of the
-/// file.
+/// file. A NaN becomes a number too.
 HIPRT_HD HIPRT_INLINE float within_range(float a) {
   constexpr float kMax = std::numeric_limits<float>::max();
-  return a >= -kMax ? (a <= kMax ? a : kMax) : -kMax;
+  return smaller(larger(a, -kMax), kMax);
+}
+
+/// 1 / a within one unit in the last place. Boxes only: machines differ. @pre a is 0 or normal
+HIPRT_HD HIPRT_INLINE float reciprocal(float a) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return __builtin_amdgcn_rcpf(a);
+#elif HIPRT_DEVICE_CODE
+  float result;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(a));
+  return result;
+#else
+  return 1.0f / a;
+#endif
 }
 
 /// A ray prepared for slabs: distance to a plane p of axis k = p * rcp[k] + offset[k].
 template <class Lanes> struct RaySlabs {
-  typename Lanes::Float rcp[3];
-  typename Lanes::Float near_offset[3];
-  typename Lanes::Float far_offset[3];
+  typename Lanes::Uniform rcp[3];
+  typename Lanes::Uniform near_offset[3];
+  typename Lanes::Uniform far_offset[3];
 
+  /// Whether the ray meets the maximum first.
+  HIPRT_HD HIPRT_INLINE bool is_down(unsigned axis) const {
+    return std::bit_cast<std::int32_t>(Lanes::value(rcp[axis])) < 0;
+  }
   /// Which plane the ray meets first: 0 minimum, 1 maximum.
   HIPRT_HD HIPRT_INLINE unsigned near_side(unsigned axis) const {
-    return std::bit_cast<std::uint32_t>(Lanes::get(rcp[axis], 0)) >> 31;
+    return std::bit_cast<std::uint32_t>(Lanes::value(rcp[axis])) >> 31;
   }
 
   /// Direction components below 2^-26 of the largest are raised to it, for boxes only: within [tmin, tmax] and the
@@ -72,12 +91,13 @@ template <class Lanes> struct RaySlabs {
   HIPRT_HD HIPRT_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin) {
     const bool down = std::bit_cast<std::int32_t>(direction) < 0;
     const float length = max_of(absolute(direction), floor);
-    const float magnitude = max_of(within_range(1.0f / length), std::numeric_limits<float>::min());
-    const float reciprocal = down ? -magnitude : magnitude;
-    const float widening = down ? -margin : margin;
-    rcp[axis] = Lanes::all(reciprocal);
-    near_offset[axis] = Lanes::all(within_range(-(origin + widening) * reciprocal));
-    far_offset[axis] = Lanes::all(within_range(-(origin - widening) * reciprocal));
+    const float magnitude = within_range(max_of(reciprocal(length), std::numeric_limits<float>::min()));
+    const float signed_rcp = down ? -magnitude : magnitude;
+    const float widening = margin * magnitude;
+    const float offset = -origin * signed_rcp;
+    rcp[axis] = Lanes::uniform(signed_rcp);
+    near_offset[axis] = Lanes::uniform(within_range(offset - widening));
+    far_offset[axis] = Lanes::uniform(within_range(offset + widening));
   }
 };
 
@@ -110,7 +130,7 @@ requires(Lanes::kScalar) struct BoxHits<Lanes> {
  private:
   HIPRT_HD static HIPRT_INLINE bool meets(const typename Lanes::Float& first, const typename Lanes::Float& last,
                                           std::uint32_t present, unsigned child) {
-    return Lanes::get(first, child) <= Lanes::get(last, child) && (present >> child & 1u) != 0;
+    return Lanes::get(first, child) <= Lanes::get(last, child) && (present & (1u << child)) != 0;
   }
 };
 
@@ -118,34 +138,53 @@ requires(Lanes::kScalar) struct BoxHits<Lanes> {
 template <class Lanes, class Node> struct NodeSlabs {
   const RaySlabs<Lanes>& ray;
   HIPRT_HD HIPRT_INLINE NodeSlabs(const Node&, const RaySlabs<Lanes>& of) : ray(of) {}
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float rcp(unsigned axis) const { return ray.rcp[axis]; }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float near_offset(unsigned axis) const { return ray.near_offset[axis]; }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float far_offset(unsigned axis) const { return ray.far_offset[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform rcp(unsigned axis) const { return ray.rcp[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform near_offset(unsigned axis) const { return ray.near_offset[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform far_offset(unsigned axis) const { return ray.far_offset[axis]; }
 };
 
 /// (origin + q * scale) * rcp + offset = q * (scale * rcp) + (origin * rcp + offset): the product with the power of two
 /// is exact, the sum in the second bracket is one more rounding for the margin to cover (0003).
+///
+/// Where bytes come with a bias (lanes.h), it goes into the second bracket, whose rounding is then up to 2^-9 of the
+/// grid's step: boxes grow by twice that.
 template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
   const RaySlabs<Lanes>& ray;
   Words grid;
   HIPRT_HD HIPRT_INLINE NodeSlabs(const QuantizedBoxNode& node, const RaySlabs<Lanes>& of)
       : ray(of), grid(load_words(node.origin)) {}
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float rcp(unsigned axis) const {
-    const auto exponent = static_cast<std::uint8_t>(grid.word[3] >> (8 * axis) & 0xffu);
-    return Lanes::mul(Lanes::all(quantized_scale(exponent)), ray.rcp[axis]);
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform rcp(unsigned axis) const {
+    // The exponent's byte, moved to its place in a float.
+    const std::uint32_t bits = axis == 0   ? grid.word[3] << 23 & 0x7f800000u
+                               : axis == 1 ? grid.word[3] << 15 & 0x7f800000u
+                                           : grid.word[3] << 7 & 0x7f800000u;
+    return Lanes::uniform(std::bit_cast<float>(bits)) * ray.rcp[axis];
   }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float near_offset(unsigned axis) const {
-    return Lanes::madd(Lanes::all(grid.as_float(axis)), ray.rcp[axis], ray.near_offset[axis]);
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform near_offset(unsigned axis) const {
+    return biased(axis, ray.near_offset[axis], !ray.is_down(axis));
   }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Float far_offset(unsigned axis) const {
-    return Lanes::madd(Lanes::all(grid.as_float(axis)), ray.rcp[axis], ray.far_offset[axis]);
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform far_offset(unsigned axis) const {
+    return biased(axis, ray.far_offset[axis], ray.is_down(axis));
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform biased(unsigned axis, typename Lanes::Uniform offset, bool more) const {
+    const auto plain = uniform_madd(Lanes::uniform(grid.as_float(axis)), ray.rcp[axis], offset);
+    if constexpr (Lanes::kByteBias == 0.0f) return plain;
+    constexpr float kStep = 0x1p-8f;
+    const float bias = more ? -(Lanes::kByteBias + kStep) : -(Lanes::kByteBias - kStep);
+    return uniform_madd(Lanes::uniform(bias), rcp(axis), plain);
+  }
+  HIPRT_HD static HIPRT_INLINE float uniform_madd(float a, float b, float c) { return multiply_add(a, b, c); }
+  template <class Vector> static HIPRT_INLINE Vector uniform_madd(Vector a, Vector b, Vector c) {
+    return Lanes::madd(a, b, c);
   }
 };
 
 /// Tests the part [tmin, tmax] of the ray. Absent children are never hit.
 template <class Lanes, class Node>
 HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
-                                                     typename Lanes::Float tmin, typename Lanes::Float tmax) {
+                                                     typename Lanes::Uniform tmin, typename Lanes::Uniform tmax) {
   const NodeSlabs<Lanes, Node> slabs(node, ray);
   // Not a loop over arrays: GCC keeps such a loop, and the arrays in memory.
   const auto enter = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
@@ -165,11 +204,11 @@ template <class Lanes>
 HIPRT_HD HIPRT_INLINE bool meets_box(const Box& box, const RaySlabs<Lanes>& ray, float tmin, float tmax) {
   float first = tmin, last = tmax;
   const auto clip = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
-    const bool down = ray.near_side(axis) != 0;
+    const bool down = ray.is_down(axis);
     const float near_plane = down ? box.max[axis] : box.min[axis], far_plane = down ? box.min[axis] : box.max[axis];
-    const float rcp = Lanes::get(ray.rcp[axis], 0);
-    first = max_of(first, multiply_add(near_plane, rcp, Lanes::get(ray.near_offset[axis], 0)));
-    const float leave = multiply_add(far_plane, rcp, Lanes::get(ray.far_offset[axis], 0));
+    const float rcp = Lanes::value(ray.rcp[axis]);
+    first = max_of(first, multiply_add(near_plane, rcp, Lanes::value(ray.near_offset[axis])));
+    const float leave = multiply_add(far_plane, rcp, Lanes::value(ray.far_offset[axis]));
     last = leave < last ? leave : last;
   };
   clip(0);

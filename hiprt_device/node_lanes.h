@@ -7,10 +7,10 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The bits of children that exist; those of layouts whose absent children have the empty box are all set.
+/// Bits 3-0: the children that exist; those of layouts whose absent children have the empty box are all set.
 template <class Node> HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const Node&) { return 0xfu; }
 HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
-  return load_words(node.origin).word[3] >> 24 & 0xfu;
+  return load_words(node.origin).word[3] >> 24;
 }
 
 /// The four children's planes of one axis. @param side 0 minimum, 1 maximum.

@@ -143,7 +143,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, float limit, typename P::Counter& counter) {
     counter.on_boxes();
     const Node& node = *reinterpret_cast<const Node*>(scene.base + ref_offset(node_));
-    const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::all(tmin_), Lanes::all(limit));
+    const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(tmin_), Lanes::uniform(limit));
     if (!hits.any()) return way_.pop(limit);
     if constexpr (Lanes::kScalar)
       return Order::next(load_words(node.child).word, hits, way_);

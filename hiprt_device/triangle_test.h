@@ -33,22 +33,23 @@ template <class T> HIPRT_HD HIPRT_INLINE void to_mesh_order(T (&value)[3], std::
 /// ray cannot pass between neighbours. Results do not depend on how triangles were paired, rotated or laid out.
 struct Watertight {
   template <class Lanes> struct PreparedRay {
-    unsigned x, y, z;                          ///< Axes; z the one with the largest direction component.
-    typename Lanes::Float ox, oy, oz, sx, sy;  ///< Origin and shear: direction x / z and y / z.
+    unsigned z;                                  ///< Axis of the largest direction component.
+    typename Lanes::Uniform ox, oy, oz, sx, sy;  ///< Origin and shear: direction x / z and y / z.
     float dz;
 
     HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray) {
       const float ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
       z = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
-      x = z == 2 ? 0u : z + 1;
-      y = x == 2 ? 0u : x + 1;
       dz = component(ray.direction, z);
-      sx = Lanes::all(component(ray.direction, x) / dz);
-      sy = Lanes::all(component(ray.direction, y) / dz);
-      ox = Lanes::all(component(ray.origin, x));
-      oy = Lanes::all(component(ray.origin, y));
-      oz = Lanes::all(component(ray.origin, z));
+      sx = Lanes::uniform(component(ray.direction, x()) / dz);
+      sy = Lanes::uniform(component(ray.direction, y()) / dz);
+      ox = Lanes::uniform(component(ray.origin, x()));
+      oy = Lanes::uniform(component(ray.origin, y()));
+      oz = Lanes::uniform(component(ray.origin, z));
     }
+    /// The other axes, 1, 2, 0 and 2, 0, 1 for z = 0, 1, 2: from two bits each.
+    HIPRT_HD HIPRT_INLINE unsigned x() const { return 0b00'10'01u >> 2 * z & 3u; }
+    HIPRT_HD HIPRT_INLINE unsigned y() const { return 0b01'00'10u >> 2 * z & 3u; }
     /// By selection: indexing a vector at run time would move it to memory on a GPU.
     HIPRT_HD static HIPRT_INLINE float component(const Vec3& v, unsigned axis) {
       return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
@@ -136,8 +137,8 @@ struct Watertight {
     template <class Leaf>
     HIPRT_HD HIPRT_INLINE Sheared(const Leaf& leaf, const PreparedRay<Lanes>& ray)
         : z(Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz)) {
-      x = Lanes::fnma(ray.sx, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x), ray.ox));
-      y = Lanes::fnma(ray.sy, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y), ray.oy));
+      x = Lanes::fnma(ray.sx, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x()), ray.ox));
+      y = Lanes::fnma(ray.sy, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y()), ray.oy));
     }
   };
 

@@ -44,13 +44,8 @@ HIPRT_HD HIPRT_INLINE LaneMask wave_ballot(bool condition) {
 #endif
 }
 
-HIPRT_HD HIPRT_INLINE bool wave_any(bool condition) {
-#if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
-  return __any_sync(__activemask(), condition);
-#else
-  return wave_ballot(condition) != 0;
-#endif
-}
+/// (Not NVIDIA's __any_sync: with it the lanes drifted apart, where the ballot brings them together.)
+HIPRT_HD HIPRT_INLINE bool wave_any(bool condition) { return wave_ballot(condition) != 0; }
 
 /// The same where every lane of the wave takes part, which also brings them together.
 HIPRT_HD HIPRT_INLINE LaneMask whole_wave_ballot(bool condition) {

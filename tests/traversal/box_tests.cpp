@@ -18,7 +18,7 @@ BoxAnswer keeps(const Ray& ray, const Box& box, unsigned child, const Box& bound
   for (unsigned i = 0; i < kBranching; ++i) Layout::set_box(node, i, i == child ? box : kEmpty);
   const RaySlabs<Lanes> slabs(ray, Policy::margin(ray.origin, bounds));
   const float tmin = ray.tmin < 0.0f ? 0.0f : ray.tmin;
-  const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, Lanes::all(tmin), Lanes::all(ray.tmax));
+  const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, Lanes::uniform(tmin), Lanes::uniform(ray.tmax));
   bool others = false;
   for (unsigned i = 0; i < kBranching; ++i) others = others || (i != child && hits.hit(i));
   return {hits.hit(child), others};
