@@ -41,7 +41,7 @@ class AllHits {
 
   /// @return one more hit; a miss at the end; failed() (see state()) if nodes could not be visited.
   HIPRT_HD HIPRT_INLINE Hit next_hit() {
-    static_assert(!P::Schedule::kWholeWave, "hiprt: a WholeWave schedule is for trace_batch()");
+    static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     if (!search_.can_go_on()) return search_.hit();
     if (kMaySort && sorts_) {
       if (search_.state() == TraversalState::kHit) search_.start_behind_hit();

@@ -14,7 +14,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// may come more than once: AllHits has each once.
 template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives>
 class AnyHit {
-  using Search = HitSearch<P, typename P::AnyOrder, !P::Schedule::kWholeWave, Filter, Primitives>;
+  using Search = HitSearch<P, typename P::AnyOrder, !P::Schedule::kBatchOnly, Filter, Primitives>;
 
  public:
   using Storage = typename Search::Storage;
@@ -26,7 +26,7 @@ class AnyHit {
 
   /// @return one more hit in [tmin, tmax]; a miss at the end; failed() (see state()) if nodes could not be visited.
   HIPRT_HD HIPRT_INLINE Hit next_hit() {
-    static_assert(!P::Schedule::kWholeWave, "hiprt: a WholeWave schedule is for trace_batch()");
+    static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     advance();
     return hit();
   }

@@ -22,10 +22,10 @@ HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next,
   bool idle = true, more = true;
   for (;;) {
     if (more) {
-      const LaneMask lanes = whole_wave_ballot(idle);
+      const LaneMask lanes = group_ballot(kWholeWave, idle);
       std::uint32_t first = 0;
       if (lane_index() == 0) first = fetch_add(next, lane_count(lanes));
-      first = from_first_lane(whole_wave_ballot(true), first);
+      first = from_first_lane(wave_ballot(true), first);
       if (idle) {
         ray = first + lanes_before(lanes);
         idle = ray >= count;
@@ -33,7 +33,7 @@ HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next,
       }
       more = first + lane_count(lanes) < count;
     }
-    if (!whole_wave_any(!idle)) return;
+    if (!group_any(kWholeWave, !idle)) return;
     const bool answered = query.advance_wave(more);
     if (answered && !idle) {
       done(ray, query);

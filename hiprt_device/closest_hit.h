@@ -28,7 +28,7 @@ class ClosestHit {
   /// @return the closest hit in [tmin, tmax] behind the last one, with normal and error; a miss at the end; failed()
   /// (see state()) when it cannot be told.
   HIPRT_HD HIPRT_INLINE Hit next_hit() {
-    static_assert(!P::Schedule::kWholeWave, "hiprt: a WholeWave schedule is for trace_batch()");
+    static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     advance();
     return hit();
   }

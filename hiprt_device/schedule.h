@@ -10,38 +10,41 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// A leaf is tested when it is met. For hosts.
 struct Immediate {
-  static constexpr bool kPostponesLeaves = false;
-  static constexpr bool kWholeWave = false;
+  static constexpr bool kTogether = false;
+  static constexpr bool kBatchOnly = false;
+  HIPRT_HD static constexpr LaneMask group() { return 1; }
 };
 
-/// A ray keeps the first leaf that it meets and goes on through box nodes until every lane of its wave that is still
-/// there has a leaf (Aila and Laine, "Understanding the efficiency of ray traversal on GPUs", 2009: speculative
-/// while-while). So lanes test boxes together and leaves together. Any lanes may call the traversal.
+/// A ray keeps the first leaf that it meets and goes on through box nodes until every lane of its group has a leaf or
+/// nothing to visit (Aila and Laine, "Understanding the efficiency of ray traversal on GPUs", 2009: speculative
+/// while-while). So lanes test boxes together and leaves together. The group is the lanes that call the traversal
+/// together; those that are done wait in the loop for the others, which keeps the group one.
 struct Postponed {
-  static constexpr bool kPostponesLeaves = true;
-  static constexpr bool kWholeWave = false;
+  static constexpr bool kTogether = true;
+  static constexpr bool kBatchOnly = false;
+  HIPRT_HD static HIPRT_INLINE LaneMask group() { return wave_ballot(true); }
+  HIPRT_HD static HIPRT_INLINE bool leaves(LaneMask group, bool busy, bool) { return !group_any(group, busy); }
 };
 
-/// The same for kernels in which all lanes of a wave trace, together, from beginning to end: trace_batch(). Lanes that
-/// are done wait in the loop, so that the votes see everybody; the wave leaves it, to give them new rays, when fewer
-/// than kFetchBelow of 32 lanes are busy (dynamic fetch).
-/// @tparam kFetchBelow 1: when all are done. Incoherent closest hits gain most from 20 or so.
-template <unsigned kFetchBelow = 1> struct WholeWave {
+/// The same for kernels in which all lanes of a wave trace from beginning to end, through trace_batch(): the wave
+/// leaves the loop, to give idle lanes new rays, when fewer than kFetchBelow of 32 lanes are busy (dynamic fetch).
+/// @tparam kFetchBelow 1: when all are done.
+template <unsigned kFetchBelow = 16> struct WholeWave {
   static_assert(kFetchBelow >= 1 && kFetchBelow <= 32, "WholeWave: kFetchBelow is a number of lanes of 32");
-  static constexpr bool kPostponesLeaves = true;
-  static constexpr bool kWholeWave = true;
-
+  static constexpr bool kTogether = true;
+  static constexpr bool kBatchOnly = true;
+  HIPRT_HD static constexpr LaneMask group() { return kWholeWave; }
   /// @param may_pause whether there are rays to fetch. The same for all lanes, as is the result.
-  HIPRT_HD static HIPRT_INLINE bool leaves(bool busy, bool may_pause) {
-    const unsigned lanes = lane_count(whole_wave_ballot(busy));
+  HIPRT_HD static HIPRT_INLINE bool leaves(LaneMask group, bool busy, bool may_pause) {
+    const unsigned lanes = lane_count(group_ballot(group, busy));
     return lanes == 0 || (may_pause && lanes * 32 < kFetchBelow * wave_size());
   }
 };
 
 template <class T>
 concept TraversalSchedule = requires {
-  { T::kPostponesLeaves } -> std::convertible_to<bool>;
-  { T::kWholeWave } -> std::convertible_to<bool>;
+  { T::kTogether } -> std::convertible_to<bool>;
+  { T::kBatchOnly } -> std::convertible_to<bool>;
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -67,32 +67,42 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// @param scene, ray those of the constructor.
   /// @param limit read before every test: the visitor may lower it.
   /// @param may_pause for WholeWave schedules.
-  /// @param visit bool(const LeafHit&): false stops. (Under a WholeWave schedule there is no going on then.)
+  /// @param visit bool(const LeafHit&): false stops. (Under a WholeWave schedule it cannot go on then.)
   template <class Primitives, class Visit>
   HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const Ray& ray, const float& limit,
                                     const Primitives& primitives, typename P::Counter& counter, bool may_pause,
                                     Visit&& visit) {
     using Schedule = typename P::Schedule;
+    [[maybe_unused]] const LaneMask group = Schedule::group();
     Outcome outcome = Outcome::kFinished;
+    NodeRef stopped_node = kInvalidRef, stopped_leaf = kInvalidRef;
     for (;;) {
-      if constexpr (Schedule::kWholeWave)
-        find_leaves_of_wave(scene, limit, counter);
-      else if constexpr (Schedule::kPostponesLeaves)
-        find_leaves_together(scene, limit, counter);
+      if constexpr (Schedule::kTogether)
+        find_leaves_together(scene, limit, counter, group);
       else if (is_end(leaf_))
         find_leaf(scene, limit, counter);
-      if (!Schedule::kWholeWave && is_end(leaf_)) return Outcome::kFinished;
+      if (!Schedule::kTogether && is_end(leaf_)) return outcome;
       while (!is_end(leaf_)) {
         if (!test_leaf(scene, ray, limit, primitives, counter, visit)) {
           outcome = Outcome::kStopped;
-          if constexpr (!Schedule::kWholeWave) return outcome;
+          if constexpr (!Schedule::kTogether) return outcome;
+          stopped_node = node_;
+          stopped_leaf = leaf_;
           cancel();
         }
-        if (Schedule::kPostponesLeaves && is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+        if (Schedule::kTogether && is_end(leaf_) && !is_box(node_)) take_leaf(limit);
       }
-      if constexpr (!Schedule::kPostponesLeaves) node_ = way_.pop(limit);
-      if constexpr (Schedule::kWholeWave)
-        if (Schedule::leaves(!is_end(node_), may_pause)) return is_end(node_) ? outcome : Outcome::kPaused;
+      if constexpr (Schedule::kTogether) {
+        const bool busy = !is_end(node_);
+        if (!Schedule::leaves(group, busy, may_pause)) continue;
+        if (kResumable && outcome == Outcome::kStopped) {
+          node_ = stopped_node;
+          leaf_ = stopped_leaf;
+        }
+        return busy ? Outcome::kPaused : outcome;
+      } else {
+        node_ = way_.pop(limit);
+      }
     }
   }
 
@@ -113,20 +123,11 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     leaf_ = node_;
   }
 
-  /// The same, but beyond the first leaf as long as another lane in this loop has none.
-  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, float limit, typename P::Counter& counter) {
-    while (is_box(node_)) {
-      node_ = visit_boxes(scene, limit, counter);
-      if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
-      if (!wave_any(is_end(leaf_))) break;
-    }
-    if (is_end(leaf_)) take_leaf(limit);
-  }
-
-  /// The same with every lane of the wave in the loop.
-  HIPRT_HD HIPRT_INLINE void find_leaves_of_wave(const SceneView& scene, float limit, typename P::Counter& counter) {
+  /// The same, but beyond the first leaf as long as another lane of the group has none.
+  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, float limit, typename P::Counter& counter,
+                                                  LaneMask group) {
     if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
-    while (whole_wave_any(is_end(leaf_) && is_box(node_))) {
+    while (group_any(group, is_end(leaf_) && is_box(node_))) {
       if (!is_box(node_)) continue;
       node_ = visit_boxes(scene, limit, counter);
       if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);

@@ -44,23 +44,24 @@ HIPRT_HD HIPRT_INLINE LaneMask wave_ballot(bool condition) {
 #endif
 }
 
-/// (Not NVIDIA's __any_sync: with it the lanes drifted apart, where the ballot brings them together.)
-HIPRT_HD HIPRT_INLINE bool wave_any(bool condition) { return wave_ballot(condition) != 0; }
+/// Every lane of a wave.
+inline constexpr LaneMask kWholeWave = ~LaneMask{0};
 
-/// The same where every lane of the wave takes part, which also brings them together.
-HIPRT_HD HIPRT_INLINE LaneMask whole_wave_ballot(bool condition) {
-#if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
-  return __ballot_sync(0xffffffffu, condition);
+/// Of these lanes, which all call this and are brought together by it, those for which the condition holds.
+HIPRT_HD HIPRT_INLINE LaneMask group_ballot(LaneMask lanes, bool condition) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return __ballot(condition) & lanes;
+#elif HIPRT_DEVICE_CODE
+  return __ballot_sync(static_cast<unsigned>(lanes), condition);
 #else
-  return wave_ballot(condition);
+  return condition ? lanes & 1u : 0u;
 #endif
 }
-
-HIPRT_HD HIPRT_INLINE bool whole_wave_any(bool condition) {
+HIPRT_HD HIPRT_INLINE bool group_any(LaneMask lanes, bool condition) {
 #if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
-  return __any_sync(0xffffffffu, condition);
+  return __any_sync(static_cast<unsigned>(lanes), condition);
 #else
-  return wave_ballot(condition) != 0;
+  return group_ballot(lanes, condition) != 0;
 #endif
 }
 
@@ -80,9 +81,6 @@ HIPRT_HD HIPRT_INLINE unsigned highest_bit(std::uint64_t mask) {
   return 63u - static_cast<unsigned>(__builtin_clzll(mask));
 #endif
 }
-
-/// Lanes that are active here.
-HIPRT_HD HIPRT_INLINE unsigned active_lanes() { return lane_count(wave_ballot(true)); }
 
 /// How many of the lanes are before this one.
 HIPRT_HD HIPRT_INLINE unsigned lanes_before(LaneMask lanes) {
