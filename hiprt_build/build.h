@@ -40,6 +40,7 @@ using ProgressCallback = std::function<bool(const Progress&)>;
 struct SahCosts {
   float box_node = 1.0f;  ///< One four-box test.
   float leaf = 0.8f;      ///< One leaf (a pair of triangles).
+  float custom = 1.5f;    ///< One custom leaf (two custom primitives): two box tests and a call or two.
 };
 
 struct BuildOptions {
@@ -48,19 +49,23 @@ struct BuildOptions {
   /// 0, or more than there are: all that the process may use (the machine's, or what tbb::global_control says). The
   /// result does not depend on it (kSah).
   unsigned threads = 0;
-  unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles in the run of leaves below one child.
-  bool pair_triangles = true;       ///< Put triangles that share an edge into one leaf.
+  unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles, or custom primitives, in the run of leaves below one child.
+  bool pair_triangles = true;       ///< Put triangles that share an edge, and close custom primitives, into one leaf.
   SahCosts costs{};
   ProgressCallback progress{};
   std::string_view tool{};  ///< For the provenance block, e.g. the command line.
 };
 
 struct BuildStatistics {
-  Builder builder = Builder::kSah;       ///< That made the tree: kSah if Embree gave up (depth).
+  /// That made the tree: kSah if Embree gave up (depth); kEmbreeMedium in place of kEmbreeHigh if there are custom
+  /// primitives, which cannot be split.
+  Builder builder = Builder::kSah;
   std::uint64_t triangles = 0;           ///< Of the input.
-  std::uint64_t dropped_not_finite = 0;  ///< A corner is NaN or infinite.
-  std::uint64_t dropped_degenerate = 0;  ///< Two corners at the same position.
+  std::uint64_t customs = 0;             ///< Custom primitives of the input.
+  std::uint64_t dropped_not_finite = 0;  ///< A corner, or a plane of a custom primitive's box, is NaN or infinite.
+  std::uint64_t dropped_degenerate = 0;  ///< Two corners at the same position; a custom primitive's box is inverted.
   std::uint64_t pairs = 0;               ///< Leaves with two triangles before splitting.
+  std::uint64_t custom_pairs = 0;        ///< Leaves with two custom primitives.
   std::uint64_t nodes = 0, leaves = 0;   ///< Records in the file.
   std::uint64_t scratch_bytes_peak = 0;  ///< Largest sum of the builder's own arrays, output included.
   double pair_seconds = 0, tree_seconds = 0, collapse_seconds = 0, encode_seconds = 0, total_seconds = 0;
@@ -74,6 +79,9 @@ struct Bvh {
 /// Builds one BVH over all meshes; geometry i is meshes[i].
 /// Input errors name the mesh, the triangle and the limit. Never throws; nothing leaks after an error or a cancel.
 HIPRT_BUILD_API Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options = {});
+
+/// Builds one BVH over meshes and custom primitives.
+HIPRT_BUILD_API Result<Bvh> build(const SceneInput& scene, const BuildOptions& options = {});
 
 /// Version of the library, "0.1.0".
 HIPRT_BUILD_API const char* version();

@@ -12,19 +12,21 @@ namespace hiprt::build {
 struct TreeStatistics {
   std::uint64_t nodes = 0;
   std::uint64_t leaves = 0;
+  std::uint64_t custom_leaves = 0;   ///< Of those.
   std::uint64_t leaf_triangles = 0;  ///< Triangles in leaves; more than the primitives where references were split.
+  std::uint64_t leaf_customs = 0;    ///< Custom primitives in leaves.
   std::uint64_t leaf_runs = 0;       ///< Child references to leaves.
   std::array<std::uint64_t, 5> nodes_by_children{};  ///< [k]: nodes with k children.
   std::uint32_t depth = 0;                           ///< Box nodes on the longest path from the root to a leaf.
   double fill = 0;                                   ///< Mean number of children of a node / 4.
-  double pair_fill = 0;                              ///< Triangles per leaf / 2.
+  double pair_fill = 0;                              ///< Primitives per leaf / 2.
   double sah_cost = 0;  ///< Expected cost of a random ray that hits the root box (MacDonald & Booth 1990): see below.
   double sibling_overlap = 0;  ///< Area-weighted mean of sibling intersection area / parent area.
 };
 
-/// SAH cost = (sum over nodes of area * costs.box_node + sum over leaves of their child box's area * costs.leaf) / root
-/// area, areas being half the surface of the boxes stored in the parents. A root that is a leaf: its leaves *
-/// costs.leaf.
+/// SAH cost = (sum over nodes of area * costs.box_node + sum over leaves of their child box's area * costs.leaf, or
+/// costs.custom) / root area, areas being half the surface of the boxes stored in the parents (layout half: infinite
+/// planes are the header's bounds). A root that is a leaf: the cost of its leaves.
 /// @pre @p view is of a validated file.
 HIPRT_BUILD_API TreeStatistics measure_tree(const BufferView& view, const SahCosts& costs = {});
 

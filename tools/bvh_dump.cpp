@@ -22,7 +22,9 @@ template <class Layout> json node_json(const BufferView& view, const typename La
   json children = json::array();
   for (unsigned i = 0; i < kBranching; ++i) {
     if (node.child[i] == kInvalidRef) continue;
-    const Box box = Layout::box(node, i);
+    // JSON has no infinity.
+    const Box stated = Layout::box(node, i);
+    const Box box = Layout::kId == NodeLayout::kHalf ? bounded(stated, view.header->bounds) : stated;
     json child = target_json(view, node.child[i]);
     child["min"] = box.min;
     child["max"] = box.max;
@@ -37,7 +39,16 @@ unsigned stored_corner(std::uint32_t id, unsigned k) {
   return k == 1 ? u : k == 2 ? v : 3 - u - v;
 }
 
-template <class Layout> json leaf_json(const BufferView& view, const typename Layout::Leaf& leaf, std::size_t index) {
+/// What leaves of both kinds have.
+json leaf_json(const BufferView& view, const LeafInfo& info, std::size_t index) {
+  return {{"leaf", index},
+          {"byte", view.leaves.offset + index * view.leaves.stride},
+          {"geometry", info.geometry_and_flags & kGeometryMask},
+          {"last", (info.geometry_and_flags & kLastInRun) != 0}};
+}
+
+template <class Layout>
+json triangle_leaf_json(const BufferView& view, const typename Layout::Leaf& leaf, std::size_t index) {
   json triangles = json::array();
   for (unsigned t = 0; t < 2; ++t) {
     if (leaf.info.primitive[t] == kInvalidId) continue;
@@ -49,11 +60,23 @@ template <class Layout> json leaf_json(const BufferView& view, const typename La
     }
     triangles.push_back({{"primitive", leaf.info.primitive[t]}, {"corners", std::move(corners)}});
   }
-  return {{"leaf", index},
-          {"byte", view.leaves.offset + index * view.leaves.stride},
-          {"geometry", leaf.info.geometry_and_flags & kGeometryMask},
-          {"last", (leaf.info.geometry_and_flags & kLastInRun) != 0},
-          {"triangles", std::move(triangles)}};
+  json result = leaf_json(view, leaf.info, index);
+  result["triangles"] = std::move(triangles);
+  return result;
+}
+
+bool is_custom(const BufferView& view, const LeafInfo& info) {
+  return (view.geometries[info.geometry_and_flags & kGeometryMask].flags & kGeometryCustom) != 0;
+}
+
+json custom_leaf_json(const BufferView& view, const CustomLeaf& leaf, std::size_t index) {
+  json customs = json::array();
+  for (unsigned i = 0; i < 2; ++i)
+    if (leaf.info.primitive[i] != kInvalidId)
+      customs.push_back({{"primitive", leaf.info.primitive[i]}, {"min", leaf.box[i].min}, {"max", leaf.box[i].max}});
+  json result = leaf_json(view, leaf.info, index);
+  result["customs"] = std::move(customs);
+  return result;
 }
 
 /// Calls line(json) for every node, then every leaf, as long as @p out takes more.
@@ -63,7 +86,9 @@ template <class Line> void for_each_record(const BufferView& view, const std::os
     const auto nodes = view.records<typename Layout::Node>(view.nodes);
     for (std::size_t i = 0; i < nodes.size() && out; ++i) line(node_json<Layout>(view, nodes[i], i));
     const auto leaves = view.records<typename Layout::Leaf>(view.leaves);
-    for (std::size_t i = 0; i < leaves.size() && out; ++i) line(leaf_json<Layout>(view, leaves[i], i));
+    for (std::size_t i = 0; i < leaves.size() && out; ++i)
+      line(is_custom(view, leaves[i].info) ? custom_leaf_json(view, custom_leaf(leaves[i]), i)
+                                           : triangle_leaf_json<Layout>(view, leaves[i], i));
   });
 }
 
@@ -86,6 +111,12 @@ void write_node(const json& record, std::ostream& out) {
 void write_leaf(const json& record, std::ostream& out) {
   out << "leaf " << record["leaf"] << " @" << record["byte"] << " geometry " << record["geometry"]
       << (record["last"].get<bool>() ? " last of run\n" : "\n");
+  if (record.contains("customs")) {
+    for (const json& custom : record["customs"])
+      out << "  custom primitive " << custom["primitive"] << " " << point_text(custom["min"]) << " - "
+          << point_text(custom["max"]) << "\n";
+    return;
+  }
   for (const json& triangle : record["triangles"]) {
     out << "  primitive " << triangle["primitive"];
     for (const json& corner : triangle["corners"]) out << " " << point_text(corner);

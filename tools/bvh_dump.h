@@ -7,13 +7,14 @@
 
 namespace hiprt::tools {
 
-/// One line per node with its present children (reference and box), one per leaf with its triangles.
+/// One line per node with its present children (reference and box), one per leaf with its primitives. Boxes of nodes
+/// are those that its bytes decode to; an infinite plane (layout half) is the file's bounds.
 /// @pre validate() accepted the file.
 void dump_text(const BufferView& view, std::ostream& out);
 
 /// The same, one JSON object per line: {"node": n, "byte": ..., "children": [{"ref", "node" or "leaf", "min", "max"}]},
 /// {"leaf": n, "byte": ..., "geometry", "last", "triangles": [{"primitive", "corners": [[x, y, z], ...]}]}. Corners
-/// are in the mesh's order.
+/// are in the mesh's order. Custom leaves have "customs": [{"primitive", "min", "max"}] in place of "triangles".
 void dump_json(const BufferView& view, std::ostream& out);
 
 }  // namespace hiprt::tools

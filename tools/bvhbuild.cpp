@@ -48,7 +48,10 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kBuilders)))
       ->type_name("NAME")
       ->capture_default_str();
-  app.add_option("--nodes", options.nodes, "Layout of the nodes; auto: the one for --target")
+  app.add_option(
+         "--nodes", options.nodes,
+         "Layout of the nodes; auto: the one for --target. half and quantized have nodes of half the size, with "
+         "boxes that are rounded outwards")
       ->check(CLI::IsMember(words(kLayouts, {"auto"})))
       ->type_name("NAME")
       ->capture_default_str();
@@ -141,7 +144,7 @@ std::string report_text(const Options& options, const build::Bvh& bvh, const Buf
   Table table;
   table.row("file", options.output);
   table.row("bytes", bytes_text(bvh.buffer.size()));
-  table.row("bytes per triangle", fixed(bytes_per_triangle(view), 1));
+  add_bytes_per_primitive(table, view);
   table.row("layout", word_of(kLayouts, view.layout()));
   table.row("builder", build::name(s.builder));
   table.row("geometries", std::to_string(view.geometries.size()));
@@ -165,7 +168,7 @@ nlohmann::json report_json(const Options& options, const build::Bvh& bvh, const 
   const build::BuildStatistics& s = bvh.statistics;
   return {{"file", options.output},
           {"bytes", bvh.buffer.size()},
-          {"bytes_per_triangle", bytes_per_triangle(view)},
+          {"bytes_per_triangle", bytes_per_primitive(view)},
           {"layout", word_of(kLayouts, view.layout())},
           {"builder", build::name(s.builder)},
           {"geometries", view.geometries.size()},

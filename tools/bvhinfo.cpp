@@ -65,6 +65,7 @@ std::vector<std::string> feature_names(FeatureMask features) {
   if ((features & feature_bit(Feature::kTriangles)) != 0) names.emplace_back("triangles");
   if ((features & feature_bit(Feature::kMasks)) != 0) names.emplace_back("masks");
   if ((features & feature_bit(Feature::kSplitReferences)) != 0) names.emplace_back("split references");
+  if ((features & feature_bit(Feature::kCustom)) != 0) names.emplace_back("custom primitives");
   return names;
 }
 
@@ -91,6 +92,24 @@ std::string bounds_text(const Box& box) {
   return text;
 }
 
+std::string geometry_text(const GeometryRecord& geometry) {
+  const bool custom = (geometry.flags & kGeometryCustom) != 0;
+  return std::to_string(geometry.primitive_count) +
+         (custom ? " custom primitives of type " + std::to_string(custom_type(geometry.flags)) : " triangles") + ", " +
+         std::to_string(geometry.dropped_count) + " dropped";
+}
+
+/// "triangles", or "customs" and their "type".
+nlohmann::json geometry_json(const GeometryRecord& geometry) {
+  const bool custom = (geometry.flags & kGeometryCustom) != 0;
+  nlohmann::json result{{"first_primitive", geometry.first_primitive},
+                        {custom ? "customs" : "triangles", geometry.primitive_count},
+                        {"dropped", geometry.dropped_count},
+                        {"mask", geometry.mask}};
+  if (custom) result["type"] = custom_type(geometry.flags);
+  return result;
+}
+
 /// Everything that header, section table and geometry table say.
 void add_header(Table& table, const Options& options, const BufferView& view) {
   const FileHeader& header = *view.header;
@@ -101,8 +120,9 @@ void add_header(Table& table, const Options& options, const BufferView& view) {
   table.row("layout", word_of(kLayouts, view.layout()));
   table.row("features", features.empty() ? "none" : features);
   table.row("bytes", bytes_text(header.byte_size));
-  table.row("bytes per triangle", fixed(bytes_per_triangle(view), 1));
-  table.row("triangles", std::to_string(header.primitive_count));
+  add_bytes_per_primitive(table, view);
+  table.row("triangles", std::to_string(count_triangles(view)));
+  if (count_customs(view) != 0) table.row("custom primitives", std::to_string(count_customs(view)));
   table.row("bounds", header.root == kInvalidRef ? "empty" : bounds_text(header.bounds));
   table.row("stack bound", std::to_string(header.stack_bound));
   for (const SectionEntry& s : section_table(view))
@@ -110,8 +130,7 @@ void add_header(Table& table, const Options& options, const BufferView& view) {
                              " bytes at " + std::to_string(s.offset));
   constexpr std::size_t kMostGeometries = 20;
   for (std::size_t i = 0; i < std::min(view.geometries.size(), kMostGeometries); ++i)
-    table.row("geometry " + std::to_string(i), std::to_string(view.geometries[i].primitive_count) + " triangles, " +
-                                                   std::to_string(view.geometries[i].dropped_count) + " dropped");
+    table.row("geometry " + std::to_string(i), geometry_text(view.geometries[i]));
   if (view.geometries.size() > kMostGeometries)
     table.row("more geometries", std::to_string(view.geometries.size() - kMostGeometries) + " (--json has all)");
 }
@@ -125,11 +144,7 @@ nlohmann::json header_json(const Options& options, const BufferView& view) {
                         {"offset", s.offset},
                         {"count", s.count},
                         {"stride", s.stride}});
-  for (const GeometryRecord& g : view.geometries)
-    geometries.push_back({{"first_primitive", g.first_primitive},
-                          {"triangles", g.primitive_count},
-                          {"dropped", g.dropped_count},
-                          {"mask", g.mask}});
+  for (const GeometryRecord& g : view.geometries) geometries.push_back(geometry_json(g));
   nlohmann::json bounds;
   if (header.root != kInvalidRef) bounds = {{"min", header.bounds.min}, {"max", header.bounds.max}};
   return {{"file", options.path},
@@ -137,8 +152,9 @@ nlohmann::json header_json(const Options& options, const BufferView& view) {
           {"layout", word_of(kLayouts, view.layout())},
           {"features", feature_names(header.features)},
           {"bytes", header.byte_size},
-          {"bytes_per_triangle", bytes_per_triangle(view)},
-          {"triangles", header.primitive_count},
+          {"bytes_per_triangle", bytes_per_primitive(view)},
+          {"triangles", count_triangles(view)},
+          {"customs", count_customs(view)},
           {"bounds", std::move(bounds)},
           {"stack_bound", header.stack_bound},
           {"sections", std::move(sections)},

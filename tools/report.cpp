@@ -24,15 +24,32 @@ std::string bytes_text(std::uint64_t bytes) {
   return std::to_string(bytes) + " (" + fixed(static_cast<double>(bytes) / (1024.0 * 1024.0), 1) + " MiB)";
 }
 
-double bytes_per_triangle(const BufferView& view) {
-  const std::uint64_t triangles = view.header->primitive_count;
-  return triangles == 0 ? 0.0 : static_cast<double>(view.bytes.size()) / static_cast<double>(triangles);
+double bytes_per_primitive(const BufferView& view) {
+  const std::uint64_t primitives = view.header->primitive_count;
+  return primitives == 0 ? 0.0 : static_cast<double>(view.bytes.size()) / static_cast<double>(primitives);
+}
+
+void add_bytes_per_primitive(Table& table, const BufferView& view) {
+  const bool triangles = count_customs(view) == 0;
+  table.row(triangles ? "bytes per triangle" : "bytes per primitive", fixed(bytes_per_primitive(view), 1));
+}
+
+std::uint64_t count_triangles(const BufferView& view) { return view.header->primitive_count - count_customs(view); }
+
+std::uint64_t count_customs(const BufferView& view) {
+  std::uint64_t sum = 0;
+  for (const GeometryRecord& geometry : view.geometries)
+    if ((geometry.flags & kGeometryCustom) != 0) sum += geometry.primitive_count;
+  return sum;
 }
 
 void add_tree(Table& table, const build::TreeStatistics& tree) {
   table.row("nodes", std::to_string(tree.nodes));
   table.row("leaves", std::to_string(tree.leaves) + " in " + std::to_string(tree.leaf_runs) + " runs");
   table.row("triangles in leaves", std::to_string(tree.leaf_triangles));
+  if (tree.custom_leaves != 0)
+    table.row("custom leaves",
+              std::to_string(tree.custom_leaves) + " with " + std::to_string(tree.leaf_customs) + " primitives");
   table.row("depth", std::to_string(tree.depth));
   table.row("fill of nodes", fixed(100 * tree.fill, 1) + " %");
   table.row("fill of leaves", fixed(100 * tree.pair_fill, 1) + " %");
@@ -45,6 +62,8 @@ nlohmann::json tree_json(const build::TreeStatistics& tree) {
           {"leaves", tree.leaves},
           {"leaf_runs", tree.leaf_runs},
           {"leaf_triangles", tree.leaf_triangles},
+          {"custom_leaves", tree.custom_leaves},
+          {"leaf_customs", tree.leaf_customs},
           {"nodes_by_children", tree.nodes_by_children},
           {"depth", tree.depth},
           {"fill", tree.fill},

@@ -27,8 +27,14 @@ std::string fixed(double value, int digits);
 /// @return "1234567 (1.2 MiB)".
 std::string bytes_text(std::uint64_t bytes);
 
-/// 0 for 0 triangles.
-double bytes_per_triangle(const BufferView& view);
+/// Bytes of the file per triangle or custom primitive; 0 if there are none.
+double bytes_per_primitive(const BufferView& view);
+/// A row with it, named after what there is.
+void add_bytes_per_primitive(Table& table, const BufferView& view);
+
+/// Primitives of the meshes, or of the custom geometries. Dropped ones included.
+std::uint64_t count_triangles(const BufferView& view);
+std::uint64_t count_customs(const BufferView& view);
 
 void add_tree(Table& table, const build::TreeStatistics& tree);
 nlohmann::json tree_json(const build::TreeStatistics& tree);

@@ -10,7 +10,7 @@ namespace hiprt::build {
 
 /// @param builder one of Builder::kEmbree*. kEmbreeHigh may put a group into several references (spatial splits).
 /// @return kBackend with Embree's error, also if the tree would be deeper than kMaxDepth.
-Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const TriangleSoup& soup,
-                                const GroupedTriangles& grouped, ScratchArray<Reference> references);
+Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
+                                const GroupedPrimitives& grouped, ScratchArray<Reference> references);
 
 }  // namespace hiprt::build

@@ -21,8 +21,8 @@ namespace {
 /// Larger meshes have half-edge numbers beyond 32 bits; a file could not address their leaves either.
 constexpr std::uint64_t kMaxMeshTriangles = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMaxMeshVertices = std::uint64_t{1} << 31;
-/// References are numbered with 31 bits: a leaf's triangles in the primitive map with 32.
-constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 31;
+/// References are numbered with 31 bits: a leaf's primitives in the primitive map with 32.
+constexpr std::uint64_t kMaxPrimitives = std::uint64_t{1} << 31;
 constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
 
 Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
@@ -31,7 +31,7 @@ Result<void> check_options(const BuildOptions& options) {
   if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
     return tl::unexpected(
         invalid("max_leaf_triangles is " + std::to_string(options.max_leaf_triangles) + ", allowed are 1 to 64"));
-  if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f))
+  if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f) || !(options.costs.custom > 0.0f))
     return tl::unexpected(invalid("SAH costs must be positive"));
   if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
     return tl::unexpected(invalid("node layout " + std::to_string(static_cast<std::uint32_t>(options.nodes)) +
@@ -39,13 +39,15 @@ Result<void> check_options(const BuildOptions& options) {
   return {};
 }
 
-Result<void> check_sizes(std::span<const TriangleMesh> meshes) {
+Result<void> check_sizes(const SceneInput& scene) {
   const auto too_large = [](std::string message) {
     return tl::unexpected(Error{ErrorCode::kTooLarge, std::move(message)});
   };
-  if (meshes.size() > kMaxGeometries)
-    return too_large(std::to_string(meshes.size()) + " meshes, a file names at most " + std::to_string(kMaxGeometries));
-  std::uint64_t triangles = 0;
+  const std::span<const TriangleMesh> meshes = scene.meshes;
+  if (meshes.size() + scene.customs.size() > kMaxGeometries)
+    return too_large(std::to_string(meshes.size() + scene.customs.size()) + " geometries, a file names at most " +
+                     std::to_string(kMaxGeometries));
+  std::uint64_t primitives = 0;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     if (meshes[m].triangles.size() >= kMaxMeshTriangles)
       return too_large("mesh " + std::to_string(m) + " has " + std::to_string(meshes[m].triangles.size()) +
@@ -53,10 +55,12 @@ Result<void> check_sizes(std::span<const TriangleMesh> meshes) {
     if (meshes[m].positions.size() >= kMaxMeshVertices)
       return too_large("mesh " + std::to_string(m) + " has " + std::to_string(meshes[m].positions.size()) +
                        " vertices, the limit is " + std::to_string(kMaxMeshVertices - 1));
-    triangles += meshes[m].triangles.size();
+    primitives += meshes[m].triangles.size();
   }
-  if (triangles >= kMaxTriangles)
-    return too_large(std::to_string(triangles) + " triangles, the limit is " + std::to_string(kMaxTriangles - 1));
+  for (const CustomGeometry& custom : scene.customs) primitives += custom.boxes.size();
+  if (primitives >= kMaxPrimitives)
+    return too_large(std::to_string(primitives) + (scene.customs.empty() ? " triangles" : " primitives") +
+                     ", the limit is " + std::to_string(kMaxPrimitives - 1));
   return {};
 }
 
@@ -72,49 +76,46 @@ template <class Bad> std::size_t find_first(CpuEngine& engine, std::size_t n, co
   return first.load();
 }
 
-/// "mesh 3 (chair.obj), triangle 17: "
-std::string place(std::span<const TriangleMesh> meshes, std::size_t mesh, std::size_t triangle) {
-  const std::string_view name = meshes[mesh].name;
-  return "mesh " + std::to_string(mesh) + (name.empty() ? "" : " (" + std::string(name) + ")") + ", triangle " +
-         std::to_string(triangle) + ": ";
+/// "mesh 3 (chair.obj), triangle 17: " or "custom geometry 0 (hair), primitive 4: "
+std::string place(const PrimitiveSoup& soup, std::size_t geometry, std::size_t primitive) {
+  const bool custom = geometry >= soup.meshes.size();
+  const std::size_t index = custom ? geometry - soup.meshes.size() : geometry;
+  const std::string_view name = custom ? soup.customs[index].name : soup.meshes[index].name;
+  return (custom ? "custom geometry " : "mesh ") + std::to_string(index) +
+         (name.empty() ? "" : " (" + std::string(name) + ")") + (custom ? ", primitive " : ", triangle ") +
+         std::to_string(primitive) + ": ";
 }
 
 /// Finds the first index past the vertices.
-Result<void> check_indices(CpuEngine& engine, std::span<const TriangleMesh> meshes) {
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    const TriangleMesh& mesh = meshes[m];
+Result<void> check_indices(CpuEngine& engine, const PrimitiveSoup& soup) {
+  for (std::size_t m = 0; m < soup.meshes.size(); ++m) {
+    const TriangleMesh& mesh = soup.meshes[m];
     const std::size_t i = find_first(engine, mesh.triangles.size(), [&](std::size_t t) {
       const Triangle& indices = mesh.triangles[t];
       return std::max({indices[0], indices[1], indices[2]}) >= mesh.positions.size();
     });
     if (i == mesh.triangles.size()) continue;
     const Triangle& t = mesh.triangles[i];
-    return tl::unexpected(invalid(place(meshes, m, i) + "index " +
-                                  std::to_string(*std::max_element(t.begin(), t.end())) + ", but there are " +
-                                  std::to_string(mesh.positions.size()) + " vertices"));
+    return tl::unexpected(invalid(place(soup, m, i) + "index " + std::to_string(*std::max_element(t.begin(), t.end())) +
+                                  ", but there are " + std::to_string(mesh.positions.size()) + " vertices"));
   }
   return {};
 }
 
 /// Finds the first coordinate that a quantized node cannot hold.
-Result<void> check_quantizable(CpuEngine& engine, const TriangleSoup& soup, const GroupedTriangles& grouped) {
+Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped) {
   const std::size_t i = find_first(engine, grouped.count, [&](std::size_t g) {
+    const Aabb box = grouped.groups[g].bounds(soup);
     bool good = true;
-    for (const Position& v : grouped.groups[g].vertices(soup))
-      for (const float x : v) good = good && std::abs(x) < kQuantizedLimit;
+    for (int axis = 0; axis < 3; ++axis)
+      good = good && box.min[axis] > -kQuantizedLimit && box.max[axis] < kQuantizedLimit;
     return !good;
   });
   if (i == grouped.count) return {};
-  const TriangleGroup& group = grouped.groups[i];
-  return tl::unexpected(invalid(place(soup.meshes, group.mesh, group.triangle[0]) +
+  const PrimitiveGroup& group = grouped.groups[i];
+  return tl::unexpected(invalid(place(soup, group.geometry, group.primitive[0]) +
                                 "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; "
                                 "float, planes and half can"));
-}
-
-TriangleSoup make_soup(std::span<const TriangleMesh> meshes) {
-  TriangleSoup soup{meshes, {0}};
-  for (const TriangleMesh& mesh : meshes) soup.first.push_back(soup.first.back() + mesh.triangles.size());
-  return soup;
 }
 
 class Stopwatch {
@@ -129,8 +130,8 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const TriangleSoup& soup,
-                              const GroupedTriangles& grouped) {
+Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
+                              const GroupedPrimitives& grouped) {
   auto references = engine.allocate<Reference>(grouped.count);
   engine.for_each(grouped.count, MakeReferenceStep{soup, grouped.groups.span(), references.span()});
   if (builder == Builder::kSah) return build_sah(engine, std::move(references));
@@ -139,34 +140,44 @@ Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const Triangle
 
 /// Embree's builders fail on scenes whose tree would be too deep (triangle sizes over hundreds of powers of two); ours
 /// does not.
-Result<BinaryTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const TriangleSoup& soup,
-                                      const GroupedTriangles& grouped) {
+Result<BinaryTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const PrimitiveSoup& soup,
+                                      const GroupedPrimitives& grouped) {
   Result<BinaryTree> tree = build_tree(engine, builder, soup, grouped);
   if (tree || tree.error().code != ErrorCode::kBackend || builder == Builder::kSah) return tree;
   builder = Builder::kSah;
   return build_tree(engine, builder, soup, grouped);
 }
 
+/// What is known once the primitives are grouped.
+BuildStatistics count_input(const PrimitiveSoup& soup, const GroupedPrimitives& grouped, Builder builder) {
+  BuildStatistics statistics;
+  statistics.triangles = soup.first[soup.meshes.size()];
+  statistics.customs = soup.size() - statistics.triangles;
+  statistics.dropped_not_finite = grouped.dropped_not_finite;
+  statistics.dropped_degenerate = grouped.dropped_degenerate;
+  statistics.pairs = grouped.pairs;
+  statistics.custom_pairs = grouped.custom_pairs;
+  // What a custom primitive is in a part of its box nobody knows: they are not split.
+  const bool may_split = grouped.custom_count == 0;
+  statistics.builder = builder == Builder::kEmbreeHigh && !may_split ? Builder::kEmbreeMedium : builder;
+  return statistics;
+}
+
 /// The steps of a build.
-Result<Bvh> run(CpuEngine& engine, std::span<const TriangleMesh> meshes, const BuildOptions& options) {
+Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
   Stopwatch total, watch;
-  Bvh bvh;
-  BuildStatistics& statistics = bvh.statistics;
-  const TriangleSoup soup = make_soup(meshes);
-  if (auto indices = check_indices(engine, meshes); !indices) return tl::unexpected(indices.error());
-  const GroupedTriangles grouped =
-      group_triangles(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1);
+  const PrimitiveSoup soup(scene);
+  if (auto indices = check_indices(engine, soup); !indices) return tl::unexpected(indices.error());
+  const GroupedPrimitives grouped =
+      group_primitives(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1);
   // References and tree nodes are numbered with 32 bits: refused before there are any.
   if (auto leaves = check_addresses(options.nodes, 1, grouped.count); !leaves) return tl::unexpected(leaves.error());
   if (options.nodes == NodeLayout::kQuantized)
     if (auto coordinates = check_quantizable(engine, soup, grouped); !coordinates)
       return tl::unexpected(coordinates.error());
-  statistics.triangles = soup.size();
-  statistics.dropped_not_finite = grouped.dropped_not_finite;
-  statistics.dropped_degenerate = grouped.dropped_degenerate;
-  statistics.pairs = grouped.pairs;
+  Bvh bvh{{}, count_input(soup, grouped, options.builder)};
+  BuildStatistics& statistics = bvh.statistics;
   statistics.pair_seconds = watch.lap();
-  statistics.builder = options.builder;
   Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped);
   if (!tree) return tl::unexpected(tree.error());
   statistics.tree_seconds = watch.lap();
@@ -175,7 +186,7 @@ Result<Bvh> run(CpuEngine& engine, std::span<const TriangleMesh> meshes, const B
   statistics.nodes = tree->empty() || wide.is_run(0) ? 0 : wide.node_count(0);
   statistics.collapse_seconds = watch.lap();
   Result<Buffer> buffer = encode(
-      engine, {soup, grouped, *tree, wide, options.nodes, make_provenance(meshes, options, statistics, wide.cost())});
+      engine, {soup, grouped, *tree, wide, options.nodes, make_provenance(scene, options, statistics, wide.cost())});
   if (!buffer) return tl::unexpected(buffer.error());
   const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;
   if (stack_bound > kMaxStackBound)
@@ -205,21 +216,26 @@ const char* name(Builder builder) {
   return "unknown";
 }
 
-Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options) try {
+Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options) {
+  return build(SceneInput{meshes, {}}, options);
+}
+
+Result<Bvh> build(const SceneInput& scene, const BuildOptions& options) try {
   if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
-  if (auto checked = check_sizes(meshes); !checked) return tl::unexpected(checked.error());
+  if (auto checked = check_sizes(scene); !checked) return tl::unexpected(checked.error());
   Monitor monitor(options.progress);
   MemoryLedger ledger;
   CpuEngine engine(monitor, ledger);
   // More than the process may use would bring nothing but oneTBB's warning.
   const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
-  return arena.execute([&] { return run(engine, meshes, options); });
+  return arena.execute([&] { return run(engine, scene, options); });
 } catch (const Cancelled&) {
   return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
 } catch (const std::bad_alloc&) {
-  return tl::unexpected(Error{ErrorCode::kOutOfMemory,
-                              "not enough memory for the build of " + std::to_string(meshes.size()) + " meshes"});
+  return tl::unexpected(Error{ErrorCode::kOutOfMemory, "not enough memory for the build of " +
+                                                           std::to_string(scene.meshes.size() + scene.customs.size()) +
+                                                           " geometries"});
 } catch (const std::exception& exception) {
   return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
 }

@@ -9,9 +9,9 @@ constexpr std::uint32_t kTaskSize = 4096;
 
 }  // namespace
 
-WideTree::WideTree(CpuEngine& engine, const BinaryTree& tree, std::span<const TriangleGroup> groups,
-                   const SahCosts& costs, unsigned max_triangles)
-    : engine_(engine), tree_(tree), groups_(groups), costs_(costs), max_triangles_(max_triangles) {
+WideTree::WideTree(CpuEngine& engine, const BinaryTree& tree, std::span<const PrimitiveGroup> groups,
+                   const SahCosts& costs, unsigned max_primitives)
+    : engine_(engine), tree_(tree), groups_(groups), costs_(costs), max_primitives_(max_primitives) {
   if (tree.empty()) return;
   engine.monitor().start("collapse", 0.85, tree.references.size());
   plan_ = engine.allocate<CollapsePlan>(tree.nodes.size());
@@ -21,7 +21,7 @@ WideTree::WideTree(CpuEngine& engine, const BinaryTree& tree, std::span<const Tr
 void WideTree::plan(std::uint32_t node) {
   const std::uint32_t count = tree_.nodes[node].count;
   if (count == 1) {
-    const float cost = half_area(tree_.nodes[node].box()) * costs_.leaf;
+    const float cost = half_area(tree_.nodes[node].box()) * leaf_cost(node);
     const bool pair = groups_[tree_.references[tree_.nodes[node].first].leaf].is_pair();
     plan_[node] = CollapsePlan{{cost, cost, cost}, {0, 0, 0}, {0, 0, 0}, static_cast<std::uint8_t>(pair ? 2 : 1)};
     engine_.monitor().add(1);
@@ -60,9 +60,10 @@ void WideTree::plan_inner(std::uint32_t node) {
   std::uint32_t nodes = 0;
   result.cost[0] = distribute(4, result.choice[0], nodes) + area * costs_.box_node;
   result.nodes[0] = nodes + 1;
-  const float run_cost = area * costs_.leaf * static_cast<float>(count);
-  result.triangles = static_cast<std::uint8_t>(std::min(255, left.triangles + right.triangles));
-  if (result.triangles <= max_triangles_ && run_cost <= result.cost[0]) {
+  result.primitives = count_primitives(node);
+  const bool may_run = result.primitives <= max_primitives_;
+  const float run_cost = may_run ? area * leaf_cost(node) * static_cast<float>(count) : Aabb::kInfinity;
+  if (may_run && run_cost <= result.cost[0]) {
     result.cost[0] = run_cost;
     result.nodes[0] = 0;
     result.choice[0] = 0;
@@ -75,6 +76,16 @@ void WideTree::plan_inner(std::uint32_t node) {
     result.nodes[i] = split ? nodes : result.nodes[i - 1];
     result.choice[i] = split ? from_left : std::uint8_t{0};
   }
+}
+
+/// Of an inner node.
+std::uint8_t WideTree::count_primitives(std::uint32_t node) const {
+  constexpr int kMany = 255;
+  const std::uint32_t left = tree_.left(node), right = tree_.right(node);
+  const int sum = plan_[left].primitives + plan_[right].primitives;
+  // Most subtrees are too large for a run whatever is in them.
+  const bool too_many = sum > static_cast<int>(max_primitives_);
+  return static_cast<std::uint8_t>(too_many || is_custom(left) != is_custom(right) ? kMany : sum);
 }
 
 WideTree::Children WideTree::children(std::uint32_t node) const {

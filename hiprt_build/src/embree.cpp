@@ -63,8 +63,8 @@ struct Scaling {
 
 struct Context {
   Monitor& monitor;
-  const TriangleSoup& soup;
-  std::span<const TriangleGroup> groups;
+  const PrimitiveSoup& soup;
+  std::span<const PrimitiveGroup> groups;
   Scaling scaling;
 };
 
@@ -209,8 +209,8 @@ void on_error(void* user, RTCError, const char* message) {
 
 }  // namespace
 
-Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const TriangleSoup& soup,
-                                const GroupedTriangles& grouped, ScratchArray<Reference> references) {
+Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
+                                const GroupedPrimitives& grouped, ScratchArray<Reference> references) {
   BinaryTree tree;
   const std::size_t count = references.size();
   if (count == 0) return tree;

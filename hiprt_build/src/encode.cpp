@@ -87,24 +87,37 @@ template <class Layout> class Encoder {
   NodeRef node_ref(std::uint64_t i) const {
     return make_ref(plan_.section[0].offset + i * sizeof(Node), Layout::kBoxType);
   }
-  NodeRef leaf_ref(std::uint64_t i) const {
-    return make_ref(plan_.section[1].offset + i * sizeof(Leaf), NodeType::kTriangle0);
+  NodeRef leaf_ref(std::uint64_t i, NodeType type) const {
+    return make_ref(plan_.section[1].offset + i * sizeof(Leaf), type);
   }
 
   void write_leaf(std::size_t i) {
-    const TriangleGroup group = input_.grouped.groups[input_.tree.references[i].leaf];
+    const PrimitiveGroup group = input_.grouped.groups[input_.tree.references[i].leaf];
+    group.is_custom() ? write_custom_leaf(i, group) : write_triangle_leaf(i, group);
+    for (std::uint32_t t = 0; t < (group.is_pair() ? 2u : 1u); ++t)
+      lower(map_[input_.soup.first[group.geometry] + group.primitive[t]], static_cast<std::uint32_t>(2 * i + t));
+  }
+
+  void write_triangle_leaf(std::size_t i, const PrimitiveGroup& group) {
     const std::array<Position, 4> vertices = group.vertices(input_.soup);
     Leaf leaf{};
     for (unsigned v = 0; v < 4; ++v)
       for (unsigned axis = 0; axis < 3; ++axis) Layout::set_coordinate(leaf, v, axis, vertices[v][axis]);
-    leaf.info.primitive[0] = group.triangle[0];
-    leaf.info.primitive[1] = group.triangle[1];
-    leaf.info.geometry_and_flags = group.mesh;
-    leaf.info.triangle_ids = TriangleId::from_rotation(group.rotation0);
-    if (group.is_pair()) leaf.info.triangle_ids |= TriangleId::from_rotation(group.rotation1) << 8;
+    leaf.info =
+        make_info(group, TriangleId::from_rotation(group.rotation0), TriangleId::from_rotation(group.rotation1));
     leaves_[i] = leaf;
-    for (std::uint32_t t = 0; t < (group.is_pair() ? 2u : 1u); ++t)
-      lower(map_[input_.soup.first[group.mesh] + group.triangle[t]], static_cast<std::uint32_t>(2 * i + t));
+  }
+
+  void write_custom_leaf(std::size_t i, const PrimitiveGroup& group) {
+    CustomLeaf leaf{{input_.soup.box(group.geometry, group.primitive[0]), to_box(Aabb{})},
+                    make_info(group, TriangleId::kCustom, TriangleId::kCustom)};
+    if (group.is_pair()) leaf.box[1] = input_.soup.box(group.geometry, group.primitive[1]);
+    std::memcpy(&leaves_[i], &leaf, sizeof(leaf));
+  }
+
+  static LeafInfo make_info(const PrimitiveGroup& group, std::uint32_t first_id, std::uint32_t second_id) {
+    return LeafInfo{
+        {group.primitive[0], group.primitive[1]}, group.geometry, first_id | (group.is_pair() ? second_id << 8 : 0u)};
   }
 
   /// value = min(value, candidate), whichever thread comes first.
@@ -119,7 +132,9 @@ template <class Layout> class Encoder {
   Subtree end_run(std::uint32_t binary) {
     const BinaryNode& node = input_.tree.nodes[binary];
     leaves_[node.first + node.count - 1].info.geometry_and_flags |= kLastInRun;
-    return Subtree{leaf_ref(node.first), kChildOnlyOpaque | kChildOnlyTriangles, 0, to_box(node.box())};
+    const bool custom = input_.wide.is_custom(binary);
+    return Subtree{leaf_ref(node.first, custom ? NodeType::kProcedural : NodeType::kTriangle0),
+                   kChildOnlyOpaque | (custom ? kChildOnlyProcedural : kChildOnlyTriangles), 0, to_box(node.box())};
   }
 
   /// Writes the wide node of a binary node to nodes_[at] and its subtree to nodes_[next, ...).
@@ -200,11 +215,14 @@ template <class Layout> class Encoder {
 
 /// Geometry table. @return the features it calls for.
 FeatureMask write_geometries(const EncodeInput& input, GeometryRecord* records) {
+  const PrimitiveSoup& soup = input.soup;
   FeatureMask features = 0;
-  for (std::size_t i = 0; i < input.soup.meshes.size(); ++i) {
-    const TriangleMesh& mesh = input.soup.meshes[i];
-    records[i] = GeometryRecord{input.soup.first[i], mesh.triangles.size(), input.grouped.dropped[i], mesh.mask, 0};
-    if (mesh.mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
+  for (std::size_t i = 0; i < soup.geometries(); ++i) {
+    const CustomGeometry* custom = i < soup.meshes.size() ? nullptr : &soup.customs[i - soup.meshes.size()];
+    const std::uint32_t mask = custom != nullptr ? custom->mask : soup.meshes[i].mask;
+    records[i] = GeometryRecord{soup.first[i], soup.size(i), input.grouped.dropped[i], mask,
+                                custom != nullptr ? custom_geometry_flags(custom->type) : 0u};
+    if (mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
   }
   return features;
 }
@@ -216,14 +234,15 @@ FileHeader make_header(const EncodeInput& input, const FilePlan& plan, const Sub
   header.version_minor = kVersionMinor;
   header.layout = static_cast<std::uint32_t>(input.layout);
   const std::size_t references = input.tree.references.size();
-  if (references != 0) features |= feature_bit(Feature::kTriangles);
+  if (input.grouped.count > input.grouped.custom_count) features |= feature_bit(Feature::kTriangles);
+  if (input.grouped.custom_count != 0) features |= feature_bit(Feature::kCustom);
   if (references > input.grouped.count) features |= feature_bit(Feature::kSplitReferences);
   header.features = features;
   header.byte_size = plan.byte_size;
   header.section_count = kSections;
   header.root = root.ref;
   header.stack_bound = root.stack_need;
-  header.geometry_count = static_cast<std::uint32_t>(input.soup.meshes.size());
+  header.geometry_count = static_cast<std::uint32_t>(input.soup.geometries());
   header.bounds = root.box;
   header.primitive_count = input.soup.size();
   return header;
@@ -244,8 +263,7 @@ Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
   const std::uint64_t nodes = leaves == 0 || input.wide.is_run(0) ? 0 : input.wide.node_count(0);
   if (auto addresses = check_addresses(input.layout, nodes, leaves); !addresses)
     return tl::unexpected(addresses.error());
-  const FilePlan plan(input.layout, nodes, leaves, input.soup.size(), input.soup.meshes.size(),
-                      input.provenance.size());
+  const FilePlan plan(input.layout, nodes, leaves, input.soup.size(), input.soup.geometries(), input.provenance.size());
   engine.monitor().start("encode", 0.95, leaves);
   engine.ledger().add(plan.byte_size);
   Buffer buffer(plan.byte_size);

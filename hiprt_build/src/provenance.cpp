@@ -10,14 +10,12 @@
 namespace hiprt::build {
 namespace {
 
-/// XXH3-64 of positions, then triangles, then mask, as 16 hexadecimal digits.
-std::string hash(const TriangleMesh& mesh) {
+/// XXH3-64 of all the bytes, one span after the other, as 16 hexadecimal digits.
+template <class... Spans> std::string hash(const Spans&... spans) {
   XXH3_state_t state;
   XXH3_INITSTATE(&state);
   XXH3_64bits_reset(&state);
-  XXH3_64bits_update(&state, mesh.positions.data(), mesh.positions.size_bytes());
-  XXH3_64bits_update(&state, mesh.triangles.data(), mesh.triangles.size_bytes());
-  XXH3_64bits_update(&state, &mesh.mask, sizeof(mesh.mask));
+  (XXH3_64bits_update(&state, spans.data(), spans.size_bytes()), ...);
   char text[17];
   std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(XXH3_64bits_digest(&state)));
   return text;
@@ -30,15 +28,20 @@ const char* layout_name(NodeLayout layout) {
 
 }  // namespace
 
-std::string make_provenance(std::span<const TriangleMesh> meshes, const BuildOptions& options,
-                            const BuildStatistics& statistics, double sah_cost) {
+std::string make_provenance(const SceneInput& scene, const BuildOptions& options, const BuildStatistics& statistics,
+                            double sah_cost) {
   using Json = nlohmann::ordered_json;
   Json geometries = Json::array();
-  for (const TriangleMesh& mesh : meshes)
+  for (const TriangleMesh& mesh : scene.meshes)
     geometries.push_back({{"name", std::string(mesh.name)},
                           {"vertices", mesh.positions.size()},
                           {"triangles", mesh.triangles.size()},
-                          {"xxh3", hash(mesh)}});
+                          {"xxh3", hash(mesh.positions, mesh.triangles, std::span(&mesh.mask, 1))}});
+  for (const CustomGeometry& custom : scene.customs)
+    geometries.push_back({{"name", std::string(custom.name)},
+                          {"customs", custom.boxes.size()},
+                          {"type", custom.type},
+                          {"xxh3", hash(custom.boxes, std::span(&custom.mask, 1))}});
   const Json document = {{"tool", options.tool.empty() ? "hiprt_build" : std::string(options.tool)},
                          {"library", std::string("hiprt ") + version()},
                          {"builder", name(options.builder)},
@@ -47,14 +50,17 @@ std::string make_provenance(std::span<const TriangleMesh> meshes, const BuildOpt
                            {"max_leaf_triangles", options.max_leaf_triangles},
                            {"pair_triangles", options.pair_triangles},
                            {"cost_box_node", options.costs.box_node},
-                           {"cost_leaf", options.costs.leaf}}},
+                           {"cost_leaf", options.costs.leaf},
+                           {"cost_custom", options.costs.custom}}},
                          {"input", geometries},
                          {"statistics",
                           {{"builder", name(statistics.builder)},
                            {"triangles", statistics.triangles},
+                           {"customs", statistics.customs},
                            {"dropped_not_finite", statistics.dropped_not_finite},
                            {"dropped_degenerate", statistics.dropped_degenerate},
                            {"pairs", statistics.pairs},
+                           {"custom_pairs", statistics.custom_pairs},
                            {"nodes", statistics.nodes},
                            {"leaves", statistics.leaves},
                            {"sah_cost", sah_cost}}}};

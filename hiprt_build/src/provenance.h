@@ -8,7 +8,7 @@
 namespace hiprt::build {
 
 /// What made the file and from what. Holds no times and no thread count: the same input gives the same bytes.
-std::string make_provenance(std::span<const TriangleMesh> meshes, const BuildOptions& options,
-                            const BuildStatistics& statistics, double sah_cost);
+std::string make_provenance(const SceneInput& scene, const BuildOptions& options, const BuildStatistics& statistics,
+                            double sah_cost);
 
 }  // namespace hiprt::build

@@ -58,11 +58,13 @@ template <class Layout> class TreeMeter {
 
   void add_run(NodeRef ref, double area) {
     ++result_.leaf_runs;
+    const bool custom = ref_type(ref) == NodeType::kProcedural;
     std::uint64_t leaf = (ref_offset(ref) - view_.leaves.offset) / view_.leaves.stride;
     for (;; ++leaf) {
       const LeafInfo& info = leaves_[static_cast<std::size_t>(leaf)].info;
-      result_.leaf_triangles += info.primitive[1] == kInvalidId ? 1 : 2;
-      leaf_area_ += area;
+      (custom ? result_.leaf_customs : result_.leaf_triangles) += info.primitive[1] == kInvalidId ? 1 : 2;
+      if (custom) ++result_.custom_leaves;
+      leaf_cost_ += area * (custom ? costs_.custom : costs_.leaf);
       if ((info.geometry_and_flags & kLastInRun) != 0) return;
     }
   }
@@ -107,16 +109,19 @@ template <class Layout> class TreeMeter {
   void finish(double root_area) {
     result_.depth = depth();
     const double nodes = static_cast<double>(result_.nodes), leaves = static_cast<double>(result_.leaves);
+    const double customs = static_cast<double>(result_.custom_leaves);
+    const double all_leaves = (leaves - customs) * costs_.leaf + customs * costs_.custom;
     if (result_.nodes != 0) result_.fill = static_cast<double>(children_) / (nodes * kBranching);
-    if (result_.leaves != 0) result_.pair_fill = static_cast<double>(result_.leaf_triangles) / (leaves * 2);
+    if (result_.leaves != 0)
+      result_.pair_fill = static_cast<double>(result_.leaf_triangles + result_.leaf_customs) / (leaves * 2);
     if (node_area_ > 0) result_.sibling_overlap = overlap_area_ / node_area_;
     // A scene in one point or on one line: every ray that meets the root meets everything.
     if (!(root_area > 0))
-      result_.sah_cost = nodes * costs_.box_node + leaves * costs_.leaf;
+      result_.sah_cost = nodes * costs_.box_node + all_leaves;
     else if (!is_box(view_.header->root))
-      result_.sah_cost = leaves * costs_.leaf;
+      result_.sah_cost = all_leaves;
     else
-      result_.sah_cost = (node_area_ * costs_.box_node + leaf_area_ * costs_.leaf) / root_area;
+      result_.sah_cost = (node_area_ * costs_.box_node + leaf_cost_) / root_area;
   }
 
   const BufferView& view_;
@@ -125,7 +130,7 @@ template <class Layout> class TreeMeter {
   std::vector<double> area_;  ///< Of the box that a node's parent states for it.
   SahCosts costs_;
   std::uint64_t children_ = 0;
-  double node_area_ = 0, leaf_area_ = 0, overlap_area_ = 0;
+  double node_area_ = 0, leaf_cost_ = 0, overlap_area_ = 0;
   TreeStatistics result_;
 };
 

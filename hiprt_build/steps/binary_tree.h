@@ -8,12 +8,12 @@
 
 namespace hiprt::build {
 
-/// A box that holds (a part of) a leaf's triangles. Laid out as RTCBuildPrimitive.
+/// A box that holds (a part of) a leaf's primitives. Laid out as RTCBuildPrimitive.
 struct alignas(32) Reference {
   float min[3];
   std::uint32_t reserved;  ///< Zero; Embree keeps a split count here while it builds.
   float max[3];
-  std::uint32_t leaf;  ///< Index of the TriangleGroup.
+  std::uint32_t leaf;  ///< Index of the PrimitiveGroup.
 
   Aabb box() const { return Aabb{load4(min), load4(max)}; }
 };

@@ -52,8 +52,9 @@ inline Aabb intersect(Aabb box, const Aabb& limit) {
 
 }  // namespace clip_detail
 
+/// @pre the group is of triangles.
 /// @param box bounds of the part of the group that is to be split: the results stay inside.
-inline SplitBounds split_bounds(const TriangleSoup& soup, const TriangleGroup& group, const Aabb& box, unsigned axis,
+inline SplitBounds split_bounds(const PrimitiveSoup& soup, const PrimitiveGroup& group, const Aabb& box, unsigned axis,
                                 float plane) {
   const std::array<Position, 4> v = group.vertices(soup);
   SplitBounds result;

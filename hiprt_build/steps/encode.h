@@ -10,8 +10,8 @@
 namespace hiprt::build {
 
 struct EncodeInput {
-  const TriangleSoup& soup;
-  const GroupedTriangles& grouped;
+  const PrimitiveSoup& soup;
+  const GroupedPrimitives& grouped;
   const BinaryTree& tree;
   const WideTree& wide;
   NodeLayout layout;

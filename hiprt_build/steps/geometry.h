@@ -1,5 +1,5 @@
 #pragma once
-/// The meshes of a build as one numbering of triangles, and the groups of one or two that become leaves. Internal.
+/// The geometries of a build as one numbering of primitives, and the groups of one or two that become leaves. Internal.
 
 #include <hiprt_build/input.h>
 #include <hiprt_build/steps/aabb.h>
@@ -11,12 +11,23 @@
 
 namespace hiprt::build {
 
-/// Triangles of all meshes, numbered mesh by mesh.
-struct TriangleSoup {
+/// Primitives of all geometries, numbered geometry by geometry: first the meshes, then the custom geometries.
+struct PrimitiveSoup {
   std::span<const TriangleMesh> meshes;
-  std::vector<std::uint64_t> first;  ///< Of mesh i; one more at the end: the number of all.
+  std::span<const CustomGeometry> customs;
+  std::vector<std::uint64_t> first{0};  ///< Of geometry i; one more at the end: the number of all.
 
+  explicit PrimitiveSoup(const SceneInput& scene) : meshes(scene.meshes), customs(scene.customs) {
+    for (const TriangleMesh& mesh : meshes) first.push_back(first.back() + mesh.triangles.size());
+    for (const CustomGeometry& custom : customs) first.push_back(first.back() + custom.boxes.size());
+  }
+
+  std::size_t geometries() const { return meshes.size() + customs.size(); }
   std::uint64_t size() const { return first.back(); }
+  std::uint64_t size(std::size_t geometry) const { return first[geometry + 1] - first[geometry]; }
+  const Box& box(std::uint32_t geometry, std::uint32_t primitive) const {
+    return customs[geometry - meshes.size()].boxes[primitive];
+  }
   const Position& corner(std::uint32_t mesh, std::uint32_t triangle, unsigned k) const {
     return meshes[mesh].positions[meshes[mesh].triangles[triangle][k]];
   }
@@ -24,23 +35,40 @@ struct TriangleSoup {
 
 inline Float4 to_float4(const Position& p) { return Float4{p[0], p[1], p[2], 0.0f}; }
 
-/// One leaf: a triangle, or two that share an edge. Triangle numbers are within the mesh.
+inline Aabb to_aabb(const Box& box) {
+  return Aabb{Float4{box.min[0], box.min[1], box.min[2], 0.0f}, Float4{box.max[0], box.max[1], box.max[2], 0.0f}};
+}
+
+/// One leaf: a triangle, or two that share an edge, or one or two custom primitives. Numbers are within the geometry.
 /// Stored corner k of a triangle is the mesh's corner (k + rotation) % 3; the shared edge is v1 v2 (see LeafInfo).
-struct TriangleGroup {
-  std::uint32_t triangle[2];  ///< The second is kInvalidId for a single triangle.
-  std::uint32_t mesh : 28;
+struct PrimitiveGroup {
+  /// rotation0 of custom primitives.
+  static constexpr std::uint32_t kCustom = 3;
+
+  std::uint32_t primitive[2];  ///< The second is kInvalidId where there is but one.
+  std::uint32_t geometry : 28;
   std::uint32_t rotation0 : 2;
   std::uint32_t rotation1 : 2;
 
-  bool is_pair() const { return triangle[1] != kInvalidId; }
-  /// Corners v0, v1, v2, v3; v3 = v2 for a single triangle.
-  std::array<Position, 4> vertices(const TriangleSoup& soup) const {
+  bool is_pair() const { return primitive[1] != kInvalidId; }
+  bool is_custom() const { return rotation0 == kCustom; }
+  /// Corners v0, v1, v2, v3; v3 = v2 for a single triangle. @pre triangles.
+  std::array<Position, 4> vertices(const PrimitiveSoup& soup) const {
     std::array<Position, 4> v;
-    for (unsigned k = 0; k < 3; ++k) v[k] = soup.corner(mesh, triangle[0], (k + rotation0) % 3);
-    v[3] = is_pair() ? soup.corner(mesh, triangle[1], (1 + rotation1) % 3) : v[2];
+    for (unsigned k = 0; k < 3; ++k) v[k] = soup.corner(geometry, primitive[0], (k + rotation0) % 3);
+    v[3] = is_pair() ? soup.corner(geometry, primitive[1], (1 + rotation1) % 3) : v[2];
     return v;
   }
+  Aabb bounds(const PrimitiveSoup& soup) const {
+    Aabb box;
+    if (is_custom()) {
+      for (unsigned i = 0; i < (is_pair() ? 2u : 1u); ++i) box.add(to_aabb(soup.box(geometry, primitive[i])));
+    } else {
+      for (const Position& v : vertices(soup)) box.add(to_float4(v));
+    }
+    return box;
+  }
 };
-static_assert(sizeof(TriangleGroup) == 12);
+static_assert(sizeof(PrimitiveGroup) == 12);
 
 }  // namespace hiprt::build

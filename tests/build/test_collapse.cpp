@@ -20,25 +20,33 @@ double area(const BinaryTree& tree, std::uint32_t node) { return double{half_are
 /// The least cost over every wide tree, by trying them.
 class AllCollapses {
  public:
-  AllCollapses(const BinaryTree& tree, std::span<const build::TriangleGroup> groups, const SahCosts& costs,
-               unsigned max_triangles)
-      : tree_(tree), groups_(groups), costs_(costs), max_triangles_(max_triangles) {}
+  AllCollapses(const BinaryTree& tree, std::span<const build::PrimitiveGroup> groups, const SahCosts& costs,
+               unsigned max_primitives)
+      : tree_(tree), groups_(groups), costs_(costs), max_primitives_(max_primitives) {}
 
   /// The subtree as one child.
   double best(std::uint32_t node) const {
     const std::size_t count = tree_.nodes[node].count;
-    const double run = area(tree_, node) * costs_.leaf * static_cast<double>(count);
+    const bool custom = group(node, 0).is_custom();
+    const double run = area(tree_, node) * (custom ? costs_.custom : costs_.leaf) * static_cast<double>(count);
     if (count == 1) return run;
     const double inner = area(tree_, node) * costs_.box_node + best_cut({tree_.left(node), tree_.right(node)}, 0);
-    return triangles(node) <= max_triangles_ ? std::min(run, inner) : inner;
+    return primitives(node) <= max_primitives_ && one_kind(node) ? std::min(run, inner) : inner;
   }
 
  private:
-  unsigned triangles(std::uint32_t node) const {
+  const build::PrimitiveGroup& group(std::uint32_t node, std::uint32_t i) const {
+    return groups_[tree_.references[tree_.nodes[node].first + i].leaf];
+  }
+  unsigned primitives(std::uint32_t node) const {
     unsigned sum = 0;
-    for (std::uint32_t i = 0; i < tree_.nodes[node].count; ++i)
-      sum += groups_[tree_.references[tree_.nodes[node].first + i].leaf].is_pair() ? 2 : 1;
+    for (std::uint32_t i = 0; i < tree_.nodes[node].count; ++i) sum += group(node, i).is_pair() ? 2 : 1;
     return sum;
+  }
+  bool one_kind(std::uint32_t node) const {
+    unsigned customs = 0;
+    for (std::uint32_t i = 0; i < tree_.nodes[node].count; ++i) customs += group(node, i).is_custom() ? 1 : 0;
+    return customs == 0 || customs == tree_.nodes[node].count;
   }
 
   /// Children as they are, or with one of those from @p from on opened.
@@ -57,9 +65,9 @@ class AllCollapses {
   }
 
   const BinaryTree& tree_;
-  std::span<const build::TriangleGroup> groups_;
+  std::span<const build::PrimitiveGroup> groups_;
   SahCosts costs_;
-  unsigned max_triangles_;
+  unsigned max_primitives_;
 };
 
 }  // namespace
@@ -75,8 +83,13 @@ TEST_CASE("the collapse has the least cost of all") {
   for (unsigned round = 0; round < 300; ++round) {
     const std::uint32_t count = 2 + random.below(11);
     auto references = engine.allocate<build::Reference>(count);
-    std::vector<build::TriangleGroup> groups(count);
-    for (build::TriangleGroup& group : groups) group.triangle[1] = random.coin() ? 1 : kInvalidId;
+    std::vector<build::PrimitiveGroup> groups(count);
+    // Triangles, custom primitives, or both: every third round each.
+    for (build::PrimitiveGroup& group : groups) {
+      const bool custom = round % 3 == 1 || (round % 3 == 2 && random.below(3) == 0);
+      group.primitive[1] = random.coin() ? 1 : kInvalidId;
+      group.rotation0 = custom ? build::PrimitiveGroup::kCustom : 0;
+    }
     for (std::uint32_t i = 0; i < count; ++i) {
       const Position low = random.in_cube(1), size = random.in_cube(random.log_uniform(1e-3, 1));
       build::Reference& r = references[i];
@@ -84,19 +97,19 @@ TEST_CASE("the collapse has the least cost of all") {
       for (std::size_t k = 0; k < 3; ++k) r.min[k] = low[k], r.max[k] = low[k] + std::abs(size[k]);
     }
     const BinaryTree tree = build_sah(engine, std::move(references));
-    const SahCosts costs{1.0f, random.uniform_float(0.2, 3)};
-    const unsigned max_triangles = 1 + random.below(10);
-    const build::WideTree wide(engine, tree, groups, costs, max_triangles);
-    CAPTURE(round, count, costs.leaf, max_triangles);
+    const SahCosts costs{1.0f, random.uniform_float(0.2, 3), random.uniform_float(0.2, 3)};
+    const unsigned max_primitives = 1 + random.below(10);
+    const build::WideTree wide(engine, tree, groups, costs, max_primitives);
+    CAPTURE(round, count, costs.leaf, costs.custom, max_primitives);
     REQUIRE(wide.cost() * area(tree, 0) ==
-            Approx(AllCollapses(tree, groups, costs, max_triangles).best(0)).epsilon(1e-5));
+            Approx(AllCollapses(tree, groups, costs, max_primitives).best(0)).epsilon(1e-5));
   }
 }
 
 TEST_CASE("the cost that the collapse predicts is the one measured from the file") {
   for (const Mesh& mesh : {icosphere(4), star(4, 9), soup(5000, 0.1, 10), needles(2000, 1e3, 11)})
     for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes}) {
-      const SahCosts costs{1.0f, 1.7f};
+      const SahCosts costs{1.0f, 1.7f, 1.0f};
       const auto bvh = build::build(std::vector{mesh.view()}, {.nodes = layout, .costs = costs});
       REQUIRE(bvh.has_value());
       const auto view = open_buffer(bvh->buffer.bytes());

@@ -19,33 +19,31 @@ struct Pairing {
   build::Monitor monitor{no_progress};
   build::MemoryLedger ledger;
   build::CpuEngine engine{monitor, ledger};
-  build::GroupedTriangles groups;
+  build::GroupedPrimitives groups;
 
-  explicit Pairing(const build::TriangleSoup& soup, bool pair = true)
-      : groups(build::group_triangles(engine, soup, pair)) {}
+  explicit Pairing(const build::PrimitiveSoup& soup, bool pair = true)
+      : groups(build::group_primitives(engine, soup, pair)) {}
 
-  std::span<const build::TriangleGroup> all() const { return groups.groups.span().first(groups.count); }
+  std::span<const build::PrimitiveGroup> all() const { return groups.groups.span().first(groups.count); }
 };
 
-build::TriangleSoup soup_of(const std::vector<build::TriangleMesh>& meshes) {
-  build::TriangleSoup soup{meshes, {0}};
-  for (const build::TriangleMesh& mesh : meshes) soup.first.push_back(soup.first.back() + mesh.triangles.size());
-  return soup;
+build::PrimitiveSoup soup_of(const std::vector<build::TriangleMesh>& meshes) {
+  return build::PrimitiveSoup(build::SceneInput{meshes, {}});
 }
 
 /// Every triangle that is not dropped stands in one group; pairs run through a common edge in opposite directions.
-void check_groups(const build::TriangleSoup& soup, const Pairing& pairing) {
+void check_groups(const build::PrimitiveSoup& soup, const Pairing& pairing) {
   std::vector<std::vector<unsigned>> seen;
   for (const build::TriangleMesh& mesh : soup.meshes) seen.emplace_back(mesh.triangles.size(), 0u);
   std::uint64_t pairs = 0;
-  for (const build::TriangleGroup& group : pairing.all()) {
-    ++seen[group.mesh][group.triangle[0]];
+  for (const build::PrimitiveGroup& group : pairing.all()) {
+    ++seen[group.geometry][group.primitive[0]];
     if (!group.is_pair()) continue;
     ++pairs;
-    ++seen[group.mesh][group.triangle[1]];
+    ++seen[group.geometry][group.primitive[1]];
     const auto corner = [&](unsigned triangle, unsigned k) {
       const unsigned rotation = triangle == 0 ? group.rotation0 : group.rotation1;
-      return soup.corner(group.mesh, group.triangle[triangle], (k + rotation) % 3);
+      return soup.corner(group.geometry, group.primitive[triangle], (k + rotation) % 3);
     };
     // Triangle 0 is v0 v1 v2, triangle 1 is v1 v3 v2.
     REQUIRE(corner(0, 1) == corner(1, 0));
@@ -78,7 +76,7 @@ Mesh shuffled_soup(const Mesh& mesh, std::uint64_t seed) {
 
 double paired_share(const Mesh& mesh) {
   const std::vector meshes{mesh.view()};
-  const build::TriangleSoup soup = soup_of(meshes);
+  const build::PrimitiveSoup soup = soup_of(meshes);
   const Pairing pairing(soup);
   check_groups(soup, pairing);
   return 2.0 * static_cast<double>(pairing.groups.pairs) / static_cast<double>(mesh.triangles.size());
@@ -109,16 +107,16 @@ TEST_CASE("triangles pair within a mesh only, never over folded or non-manifold 
     fan.triangles.push_back({0, 1, static_cast<std::uint32_t>(2 + i)});
   }
   const std::vector meshes{one.view(), other.view(), fan.view(), Mesh{}.view()};
-  const build::TriangleSoup soup = soup_of(meshes);
+  const build::PrimitiveSoup soup = soup_of(meshes);
   const Pairing pairing(soup);
   check_groups(soup, pairing);
-  for (const build::TriangleGroup& group : pairing.all()) CHECK((group.mesh != 2 || !group.is_pair()));
+  for (const build::PrimitiveGroup& group : pairing.all()) CHECK((group.geometry != 2 || !group.is_pair()));
 }
 
 TEST_CASE("odd meshes: every triangle is in one group or dropped and counted") {
   const Mesh a = torture(3000, 5), b = identical(500), c = needles(500, 1e6, 6);
   const std::vector meshes{a.view(), b.view(), c.view()};
-  const build::TriangleSoup soup = soup_of(meshes);
+  const build::PrimitiveSoup soup = soup_of(meshes);
   check_groups(soup, Pairing(soup));
   const Pairing single(soup, false);
   check_groups(soup, single);

@@ -48,8 +48,8 @@ TEST_CASE("options out of range are refused with the limits") {
     CHECK_THAT(error.message, Contains("is " + std::to_string(triangles)) && Contains("1 to 64"));
   }
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-  for (const build::SahCosts& costs :
-       {build::SahCosts{0, 1}, build::SahCosts{1, 0}, build::SahCosts{-1, 1}, build::SahCosts{1, kNan}})
+  for (const build::SahCosts& costs : {build::SahCosts{0, 1}, build::SahCosts{1, 0}, build::SahCosts{-1, 1},
+                                       build::SahCosts{1, kNan}, build::SahCosts{1, 1, 0}, build::SahCosts{1, 1, kNan}})
     CHECK_THAT(refusal({mesh.view()}, {.costs = costs}).message, Contains("positive"));
   for (const std::uint32_t layout : {0u, 5u, 99u})
     CHECK_THAT(refusal({mesh.view()}, {.nodes = static_cast<NodeLayout>(layout)}).message,

@@ -12,7 +12,9 @@ using namespace hiprt::test;
 
 namespace {
 
-NodeLayout any_layout() { return GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes); }
+NodeLayout any_layout() {
+  return GENERATE(NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized);
+}
 
 TreeStatistics measure(const TestScene& scene, const SahCosts& costs = {.box_node = 1, .leaf = 1}) {
   const TestFile file = scene.write();
@@ -73,4 +75,30 @@ TEST_CASE("a scene on one line has a finite cost") {
   for (auto& vertex : scene.leaves[0].vertex) vertex[1] = 0;
   scene.root.box.max[1] = 0;
   CHECK(measure(scene).sah_cost == 1);
+}
+
+TEST_CASE("statistics of triangles beside custom primitives") {
+  const TreeStatistics mixed = measure(custom_scene(any_layout()), {.box_node = 1, .leaf = 10, .custom = 100});
+  CHECK(mixed.leaves == 4);
+  CHECK(mixed.custom_leaves == 3);
+  CHECK(mixed.leaf_triangles == 2);
+  CHECK(mixed.leaf_customs == 5);
+  CHECK(mixed.leaf_runs == 3);
+  CHECK(mixed.pair_fill == Approx(7.0 / 8));
+  // Half areas: root 7 x 1.5 x 1, node 1 3.5 x 1.5 x 1, square 1 x 1 x 0, near 1.5 x 1.5 x 1, far (two leaves) 3 x 1
+  // x 1.
+  const double root = 7 * 1.5 + 7 + 1.5, node = 3.5 * 1.5 + 3.5 + 1.5, near = 1.5 * 1.5 + 1.5 + 1.5, far = 3 + 3 + 1;
+  CHECK(mixed.sah_cost == Approx((root + node + 10 * 1 + 100 * (near + 2 * far)) / root));
+  const TreeStatistics alone = measure(custom_root_scene(any_layout()), {.custom = 7});
+  CHECK(alone.sah_cost == 7);
+  CHECK(alone.leaf_customs == 1);
+}
+
+TEST_CASE("infinite half planes count as the scene's bounds") {
+  // Flat in z: lengths in x plus areas in x and y. Children from -1e6 to -65504 and from 65504 to 1e30, both of
+  // height 1.
+  const TreeStatistics far = measure(far_scene());
+  const double root = 1e30 + 1e6, left = 1e6 - 65504, right = 1e30;
+  CHECK(far.sah_cost == Approx((root + left + right) / root));
+  CHECK(far.sibling_overlap == 0);
 }

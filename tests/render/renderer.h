@@ -37,7 +37,7 @@ inline std::string write_squares(const TempFolder& folder, const std::string& na
 
 /// @return the path of a valid BVH file without triangles.
 inline std::string write_nothing(const TempFolder& folder, const std::string& name = "empty.bvh") {
-  const auto bvh = build::build({});
+  const auto bvh = build::build(build::SceneInput{});
   REQUIRE(bvh.has_value());
   REQUIRE(build::write_file(folder / name, bvh->buffer.bytes()).has_value());
   return folder / name;

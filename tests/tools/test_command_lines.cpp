@@ -51,7 +51,7 @@ TEST_CASE("Command lines: bad usage is status 2 with one line that says what") {
   const Tool& build = kTools[0];
   check_usage_error(build, {"a.obj"}, "--output");
   check_usage_error(build, {"a.obj", "-o", "b", "--builder", "fast"}, "fast");
-  check_usage_error(build, {"a.obj", "-o", "b", "--nodes", "half"}, "half");
+  check_usage_error(build, {"a.obj", "-o", "b", "--nodes", "eighth"}, "eighth");
   check_usage_error(build, {"a.obj", "-o", "b", "--target", "toaster"}, "toaster");
   check_usage_error(build, {"a.obj", "-o", "b", "--threads", "-1"}, "--threads");
   check_usage_error(build, {"a.obj", "-o", "b", "--threads", "5000"}, "--threads");
