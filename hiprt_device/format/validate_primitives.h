@@ -84,25 +84,25 @@ template <class Layout> class PrimitiveCheck {
 
   Check check_leaf(const LeafPlace& place) {
     const auto& [index, custom, box] = place;
-    if (auto ids = check_ids(place); !ids) return ids;
-    if (auto triangle_ids = check_triangle_ids(place); !triangle_ids) return triangle_ids;
+    if (auto ids = check_ids<false>(index); !ids) return ids;
+    if (auto triangle_ids = check_triangle_ids<false>(index); !triangle_ids) return triangle_ids;
     if (auto vertices = check_vertices(index); !vertices) return vertices;
     // Whether a triangle may leave the box is known only when all leaves have been seen: check_splits().
     if (!splits_allowed_)
       for (unsigned triangle = 0; triangle < 2; ++triangle)
         if (auto inside = check_inside(index, triangle, box); !inside) return inside;
     for (unsigned triangle = 0; triangle < 2; ++triangle)
-      if (auto counted = count_reference(place, triangle); !counted) return counted;
+      if (auto counted = count_reference<false>(index, triangle); !counted) return counted;
     return {};
   }
 
   Check check_custom_leaf(const LeafPlace& place) {
-    if (auto ids = check_ids(place); !ids) return ids;
-    if (auto id_bytes = check_triangle_ids(place); !id_bytes) return id_bytes;
+    if (auto ids = check_ids<true>(place.index); !ids) return ids;
+    if (auto id_bytes = check_triangle_ids<true>(place.index); !id_bytes) return id_bytes;
     for (unsigned which = 0; which < 2; ++which)
       if (auto box = check_custom_box(place, which); !box) return box;
     for (unsigned which = 0; which < 2; ++which)
-      if (auto counted = count_reference(place, which); !counted) return counted;
+      if (auto counted = count_reference<true>(place.index, which); !counted) return counted;
     return {};
   }
 
@@ -119,35 +119,33 @@ template <class Layout> class PrimitiveCheck {
     return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, box, place.box);
   }
 
-  Check check_ids(const LeafPlace& place) const {
-    const LeafInfo& info = leaves_[place.index].info;
-    const std::uint64_t at = leaf_offset(place.index) + kInfo;
+  /// @tparam kCustom whether the leaf is a custom one.
+  template <bool kCustom> Check check_ids(std::uint64_t index) const {
+    const LeafInfo& info = leaves_[index].info;
+    const std::uint64_t at = leaf_offset(index) + kInfo;
     const std::uint32_t unused = info.geometry_and_flags & ~(kLastInRun | kGeometryMask);
     if (unused != 0) return fail(FormatError::kBadReservedField, at + 8, info.geometry_and_flags, 0);
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
     if (geometry >= view_.geometries.size())
       return fail(FormatError::kBadGeometryId, at + 8, geometry, view_.geometries.size());
-    const bool custom_geometry = (view_.geometries[geometry].flags & kGeometryCustom) != 0;
-    if (custom_geometry != place.custom)
+    if (((view_.geometries[geometry].flags & kGeometryCustom) != 0) != kCustom)
       return fail(FormatError::kBadGeometryId, at + 8, geometry, view_.geometries.size());
     const std::uint64_t primitives = view_.geometries[geometry].primitive_count;
     for (unsigned triangle = 0; triangle < 2; ++triangle)
-      if (has_primitive(leaves_[place.index], triangle) && info.primitive[triangle] >= primitives)
+      if (has_primitive(leaves_[index], triangle) && info.primitive[triangle] >= primitives)
         return fail(FormatError::kBadPrimitiveId, at + 4 * triangle, info.primitive[triangle], primitives);
     return {};
   }
 
-  Check check_triangle_ids(const LeafPlace& place) const {
-    const LeafInfo& info = leaves_[place.index].info;
-    const std::uint64_t at = leaf_offset(place.index) + kInfo + offsetof(LeafInfo, triangle_ids);
+  template <bool kCustom> Check check_triangle_ids(std::uint64_t index) const {
+    const LeafInfo& info = leaves_[index].info;
+    const std::uint64_t at = leaf_offset(index) + kInfo + offsetof(LeafInfo, triangle_ids);
     for (unsigned triangle = 0; triangle < 2; ++triangle) {
       const std::uint32_t id = info.triangle_ids >> (8 * triangle) & 0xffu;
-      const bool rotation = id == TriangleId::from_rotation(0) || id == TriangleId::from_rotation(1) ||
-                            id == TriangleId::from_rotation(2);
-      const bool present = has_primitive(leaves_[place.index], triangle);
-      const std::uint32_t wanted = !present ? 0 : place.custom ? TriangleId::kCustom : TriangleId::from_rotation(0);
-      const bool good = present && !place.custom ? rotation : id == wanted;
-      if (!good) return fail(FormatError::kBadTriangleId, at + triangle, id, wanted);
+      const bool present = has_primitive(leaves_[index], triangle);
+      const bool good = kCustom ? id == TriangleId::kCustom : is_rotation(id);
+      const std::uint32_t wanted = kCustom ? TriangleId::kCustom : TriangleId::from_rotation(0);
+      if (present ? !good : id != 0) return fail(FormatError::kBadTriangleId, at + triangle, id, present ? wanted : 0);
     }
     if (info.triangle_ids >> 16 != 0) return fail(FormatError::kBadReservedField, at + 2, info.triangle_ids >> 16, 0);
     return {};
@@ -179,16 +177,20 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  Check count_reference(const LeafPlace& place, unsigned triangle) {
-    const std::uint64_t index = place.index;
+  static bool is_rotation(std::uint32_t id) {
+    return id == TriangleId::from_rotation(0) || id == TriangleId::from_rotation(1) ||
+           id == TriangleId::from_rotation(2);
+  }
+
+  template <bool kCustom> Check count_reference(std::uint64_t index, unsigned triangle) {
     const Leaf& leaf = leaves_[index];
     if (!has_primitive(leaf, triangle)) return {};
     const std::uint64_t primitive = number(leaf, triangle);
-    ++(place.custom ? summary_.leaf_customs : summary_.leaf_triangles);
+    ++(kCustom ? summary_.leaf_customs : summary_.leaf_triangles);
     if (view_.primitive_map[primitive] == index * 2 + triangle) mapped_.insert(primitive);
     if (!reached_.insert(primitive)) return {};
-    if (place.custom || !splits_allowed_)
-      return fail(place.custom ? FormatError::kSplitCustom : FormatError::kSplitWithoutFeature,
+    if (kCustom || !splits_allowed_)
+      return fail(kCustom ? FormatError::kSplitCustom : FormatError::kSplitWithoutFeature,
                   leaf_offset(index) + kInfo + 4 * triangle, leaf.info.primitive[triangle], 1);
     split_.insert(primitive);
     return {};

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -147,10 +148,11 @@ template <class Layout> class TreeCheck {
   Check check_node(std::uint64_t i) {
     const typename Layout::Node& node = nodes_[i];
     if (auto encoding = check_encoding(node, node_offset(i)); !encoding) return encoding;
+    const Box stated = stated_box(i);
     Box content = empty_box();
     unsigned children = 0;
     for (unsigned c = 0; c < kBranching; ++c) {
-      if (auto child = check_child(i, c); !child) return child;
+      if (auto child = check_child(i, c, stated); !child) return child;
       if (node.child[c] != kInvalidRef) ++children;
       grow(content, Layout::box(node, c));
     }
@@ -167,7 +169,14 @@ template <class Layout> class TreeCheck {
                                       reinterpret_cast<const std::byte*>(&node));
   }
 
-  Check check_child(std::uint64_t i, unsigned c) {
+  /// What node i's parent states for it: its children's boxes have to lie inside. (The root's: check_node().)
+  Box stated_box(std::uint64_t i) const {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    if (slot_[i] == kRoot) return {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+    return Layout::box(nodes_[slot_[i] / kBranching], slot_[i] % kBranching);
+  }
+
+  Check check_child(std::uint64_t i, unsigned c, const Box& stated) {
     const typename Layout::Node& node = nodes_[i];
     const NodeRef ref = node.child[c];
     const Box box = Layout::box(node, c);
@@ -184,7 +193,9 @@ template <class Layout> class TreeCheck {
     if (allowed_ == kTrianglesBelow || allowed_ == kCustomBelow)
       if (auto flags = check_flags(i, c, ref == kInvalidRef ? 0u : child_flags_of(allowed_)); !flags) return flags;
     if (ref == kInvalidRef) return {};
-    if (auto contained = check_contained(i, c, box); !contained) return contained;
+    if (const unsigned outside = first_plane_outside(box, stated); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, node_offset(i) + box_offset(Layout{}, c, outside), outside, box,
+                        stated);
     if (is_box(ref)) return enter_node(ref, at, i + 1, static_cast<std::uint32_t>(i * kBranching + c));
     return check_run(ref, at);
   }
@@ -216,16 +227,6 @@ template <class Layout> class TreeCheck {
   }
 
   std::uint64_t node_index(NodeRef ref) const { return (ref_offset(ref) - view_.nodes.offset) / view_.nodes.stride; }
-
-  /// Child c's box lies in the box that node i's parent states for node i (the root's: check_node()).
-  Check check_contained(std::uint64_t i, unsigned c, const Box& box) const {
-    if (slot_[i] == kRoot) return {};
-    const Box stated = Layout::box(nodes_[slot_[i] / kBranching], slot_[i] % kBranching);
-    const unsigned plane = first_plane_outside(box, stated);
-    if (plane == kNoPlane) return {};
-    return fail_plane(FormatError::kBoxNotContained, node_offset(i) + box_offset(Layout{}, c, plane), plane, box,
-                      stated);
-  }
 
   /// Computes a number per node from its children's largest (leaves: 0), last node first; reuses slot_ for them.
   /// @return the root's.
