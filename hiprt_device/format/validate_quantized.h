@@ -25,7 +25,8 @@ inline Check check_child_slots(const QuantizedBoxNode& node, std::uint64_t node_
   const std::uint64_t at = node_at + offsetof(QuantizedBoxNode, children);
   if ((node.children & 0xc0u) != 0) return fail(FormatError::kBadReservedField, at, node.children, 0);
   std::uint32_t present = 0;
-  for (unsigned c = 0; c < kBranching; ++c) present |= (node.child[c] == kInvalidRef ? 0u : 1u) << c;
+  for (unsigned c = 0; c < kBranching; ++c)
+    if (node.child[c] != kInvalidRef) present |= 1u << c;
   if (children_mask(node.children) != present) return fail(FormatError::kBadChildSlots, at, node.children, present);
   if (children_order_axis(node.children) > 2) return fail(FormatError::kBadChildSlots, at, node.children, 0x2f);
   return {};
