@@ -73,6 +73,98 @@ std::vector<BadCase> quantized_cases() {
   return cases;
 }
 
+/// custom_scene() changed by @p change; the report must name offset_of(scene).
+std::function<BadFile(NodeLayout)> custom_changed(const std::function<void(TestScene&)>& change,
+                                                  const std::function<std::uint64_t(const TestScene&)>& offset_of) {
+  return changed(custom_scene, change, offset_of);
+}
+auto info_at(unsigned leaf, unsigned field) {
+  return [=](const TestScene& scene) { return scene.leaf_at(leaf) + 48 + field; };
+}
+
+std::vector<BadCase> custom_id_cases() {
+  using E = FormatError;
+  return {
+      {E::kBadGeometryId, "custom primitives of a mesh",
+       custom_changed([](TestScene& s) { s.leaves[3].geometry = 0; }, info_at(3, 8))},
+      {E::kBadGeometryId, "custom leaves by a reference to triangles",
+       custom_changed([](TestScene& s) { s.nodes[0][2].kind = ChildKind::kLeaves, s.nodes[0][2].flags = 5; },
+                      info_at(2, 8))},
+      {E::kBadPrimitiveId, "6 of 6", custom_changed([](TestScene& s) { s.leaves[3].primitive[1] = 6; }, info_at(3, 4))},
+      {E::kBadTriangleId, "a triangle's",
+       custom_changed([](TestScene& s) { s.leaves[3].id[1] = 0x89; }, info_at(3, 13))},
+      {E::kBadTriangleId, "not opaque", custom_changed([](TestScene& s) { s.leaves[1].id[0] = 0x40; }, info_at(1, 12))},
+      {E::kBadTriangleId, "of an absent primitive",
+       custom_changed([](TestScene& s) { s.leaves[2].id[1] = 0xc0; }, info_at(2, 13))},
+      {E::kBadTriangleId, "a custom primitive's of a triangle",
+       custom_changed([](TestScene& s) { s.leaves[0].id[0] = 0xc0; }, info_at(0, 12))},
+      {E::kBadGeometryId, "a run of both kinds",
+       custom_changed(
+           [](TestScene& s) {
+             s.leaves[0].last = false;
+             s.nodes[1][1].box = s.nodes[0][0].box;
+             s.nodes[1][3] = {};
+             s.nodes[0][0].flags = 5;
+           },
+           info_at(1, 8))},
+  };
+}
+
+std::vector<BadCase> custom_box_cases() {
+  using E = FormatError;
+  const auto plane = [](unsigned leaf, unsigned which, unsigned side, unsigned axis) {
+    return [=](const TestScene& scene) { return scene.custom_plane_at(leaf, which, side, axis); };
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  return {
+      {E::kBadBox, "NaN", custom_changed([=](TestScene& s) { s.leaves[1].box[1].max[2] = nan; }, plane(1, 1, 1, 2))},
+      {E::kBadBox, "infinite",
+       custom_changed([](TestScene& s) { s.leaves[3].box[0].min[0] = -kInf; }, plane(3, 0, 0, 0))},
+      {E::kBadBox, "inverted",
+       custom_changed([](TestScene& s) { s.leaves[3].box[1].min[1] = 0.5f; }, plane(3, 1, 0, 1))},
+      {E::kBadBox, "of an absent primitive",
+       custom_changed([](TestScene& s) { s.leaves[2].box[1] = s.leaves[2].box[0]; }, plane(2, 1, 0, 0))},
+      {E::kBoxNotContained, "custom primitive leaves the box",
+       custom_changed([](TestScene& s) { s.leaves[3].box[0].max[0] = std::nextafter(7.0f, 8.0f); }, plane(3, 0, 1, 0))},
+      {E::kBoxNotContained, "custom primitive leaves the bounds",
+       changed(
+           custom_root_scene, [](TestScene& s) { s.root.box.min[1] = 0.5f; }, plane(0, 0, 0, 1))},
+  };
+}
+
+std::vector<BadCase> custom_tree_cases() {
+  using E = FormatError;
+  const auto flags = [](unsigned node, unsigned child) {
+    return [=](const TestScene& scene) { return scene.flags_at(node, child); };
+  };
+  const auto features = [](const TestScene&) -> std::uint64_t { return 16; };
+  return {
+      {E::kFeatureMismatch, "custom missing",
+       changed(
+           custom_root_scene, [](TestScene& s) { s.features = 1; }, features)},
+      {E::kFeatureMismatch, "triangles without triangle leaves",
+       changed(
+           custom_root_scene, [](TestScene& s) { s.features = 9; }, features)},
+      {E::kSplitCustom, "twice in a leaf",
+       custom_changed([](TestScene& s) { s.leaves[1].primitive[1] = 0; }, info_at(1, 4))},
+      {E::kSplitCustom, "in two leaves, splits allowed",
+       custom_changed([](TestScene& s) { s.features |= 4, s.leaves[2].primitive[0] = 5; }, info_at(3, 0))},
+      {E::kBadChildFlags, "mixed called triangles",
+       custom_changed([](TestScene& s) { s.nodes[0][0].flags = 5; }, flags(0, 0)), not_half},
+      {E::kBadChildFlags, "mixed called procedural",
+       custom_changed([](TestScene& s) { s.nodes[0][0].flags = 9; }, flags(0, 0)), not_half},
+      {E::kBadChildFlags, "procedural called mixed",
+       custom_changed([](TestScene& s) { s.nodes[1][3].flags = 1; }, flags(1, 3)), not_half},
+      {E::kBadChildFlags, "of an absent child",
+       custom_changed([](TestScene& s) { s.nodes[1][0].flags = 1; }, flags(1, 0)), not_half},
+      {E::kDroppedCount, "custom",
+       custom_changed([](TestScene& s) { s.geometries[1].dropped_count = 0; },
+                      [](const TestScene& s) { return s.geometries_at() + 32 + 16; })},
+      {E::kPrimitiveMapMismatch, "the custom leaf's other primitive",
+       custom_changed([](TestScene& s) { s.map[2] = 3; }, [](const TestScene& s) { return s.map_at() + 8; })},
+  };
+}
+
 }  // namespace
 
 std::vector<BadCase> encoding_cases() {
@@ -82,66 +174,10 @@ std::vector<BadCase> encoding_cases() {
 }
 
 std::vector<BadCase> custom_cases() {
-  using E = FormatError;
-  const auto make = [](const std::function<void(TestScene&)>& change,
-                       const std::function<std::uint64_t(const TestScene&)>& offset_of) {
-    return changed(custom_scene, change, offset_of);
-  };
-  const auto info = [](unsigned leaf, unsigned field) {
-    return [=](const TestScene& scene) { return scene.leaf_at(leaf) + 48 + field; };
-  };
-  const auto plane = [](unsigned leaf, unsigned which, unsigned side, unsigned axis) {
-    return [=](const TestScene& scene) { return scene.custom_plane_at(leaf, which, side, axis); };
-  };
-  const auto flags = [](unsigned node, unsigned child) {
-    return [=](const TestScene& scene) { return scene.flags_at(node, child); };
-  };
-  const auto features = [](const TestScene&) -> std::uint64_t { return 16; };
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  return {
-      {E::kFeatureMismatch, "custom missing",
-       changed(
-           custom_root_scene, [](TestScene& s) { s.features = 1; }, features)},
-      {E::kFeatureMismatch, "triangles without triangle leaves",
-       changed(
-           custom_root_scene, [](TestScene& s) { s.features = 9; }, features)},
-      {E::kBadGeometryId, "custom primitives of a mesh",
-       make([](TestScene& s) { s.leaves[3].geometry = 0; }, info(3, 8))},
-      {E::kBadGeometryId, "a run of both kinds",
-       make([](TestScene& s) { s.nodes[0][2].kind = ChildKind::kLeaves, s.nodes[0][2].flags = 5; }, info(2, 8))},
-      {E::kBadPrimitiveId, "6 of 6", make([](TestScene& s) { s.leaves[3].primitive[1] = 6; }, info(3, 4))},
-      {E::kBadTriangleId, "a triangle's", make([](TestScene& s) { s.leaves[3].id[1] = 0x89; }, info(3, 13))},
-      {E::kBadTriangleId, "not opaque", make([](TestScene& s) { s.leaves[1].id[0] = 0x40; }, info(1, 12))},
-      {E::kBadTriangleId, "of an absent primitive", make([](TestScene& s) { s.leaves[2].id[1] = 0xc0; }, info(2, 13))},
-      {E::kBadTriangleId, "a custom primitive's of a triangle",
-       make([](TestScene& s) { s.leaves[0].id[0] = 0xc0; }, info(0, 12))},
-      {E::kBadBox, "NaN", make([=](TestScene& s) { s.leaves[1].box[1].max[2] = nan; }, plane(1, 1, 1, 2))},
-      {E::kBadBox, "infinite", make([](TestScene& s) { s.leaves[3].box[0].min[0] = -kInf; }, plane(3, 0, 0, 0))},
-      {E::kBadBox, "inverted", make([](TestScene& s) { s.leaves[3].box[1].min[1] = 0.5f; }, plane(3, 1, 0, 1))},
-      {E::kBadBox, "of an absent primitive",
-       make([](TestScene& s) { s.leaves[2].box[1] = s.leaves[2].box[0]; }, plane(2, 1, 0, 0))},
-      {E::kBoxNotContained, "custom primitive leaves the box",
-       make([](TestScene& s) { s.leaves[3].box[0].max[0] = std::nextafter(7.0f, 8.0f); }, plane(3, 0, 1, 0))},
-      {E::kBoxNotContained, "custom primitive leaves the bounds",
-       changed(
-           custom_root_scene, [](TestScene& s) { s.root.box.min[1] = 0.5f; }, plane(0, 0, 0, 1))},
-      {E::kSplitCustom, "twice in a leaf", make([](TestScene& s) { s.leaves[1].primitive[1] = 0; }, info(1, 4))},
-      {E::kSplitCustom, "in two leaves, splits allowed",
-       make([](TestScene& s) { s.features |= 4, s.leaves[2].primitive[0] = 5; }, info(3, 0))},
-      {E::kBadChildFlags, "mixed called triangles", make([](TestScene& s) { s.nodes[0][0].flags = 5; }, flags(0, 0)),
-       not_half},
-      {E::kBadChildFlags, "mixed called procedural", make([](TestScene& s) { s.nodes[0][0].flags = 9; }, flags(0, 0)),
-       not_half},
-      {E::kBadChildFlags, "procedural called mixed", make([](TestScene& s) { s.nodes[1][3].flags = 1; }, flags(1, 3)),
-       not_half},
-      {E::kBadChildFlags, "of an absent child", make([](TestScene& s) { s.nodes[1][0].flags = 1; }, flags(1, 0)),
-       not_half},
-      {E::kDroppedCount, "custom",
-       make([](TestScene& s) { s.geometries[1].dropped_count = 0; },
-            [](const TestScene& s) { return s.geometries_at() + 32 + 16; })},
-      {E::kPrimitiveMapMismatch, "the custom leaf's other primitive",
-       make([](TestScene& s) { s.map[2] = 3; }, [](const TestScene& s) { return s.map_at() + 8; })},
-  };
+  std::vector<BadCase> all;
+  for (auto* part : {custom_id_cases, custom_box_cases, custom_tree_cases})
+    for (BadCase& bad : part()) all.push_back(std::move(bad));
+  return all;
 }
 
 }  // namespace hiprt::test

@@ -54,7 +54,10 @@ TEST_CASE("good files pass and are counted") {
   REQUIRE(empty);
   CHECK(empty->dropped == 1);
   CHECK(empty->leaves == 0);
+}
 
+TEST_CASE("good files with custom primitives pass and are counted") {
+  const NodeLayout layout = every_layout();
   const auto custom = validate(custom_scene(layout).write().bytes());
   REQUIRE(custom);
   CHECK(custom->leaf_triangles == 2);
