@@ -23,17 +23,26 @@ struct Postponed {
   static constexpr bool kTogether = true;
   static constexpr bool kBatchOnly = false;
   HIPRT_HD static HIPRT_INLINE LaneMask group() { return wave_ballot(true); }
+  HIPRT_HD static HIPRT_INLINE bool search_on(LaneMask group, bool searches) { return group_any(group, searches); }
   HIPRT_HD static HIPRT_INLINE bool leaves(LaneMask group, bool busy, bool) { return !group_any(group, busy); }
 };
 
 /// The same for kernels in which all lanes of a wave trace from beginning to end, through trace_batch(): the wave
 /// leaves the loop, to give idle lanes new rays, when fewer than kFetchBelow of 32 lanes are busy (dynamic fetch).
 /// @tparam kFetchBelow 1: when all are done.
-template <unsigned kFetchBelow = 16> struct WholeWave {
+/// @tparam kSearchAbove leaves are tested as soon as no more than so many of 32 lanes look for one: a few stragglers
+///         need not keep the others waiting.
+template <unsigned kFetchBelow = 16, unsigned kSearchAbove = 4> struct WholeWave {
   static_assert(kFetchBelow >= 1 && kFetchBelow <= 32, "WholeWave: kFetchBelow is a number of lanes of 32");
+  static_assert(kSearchAbove < 32, "WholeWave: kSearchAbove is a number of lanes of 32");
   static constexpr bool kTogether = true;
   static constexpr bool kBatchOnly = true;
   HIPRT_HD static constexpr LaneMask group() { return kWholeWave; }
+  /// Whether to go on through box nodes. @param searches whether this lane looks for a leaf.
+  HIPRT_HD static HIPRT_INLINE bool search_on(LaneMask group, bool searches) {
+    if constexpr (kSearchAbove == 0) return group_any(group, searches);
+    return lane_count(group_ballot(group, searches)) * 32 > kSearchAbove * wave_size();
+  }
   /// @param may_pause whether there are rays to fetch. The same for all lanes, as is the result.
   HIPRT_HD static HIPRT_INLINE bool leaves(LaneMask group, bool busy, bool may_pause) {
     const unsigned lanes = lane_count(group_ballot(group, busy));

@@ -123,14 +123,17 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     leaf_ = node_;
   }
 
-  /// The same, but beyond the first leaf as long as another lane of the group has none.
+  /// The same, but beyond the first leaf as long as the schedule lets others of the group look for theirs.
   HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, float limit, typename P::Counter& counter,
                                                   LaneMask group) {
     if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
-    while (group_any(group, is_end(leaf_) && is_box(node_))) {
-      if (!is_box(node_)) continue;
-      node_ = visit_boxes(scene, limit, counter);
-      if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+    // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
+    for (bool go_on = group_any(group, is_end(leaf_) && is_box(node_)); go_on;) {
+      if (is_box(node_)) {
+        node_ = visit_boxes(scene, limit, counter);
+        if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+      }
+      go_on = P::Schedule::search_on(group, is_end(leaf_) && is_box(node_));
     }
   }
 

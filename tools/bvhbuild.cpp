@@ -38,6 +38,7 @@ struct Options {
   std::string output;
   std::string builder = "sah", nodes = "auto", target = "cpu";
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
+  double split_budget = build::BuildOptions{}.split_budget;
   bool no_pairs = false, stats = false;
 };
 
@@ -55,7 +56,7 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kLayouts, {"auto"})))
       ->type_name("NAME")
       ->capture_default_str();
-  app.add_option("--target", options.target, "Machine to trace on (cpu: planes, amd and nvidia: float)")
+  app.add_option("--target", options.target, "Machine to trace on (cpu and nvidia: planes, amd: float)")
       ->check(CLI::IsMember(words(kTargetLayouts)))
       ->type_name("NAME")
       ->capture_default_str();
@@ -63,6 +64,11 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--max-leaf", options.max_leaf, "Most triangles below one leaf reference, 1 to 64")
       ->check(CLI::Range(1u, 64u))
       ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--split-budget", options.split_budget,
+                 "References that embree-high may make of one by splitting, on average, 1 to 16")
+      ->check(CLI::Range(1.0, 16.0))
+      ->type_name("X")
       ->capture_default_str();
   app.add_flag("--no-pairs", options.no_pairs, "Do not put two triangles that share an edge into one leaf")
       ->disable_flag_override();
@@ -118,6 +124,7 @@ build::BuildOptions build_options(const Options& options, const std::string& too
   result.nodes = options.nodes == "auto" ? value_of(kTargetLayouts, options.target) : value_of(kLayouts, options.nodes);
   result.threads = options.threads;
   result.max_leaf_triangles = options.max_leaf;
+  result.split_budget = options.split_budget;
   result.pair_triangles = !options.no_pairs;
   result.tool = tool;
   result.progress = [&bar](const build::Progress& progress) {

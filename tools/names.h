@@ -24,7 +24,7 @@ inline constexpr Names<NodeLayout, 4> kLayouts{{{"float", NodeLayout::kFloat},
                                                 {"quantized", NodeLayout::kQuantized}}};
 /// The layout that is traced fastest on each target.
 inline constexpr Names<NodeLayout, 3> kTargetLayouts{
-    {{"cpu", NodeLayout::kPlanes}, {"amd", NodeLayout::kFloat}, {"nvidia", NodeLayout::kFloat}}};
+    {{"cpu", NodeLayout::kPlanes}, {"amd", NodeLayout::kFloat}, {"nvidia", NodeLayout::kPlanes}}};
 /// @pre @p word is in the table (the command line was checked with words()).
 template <class Value, std::size_t N> Value value_of(const Names<Value, N>& names, std::string_view word) {
   for (const auto& [name, value] : names)

@@ -9,8 +9,10 @@
 namespace hiprt::build {
 
 /// @param builder one of Builder::kEmbree*. kEmbreeHigh may put a group into several references (spatial splits).
+/// @param split_budget as BuildOptions::split_budget.
 /// @return kBackend with Embree's error, also if the tree would be deeper than kMaxDepth.
 Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
-                                const GroupedPrimitives& grouped, ScratchArray<Reference> references);
+                                const GroupedPrimitives& grouped, ScratchArray<Reference> references,
+                                double split_budget);
 
 }  // namespace hiprt::build

@@ -31,6 +31,8 @@ Result<void> check_options(const BuildOptions& options) {
   if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
     return tl::unexpected(
         invalid("max_leaf_triangles is " + std::to_string(options.max_leaf_triangles) + ", allowed are 1 to 64"));
+  if (!(options.split_budget >= 1.0 && options.split_budget <= 16.0))
+    return tl::unexpected(invalid("split_budget is " + std::to_string(options.split_budget) + ", allowed are 1 to 16"));
   if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f) || !(options.costs.custom > 0.0f))
     return tl::unexpected(invalid("SAH costs must be positive"));
   if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
@@ -131,21 +133,21 @@ class Stopwatch {
 };
 
 Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
-                              const GroupedPrimitives& grouped) {
+                              const GroupedPrimitives& grouped, double split_budget) {
   auto references = engine.allocate<Reference>(grouped.count);
   engine.for_each(grouped.count, MakeReferenceStep{soup, grouped.groups.span(), references.span()});
   if (builder == Builder::kSah) return build_sah(engine, std::move(references));
-  return build_embree(engine, builder, soup, grouped, std::move(references));
+  return build_embree(engine, builder, soup, grouped, std::move(references), split_budget);
 }
 
 /// Embree's builders fail on scenes whose tree would be too deep (triangle sizes over hundreds of powers of two); ours
 /// does not.
 Result<BinaryTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const PrimitiveSoup& soup,
-                                      const GroupedPrimitives& grouped) {
-  Result<BinaryTree> tree = build_tree(engine, builder, soup, grouped);
+                                      const GroupedPrimitives& grouped, double split_budget) {
+  Result<BinaryTree> tree = build_tree(engine, builder, soup, grouped, split_budget);
   if (tree || tree.error().code != ErrorCode::kBackend || builder == Builder::kSah) return tree;
   builder = Builder::kSah;
-  return build_tree(engine, builder, soup, grouped);
+  return build_tree(engine, builder, soup, grouped, split_budget);
 }
 
 /// What is known once the primitives are grouped.
@@ -178,7 +180,7 @@ Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& 
   Bvh bvh{{}, count_input(soup, grouped, options.builder)};
   BuildStatistics& statistics = bvh.statistics;
   statistics.pair_seconds = watch.lap();
-  Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped);
+  Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped, options.split_budget);
   if (!tree) return tl::unexpected(tree.error());
   statistics.tree_seconds = watch.lap();
   const WideTree wide(engine, *tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);

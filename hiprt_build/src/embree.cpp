@@ -12,9 +12,6 @@ namespace {
 static_assert(sizeof(Reference) == sizeof(RTCBuildPrimitive) &&
               offsetof(Reference, leaf) == offsetof(RTCBuildPrimitive, primID));
 
-/// Room for references that spatial splits add, relative to those there are.
-constexpr double kSplitBudget = 1.5;
-
 /// Node of the tree while Embree makes it: inner (two children) or a leaf with references.
 struct EmbreeNode {
   EmbreeNode* child[2];
@@ -210,7 +207,8 @@ void on_error(void* user, RTCError, const char* message) {
 }  // namespace
 
 Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
-                                const GroupedPrimitives& grouped, ScratchArray<Reference> references) {
+                                const GroupedPrimitives& grouped, ScratchArray<Reference> references,
+                                double split_budget) {
   BinaryTree tree;
   const std::size_t count = references.size();
   if (count == 0) return tree;
@@ -226,7 +224,7 @@ Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const Primit
   const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), &rtcReleaseBVH);
   ScratchArray<Reference> room = std::move(references);
   if (builder == Builder::kEmbreeHigh) {
-    auto larger = engine.allocate<Reference>(static_cast<std::size_t>(static_cast<double>(count) * kSplitBudget));
+    auto larger = engine.allocate<Reference>(static_cast<std::size_t>(static_cast<double>(count) * split_budget));
     std::copy_n(room.data(), count, larger.data());
     room = std::move(larger);
   }

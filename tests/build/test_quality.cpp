@@ -26,6 +26,28 @@ Built built(const Mesh& mesh, build::Builder builder) {
 
 }  // namespace
 
+TEST_CASE("the split budget: 1 splits nothing, more allows more references and a lower cost") {
+  const Mesh mesh = soup(20000, 0.5, 5);
+  std::uint64_t leaves[3];
+  double cost[3];
+  int i = 0;
+  for (const double budget : {1.0, 1.5, 3.0}) {
+    const auto bvh =
+        build::build(std::vector{mesh.view()}, {.builder = build::Builder::kEmbreeHigh, .split_budget = budget});
+    REQUIRE(bvh.has_value());
+    const auto view = open_buffer(bvh->buffer.bytes());
+    REQUIRE(view.has_value());
+    leaves[i] = view->leaves.count;
+    cost[i++] = build::measure_tree(*view).sah_cost;
+  }
+  CHECK(leaves[0] == mesh.triangles.size());
+  CHECK(leaves[1] > leaves[0]);
+  CHECK(static_cast<double>(leaves[1]) <= 1.5 * static_cast<double>(leaves[0]));
+  CHECK(leaves[2] > leaves[1]);
+  CHECK(cost[1] < cost[0]);
+  CHECK(cost[2] < 1.01 * cost[1]);
+}
+
 TEST_CASE("our SAH cost is within 5 % of Embree's medium quality; the memory peak within 4 times the output") {
   std::printf("%-12s %8s %8s %8s %8s %6s\n", "mesh", "sah", "low", "medium", "high", "peak");
   for (const auto& [name, mesh] :
