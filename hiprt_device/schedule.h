@@ -32,7 +32,7 @@ struct Postponed {
 /// @tparam kFetchBelow 1: when all are done.
 /// @tparam kSearchAbove leaves are tested as soon as no more than so many of 32 lanes look for one: a few stragglers
 ///         need not keep the others waiting.
-template <unsigned kFetchBelow = 16, unsigned kSearchAbove = 4> struct WholeWave {
+template <unsigned kFetchBelow = 12, unsigned kSearchAbove = 4> struct WholeWave {
   static_assert(kFetchBelow >= 1 && kFetchBelow <= 32, "WholeWave: kFetchBelow is a number of lanes of 32");
   static_assert(kSearchAbove < 32, "WholeWave: kSearchAbove is a number of lanes of 32");
   static constexpr bool kTogether = true;
