@@ -1,15 +1,17 @@
 #pragma once
-/// What a custom primitive reports.
+/// What a custom primitive tells the traversal. Ready-made ones: primitives/sphere.h, primitives/round_curve.h.
 
 #include <hiprt_device/vec.h>
 
 namespace hiprt {
 
+/// A crossing of a ray with the surface of a custom primitive.
 struct CustomHit {
-  float t;      ///< In units of the direction.
-  float u, v;   ///< Surface parameters, as the primitive likes.
-  Vec3 normal;  ///< Outward geometric normal, any length but 0.
-  /// Bound, in scene units and per axis, of the distance between origin + t * direction and the surface, as Hit::error.
+  float t;      ///< In units of the direction, as Ray::tmin and Ray::tmax.
+  float u, v;   ///< Two surface parameters; what they mean is the primitive's.
+  Vec3 normal;  ///< Outward geometric normal: any length but 0.
+  /// Bound, in scene units and per axis, of the distance between the computed point origin + t * direction and the true
+  /// surface, with room for the rounding of a ray that starts there (spawn.h), as Hit::error.
   float error;
 };
 

@@ -12,6 +12,7 @@ A <- B means that B may include A; there are no other arrows:
     hiprt_build/gpu                             <-  GPU sources and internal headers of hiprt_build
     hiprt_device, hiprt_build                   <-  tools
 
+Traversal is all of hiprt_device that is not format, math or scene_view.h, its folders primitives and stacks too.
 Headers directly in hiprt_build and in hiprt_build/gpu are public; those in its other sub-folders are not installed.
 What a C++ compiler alone must build (other public headers, .cpp files of hiprt_build) includes no GPU runtime.
 """

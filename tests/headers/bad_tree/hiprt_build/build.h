@@ -4,5 +4,6 @@
 #include <hiprt_build/input.h>
 #include <hiprt_build/steps/pair.h>  // expect
 #include <hiprt_device/format/node.h>
+#include <hiprt_device/primitives/sphere.h>  // expect
 #include <hiprt_device/ray.h>  // expect
 #include <hiprt_device/vec.h>

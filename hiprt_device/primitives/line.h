@@ -1,0 +1,185 @@
+#pragma once
+/// What the curved primitives share: vectors of doubles, a line's closest approach to a point, hits from crossings.
+///
+/// Results are the same bits on every processor. Only + - * / sqrt and explicit fused multiply-adds are used, all of
+/// them correctly rounded (docs/decisions/0007-custom-primitives.md), and no plain product is an operand of + or -, so
+/// that a compiler that contracts finds nothing to contract.
+
+#include <hiprt_device/box_test.h>
+#include <hiprt_device/primitive.h>
+#include <hiprt_device/ray.h>
+
+#include <bit>
+#include <cmath>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+namespace primitive_detail {
+
+struct Double3 {
+  double x, y, z;
+};
+
+HIPRT_HD HIPRT_INLINE Double3 widen(const Vec3& a) { return {a.x, a.y, a.z}; }
+HIPRT_HD HIPRT_INLINE Double3 widen(const float (&a)[3]) { return {a[0], a[1], a[2]}; }
+HIPRT_HD HIPRT_INLINE Double3 operator-(const Double3& a, const Double3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+HIPRT_HD HIPRT_INLINE Double3 operator-(const Double3& a) { return {-a.x, -a.y, -a.z}; }
+HIPRT_HD HIPRT_INLINE Double3 scaled(double s, const Double3& a) { return {s * a.x, s * a.y, s * a.z}; }
+/// from + t * direction, each component rounded once.
+HIPRT_HD HIPRT_INLINE Double3 along(const Double3& from, double t, const Double3& direction) {
+  return {fused_multiply_add(t, direction.x, from.x), fused_multiply_add(t, direction.y, from.y),
+          fused_multiply_add(t, direction.z, from.z)};
+}
+HIPRT_HD HIPRT_INLINE double dot(const Double3& a, const Double3& b) {
+  return fused_multiply_add(a.x, b.x, fused_multiply_add(a.y, b.y, a.z * b.z));
+}
+/// a * d - b * c within 2 units of 2^-53 (Kahan; Jeannerod, Louvet, Muller 2013).
+HIPRT_HD HIPRT_INLINE double product_difference(double a, double d, double b, double c) {
+  const double product = b * c;
+  return fused_multiply_add(a, d, -product) + fused_multiply_add(-b, c, product);
+}
+HIPRT_HD HIPRT_INLINE Double3 cross(const Double3& a, const Double3& b) {
+  return {product_difference(a.y, b.z, a.z, b.y), product_difference(a.z, b.x, a.x, b.z),
+          product_difference(a.x, b.y, a.y, b.x)};
+}
+HIPRT_HD HIPRT_INLINE double larger(double a, double b) { return a > b ? a : b; }
+HIPRT_HD HIPRT_INLINE double magnitude(double a) { return a < 0.0 ? -a : a; }
+HIPRT_HD HIPRT_INLINE double largest(const Double3& a) {
+  return larger(larger(magnitude(a.x), magnitude(a.y)), magnitude(a.z));
+}
+
+/// a * b for a later + or -: no compiler may drop the addition of 0, so it finds no product to contract.
+HIPRT_HD HIPRT_INLINE double multiplied(double a, double b) { return fused_multiply_add(a, b, 0.0); }
+
+/// Correctly rounded. The library's function: clang's builtin is the bare instruction on AMD, which is not.
+HIPRT_HD HIPRT_INLINE double square_root(double a) { return ::sqrt(a); }
+
+HIPRT_HD HIPRT_INLINE bool is_finite(float a) { return absolute(a) <= std::numeric_limits<float>::max(); }
+HIPRT_HD HIPRT_INLINE bool is_finite(const float (&a)[3]) {
+  return is_finite(a[0]) && is_finite(a[1]) && is_finite(a[2]);
+}
+
+/// Where a line comes nearest to a point.
+struct Approach {
+  double t, rest;  ///< At t + rest, a sum that a double could not hold.
+  Double3 offset;  ///< From the point to there.
+  double room;     ///< radius^2 - |offset|^2: negative iff the line misses the sphere of that radius.
+};
+
+/// Haines et al., Ray Tracing Gems 2019, ch. 7, taken further: offset = from + t * direction for whatever t comes out
+/// of the division is rounded once, relative to its own size; what t is off moves it along the line only, and a second
+/// step takes that out. So the offset is as good as the difference `from`, which is exact for floats whose exponents
+/// are within 29, however far the origin is.
+/// @param from the line's origin minus the point.
+/// @param inverse 1 / |direction|^2.
+HIPRT_HD HIPRT_INLINE Approach approach(const Double3& from, const Double3& direction, double inverse, double radius) {
+  Approach result;
+  result.t = multiplied(dot(from, direction), -inverse);
+  const Double3 near = along(from, result.t, direction);
+  result.rest = multiplied(dot(near, direction), -inverse);
+  result.offset = along(near, result.rest, direction);
+  result.room = fused_multiply_add(radius, radius, -dot(result.offset, result.offset));
+  return result;
+}
+
+/// What a hit has besides t and error, before it is rounded.
+struct Details {
+  Double3 normal;
+  double u, v;
+};
+
+/// @param size of the primitive, in scene units: crossings are within 2^-46 * size of the surface, before rounding.
+/// @param flat length of the primitive's straight lines. A ray that leaves one may come down to it again at the other
+/// end,
+///        lower by up to 6 * 2^-24 of the length, because the normal is rounded here and in spawn.h, and its product
+///        with the direction there.
+HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& direction, double t, double size,
+                                        double flat) {
+  // In units of 2^-24: t is rounded (reach 1), origin + t * direction in one step (point 1) or two (reach 1 more), the
+  // spawned origin once (point 1). The rest is slack for the second order and the rounding of the bound.
+  const double largest_step = largest(direction);
+  const double reach = magnitude(t) * largest_step;
+  const double point = largest(along(origin, t, direction));
+  const double rounding = fused_multiply_add(2.25, reach, fused_multiply_add(3.0, point, 7.0 * flat));
+  // t may have been too small for a float's full precision.
+  const double underflow = fused_multiply_add(0x1p-148, largest_step, 0x1p-147);
+  return static_cast<float>(fused_multiply_add(0x1p-24, rounding, fused_multiply_add(0x1p-46, size, underflow)));
+}
+
+/// Reports a crossing if it lies in [tmin, tmax]: tmin compared with the unrounded t, so that what lies behind an
+/// origin stays behind it, tmax with the reported one, so that ties between primitives are ties.
+/// @param size, flat see error_bound.
+/// @param details called for the Details of a crossing that is reported. @return false to stop.
+template <class MakeDetails, class Report>
+HIPRT_HD HIPRT_INLINE bool report_crossing(const Ray& ray, float tmin, float tmax, double t, double size, double flat,
+                                           const MakeDetails& details, Report& report) {
+  CustomHit hit;
+  hit.t = static_cast<float>(t);
+  if (!(t >= static_cast<double>(tmin) && hit.t <= tmax && hit.t <= std::numeric_limits<float>::max())) return true;
+  const Details d = details();
+  hit.u = static_cast<float>(d.u);
+  hit.v = static_cast<float>(d.v);
+  hit.normal = Vec3(static_cast<float>(d.normal.x), static_cast<float>(d.normal.y), static_cast<float>(d.normal.z));
+  hit.error = error_bound(widen(ray.origin), widen(ray.direction), t, size, flat);
+  return report(static_cast<const CustomHit&>(hit));
+}
+
+/// Reports the crossings of a ball's surface, the entry first.
+/// @param set_parameters called with the Details of a crossing, to set u and v; the normal is as long as the radius.
+template <class SetParameters, class Report>
+HIPRT_HD HIPRT_INLINE bool intersect_ball(const Ray& ray, float tmin, float tmax, const float (&center)[3],
+                                          float radius, const SetParameters& set_parameters, Report& report) {
+  const Double3 direction = widen(ray.direction);
+  const double inverse = 1.0 / dot(direction, direction), r = radius;
+  const Approach near = approach(widen(ray.origin) - widen(center), direction, inverse, r);
+  if (!(near.room >= 0.0)) return true;
+  const double half_chord = square_root(near.room * inverse);
+  const auto report_at = [&](double step) {
+    return report_crossing(
+        ray, tmin, tmax, near.t + (near.rest + step), r, 0.0,
+        [&] {
+          Details details{along(near.offset, step, direction), 0.0, 0.0};
+          set_parameters(details);
+          details.normal = scaled(1.0 / r, details.normal);
+          return details;
+        },
+        report);
+  };
+  return report_at(-half_chord) && report_at(half_chord);
+}
+
+/// The float next to a finite one.
+HIPRT_HD HIPRT_INLINE float next_after(float a, bool up) {
+  if (a == 0.0f) return up ? 0x1p-149f : -0x1p-149f;
+  const auto bits = std::bit_cast<std::uint32_t>(a);
+  return std::bit_cast<float>((a > 0.0f) == up ? bits + 1u : bits - 1u);
+}
+
+/// center - radius rounded down, or center + radius rounded up.
+HIPRT_HD HIPRT_INLINE float side(float center, float radius, bool up) {
+  const float step = up ? radius : -radius;
+  const float sum = center + step;
+  if (!is_finite(sum)) return sum;
+  // TwoSum (Knuth): the rounding error of the sum, exactly.
+  const float added = sum - center;
+  const float error = (center - (sum - added)) + (step - added);
+  return (up ? error > 0.0f : error < 0.0f) ? next_after(sum, up) : sum;
+}
+
+/// The box of what is never hit.
+HIPRT_HD HIPRT_INLINE Box empty_box() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+}
+
+/// The smallest box of floats around a ball; infinite where floats end.
+HIPRT_HD HIPRT_INLINE Box ball_bounds(const float (&center)[3], float radius) {
+  return {{side(center[0], radius, false), side(center[1], radius, false), side(center[2], radius, false)},
+          {side(center[0], radius, true), side(center[1], radius, true), side(center[2], radius, true)}};
+}
+
+}  // namespace primitive_detail
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

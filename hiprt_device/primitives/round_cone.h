@@ -1,0 +1,239 @@
+#pragma once
+/// A line against a round cone: the convex hull of two balls.
+///
+/// The solid is the union of the balls with center p0 + s * w and radius r0 + s * dr for s in [0, 1], where w = p1 - p0
+/// and dr = r1 - r0. A point y (from p0) is in it iff the minimum over s of |y - s w|^2 - (r0 + s dr)^2 is <= 0. That
+/// is a parabola in s with its minimum at s = (y.w + r0 dr) / k, k = |w|^2 - dr^2; for k <= 0 one ball holds the other.
+/// So planes across the axis (the seams, s = 0 and s = 1) cut space into three slabs, with a quadratic form of y in
+/// each: the two balls beyond the seams, and between them, with z = y.w / L, L = |w|, sigma = dr / L, c^2 = 1 -
+/// sigma^2,
+///
+///     c^2 |y x w / L|^2 - (r0 + sigma z)^2 <= 0        (the cone that touches both balls along the seams' circles)
+///
+/// The solid is convex: a line enters and leaves it once. Whether it crosses each seam inside the solid decides which
+/// forms hold its two crossings; each of these decisions is made once, for both sides of the seam, and the cone's
+/// crossings are confined to their slab. So there is no gap at a seam, and never one crossing alone.
+/// Derivation and measurements: docs/decisions/0007-custom-primitives.md.
+
+#include <hiprt_device/primitives/line.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+namespace primitive_detail {
+
+/// |a|^2 - b^2 with one relative error of about 2^-53, as if computed in twice the precision (Dot2 of Ogita, Rump,
+/// Oishi 2005).
+HIPRT_HD HIPRT_INLINE double squares_difference(const Double3& a, double b) {
+  const double factor[4] = {a.x, a.y, a.z, b};
+  double sum = 0.0, rest = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    const double f = factor[i], g = i == 3 ? -b : f;
+    const double product = multiplied(f, g);
+    const double next = sum + product, added = next - sum;
+    rest += ((sum - (next - added)) + (product - added)) + fused_multiply_add(f, g, -product);
+    sum = next;
+  }
+  return sum + rest;
+}
+
+/// One of the two balls, and where the line meets the plane of its seam.
+struct ConeEnd {
+  Double3 center;
+  double radius;
+  Approach near;
+  Double3 across;  ///< near.offset x w / L: its part across the axis, turned by a quarter.
+  double beyond;   ///< Signed distance of near.offset from the seam's plane, along w.
+};
+
+/// A line and a round cone neither of whose balls holds the other, with the ends ordered so that the line runs from the
+/// first to the last (or across the axis).
+struct ConeLine {
+  Double3 origin, direction, w;
+  bool flipped;  ///< The first end is the segment's second.
+  ConeEnd first, last;
+  double inverse;         ///< 1 / |direction|^2
+  double inverse_length;  ///< 1 / L
+  double length;          ///< L
+  double sigma, c, c_squared;
+  double slab;     ///< Distance of the seams' planes: c^2 L.
+  double climb;    ///< Direction along the axis: >= 0.
+  Double3 across;  ///< direction x w / L
+
+  /// @pre k > 0, direction.w >= 0 for w = last - first
+  HIPRT_HD HIPRT_INLINE void prepare(double k) {
+    const double squared = dot(w, w);
+    length = square_root(squared);
+    inverse_length = 1.0 / length;
+    sigma = (last.radius - first.radius) * inverse_length;
+    slab = k * inverse_length;
+    c_squared = slab * inverse_length;
+    c = square_root(c_squared);
+    climb = dot(direction, w) * inverse_length;
+    across = scaled(inverse_length, cross(direction, w));
+    inverse = 1.0 / dot(direction, direction);
+    prepare(first);
+    prepare(last);
+  }
+
+  /// Whether the line crosses the plane of the end's seam inside the solid, which is there a disk of radius c * radius.
+  HIPRT_HD HIPRT_INLINE bool is_inside_seam(const ConeEnd& end) const {
+    // across + t * this->across at t = -beyond / climb, times climb.
+    const Double3 at{fused_multiply_add(climb, end.across.x, -(end.beyond * across.x)),
+                     fused_multiply_add(climb, end.across.y, -(end.beyond * across.y)),
+                     fused_multiply_add(climb, end.across.z, -(end.beyond * across.z))};
+    const double limit = end.radius * c * climb;
+    return dot(at, at) < limit * limit;
+  }
+
+  HIPRT_HD HIPRT_INLINE double seam(const ConeEnd& end) const {
+    return end.near.t + (end.near.rest - end.beyond / climb);
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE void prepare(ConeEnd& end) const {
+    end.near = approach(origin - end.center, direction, inverse, end.radius);
+    end.across = scaled(inverse_length, cross(end.near.offset, w));
+    end.beyond = fused_multiply_add(end.radius, sigma, dot(end.near.offset, w) * inverse_length);
+  }
+};
+
+/// Two crossings with the cone between the seams, as parameters relative to a point of the line that is in the slab and
+/// near the axis, so that no digits are lost to the distance of the origin or the length of the cone.
+struct ConeRoots {
+  double at;           ///< Parameter of that point,
+  Double3 offset;      ///< and its place from the first center.
+  double enter, exit;  ///< Parameters minus at.
+};
+
+/// low for NaN.
+HIPRT_HD HIPRT_INLINE double clamped(double a, double low, double high) {
+  return a > low ? (a < high ? a : high) : low;
+}
+
+/// @param low, high parameters of the seams.
+/// @param certain the line crosses the cone in the slab once, as the seams tell. Otherwise it may do so twice or not.
+/// @return false if it does not.
+HIPRT_HD inline bool cone_roots(const ConeLine& line, double low, double high, bool certain, ConeRoots& roots) {
+  const ConeEnd& end = line.first;
+  const double nearest = end.near.rest - dot(end.across, line.across) / dot(line.across, line.across);
+  roots.at = clamped(end.near.t + nearest, low, high);
+  roots.offset = along(line.origin - end.center, roots.at, line.direction);
+  // The form along the line: A t^2 + 2 B t + C, with p + t q across the axis and radius + t * growth.
+  const Double3 p = scaled(line.inverse_length, cross(roots.offset, line.w)), &q = line.across;
+  const double z = dot(roots.offset, line.w) * line.inverse_length;
+  const double radius = fused_multiply_add(line.sigma, z, end.radius), growth = line.sigma * line.climb;
+  const double a = product_difference(line.c_squared, dot(q, q), growth, growth);
+  const double b = product_difference(line.c_squared, dot(p, q), radius, growth);
+  const double constant = product_difference(line.c_squared, dot(p, p), radius, radius);
+  // (B^2 - A C) / c^2 as a difference of squares that does not cancel except for tangents (Lagrange's identity in the
+  // metric of the form).
+  const Double3 v{product_difference(radius, q.x, growth, p.x), product_difference(radius, q.y, growth, p.y),
+                  product_difference(radius, q.z, growth, p.z)};
+  const Double3 pq = cross(p, q);
+  const double room = fused_multiply_add(-line.c_squared, dot(pq, pq), dot(v, v));
+  if (!certain) {
+    // Outside at both seams: two crossings or none, and a minimum of the form between the seams if there are two. The
+    // form is evaluated there: the sign of `room` says nothing along a line of the mantle, where a and b cancel.
+    const double above = fused_multiply_add(line.sigma, end.radius, z);
+    const double scaled_lowest = fused_multiply_add(above, a, -(line.climb * b));
+    if (!(a > 0.0 && scaled_lowest >= 0.0 && scaled_lowest <= line.slab * a)) return false;
+    const double lowest = -(b / a);
+    const Double3 p_lowest = along(p, lowest, q);
+    const double radius_lowest = fused_multiply_add(growth, lowest, radius);
+    if (!(line.c_squared * dot(p_lowest, p_lowest) <= radius_lowest * radius_lowest)) return false;
+  }
+  const double root = multiplied(line.c, square_root(larger(room, 0.0)));
+  const double sum = b > 0.0 ? -(b + root) : root - b;
+  const double one = sum / a;
+  double other = sum == 0.0 ? 0.0 : constant / sum;
+  // It is the smaller one, and where both are rounding errors (tangents) the quotient may be anything.
+  if (magnitude(other) > magnitude(one)) other = other < 0.0 ? -magnitude(one) : magnitude(one);
+  roots.enter = clamped(b > 0.0 ? one : other, low - roots.at, high - roots.at);
+  roots.exit = clamped(b > 0.0 ? other : one, low - roots.at, high - roots.at);
+  return true;
+}
+
+HIPRT_HD HIPRT_INLINE double selected(bool first, double a, double b) { return first ? a : b; }
+HIPRT_HD HIPRT_INLINE Double3 selected(bool first, const Double3& a, const Double3& b) {
+  return {first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
+}
+
+/// A crossing of the surface: step from a point of the line whose place is known from a center of the axis.
+struct ConeCrossing {
+  double t;
+  double step;
+  Double3 offset;
+  double radius;  ///< Of the ball,
+  bool is_last;   ///< and which one,
+  bool on_cone;   ///< if it is one; else the offset is from the first center.
+
+  HIPRT_HD HIPRT_INLINE void set_ball(const ConeLine& line, bool last, bool exit) {
+    const Approach &a = line.last.near, &b = line.first.near;
+    // The line may miss the ball by a rounding error.
+    const double half_chord = square_root(larger(selected(last, a.room, b.room), 0.0) * line.inverse);
+    on_cone = false;
+    is_last = last;
+    radius = selected(last, line.last.radius, line.first.radius);
+    step = exit ? half_chord : -half_chord;
+    offset = selected(last, a.offset, b.offset);
+    t = selected(last, a.t, b.t) + (selected(last, a.rest, b.rest) + step);
+  }
+
+  HIPRT_HD HIPRT_INLINE void set_cone(const ConeRoots& roots, bool exit) {
+    on_cone = true;
+    is_last = false;
+    radius = 0.0;
+    step = exit ? roots.exit : roots.enter;
+    offset = roots.offset;
+    t = roots.at + step;
+  }
+
+  HIPRT_HD HIPRT_INLINE Details details(const ConeLine& line) const {
+    const Double3 axis = scaled(line.inverse_length, line.w), y = along(offset, step, line.direction);
+    if (!on_cone) {
+      const Double3 outward = is_last ? axis : -axis;
+      return {radius > 0.0 ? scaled(1.0 / radius, y) : outward, is_last != line.flipped ? 1.0 : 0.0, 0.0};
+    }
+    // Orthogonal to the axis also where nothing but a rounding error is left of it, so that the normal is always one of
+    // the surface. At a tip: along the axis.
+    const Double3 across = cross(line.w, cross(y, line.w));
+    const double distance = square_root(dot(across, across));
+    Double3 normal = line.sigma > 0.0 ? -axis : axis;
+    if (distance > 0.0) normal = along(scaled(-line.sigma, axis), line.c / distance, across);
+    const double z = dot(y, line.w) * line.inverse_length;
+    const double s = clamped(fused_multiply_add(line.first.radius, line.sigma, z) / line.slab, 0.0, 1.0);
+    return {normal, line.flipped ? 1.0 - s : s, 0.0};
+  }
+};
+
+/// Both crossings, in the order of the line.
+struct ConeCrossings {
+  ConeCrossing enter, exit;
+
+  /// @return false if the line misses.
+  HIPRT_HD HIPRT_INLINE bool find(const ConeLine& line) {
+    const ConeEnd &first = line.first, &last = line.last;
+    const bool through_first = line.is_inside_seam(first), through_last = line.is_inside_seam(last);
+    const bool neither = !through_first && !through_last;
+    const bool only_first = neither && first.near.room >= 0.0 && first.beyond <= 0.0;
+    const bool only_last = neither && !only_first && last.near.room >= 0.0 && last.beyond >= 0.0;
+    const bool enter_cone = !through_first && !only_first && !only_last;
+    const bool exit_cone = !through_last && !only_first && !only_last;
+    if (enter_cone || exit_cone) {
+      constexpr double kInfinity = std::numeric_limits<double>::infinity();
+      const double low = line.climb > 0.0 ? line.seam(first) : -kInfinity;
+      const double high = line.climb > 0.0 ? line.seam(last) : kInfinity;
+      ConeRoots roots;
+      if (!cone_roots(line, low, high, !neither, roots)) return false;
+      if (enter_cone) enter.set_cone(roots, false);
+      if (exit_cone) exit.set_cone(roots, true);
+    }
+    if (!enter_cone) enter.set_ball(line, only_last, false);
+    if (!exit_cone) exit.set_ball(line, !only_first, true);
+    return true;
+  }
+};
+
+}  // namespace primitive_detail
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,131 @@
+#pragma once
+/// Round linear curves as custom primitives: balls swept along straight segments, with a radius that changes linearly.
+
+#include <hiprt_device/primitives/round_cone.h>
+
+namespace hiprt {
+
+/// A point of a curve's axis.
+struct CurveVertex {
+  float position[3];
+  float radius;
+};
+static_assert(sizeof(CurveVertex) == 16);
+
+inline namespace HIPRT_ISA_NAMESPACE {
+namespace primitive_detail {
+
+HIPRT_HD HIPRT_INLINE bool is_valid(const CurveVertex& vertex) {
+  return is_finite(vertex.position) && vertex.radius >= 0.0f && is_finite(vertex.radius);
+}
+HIPRT_HD HIPRT_INLINE bool is_valid(const CurveVertex& a, const CurveVertex& b) {
+  return is_valid(a) && is_valid(b) && (a.radius > 0.0f || b.radius > 0.0f);
+}
+
+/// Certain that the ray's line misses the infinite cylinder around the segment. In float, because most segments of hair
+/// whose boxes a ray meets are missed, and the double precision of many GPUs is slow. Whether it answers in a case of
+/// doubt may depend on the compiler; what is found in the end does not.
+HIPRT_HD HIPRT_INLINE bool certainly_misses(const Ray& ray, const CurveVertex& a, const CurveVertex& b) {
+  const Vec3 from(ray.origin.x - a.position[0], ray.origin.y - a.position[1], ray.origin.z - a.position[2]);
+  const Vec3 w(b.position[0] - a.position[0], b.position[1] - a.position[1], b.position[2] - a.position[2]);
+  const float scale = 1.0f / max_component(ray.direction);
+  const Vec3 d(ray.direction.x * scale, ray.direction.y * scale, ray.direction.z * scale);
+  const Vec3 n(d.y * w.z - d.z * w.y, d.z * w.x - d.x * w.z, d.x * w.y - d.y * w.x);
+  const float volume = from.x * n.x + from.y * n.y + from.z * n.z;
+  // |volume| / |n| is the distance of the line from the axis. The volume is a sum of six products of three factors,
+  // each off by at most 11 * 2^-24; |n| <= 3 * width.
+  const float radius = max_of(a.radius, b.radius), width = max_component(w);
+  const float doubt = 0x1p-17f * max_component(from) * width;
+  const float reach = radius * radius * (n.x * n.x + n.y * n.y + n.z * n.z) + doubt * (6.0f * radius * width + doubt);
+  // Elsewhere, squares may leave the range of floats.
+  const bool in_range = scale >= 0x1p-120f && scale <= 0x1p120f && absolute(volume) < 0x1p60f && radius > 0x1p-30f &&
+                        radius < 0x1p30f && width < 0x1p30f;
+  return in_range && volume * volume > max_of(1.0001f * reach, 0x1p-90f);
+}
+
+/// Makes the line and the cone, its first end the one that the line reaches first. @pre is_valid(a, b), k > 0
+HIPRT_HD HIPRT_INLINE void set_line(const Ray& ray, const CurveVertex& a, const CurveVertex& b, const Double3& w,
+                                    double k, ConeLine& line) {
+  line.origin = widen(ray.origin);
+  line.direction = widen(ray.direction);
+  line.flipped = dot(line.direction, w) < 0.0;
+  line.w = line.flipped ? -w : w;
+  const Double3 at_a = widen(a.position), at_b = widen(b.position);
+  const double radius_a = a.radius, radius_b = b.radius;
+  line.first.center = line.flipped ? at_b : at_a;
+  line.last.center = line.flipped ? at_a : at_b;
+  line.first.radius = line.flipped ? radius_b : radius_a;
+  line.last.radius = line.flipped ? radius_a : radius_b;
+  line.prepare(k);
+}
+
+/// Reports the crossings of a round cone neither of whose balls holds the other.
+template <class Report>
+HIPRT_HD inline bool intersect_cone(const Ray& ray, float tmin, float tmax, const ConeLine& line, Report& report) {
+  ConeCrossings crossings;
+  if (!crossings.find(line)) return true;
+  const double size = line.length + larger(line.first.radius, line.last.radius);
+  const double enter = crossings.enter.t, exit = larger(enter, crossings.exit.t);
+  return report_crossing(
+             ray, tmin, tmax, enter, size, line.length, [&] { return crossings.enter.details(line); }, report) &&
+         report_crossing(
+             ray, tmin, tmax, exit, size, line.length, [&] { return crossings.exit.details(line); }, report);
+}
+
+}  // namespace primitive_detail
+
+/// The payload of a geometry of round linear curve segments: primitive i is the convex hull of the balls around
+/// vertices[first_vertex[i]] and the vertex behind it, ends capped by the balls.
+///
+/// A segment with a value that is not finite, a negative radius, or two radii of 0 is never hit; with one radius of 0
+/// it ends in a tip. Where one ball holds the other, the segment is the larger ball. Both crossings of a line with the
+/// closed surface are reported, the entry first: two or none, also through the seams between cone and caps. The inner
+/// half of a ball where two segments of a curve join is not a part of either surface's hull, but crossings inside the
+/// neighbouring segment are reported.
+///
+/// u: the ball of the sweep that touches the surface at the hit has its center at (1 - u) * p0 + u * p1; 0 and 1 on the
+/// caps. v: 0. The normal has length 1; at a tip it points along the axis.
+struct RoundCurveSet {
+  const CurveVertex* vertices;
+  const std::uint32_t* first_vertex;
+
+  /// Calls report(CustomHit) for each crossing inside [tmin, tmax] of segment @p primitive; report returns false to
+  /// stop.
+  /// @return false if stopped.
+  template <class Report>
+  HIPRT_HD bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive, Report&& report) const {
+    using namespace primitive_detail;
+    const CurveVertex* vertex = vertices + first_vertex[primitive];
+    if (!is_valid(vertex[0], vertex[1]) || certainly_misses(ray, vertex[0], vertex[1])) return true;
+    const CurveVertex &a = vertex[0], &b = vertex[1];
+    const Double3 w = widen(b.position) - widen(a.position);
+    const double k = squares_difference(w, static_cast<double>(b.radius) - static_cast<double>(a.radius));
+    if (!(k > 0.0)) {
+      const bool at_b = b.radius > a.radius;
+      const float center[3] = {at_b ? b.position[0] : a.position[0], at_b ? b.position[1] : a.position[1],
+                               at_b ? b.position[2] : a.position[2]};
+      return intersect_ball(
+          ray, tmin, tmax, center, at_b ? b.radius : a.radius,
+          [at_b](Details& details) { details.u = at_b ? 1.0 : 0.0; }, report);
+    }
+    ConeLine line;
+    set_line(ray, a, b, w, k, line);
+    return intersect_cone(ray, tmin, tmax, line, report);
+  }
+
+  /// The smallest box of floats around the segment; empty for a segment that is never hit.
+  HIPRT_HD static Box bounds(const CurveVertex& a, const CurveVertex& b) {
+    using namespace primitive_detail;
+    if (!is_valid(a, b)) return empty_box();
+    Box box = ball_bounds(a.position, a.radius);
+    const Box other = ball_bounds(b.position, b.radius);
+    for (int axis = 0; axis < 3; ++axis) {
+      box.min[axis] = box.min[axis] < other.min[axis] ? box.min[axis] : other.min[axis];
+      box.max[axis] = box.max[axis] > other.max[axis] ? box.max[axis] : other.max[axis];
+    }
+    return box;
+  }
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,71 @@
+#pragma once
+/// Spheres as custom primitives.
+
+#include <hiprt_device/primitives/line.h>
+
+namespace hiprt {
+
+/// A sphere. One that is not finite, or whose radius is not positive, is never hit.
+struct Sphere {
+  float center[3];
+  float radius;
+};
+static_assert(sizeof(Sphere) == 16);
+
+inline namespace HIPRT_ISA_NAMESPACE {
+namespace primitive_detail {
+
+HIPRT_HD HIPRT_INLINE bool is_valid(const Sphere& sphere) {
+  return is_finite(sphere.center) && sphere.radius > 0.0f && is_finite(sphere.radius);
+}
+
+/// u and v from the normal, of any length: octahedral coordinates, both in [0, 1] (Meyer et al. 2010).
+HIPRT_HD HIPRT_INLINE void set_octahedral(Details& details) {
+  const Double3& n = details.normal;
+  const double sum = magnitude(n.x) + magnitude(n.y) + magnitude(n.z);
+  double x = n.x / sum, y = n.y / sum;
+  if (n.z < 0.0) {
+    const double folded_x = 1.0 - magnitude(y), folded_y = 1.0 - magnitude(x);
+    x = x < 0.0 ? -folded_x : folded_x;
+    y = y < 0.0 ? -folded_y : folded_y;
+  }
+  details.u = fused_multiply_add(0.5, x, 0.5);
+  details.v = fused_multiply_add(0.5, y, 0.5);
+}
+
+}  // namespace primitive_detail
+
+/// The payload of a geometry of spheres.
+///
+/// Both crossings are reported, the entry first. A line that touches the sphere in one point crosses it twice there, at
+/// the same t. Whether a line meets the sphere is decided as for a radius that is off by at most 2^-50 of itself (plus
+/// 2^-52 of the distance to the origin where that is more than 2^28 radii); t is within half a unit in the last place
+/// plus 2^-50 radii, unless the line is a tangent to 2^-20 (docs/decisions/0007-custom-primitives.md).
+///
+/// u, v: octahedral coordinates of the normal in [0, 1]^2, which need no trigonometry: the sphere is projected from its
+/// center to the octahedron |x| + |y| + |z| = 1, the half z >= 0 seen from above fills the rotated square in the
+/// middle, the half z < 0 the four corners. The normal has length 1.
+struct SphereSet {
+  const Sphere* spheres;
+
+  /// Calls report(CustomHit) for each crossing inside [tmin, tmax] of sphere @p primitive; report returns false to
+  /// stop.
+  /// @return false if stopped.
+  template <class Report>
+  HIPRT_HD bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive, Report&& report) const {
+    using namespace primitive_detail;
+    const Sphere& sphere = spheres[primitive];
+    if (!is_valid(sphere)) return true;
+    return intersect_ball(
+        ray, tmin, tmax, sphere.center, sphere.radius, [](Details& details) { set_octahedral(details); }, report);
+  }
+
+  /// The smallest box of floats around the sphere; empty for a sphere that is never hit.
+  HIPRT_HD static Box bounds(const Sphere& sphere) {
+    using namespace primitive_detail;
+    return is_valid(sphere) ? ball_bounds(sphere.center, sphere.radius) : empty_box();
+  }
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

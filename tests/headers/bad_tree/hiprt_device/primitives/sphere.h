@@ -1,0 +1,3 @@
+#pragma once
+#include <hiprt_build/build.h>  // expect
+#include <hiprt_device/ray.h>

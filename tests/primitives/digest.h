@@ -1,0 +1,75 @@
+#pragma once
+/// Hits of custom primitives as one number, from cases that integers make: the same bits on every processor, or not.
+
+#include <hiprt_device/primitives/round_curve.h>
+#include <hiprt_device/primitives/sphere.h>
+
+#include <bit>
+
+namespace hiprt::checks {
+
+/// Digest of cases 0 to kDigestCases - 1; tests/primitives/digest.hip prints what a GPU makes of them.
+inline constexpr std::uint32_t kDigestCases = 1u << 18;
+inline constexpr std::uint64_t kDigest = 0xedb81e0aa1173ebb;
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+struct DigestRandom {
+  std::uint64_t state;
+
+  HIPRT_HD std::uint64_t bits() {
+    state += 0x9e3779b97f4a7c15u;
+    std::uint64_t z = state;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+  }
+  /// A multiple of 2^-23 or of 2^-10 in [-1, 1): no rounding.
+  HIPRT_HD float unit(bool coarse) {
+    const auto fine = static_cast<std::int32_t>(bits() >> 40) - (1 << 23);
+    return static_cast<float>(coarse ? fine & ~0x1fff : fine) * 0x1p-23f;
+  }
+  /// 2^k for a random k in [-range, range].
+  HIPRT_HD float power(std::uint32_t range) {
+    const auto k = static_cast<std::uint32_t>((bits() >> 32) % (2 * range + 1));
+    return std::bit_cast<float>((127 - range + k) << 23);
+  }
+};
+
+/// Half of the rays start somewhere and half on the surface, at a pole or a tip, mostly exactly: their t there is what
+/// rounding leaves of 0, in which a float shows every bit of the double.
+/// @return a number that depends on every bit of every hit of a sphere and of a curve.
+HIPRT_HD inline std::uint64_t digest_case(std::uint32_t index) {
+  DigestRandom random{std::uint64_t{index} << 20};
+  const bool coarse = (index & 1u) != 0;
+  const float size = random.power(20), step = random.power(30);
+  CurveVertex vertex[2];
+  for (CurveVertex& v : vertex) {
+    for (float& p : v.position) p = random.unit(coarse) * size;
+    const float radius = random.unit(coarse);
+    v.radius = (radius < 0.0f ? -radius : radius) * size * (coarse ? 1.0f : random.power(3));
+  }
+  if ((index & 56u) == 0) vertex[1].radius = 0.0f;
+  Ray ray;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float from = random.unit(coarse) * size * 0x1p3f, to = random.unit(coarse) * size;
+    ray.origin[axis] = (index & 2u) == 0 ? from : vertex[(index >> 2) & 1u].position[axis];
+    ray.direction[axis] = (to - ray.origin[axis]) * step;
+  }
+  if ((index & 6u) == 2) ray.origin.x = vertex[0].position[0] + vertex[0].radius;
+  if ((index & 0x1f0u) == 0) ray.direction.y = 0.0f;
+  std::uint64_t digest = 0;
+  const auto add = [&](float value) { digest = DigestRandom{digest ^ std::bit_cast<std::uint32_t>(value)}.bits(); };
+  const auto add_hit = [&](const CustomHit& hit) {
+    add(hit.t), add(hit.u), add(hit.v), add(hit.error);
+    add(hit.normal.x), add(hit.normal.y), add(hit.normal.z);
+    return true;
+  };
+  constexpr float kMax = std::numeric_limits<float>::max();
+  const Sphere sphere{{vertex[0].position[0], vertex[0].position[1], vertex[0].position[2]}, vertex[0].radius};
+  SphereSet{&sphere}.intersect(ray, -kMax, kMax, 0, add_hit);
+  const std::uint32_t first = 0;
+  RoundCurveSet{vertex, &first}.intersect(ray, -kMax, kMax, 0, add_hit);
+  return digest;
+}
+
+}  // namespace hiprt::checks

@@ -1,0 +1,44 @@
+// Whether a GPU finds the same bits as the host: prints both digests, exit status 0 if they agree.
+//
+//   hipcc -O3 -std=c++20 -I. --offload-arch=gfx1030 tests/primitives/digest.hip -o digest && ./digest
+//   nvcc -x cu -O3 -std=c++20 -arch=sm_90 --expt-relaxed-constexpr -I. -Icmake/hip_nvidia tests/primitives/digest.hip
+
+#include <hip/hip_runtime.h>
+#include <tests/primitives/digest.h>
+
+#include <cstdio>
+#include <vector>
+
+__global__ void digest_cases(std::uint64_t* digests, std::uint32_t count) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < count) digests[i] = hiprt::checks::digest_case(i);
+}
+
+int main() {
+  using namespace hiprt::checks;
+  constexpr std::uint32_t kBlock = 64;
+  std::vector<std::uint64_t> digests(kDigestCases);
+  const std::size_t bytes = digests.size() * sizeof(std::uint64_t);
+  std::uint64_t* device = nullptr;
+  if (hipMalloc(&device, bytes) != hipSuccess) {
+    std::puts("no memory on the device");
+    return 1;
+  }
+  digest_cases<<<kDigestCases / kBlock, kBlock>>>(device, kDigestCases);
+  if (hipMemcpy(digests.data(), device, bytes, hipMemcpyDeviceToHost) != hipSuccess || hipFree(device) != hipSuccess) {
+    std::puts("the kernel did not run");
+    return 1;
+  }
+  std::uint64_t on_device = 0, on_host = 0;
+  std::uint32_t different = 0;
+  for (std::uint32_t i = 0; i < kDigestCases; ++i) {
+    const std::uint64_t here = digest_case(i);
+    on_device += digests[i];
+    on_host += here;
+    different += here != digests[i] ? 1u : 0u;
+  }
+  std::printf("device %016llx host %016llx expected %016llx: %u of %u cases differ\n",
+              static_cast<unsigned long long>(on_device), static_cast<unsigned long long>(on_host),
+              static_cast<unsigned long long>(kDigest), different, kDigestCases);
+  return on_device == kDigest && on_host == kDigest ? 0 : 1;
+}
