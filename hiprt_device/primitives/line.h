@@ -122,6 +122,8 @@ HIPRT_HD HIPRT_INLINE bool report_crossing(const Ray& ray, float tmin, float tma
   hit.u = static_cast<float>(d.u);
   hit.v = static_cast<float>(d.v);
   hit.normal = Vec3(static_cast<float>(d.normal.x), static_cast<float>(d.normal.y), static_cast<float>(d.normal.z));
+  // A ball that is lost in the rounding of a far origin may have lost its normal, too.
+  if (!(max_component(hit.normal) > 0.0f)) hit.normal = -ray.direction;
   hit.error = error_bound(widen(ray.origin), widen(ray.direction), t, size, flat);
   return report(static_cast<const CustomHit&>(hit));
 }

@@ -110,6 +110,50 @@ HIPRT_HD HIPRT_INLINE double clamped(double a, double low, double high) {
   return a > low ? (a < high ? a : high) : low;
 }
 
+/// The cone's form along a line: a t^2 + 2 b t + constant, t from a point of the line in the slab.
+struct ConeForm {
+  Double3 p, q;           ///< Across the axis: p + t q, turned by a quarter.
+  double z;               ///< Along the axis, from the first center.
+  double radius, growth;  ///< r0 + sigma z = radius + t * growth
+  double a, b, constant;
+
+  /// @param offset of the point from the first center.
+  HIPRT_HD HIPRT_INLINE ConeForm(const ConeLine& line, const Double3& offset)
+      : p(scaled(line.inverse_length, cross(offset, line.w))),
+        q(line.across),
+        z(dot(offset, line.w) * line.inverse_length),
+        radius(fused_multiply_add(line.sigma, z, line.first.radius)),
+        growth(line.sigma * line.climb),
+        a(product_difference(line.c_squared, dot(q, q), growth, growth)),
+        b(product_difference(line.c_squared, dot(p, q), radius, growth)),
+        constant(product_difference(line.c_squared, dot(p, p), radius, radius)) {}
+
+  /// Of a line that is outside at both seams: whether the form has a minimum between them that is not positive. It is
+  /// evaluated there; the sign of root()'s operand says nothing about lines along the mantle, where a and b cancel.
+  HIPRT_HD HIPRT_INLINE bool dips(const ConeLine& line) const {
+    const double beyond_seam = fused_multiply_add(line.sigma, line.first.radius, z);
+    const double lowest_beyond = fused_multiply_add(beyond_seam, a, -(line.climb * b));  // Times a.
+    // A line in a seam's plane must not fall between ball and cone, and may be taken for either.
+    const double doubt = 0x1p-50 * (line.length + line.first.radius + line.last.radius);
+    if (!(a > 0.0 && lowest_beyond >= -doubt * a && lowest_beyond <= fused_multiply_add(line.slab, a, doubt * a)))
+      return false;
+    const double lowest = -(b / a);
+    const Double3 p_lowest = along(p, lowest, q);
+    const double radius_lowest = fused_multiply_add(growth, lowest, radius);
+    return line.c_squared * dot(p_lowest, p_lowest) <= radius_lowest * radius_lowest;
+  }
+
+  /// sqrt(b^2 - a * constant), as a difference of squares that does not cancel except for tangents (Lagrange's identity
+  /// in the metric of the form). 0 where rounding makes it imaginary.
+  HIPRT_HD HIPRT_INLINE double root(const ConeLine& line) const {
+    const Double3 v{product_difference(radius, q.x, growth, p.x), product_difference(radius, q.y, growth, p.y),
+                    product_difference(radius, q.z, growth, p.z)};
+    const Double3 pq = cross(p, q);
+    const double room = fused_multiply_add(-line.c_squared, dot(pq, pq), dot(v, v));
+    return multiplied(line.c, square_root(larger(room, 0.0)));
+  }
+};
+
 /// @param low, high parameters of the seams.
 /// @param certain the line crosses the cone in the slab once, as the seams tell. Otherwise it may do so twice or not.
 /// @return false if it does not.
@@ -118,38 +162,17 @@ HIPRT_HD inline bool cone_roots(const ConeLine& line, double low, double high, b
   const double nearest = end.near.rest - dot(end.across, line.across) / dot(line.across, line.across);
   roots.at = clamped(end.near.t + nearest, low, high);
   roots.offset = along(line.origin - end.center, roots.at, line.direction);
-  // The form along the line: A t^2 + 2 B t + C, with p + t q across the axis and radius + t * growth.
-  const Double3 p = scaled(line.inverse_length, cross(roots.offset, line.w)), &q = line.across;
-  const double z = dot(roots.offset, line.w) * line.inverse_length;
-  const double radius = fused_multiply_add(line.sigma, z, end.radius), growth = line.sigma * line.climb;
-  const double a = product_difference(line.c_squared, dot(q, q), growth, growth);
-  const double b = product_difference(line.c_squared, dot(p, q), radius, growth);
-  const double constant = product_difference(line.c_squared, dot(p, p), radius, radius);
-  // (B^2 - A C) / c^2 as a difference of squares that does not cancel except for tangents (Lagrange's identity in the
-  // metric of the form).
-  const Double3 v{product_difference(radius, q.x, growth, p.x), product_difference(radius, q.y, growth, p.y),
-                  product_difference(radius, q.z, growth, p.z)};
-  const Double3 pq = cross(p, q);
-  const double room = fused_multiply_add(-line.c_squared, dot(pq, pq), dot(v, v));
-  if (!certain) {
-    // Outside at both seams: two crossings or none, and a minimum of the form between the seams if there are two. The
-    // form is evaluated there: the sign of `room` says nothing along a line of the mantle, where a and b cancel.
-    const double above = fused_multiply_add(line.sigma, end.radius, z);
-    const double scaled_lowest = fused_multiply_add(above, a, -(line.climb * b));
-    if (!(a > 0.0 && scaled_lowest >= 0.0 && scaled_lowest <= line.slab * a)) return false;
-    const double lowest = -(b / a);
-    const Double3 p_lowest = along(p, lowest, q);
-    const double radius_lowest = fused_multiply_add(growth, lowest, radius);
-    if (!(line.c_squared * dot(p_lowest, p_lowest) <= radius_lowest * radius_lowest)) return false;
-  }
-  const double root = multiplied(line.c, square_root(larger(room, 0.0)));
-  const double sum = b > 0.0 ? -(b + root) : root - b;
-  const double one = sum / a;
-  double other = sum == 0.0 ? 0.0 : constant / sum;
+  const ConeForm form(line, roots.offset);
+  if (!certain && !form.dips(line)) return false;
+  // No cancellation: one root as sum / a, the other as constant / sum.
+  const double root = form.root(line);
+  const double sum = form.b > 0.0 ? -(form.b + root) : root - form.b;
+  const double one = sum / form.a;
+  double other = sum == 0.0 ? 0.0 : form.constant / sum;
   // It is the smaller one, and where both are rounding errors (tangents) the quotient may be anything.
   if (magnitude(other) > magnitude(one)) other = other < 0.0 ? -magnitude(one) : magnitude(one);
-  roots.enter = clamped(b > 0.0 ? one : other, low - roots.at, high - roots.at);
-  roots.exit = clamped(b > 0.0 ? other : one, low - roots.at, high - roots.at);
+  roots.enter = clamped(form.b > 0.0 ? one : other, low - roots.at, high - roots.at);
+  roots.exit = clamped(form.b > 0.0 ? other : one, low - roots.at, high - roots.at);
   return true;
 }
 

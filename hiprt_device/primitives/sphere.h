@@ -37,10 +37,11 @@ HIPRT_HD HIPRT_INLINE void set_octahedral(Details& details) {
 
 /// The payload of a geometry of spheres.
 ///
-/// Both crossings are reported, the entry first. A line that touches the sphere in one point crosses it twice there, at
-/// the same t. Whether a line meets the sphere is decided as for a radius that is off by at most 2^-50 of itself (plus
-/// 2^-52 of the distance to the origin where that is more than 2^28 radii); t is within half a unit in the last place
-/// plus 2^-50 radii, unless the line is a tangent to 2^-20 (docs/decisions/0007-custom-primitives.md).
+/// Both crossings of a line are reported, the entry first. A line that touches the sphere in one point crosses it twice
+/// there, at the same t. Accuracy (docs/decisions/0007-custom-primitives.md): hits and misses are those of a sphere
+/// whose radius is off by at most 2^-50 of itself; t is off by at most half a unit in the last place plus 2^-49 radii
+/// over the cosine of the angle of incidence. Both as long as the origin is nearer than 2^28 radii; beyond, also if the
+/// coordinates' difference is exact in double.
 ///
 /// u, v: octahedral coordinates of the normal in [0, 1]^2, which need no trigonometry: the sphere is projected from its
 /// center to the octahedron |x| + |y| + |z| = 1, the half z >= 0 seen from above fills the rotated square in the
