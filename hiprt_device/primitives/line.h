@@ -45,7 +45,7 @@ HIPRT_HD HIPRT_INLINE Double3 cross(const Double3& a, const Double3& b) {
           product_difference(a.x, b.y, a.y, b.x)};
 }
 HIPRT_HD HIPRT_INLINE double larger(double a, double b) { return a > b ? a : b; }
-HIPRT_HD HIPRT_INLINE double magnitude(double a) { return a < 0.0 ? -a : a; }
+HIPRT_HD HIPRT_INLINE double magnitude(double a) { return ::fabs(a); }
 HIPRT_HD HIPRT_INLINE double largest(const Double3& a) {
   return larger(larger(magnitude(a.x), magnitude(a.y)), magnitude(a.z));
 }

@@ -84,9 +84,9 @@ HIPRT_HD inline bool intersect_cone(const Ray& ray, float tmin, float tmax, cons
 /// Segments of one curve overlap at their joints, and crossings inside the neighbour are reported, too.
 ///
 /// Accuracy (docs/decisions/0007-custom-primitives.md), size = distance of the centers plus the larger radius: hits and
-/// misses are those of a line that is displaced by at most 2^-50 sizes; t is off by at most half a unit in the last
-/// place plus 2^-49 sizes over the cosine of the angle of incidence, except at tips. As long as the origin is nearer
-/// than 2^28 sizes.
+/// misses are those of a line that is displaced by at most 2^-50 sizes, plus 2^-52 of the distance of the origin as for
+/// SphereSet. t is off by at most half a unit in the last place plus 2^-49 sizes over the cosine of the angle of
+/// incidence, except at tips.
 ///
 /// u: the ball of the sweep that touches the surface at the hit has its center at (1 - u) * p0 + u * p1; 0 and 1 on the
 /// caps. v: 0. The normal has length 1; at a tip it points along the axis.

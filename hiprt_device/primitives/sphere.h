@@ -38,10 +38,12 @@ HIPRT_HD HIPRT_INLINE void set_octahedral(Details& details) {
 /// The payload of a geometry of spheres.
 ///
 /// Both crossings of a line are reported, the entry first. A line that touches the sphere in one point crosses it twice
-/// there, at the same t. Accuracy (docs/decisions/0007-custom-primitives.md): hits and misses are those of a sphere
-/// whose radius is off by at most 2^-50 of itself; t is off by at most half a unit in the last place plus 2^-49 radii
-/// over the cosine of the angle of incidence. Both as long as the origin is nearer than 2^28 radii; beyond, also if the
-/// coordinates' difference is exact in double.
+/// there, at the same t.
+///
+/// Accuracy (docs/decisions/0007-custom-primitives.md): hits and misses are those of a line that is displaced by at
+/// most 2^-50 radii, plus 2^-52 of the distance from origin to center where the difference of their coordinates is not
+/// exact in double (exponents more than 29 apart). t is off by at most half a unit in the last place plus 2^-49 radii
+/// over the cosine of the angle of incidence.
 ///
 /// u, v: octahedral coordinates of the normal in [0, 1]^2, which need no trigonometry: the sphere is projected from its
 /// center to the octahedron |x| + |y| + |z| = 1, the half z >= 0 seen from above fills the rotated square in the
