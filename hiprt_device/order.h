@@ -168,5 +168,24 @@ struct Unordered {
   }
 };
 
+/// Children that a ray meets, in the order of their visits; then kInvalidRef.
+struct SortedChildren {
+  NodeRef child[kBranching];
+};
+
+/// Children as a box test that sorts (SortingBoxTest) has left them. It tells no distances.
+struct AsTested {
+  using Entry = NodeRef;
+
+  /// @pre sorted.child[0] != kInvalidRef
+  template <class Way> HIPRT_HD static HIPRT_INLINE NodeRef next(const SortedChildren& sorted, Way& way) {
+    static_assert(!Way::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children whose order is known");
+    if (!way.make_room()) return kOverflowRef;
+    for (unsigned i = kBranching - 1; i > 0; --i)
+      if (sorted.child[i] != kInvalidRef) way.later(sorted.child[i]);
+    return way.follow(sorted.child[0]);
+  }
+};
+
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

@@ -30,6 +30,13 @@ concept BoxTest = requires(const Vec3& origin, const Box& bounds) {
   { T::margin(origin, bounds) } -> std::same_as<float>;
 };
 
+/// A box test that gives a node's children as they are to be visited, for the order AsTested (amd_ray_test.h).
+template <class T, class Layout, class Lanes>
+concept SortingBoxTest = BoxTest<T> &&
+    requires(const SceneView& scene, NodeRef node, const Ray& ray, const RaySlabs<Lanes>& slabs, float limit) {
+  { T::template intersect<Layout>(scene, node, ray, slabs, limit) } -> std::same_as<SortedChildren>;
+};
+
 template <class T, class Layout, class Lanes>
 concept TriangleTest = requires(const typename Layout::Leaf& leaf, const LeafInfo& info,
                                 const typename T::template PreparedRay<Lanes>& ray,
@@ -45,7 +52,7 @@ concept WorkCounting = requires(T counter) {
 
 /// @tparam LayoutPolicy FloatLayout, PlanesLayout, HalfLayout or QuantizedLayout: must be the scene's.
 /// @tparam TrianglePolicy Watertight or Fast.
-/// @tparam BoxPolicy Conservative or Plain.
+/// @tparam BoxPolicy Conservative or Plain. (HardwareBoxes: see HardwarePolicies in amd_ray_test.h.)
 /// @tparam StackPolicy where the traversal keeps the nodes it has yet to visit (stack.h, stacks/).
 /// @tparam LanesPolicy SimdLanes (host) or ArrayLanes: same hits.
 /// @tparam CounterPolicy NoCounter or WorkCounter.

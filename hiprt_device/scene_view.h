@@ -9,6 +9,7 @@ namespace hiprt {
 /// A file in memory that the tracer can read, and the few header fields that every ray uses.
 struct SceneView {
   const std::byte* base = nullptr;  ///< First byte of the file, in the memory of the processor that traces.
+  std::uint64_t size = 0;           ///< Bytes of the file.
   const GeometryRecord* geometries = nullptr;
   NodeRef root = kInvalidRef;
   std::uint32_t stack_bound = 0;  ///< Stack entries a traversal may need.
@@ -24,6 +25,7 @@ inline SceneView make_scene_view(const BufferView& view, const std::byte* device
   const std::byte* base = device_base != nullptr ? device_base : view.bytes.data();
   SceneView scene;
   scene.base = base;
+  scene.size = view.bytes.size();
   scene.geometries = reinterpret_cast<const GeometryRecord*>(base + view.geometry_entry.offset);
   scene.root = view.header->root;
   scene.stack_bound = view.header->stack_bound;

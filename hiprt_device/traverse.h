@@ -74,13 +74,15 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
                                     Visit&& visit) {
     using Schedule = typename P::Schedule;
     [[maybe_unused]] const LaneMask group = Schedule::group();
+    static_assert(kTestSorts == std::same_as<Order, AsTested>,
+                  "hiprt: the order AsTested and a box test that sorts (of this layout) go together only");
     Outcome outcome = Outcome::kFinished;
     NodeRef stopped_node = kInvalidRef, stopped_leaf = kInvalidRef;
     for (;;) {
       if constexpr (Schedule::kTogether)
-        find_leaves_together(scene, limit, counter, group);
+        find_leaves_together(scene, ray, limit, counter, group);
       else if (is_end(leaf_))
-        find_leaf(scene, limit, counter);
+        find_leaf(scene, ray, limit, counter);
       if (!Schedule::kTogether && is_end(leaf_)) return outcome;
       while (!is_end(leaf_)) {
         if (!test_leaf(scene, ray, limit, primitives, counter, visit)) {
@@ -116,21 +118,23 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
   using Way = BacktrackOf<typename P::Stack, typename Order::Entry>;
+  static constexpr bool kTestSorts = SortingBoxTest<typename P::Boxes, Layout, Lanes>;
 
   /// Through box nodes to the next run of leaves, or the end.
-  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, float limit, typename P::Counter& counter) {
-    while (is_box(node_)) node_ = visit_boxes(scene, limit, counter);
+  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const Ray& ray, float limit,
+                                       typename P::Counter& counter) {
+    while (is_box(node_)) node_ = visit_boxes(scene, ray, limit, counter);
     leaf_ = node_;
   }
 
   /// The same, but beyond the first leaf as long as the schedule lets others of the group look for theirs.
-  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, float limit, typename P::Counter& counter,
-                                                  LaneMask group) {
+  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const Ray& ray, float limit,
+                                                  typename P::Counter& counter, LaneMask group) {
     if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
     // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
     for (bool go_on = group_any(group, is_end(leaf_) && is_box(node_)); go_on;) {
       if (is_box(node_)) {
-        node_ = visit_boxes(scene, limit, counter);
+        node_ = visit_boxes(scene, ray, limit, counter);
         if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
       }
       go_on = P::Schedule::search_on(group, is_end(leaf_) && is_box(node_));
@@ -144,8 +148,18 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   /// @return where to go on.
-  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, float limit, typename P::Counter& counter) {
+  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const Ray& ray, float limit,
+                                            typename P::Counter& counter) {
     counter.on_boxes();
+    if constexpr (kTestSorts) {
+      const SortedChildren met = P::Boxes::template intersect<Layout>(scene, node_, ray, slabs_, limit);
+      return met.child[0] == kInvalidRef ? way_.pop(limit) : Order::next(met, way_);
+    } else {
+      return visit_slabs(scene, limit);
+    }
+  }
+
+  HIPRT_HD HIPRT_INLINE NodeRef visit_slabs(const SceneView& scene, float limit) {
     const Node& node = *reinterpret_cast<const Node*>(scene.base + ref_offset(node_));
     const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(tmin_), Lanes::uniform(limit));
     if (!hits.any()) return way_.pop(limit);
