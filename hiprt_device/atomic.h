@@ -29,6 +29,15 @@ HIPRT_HD HIPRT_INLINE bool try_lock(std::uint32_t* lock) {
 #endif
 }
 
+/// What this thread has written is there before what it writes from now on, for every thread of the device.
+HIPRT_HD HIPRT_INLINE void finish_writes() {
+#if HIPRT_DEVICE_CODE
+  __threadfence();
+#else
+  __atomic_thread_fence(__ATOMIC_RELEASE);
+#endif
+}
+
 HIPRT_HD HIPRT_INLINE void unlock(std::uint32_t* lock) {
 #if HIPRT_DEVICE_CODE
   __threadfence();

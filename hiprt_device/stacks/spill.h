@@ -57,14 +57,16 @@ class WaveSlot {
  public:
   /// @param first_try where to look first, for example the number of the block: spreads the waves over the pool.
   HIPRT_HD HIPRT_INLINE WaveSlot(const SpillPool& pool, std::uint32_t first_try) : pool_(pool) {
-    const LaneMask lanes = wave_ballot(true);
     std::uint32_t slot = first_try % pool.slots;
-    if (lanes_before(lanes) == 0)
+    if (lanes_before(lanes_) == 0)
       while (!try_lock(pool.locks + slot)) slot = slot + 1 == pool.slots ? 0 : slot + 1;
-    slot_ = from_first_lane(lanes, slot);
+    slot_ = from_first_lane(lanes_, slot);
   }
   HIPRT_HD HIPRT_INLINE ~WaveSlot() {
-    if (lanes_before(wave_ballot(true)) == 0) unlock(pool_.locks + slot_);
+    // The lanes come from their traversals one by one: none may use the slot any more.
+    finish_writes();
+    group_ballot(lanes_, true);
+    if (lanes_before(lanes_) == 0) unlock(pool_.locks + slot_);
   }
   WaveSlot(const WaveSlot&) = delete;
   WaveSlot& operator=(const WaveSlot&) = delete;
@@ -77,6 +79,7 @@ class WaveSlot {
 
  private:
   const SpillPool& pool_;
+  LaneMask lanes_ = wave_ballot(true);
   std::uint32_t slot_;
 };
 
