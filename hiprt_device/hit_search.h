@@ -56,7 +56,7 @@ class HitSearch {
   /// Prepares for the closest hit behind the one at hand, in the order of t, geometry, primitive.
   HIPRT_HD HIPRT_INLINE void start_behind_hit() {
     if (stopped_) return conclude(false);
-    after_t_ = hit_.t;
+    after_t_ = max_of(hit_.t, 0.0f);  // Not -0, whose bits would come last in the order of entry distances.
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
     limit_ = finite(ray_.tmax);
