@@ -72,6 +72,11 @@ template <CustomPrimitive First, class... Others> struct PrimitiveList<First, Ot
   First first;
   PrimitiveList<Others...> others{};
 
+  PrimitiveList() = default;
+  /// One functor per type, in their order.
+  HIPRT_HD constexpr PrimitiveList(const First& of_type_0, const Others&... of_next_types)
+      : first(of_type_0), others(of_next_types...) {}
+
   template <class Report>
   HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const Ray& ray, float tmin, float tmax, PrimitiveId id,
                                        Report&& report) const {
@@ -87,6 +92,8 @@ template <CustomPrimitive First, class... Others> struct PrimitiveList<First, Ot
     return FilterAnswer::kAccept;
   }
 };
+
+template <class... Functors> PrimitiveList(const Functors&...) -> PrimitiveList<Functors...>;
 
 /// For scenes without custom primitives.
 using NoPrimitives = PrimitiveList<>;
@@ -107,11 +114,18 @@ template <PrimitiveSet Row, class... Others> struct PrimitiveTable<Row, Others..
   Row row;
   PrimitiveTable<Others...> others{};
 
+  PrimitiveTable() = default;
+  /// One list per ray type, in their order.
+  HIPRT_HD constexpr PrimitiveTable(const Row& of_type_0, const Others&... of_next_types)
+      : row(of_type_0), others(of_next_types...) {}
+
   /// visit(row of the ray type).
   template <class Visit> HIPRT_HD HIPRT_INLINE auto with_row(unsigned ray_type, Visit&& visit) const {
     return ray_type == 0 ? visit(row) : others.with_row(ray_type - 1, visit);
   }
 };
+
+template <class... Rows> PrimitiveTable(const Rows&...) -> PrimitiveTable<Rows...>;
 
 /// A table as one ray sees it: the PrimitiveSet of a ray type chosen at run time.
 template <class Table> struct TableRow {
