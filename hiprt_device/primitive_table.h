@@ -67,7 +67,9 @@ template <> struct PrimitiveList<> {
   HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
 };
 
-template <CustomPrimitive First, class... Others> struct PrimitiveList<First, Others...> {
+template <class First, class... Others> struct PrimitiveList<First, Others...> {
+  static_assert(CustomPrimitive<First>,
+                "PrimitiveList: a CustomPrimitive has bool intersect(ray, tmin, tmax, id, report) const");
   static constexpr unsigned kCount = 1 + sizeof...(Others);
   First first;
   PrimitiveList<Others...> others{};
@@ -108,7 +110,8 @@ template <> struct PrimitiveTable<> {
   }
 };
 
-template <PrimitiveSet Row, class... Others> struct PrimitiveTable<Row, Others...> {
+template <class Row, class... Others> struct PrimitiveTable<Row, Others...> {
+  static_assert(PrimitiveSet<Row>, "PrimitiveTable: its rows are PrimitiveLists (concept PrimitiveSet)");
   static constexpr unsigned kCount =
       Row::kCount > PrimitiveTable<Others...>::kCount ? Row::kCount : PrimitiveTable<Others...>::kCount;
   Row row;

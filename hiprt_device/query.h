@@ -8,9 +8,11 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+// P is a PolicySet: the queries check that. Of constraints here compilers would tell behind a list of all overloads.
+
 /// The closest hit in [tmin, tmax], or a miss.
 /// @param storage of the traversal's stack; one ray at a time may use it.
-template <PolicySet P>
+template <class P>
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
                                 const typename P::Stack::Storage& storage) {
   ClosestHit<P> query(scene, ray, storage);
@@ -21,7 +23,7 @@ HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename
 
 /// Some hit in [tmin, tmax], without normal and error; which one depends on the tree. A miss if there is none.
 /// @param storage of the traversal's stack; one ray at a time may use it.
-template <PolicySet P>
+template <class P>
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
                             const typename P::Stack::Storage& storage) {
   AnyHit<P> query(scene, ray, storage);
@@ -30,12 +32,12 @@ HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::
   return hit;
 }
 
-template <PolicySet P>
+template <class P>
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
   return ClosestHit<P>(scene, ray, storage).next_hit();
 }
 
-template <PolicySet P>
+template <class P>
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
   return AnyHit<P>(scene, ray, storage).next_hit();
 }
@@ -44,14 +46,14 @@ HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, const typena
 template <class Stack>
 concept OwnedStack = std::constructible_from<typename Stack::Storage, typename Stack::Memory&>;
 
-template <PolicySet P>
-requires OwnedStack<typename P::Stack> HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
+template <class P> HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
+  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
-template <PolicySet P>
-requires OwnedStack<typename P::Stack> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
+template <class P> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
+  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return any_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }

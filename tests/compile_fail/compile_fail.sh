@@ -1,0 +1,57 @@
+#!/bin/bash
+# compile_fail.sh COMPILER ROOT SOURCE...: each source compiles as it is and, with -DHIPRT_FAULT=1, fails with a message
+# that matches the regular expression of its first line (// expect: ...) within the first lines, where a reader looks.
+#
+# COMPILER is g++, clang++, hipcc or nvcc. Exit status: 0, 1 (a fault, which is printed) or 77 (no such compiler here).
+set -uo pipefail
+
+if [[ $# -lt 3 ]]; then
+  echo "usage: compile_fail.sh COMPILER ROOT SOURCE..." >&2
+  exit 2
+fi
+compiler=$1 root=$2
+shift 2
+# Lines that say something: those that only tell how the compiler came there are not counted.
+lines=15
+noise='^In file included from|^ +from |^compilation terminated'
+
+if [[ $compiler == nvcc && -z $(command -v nvcc) && -x /usr/local/cuda/bin/nvcc ]]; then PATH=$PATH:/usr/local/cuda/bin; fi
+if ! command -v "$compiler" >/dev/null; then
+  echo "SKIPPED: $compiler not found"
+  exit 77
+fi
+command=("$compiler" -std=c++20 -Wall -Wextra -Werror "-I$root" -fsyntax-only)
+case $compiler in
+  hipcc)
+    export HIP_PLATFORM=amd
+    command+=(-x hip --cuda-host-only --offload-arch=gfx1030 -Wno-unused-command-line-argument)
+    ;;
+  nvcc)
+    command=(nvcc -x cu -std=c++20 --expt-relaxed-constexpr -arch=sm_90 "-I$root" "-I$root/cmake/hip_nvidia" -c
+      -o /dev/null)
+    ;;
+esac
+
+faults=0
+for source in "$@"; do
+  name=$(basename "$source")
+  expected=$(sed -n '1s|^// expect: ||p' "$source")
+  if [[ -z $expected ]]; then
+    echo "FAILED: $name does not say what to expect"
+    faults=$((faults + 1))
+    continue
+  fi
+  if ! messages=$("${command[@]}" -DHIPRT_FAULT=0 "$source" 2>&1); then
+    printf 'FAILED: %s does not compile without its fault:\n%s\n' "$name" "$messages"
+    faults=$((faults + 1))
+  fi
+  if messages=$("${command[@]}" -DHIPRT_FAULT=1 "$source" 2>&1); then
+    echo "FAILED: $name compiles with its fault"
+    faults=$((faults + 1))
+  elif ! grep -Ev "$noise" <<<"$messages" | head -n "$lines" | grep -Eq -- "$expected"; then
+    printf 'FAILED: %s: no "%s" in the first %s lines:\n%s\n' "$name" "$expected" "$lines" "$messages"
+    faults=$((faults + 1))
+  fi
+done
+echo "$compiler: $# sources, $faults faults"
+[[ $faults -eq 0 ]]

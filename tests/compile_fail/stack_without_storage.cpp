@@ -1,0 +1,14 @@
+// expect: this stack needs storage
+// One call with a stack in shared memory, and no word of where that is.
+
+#include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/stacks/rolling.h>
+
+#if HIPRT_FAULT
+using Stack = hiprt::RollingStack<8>;
+#else
+using Stack = hiprt::PrivateStack<>;
+#endif
+using P = hiprt::Policies<hiprt::PlanesLayout, hiprt::Watertight, hiprt::Conservative, Stack>;
+
+hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) { return hiprt::any_hit<P>(scene, ray); }
