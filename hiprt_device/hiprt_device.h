@@ -1,7 +1,16 @@
 #pragma once
-/// Everything a kernel needs: scenes, rays, hits, policies and queries.
+/// Everything a kernel needs: scenes, rays, hits, policies, stacks, filters, custom primitives and queries. By example:
+/// docs/API.md.
 
+#include <hiprt_device/batch.h>
+#include <hiprt_device/filter.h>
+#include <hiprt_device/primitive_table.h>
 #include <hiprt_device/query.h>
 #include <hiprt_device/ray.h>
 #include <hiprt_device/scene_view.h>
 #include <hiprt_device/spawn.h>
+#include <hiprt_device/stacks/private.h>
+#include <hiprt_device/stacks/restart.h>
+#include <hiprt_device/stacks/rolling.h>
+#include <hiprt_device/stacks/shared.h>
+#include <hiprt_device/stacks/spill.h>

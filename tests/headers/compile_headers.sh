@@ -1,7 +1,7 @@
 #!/bin/bash
 # compile_headers.sh COMPILER ARCH ROOT WORK: compiles every header of hiprt_device alone (twice in one source file, so
-# that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu, and the kernels beside this
-# script and in tests/primitives.
+# that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu, the kernels beside this script
+# and those of tests/examples and tests/primitives.
 #
 # COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, gfx1030, sm_90, ... ROOT is the repository, WORK a
 # folder for the generated sources. Exit status: 0, 1 (a header failed; its messages are printed) or 77 (no such
@@ -67,8 +67,8 @@ if [[ $count -eq 0 ]]; then
   exit 1
 fi
 if [[ $suffix != cpp ]]; then
-  for kernel in "$root"/tests/{headers,primitives}/*.hip; do
-    cp "$kernel" "$work/sources/$(basename "$kernel" .hip).kernel.$suffix"
+  for kernel in "$root"/tests/{examples,headers,primitives}/*.hip; do
+    printf '#include "%s"\n' "$kernel" >"$work/sources/$(basename "$kernel" .hip).kernel.$suffix"
     count=$((count + 1))
   done
 fi

@@ -112,6 +112,8 @@ inline hipError_t hipOccupancyMaxPotentialBlockSize(int* grid, int* block, const
                                                     size_t dynamic_shared_bytes, int limit) {
   return cudaOccupancyMaxPotentialBlockSize(grid, block, kernel, dynamic_shared_bytes, limit);
 }
+#define hipLaunchKernelGGL(kernel, grid, block, dynamic_shared_bytes, stream, ...) \
+  kernel<<<grid, block, dynamic_shared_bytes, stream>>>(__VA_ARGS__)
 /// @param arguments addresses of the kernel's arguments.
 inline hipError_t hipLaunchKernel(const void* kernel, dim3 grid, dim3 block, void** arguments,
                                   size_t dynamic_shared_bytes, hipStream_t stream) {

@@ -1,0 +1,251 @@
+// The kernels of docs/API.md do what they say: run on the host, against brute force.
+
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+#include <tests/traversal/every_hit.h>
+#include <tests/traversal/explain.h>
+
+#include <catch2/catch.hpp>
+
+#include "all_hits.hip"
+#include "batch.hip"
+#include "closest_hit.hip"
+#include "cut_out.hip"
+#include "global_stack.hip"
+#include "policies.hip"
+#include "primitive_list.hip"
+#include "primitive_table.hip"
+#include "restart_stack.hip"
+#include "rolling_stack_host.hip"
+#include "shadow.hip"
+
+using namespace hiprt;
+using namespace hiprt::checks;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 7417;
+constexpr unsigned kCount = 1000;
+
+/// Two soups, rays through them, and their closest hits by brute force.
+struct World {
+  std::vector<Mesh> meshes{soup(200, 0.8, kSeed), soup(100, 0.8, kSeed + 1)};
+  std::vector<Ray> rays{kCount};
+  std::vector<Hit> expected{kCount};
+
+  World() {
+    Random random(kSeed + 2);
+    for (unsigned i = 0; i < kCount; ++i) {
+      rays[i] = {vec3(random.in_cube(1.2)), 0.0f, vec3(random.in_cube(1))};
+      if (const auto hits = every_hit(meshes, rays[i]); !hits.empty()) expected[i] = hits[0];
+    }
+  }
+};
+
+/// Calls kernel(arguments...) for kCount threads and a few more.
+template <class Kernel, class... Arguments> void start(Kernel kernel, const Arguments&... arguments) {
+  hipLaunchKernelGGL(kernel, dim3((kCount + 63) / 64), dim3(64), 0, nullptr, arguments...);
+}
+
+void check_hits(const std::vector<Hit>& hits, const std::vector<Hit>& expected) {
+  INFO("seed " << kSeed);
+  for (unsigned i = 0; i < kCount; ++i) {
+    INFO("ray " << i << "\n" << describe(hits[i]) << "\n" << describe(expected[i]));
+    REQUIRE(same_hit(hits[i], expected[i]));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("examples of closest hits, with every kind of stack", "[examples]") {
+  const World world;
+  const Scene built = make_scene(world.meshes);
+  const SceneView& scene = built.traced;
+  std::vector<Hit> hits(kCount);
+  const Ray* rays = world.rays.data();
+  SECTION("one call") { start(closest_hits, scene, rays, hits.data(), kCount); }
+  SECTION("rolling") { CHECK(launch_rolling(scene, rays, hits.data(), kCount) == 0); }
+  SECTION("restart") { start(trace_restarting, scene, rays, hits.data(), kCount); }
+  SECTION("global") {
+    SpillPool pool{nullptr, nullptr, 3, 0};
+    std::vector<StackEntry> memory(global_stack_bytes(scene, pool.slots, 1, pool.entries) / sizeof(StackEntry));
+    std::vector<std::uint32_t> locks(pool.slots, 0);
+    pool.locks = locks.data();
+    pool.memory = memory.data();
+    start(trace_global, scene, rays, hits.data(), kCount, pool);
+    CHECK(locks == std::vector<std::uint32_t>(3, 0));
+  }
+  SECTION("persistent") {
+    unsigned next = 0, overflows = 0;
+    start(trace_persistent, scene, rays, hits.data(), kCount, &next, &overflows);
+    CHECK(next >= kCount);
+    CHECK(overflows == 0);
+  }
+  check_hits(hits, world.expected);
+}
+
+TEST_CASE("the example of policies takes the smallest set that covers the scene", "[examples]") {
+  World world;
+  std::vector<Hit> hits(kCount);
+  const Scene lean = make_scene(world.meshes, {.nodes = NodeLayout::kQuantized});
+  REQUIRE(launch_smallest(lean.traced, world.rays.data(), hits.data(), kCount));
+  check_hits(hits, world.expected);
+  CHECK_FALSE(launch_smallest(make_scene(world.meshes).traced, world.rays.data(), hits.data(), kCount));
+  world.meshes[0].mask = 6;
+  for (Ray& ray : world.rays) ray.mask = 8;
+  const Scene full = make_scene(world.meshes, {.nodes = NodeLayout::kQuantized});
+  CHECK_FALSE(covers<Lean>(full.traced));
+  REQUIRE(launch_smallest(full.traced, world.rays.data(), hits.data(), kCount));
+  CHECK(std::any_of(hits.begin(), hits.end(), [](const Hit& hit) { return hit.found(); }));
+  CHECK(std::none_of(hits.begin(), hits.end(), [](const Hit& hit) { return hit.geometry == 0; }));
+}
+
+TEST_CASE("the example of shadows: a closed mesh is lit where its normal is to the light", "[examples]") {
+  const World world;
+  const Mesh sphere = icosphere(2);
+  const Scene scene = make_scene({sphere});
+  std::vector<Hit> hits(kCount);
+  for (unsigned i = 0; i < kCount; ++i) hits[i] = closest_hit(scene.traced, world.rays[i]);
+  const Vec3 light(0, 0, 5);
+  std::array<bool, kCount> lit{};
+  start(shadows, scene.traced, world.rays.data(), hits.data(), light, lit.data(), kCount);
+  unsigned lights = 0, dark = 0;
+  for (unsigned i = 0; i < kCount; ++i) {
+    const Ray& ray = world.rays[i];
+    const Vec3 to_light = light - (ray.origin + hits[i].t * ray.direction);
+    // From inside a point is spawned on the side of its light, which is outside.
+    const float cosine = glm::dot(glm::normalize(hits[i].normal), glm::normalize(to_light));
+    if (hits[i].found() && std::abs(cosine) < 1e-3f) continue;
+    CAPTURE(i, cosine);
+    REQUIRE(lit[i] == (hits[i].found() && cosine > 0));
+    (lit[i] ? lights : dark) += hits[i].found() ? 1 : 0;
+  }
+  CHECK(lights > kCount / 10);
+  CHECK(dark > kCount / 10);
+}
+
+TEST_CASE("the example of a cut-out", "[examples]") {
+  const World world;
+  const Scene scene = make_scene(world.meshes);
+  const Mesh& mesh = world.meshes[0];
+  Random random(kSeed + 3);
+  std::vector<std::array<float, 2>> uv(mesh.positions.size());
+  for (auto& at : uv) at = {random.uniform_float(0, 0.99), random.uniform_float(0, 0.99)};
+  std::vector<float> alpha(16 * 16);
+  for (float& texel : alpha) texel = random.uniform_float(0, 1);
+  const CutOut filter{reinterpret_cast<const unsigned(*)[3]>(mesh.triangles.data()),
+                      reinterpret_cast<const float(*)[2]>(uv.data()), alpha.data(), 16};
+  std::vector<Hit> hits(kCount), expected(kCount);
+  start(trace_cut_out, scene.traced, world.rays.data(), hits.data(), kCount, filter);
+  unsigned behind = 0;
+  for (unsigned i = 0; i < kCount; ++i) {
+    const auto left = kept(every_hit(world.meshes, world.rays[i]),
+                           [&](const Hit& hit) { return filter(world.rays[i], hit) == FilterAnswer::kAccept; });
+    if (!left.empty()) expected[i] = left[0];
+    behind += same_hit(expected[i], world.expected[i]) ? 0 : 1;
+  }
+  check_hits(hits, expected);
+  CHECK(behind > kCount / 10);
+}
+
+TEST_CASE("the example of all hits", "[examples]") {
+  const World world;
+  const float passes[] = {0.5f, 0.25f};
+  for (const build::Builder builder : all_builders()) {
+    const Scene scene = make_scene(world.meshes, {.builder = builder});
+    std::vector<float> light(kCount);
+    start(transmittance, scene.traced, world.rays.data(), passes, light.data(), kCount);
+    for (unsigned i = 0; i < kCount; ++i) {
+      float expected = 1;
+      for (const Hit& hit : every_hit(world.meshes, world.rays[i])) expected *= passes[hit.geometry];
+      REQUIRE(light[i] == expected);
+    }
+  }
+  const Scene other = make_scene(world.meshes, {.nodes = NodeLayout::kFloat});
+  std::vector<float> light(kCount);
+  start(transmittance, other.traced, world.rays.data(), passes, light.data(), kCount);
+  CHECK(light == std::vector<float>(kCount, -1.0f));
+}
+
+namespace {
+
+/// Rounds, the boxes of balls or discs of them, and a scene of both and triangles.
+struct RoundWorld {
+  std::vector<Round> rounds[2];
+  std::vector<Box> boxes[2];
+  build::Bvh bvh;
+  SceneView scene;
+
+  RoundWorld(const std::vector<Mesh>& meshes, bool second_are_discs) {
+    Random random(kSeed + 4);
+    for (const unsigned type : {0u, 1u})
+      for (unsigned i = 0; i < 100; ++i) {
+        const Round round{vec3(random.in_cube(1)), random.uniform_float(0.05, 0.2)};
+        rounds[type].push_back(round);
+        Box& box = boxes[type].emplace_back();
+        for (int k = 0; k < 3; ++k) {
+          const float half = (k == 2 && type == 1 && second_are_discs ? 0.0f : round.radius) + 1e-5f;
+          box.min[k] = round.centre[k] - half;
+          box.max[k] = round.centre[k] + half;
+        }
+      }
+    const auto views = oracle::views(meshes);
+    const std::array<build::CustomGeometry, 2> customs{{{boxes[0], 0}, {boxes[1], 1}}};
+    auto built = build::build(build::SceneInput{views, customs});
+    REQUIRE(built.has_value());
+    bvh = std::move(*built);
+    const auto view = open_buffer(std::as_const(bvh.buffer).bytes());
+    REQUIRE(view.has_value());
+    scene = make_scene_view(*view);
+  }
+
+  /// The closest hit of the triangles and of every primitive of the set.
+  template <class Primitives>
+  Hit closest(const std::vector<Mesh>& meshes, const Ray& ray, const Primitives& primitives) const {
+    std::vector<Hit> hits = every_hit(meshes, ray);
+    const auto first = static_cast<std::uint32_t>(meshes.size());
+    for (const unsigned type : {0u, 1u})
+      for (std::uint32_t i = 0; i < rounds[type].size(); ++i)
+        primitives.intersect(type, ray, 0.0f, 0.0f, PrimitiveId{first + type, i}, [&](const CustomHit& at) {
+          if (in_range(ray, at.t)) hits.push_back({at.t, at.u, at.v, first + type, i, at.normal, at.error});
+          return true;
+        });
+    sort_hits(hits);
+    return hits.empty() ? Hit{} : hits[0];
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the example of custom primitives", "[examples]") {
+  const World world;
+  const RoundWorld round(world.meshes, true);
+  const Shapes shapes{{round.rounds[0].data()}, {round.rounds[1].data()}};
+  std::vector<Hit> hits(kCount), expected(kCount);
+  start(trace_shapes, round.scene, world.rays.data(), hits.data(), kCount, shapes);
+  unsigned of_geometry[4] = {};
+  for (unsigned i = 0; i < kCount; ++i) {
+    expected[i] = round.closest(world.meshes, world.rays[i], shapes);
+    if (expected[i].found()) ++of_geometry[expected[i].geometry];
+  }
+  check_hits(hits, expected);
+  for (const unsigned geometry : {0u, 1u, 2u, 3u}) CHECK(of_geometry[geometry] > 20);
+}
+
+TEST_CASE("the example of ray types", "[examples]") {
+  const World world;
+  const RoundWorld round({}, false);
+  const Balls opaque{round.rounds[0].data()}, glass{round.rounds[1].data()};
+  std::vector<unsigned> types(kCount);
+  for (unsigned i = 0; i < kCount; ++i) types[i] = i % 2;
+  std::array<bool, kCount> met{};
+  start(trace_types, round.scene, world.rays.data(), types.data(), met.data(), kCount, opaque, glass);
+  unsigned differ = 0;
+  for (unsigned i = 0; i < kCount; ++i) {
+    const bool all = round.closest({}, world.rays[i], PrimitiveList{opaque, glass}).found();
+    const bool some = round.closest({}, world.rays[i], PrimitiveList{opaque}).found();
+    REQUIRE(met[i] == (types[i] == 0 ? all : some));
+    differ += all != some ? 1 : 0;
+  }
+  CHECK(differ > kCount / 10);
+}
