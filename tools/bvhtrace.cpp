@@ -5,7 +5,7 @@
 #include "parallel.h"
 #include "progress.h"
 #include "rays_file.h"
-#include "trace_job.h"
+#include "trace_device.h"
 #include "trace_names.h"
 
 #include <hiprt_device/scene_view.h>
@@ -13,8 +13,10 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <functional>
 #include <iostream>
 #include <limits>
+#include <optional>
 #include <span>
 
 namespace {
@@ -24,13 +26,15 @@ using namespace hiprt::tools;
 
 constexpr ToolInfo kInfo{
     "bvhtrace",
-    "Traces a file of rays through a BVH file and writes the hits; reports the speed.\n"
+    "Traces a file of rays through a BVH file and writes the hits; reports the speed (on a GPU that of the kernels,\n"
+    "without copies). The hits are the same on every device.\n"
     "The BVH file is validated first. Primitives are numbered over all geometries in order. Rays that are not\n"
     "finite, have no direction or an empty range miss. For --query any the hit is the first one that was found.\n"
     "Rays: u32 count, u32 any-hit flag, count x 8 float32 {origin, tmin, direction, tmax}.\n"
     "Hits: count x {float32 t (inf: a miss), u32 primitive (0xffffffff: a miss)}. Both little-endian.",
     "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits\n"
     "  bvhtrace scene.bvh --rays shadow.rays --hits out.hits --query any --repeat 9 --threads 1\n"
+    "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits --device gpu --repeat 9\n"
     "  bvhtrace scene.bvh --rays r.rays --hits out.hits --triangle-test fast --box-test plain --json\n"};
 
 /// Rays that one task traces: long enough to hide the scheduling, short enough to balance.
@@ -38,7 +42,7 @@ constexpr std::size_t kBatch = 4096;
 
 struct Options {
   std::string path, rays, hits;
-  std::string query = "auto", triangle_test = "watertight", box_test = "conservative";
+  std::string query = "auto", triangle_test = "watertight", box_test = "conservative", device = "auto";
   unsigned threads = 0, repeat = 1;
 };
 
@@ -58,6 +62,7 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kBoxTests)))
       ->type_name("NAME")
       ->capture_default_str();
+  add_device_option(app, options.device);
   add_threads_option(app, options.threads);
   app.add_option("--repeat", options.repeat, "Trace N times and report the median speed")
       ->check(CLI::Range(1u, 1000000u))
@@ -76,21 +81,38 @@ double median_of(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-build::Result<Timing> trace_all(const Options& options, const ThreadLimit& limit, const SceneView& scene, Query query,
-                                std::span<const Ray> rays, std::span<Hit> hits) {
-  const TracePolicies policies{value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
+/// What is traced, and with what.
+struct Work {
+  const SceneView& scene;
+  Query query;
+  TracePolicies policies;
+  std::span<const Ray> rays;
+  std::span<Hit> hits;
+};
+
+/// @return seconds.
+build::Result<double> trace_on_cpu(const Work& work, const ThreadLimit& limit,
+                                   const std::function<void(double)>& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto trace_batch = [&](std::size_t begin, std::size_t end) {
+    trace(work.scene, work.query, work.policies, work.rays.subspan(begin, end - begin),
+          work.hits.subspan(begin, end - begin));
+  };
+  if (!parallel_batches(work.rays.size(), kBatch, limit, trace_batch, progress))
+    return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled"});
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+build::Result<Timing> trace_all(const Options& options, const ThreadLimit& limit, std::optional<GpuTracer>& gpu,
+                                const Work& work) {
   ProgressBar bar;
   Timing timing;
   for (unsigned i = 0; i < options.repeat; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    const bool complete = parallel_batches(
-        rays.size(), kBatch, limit,
-        [&](std::size_t begin, std::size_t end) {
-          trace(scene, query, policies, rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
-        },
-        [&](double done) { bar.update("trace", (i + done) / options.repeat); });
-    timing.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-    if (!complete) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled"});
+    const auto progress = [&](double done) { bar.update("trace", (i + done) / options.repeat); };
+    const auto seconds = gpu ? gpu->trace(work.query, work.policies, work.rays, work.hits, progress)
+                             : trace_on_cpu(work, limit, progress);
+    if (!seconds) return tl::unexpected(seconds.error());
+    timing.seconds.push_back(*seconds);
   }
   timing.median = median_of(timing.seconds);
   return timing;
@@ -111,6 +133,7 @@ build::Result<std::vector<HitRecord>> records_of(const BufferView& view, std::sp
 
 struct Outcome {
   Query query;
+  std::string device, device_name;
   unsigned threads;
   Timing timing;
   std::size_t rays = 0, found = 0;
@@ -124,7 +147,7 @@ void print(const Cli& cli, const Options& options, const Outcome& outcome) {
   if (!cli.json()) {
     std::cout << std::to_string(outcome.rays) << " rays, " << outcome.found << " hits, "
               << word_of(kQueries, outcome.query) << " hit: " << mrays_per_second(outcome) << " Mrays/s (median of "
-              << options.repeat << ", " << trace_isa() << ")\n";
+              << options.repeat << ", " << outcome.device << " " << outcome.device_name << ")\n";
     return;
   }
   cli.print({{"file", options.path},
@@ -133,6 +156,8 @@ void print(const Cli& cli, const Options& options, const Outcome& outcome) {
              {"query", word_of(kQueries, outcome.query)},
              {"triangle_test", options.triangle_test},
              {"box_test", options.box_test},
+             {"device", outcome.device},
+             {"device_name", outcome.device_name},
              {"threads", outcome.threads},
              {"instruction_set", trace_isa()},
              {"seconds", outcome.timing.seconds},
@@ -164,8 +189,14 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   outcome.query = any ? Query::kAny : Query::kClosest;
   outcome.rays = batch->rays.size();
   outcome.threads = limit.threads();
+  auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view);
+  if (!gpu) return tl::unexpected(gpu.error());
+  outcome.device = device_word(*gpu);
+  outcome.device_name = device_name(*gpu);
   std::vector<Hit> hits(batch->rays.size());
-  auto timing = trace_all(options, limit, make_scene_view(file->view), outcome.query, batch->rays, hits);
+  const SceneView scene = make_scene_view(file->view);
+  const TracePolicies policies{value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
+  auto timing = trace_all(options, limit, *gpu, {scene, outcome.query, policies, batch->rays, hits});
   if (!timing) return tl::unexpected(timing.error());
   outcome.timing = std::move(*timing);
   const auto records = records_of(file->view, hits);

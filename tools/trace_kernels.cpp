@@ -50,7 +50,7 @@ template <class Layout> void choose_triangle(const TraceJob& job) {
 }  // namespace
 
 void HIPRT_TRACE(const TraceJob& job) {
-  job.scene->layout == NodeLayout::kFloat ? choose_triangle<FloatLayout>(job) : choose_triangle<PlanesLayout>(job);
+  dispatch_layout(job.scene->layout, [&](auto layout) { choose_triangle<decltype(layout)>(job); });
 }
 
 }  // namespace hiprt::tools

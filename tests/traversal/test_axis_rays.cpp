@@ -17,9 +17,9 @@ constexpr std::uint64_t kSeed = 77;
 /// Relative error of t where the surface is at right angles to the ray.
 constexpr float kFewUlps = 0x1p-20f;
 
-std::vector<Scene> both_layouts(const Mesh& mesh) {
+std::vector<Scene> every_layout(const Mesh& mesh) {
   std::vector<Scene> result;
-  for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes})
+  for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized})
     result.push_back(make_scene({mesh}, {.nodes = layout}));
   return result;
 }
@@ -39,7 +39,7 @@ TEST_CASE("rays across a flat grid, in the planes of its lines, all hit", "[axis
   for (unsigned axis = 0; axis < 3; ++axis)
     for (const float height : {0.0f, -0.0f, 2.0f}) {
       const Mesh mesh = grid_plane(16, axis, height);
-      const std::vector<Scene> scenes = both_layouts(mesh);
+      const std::vector<Scene> scenes = every_layout(mesh);
       for (unsigned i = 0; i < mesh.positions.size(); ++i)
         for (const float side : {1.0f, -1.0f}) {
           Position origin = mesh.positions[i];
@@ -58,7 +58,7 @@ TEST_CASE("rays across a flat grid, in the planes of its lines, all hit", "[axis
 
 TEST_CASE("rays within a flat grid's plane neither hang nor hit outside it", "[axis]") {
   const Mesh mesh = grid_plane(8, 2, 1);
-  for (const Scene& scene : both_layouts(mesh))
+  for (const Scene& scene : every_layout(mesh))
     for (const Tracer& tracer : default_tracers())
       for (const float z : {1.0f, std::nextafter(1.0f, 2.0f), std::nextafter(1.0f, 0.0f)})
         for (unsigned zeros = 0; zeros < 8; ++zeros)
@@ -70,7 +70,7 @@ TEST_CASE("axis-parallel rays inside a box, in the planes of its subdivision, al
       {1, {0, 0, 0}}, {16, {1024, -2048, 512}}, {0x1p-40, {0, 0, 0}}, {0x1p50, {0, 0, 0}}};
   for (const auto& [scale, offset] : places) {
     const Mesh mesh = oracle::placed(subdivided_box(10, 1.7, kSeed), scale, offset);
-    const std::vector<Scene> scenes = both_layouts(mesh);
+    const std::vector<Scene> scenes = every_layout(mesh);
     for (unsigned i = 0; i < mesh.positions.size(); ++i)
       for (unsigned axis = 0; axis < 3; ++axis)
         for (const float side : {1.0f, -1.0f}) {
@@ -90,7 +90,7 @@ TEST_CASE("axis-parallel rays inside a box, in the planes of its subdivision, al
 
 TEST_CASE("diagonal rays in one coordinate plane all hit", "[axis]") {
   const Mesh mesh = subdivided_box(10, 1.7, kSeed);
-  const std::vector<Scene> scenes = both_layouts(mesh);
+  const std::vector<Scene> scenes = every_layout(mesh);
   Random random(kSeed);
   for (unsigned i = 0; i < trials(20000); ++i) {
     const Position to = mesh.positions[random.below(static_cast<std::uint32_t>(mesh.positions.size()))];

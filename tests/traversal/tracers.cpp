@@ -1,5 +1,6 @@
 #include <tests/traversal/tracers.h>
 
+#include <hiprt_device/format/layout.h>
 #include <hiprt_device/hiprt_device.h>
 
 namespace hiprt::checks {
@@ -10,15 +11,15 @@ template <class Layout, class Triangle, class Boxes, class Lanes>
 using Chosen = Policies<Layout, Triangle, Boxes, PrivateStack<>, Lanes>;
 
 template <class Triangle, class Boxes, class Lanes> Hit closest(const Scene& scene, const Ray& ray) {
-  return scene.traced.layout == NodeLayout::kFloat
-             ? closest_hit<Chosen<FloatLayout, Triangle, Boxes, Lanes>>(scene.traced, ray)
-             : closest_hit<Chosen<PlanesLayout, Triangle, Boxes, Lanes>>(scene.traced, ray);
+  return dispatch_layout(scene.traced.layout, [&](auto layout) {
+    return closest_hit<Chosen<decltype(layout), Triangle, Boxes, Lanes>>(scene.traced, ray);
+  });
 }
 
 template <class Triangle, class Boxes, class Lanes> Hit any(const Scene& scene, const Ray& ray) {
-  return scene.traced.layout == NodeLayout::kFloat
-             ? any_hit<Chosen<FloatLayout, Triangle, Boxes, Lanes>>(scene.traced, ray)
-             : any_hit<Chosen<PlanesLayout, Triangle, Boxes, Lanes>>(scene.traced, ray);
+  return dispatch_layout(scene.traced.layout, [&](auto layout) {
+    return any_hit<Chosen<decltype(layout), Triangle, Boxes, Lanes>>(scene.traced, ray);
+  });
 }
 
 template <class Triangle, class Boxes, class Lanes> constexpr Tracer tracer(const char* name, bool guaranteed) {

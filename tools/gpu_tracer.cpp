@@ -1,0 +1,163 @@
+#include "gpu_tracer.h"
+
+#include "gpu_kernels.h"
+#include "gpu_policies.h"
+#include "progress.h"
+
+#include <hiprt_build/gpu/gpu.h>
+#include <hiprt_device/stacks/rolling.h>
+
+#include <algorithm>
+
+namespace hiprt::tools {
+namespace {
+
+/// Rays of a part: enough to fill a GPU many times over, in 150 MB with their hits.
+constexpr std::size_t kPart = std::size_t{1} << 21;
+/// Bytes for the stacks of all threads; of deeper trees fewer threads run.
+constexpr std::size_t kSpillLimit = std::size_t{1} << 30;
+
+build::Result<gpu::Device> usable_device() {
+  auto device = gpu::current_device();
+  if (!device) return device;
+  if (!runs_code_for_one_of(device->architecture, HIPRT_GPU_ARCHS))
+    return gpu::fail(gpu::ErrorCode::kNoDevice, device->name, ": its architecture, ", device->architecture,
+                     ", is not among those that this build has code for, " HIPRT_GPU_ARCHS);
+  return device;
+}
+
+/// What a launch of one kernel needs beside rays and hits.
+struct Launch {
+  GpuTraceKernel kernel;
+  unsigned block, blocks;
+  std::uint32_t spill_entries;
+};
+
+}  // namespace
+
+struct GpuTracer::State {
+  explicit State(gpu::Stopwatch stopwatch) : watch(std::move(stopwatch)) {}
+
+  gpu::DeviceAllocator allocator;
+  gpu::Device device;
+  std::string device_name;
+  gpu::DeviceScene scene;
+  gpu::DeviceArray<Ray> rays;
+  gpu::DeviceArray<Hit> hits;
+  gpu::DeviceArray<GpuCounts> counts;
+  gpu::DeviceArray<StackEntry> spill;
+  gpu::Stopwatch watch;
+
+  build::Result<Launch> plan(Query query, const TracePolicies& policies) const;
+  build::Result<void> reserve(const Launch& launch, std::size_t count);
+  build::Result<double> trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to);
+  build::Result<double> run(const Launch& launch, std::uint32_t count, GpuCounts& counted);
+};
+
+build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies) const {
+  const std::uint32_t bound = scene.view.stack_bound;
+  const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
+  const GpuTraceKernel kernel = find_trace_kernel(chosen, scene.view.layout, query, policies);
+  if (kernel == nullptr)
+    return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound);
+  const GpuPolicy& policy = kGpuPolicies[chosen];
+  const auto blocks = gpu::persistent_grid(kernel, policy.block);
+  if (!blocks) return tl::unexpected(blocks.error());
+  Launch launch{kernel, policy.block, *blocks, 0};
+  if (policy.stack == GpuStack::kPrivate) return launch;
+  launch.spill_entries = RollingStack<kGpuRing>::spill_entries(bound);
+  const std::size_t block_bytes = std::max<std::size_t>(grid_spill_bytes(policy.block, launch.spill_entries), 1);
+  launch.blocks = static_cast<unsigned>(std::clamp<std::size_t>(kSpillLimit / block_bytes, 1, launch.blocks));
+  return launch;
+}
+
+/// Makes the arrays as large as they must be; what is there stays for the next call.
+build::Result<void> GpuTracer::State::reserve(const Launch& launch, std::size_t count) {
+  const auto grow = [&](auto& array, std::size_t wanted) -> build::Result<void> {
+    if (array.size() >= wanted) return {};
+    array.release();
+    auto made = std::decay_t<decltype(array)>::make(wanted, nullptr, allocator);
+    if (!made) return tl::unexpected(std::move(made.error()));
+    array = std::move(*made);
+    return {};
+  };
+  if (auto done = grow(rays, count); !done) return done;
+  if (auto done = grow(hits, count); !done) return done;
+  if (auto done = grow(counts, 1); !done) return done;
+  return grow(spill, std::size_t{launch.blocks} * launch.block * launch.spill_entries);
+}
+
+/// The kernel alone. @return seconds. @param counted filled once the stream has been waited for, as it has here.
+build::Result<double> GpuTracer::State::run(const Launch& launch, std::uint32_t count, GpuCounts& counted) {
+  const GpuTraceJob job{scene.view, rays.data(), hits.data(), count, launch.spill_entries, spill.data(), counts.data()};
+  const unsigned blocks = std::min(launch.blocks, (count - 1) / launch.block + 1);
+  auto done = counts.fill(std::byte{0}, nullptr);
+  if (done) done = watch.start(nullptr);
+  if (done)
+    done =
+        gpu::launch(launch.kernel, gpu::Grid{.x = blocks}, nullptr, {.block = launch.block, .name = "trace_rays"}, job);
+  if (done) done = watch.stop(nullptr);
+  if (done) done = counts.download(std::span(&counted, 1), nullptr);
+  if (done) done = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", "trace_rays, ", count, " rays");
+  if (!done) return tl::unexpected(std::move(done.error()));
+  const auto milliseconds = watch.milliseconds();
+  if (!milliseconds) return tl::unexpected(milliseconds.error());
+  return static_cast<double>(*milliseconds) * 1e-3;
+}
+
+build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to) {
+  GpuCounts counted{};
+  auto done = rays.upload(from, nullptr);
+  if (!done) return tl::unexpected(std::move(done.error()));
+  const auto seconds = run(launch, static_cast<std::uint32_t>(from.size()), counted);
+  if (!seconds) return seconds;
+  if (counted.overflowed_rays != 0)
+    return gpu::fail(gpu::ErrorCode::kGpu, counted.overflowed_rays, " of ", from.size(),
+                     " rays needed more stack entries than the scene says, ", scene.view.stack_bound);
+  done = hits.download(to, nullptr);
+  if (done) done = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", to.size(), " hits");
+  if (!done) return tl::unexpected(std::move(done.error()));
+  return seconds;
+}
+
+build::Result<GpuTracer> GpuTracer::make(const BufferView& view) {
+  auto device = usable_device();
+  if (!device) return tl::unexpected(std::move(device.error()));
+  auto watch = gpu::Stopwatch::make();
+  if (!watch) return tl::unexpected(std::move(watch.error()));
+  auto state = std::make_unique<State>(std::move(*watch));
+  auto scene = gpu::upload_scene(view, nullptr, state->allocator);
+  if (!scene) return tl::unexpected(std::move(scene.error()));
+  state->device_name = device->name + ", " + device->architecture;
+  state->device = std::move(*device);
+  state->scene = std::move(*scene);
+  return GpuTracer(std::move(state));
+}
+
+GpuTracer::GpuTracer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+GpuTracer::GpuTracer(GpuTracer&&) noexcept = default;
+GpuTracer& GpuTracer::operator=(GpuTracer&&) noexcept = default;
+GpuTracer::~GpuTracer() = default;
+
+const std::string& GpuTracer::device_name() const { return state_->device_name; }
+
+build::Result<double> GpuTracer::trace(Query query, const TracePolicies& policies, std::span<const Ray> rays,
+                                       std::span<Hit> hits, const std::function<void(double)>& progress) {
+  if (rays.empty()) return 0.0;
+  const auto launch = state_->plan(query, policies);
+  if (!launch) return tl::unexpected(launch.error());
+  if (auto reserved = state_->reserve(*launch, std::min(kPart, rays.size())); !reserved)
+    return tl::unexpected(std::move(reserved.error()));
+  double seconds = 0;
+  for (std::size_t begin = 0; begin < rays.size(); begin += kPart) {
+    if (interrupted()) return gpu::fail(gpu::ErrorCode::kCancelled, "cancelled");
+    const std::size_t count = std::min(kPart, rays.size() - begin);
+    const auto part = state_->trace_part(*launch, rays.subspan(begin, count), hits.subspan(begin, count));
+    if (!part) return part;
+    seconds += *part;
+    if (progress) progress(static_cast<double>(begin + count) / static_cast<double>(rays.size()));
+  }
+  return seconds;
+}
+
+}  // namespace hiprt::tools

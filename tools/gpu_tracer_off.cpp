@@ -1,0 +1,27 @@
+/// GpuTracer of builds without GPU code: there is never one.
+
+#include "gpu_tracer.h"
+
+namespace hiprt::tools {
+
+struct GpuTracer::State {
+  std::string device_name;
+};
+
+build::Result<GpuTracer> GpuTracer::make(const BufferView&) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build (" HIPRT_GPU_REASON ")"});
+}
+
+GpuTracer::GpuTracer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+GpuTracer::GpuTracer(GpuTracer&&) noexcept = default;
+GpuTracer& GpuTracer::operator=(GpuTracer&&) noexcept = default;
+GpuTracer::~GpuTracer() = default;
+
+const std::string& GpuTracer::device_name() const { return state_->device_name; }
+
+build::Result<double> GpuTracer::trace(Query, const TracePolicies&, std::span<const Ray>, std::span<Hit>,
+                                       const std::function<void(double)>&) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
+}
+
+}  // namespace hiprt::tools
