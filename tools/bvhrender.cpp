@@ -6,6 +6,7 @@
 #include "render.h"
 #include "report.h"
 #include "text.h"
+#include "trace_device.h"
 #include "trace_names.h"
 
 #include <hiprt_build/file.h>
@@ -29,9 +30,11 @@ constexpr ToolInfo kInfo{
     "cost.boxes, cost.leaves and cost.triangles (tests: four boxes; a leaf; its one or two triangles).\n"
     "PNG: 8-bit sRGB; colours above 1 are compressed (Reinhard, extended).\n"
     "Modes: ao (clay below a soft sky), primary (lit from the eye), normals (0.5 + 0.5 n), heatmap (tests per ray).\n"
-    "The picture depends on the seed, never on the number of threads.",
+    "The picture depends on the seed, never on the device or the number of threads. Tests are counted on the CPU: for\n"
+    "the cost layers of an EXR file the rays through the centres are traced there, and all rays of heatmap.",
     "  bvhrender bunny.bvh -o bunny.png\n"
     "  bvhrender bunny.bvh -o bunny.exr -o bunny.png --size 1920x1080 --spp 256\n"
+    "  bvhrender bunny.bvh -o bunny.png --spp 1024 --device gpu\n"
     "  bvhrender bunny.bvh -o cost.png --mode heatmap\n"
     "  bvhrender sponza.bvh -o sponza.png --camera sponza.cam --ao-distance 30\n"
     "  bvhrender scene.bvh -o view.png --camera '0,1,5/0,1,0/0,1,0/40'\n"};
@@ -42,7 +45,7 @@ constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 27;
 struct Options {
   std::string path;
   std::vector<std::string> outputs;
-  std::string size = "1024x768", camera, mode = "ao";
+  std::string size = "1024x768", camera, mode = "ao", device = "auto";
   RenderOptions render;
 };
 
@@ -117,6 +120,7 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kRenderModes)))
       ->type_name("NAME")
       ->capture_default_str();
+  add_device_option(app, options.device);
   add_threads_option(app, options.render.threads);
   app.add_option("--seed", options.render.seed, "Another seed, other noise")->type_name("N")->capture_default_str();
   app.add_option("--ao-distance", options.render.ao_distance,
@@ -150,9 +154,21 @@ build::Result<Camera> choose_camera(const Options& options, const Box& bounds) {
   return fail(build::ErrorCode::kInvalidInput, "camera " + (file ? options.camera + ": " : "") + camera.error());
 }
 
-build::Result<Rendering> render_with_bar(const BufferView& view, const Camera& camera, const RenderOptions& options) {
+/// @return the GPU that traces, or none.
+build::Result<std::optional<GpuTracer>> choose_tracer(const Options& options, const BufferView& view) {
+  const DeviceChoice choice = value_of(kDeviceChoices, options.device);
+  if (options.render.mode != RenderMode::kHeatmap) return choose_device(choice, view);
+  if (choice == DeviceChoice::kGpu)
+    return fail(build::ErrorCode::kInvalidInput,
+                "--mode heatmap counts tests, which only the CPU does: --device auto or cpu, please");
+  return std::nullopt;
+}
+
+build::Result<Rendering> render_with_bar(const BufferView& view, const Camera& camera, const RenderOptions& options,
+                                         std::optional<GpuTracer>& gpu) {
   ProgressBar bar;
-  return render(make_scene_view(view), camera, options, [&](double done) { bar.update("render", done); });
+  const auto progress = [&](double done) { bar.update("render", done); };
+  return render(make_scene_view(view), camera, options, progress, gpu ? &*gpu : nullptr);
 }
 
 ImageAttributes attributes_of(const Options& options, const Camera& camera) {
@@ -194,12 +210,13 @@ double mrays_per_second(const Rendering& rendering) {
 }
 
 void print(const Cli& cli, const Options& options, const Camera& camera, const Rendering& rendering,
-           const std::vector<Written>& outputs) {
+           const std::optional<GpuTracer>& gpu, const std::vector<Written>& outputs) {
   const RenderOptions& render = options.render;
   if (!cli.json()) {
     std::cout << render.width << " x " << render.height << " pixels, " << render.samples << " samples, " << options.mode
               << ": " << rendering.rays.primary + rendering.rays.shadow << " rays in " << fixed(rendering.seconds, 2)
-              << " s, " << fixed(mrays_per_second(rendering), 2) << " Mrays/s with shading (" << trace_isa() << ")\n";
+              << " s, " << fixed(mrays_per_second(rendering), 2) << " Mrays/s with shading (" << device_word(gpu) << " "
+              << device_name(gpu) << ")\n";
     for (const Written& output : outputs) std::cout << output.path << "  " << bytes_text(output.bytes) << "\n";
     return;
   }
@@ -213,10 +230,13 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
              {"spp", render.samples},
              {"seed", render.seed},
              {"camera", to_text(camera)},
+             {"device", device_word(gpu)},
+             {"device_name", device_name(gpu)},
              {"threads", rendering.threads},
              {"instruction_set", trace_isa()},
              {"primary_rays", rendering.rays.primary},
              {"shadow_rays", rendering.rays.shadow},
+             {"rays_on_gpu", rendering.rays.on_gpu},
              {"seconds", rendering.seconds},
              {"mrays_per_second", mrays_per_second(rendering)}});
 }
@@ -234,11 +254,13 @@ build::Result<void> run(const Cli& cli, Options& options) {
   if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;
   const auto camera = choose_camera(options, file->view.header->bounds);
   if (!camera) return tl::unexpected(camera.error());
-  const auto rendering = render_with_bar(file->view, *camera, options.render);
+  auto gpu = choose_tracer(options, file->view);
+  if (!gpu) return tl::unexpected(gpu.error());
+  const auto rendering = render_with_bar(file->view, *camera, options.render, *gpu);
   if (!rendering) return tl::unexpected(rendering.error());
   const auto outputs = write_all(options, *camera, rendering->image);
   if (!outputs) return tl::unexpected(outputs.error());
-  print(cli, options, *camera, *rendering, *outputs);
+  print(cli, options, *camera, *rendering, *gpu, *outputs);
   return {};
 }
 

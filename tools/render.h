@@ -2,6 +2,7 @@
 /// Pictures of a scene.
 
 #include "camera.h"
+#include "gpu_tracer.h"
 #include "image.h"
 #include "names.h"
 
@@ -40,6 +41,7 @@ struct RenderOptions {
 
 struct RayCounts {
   std::uint64_t primary = 0, shadow = 0;
+  std::uint64_t on_gpu = 0;  ///< Of both.
 };
 
 struct Rendering {
@@ -49,9 +51,11 @@ struct Rendering {
   double seconds;  ///< Ray generation, traversal and shading together.
 };
 
+/// @param gpu traces the rays, but for those whose work is counted; nullptr: the CPU does. The pixels are the same.
 /// @param progress called with 0 to 1 from any thread, one at a time.
-/// @return kCancelled when interrupted() became true; kInvalidInput when the tracer refuses the scene.
+/// @return kCancelled when interrupted() became true; kInvalidInput when the tracer refuses the scene; the errors of
+/// GpuTracer::trace().
 build::Result<Rendering> render(const SceneView& scene, const Camera& camera, const RenderOptions& options,
-                                const std::function<void(double)>& progress = {});
+                                const std::function<void(double)>& progress = {}, GpuTracer* gpu = nullptr);
 
 }  // namespace hiprt::tools

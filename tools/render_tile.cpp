@@ -35,6 +35,12 @@ Vec3 cosine_direction(const Vec3& normal, float u, float v) {
          normal * std::sqrt(std::max(0.0f, 1.0f - u));
 }
 
+bool has_centre_pass(const RenderOptions& options) { return options.samples == 1 || options.layers; }
+bool is_centre_pass(const RenderOptions& options, unsigned pass) { return pass == 0 && has_centre_pass(options); }
+std::uint32_t sample_of(const RenderOptions& options, unsigned pass) {
+  return has_centre_pass(options) ? pass - 1 : pass;
+}
+
 }  // namespace
 
 TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost)
@@ -46,22 +52,55 @@ TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, Image& image,
   sky_light_.resize(count);
 }
 
-void TileRenderer::run() {
+unsigned TileRenderer::passes(const RenderOptions& options) {
+  return (has_centre_pass(options) ? 1u : 0u) + (options.samples > 1 ? options.samples : 0u);
+}
+
+void TileRenderer::make_rays(unsigned pass) {
   const RenderOptions& options = job_.options;
-  const bool heatmap = options.mode == RenderMode::kHeatmap;
-  if (options.samples == 1 || options.layers) {
-    make_centre_rays();
-    trace_primary(options.layers || heatmap);
+  const bool centre = is_centre_pass(options, pass);
+  counting_ = options.mode == RenderMode::kHeatmap || (centre && options.layers);
+  centre ? make_centre_rays() : make_sample_rays(sample_of(options, pass));
+  counts_.primary += rays_.size();
+}
+
+TileRays TileRenderer::primary() {
+  return {Query::kClosest, rays_, hits_, counting_ ? std::span<RayCost>(costs_) : std::span<RayCost>()};
+}
+
+void TileRenderer::shade(unsigned pass) {
+  const RenderOptions& options = job_.options;
+  refused_ = refused_ || hits_.front().failed();
+  shadow_rays_.clear();
+  shadows_.clear();
+  if (is_centre_pass(options, pass)) {
     if (options.layers) store_layers();
-    if (options.samples == 1) shade(0);
+    if (options.samples == 1) shade_sample(0);
+  } else if (!refused_) {
+    shade_sample(sample_of(options, pass));
   }
-  const std::uint32_t spread = options.samples > 1 ? options.samples : 0;
-  for (std::uint32_t sample = 0; sample < spread && !refused_ && !interrupted(); ++sample) {
-    make_sample_rays(sample);
-    trace_primary(heatmap);
-    shade(sample);
+  shadow_hits_.resize(shadow_rays_.size());
+  counts_.shadow += shadow_rays_.size();
+}
+
+TileRays TileRenderer::shadows() { return {Query::kAny, shadow_rays_, shadow_hits_, {}}; }
+
+void TileRenderer::finish() {
+  if (job_.options.mode == RenderMode::kAo) add_sky_light();
+}
+
+void TileRenderer::run() {
+  const auto trace_on_cpu = [&](const TileRays& work) {
+    if (!work.rays.empty()) trace(job_.scene, work.query, {}, work.rays, work.hits, work.costs);
+  };
+  for (unsigned pass = 0; pass < passes(job_.options) && !refused_ && !interrupted(); ++pass) {
+    make_rays(pass);
+    trace_on_cpu(primary());
+    shade(pass);
+    trace_on_cpu(shadows());
+    add_shadows();
   }
-  if (options.mode == RenderMode::kAo) add_sky_light();
+  finish();
 }
 
 std::size_t TileRenderer::pixel_of(std::size_t ray) const {
@@ -83,12 +122,6 @@ void TileRenderer::make_sample_rays(std::uint32_t sample) {
     }
 }
 
-void TileRenderer::trace_primary(bool count) {
-  trace(job_.scene, Query::kClosest, {}, rays_, hits_, count ? std::span<RayCost>(costs_) : std::span<RayCost>());
-  counts_.primary += rays_.size();
-  refused_ = refused_ || hits_.front().failed();
-}
-
 void TileRenderer::store_layers() {
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     Pixel& pixel = image_.pixels[pixel_of(i)];
@@ -105,7 +138,7 @@ void TileRenderer::store_layers() {
   }
 }
 
-void TileRenderer::shade(std::uint32_t sample) {
+void TileRenderer::shade_sample(std::uint32_t sample) {
   switch (job_.options.mode) {
     case RenderMode::kAo:
       return shade_ao(sample);
@@ -125,8 +158,6 @@ Vec3 TileRenderer::backdrop_of(std::size_t ray) const {
 
 void TileRenderer::shade_ao(std::uint32_t sample) {
   const float weight = 1.0f / static_cast<float>(job_.options.samples);
-  shadow_rays_.clear();
-  shadows_.clear();
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     if (!hits_[i].found()) {
       image_.pixels[pixel_of(i)].color += backdrop_of(i) * weight;
@@ -144,9 +175,9 @@ void TileRenderer::shade_ao(std::uint32_t sample) {
     shadows_.push_back({i, job_.studio.sky(shadow.direction)});
     sky_light_[i].open += job_.studio.open_sky(normal) * weight;
   }
-  shadow_hits_.resize(shadow_rays_.size());
-  trace(job_.scene, Query::kAny, {}, shadow_rays_, shadow_hits_);
-  counts_.shadow += shadow_rays_.size();
+}
+
+void TileRenderer::add_shadows() {
   for (std::size_t i = 0; i < shadows_.size(); ++i) {
     SkyLight& light = sky_light_[shadows_[i].ray];
     light.sampled += shadows_[i].light;

@@ -23,13 +23,35 @@ struct Tile {
   std::uint32_t left, top, right, bottom;
 };
 
+/// Rays of a tile that are to be traced: rays[i] into hits[i], costs as for trace().
+struct TileRays {
+  Query query;
+  std::span<const Ray> rays;
+  std::span<Hit> hits;
+  std::span<RayCost> costs;
+};
+
+/// Each pass is make_rays(), the trace of primary(), shade(), the trace of shadows(), add_shadows(); finish() is behind
+/// the last one. What a tile does depends on nobody else, so tiles may take the steps together or one after the other.
 class TileRenderer {
  public:
   /// @param image, cost (tests of the pixels' primary rays, only in RenderMode::kHeatmap): the tile's pixels are
   /// written.
   TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost);
 
+  /// The rays through the pixels' centres, if they are needed, and a ray per pixel for each of several samples.
+  static unsigned passes(const RenderOptions& options);
+
+  void make_rays(unsigned pass);
+  TileRays primary();
+  void shade(unsigned pass);
+  TileRays shadows();
+  void add_shadows();
+  void finish();
+
+  /// All steps, on the CPU.
   void run();
+
   const RayCounts& counts() const { return counts_; }
   bool failed() const { return refused_; }
 
@@ -49,9 +71,8 @@ class TileRenderer {
 
   void make_centre_rays();
   void make_sample_rays(std::uint32_t sample);
-  void trace_primary(bool count);
   void store_layers();
-  void shade(std::uint32_t sample);
+  void shade_sample(std::uint32_t sample);
   void shade_ao(std::uint32_t sample);
   void shade_primary();
   void shade_normals();
@@ -71,6 +92,7 @@ class TileRenderer {
   std::vector<Shadow> shadows_;
   std::vector<SkyLight> sky_light_;
   RayCounts counts_;
+  bool counting_ = false;  ///< The pass at hand needs costs_.
   bool refused_ = false;
 };
 
