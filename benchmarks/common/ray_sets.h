@@ -35,9 +35,4 @@ std::vector<std::string> generated_kinds();
 build::Result<std::vector<RaySet>> generate_ray_sets(const tools::Mesh& mesh, const tools::Camera& camera,
                                                      std::uint32_t wanted);
 
-/// About @p wanted of [0, count) in blocks of 64 consecutive numbers, which keep the coherence of neighbours. The
-/// blocks are spread evenly, at pseudo-random places so that no column of a picture is preferred. All if wanted >=
-/// count.
-std::vector<std::uint32_t> sample_blocks(std::uint32_t count, std::uint32_t wanted);
-
 }  // namespace hiprt::bench

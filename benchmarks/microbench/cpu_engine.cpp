@@ -1,0 +1,99 @@
+#include "../common/sample_blocks.h"
+#include "cpu_kernels.h"
+#include "engine.h"
+
+#include <hiprt_device/scene_view.h>
+
+#include <chrono>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace hiprt::bench {
+namespace {
+
+constexpr std::string_view kLayouts[] = {"float", "planes", "half", "quantized"};
+
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);)
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  return "unknown";
+}
+
+/// One thread. What is timed: tracing all rays into an array of hits.
+class CpuEngine final : public Engine {
+ public:
+  explicit CpuEngine(unsigned most_rays) : most_rays_(most_rays) {
+    for (const std::string_view layout : kLayouts)
+      for (const std::string_view tests : {"accurate", "fast"})
+        for (const std::string_view features : {"masks", "custom"})
+          for (const std::string_view query : {"closest", "any"}) add(layout, tests, features, query);
+  }
+
+  const std::vector<Variant>& variants() const override { return variants_; }
+  const std::vector<Ray>& rays() const override { return rays_; }
+
+  nlohmann::json describe() const override {
+    return {{"kind", "cpu"},
+            {"name", processor_name()},
+            {"instructions", cpu_isa()},
+            {"threads", 1},
+            {"timed", "one thread, steady clock: all rays into an array of hits with normal and error"}};
+  }
+
+  build::Result<void> set_tree(const Tree& tree) override {
+    scene_ = make_scene_view(tree.view);
+    boxes_ = tree.boxes.data();
+    return {};
+  }
+
+  build::Result<void> set_rays(const RayBuffer& rays) override {
+    any_hit_ = rays.any_hit;
+    rays_.clear();
+    for (const std::uint32_t i : sample_blocks(static_cast<std::uint32_t>(rays.rays.size()), most_rays_))
+      rays_.push_back(rays.rays[i]);
+    hits_.resize(rays_.size());
+    return {};
+  }
+
+  build::Result<Outcome> run(std::size_t variant, const Repetitions& repetitions) override {
+    const Variant& chosen = variants_[variant];
+    // A tracer with custom primitives is asked for even where the scene has none.
+    const Box none{};
+    const Box* boxes = !chosen.custom ? nullptr : boxes_ != nullptr ? boxes_ : &none;
+    const CpuJob job{&scene_, any_hit_, chosen.name.tests == "fast", boxes, rays_.data(), hits_.data(), rays_.size()};
+    Outcome outcome;
+    for (unsigned i = 0; i < repetitions.warm_up + repetitions.timed; ++i) {
+      const auto start = std::chrono::steady_clock::now();
+      run_on_cpu(job);
+      const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+      if (i >= repetitions.warm_up) outcome.milliseconds.push_back(time.count());
+    }
+    for (const Hit& hit : hits_) outcome.answers.push_back(make_answer(hit));
+    for (const Hit& hit : hits_) outcome.overflowed += hit.failed() ? 1 : 0;
+    return outcome;
+  }
+
+ private:
+  void add(std::string_view layout, std::string_view tests, std::string_view features, std::string_view query) {
+    const bool custom = features == "custom";
+    const FeatureMask mask = custom ? kKnownFeatures : kKnownFeatures & ~feature_bit(Feature::kCustom);
+    const std::string_view order = query == "any" ? "stored" : "sorted";
+    variants_.push_back(
+        {{query, layout, tests, "private", "immediate", order, features, "1x1"}, mask, custom, Resources{}});
+  }
+
+  unsigned most_rays_;
+  std::vector<Variant> variants_;
+  SceneView scene_;
+  const Box* boxes_ = nullptr;
+  bool any_hit_ = false;
+  std::vector<Ray> rays_;
+  std::vector<Hit> hits_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_cpu_engine(unsigned most_rays) { return std::make_unique<CpuEngine>(most_rays); }
+
+}  // namespace hiprt::bench

@@ -1,0 +1,32 @@
+#pragma once
+/// The variants on the CPU: layouts, tests and features, with the machine's best instruction set. They also say what
+/// the right answers are.
+///
+/// Plain members only: a container's inline function, compiled for a newer instruction set, could be the copy that the
+/// linker keeps for the whole program.
+
+#include <hiprt_device/ray.h>
+#include <hiprt_device/scene_view.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace hiprt::bench {
+
+struct CpuJob {
+  const SceneView* scene;
+  bool any_hit;
+  bool fast;         ///< Fast triangles and Plain boxes.
+  const Box* boxes;  ///< Custom primitives (BoxSet); nullptr: a tracer without them.
+  const Ray* rays;
+  Hit* hits;  ///< As many as rays.
+  std::size_t count;
+};
+
+/// Traces rays[i] into hits[i] on the calling thread.
+void run_on_cpu(const CpuJob& job);
+
+/// Name of the instruction set that run_on_cpu() uses, e.g. "x86_64_v3".
+const char* cpu_isa();
+
+}  // namespace hiprt::bench

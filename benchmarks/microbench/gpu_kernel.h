@@ -1,0 +1,187 @@
+#pragma once
+/// THE kernel of all GPU variants, and the types behind the names of the axes' values. Included by the generated .hip
+/// files only.
+
+#include "box_set.h"
+#include "gpu_kernels.h"
+
+#include <hip/hip_runtime.h>
+#include <hiprt_device/batch.h>
+#include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/stacks/restart.h>
+#include <hiprt_device/stacks/rolling.h>
+#include <hiprt_device/stacks/shared.h>
+
+#include <type_traits>
+
+namespace hiprt::bench {
+
+struct AccurateTests {
+  using Triangle = Watertight;
+  using Boxes = Conservative;
+};
+struct FastTests {
+  using Triangle = Fast;
+  using Boxes = Plain;
+};
+
+template <FeatureMask kMask, class FilterType = NoFilter, class PrimitivesType = NoPrimitives> struct FeatureSet {
+  static constexpr FeatureMask kFeatures = kMask;
+  using Filter = FilterType;
+  using Primitives = PrimitivesType;
+};
+inline constexpr FeatureMask kTriangleBit = feature_bit(Feature::kTriangles);
+inline constexpr FeatureMask kSplitBits = kTriangleBit | feature_bit(Feature::kSplitReferences);
+inline constexpr FeatureMask kMaskBits = kSplitBits | feature_bit(Feature::kMasks);
+using TrianglesOnly = FeatureSet<kTriangleBit>;
+using WithSplits = FeatureSet<kSplitBits>;
+using WithMasks = FeatureSet<kMaskBits>;
+using WithFilter = FeatureSet<kMaskBits, ExceptPrimitive>;
+using WithCustom = FeatureSet<kMaskBits | feature_bit(Feature::kCustom), NoFilter, PrimitiveList<BoxSet>>;
+
+/// Where a thread's stack is: with(job, use) calls use(storage).
+struct PrivatePlace {
+  using Stack = PrivateStack<192>;
+  static constexpr SpillUse kSpill = SpillUse::kNone;
+  static constexpr std::uint32_t kOnChip = 192;
+  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+    Stack::Memory memory;
+    use(Stack::Storage(memory, job.overflowed));
+  }
+};
+
+/// No global memory: rays that need more entries fail, and are counted.
+struct SharedPlace {
+  using Stack = SharedStack<24>;
+  static constexpr SpillUse kSpill = SpillUse::kNone;
+  static constexpr std::uint32_t kOnChip = 24;
+  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+    __shared__ StackEntry entries[kBlock * Stack::kEntriesPerThread];
+    use(Stack::Storage(entries, threadIdx.x, kBlock, job.overflowed));
+  }
+};
+
+template <unsigned kBlock> __device__ HIPRT_INLINE Spill own_spill(const GpuJob& job) {
+  return grid_spill(job.spill, job.spill_threads, job.spill_entries, blockIdx.x * kBlock + threadIdx.x);
+}
+
+struct RollingPlace {
+  using Stack = RollingStack<8>;
+  static constexpr SpillUse kSpill = SpillUse::kGrid;
+  static constexpr std::uint32_t kOnChip = 8;
+  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+    __shared__ StackEntry ring[kBlock * Stack::kEntriesPerThread];
+    use(Stack::Storage(ring, threadIdx.x, kBlock, own_spill<kBlock>(job), job.overflowed));
+  }
+};
+
+/// The same with slots that waves take while they run.
+struct RollingPoolPlace {
+  using Stack = RollingStack<8>;
+  static constexpr SpillUse kSpill = SpillUse::kPool;
+  static constexpr std::uint32_t kOnChip = 8;
+  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+    __shared__ StackEntry ring[kBlock * Stack::kEntriesPerThread];
+    const WaveSlot slot(job.pool, blockIdx.x);
+    use(Stack::Storage(ring, threadIdx.x, kBlock, slot.spill(), job.overflowed));
+  }
+};
+
+struct GlobalPlace {
+  using Stack = GlobalStack;
+  static constexpr SpillUse kSpill = SpillUse::kGrid;
+  static constexpr std::uint32_t kOnChip = 0;
+  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+    use(Stack::Storage(own_spill<kBlock>(job), job.overflowed));
+  }
+};
+
+struct RestartPlace {
+  using Stack = RestartStack<4>;
+  static constexpr SpillUse kSpill = SpillUse::kNone;
+  static constexpr std::uint32_t kOnChip = 192;
+  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+    Stack::Storage storage;
+    storage.overflowed_rays = job.overflowed;
+    use(storage);
+  }
+};
+
+template <class LayoutType, class Place, class ScheduleType, class Tests, class Order, class FeaturesType>
+struct VariantPolicies : Policies<LayoutType, typename Tests::Triangle, typename Tests::Boxes, typename Place::Stack,
+                                  ArrayLanes, NoCounter, FeaturesType::kFeatures> {
+  using Schedule = ScheduleType;
+  using ClosestOrder = Order;
+  using AnyOrder = Order;
+  using StackPlace = Place;
+  using FeatureChoice = FeaturesType;
+};
+
+__device__ HIPRT_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
+  const std::byte* record = static_cast<const std::byte*>(job.rays) + std::size_t{32} * i;
+  const Words a = load_words(record), b = load_words(record + 16);
+  return {{a.as_float(0), a.as_float(1), a.as_float(2)},
+          a.as_float(3),
+          {b.as_float(0), b.as_float(1), b.as_float(2)},
+          b.as_float(3),
+          0xffffffffu};
+}
+
+template <class Choice> __device__ HIPRT_INLINE typename Choice::Filter make_filter(const GpuJob& job) {
+  if constexpr (std::is_same_v<typename Choice::Filter, ExceptPrimitive>)
+    return job.filter;
+  else
+    return {};
+}
+
+template <class Choice> __device__ HIPRT_INLINE typename Choice::Primitives make_primitives(const GpuJob& job) {
+  if constexpr (Choice::Primitives::kCount != 0)
+    return {BoxSet{job.boxes}};
+  else
+    return {};
+}
+
+/// The second launch bound of @p blocks blocks per multiprocessor: CUDA takes that number, HIP waves per SIMD, of which
+/// a compute unit has four.
+constexpr unsigned least_resident(unsigned block, unsigned blocks) {
+#if defined(__HIP_DEVICE_COMPILE__)
+  const unsigned waves = blocks * block / (4 * __AMDGCN_WAVEFRONT_SIZE);
+  return waves == 0 ? 1 : waves > 8 ? 8 : waves;
+#else
+  static_cast<void>(block);
+  return blocks;
+#endif
+}
+
+/// @tparam kBlock threads of a block. @tparam kBlocks of a multiprocessor, at least.
+template <class P, bool kAny, unsigned kBlock, unsigned kBlocks>
+__global__ void __launch_bounds__(kBlock, least_resident(kBlock, kBlocks)) trace_rays(GpuJob job) {
+  using Choice = typename P::FeatureChoice;
+  using Filter = typename Choice::Filter;
+  using Primitives = typename Choice::Primitives;
+  using Query = std::conditional_t<kAny, AnyHit<P, Filter, Primitives>, ClosestHit<P, Filter, Primitives>>;
+  P::StackPlace::template with<kBlock>(job, [&](const auto& storage) {
+    const auto make = [&](std::uint32_t i) {
+      return Query(job.scene, load_ray(job, i), storage, make_filter<Choice>(job), make_primitives<Choice>(job));
+    };
+    const auto done = [&](std::uint32_t i, const Query& query) { job.answers[i] = make_answer(query.hit()); };
+    if constexpr (P::Schedule::kBatchOnly) {
+      trace_batch(job.count, job.next, make, done);
+    } else {
+      const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
+      if (i >= job.count) return;
+      Query query = make(i);
+      query.advance();
+      done(i, query);
+    }
+  });
+}
+
+template <class P, bool kAny, unsigned kBlock, unsigned kBlocks>
+void add_kernel(std::vector<GpuKernel>& kernels, const VariantName& name) {
+  using Place = typename P::StackPlace;
+  kernels.push_back({name, &trace_rays<P, kAny, kBlock, kBlocks>, kBlock, P::Schedule::kBatchOnly, Place::kSpill,
+                     Place::kOnChip, P::kFeatures});
+}
+
+}  // namespace hiprt::bench

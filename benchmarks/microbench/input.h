@@ -1,0 +1,57 @@
+#pragma once
+/// What is traced: trees from .bvh files, rays from .rays files or made from a tree.
+
+#include <hiprt_build/buffer.h>
+#include <hiprt_build/error.h>
+#include <hiprt_device/format/view.h>
+#include <hiprt_device/ray.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace hiprt::bench {
+
+/// SCENE.NAME.bvh, and the boxes of its custom primitives from SCENE.boxes (u32 count, count x 6 float32 {min, max}).
+struct Tree {
+  std::string scene;
+  std::string name;  ///< Of the tree among those of its scene: what is between the scene's name and ".bvh".
+  std::filesystem::path path;
+  build::Buffer buffer;
+  BufferView view;
+  std::vector<Box> boxes;  ///< By number within their geometry. Empty: the scene has no custom primitives.
+};
+
+/// The rays of one launch.
+struct RayBuffer {
+  std::string kind;
+  bool any_hit = false;
+  std::string origin;  ///< Where they come from and in which order they are, for people.
+  std::vector<Ray> rays;
+};
+
+/// All *.bvh of a folder by scene, or those of the named scenes.
+/// @return kInvalidInput if there is none, or none of a named scene.
+build::Result<std::vector<std::filesystem::path>> find_trees(const std::filesystem::path& folder,
+                                                             const std::vector<std::string>& scenes);
+/// The name before the first point.
+std::string scene_of(const std::filesystem::path& path);
+
+/// The file is checked to the last byte.
+build::Result<Tree> load_tree(const std::filesystem::path& path);
+
+/// folder/SCENE.KIND.rays.
+std::vector<std::filesystem::path> find_rays(const std::filesystem::path& folder, const std::string& scene);
+build::Result<RayBuffer> load_rays(const std::filesystem::path& path);
+
+struct PictureSize {
+  unsigned width = 1920, height = 1080;
+};
+
+/// Kinds primary, ao (any hit, at most a tenth of the scene's diagonal long), shadow (any hit, to a point below the
+/// middle of the top of the scene's bounds) and diffuse, traced on the CPU.
+/// @param camera_file of tools::parse_camera(); empty: tools::automatic_camera().
+build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const std::filesystem::path& camera_file,
+                                                const PictureSize& size);
+
+}  // namespace hiprt::bench

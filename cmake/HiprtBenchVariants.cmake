@@ -1,0 +1,207 @@
+# The kernels of bench_variants: which of the cross product of all axes are compiled, as generated .hip files, one per
+# layout and stack.
+#
+# A selection is "axis=value,value ..."; it stands for the cross product of its values, with the default (the first
+# value below that is marked *) for each axis that it does not name. "*" stands for all values of an axis.
+
+set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
+  "Kernels of bench_variants: 'small' (every value of every axis once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections such as 'layouts=planes,quantized schedules=batch16,postponed;stacks=*'")
+set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
+
+# Values and the C++ types behind them (benchmarks/microbench/gpu_kernel.h).
+set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
+set(hiprt_values_queries closest=false any=true)
+set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
+set(hiprt_values_stacks private=PrivatePlace shared=SharedPlace rolling=RollingPlace rolling-pool=RollingPoolPlace
+  global=GlobalPlace restart=RestartPlace)
+set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
+  batch16=WholeWave<16> batch20=WholeWave<20>)
+set(hiprt_values_tests accurate=AccurateTests fast=FastTests)
+set(hiprt_values_orders sorted=NearFirst nearest=NearestFirst stored=Unordered)
+set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMasks filter=WithFilter custom=WithCustom)
+set(hiprt_values_blocks 64x1 64x10 64x12 64x14 64x16 128x7 128x8)
+
+# What an axis is when a selection does not name it.
+set(hiprt_default_queries closest any)
+set(hiprt_default_layouts planes)
+set(hiprt_default_stacks private)
+set(hiprt_default_schedules batch16)
+set(hiprt_default_tests accurate)
+set(hiprt_default_orders usual)
+set(hiprt_default_features masks)
+set(hiprt_default_blocks 64x14)
+
+set(hiprt_selections_small
+  "layouts=float,half,quantized schedules=postponed queries=closest"
+  "stacks=shared,rolling,rolling-pool,global,restart schedules=postponed queries=any"
+  "schedules=immediate,batch8,batch16 queries=closest"
+  "tests=fast schedules=batch1 queries=any"
+  "orders=sorted schedules=batch20 queries=any"
+  "orders=nearest blocks=128x7 queries=closest"
+  "features=triangles,splits,filter,custom schedules=postponed queries=closest"
+  "features=custom schedules=batch16 queries=any")
+set(hiprt_selections_full
+  "layouts=* schedules=* tests=*"
+  "layouts=* stacks=* schedules=postponed,batch16"
+  "layouts=planes,quantized stacks=shared,rolling schedules=*"
+  "layouts=* schedules=postponed,batch16 orders=*"
+  "layouts=planes,quantized schedules=postponed,batch16 tests=fast orders=*"
+  "layouts=* schedules=postponed,batch16 features=*"
+  "layouts=planes,quantized schedules=postponed,batch1,batch16 blocks=*"
+  "layouts=planes,quantized stacks=rolling schedules=batch16 blocks=*")
+
+# hiprt_axis_type(<axis> <value> <variable>): the C++ type of a value, or an error that lists the values.
+function(hiprt_axis_type axis value variable)
+  foreach(pair IN LISTS hiprt_values_${axis})
+    if(pair MATCHES "^([^=]*)=(.*)$" AND CMAKE_MATCH_1 STREQUAL value)
+      set(${variable} "${CMAKE_MATCH_2}" PARENT_SCOPE)
+      return()
+    endif()
+  endforeach()
+  # Any number of threads, blocks and lanes will do.
+  if(axis STREQUAL "blocks" AND value MATCHES "^([0-9]+)x([0-9]+)$")
+    set(${variable} "${CMAKE_MATCH_1}, ${CMAKE_MATCH_2}" PARENT_SCOPE)
+  elseif(axis STREQUAL "schedules" AND value MATCHES "^batch([0-9]+)$")
+    set(${variable} "WholeWave<${CMAKE_MATCH_1}>" PARENT_SCOPE)
+  else()
+    message(FATAL_ERROR "HIPRT_BENCH_VARIANTS: no value '${value}' of ${axis} (values: ${hiprt_values_${axis}})")
+  endif()
+endfunction()
+
+# hiprt_read_selection(<text>): sets selected_<axis> for every axis.
+macro(hiprt_read_selection text)
+  foreach(axis IN LISTS hiprt_axes)
+    set(selected_${axis} ${hiprt_default_${axis}})
+  endforeach()
+  string(REPLACE " " ";" words "${text}")
+  foreach(word IN LISTS words)
+    if(NOT word MATCHES "^([a-z]+)=(.+)$" OR NOT CMAKE_MATCH_1 IN_LIST hiprt_axes)
+      message(FATAL_ERROR "HIPRT_BENCH_VARIANTS: '${word}' is not AXIS=VALUE,... (axes: ${hiprt_axes})")
+    endif()
+    set(axis ${CMAKE_MATCH_1})
+    if(CMAKE_MATCH_2 STREQUAL "*")
+      set(selected_${axis} ${hiprt_values_${axis}})
+      list(TRANSFORM selected_${axis} REPLACE "=.*" "")
+    else()
+      string(REPLACE "," ";" selected_${axis} "${CMAKE_MATCH_2}")
+    endif()
+  endforeach()
+endmacro()
+
+# hiprt_variant_line(<variable>): the C++ line for the values query, layout, stack, schedule, tests, order, features and
+# blocks of the caller; empty for what cannot be: a restart trail needs children in a stable order, and a closest hit
+# children by distance.
+function(hiprt_variant_line variable)
+  set(${variable} "" PARENT_SCOPE)
+  if(order STREQUAL "usual")
+    set(order stored)
+    if(query STREQUAL "closest")
+      set(order sorted)
+    endif()
+  endif()
+  if((query STREQUAL "closest" AND order STREQUAL "stored") OR (query STREQUAL "any" AND order STREQUAL "nearest") OR
+      (stack STREQUAL "restart" AND order STREQUAL "nearest"))
+    return()
+  endif()
+  hiprt_axis_type(queries ${query} any)
+  hiprt_axis_type(layouts ${layout} layout_type)
+  hiprt_axis_type(stacks ${stack} stack_type)
+  hiprt_axis_type(schedules ${schedule} schedule_type)
+  hiprt_axis_type(tests ${tests} tests_type)
+  hiprt_axis_type(orders ${order} order_type)
+  hiprt_axis_type(features ${features} features_type)
+  hiprt_axis_type(blocks ${blocks} bounds)
+  set(policies "VariantPolicies<${layout_type}, ${stack_type}, ${schedule_type}, ${tests_type}, ${order_type}, ${features_type}>")
+  set(name "\"${query}\", \"${layout}\", \"${tests}\", \"${stack}\", \"${schedule}\", \"${order}\", \"${features}\", \"${blocks}\"")
+  set(${variable} "  add_kernel<${policies}, ${any}, ${bounds}>(kernels, {${name}})" PARENT_SCOPE)
+endfunction()
+
+# hiprt_expand_selection(<text>): appends each line of the selection to lines_<layout>_<stack> of the caller, once.
+function(hiprt_expand_selection text)
+  hiprt_read_selection("${text}")
+  foreach(layout IN LISTS selected_layouts)
+    foreach(stack IN LISTS selected_stacks)
+      set(list lines_${layout}_${stack})
+      foreach(schedule IN LISTS selected_schedules)
+        foreach(tests IN LISTS selected_tests)
+          foreach(order IN LISTS selected_orders)
+            foreach(features IN LISTS selected_features)
+              foreach(blocks IN LISTS selected_blocks)
+                foreach(query IN LISTS selected_queries)
+                  hiprt_variant_line(line)
+                  list(APPEND ${list} "${line}")
+                endforeach()
+              endforeach()
+            endforeach()
+          endforeach()
+        endforeach()
+      endforeach()
+      list(REMOVE_DUPLICATES ${list})
+      list(REMOVE_ITEM ${list} "")
+      set(${list} "${${list}}" PARENT_SCOPE)
+    endforeach()
+  endforeach()
+endfunction()
+
+# hiprt_generate_variants(<folder> <variable>): writes <folder>/*.hip and <folder>/gpu_kernels.cpp, which has all of
+# them, for HIPRT_BENCH_VARIANTS; <variable> becomes the .hip files. Files that do not change keep their time.
+function(hiprt_generate_variants folder variable)
+  set(selections "${HIPRT_BENCH_VARIANTS}")
+  if(selections MATCHES "^(small|full)$")
+    set(selections "${hiprt_selections_${selections}}")
+  endif()
+  foreach(selection IN LISTS selections)
+    hiprt_expand_selection("${selection}")
+  endforeach()
+  set(files "")
+  set(declarations "")
+  set(calls "")
+  set(count 0)
+  foreach(layout_pair IN LISTS hiprt_values_layouts)
+    string(REGEX REPLACE "=.*" "" layout "${layout_pair}")
+    foreach(stack_pair IN LISTS hiprt_values_stacks)
+      string(REGEX REPLACE "=.*" "" stack "${stack_pair}")
+      set(lines "${lines_${layout}_${stack}}")
+      if(NOT lines)
+        continue()
+      endif()
+      list(LENGTH lines length)
+      math(EXPR count "${count} + ${length}")
+      string(MAKE_C_IDENTIFIER "add_${layout}_${stack}" function)
+      list(JOIN lines ";\n" body)
+      string(CONFIGURE [[
+// Made by cmake/HiprtBenchVariants.cmake.
+#include <benchmarks/microbench/gpu_kernel.h>
+
+namespace hiprt::bench {
+
+void @function@(std::vector<GpuKernel>& kernels) {
+@body@;
+}
+
+}  // namespace hiprt::bench
+]] text @ONLY)
+      set(file ${folder}/${layout}_${stack}.hip)
+      file(CONFIGURE OUTPUT ${file} CONTENT "${text}" @ONLY)
+      list(APPEND files ${file})
+      string(APPEND declarations "void ${function}(std::vector<GpuKernel>& kernels);\n")
+      string(APPEND calls "  ${function}(kernels);\n")
+    endforeach()
+  endforeach()
+  file(CONFIGURE OUTPUT ${folder}/gpu_kernels.cpp @ONLY CONTENT
+"// Made by cmake/HiprtBenchVariants.cmake.
+#include <benchmarks/microbench/gpu_kernels.h>
+
+namespace hiprt::bench {
+
+${declarations}
+std::vector<GpuKernel> gpu_kernels() {
+  std::vector<GpuKernel> kernels;
+${calls}  return kernels;
+}
+
+}  // namespace hiprt::bench
+")
+  message(STATUS "bench_variants: ${count} kernels (HIPRT_BENCH_VARIANTS)")
+  set(${variable} "${files}" PARENT_SCOPE)
+endfunction()
