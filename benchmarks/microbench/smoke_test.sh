@@ -1,0 +1,70 @@
+#!/bin/bash
+# smoke_test.sh BENCHMARKS PROGRAM SCENES: bench_variants and run_gpu on the CPU, on scenes of make_bench_scene. It fails
+# when a variant answers otherwise, when a wrong answer is not seen, or when a figure is missing. No time is judged.
+set -uo pipefail
+
+source=$1 program=$2 scenes=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+faults=0
+
+fault() {
+  echo "FAILED: $*"
+  faults=$((faults + 1))
+}
+# expect STATUS TEXT COMMAND...: the exit status, and some text of the output.
+expect() {
+  local status=$1 text=$2 output actual
+  shift 2
+  output=$("$@" 2>&1)
+  actual=$?
+  if [[ $actual -ne $status || $output != *"$text"* ]]; then
+    fault "$*: exit status $actual (wanted $status), output (wanted '$text'):"$'\n'"$output"
+  fi
+}
+# holds FILE TEXT...
+holds() {
+  local file=$1 text
+  shift
+  for text in "$@"; do
+    if ! grep -qF -- "$text" "$file"; then fault "$file does not hold '$text'"; fi
+  done
+}
+
+small=(--device=cpu --width=64 --height=36 --repetitions=2 --warm-up=1)
+expect 0 "usage: bench_variants" "$program" --help
+expect 0 "| closest | quantized | " "$program" --device=cpu --list
+expect 0 "Results: " "$source/run_gpu" "--scenes=$scenes" "--program=$program" "--output=$work/results" --commit=abc \
+  -- "${small[@]}"
+holds "$work/results/variants.json" '"commit": "abc"' '"scene": "procedural_boxes"' '"kind": "diffuse"' \
+  '"instructions"' '"bytes_per_triangle"' '"builder": "sah"' '"tests": "fast"' '"wrong_rays": 0' '"faults": []'
+holds "$work/results/tables.md" '## procedural.half: half' '| quantized accurate private immediate usual masks 1x1'
+holds "$work/results/variants.md" '## What accuracy costs' '## What features cost'
+holds "$work/results/kernels.md" '| registers |'
+expect 1 "exists already" "$source/run_gpu" "--scenes=$scenes" "--program=$program" "--output=$work/results"
+expect 2 "unknown argument" "$source/run_gpu" --unknown
+
+# Flags choose variants, and refuse what is not there.
+expect 0 "1296 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
+  --kinds=primary --device=cpu --width=48 --height=27 --repetitions=1
+expect 2 "--layouts=octree: no compiled variant has it" "$program" "${small[@]}" "--scenes=$scenes" --layouts=octree
+expect 2 "unknown argument '--unknown'" "$program" --unknown
+expect 2 "--device=tpu" "$program" --device=tpu --list
+expect 2 "either --scenes or --bvh" "$program" "${small[@]}"
+expect 1 "has no nothing.*.bvh" "$program" "${small[@]}" "--scenes=$scenes" --scene=nothing
+expect 1 "nothing was measured" "$program" "${small[@]}" "--bvh=$scenes/procedural.float.bvh" --layouts=planes
+printf 'damaged' >"$work/bad.float.bvh"
+expect 1 "bad.float.bvh" "$program" "${small[@]}" "--bvh=$work/bad.float.bvh"
+# A tree of other triangles under the same name gives other answers.
+cp "$scenes/procedural.float.bvh" "$work/mixed.float.bvh"
+cp "$scenes/other/procedural.planes.bvh" "$work/mixed.planes.bvh"
+expect 1 "mixed.planes primary: closest planes accurate private immediate sorted masks 1x1: other answers than" \
+  "$program" "${small[@]}" "--scenes=$work" --scene=mixed --features=masks
+# Boxes that are not those of the file.
+cp "$scenes/procedural_boxes.float.bvh" "$work/boxes.float.bvh"
+expect 1 "boxes.boxes" "$program" "${small[@]}" "--bvh=$work/boxes.float.bvh"
+cp "$scenes/other/procedural_boxes.boxes" "$work/boxes.boxes"
+expect 1 "custom primitives of type 0, but" "$program" "${small[@]}" "--bvh=$work/boxes.float.bvh"
+
+echo "$faults faults"
+exit $((faults != 0))
