@@ -35,7 +35,8 @@ class Row:
         self.bytes_per_triangle = {}
 
     def name(self):
-        return " ".join(self.key)
+        """The tree's name is left out where it says no more than the layout."""
+        return " ".join(self.key[1:] if self.axes["tree"] == self.axes["layout"] else self.key)
 
     def ratios(self, reference, kinds=None):
         """(scene, kind) -> times the reference, where both have a figure."""
@@ -88,8 +89,10 @@ class Runs:
     def scenes(self):
         return sorted({cell[0] for row in self.rows.values() for cell in row.speeds})
 
-    def kinds(self):
-        found = {cell[1] for row in self.rows.values() for cell in row.speeds}
+    def kinds(self, scene=None):
+        """Of one scene, or of all."""
+        cells = {cell for row in self.rows.values() for cell in row.speeds}
+        found = {cell[1] for cell in cells if scene in (None, cell[0])}
         return [kind for kind in KINDS if kind in found] + sorted(found - set(KINDS))
 
 
@@ -260,12 +263,13 @@ def save(figure, folder, name):
 
 def plot_scene(plt, runs, scene, folder, most):
     """Bars: Mrays/s by kind of the best variants of a scene."""
-    kinds = runs.kinds()
+    kinds = runs.kinds(scene)
     rows = [row for row in runs.rows.values() if any(cell[0] == scene for cell in row.speeds)]
     rows.sort(key=lambda row: -geometric_mean(v for cell, v in row.speeds.items() if cell[0] == scene))
     rows = rows[:most][::-1]
-    figure, axes = plt.subplots(1, len(kinds), sharey=True, figsize=(3 * len(kinds) + 4, 0.28 * len(rows) + 1.5))
-    for axis, kind in zip([axes] if len(kinds) == 1 else axes, kinds):
+    size = (3 * len(kinds) + 4, 0.28 * len(rows) + 1.5)
+    figure, axes = plt.subplots(1, len(kinds), sharey=True, figsize=size, squeeze=False)
+    for axis, kind in zip(axes[0], kinds):
         colors = ["tab:blue" if row.axes["tests"] == "accurate" else "tab:orange" for row in rows]
         axis.barh([row.name() for row in rows], [row.speeds.get((scene, kind), 0) for row in rows], color=colors)
         axis.set_title(kind)
@@ -301,13 +305,16 @@ def plot_memory(plt, runs, folder):
                 if where == scene and row.axes["tests"] == "accurate":
                     point = (row.bytes_per_triangle[scene], speed, row.axes["tree"])
                     best[(kind, point[2])] = max(point, best.get((kind, point[2]), point), key=lambda p: p[1])
-        for kind in runs.kinds():
+        for kind in runs.kinds(scene):
             points = sorted(point for (k, _), point in best.items() if k == kind)
-            axis.plot([p[0] for p in points], [p[1] for p in points], "o-", label=kind)
+            axis.plot([p[0] for p in points], [p[1] for p in points], "o", label=kind)
+            for place, speed, tree in points:
+                axis.annotate(tree, (place, speed), fontsize=6, xytext=(4, 2), textcoords="offset points")
+        axis.margins(x=0.25)
+        axis.legend(fontsize=6)
         axis.set_title(scene)
         axis.set_xlabel("bytes per triangle")
         axis.set_ylabel("Mrays/s")
-    axes[0][0].legend(fontsize=7)
     figure.tight_layout()
     save(figure, folder, "speed_and_memory")
     plt.close(figure)

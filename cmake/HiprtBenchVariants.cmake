@@ -143,33 +143,10 @@ function(hiprt_expand_selection text)
   endforeach()
 endfunction()
 
-# hiprt_generate_variants(<folder> <variable>): writes <folder>/*.hip and <folder>/gpu_kernels.cpp, which has all of
-# them, for HIPRT_BENCH_VARIANTS; <variable> becomes the .hip files. Files that do not change keep their time.
-function(hiprt_generate_variants folder variable)
-  set(selections "${HIPRT_BENCH_VARIANTS}")
-  if(selections MATCHES "^(small|full)$")
-    set(selections "${hiprt_selections_${selections}}")
-  endif()
-  foreach(selection IN LISTS selections)
-    hiprt_expand_selection("${selection}")
-  endforeach()
-  set(files "")
-  set(declarations "")
-  set(calls "")
-  set(count 0)
-  foreach(layout_pair IN LISTS hiprt_values_layouts)
-    string(REGEX REPLACE "=.*" "" layout "${layout_pair}")
-    foreach(stack_pair IN LISTS hiprt_values_stacks)
-      string(REGEX REPLACE "=.*" "" stack "${stack_pair}")
-      set(lines "${lines_${layout}_${stack}}")
-      if(NOT lines)
-        continue()
-      endif()
-      list(LENGTH lines length)
-      math(EXPR count "${count} + ${length}")
-      string(MAKE_C_IDENTIFIER "add_${layout}_${stack}" function)
-      list(JOIN lines ";\n" body)
-      string(CONFIGURE [[
+# hiprt_write_kernels(<file> <function> <line>...): a .hip file with the function, which adds the kernels of the lines.
+function(hiprt_write_kernels file function)
+  list(JOIN ARGN ";\n" body)
+  file(CONFIGURE OUTPUT ${file} @ONLY CONTENT [[
 // Made by cmake/HiprtBenchVariants.cmake.
 #include <benchmarks/microbench/gpu_kernel.h>
 
@@ -180,28 +157,61 @@ void @function@(std::vector<GpuKernel>& kernels) {
 }
 
 }  // namespace hiprt::bench
-]] text @ONLY)
-      set(file ${folder}/${layout}_${stack}.hip)
-      file(CONFIGURE OUTPUT ${file} CONTENT "${text}" @ONLY)
-      list(APPEND files ${file})
-      string(APPEND declarations "void ${function}(std::vector<GpuKernel>& kernels);\n")
-      string(APPEND calls "  ${function}(kernels);\n")
-    endforeach()
+]])
+endfunction()
+
+# hiprt_write_kernel_list(<file> <function>...): gpu_kernels(), which calls the functions.
+function(hiprt_write_kernel_list file)
+  set(declarations "")
+  set(calls "")
+  foreach(function IN LISTS ARGN)
+    string(APPEND declarations "void ${function}(std::vector<GpuKernel>& kernels);\n")
+    string(APPEND calls "  ${function}(kernels);\n")
   endforeach()
-  file(CONFIGURE OUTPUT ${folder}/gpu_kernels.cpp @ONLY CONTENT
-"// Made by cmake/HiprtBenchVariants.cmake.
+  file(CONFIGURE OUTPUT ${file} @ONLY CONTENT [[
+// Made by cmake/HiprtBenchVariants.cmake.
 #include <benchmarks/microbench/gpu_kernels.h>
 
 namespace hiprt::bench {
 
-${declarations}
+@declarations@
 std::vector<GpuKernel> gpu_kernels() {
   std::vector<GpuKernel> kernels;
-${calls}  return kernels;
+@calls@  return kernels;
 }
 
 }  // namespace hiprt::bench
-")
+]])
+endfunction()
+
+# hiprt_generate_variants(<folder> <variable>): writes <folder>/LAYOUT_STACK.hip and <folder>/gpu_kernels.cpp, which has
+# all of them, for HIPRT_BENCH_VARIANTS; <variable> becomes the .hip files. Files that do not change keep their time.
+function(hiprt_generate_variants folder variable)
+  set(selections "${HIPRT_BENCH_VARIANTS}")
+  if(selections MATCHES "^(small|full)$")
+    set(selections "${hiprt_selections_${selections}}")
+  endif()
+  foreach(selection IN LISTS selections)
+    hiprt_expand_selection("${selection}")
+  endforeach()
+  set(files "")
+  set(functions "")
+  set(all "")
+  foreach(layout IN LISTS hiprt_values_layouts)
+    foreach(stack IN LISTS hiprt_values_stacks)
+      string(REGEX REPLACE "=.*" "" name "${layout}")
+      string(REGEX REPLACE "^(.*)=.*" "${name}_\\1" name "${stack}")
+      if(lines_${name})
+        string(MAKE_C_IDENTIFIER "add_${name}" function)
+        hiprt_write_kernels(${folder}/${name}.hip ${function} ${lines_${name}})
+        list(APPEND files ${folder}/${name}.hip)
+        list(APPEND functions ${function})
+        list(APPEND all ${lines_${name}})
+      endif()
+    endforeach()
+  endforeach()
+  hiprt_write_kernel_list(${folder}/gpu_kernels.cpp ${functions})
+  list(LENGTH all count)
   message(STATUS "bench_variants: ${count} kernels (HIPRT_BENCH_VARIANTS)")
   set(${variable} "${files}" PARENT_SCOPE)
 endfunction()
