@@ -38,6 +38,7 @@ HIPRT_HD HIPRT_INLINE void finish_writes() {
 #endif
 }
 
+/// Gives back a lock that try_lock() took: what this thread wrote can then be read by the next holder.
 HIPRT_HD HIPRT_INLINE void unlock(std::uint32_t* lock) {
 #if HIPRT_DEVICE_CODE
   __threadfence();

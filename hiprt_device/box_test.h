@@ -12,6 +12,7 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// |a|, the larger of two, and the largest magnitude of a vector's components. NaN: see larger() in lanes.h.
 HIPRT_HD HIPRT_INLINE float absolute(float a) {
   return std::bit_cast<float>(std::bit_cast<std::uint32_t>(a) << 1 >> 1);
 }

@@ -8,6 +8,7 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// Counts nothing, at no cost.
 struct NoCounter {
   HIPRT_HD HIPRT_INLINE void on_boxes() {}
   HIPRT_HD HIPRT_INLINE void on_leaf(unsigned) {}

@@ -31,6 +31,7 @@ concept IntersectionFilter = requires(const T& filter, const Ray& ray, const Hit
   { filter(ray, hit) } -> std::same_as<FilterAnswer>;
 };
 
+/// Every hit counts; costs nothing.
 struct NoFilter {
   HIPRT_HD constexpr FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
 };

@@ -249,6 +249,7 @@ struct SimdLanes {
   static HIPRT_INLINE float get(Float a, unsigned i) { return a[i]; }
 };
 
+/// What this machine is fastest with; the hits are those of every other.
 using DefaultLanes = SimdLanes;
 #else
 using DefaultLanes = ArrayLanes;

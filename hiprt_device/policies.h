@@ -37,6 +37,8 @@ concept SortingBoxTest = BoxTest<T> &&
   { T::template intersect<Layout>(scene, node, ray, slabs, limit) } -> std::same_as<SortedChildren>;
 };
 
+/// A ray prepared once, and intersect(): calls accept(candidate, 0 or 1) for each of a leaf's triangles that the line
+/// meets, at any t, until it returns false; returns false then.
 template <class T, class Layout, class Lanes>
 concept TriangleTest = requires(const typename Layout::Leaf& leaf, const LeafInfo& info,
                                 const typename T::template PreparedRay<Lanes>& ray,
@@ -44,6 +46,7 @@ concept TriangleTest = requires(const typename Layout::Leaf& leaf, const LeafInf
   { T::template intersect<Lanes>(leaf, info, ray, accept) } -> std::same_as<bool>;
 };
 
+/// Is told of every four-box test, and of every leaf test with the number of its triangles (1 or 2).
 template <class T>
 concept WorkCounting = requires(T counter) {
   counter.on_boxes();

@@ -32,11 +32,13 @@ HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::
   return hit;
 }
 
+/// The same without the counter.
 template <class P>
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
   return ClosestHit<P>(scene, ray, storage).next_hit();
 }
 
+/// The same without the counter.
 template <class P>
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
   return AnyHit<P>(scene, ray, storage).next_hit();
@@ -46,12 +48,14 @@ HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, const typena
 template <class Stack>
 concept OwnedStack = std::constructible_from<typename Stack::Storage, typename Stack::Memory&>;
 
+/// The same with a stack of the function's own.
 template <class P> HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
+/// The same with a stack of the function's own.
 template <class P> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
@@ -83,6 +87,7 @@ HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
                                    [&](auto layout) { return closest_hit<Policies<decltype(layout)>>(scene, ray); });
 }
 
+/// As closest_hit(); without normal and error.
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
   return query_detail::with_layout(scene, [&](auto layout) { return any_hit<Policies<decltype(layout)>>(scene, ray); });
 }

@@ -50,6 +50,7 @@ template <unsigned kFetchBelow = 12, unsigned kSearchAbove = 4> struct WholeWave
   }
 };
 
+/// What Policies::Schedule must be: one of the above.
 template <class T>
 concept TraversalSchedule = requires {
   { T::kTogether } -> std::convertible_to<bool>;

@@ -14,9 +14,11 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// sorts by distance, ties by reference. Orders without distances keep bare node references on the stack.
 using StackEntry = std::uint64_t;
 
+/// @param enter t at which the ray enters the node's box: 0 or more, and not -0.
 HIPRT_HD HIPRT_INLINE StackEntry make_entry(float enter, NodeRef ref) {
   return static_cast<StackEntry>(std::bit_cast<std::uint32_t>(enter)) << 32 | ref;
 }
+/// What an entry was made from.
 HIPRT_HD HIPRT_INLINE float entry_distance(StackEntry entry) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32));
 }
@@ -101,6 +103,7 @@ concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> 
   { T::template Backtrack<StackEntry>::kNeedsStableOrder } -> std::convertible_to<bool>;
 };
 
+/// What Policies::Stack must be.
 template <class T>
 concept TraversalStack = PlainStack<T> || BacktrackingStack<T>;
 

@@ -21,6 +21,7 @@
 
 namespace hiprt {
 
+/// Three floats x, y, z; also v[0] to v[2], which on a GPU moves to memory what it indexes at run time.
 using Vec3 = glm::vec3;
 
 }  // namespace hiprt

@@ -21,6 +21,7 @@ HIPRT_HD HIPRT_INLINE unsigned wave_size() {
 #endif
 }
 
+/// This lane's number in its wave, below wave_size().
 HIPRT_HD HIPRT_INLINE unsigned lane_index() {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return static_cast<unsigned>(__lane_id());
@@ -65,6 +66,7 @@ HIPRT_HD HIPRT_INLINE bool group_any(LaneMask lanes, bool condition) {
 #endif
 }
 
+/// Bits that are set.
 HIPRT_HD HIPRT_INLINE unsigned lane_count(LaneMask lanes) {
 #if HIPRT_DEVICE_CODE
   return static_cast<unsigned>(__popcll(lanes));

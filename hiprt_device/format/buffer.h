@@ -18,6 +18,7 @@ namespace hiprt {
 static_assert(std::endian::native == std::endian::little,
               "BVH files are little-endian and are used without conversion");
 
+/// How a file begins, and the multiples of bytes at which its sections and the file itself lie in memory.
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
 inline constexpr std::uint16_t kVersionMinor = 1;

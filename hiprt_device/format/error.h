@@ -94,6 +94,7 @@ inline constexpr const char* kFormatErrorNames[] = {
 static_assert(std::size(kFormatErrorNames) == kFormatErrors);
 }  // namespace format_detail
 
+/// @return a string literal.
 inline const char* name(FormatError error) { return format_detail::kFormatErrorNames[static_cast<std::size_t>(error)]; }
 
 }  // namespace hiprt

@@ -9,6 +9,7 @@
 
 namespace hiprt {
 
+/// Bits of +inf and -inf.
 inline constexpr std::uint16_t kHalfInfinity = 0x7c00;
 inline constexpr std::uint16_t kHalfNegativeInfinity = 0xfc00;
 

@@ -52,6 +52,7 @@ template <class NodeRecord> struct StoredChildFlags {
 
 }  // namespace layout_detail
 
+/// Boxes as they are computed, one after the other; as the ray instructions of AMD read them.
 struct FloatLayout : layout_detail::FloatLeaves, layout_detail::StoredChildFlags<FloatBoxNode> {
   static constexpr NodeLayout kId = NodeLayout::kFloat;
   static constexpr NodeType kBoxType = NodeType::kBox32;
@@ -65,6 +66,7 @@ struct FloatLayout : layout_detail::FloatLeaves, layout_detail::StoredChildFlags
   }
 };
 
+/// The same boxes by planes, four children side by side. The default.
 struct PlanesLayout : layout_detail::PlanesLeaves, layout_detail::StoredChildFlags<PlanesBoxNode> {
   static constexpr NodeLayout kId = NodeLayout::kPlanes;
   static constexpr NodeType kBoxType = NodeType::kBox32;

@@ -34,6 +34,7 @@ enum class NodeType : std::uint32_t {
 /// Node reference = (byte offset from the start of the file / 64) << 3 | NodeType.
 using NodeRef = std::uint32_t;
 
+/// No child, no id; and the bytes that a node reference counts in.
 inline constexpr NodeRef kInvalidRef = 0xffffffffu;
 inline constexpr std::uint32_t kInvalidId = 0xffffffffu;
 inline constexpr std::uint64_t kNodeGranularity = 64;
@@ -111,6 +112,7 @@ struct LeafInfo {
   std::uint32_t triangle_ids;        ///< One triangle-id byte per primitive (byte 0, byte 1); see TriangleId.
 };
 
+/// Of LeafInfo::geometry_and_flags.
 inline constexpr std::uint32_t kLastInRun = 0x80000000u;
 inline constexpr std::uint32_t kGeometryMask = 0x0fffffffu;
 /// Geometries a leaf can name.

@@ -23,6 +23,7 @@ HIPRT_HD constexpr float quantized_scale(std::uint8_t exponent) {
 HIPRT_HD constexpr std::uint32_t children_mask(std::uint8_t children) { return children & 0xfu; }
 HIPRT_HD constexpr unsigned children_order_axis(std::uint8_t children) { return children >> 4 & 3u; }
 
+/// Whether no point is in it; true if a coordinate is NaN.
 HIPRT_HD constexpr bool is_empty(const Box& box) {
   return !(box.min[0] <= box.max[0] && box.min[1] <= box.max[1] && box.min[2] <= box.max[2]);
 }
@@ -86,6 +87,7 @@ HIPRT_HD constexpr bool quantize_axis(QuantizedBoxNode& node, const Box (&boxes)
 
 }  // namespace quantize_detail
 
+/// Finite boxes only: rounded, it may overflow to infinity beyond half of the largest float.
 HIPRT_HD constexpr float twice_center(const Box& box, unsigned axis) { return box.min[axis] + box.max[axis]; }
 
 /// The axis along which the centres of the boxes that are not empty spread most; of equal ones the first.
