@@ -12,8 +12,6 @@
 namespace hiprt::tools {
 namespace {
 
-/// Rays of a part: enough to fill a GPU many times over, in 150 MB with their hits.
-constexpr std::size_t kPart = std::size_t{1} << 21;
 /// Bytes for the stacks of all threads; of deeper trees fewer threads run.
 constexpr std::size_t kSpillLimit = std::size_t{1} << 30;
 
@@ -38,6 +36,7 @@ struct Launch {
 struct GpuTracer::State {
   explicit State(gpu::Stopwatch stopwatch) : watch(std::move(stopwatch)) {}
 
+  GpuTracerOptions options;
   gpu::DeviceAllocator allocator;
   gpu::Device device;
   std::string device_name;
@@ -120,7 +119,7 @@ build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::sp
   return seconds;
 }
 
-build::Result<GpuTracer> GpuTracer::make(const BufferView& view) {
+build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracerOptions& options) {
   auto device = usable_device();
   if (!device) return tl::unexpected(std::move(device.error()));
   auto watch = gpu::Stopwatch::make();
@@ -128,6 +127,7 @@ build::Result<GpuTracer> GpuTracer::make(const BufferView& view) {
   auto state = std::make_unique<State>(std::move(*watch));
   auto scene = gpu::upload_scene(view, nullptr, state->allocator);
   if (!scene) return tl::unexpected(std::move(scene.error()));
+  state->options = options;
   state->device_name = device->name + ", " + device->architecture;
   state->device = std::move(*device);
   state->scene = std::move(*scene);
@@ -146,12 +146,13 @@ build::Result<double> GpuTracer::trace(Query query, const TracePolicies& policie
   if (rays.empty()) return 0.0;
   const auto launch = state_->plan(query, policies);
   if (!launch) return tl::unexpected(launch.error());
-  if (auto reserved = state_->reserve(*launch, std::min(kPart, rays.size())); !reserved)
+  const std::size_t most = state_->options.rays_at_once;
+  if (auto reserved = state_->reserve(*launch, std::min(most, rays.size())); !reserved)
     return tl::unexpected(std::move(reserved.error()));
   double seconds = 0;
-  for (std::size_t begin = 0; begin < rays.size(); begin += kPart) {
+  for (std::size_t begin = 0; begin < rays.size(); begin += most) {
     if (interrupted()) return gpu::fail(gpu::ErrorCode::kCancelled, "cancelled");
-    const std::size_t count = std::min(kPart, rays.size() - begin);
+    const std::size_t count = std::min(most, rays.size() - begin);
     const auto part = state_->trace_part(*launch, rays.subspan(begin, count), hits.subspan(begin, count));
     if (!part) return part;
     seconds += *part;

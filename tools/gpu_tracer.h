@@ -5,11 +5,17 @@
 
 #include <hiprt_build/error.h>
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <string>
 
 namespace hiprt::tools {
+
+struct GpuTracerOptions {
+  /// Rays of a part, more than 0. The default fills a GPU many times over and takes 150 MB with the hits.
+  std::size_t rays_at_once = std::size_t{1} << 21;
+};
 
 /// A scene on the process's current GPU. One thread at a time may use it.
 class GpuTracer {
@@ -18,7 +24,7 @@ class GpuTracer {
   /// @param view of a file that validate() accepts.
   /// @return kNoDevice: this build has no GPU code, there is no GPU, or its architecture is not among those that the
   /// code was compiled for; kOutOfMemory with the bytes wanted and free; kGpu.
-  static build::Result<GpuTracer> make(const BufferView& view);
+  static build::Result<GpuTracer> make(const BufferView& view, const GpuTracerOptions& options = {});
 
   GpuTracer(GpuTracer&&) noexcept;
   GpuTracer& operator=(GpuTracer&&) noexcept;

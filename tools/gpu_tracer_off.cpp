@@ -8,7 +8,7 @@ struct GpuTracer::State {
   std::string device_name;
 };
 
-build::Result<GpuTracer> GpuTracer::make(const BufferView&) {
+build::Result<GpuTracer> GpuTracer::make(const BufferView&, const GpuTracerOptions&) {
   return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build (" HIPRT_GPU_REASON ")"});
 }
 

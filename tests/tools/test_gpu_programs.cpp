@@ -1,0 +1,127 @@
+/// bvhtrace and bvhrender on a GPU give the files that they give on the CPU.
+
+#include "run_command.h"
+#include "temp_folder.h"
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/file.h>
+#include <tests/gpu/random_scene.h>
+#include <tools/names.h>
+#include <tools/rays_file.h>
+
+#include <catch2/catch.hpp>
+#include <nlohmann/json.hpp>
+
+#include <cstdlib>
+
+using namespace hiprt;
+using namespace hiprt::test;
+using Catch::Contains;
+using nlohmann::json;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 73;
+
+std::string write_scene(const TempFolder& folder, NodeLayout layout) {
+  const auto bvh = build::build(oracle::views(checks::random_meshes(kSeed)), {.nodes = layout});
+  REQUIRE(bvh.has_value());
+  REQUIRE(build::write_file(folder / "a.bvh", bvh->buffer.bytes()).has_value());
+  return folder / "a.bvh";
+}
+
+std::string write_rays(const TempFolder& folder) {
+  const auto meshes = checks::random_meshes(kSeed);
+  oracle::Random random(kSeed);
+  std::vector<Ray> rays(3000);
+  for (Ray& ray : rays) ray = checks::random_ray(meshes, random);
+  REQUIRE(tools::write_rays(folder / "r.rays", false, rays).has_value());
+  return folder / "r.rays";
+}
+
+/// Runs a program with --json, which must succeed.
+json run_well(std::vector<std::string> arguments) {
+  arguments.push_back("--json");
+  const CommandResult result = run(std::move(arguments));
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  json value = json::parse(result.out, nullptr, false);
+  REQUIRE(!value.is_discarded());
+  return value;
+}
+
+}  // namespace
+
+TEST_CASE("bvhtrace: the hit file of a GPU is the CPU's, in every layout, for closest and any hit") {
+  const TempFolder folder;
+  const std::string rays = write_rays(folder), hits = folder / "h.hits";
+  for (const auto& [name, layout] : tools::kLayouts) {
+    const std::string scene = write_scene(folder, layout);
+    for (const std::string query : {"closest", "any"}) {
+      CAPTURE(name, query);
+      const std::vector<std::string> command{HIPRT_BVHTRACE, scene,     "--rays", rays,      "--hits",
+                                             hits,           "--query", query,    "--device"};
+      const auto on = [&](const std::string& device) {
+        std::vector<std::string> arguments = command;
+        arguments.push_back(device);
+        return run_well(arguments);
+      };
+      const json cpu = on("cpu");
+      const std::string expected = read_file(hits);
+      const json gpu = on("gpu");
+      CHECK((read_file(hits) == expected));
+      CHECK(cpu["device"] == "cpu");
+      CHECK(gpu["device"] == "gpu");
+      CHECK_THAT(gpu["device_name"].get<std::string>(), Contains(std::getenv("HIPRT_TEST_GPU_ARCH")));
+      CHECK(gpu["hits"] == cpu["hits"]);
+      CHECK(gpu["hits"] > 1000);
+      CHECK(gpu["median_seconds"] > 0);
+    }
+  }
+}
+
+TEST_CASE("bvhtrace and bvhrender: auto is the GPU") {
+  const TempFolder folder;
+  const std::string scene = write_scene(folder, NodeLayout::kPlanes), rays = write_rays(folder);
+  CHECK(run_well({HIPRT_BVHTRACE, scene, "--rays", rays, "--hits", folder / "h.hits"})["device"] == "gpu");
+  CHECK_THAT(run({HIPRT_BVHTRACE, scene, "--rays", rays, "--hits", folder / "h.hits"}).out, Contains("gpu "));
+  const std::vector<std::string> picture{HIPRT_BVHRENDER, scene, "-o", folder / "a.png", "--size", "8x8", "--spp", "1"};
+  CHECK(run_well(picture)["device"] == "gpu");
+}
+
+TEST_CASE("bvhrender: the pictures of a GPU are the CPU's") {
+  const TempFolder folder;
+  const std::string scene = write_scene(folder, NodeLayout::kPlanes);
+  // From inside the star, where every ray hits: batches of shadow rays as large as those of primary rays.
+  const std::vector<std::string> command{
+      HIPRT_BVHRENDER, scene, "-o",       folder / "a.exr",           "-o",      folder / "a.png", "--size", "80x60",
+      "--spp",         "2",   "--camera", "0,0,0/0.1,0.2,1/0,1,0/60", "--device"};
+  const auto on = [&](const std::string& device) {
+    std::vector<std::string> arguments = command;
+    arguments.push_back(device);
+    return run_well(arguments);
+  };
+  const json cpu = on("cpu");
+  const std::string exr = read_file(folder / "a.exr"), png = read_file(folder / "a.png");
+  const json gpu = on("gpu");
+  CHECK((read_file(folder / "a.exr") == exr));
+  CHECK((read_file(folder / "a.png") == png));
+  CHECK(cpu["rays_on_gpu"] == 0);
+  CHECK(gpu["primary_rays"] == 3 * 80 * 60);
+  CHECK(gpu["shadow_rays"] == cpu["shadow_rays"]);
+  // All but the rays through the centres, whose tests the EXR file counts.
+  CHECK(gpu["rays_on_gpu"] == gpu["primary_rays"].get<int>() - 80 * 60 + gpu["shadow_rays"].get<int>());
+}
+
+TEST_CASE("bvhrender: a heatmap is the CPU's work, and --device gpu says so") {
+  const TempFolder folder;
+  const std::string scene = write_scene(folder, NodeLayout::kPlanes);
+  const std::vector<std::string> command{HIPRT_BVHRENDER, scene,   "-o",     folder / "a.png",
+                                         "--size",        "64x64", "--mode", "heatmap"};
+  CHECK(run_well(command)["device"] == "cpu");
+  std::vector<std::string> refused = command;
+  refused.insert(refused.end(), {"--device", "gpu"});
+  const CommandResult result = run(refused);
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Contains("heatmap counts tests, which only the CPU does"));
+}

@@ -1,0 +1,137 @@
+/// GpuTracer gives what trace() gives, bit for bit.
+
+#include <hiprt_build/build.h>
+#include <tests/gpu/random_scene.h>
+#include <tools/gpu_tracer.h>
+#include <tools/names.h>
+#include <tools/progress.h>
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <csignal>
+#include <cstdlib>
+
+using namespace hiprt;
+using namespace hiprt::tools;
+using Catch::Contains;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 71;
+
+struct TestScene {
+  build::Bvh bvh;
+  BufferView view;
+};
+
+TestScene random_scene(NodeLayout layout) {
+  auto bvh = build::build(oracle::views(checks::random_meshes(kSeed)), {.nodes = layout});
+  REQUIRE(bvh.has_value());
+  TestScene scene{std::move(*bvh), {}};
+  scene.view = *open_buffer(std::as_const(scene.bvh.buffer).bytes());
+  return scene;
+}
+
+std::vector<Ray> random_rays(std::size_t count) {
+  const auto meshes = checks::random_meshes(kSeed);
+  oracle::Random random(kSeed);
+  std::vector<Ray> rays(count);
+  for (Ray& ray : rays) ray = checks::random_ray(meshes, random);
+  return rays;
+}
+
+GpuTracer gpu_tracer(const BufferView& view, const GpuTracerOptions& options = {}) {
+  auto tracer = GpuTracer::make(view, options);
+  INFO((tracer ? "" : tracer.error().message));
+  REQUIRE(tracer.has_value());
+  return std::move(*tracer);
+}
+
+/// Bits, so that NaN is equal to itself and 0 is not -0.
+bool same(const Hit& a, const Hit& b) {
+  using Words = std::array<std::uint32_t, sizeof(Hit) / 4>;
+  return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
+}
+
+/// @return how many of the rays hit.
+std::size_t compare(const TestScene& scene, Query query, const TracePolicies& policies) {
+  const std::vector<Ray> rays = random_rays(4000);
+  std::vector<Hit> cpu(rays.size()), gpu(rays.size());
+  trace(make_scene_view(scene.view), query, policies, rays, cpu);
+  GpuTracer tracer = gpu_tracer(scene.view);
+  const auto seconds = tracer.trace(query, policies, rays, gpu);
+  INFO((seconds ? "" : seconds.error().message));
+  REQUIRE(seconds.has_value());
+  std::size_t different = 0, found = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    different += same(cpu[i], gpu[i]) ? 0 : 1;
+    found += cpu[i].found() ? 1 : 0;
+  }
+  CHECK(different == 0);
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("a GPU's hits are the CPU's in every layout, for closest and any hit") {
+  for (const auto& [name, layout] : kLayouts) {
+    CAPTURE(name);
+    const TestScene scene = random_scene(layout);
+    const std::size_t closest = compare(scene, Query::kClosest, {}), any = compare(scene, Query::kAny, {});
+    CHECK(closest == any);
+    CHECK(closest > 1000);
+    CHECK(closest < 4000);
+  }
+}
+
+TEST_CASE("a GPU's hits are the CPU's with the fast triangle test and with plain boxes") {
+  const TestScene scene = random_scene(NodeLayout::kFloat);
+  CHECK(compare(scene, Query::kClosest, {TriangleTestKind::kFast, BoxTestKind::kConservative}) > 1000);
+  CHECK(compare(scene, Query::kClosest, {TriangleTestKind::kWatertight, BoxTestKind::kPlain}) > 1000);
+}
+
+TEST_CASE("a batch in parts is the batch, with progress; no rays are no work; Ctrl-C ends it between parts") {
+  const TestScene scene = random_scene(NodeLayout::kPlanes);
+  const std::vector<Ray> rays = random_rays(2500);
+  std::vector<Hit> cpu(rays.size()), gpu(rays.size());
+  trace(make_scene_view(scene.view), Query::kClosest, {}, rays, cpu);
+  GpuTracer tracer = gpu_tracer(scene.view, {.rays_at_once = 1000});
+  std::vector<double> done;
+  REQUIRE(tracer.trace(Query::kClosest, {}, rays, gpu, [&](double part) { done.push_back(part); }).has_value());
+  CHECK(done == std::vector<double>{0.4, 0.8, 1.0});
+  CHECK(std::equal(cpu.begin(), cpu.end(), gpu.begin(), same));
+  CHECK(tracer.trace(Query::kClosest, {}, {}, {}) == 0.0);
+  CHECK_THAT(tracer.device_name(), Contains(std::getenv("HIPRT_TEST_GPU_ARCH")));
+
+  const InterruptGuard guard;
+  std::vector<double> before;
+  const auto cancelled = tracer.trace(Query::kClosest, {}, rays, gpu, [&](double part) {
+    before.push_back(part);
+    std::raise(SIGINT);
+  });
+  REQUIRE_FALSE(cancelled.has_value());
+  CHECK(cancelled.error().code == build::ErrorCode::kCancelled);
+  CHECK(before == std::vector<double>{0.4});
+}
+
+TEST_CASE("rays that overflow their stacks are an error that says how many and what the bound was") {
+  const TestScene scene = random_scene(NodeLayout::kFloat);
+  // As of a file that was not validated. Policies with private stacks have more room than that and overflow nothing.
+  FileHeader header = *scene.view.header;
+  header.stack_bound = 0;
+  BufferView view = scene.view;
+  view.header = &header;
+  GpuTracer tracer = gpu_tracer(view);
+  const std::vector<Ray> rays = random_rays(4000);
+  std::vector<Hit> hits(rays.size());
+  const auto refused = tracer.trace(Query::kAny, {}, rays, hits);
+  if (std::string(std::getenv("HIPRT_TEST_GPU_ARCH")).starts_with("sm_")) {
+    CHECK(refused.has_value());
+    return;
+  }
+  REQUIRE_FALSE(refused.has_value());
+  CHECK_THAT(refused.error().message,
+             Catch::Matches("[1-9][0-9]* of 4000 rays needed more stack entries than the scene says, 0"));
+}
