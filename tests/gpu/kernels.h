@@ -1,9 +1,6 @@
 #pragma once
 /// Kernels of the tests, for C++ sources that start them through hiprt::gpu::launch().
 
-#include <hiprt_device/ray.h>
-#include <hiprt_device/scene_view.h>
-
 #include <hip/hip_runtime.h>
 
 namespace hiprt::checks {
@@ -25,8 +22,5 @@ __global__ void small_blocks(unsigned* out);
 
 /// Without launch bounds: what the compiler and the device allow.
 __global__ void nothing();
-
-__global__ void closest_hits(SceneView scene, const Ray* rays, Hit* hits, unsigned count);
-__global__ void any_hits(SceneView scene, const Ray* rays, Hit* hits, unsigned count);
 
 }  // namespace hiprt::checks

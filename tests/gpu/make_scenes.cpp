@@ -1,4 +1,4 @@
-// make_scenes FOLDER SEED: writes the random meshes of that seed as FOLDER/float.bvh and FOLDER/planes.bvh. They are
+// make_scenes FOLDER SEED: writes the scenes of that seed in every layout, as FOLDER/soup.float.bvh and so on. They are
 // made apart from the GPU's program, so that this one runs where the builder's libraries are not.
 
 #include <hiprt_build/build.h>
@@ -6,27 +6,38 @@
 #include <tests/gpu/random_scene.h>
 
 #include <cstdio>
-#include <string>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+
+namespace {
+
+build::Result<void> write(const SceneSource& source, NodeLayout layout, const std::filesystem::path& folder) {
+  const std::vector<Box> boxes = boxes_of(source.spheres);
+  const std::vector<build::CustomGeometry> customs{{.boxes = boxes, .type = 0}};
+  const auto meshes = oracle::views(source.meshes);
+  const build::SceneInput input{meshes, std::span(customs).first(boxes.empty() ? 0 : 1)};
+  const auto bvh = build::build(input, {.builder = source.builder, .nodes = layout, .max_leaf_triangles = 4});
+  if (!bvh) return tl::unexpected(bvh.error());
+  std::printf("%s: %llu triangles, %llu spheres\n", file_name(source.name, layout).c_str(),
+              static_cast<unsigned long long>(bvh->statistics.triangles),
+              static_cast<unsigned long long>(bvh->statistics.customs));
+  return build::write_file(folder / file_name(source.name, layout), bvh->buffer.bytes());
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 3) {
     std::fprintf(stderr, "usage: make_scenes FOLDER SEED\n");
     return 2;
   }
-  const std::filesystem::path folder = argv[1];
-  const auto meshes = hiprt::checks::random_meshes(std::stoull(argv[2]));
-  std::filesystem::create_directories(folder);
-  for (const auto& [layout, name] :
-       {std::pair(hiprt::NodeLayout::kFloat, "float.bvh"), std::pair(hiprt::NodeLayout::kPlanes, "planes.bvh")}) {
-    const auto bvh = hiprt::build::build(hiprt::oracle::views(meshes), {.nodes = layout});
-    const auto written = bvh ? hiprt::build::write_file(folder / name, bvh->buffer.bytes())
-                             : hiprt::build::Result<void>(tl::unexpected(bvh.error()));
-    if (!written) {
-      std::fprintf(stderr, "make_scenes: %s\n", written.error().message.c_str());
-      return 1;
-    }
-    std::printf("seed %s: %s, %llu triangles\n", argv[2], name,
-                static_cast<unsigned long long>(bvh->statistics.triangles));
-  }
+  std::filesystem::create_directories(argv[1]);
+  for (const SceneSource& source : scene_sources(std::stoull(argv[2])))
+    for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized})
+      if (const auto written = write(source, layout, argv[1]); !written) {
+        std::fprintf(stderr, "make_scenes: %s\n", written.error().message.c_str());
+        return 1;
+      }
   return 0;
 }

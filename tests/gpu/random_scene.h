@@ -1,13 +1,25 @@
 #pragma once
-/// The meshes of the tests that compare a GPU's hits with the host's, and rays that are hard on them.
+/// The scenes of the tests that compare a GPU's hits with the host's, and rays that are hard on them.
 
+#include <hiprt_build/build.h>
 #include <hiprt_device/ray.h>
+#include <tests/gpu/sphere.h>
 #include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <string>
 
 namespace hiprt::checks {
 
+struct SceneSource {
+  std::string name;
+  std::vector<oracle::Mesh> meshes;
+  std::vector<Sphere> spheres{};  ///< One geometry behind the meshes.
+  build::Builder builder = build::Builder::kSah;
+};
+
 /// Two geometries with different masks: a closed, jagged star, and triangles of all sizes around it.
-inline std::vector<oracle::Mesh> random_meshes(std::uint64_t seed) {
+inline std::vector<oracle::Mesh> star_in_soup(std::uint64_t seed) {
   oracle::Random random(seed);
   oracle::Mesh soup;
   for (int i = 0; i < 2000; ++i) {
@@ -26,27 +38,88 @@ inline std::vector<oracle::Mesh> random_meshes(std::uint64_t seed) {
   return meshes;
 }
 
-/// From anywhere at a vertex, the middle of an edge or the inside of a triangle; along an axis; or anyhow. Lengths,
-/// ranges and masks vary.
-inline Ray random_ray(const std::vector<oracle::Mesh>& meshes, oracle::Random& random) {
-  const oracle::Mesh& mesh = meshes[random.below(static_cast<std::uint32_t>(meshes.size()))];
+inline std::vector<Sphere> random_spheres(unsigned count, std::uint64_t seed) {
+  oracle::Random random(seed);
+  std::vector<Sphere> spheres(count);
+  for (Sphere& sphere : spheres) {
+    const oracle::Position center = random.in_cube(2.0);
+    sphere = {{center[0], center[1], center[2]}, static_cast<float>(random.log_uniform(1e-3, 0.3))};
+  }
+  return spheres;
+}
+
+/// Boxes with room for the rounding of a hit point.
+inline std::vector<Box> boxes_of(const std::vector<Sphere>& spheres) {
+  std::vector<Box> boxes;
+  for (const Sphere& sphere : spheres) {
+    Box box{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      box.min[k] = sphere.center[k] - sphere.radius * 1.001f - 1e-5f;
+      box.max[k] = sphere.center[k] + sphere.radius * 1.001f + 1e-5f;
+    }
+    boxes.push_back(box);
+  }
+  return boxes;
+}
+
+inline std::vector<SceneSource> scene_sources(std::uint64_t seed) {
+  return {{"soup", star_in_soup(seed)},
+          {"sphere", {oracle::icosphere(4)}},
+          {"split", {oracle::needles(1000, 50.0, seed + 1)}, {}, build::Builder::kEmbreeHigh},
+          {"custom", {oracle::star(3, seed + 2)}, random_spheres(1500, seed + 3)}};
+}
+
+constexpr const char* layout_name(NodeLayout layout) {
+  switch (layout) {
+    case NodeLayout::kFloat:
+      return "float";
+    case NodeLayout::kPlanes:
+      return "planes";
+    case NodeLayout::kHalf:
+      return "half";
+    case NodeLayout::kQuantized:
+      return "quantized";
+  }
+  return "";
+}
+inline std::string file_name(const std::string& scene, NodeLayout layout) {
+  return scene + "." + layout_name(layout) + ".bvh";
+}
+
+/// A vertex, the middle of an edge, or a point inside a triangle; of a sphere: anything near its surface.
+inline oracle::Double3 random_target(const SceneSource& scene, oracle::Random& random) {
+  if (!scene.spheres.empty() && random.coin()) {
+    const Sphere& sphere = scene.spheres[random.below(static_cast<std::uint32_t>(scene.spheres.size()))];
+    oracle::Double3 target = random.on_sphere();
+    for (std::size_t k = 0; k < 3; ++k) target[k] = sphere.center[k] + 0.99 * double{sphere.radius} * target[k];
+    return target;
+  }
+  const oracle::Mesh& mesh = scene.meshes[random.below(static_cast<std::uint32_t>(scene.meshes.size()))];
   const oracle::Triangle& triangle = mesh.triangles[random.below(static_cast<std::uint32_t>(mesh.triangles.size()))];
   const oracle::Position &a = mesh.positions[triangle[0]], &b = mesh.positions[triangle[1]],
                          &c = mesh.positions[triangle[2]];
-  const unsigned kind = random.below(6);
+  const unsigned kind = random.below(4);
   const double s = kind == 0 ? 0.0 : kind == 1 ? 0.5 : random.unit(), r = kind < 2 ? 0.0 : (1 - s) * random.unit();
+  oracle::Double3 target{};
+  for (std::size_t k = 0; k < 3; ++k) target[k] = a[k] + s * (double{b[k]} - a[k]) + r * (double{c[k]} - a[k]);
+  return target;
+}
+
+/// From anywhere at a target; along an axis; or anyhow. Lengths, ranges and masks vary.
+inline Ray random_ray(const SceneSource& scene, oracle::Random& random) {
+  const oracle::Double3 target = random_target(scene, random);
   const double length = random.log_uniform(0.01, 100.0);
   const oracle::Position from = random.in_cube(3.0);
+  const unsigned kind = random.below(6);
   Ray ray;
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    const double target = a[i] + s * (double{b[i]} - a[i]) + r * (double{c[i]} - a[i]);
     ray.origin[k] = from[i];
-    ray.direction[k] = static_cast<float>((target - from[i]) * length);
-    if (kind == 4) ray.direction[k] = 0.0f;
-    if (kind == 5) ray.direction[k] = random.uniform_float(-1.0, 1.0);
+    ray.direction[k] = static_cast<float>((target[i] - from[i]) * length);
+    if (kind == 0) ray.direction[k] = 0.0f;
+    if (kind == 1) ray.direction[k] = random.uniform_float(-1.0, 1.0);
   }
-  if (kind == 4) ray.direction[static_cast<int>(random.below(3))] = random.coin() ? 1.0f : -0.0f;
+  if (kind == 0) ray.direction[static_cast<int>(random.below(3))] = random.coin() ? 1.0f : -0.0f;
   if (random.below(8) == 0) ray.tmin = random.uniform_float(-0.5, 0.5);
   if (random.below(4) == 0) ray.tmax = random.uniform_float(0.0, 2.0);
   ray.mask = random.below(4) == 0 ? 1 + random.below(2) : 3;

@@ -1,0 +1,152 @@
+// The hits of a GPU are the host's, bit for bit: for every layout, stack, schedule, query and filter.
+
+#include <hiprt_build/file.h>
+#include <tests/gpu/traversal_reference.h>
+#include <tests/gpu/traversal_runner.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <memory>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+
+namespace {
+
+constexpr std::uint64_t kRaySeed = 31;
+constexpr unsigned kRays = 32 * kBlock;
+
+/// The files of make_scenes, of the seed HIPRT_GPU_SCENE_SEED; the environment names another folder, where the program
+/// runs away from its build.
+build::Buffer scene_file(const std::string& name, NodeLayout layout) {
+  const char* folder = std::getenv("HIPRT_GPU_SCENES");
+  const std::filesystem::path path = folder != nullptr ? folder : HIPRT_GPU_SCENES;
+  return must(build::map_file(path / file_name(name, layout)));
+}
+
+SceneView view_of(const build::Buffer& file) { return make_scene_view(*open_buffer(file.bytes())); }
+
+/// A scene in every layout, on host and device, with rays and what they hit.
+struct TestScene {
+  SceneSource source;
+  std::map<NodeLayout, gpu::DeviceScene> device;
+  Reference reference;
+
+  explicit TestScene(const SceneSource& made) : source(made) {
+    static gpu::DeviceAllocator allocator;
+    for (const NodeLayout layout :
+         {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized}) {
+      const build::Buffer file = scene_file(source.name, layout);
+      device.emplace(layout, must(gpu::upload_scene(file.bytes(), nullptr, allocator)));
+      must(gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize"));
+      if (layout == NodeLayout::kPlanes) reference = make_reference(source, view_of(file), kRays, kRaySeed);
+    }
+  }
+  bool has(Feature feature) const { return (device.at(NodeLayout::kPlanes).view.features & feature_bit(feature)) != 0; }
+};
+
+const std::vector<std::unique_ptr<TestScene>>& all_scenes() {
+  static const auto scenes = [] {
+    std::vector<std::unique_ptr<TestScene>> made;
+    for (const SceneSource& source : scene_sources(HIPRT_GPU_SCENE_SEED))
+      made.push_back(std::make_unique<TestScene>(source));
+    return made;
+  }();
+  return scenes;
+}
+
+struct Sum {
+  unsigned rays = 0, hits = 0, different = 0, different_inexact = 0, inexact = 0;
+};
+
+void print_difference(const Variant& variant, const TestScene& scene, unsigned ray, const Answer& answer) {
+  std::printf("%s, %s, ray %u: %s\n  GPU  %s, %u hits, state %d\n  host %s\n", variant.name, scene.source.name.c_str(),
+              ray, text(scene.reference.rays[ray]).c_str(), text(answer.hit).c_str(), answer.count,
+              static_cast<int>(answer.state), text(scene.reference.of(variant.filter)[ray].closest).c_str());
+}
+
+void compare(const Variant& variant, const TestScene& scene, Sum& sum) {
+  const SceneView& view = scene.device.at(variant.layout).view;
+  const auto& expected = scene.reference.of(variant.filter);
+  const Run run =
+      Runner().run(variant, view, scene.reference.rays, view.stack_bound + kMostPushed, scene.source.spheres);
+  unsigned different = 0;
+  for (unsigned i = 0; i < kRays; ++i) {
+    const Answer& answer = run.answers[i];
+    sum.hits += answer.hit.found();
+    if (variant.exact ? is_right(answer, expected[i], variant.query, variant.filter, variant.depth)
+                      : is_nearly_right(answer, expected[i], variant.query))
+      continue;
+    if (++different <= 3) print_difference(variant, scene, i, answer);
+  }
+  (variant.exact ? sum.different : sum.different_inexact) += different;
+  sum.rays += kRays;
+  sum.inexact += variant.exact ? 0 : kRays;
+  CHECK(run.failed_rays == 0);
+  CHECK(run.broken_guards == 0);
+}
+
+/// Every kernel on every scene that it can trace; one line tells of all.
+Sum compare_all(const char* axis, std::span<const Variant> variants) {
+  Sum sum;
+  unsigned scenes = 0;
+  for (const auto& scene : all_scenes())
+    for (const Variant& variant : variants) {
+      if (scene->has(Feature::kCustom) != variant.custom) continue;
+      INFO(axis << ": " << variant.name << ", scene " << scene->source.name);
+      compare(variant, *scene, sum);
+      ++scenes;
+    }
+  std::printf("%s: %zu kernels, %u runs, seeds %llu and %llu, %u rays, %u hits, %u differences\n", axis,
+              variants.size(), scenes, static_cast<unsigned long long>(HIPRT_GPU_SCENE_SEED),
+              static_cast<unsigned long long>(kRaySeed), sum.rays, sum.hits, sum.different);
+  CHECK(sum.hits > sum.rays / 4);
+  CHECK(sum.hits < sum.rays);
+  return sum;
+}
+
+void check_axis(const char* axis, std::span<const Variant> variants) {
+  CHECK(compare_all(axis, variants).different == 0);
+}
+
+bool has_ray_instruction() {
+  const std::string arch = must(gpu::current_device()).architecture;
+  return arch.starts_with("gfx103") || arch.starts_with("gfx110");
+}
+
+}  // namespace
+
+TEST_CASE("the scenes are what they are for") {
+  CHECK(all_scenes()[0]->has(Feature::kMasks));
+  CHECK(all_scenes()[2]->has(Feature::kSplitReferences));
+  CHECK(all_scenes()[3]->has(Feature::kCustom));
+}
+
+TEST_CASE("layouts") { check_axis("layouts", layout_variants()); }
+TEST_CASE("calls without policies") { check_axis("calls without policies", default_call_variants()); }
+TEST_CASE("stacks") { check_axis("stacks", stack_variants()); }
+TEST_CASE("schedules") { check_axis("schedules", schedule_variants()); }
+TEST_CASE("queries") { check_axis("queries", query_variants()); }
+TEST_CASE("filters") { check_axis("filters", filter_variants()); }
+TEST_CASE("mixed") { check_axis("mixed", mixed_variants()); }
+TEST_CASE("custom primitives") { check_axis("custom primitives", custom_variants()); }
+
+TEST_CASE("a query without custom primitives refuses a scene with them") {
+  const TestScene& scene = *all_scenes()[3];
+  const Variant& variant = query_variants()[0];
+  const Run run = Runner().run(variant, scene.device.at(variant.layout).view, scene.reference.rays, 1);
+  for (const Answer& answer : run.answers)
+    REQUIRE((answer.state == TraversalState::kRefused && answer.failed != 0 && !answer.hit.found()));
+}
+
+TEST_CASE("AMD's ray instruction") {
+  if (!has_ray_instruction()) {
+    std::printf("ray instruction: this GPU has none\n");
+    return;
+  }
+  const Sum sum = compare_all("ray instruction", hardware_variants());
+  std::printf("ray instruction for triangles: %u rays, %u differences\n", sum.inexact, sum.different_inexact);
+  CHECK(sum.different == 0);
+  CHECK(sum.different_inexact == 0);
+}

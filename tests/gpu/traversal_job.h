@@ -1,0 +1,133 @@
+#pragma once
+/// What the host gives the kernels of the traversal test, what they answer, and the table of kernels.
+
+#include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/primitive_table.h>
+#include <hiprt_device/stacks/rolling.h>
+
+#include <tests/gpu/sphere.h>
+
+#include <hip/hip_runtime.h>
+
+#include <cmath>
+#include <span>
+
+namespace hiprt::checks {
+
+/// Threads of every block.
+inline constexpr unsigned kBlock = 64;
+/// Entries before and behind every stack memory, and what they hold.
+inline constexpr unsigned kGuard = 64;
+inline constexpr StackEntry kGuardEntry = 0xfeedfeedfeedfeedu;
+
+/// A query's answer to one ray.
+struct Answer {
+  Hit hit;               ///< The first.
+  TraversalState state;  ///< After the last call.
+  std::uint32_t failed;  ///< Whether the last answer said so.
+  std::uint32_t count;   ///< Hits found: of all, or of the first kDepth.
+  std::uint64_t digest;  ///< Of those hits, in any order.
+};
+
+/// Hits of one ray that a closest-hit query is asked for, one behind the other.
+inline constexpr unsigned kDepth = 3;
+
+HIPRT_HD inline std::uint64_t mix(std::uint64_t state, std::uint32_t bits) {
+  state = (state ^ bits) * 0x9e3779b97f4a7c15u;
+  return state ^ state >> 29;
+}
+HIPRT_HD inline std::uint64_t digest_of(const Hit& hit) {
+  const float values[] = {hit.t, hit.u, hit.v, hit.normal.x, hit.normal.y, hit.normal.z, hit.error};
+  std::uint64_t state = mix(mix(1, hit.geometry), hit.primitive);
+  for (const float value : values) state = mix(state, std::bit_cast<std::uint32_t>(value));
+  return state;
+}
+
+struct AcceptAll {
+  HIPRT_HD FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
+};
+struct RejectThird {
+  HIPRT_HD FilterAnswer operator()(const Ray&, const Hit& hit) const {
+    return hit.primitive % 3 == 0 ? FilterAnswer::kReject : FilterAnswer::kAccept;
+  }
+};
+struct StopAtOnce {
+  HIPRT_HD FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kAcceptAndStop; }
+};
+
+/// Custom primitives: reports where the ray enters and leaves. No sum of products is left to the compiler, so that the
+/// bits are the same everywhere.
+struct SphereSet {
+  const Sphere* spheres;
+
+  template <class Report>
+  HIPRT_HD bool intersect(const Ray& ray, float, float, std::uint32_t primitive, Report&& report) const {
+    const Sphere& sphere = spheres[primitive];
+    const Vec3& d = ray.direction;
+    const float x = ray.origin.x - sphere.center[0], y = ray.origin.y - sphere.center[1],
+                z = ray.origin.z - sphere.center[2];
+    const auto dot = [](float ax, float ay, float az, float bx, float by, float bz, float more) {
+      return fused_multiply_add(ax, bx, fused_multiply_add(ay, by, fused_multiply_add(az, bz, more)));
+    };
+    const float a = dot(d.x, d.y, d.z, d.x, d.y, d.z, 0.0f), b = dot(d.x, d.y, d.z, x, y, z, 0.0f);
+    const float c = dot(x, y, z, x, y, z, -(sphere.radius * sphere.radius));
+    const float discriminant = fused_multiply_add(b, b, -(a * c));
+    if (!(discriminant >= 0.0f)) return true;
+    const float root = std::sqrt(discriminant);
+    for (const float t : {(-b - root) / a, (-b + root) / a}) {
+      const Vec3 normal(fused_multiply_add(t, d.x, x), fused_multiply_add(t, d.y, y), fused_multiply_add(t, d.z, z));
+      if (!report(CustomHit{t, normal.x, normal.y, normal, 1e-6f})) return false;
+    }
+    return true;
+  }
+};
+using Spheres = PrimitiveList<SphereSet>;
+
+/// The argument of every kernel. All pointers are the device's.
+struct Job {
+  SceneView scene;
+  const Ray* rays;
+  Answer* answers;
+  std::uint32_t count;           ///< Rays.
+  std::uint32_t* next;           ///< For batches; 0 at first.
+  std::uint32_t* failed_rays;    ///< Counted by the stacks; 0 at first.
+  std::uint32_t* broken_guards;  ///< Threads that saw guard words of shared or private memory overwritten.
+  StackEntry* spill;             ///< spill_entries for each thread of the grid.
+  std::uint32_t spill_entries;
+  SpillPool pool;
+  const Sphere* spheres;
+};
+
+enum class Query { kClosest, kAny, kAll };
+enum class Filtering { kNone, kReject, kStop };
+
+/// A kernel under test.
+struct Variant {
+  const char* name;
+  void (*kernel)(Job);
+  NodeLayout layout;
+  Query query;
+  Filtering filter;
+  unsigned depth;     ///< Hits asked for.
+  bool batch;         ///< The grid may have fewer threads than there are rays.
+  bool custom;        ///< It can trace spheres.
+  bool exact = true;  ///< Hits have the host's bits.
+};
+
+/// By the axis of which every value is tried, against the defaults of the others.
+std::span<const Variant> layout_variants();
+std::span<const Variant> default_call_variants();
+std::span<const Variant> stack_variants();
+std::span<const Variant> schedule_variants();
+std::span<const Variant> query_variants();
+std::span<const Variant> filter_variants();
+std::span<const Variant> mixed_variants();
+std::span<const Variant> custom_variants();
+/// With AMD's ray instruction: they do nothing on GPUs without it.
+std::span<const Variant> hardware_variants();
+/// Stacks too small for most rays.
+std::span<const Variant> tiny_stack_variants();
+/// A restart trail, whose capacity is the depth of the tree.
+std::span<const Variant> restart_variants();
+
+}  // namespace hiprt::checks

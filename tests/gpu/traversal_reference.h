@@ -1,0 +1,39 @@
+#pragma once
+/// What the host finds with the same headers: the truth about a GPU's answers.
+
+#include <tests/gpu/random_scene.h>
+#include <tests/gpu/traversal_job.h>
+
+#include <vector>
+
+namespace hiprt::checks {
+
+/// Of one ray.
+struct Expected {
+  Hit closest;
+  std::uint32_t near_count = 0;   ///< Of the first kDepth hits.
+  std::uint64_t near_digest = 0;  ///< Sum of their digests.
+  std::vector<Hit> all;           ///< With what the policies report: normal, error.
+  std::uint64_t all_digest = 0;
+};
+
+/// A scene's rays and what they hit, without a filter and with RejectThird.
+struct Reference {
+  std::vector<Ray> rays;
+  std::vector<Expected> plain, rejecting;
+  const std::vector<Expected>& of(Filtering filter) const { return filter == Filtering::kReject ? rejecting : plain; }
+};
+
+/// @param count rays of that seed. @param scene of layout planes.
+Reference make_reference(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed);
+
+/// @param depth hits that the query was asked for. @return whether the answer is the truth.
+bool is_right(const Answer& answer, const Expected& expected, Query query, Filtering filter, unsigned depth);
+/// The same but for rounding: for other triangle tests.
+bool is_nearly_right(const Answer& answer, const Expected& expected, Query query);
+
+/// Every bit of the numbers.
+std::string text(const Hit& hit);
+std::string text(const Ray& ray);
+
+}  // namespace hiprt::checks
