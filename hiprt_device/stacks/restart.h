@@ -105,7 +105,8 @@ template <unsigned kEntries = 4> struct RestartStack {
     }
     HIPRT_HD HIPRT_INLINE Entry pop_entry(bool& last) {
       const Entry top = held_entries_[0];
-      for (unsigned i = 0; i + 1 < kEntries; ++i) held_entries_[i] = held_entries_[i + 1];
+      if constexpr (kEntries > 1)
+        for (unsigned i = 0; i + 1 < kEntries; ++i) held_entries_[i] = held_entries_[i + 1];
       last = (last_ & 1u) != 0;
       last_ >>= 1;
       --held_;

@@ -86,13 +86,18 @@ inline std::string file_name(const std::string& scene, NodeLayout layout) {
   return scene + "." + layout_name(layout) + ".bvh";
 }
 
+struct Target {
+  oracle::Double3 point;
+  bool at_edge;
+};
+
 /// A vertex, the middle of an edge, or a point inside a triangle; of a sphere: anything near its surface.
-inline oracle::Double3 random_target(const SceneSource& scene, oracle::Random& random) {
+inline Target random_target(const SceneSource& scene, oracle::Random& random) {
   if (!scene.spheres.empty() && random.coin()) {
     const Sphere& sphere = scene.spheres[random.below(static_cast<std::uint32_t>(scene.spheres.size()))];
-    oracle::Double3 target = random.on_sphere();
-    for (std::size_t k = 0; k < 3; ++k) target[k] = sphere.center[k] + 0.99 * double{sphere.radius} * target[k];
-    return target;
+    oracle::Double3 point = random.on_sphere();
+    for (std::size_t k = 0; k < 3; ++k) point[k] = sphere.center[k] + 0.99 * double{sphere.radius} * point[k];
+    return {point, false};
   }
   const oracle::Mesh& mesh = scene.meshes[random.below(static_cast<std::uint32_t>(scene.meshes.size()))];
   const oracle::Triangle& triangle = mesh.triangles[random.below(static_cast<std::uint32_t>(mesh.triangles.size()))];
@@ -100,14 +105,19 @@ inline oracle::Double3 random_target(const SceneSource& scene, oracle::Random& r
                          &c = mesh.positions[triangle[2]];
   const unsigned kind = random.below(4);
   const double s = kind == 0 ? 0.0 : kind == 1 ? 0.5 : random.unit(), r = kind < 2 ? 0.0 : (1 - s) * random.unit();
-  oracle::Double3 target{};
-  for (std::size_t k = 0; k < 3; ++k) target[k] = a[k] + s * (double{b[k]} - a[k]) + r * (double{c[k]} - a[k]);
-  return target;
+  oracle::Double3 point{};
+  for (std::size_t k = 0; k < 3; ++k) point[k] = a[k] + s * (double{b[k]} - a[k]) + r * (double{c[k]} - a[k]);
+  return {point, kind < 2};
 }
 
+struct AimedRay {
+  Ray ray;
+  bool at_edge;  ///< At a vertex or edge, where rounding decides what is hit.
+};
+
 /// From anywhere at a target; along an axis; or anyhow. Lengths, ranges and masks vary.
-inline Ray random_ray(const SceneSource& scene, oracle::Random& random) {
-  const oracle::Double3 target = random_target(scene, random);
+inline AimedRay random_ray(const SceneSource& scene, oracle::Random& random) {
+  const Target target = random_target(scene, random);
   const double length = random.log_uniform(0.01, 100.0);
   const oracle::Position from = random.in_cube(3.0);
   const unsigned kind = random.below(6);
@@ -115,7 +125,7 @@ inline Ray random_ray(const SceneSource& scene, oracle::Random& random) {
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
     ray.origin[k] = from[i];
-    ray.direction[k] = static_cast<float>((target[i] - from[i]) * length);
+    ray.direction[k] = static_cast<float>((target.point[i] - from[i]) * length);
     if (kind == 0) ray.direction[k] = 0.0f;
     if (kind == 1) ray.direction[k] = random.uniform_float(-1.0, 1.0);
   }
@@ -123,7 +133,7 @@ inline Ray random_ray(const SceneSource& scene, oracle::Random& random) {
   if (random.below(8) == 0) ray.tmin = random.uniform_float(-0.5, 0.5);
   if (random.below(4) == 0) ray.tmax = random.uniform_float(0.0, 2.0);
   ray.mask = random.below(4) == 0 ? 1 + random.below(2) : 3;
-  return ray;
+  return {ray, target.at_edge && kind > 1};
 }
 
 }  // namespace hiprt::checks

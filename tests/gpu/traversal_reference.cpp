@@ -52,7 +52,11 @@ bool is_among(const Hit& hit, const std::vector<Hit>& hits, bool whole) {
 Reference make_reference(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed) {
   Reference reference;
   oracle::Random random(seed);
-  for (unsigned i = 0; i < count; ++i) reference.rays.push_back(random_ray(source, random));
+  for (unsigned i = 0; i < count; ++i) {
+    const AimedRay aimed = random_ray(source, random);
+    reference.rays.push_back(aimed.ray);
+    reference.at_edge.push_back(aimed.at_edge);
+  }
   reference.plain = ask_all<NoFilter>(source, scene, reference.rays);
   reference.rejecting = ask_all<RejectThird>(source, scene, reference.rays);
   return reference;

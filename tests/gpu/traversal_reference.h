@@ -20,6 +20,7 @@ struct Expected {
 /// A scene's rays and what they hit, without a filter and with RejectThird.
 struct Reference {
   std::vector<Ray> rays;
+  std::vector<bool> at_edge;  ///< Of each ray.
   std::vector<Expected> plain, rejecting;
   const std::vector<Expected>& of(Filtering filter) const { return filter == Filtering::kReject ? rejecting : plain; }
 };
