@@ -15,7 +15,6 @@ namespace {
 
 using gpu::check;
 using gpu::DeviceArray;
-using gpu::DeviceBuffer;
 
 /// What .rays files hold.
 struct PackedRay {

@@ -128,13 +128,16 @@ nlohmann::json result_json(const Variant& variant, const TreeRecord& tree, const
 }  // namespace
 
 std::string list_text(const Engine& engine, const std::vector<std::vector<std::string>>& values) {
+  constexpr std::size_t kColumns = kAxes.size() + 5;
   std::vector<std::string> head;
+  head.reserve(kColumns);
   for (const Axis& axis : kAxes) head.emplace_back(axis.key);
   for (const char* name : {"registers", "local B", "shared B", "threads", "occupancy %"}) head.emplace_back(name);
   MarkdownTable table(head);
   for (const Variant& variant : engine.variants()) {
     if (!is_wanted(variant.name, values)) continue;
     std::vector<std::string> row;
+    row.reserve(kColumns);
     for (const Axis& axis : kAxes) row.emplace_back(variant.name.*axis.value);
     const Resources& resources = variant.resources;
     for (const std::uint64_t number : {std::uint64_t{resources.registers}, resources.local_bytes,
