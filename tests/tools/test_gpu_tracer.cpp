@@ -89,10 +89,10 @@ TEST_CASE("a GPU's hits are the CPU's in every layout, for closest and any hit")
 TEST_CASE("a GPU's hits are the CPU's with the fast triangle test and with plain boxes") {
   const TestScene scene = random_scene(NodeLayout::kFloat);
   CHECK(compare(scene, Query::kClosest, {TriangleTestKind::kFast, BoxTestKind::kConservative}) > 1000);
-  CHECK(compare(scene, Query::kClosest, {TriangleTestKind::kWatertight, BoxTestKind::kPlain}) > 1000);
+  CHECK(compare(scene, Query::kAny, {TriangleTestKind::kWatertight, BoxTestKind::kPlain}) > 1000);
 }
 
-TEST_CASE("a batch in parts is the batch, with progress; no rays are no work; Ctrl-C ends it between parts") {
+TEST_CASE("a batch in parts is the batch, with progress; no rays are no work") {
   const TestScene scene = random_scene(NodeLayout::kPlanes);
   const std::vector<Ray> rays = random_rays(2500);
   std::vector<Hit> cpu(rays.size()), gpu(rays.size());
@@ -104,16 +104,26 @@ TEST_CASE("a batch in parts is the batch, with progress; no rays are no work; Ct
   CHECK(std::equal(cpu.begin(), cpu.end(), gpu.begin(), same));
   CHECK(tracer.trace(Query::kClosest, {}, {}, {}) == 0.0);
   CHECK_THAT(tracer.device_name(), Contains(std::getenv("HIPRT_TEST_GPU_ARCH")));
+}
 
-  const InterruptGuard guard;
+TEST_CASE("Ctrl-C ends a batch between its parts") {
+  const TestScene scene = random_scene(NodeLayout::kPlanes);
+  const std::vector<Ray> rays = random_rays(2500);
+  std::vector<Hit> hits(rays.size());
+  GpuTracer tracer = gpu_tracer(scene.view, {.rays_at_once = 1000});
   std::vector<double> before;
-  const auto cancelled = tracer.trace(Query::kClosest, {}, rays, gpu, [&](double part) {
-    before.push_back(part);
-    std::raise(SIGINT);
-  });
-  REQUIRE_FALSE(cancelled.has_value());
-  CHECK(cancelled.error().code == build::ErrorCode::kCancelled);
-  CHECK(before == std::vector<double>{0.4});
+  {
+    const InterruptGuard guard;
+    const auto cancelled = tracer.trace(Query::kClosest, {}, rays, hits, [&](double part) {
+      before.push_back(part);
+      std::raise(SIGINT);
+    });
+    REQUIRE_FALSE(cancelled.has_value());
+    CHECK(cancelled.error().code == build::ErrorCode::kCancelled);
+    CHECK(before == std::vector<double>{0.4});
+  }
+  const InterruptGuard forgets;
+  CHECK(tracer.trace(Query::kClosest, {}, rays, hits).has_value());
 }
 
 TEST_CASE("rays that overflow their stacks are an error that says how many and what the bound was") {
