@@ -108,7 +108,7 @@ build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::sp
   GpuCounts counted{};
   auto done = rays.upload(from, nullptr);
   if (!done) return tl::unexpected(std::move(done.error()));
-  const auto seconds = run(launch, static_cast<std::uint32_t>(from.size()), counted);
+  auto seconds = run(launch, static_cast<std::uint32_t>(from.size()), counted);
   if (!seconds) return seconds;
   if (counted.overflowed_rays != 0)
     return gpu::fail(gpu::ErrorCode::kGpu, counted.overflowed_rays, " of ", from.size(),
@@ -153,7 +153,7 @@ build::Result<double> GpuTracer::trace(Query query, const TracePolicies& policie
   for (std::size_t begin = 0; begin < rays.size(); begin += most) {
     if (interrupted()) return gpu::fail(gpu::ErrorCode::kCancelled, "cancelled");
     const std::size_t count = std::min(most, rays.size() - begin);
-    const auto part = state_->trace_part(*launch, rays.subspan(begin, count), hits.subspan(begin, count));
+    auto part = state_->trace_part(*launch, rays.subspan(begin, count), hits.subspan(begin, count));
     if (!part) return part;
     seconds += *part;
     if (progress) progress(static_cast<double>(begin + count) / static_cast<double>(rays.size()));

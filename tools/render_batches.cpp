@@ -49,7 +49,7 @@ class Batches {
     const std::size_t count = first_.back();
     rays_.resize(std::max(rays_.size(), count));
     hits_.resize(rays_.size());
-    const auto gathered =
+    auto gathered =
         for_each_tile([&](std::size_t i) { std::ranges::copy(work_[i].rays, rays_.begin() + at(first_[i])); });
     if (!gathered) return gathered;
     const auto seconds =
