@@ -52,7 +52,8 @@ HIPRT_HD constexpr std::size_t pool_spill_bytes(std::uint32_t slots, std::uint32
 }
 
 /// A wave's slot of a pool, from construction to destruction. All lanes that will trace must be there, together, at
-/// both.
+/// both. A wave that has a slot must not wait for one that may want one (__syncthreads(), a lock), unless there are
+/// slots for all waves that run at a time.
 class WaveSlot {
  public:
   /// @param first_try where to look first, for example the number of the block: spreads the waves over the pool.

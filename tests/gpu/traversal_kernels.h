@@ -35,6 +35,10 @@ template <unsigned kEntries> class SharedBlock {
   }
   __device__ bool is_intact() const {
     __syncthreads();
+    return is_intact_here();
+  }
+  /// Without waiting for the block's other waves: a wave that has a slot must not wait for one that wants one.
+  __device__ bool is_intact_here() const {
     return begin()[threadIdx.x - kGuard] == kGuardEntry && end()[threadIdx.x] == kGuardEntry;
   }
   __device__ static StackEntry* begin() {
@@ -86,7 +90,7 @@ template <unsigned kRing> class RollingInSlot {
   __device__ typename Stack::Storage storage(const Job& job) {
     return {block_.begin(), threadIdx.x, kBlock, slot_.spill(), job.failed_rays};
   }
-  __device__ bool is_intact() const { return block_.is_intact(); }
+  __device__ bool is_intact() const { return block_.is_intact_here(); }
 
  private:
   SharedBlock<kRing> block_;

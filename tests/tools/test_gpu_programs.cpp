@@ -24,14 +24,14 @@ namespace {
 constexpr std::uint64_t kSeed = 73;
 
 std::string write_scene(const TempFolder& folder, NodeLayout layout) {
-  const auto bvh = build::build(oracle::views(checks::random_meshes(kSeed)), {.nodes = layout});
+  const auto bvh = build::build(oracle::views(checks::star_in_soup(kSeed)), {.nodes = layout});
   REQUIRE(bvh.has_value());
   REQUIRE(build::write_file(folder / "a.bvh", bvh->buffer.bytes()).has_value());
   return folder / "a.bvh";
 }
 
 std::string write_rays(const TempFolder& folder) {
-  const auto meshes = checks::random_meshes(kSeed);
+  const auto meshes = checks::star_in_soup(kSeed);
   oracle::Random random(kSeed);
   std::vector<Ray> rays(3000);
   for (Ray& ray : rays) ray = checks::random_ray(meshes, random);

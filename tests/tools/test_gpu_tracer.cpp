@@ -27,7 +27,7 @@ struct TestScene {
 };
 
 TestScene random_scene(NodeLayout layout) {
-  auto bvh = build::build(oracle::views(checks::random_meshes(kSeed)), {.nodes = layout});
+  auto bvh = build::build(oracle::views(checks::star_in_soup(kSeed)), {.nodes = layout});
   REQUIRE(bvh.has_value());
   TestScene scene{std::move(*bvh), {}};
   scene.view = *open_buffer(std::as_const(scene.bvh.buffer).bytes());
@@ -35,7 +35,7 @@ TestScene random_scene(NodeLayout layout) {
 }
 
 std::vector<Ray> random_rays(std::size_t count) {
-  const auto meshes = checks::random_meshes(kSeed);
+  const auto meshes = checks::star_in_soup(kSeed);
   oracle::Random random(kSeed);
   std::vector<Ray> rays(count);
   for (Ray& ray : rays) ray = checks::random_ray(meshes, random);
