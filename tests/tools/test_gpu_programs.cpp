@@ -31,10 +31,10 @@ std::string write_scene(const TempFolder& folder, NodeLayout layout) {
 }
 
 std::string write_rays(const TempFolder& folder) {
-  const auto meshes = checks::star_in_soup(kSeed);
+  const checks::SceneSource scene{"soup", checks::star_in_soup(kSeed)};
   oracle::Random random(kSeed);
   std::vector<Ray> rays(3000);
-  for (Ray& ray : rays) ray = checks::random_ray(meshes, random);
+  for (Ray& ray : rays) ray = checks::random_ray(scene, random).ray;
   REQUIRE(tools::write_rays(folder / "r.rays", false, rays).has_value());
   return folder / "r.rays";
 }

@@ -35,10 +35,10 @@ TestScene random_scene(NodeLayout layout) {
 }
 
 std::vector<Ray> random_rays(std::size_t count) {
-  const auto meshes = checks::star_in_soup(kSeed);
+  const checks::SceneSource scene{"soup", checks::star_in_soup(kSeed)};
   oracle::Random random(kSeed);
   std::vector<Ray> rays(count);
-  for (Ray& ray : rays) ray = checks::random_ray(meshes, random);
+  for (Ray& ray : rays) ray = checks::random_ray(scene, random).ray;
   return rays;
 }
 
