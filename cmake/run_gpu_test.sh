@@ -45,11 +45,11 @@ case $mode in
   amd)
     if grep -qx "$arch" <<<"$(amd_gpus)"; then exec "$@"; fi
     [[ -x $amdrun ]] || skip "no AMD $arch GPU here and no amdrun (HIPRT_AMDRUN='$amdrun')"
-    exec "$amdrun" --arch "$arch" -- "$@"
+    exec "$amdrun" --arch "$arch" -- "$@" ${HIPRT_EMULATED_CASES:+"$HIPRT_EMULATED_CASES"}
     ;;
   amd-asan)
     [[ -x $amdrun ]] || skip "no amdrun (HIPRT_AMDRUN='$amdrun'), which checks for out-of-bounds accesses"
-    exec "$amdrun" --arch "$arch" --asan -- "$@"
+    exec "$amdrun" --arch "$arch" --asan -- "$@" ${HIPRT_EMULATED_CASES:+"$HIPRT_EMULATED_CASES"}
     ;;
   nvidia)
     [[ -e /dev/nvidiactl ]] || skip "no NVIDIA GPU here"
