@@ -5,5 +5,5 @@
 #include <hiprt_build/steps/pair.h>  // expect
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/primitives/sphere.h>  // expect
-#include <hiprt_device/ray.h>  // expect
+#include <hiprt_device/ray.h>                // expect
 #include <hiprt_device/vec.h>
