@@ -162,9 +162,16 @@ struct Unordered {
     } else {
       std::uint32_t mask = hits.mask;
       const unsigned first = NearFirst::take(mask);
-      while (mask != 0) way.later(child[NearFirst::take(mask)]);
+      while (mask != 0) way.later(child[take_last(mask)]);
       return way.follow(child[first]);
     }
+  }
+
+ private:
+  HIPRT_HD static HIPRT_INLINE unsigned take_last(std::uint32_t& mask) {
+    const unsigned highest = static_cast<unsigned>(std::bit_width(mask)) - 1;
+    mask ^= 1u << highest;
+    return highest;
   }
 };
 

@@ -26,31 +26,9 @@ template <std::size_t kPolicy>
 using StackOfPolicy = std::conditional_t<kGpuPolicies[kPolicy].stack == GpuStack::kPrivate,
                                          PrivateStack<kGpuPrivateStack>, RollingStack<kGpuRing>>;
 
-/// The order of Unordered on the CPU's vector registers: the first child, then the others from the last on. Which hit
-/// is any hit depends on it.
-struct FirstThenLast {
-  using Entry = NodeRef;
-
-  /// @pre hits.any()
-  template <class Lanes, class Way>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    if (!way.make_room()) return kOverflowRef;
-    NodeRef first = kInvalidRef;
-    for (unsigned i = 0; i < kBranching; ++i) {
-      if (!hits.hit(i)) continue;
-      if (first == kInvalidRef)
-        first = child[i];
-      else
-        way.later(child[i]);
-    }
-    return way.follow(first);
-  }
-};
-
 template <std::size_t kPolicy, class Layout, class Triangle, class Boxes>
 struct GpuPolicies : Policies<Layout, Triangle, Boxes, StackOfPolicy<kPolicy>> {
   using Schedule = WholeWave<kGpuPolicies[kPolicy].fetch_below>;
-  using AnyOrder = FirstThenLast;
 };
 
 /// @param storage of this lane's stack.

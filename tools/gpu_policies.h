@@ -30,8 +30,8 @@ struct GpuPolicy {
 /// The first that fits is taken. sm_, private stack: measured on an H200 (sm_90). The others are not measured.
 inline constexpr std::array<GpuPolicy, 3> kGpuPolicies{{
     {"gfx", GpuStack::kRolling, 16, 64, 1},
-    {"sm_", GpuStack::kPrivate, 16, 64, 14},
-    {"sm_", GpuStack::kRolling, 16, 64, 14},
+    {"sm_", GpuStack::kPrivate, 12, 64, 14},
+    {"sm_", GpuStack::kRolling, 12, 64, 14},
 }};
 
 constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound) {

@@ -6,6 +6,7 @@
 #include <hiprt_device/primitive_table.h>
 #include <hiprt_device/stacks/restart.h>
 #include <hiprt_device/stacks/rolling.h>
+#include <hiprt_device/stacks/shared.h>
 
 namespace hiprt::checks {
 
@@ -25,7 +26,9 @@ namespace {
 
 constexpr unsigned kBlock = 64;
 using Private = PrivateStack<64>;
+using Shared = SharedStack<>;
 using Rolling = RollingStack<8>;
+using Global = GlobalStack;
 using Restart = RestartStack<4>;
 
 struct Arguments {
@@ -36,6 +39,7 @@ struct Arguments {
   std::uint32_t* next;
   StackEntry* spill;
   std::uint32_t spill_entries;
+  SpillPool pool;
   const float* radius;
 };
 
@@ -57,11 +61,17 @@ template <class Stack, class Use> __device__ void with_storage(const Arguments& 
   if constexpr (std::is_same_v<Stack, Private>) {
     Private::Memory memory;
     use(Private::Storage(memory));
+  } else if constexpr (std::is_same_v<Stack, Shared>) {
+    __shared__ StackEntry entries[kBlock * Shared::kEntriesPerThread];
+    use(Shared::Storage(entries, threadIdx.x, kBlock));
   } else if constexpr (std::is_same_v<Stack, Rolling>) {
     __shared__ StackEntry ring[kBlock * Rolling::kEntriesPerThread];
     const std::uint32_t threads = gridDim.x * kBlock;
     use(Rolling::Storage(ring, threadIdx.x, kBlock,
                          grid_spill(arguments.spill, threads, arguments.spill_entries, thread_index())));
+  } else if constexpr (std::is_same_v<Stack, Global>) {
+    const WaveSlot slot(arguments.pool, blockIdx.x);
+    use(Global::Storage(slot.spill()));
   } else {
     use(typename Stack::Storage{});
   }
@@ -126,13 +136,17 @@ __global__ void __launch_bounds__(kBlock) closest_hardware(Arguments arguments) 
 }
 
 template __global__ void closest<PlanesLayout, Private>(Arguments);
+template __global__ void closest<PlanesLayout, Shared>(Arguments);
 template __global__ void closest<PlanesLayout, Rolling>(Arguments);
+template __global__ void closest<PlanesLayout, Global>(Arguments);
 template __global__ void closest<PlanesLayout, Restart>(Arguments);
 template __global__ void closest<QuantizedLayout, Private>(Arguments);
 template __global__ void closest<QuantizedLayout, Rolling>(Arguments);
 template __global__ void closest<QuantizedLayout, Restart>(Arguments);
 template __global__ void any<PlanesLayout, Private>(Arguments);
+template __global__ void any<PlanesLayout, Shared>(Arguments);
 template __global__ void any<PlanesLayout, Rolling>(Arguments);
+template __global__ void any<PlanesLayout, Global>(Arguments);
 template __global__ void any<PlanesLayout, Restart>(Arguments);
 template __global__ void any<QuantizedLayout, Private>(Arguments);
 template __global__ void any<QuantizedLayout, Rolling>(Arguments);

@@ -7,8 +7,11 @@
 #include <cstdlib>
 #include <cstring>
 
+// HIP's own names.
+// NOLINTBEGIN(bugprone-reserved-identifier)
 #define __global__ inline
 #define __shared__ static
+// NOLINTEND(bugprone-reserved-identifier)
 
 struct dim3 {
   unsigned x = 1, y = 1, z = 1;
