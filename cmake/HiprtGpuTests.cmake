@@ -47,13 +47,13 @@ function(hiprt_add_gpu_program target)
 endfunction()
 
 # hiprt_add_gpu_test(<name> <source>... [LIBS <library>...] [OPTIONS <option>...] [ARGS <argument>...]
-#                    [FIXTURES <fixture>...] [EXPECT <regular expression>])
+#                    [FIXTURES <fixture>...] [EXPECT <regular expression>] [ASAN_ALL])
 # Makes the program test_<name> (hiprt_add_gpu_program()) and ctest entries with the label gpu, run with ARGS: on AMD
-# <name>_<arch> for each of HIPRT_AMD_ARCHS and <name>_asan_<arch> for the last of them, where accesses out of bounds
-# end the test; on NVIDIA <name>_sm_<arch>. With EXPECT the output must match, and the exit status does not count. What
+# <name>_<arch> for each of HIPRT_AMD_ARCHS and <name>_asan_<arch>, where accesses out of bounds end the test, for the
+# last of them (with ASAN_ALL: for each); on NVIDIA <name>_sm_<arch>. With EXPECT the output must match, and the exit status does not count. What
 # cannot run here is skipped (exit status 77) and says why.
 function(hiprt_add_gpu_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "EXPECT" "LIBS;OPTIONS;ARGS;FIXTURES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "ASAN_ALL" "EXPECT" "LIBS;OPTIONS;ARGS;FIXTURES")
   if(HIPRT_GPU_PLATFORM STREQUAL "OFF")
     hiprt_skip_gpu_test(${name} "GPU code is off (${HIPRT_GPU_REASON})")
     return()
@@ -65,9 +65,14 @@ function(hiprt_add_gpu_test name)
       hiprt_add_gpu_entry(${name}_${arch} amd ${arch} test_${name} ${arg_ARGS})
       list(APPEND entries ${name}_${arch})
     endforeach()
-    list(GET HIPRT_AMD_ARCHS -1 arch)
-    hiprt_add_gpu_entry(${name}_asan_${arch} amd-asan ${arch} test_${name} ${arg_ARGS})
-    list(APPEND entries ${name}_asan_${arch})
+    set(asan_archs ${HIPRT_AMD_ARCHS})
+    if(NOT arg_ASAN_ALL)
+      list(GET HIPRT_AMD_ARCHS -1 asan_archs)
+    endif()
+    foreach(arch IN LISTS asan_archs)
+      hiprt_add_gpu_entry(${name}_asan_${arch} amd-asan ${arch} test_${name} ${arg_ARGS})
+      list(APPEND entries ${name}_asan_${arch})
+    endforeach()
   else()
     foreach(arch IN LISTS HIPRT_NVIDIA_ARCHS)
       hiprt_add_gpu_entry(${name}_sm_${arch} nvidia sm_${arch} test_${name} ${arg_ARGS})

@@ -45,7 +45,6 @@ class AllHits {
     if (!search_.can_go_on()) return search_.hit();
     if (kMaySort && sorts_) {
       if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
-      if (search_.state() == TraversalState::kFinished) return search_.hit();
       search_.find_closest(false);
     } else {
       search_.find_any(false);

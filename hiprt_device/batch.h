@@ -25,7 +25,7 @@ HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next,
       const LaneMask lanes = group_ballot(kWholeWave, idle);
       std::uint32_t first = 0;
       if (lane_index() == 0) first = fetch_add(next, lane_count(lanes));
-      first = from_first_lane(wave_ballot(true), first);
+      first = from_first_lane(kWholeWave, first);
       if (idle) {
         ray = first + lanes_before(lanes);
         idle = ray >= count;
@@ -37,6 +37,7 @@ HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next,
     const bool answered = query.advance_wave(more);
     if (answered && !idle) {
       done(ray, query);
+      query.cancel();
       idle = true;
     }
   }

@@ -40,7 +40,7 @@ class ClosestHit {
   HIPRT_HD HIPRT_INLINE void advance() {
     if (!search_.can_go_on()) return;
     if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
-    if (search_.state() != TraversalState::kFinished) search_.find_closest(false);
+    search_.find_closest(false);
   }
 
   /// For trace_batch(), with a WholeWave schedule: a part of the way to the first hit. All lanes of the wave call it.

@@ -47,6 +47,7 @@ class HitSearch {
 
   /// Whether asking makes sense; if not, hit() is a miss, or says that the search failed.
   HIPRT_HD HIPRT_INLINE bool can_go_on() {
+    if (state_ == TraversalState::kHit && stopped_) state_ = TraversalState::kFinished;
     if (state_ == TraversalState::kInit || state_ == TraversalState::kHit) return true;
     hit_ = Hit{};
     if (state_ != TraversalState::kFinished) hit_.t = std::numeric_limits<float>::quiet_NaN();
@@ -55,7 +56,6 @@ class HitSearch {
 
   /// Prepares for the closest hit behind the one at hand, in the order of t, geometry, primitive.
   HIPRT_HD HIPRT_INLINE void start_behind_hit() {
-    if (stopped_) return conclude(false);
     after_t_ = max_of(hit_.t, 0.0f);  // Not -0, whose bits would come last in the order of entry distances.
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
@@ -84,10 +84,6 @@ class HitSearch {
 
   /// Looks for one more hit, whichever comes first. @return as find_closest().
   HIPRT_HD HIPRT_INLINE bool find_any(bool may_pause) {
-    if (stopped_) {
-      conclude(false);
-      return true;
-    }
     const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
                                            [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
                                              if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
@@ -98,7 +94,7 @@ class HitSearch {
     return true;
   }
 
-  /// Nothing is left to visit.
+  /// Nothing is left to visit, and nothing is counted.
   HIPRT_HD HIPRT_INLINE void cancel() { traversal_.cancel(); }
 
   HIPRT_HD HIPRT_INLINE void forget_hit() {
@@ -169,13 +165,19 @@ class HitSearch {
   }
 
   HIPRT_HD HIPRT_INLINE void conclude(bool found) {
-    state_ = found ? TraversalState::kHit : TraversalState::kFinished;
+    state_ = found ? TraversalState::kHit : without_hit();
     if (found) return;
     forget_hit();
-    if (stopped_ || !traversal_.overflowed()) return;
-    state_ = TraversalState::kStackOverflow;
+    if (state_ == TraversalState::kFinished) return;
     hit_.t = std::numeric_limits<float>::quiet_NaN();
-    if constexpr (requires { storage_.on_overflow(); }) storage_.on_overflow();
+    if constexpr (requires { storage_.on_overflow(); })
+      if (state_ == TraversalState::kStackOverflow) storage_.on_overflow();
+  }
+
+  /// What it means that there is no hit.
+  HIPRT_HD HIPRT_INLINE TraversalState without_hit() const {
+    if (!is_covered()) return TraversalState::kRefused;
+    return traversal_.overflowed() ? TraversalState::kStackOverflow : TraversalState::kFinished;
   }
 
   const SceneView* scene_;

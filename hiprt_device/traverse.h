@@ -220,7 +220,8 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
       const auto report = [&](const CustomHit& hit) HIPRT_INLINE_LAMBDA {
         return offer(Candidate{hit.t, hit.u, hit.v}, slot, &hit);
       };
-      if (!primitives.intersect(type, ray, tmin_, limit, PrimitiveId{geometry, primitive}, report)) return false;
+      if (!primitives.intersect(type, ray, max_of(ray.tmin, 0.0f), limit, PrimitiveId{geometry, primitive}, report))
+        return false;
     }
     return true;
   }

@@ -28,6 +28,10 @@ build::Result<BvhFile> load_bvh(const std::filesystem::path& path) {
 }
 
 build::Result<void> check_traceable(const std::filesystem::path& path, const FileHeader& header) {
+  if (header.features & feature_bit(Feature::kCustom))
+    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
+                                       path.string() + ": has custom primitives, which need functors of a program of "
+                                                       "yours: the tools trace triangles only"});
   if (header.stack_bound <= kTraceStack) return {};
   return tl::unexpected(build::Error{build::ErrorCode::kTooLarge,
                                      path.string() + ": " + std::to_string(header.stack_bound) +

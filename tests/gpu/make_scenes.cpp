@@ -13,13 +13,16 @@ using namespace hiprt::checks;
 namespace {
 
 build::Result<void> write(const SceneSource& source, NodeLayout layout, const std::filesystem::path& folder) {
-  const std::vector<Box> boxes = boxes_of(source.spheres);
-  const std::vector<build::CustomGeometry> customs{{.boxes = boxes, .type = 0}};
+  std::vector<Box> balls, segments;
+  for (const Sphere& sphere : source.spheres) balls.push_back(SphereSet::bounds(sphere));
+  for (const std::uint32_t first : segments_of(source.hair))
+    segments.push_back(RoundCurveSet::bounds(source.hair[first], source.hair[first + 1]));
+  const std::vector<build::CustomGeometry> customs{{.boxes = balls, .type = 0}, {.boxes = segments, .type = 1}};
   const auto meshes = oracle::views(source.meshes);
-  const build::SceneInput input{meshes, std::span(customs).first(boxes.empty() ? 0 : 1)};
+  const build::SceneInput input{meshes, std::span(customs).first(source.has_customs() ? 2 : 0)};
   const auto bvh = build::build(input, {.builder = source.builder, .nodes = layout, .max_leaf_triangles = 4});
   if (!bvh) return tl::unexpected(bvh.error());
-  std::printf("%s: %llu triangles, %llu spheres\n", file_name(source.name, layout).c_str(),
+  std::printf("%s: %llu triangles, %llu spheres and segments of hair\n", file_name(source.name, layout).c_str(),
               static_cast<unsigned long long>(bvh->statistics.triangles),
               static_cast<unsigned long long>(bvh->statistics.customs));
   return build::write_file(folder / file_name(source.name, layout), bvh->buffer.bytes());

@@ -2,8 +2,8 @@
 /// The scenes of the tests that compare a GPU's hits with the host's, and rays that are hard on them.
 
 #include <hiprt_build/build.h>
-#include <hiprt_device/ray.h>
-#include <tests/gpu/sphere.h>
+#include <hiprt_device/primitives/round_curve.h>
+#include <hiprt_device/primitives/sphere.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -11,11 +11,16 @@
 
 namespace hiprt::checks {
 
+/// Vertices of a strand of hair; its segments meet in balls that both report.
+inline constexpr std::uint32_t kStrand = 5;
+
 struct SceneSource {
   std::string name;
   std::vector<oracle::Mesh> meshes;
-  std::vector<Sphere> spheres{};  ///< One geometry behind the meshes.
   build::Builder builder = build::Builder::kSah;
+  std::vector<Sphere> spheres{};    ///< One geometry behind the meshes, of custom type 0.
+  std::vector<CurveVertex> hair{};  ///< The next, of type 1: strands of kStrand vertices.
+  bool has_customs() const { return !spheres.empty(); }
 };
 
 /// Two geometries with different masks: a closed, jagged star, and triangles of all sizes around it.
@@ -48,25 +53,37 @@ inline std::vector<Sphere> random_spheres(unsigned count, std::uint64_t seed) {
   return spheres;
 }
 
-/// Boxes with room for the rounding of a hit point.
-inline std::vector<Box> boxes_of(const std::vector<Sphere>& spheres) {
-  std::vector<Box> boxes;
-  for (const Sphere& sphere : spheres) {
-    Box box{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.min[k] = sphere.center[k] - sphere.radius * 1.001f - 1e-5f;
-      box.max[k] = sphere.center[k] + sphere.radius * 1.001f + 1e-5f;
+inline std::vector<CurveVertex> random_hair(unsigned strands, std::uint64_t seed) {
+  oracle::Random random(seed);
+  std::vector<CurveVertex> hair;
+  for (unsigned strand = 0; strand < strands; ++strand) {
+    oracle::Position at = random.in_cube(2.0);
+    for (unsigned i = 0; i < kStrand; ++i) {
+      const oracle::Position step = random.in_cube(0.3);
+      for (std::size_t k = 0; k < 3; ++k) at[k] += step[k];
+      hair.push_back({{at[0], at[1], at[2]}, static_cast<float>(random.log_uniform(1e-3, 0.1))});
     }
-    boxes.push_back(box);
   }
-  return boxes;
+  return hair;
+}
+
+/// The first vertex of each segment.
+inline std::vector<std::uint32_t> segments_of(const std::vector<CurveVertex>& hair) {
+  std::vector<std::uint32_t> first;
+  for (std::uint32_t i = 0; i < hair.size(); ++i)
+    if (i % kStrand + 1 != kStrand) first.push_back(i);
+  return first;
 }
 
 inline std::vector<SceneSource> scene_sources(std::uint64_t seed) {
   return {{"soup", star_in_soup(seed)},
           {"sphere", {oracle::icosphere(4)}},
-          {"split", {oracle::needles(1000, 50.0, seed + 1)}, {}, build::Builder::kEmbreeHigh},
-          {"custom", {oracle::star(3, seed + 2)}, random_spheres(1500, seed + 3)}};
+          {"split", {oracle::needles(1000, 50.0, seed + 1)}, build::Builder::kEmbreeHigh},
+          {"custom",
+           {oracle::star(3, seed + 2)},
+           build::Builder::kSah,
+           random_spheres(700, seed + 3),
+           random_hair(200, seed + 4)}};
 }
 
 constexpr const char* layout_name(NodeLayout layout) {
@@ -91,9 +108,14 @@ struct Target {
   bool at_edge;
 };
 
-/// A vertex, the middle of an edge, or a point inside a triangle; of a sphere: anything near its surface.
+/// A vertex, the middle of an edge, or a point inside a triangle; of a sphere: anything near its surface; a joint of
+/// hair.
 inline Target random_target(const SceneSource& scene, oracle::Random& random) {
-  if (!scene.spheres.empty() && random.coin()) {
+  if (scene.has_customs() && random.coin()) {
+    if (random.coin()) {
+      const auto& joint = scene.hair[random.below(static_cast<std::uint32_t>(scene.hair.size()))].position;
+      return {{joint[0], joint[1], joint[2]}, false};
+    }
     const Sphere& sphere = scene.spheres[random.below(static_cast<std::uint32_t>(scene.spheres.size()))];
     oracle::Double3 point = random.on_sphere();
     for (std::size_t k = 0; k < 3; ++k) point[k] = sphere.center[k] + 0.99 * double{sphere.radius} * point[k];

@@ -42,7 +42,7 @@ std::span<const Variant> hardware_variants() {
       hardware<Hardware<HalfLayout, Watertight, Private, Postponed>, Private, Query::kAll>("half, postponed, all"),
       hardware<Hardware<FloatLayout, Watertight, Rolling, WholeWave<16>>, Rolling, Query::kClosest>(
           "float, rolling, whole wave, closest"),
-      hardware<Hardware<FloatLayout, Watertight, Private>, Private, Query::kClosest, Spheres>("float, closest, custom"),
+      hardware<Hardware<FloatLayout, Watertight, Private>, Private, Query::kClosest, Customs>("float, closest, custom"),
       hardware<Hardware<FloatLayout, HardwareTriangle, Private>, Private, Query::kClosest>(
           "float, closest, triangles too"),
       hardware<Hardware<HalfLayout, HardwareTriangle, Rolling>, Rolling, Query::kAny>(

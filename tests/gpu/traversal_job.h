@@ -3,13 +3,12 @@
 
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/primitive_table.h>
+#include <hiprt_device/primitives/round_curve.h>
+#include <hiprt_device/primitives/sphere.h>
 #include <hiprt_device/stacks/rolling.h>
-
-#include <tests/gpu/sphere.h>
 
 #include <hip/hip_runtime.h>
 
-#include <cmath>
 #include <span>
 
 namespace hiprt::checks {
@@ -55,33 +54,8 @@ struct StopAtOnce {
   HIPRT_HD FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kAcceptAndStop; }
 };
 
-/// Custom primitives: reports where the ray enters and leaves. No sum of products is left to the compiler, so that the
-/// bits are the same everywhere.
-struct SphereSet {
-  const Sphere* spheres;
-
-  template <class Report>
-  HIPRT_HD bool intersect(const Ray& ray, float, float, std::uint32_t primitive, Report&& report) const {
-    const Sphere& sphere = spheres[primitive];
-    const Vec3& d = ray.direction;
-    const float x = ray.origin.x - sphere.center[0], y = ray.origin.y - sphere.center[1],
-                z = ray.origin.z - sphere.center[2];
-    const auto dot = [](float ax, float ay, float az, float bx, float by, float bz, float more) {
-      return fused_multiply_add(ax, bx, fused_multiply_add(ay, by, fused_multiply_add(az, bz, more)));
-    };
-    const float a = dot(d.x, d.y, d.z, d.x, d.y, d.z, 0.0f), b = dot(d.x, d.y, d.z, x, y, z, 0.0f);
-    const float c = dot(x, y, z, x, y, z, -(sphere.radius * sphere.radius));
-    const float discriminant = fused_multiply_add(b, b, -(a * c));
-    if (!(discriminant >= 0.0f)) return true;
-    const float root = std::sqrt(discriminant);
-    for (const float t : {(-b - root) / a, (-b + root) / a}) {
-      const Vec3 normal(fused_multiply_add(t, d.x, x), fused_multiply_add(t, d.y, y), fused_multiply_add(t, d.z, z));
-      if (!report(CustomHit{t, normal.x, normal.y, normal, 1e-6f})) return false;
-    }
-    return true;
-  }
-};
-using Spheres = PrimitiveList<SphereSet>;
+/// Types 0 and 1.
+using Customs = PrimitiveList<SphereSet, RoundCurveSet>;
 
 /// The argument of every kernel. All pointers are the device's.
 struct Job {
@@ -95,7 +69,7 @@ struct Job {
   StackEntry* spill;             ///< spill_entries for each thread of the grid.
   std::uint32_t spill_entries;
   SpillPool pool;
-  const Sphere* spheres;
+  Customs customs;
 };
 
 enum class Query { kClosest, kAny, kAll };
@@ -110,7 +84,7 @@ struct Variant {
   Filtering filter;
   unsigned depth;     ///< Hits asked for.
   bool batch;         ///< The grid may have fewer threads than there are rays.
-  bool custom;        ///< It can trace spheres.
+  bool custom;        ///< It can trace Customs.
   bool exact = true;  ///< Hits have the host's bits.
 };
 

@@ -131,7 +131,7 @@ template <class Primitives> __device__ Primitives primitives_of(const Job& job) 
   if constexpr (Primitives::kCount == 0)
     return {};
   else
-    return {SphereSet{job.spheres}};
+    return job.customs;
 }
 
 template <class P, Query kQuery, class Filter, class Primitives> struct QueryType;

@@ -18,7 +18,9 @@ std::span<const Variant> mixed_variants() {
           "float, rolling, postponed, any, reject"),
       mix_of<HalfLayout, Restarting<4>, WholeWave<16>, Query::kClosest>("half, restart, whole wave, closest"),
       mix_of<QuantizedLayout, GlobalInSlot, Postponed, Query::kAll>("quantized, global, postponed, all"),
-      mix_of<QuantizedLayout, InShared<48>, WholeWave<24>, Query::kAny>("quantized, shared, whole wave, any"),
+      mix_of<QuantizedLayout, InShared<48>, WholeWave<24>, Query::kAny, StopAtOnce>(
+          "quantized, shared, whole wave, any, stop"),
+      mix_of<PlanesLayout, InPrivate<64>, Immediate, Query::kAll, StopAtOnce>("planes, private, immediate, all, stop"),
       mix_of<HalfLayout, RollingInSlot<4>, Immediate, Query::kClosest, RejectThird>(
           "half, rolling in a slot, immediate, closest, reject"),
       mix_of<FloatLayout, InShared<48>, WholeWave<32>, Query::kClosest, StopAtOnce>(
@@ -31,11 +33,11 @@ std::span<const Variant> mixed_variants() {
 
 std::span<const Variant> custom_variants() {
   static const Variant variants[] = {
-      mix_of<PlanesLayout, InPrivate<64>, Immediate, Query::kClosest, NoFilter, Spheres>("planes, private, closest"),
-      mix_of<FloatLayout, RollingInGrid<8>, Immediate, Query::kAny, NoFilter, Spheres>("float, rolling, any"),
-      mix_of<HalfLayout, InPrivate<64>, Postponed, Query::kAll, RejectThird, Spheres>(
+      mix_of<PlanesLayout, InPrivate<64>, Immediate, Query::kClosest, NoFilter, Customs>("planes, private, closest"),
+      mix_of<FloatLayout, RollingInGrid<8>, Immediate, Query::kAny, NoFilter, Customs>("float, rolling, any"),
+      mix_of<HalfLayout, InPrivate<64>, Postponed, Query::kAll, RejectThird, Customs>(
           "half, private, postponed, all, reject"),
-      mix_of<QuantizedLayout, Restarting<4>, WholeWave<16>, Query::kClosest, RejectThird, Spheres>(
+      mix_of<QuantizedLayout, Restarting<4>, WholeWave<16>, Query::kClosest, RejectThird, Customs>(
           "quantized, restart, whole wave, closest, reject"),
   };
   return variants;

@@ -29,10 +29,11 @@ template <class Filter>
 std::vector<Expected> ask_all(const SceneSource& source, const SceneView& scene, const std::vector<Ray>& rays) {
   std::vector<Expected> expected;
   expected.reserve(rays.size());
-  const Spheres spheres{SphereSet{source.spheres.data()}};
+  const std::vector<std::uint32_t> segments = segments_of(source.hair);
+  const Customs customs{SphereSet{source.spheres.data()}, RoundCurveSet{source.hair.data(), segments.data()}};
   for (const Ray& ray : rays)
-    expected.push_back(source.spheres.empty() ? ask_host<Filter>(scene, ray, NoPrimitives{})
-                                              : ask_host<Filter>(scene, ray, spheres));
+    expected.push_back(source.has_customs() ? ask_host<Filter>(scene, ray, customs)
+                                            : ask_host<Filter>(scene, ray, NoPrimitives{}));
   return expected;
 }
 
@@ -66,6 +67,8 @@ bool is_right(const Answer& answer, const Expected& expected, Query query, Filte
   const bool found = answer.hit.found();
   if (answer.failed != 0 || answer.state == TraversalState::kStackOverflow) return false;
   if (found != expected.closest.found()) return false;
+  if (query == Query::kAll && filter == Filtering::kStop && found)
+    return answer.count == 1 && is_among(answer.hit, expected.all, true);
   if (query == Query::kAll) return answer.count == expected.all.size() && answer.digest == expected.all_digest;
   if (!found) return answer.count == 0 && digest_of(answer.hit) == digest_of(Hit{});
   if (query == Query::kAny) return is_among(answer.hit, expected.all, false);

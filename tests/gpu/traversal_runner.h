@@ -2,6 +2,7 @@
 /// Runs one kernel of the traversal test, with its memory between guard words.
 
 #include <hiprt_build/gpu/gpu.h>
+#include <tests/gpu/random_scene.h>
 #include <tests/gpu/results.h>
 #include <tests/gpu/traversal_job.h>
 
@@ -42,23 +43,34 @@ class Runner {
  public:
   Runner() : wave_(must(gpu::current_device()).wave_size) {}
 
-  /// @param entries per thread, of grid and pool memory. @param spheres on the host.
+  /// @param entries per thread, of grid and pool memory. @param source of the scene's custom primitives, or none.
   Run run(const Variant& variant, const SceneView& scene, const std::vector<Ray>& rays, std::uint32_t entries,
-          const std::vector<Sphere>& spheres = {}) {
+          const SceneSource& source = {}) {
     const auto count = static_cast<std::uint32_t>(rays.size());
     const unsigned blocks = variant.batch ? kBatchBlocks : (count + kBlock - 1) / kBlock;
     const std::vector<std::uint32_t> zeros(3 + kSlots, 0);
     auto words = must(gpu::DeviceArray<std::uint32_t>::from(zeros, nullptr, allocator_));
     const auto device_rays = must(gpu::DeviceArray<Ray>::from(rays, nullptr, allocator_));
-    const auto device_spheres = must(gpu::DeviceArray<Sphere>::from(spheres, nullptr, allocator_));
+    const auto spheres = must(gpu::DeviceArray<Sphere>::from(source.spheres, nullptr, allocator_));
+    const auto hair = must(gpu::DeviceArray<CurveVertex>::from(source.hair, nullptr, allocator_));
+    const auto segments = must(gpu::DeviceArray<std::uint32_t>::from(segments_of(source.hair), nullptr, allocator_));
     auto answers = must(gpu::DeviceArray<Answer>::make(count, nullptr, allocator_));
     must(answers.fill(std::byte{0x5a}, nullptr));
     GuardedEntries spill(std::size_t{blocks} * kBlock * entries, nullptr, allocator_);
     GuardedEntries slots(pool_spill_bytes(kSlots, entries, wave_) / sizeof(StackEntry), nullptr, allocator_);
     std::uint32_t* const word = words.data();
     const SpillPool pool{word + 3, slots.begin(), kSlots, entries};
-    const Job job{scene, device_rays.data(),   answers.data(), count, word, word + 1, word + 2, spill.begin(), entries,
-                  pool,  device_spheres.data()};
+    const Job job{scene,
+                  device_rays.data(),
+                  answers.data(),
+                  count,
+                  word,
+                  word + 1,
+                  word + 2,
+                  spill.begin(),
+                  entries,
+                  pool,
+                  Customs{SphereSet{spheres.data()}, RoundCurveSet{hair.data(), segments.data()}}};
     must(gpu::launch(variant.kernel, gpu::Grid{blocks}, nullptr, {.block = kBlock, .name = variant.name}, job));
     Run result{must(answers.to_vector(nullptr)), 0, 0};
     const auto after = must(words.to_vector(nullptr));

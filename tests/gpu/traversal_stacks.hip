@@ -8,6 +8,10 @@ template <class Place, Query kQuery = Query::kClosest> Variant with(const char* 
   return variant<With<PlanesLayout, Place>, Place, kQuery>(name);
 }
 
+template <class Place, Query kQuery = Query::kClosest> Variant in_batch(const char* name) {
+  return variant<With<PlanesLayout, Place, WholeWave<16>>, Place, kQuery>(name);
+}
+
 }  // namespace
 
 std::span<const Variant> stack_variants() {
@@ -29,7 +33,9 @@ std::span<const Variant> stack_variants() {
 std::span<const Variant> tiny_stack_variants() {
   static const Variant variants[] = {
       with<InPrivate<5>>("private"),
+      in_batch<InPrivate<5>>("private, batch"),
       with<InShared<5>>("shared"),
+      in_batch<InShared<5>, Query::kAny>("shared, batch, any"),
       with<RollingInGrid<4>>("rolling, grid"),
       with<RollingInSlot<4>>("rolling, slot of a pool"),
       with<GlobalInSlot>("global, slot of a pool"),

@@ -1,7 +1,4 @@
 // Whether a GPU finds the same bits as the host: prints both digests, exit status 0 if they agree.
-//
-//   hipcc -O3 -std=c++20 -I. --offload-arch=gfx1030 tests/primitives/digest.hip -o digest && ./digest
-//   nvcc -x cu -O3 -std=c++20 -arch=sm_90 --expt-relaxed-constexpr -I. -Icmake/hip_nvidia tests/primitives/digest.hip
 
 #include <hip/hip_runtime.h>
 #include <tests/primitives/digest.h>

@@ -127,7 +127,7 @@ TEST_CASE("bvhrender: pictures that cannot be written are failures that leave no
   CHECK(read_file(odd) == bytes);
 }
 
-TEST_CASE("bvhrender: a tree too deep for its stack is refused with the number") {
+TEST_CASE("bvhrender: a tree too deep for its stack, and custom primitives, are refused with the reason") {
   hiprt::FileHeader header{};
   header.stack_bound = 5000;
   const auto deep = hiprt::tools::check_traceable("deep.bvh", header);
@@ -135,6 +135,10 @@ TEST_CASE("bvhrender: a tree too deep for its stack is refused with the number")
   CHECK(deep.error().message == "deep.bvh: 5000 stack entries needed, the limit is 4096");
   header.stack_bound = 4096;
   CHECK(hiprt::tools::check_traceable("deep.bvh", header));
+  header.features = hiprt::feature_bit(hiprt::Feature::kTriangles) | hiprt::feature_bit(hiprt::Feature::kCustom);
+  const auto custom = hiprt::tools::check_traceable("balls.bvh", header);
+  REQUIRE_FALSE(custom);
+  CHECK_THAT(custom.error().message, Catch::Contains("balls.bvh: has custom primitives"));
 }
 
 TEST_CASE("bvhrender: a scene that no camera can see as a whole needs one of its own") {

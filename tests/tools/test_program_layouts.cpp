@@ -100,6 +100,19 @@ TEST_CASE("Programs: coordinates that quantized nodes cannot hold are an error w
   CHECK(run({kBvhBuild, mesh, "-o", folder / "a.bvh", "--nodes", "half"}).status == 0);
 }
 
+TEST_CASE("Programs: custom primitives are not traced, on no device") {
+  const TempFolder folder;
+  const std::string bvh = write_custom(folder), rays = folder.write("none.rays", "");
+  for (const std::string device : {"cpu", "auto", "gpu"}) {
+    INFO(device);
+    const CommandResult refused =
+        run({kBvhTrace, bvh, "--rays", rays, "--hits", folder / "a.hits", "--device", device});
+    CHECK(refused.status == 1);
+    CHECK_THAT(refused.err, Contains("c.bvh: has custom primitives"));
+  }
+  CHECK(folder.names() == std::vector<std::string>{"c.bvh", "none.rays"});
+}
+
 TEST_CASE("Programs: bvhinfo tells of custom primitives") {
   const TempFolder folder;
   const std::string bvh = write_custom(folder);

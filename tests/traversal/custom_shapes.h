@@ -132,12 +132,13 @@ struct CustomWorld {
       if ((customs[c].mask & ray.mask) == 0) continue;
       const auto geometry = static_cast<std::uint32_t>(meshes.size()) + c;
       for (std::uint32_t i = 0; i < boxes[c].size(); ++i)
-        primitives.intersect(customs[c].type, ray, 0.0f, 0.0f, PrimitiveId{geometry, i}, [&](const CustomHit& found) {
-          const Hit hit{found.t, found.u, found.v, geometry, i, found.normal, found.error};
-          if (in_range(ray, hit.t) && primitives.filter(customs[c].type, ray, hit) != FilterAnswer::kReject)
-            hits.push_back(hit);
-          return true;
-        });
+        primitives.intersect(
+            customs[c].type, ray, effective_tmin(ray), ray.tmax, PrimitiveId{geometry, i}, [&](const CustomHit& found) {
+              const Hit hit{found.t, found.u, found.v, geometry, i, found.normal, found.error};
+              if (in_range(ray, hit.t) && primitives.filter(customs[c].type, ray, hit) != FilterAnswer::kReject)
+                hits.push_back(hit);
+              return true;
+            });
     }
     return sorted(std::move(hits));
   }
