@@ -10,7 +10,9 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// Traces rays [0, count) with "persistent threads" and dynamic fetch (Aila and Laine 2009): with
 /// WholeWave<kFetchBelow> as the queries' schedule, idle lanes get new rays while the others are on their way. All
 /// lanes of a wave call it together; a grid that just fills the device is the right size.
-/// @param next 0 at first, in memory of the device; all waves of the batch count it up.
+/// @param count below 2^32 minus the threads of the grid.
+/// @param next 0 at first, in memory of the device; all waves of the batch count it up, to count plus as many as there
+///        are threads at most.
 /// @param make a query (ClosestHit or AnyHit) from the number of a ray.
 /// @param done called with the number and the query when its answer is there: query.hit().
 template <class Make, class Done>

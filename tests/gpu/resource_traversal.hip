@@ -25,6 +25,12 @@ struct Discs {
 namespace {
 
 constexpr unsigned kBlock = 64;
+/// As tools/gpu_policies.h: blocks of a multiprocessor on NVIDIA, waves of a SIMD on AMD.
+#if defined(__CUDACC__)
+constexpr unsigned kResident = 14;
+#else
+constexpr unsigned kResident = 1;
+#endif
 using Private = PrivateStack<64>;
 using Shared = SharedStack<>;
 using Rolling = RollingStack<8>;
@@ -95,14 +101,24 @@ template <class Layout, class Stack> __global__ void __launch_bounds__(kBlock) a
   });
 }
 
-template <class Layout, class Stack> __global__ void __launch_bounds__(kBlock) closest_batch(Arguments arguments) {
-  using Query = ClosestHit<With<Layout, Stack, WholeWave<>>>;
-  with_storage<Stack>(arguments, [&](const auto& storage) {
+/// The tools' kernels.
+template <class P, class Query> __device__ HIPRT_INLINE void trace_all(const Arguments& arguments) {
+  with_storage<typename P::Stack>(arguments, [&](const auto& storage) {
     trace_batch(
         arguments.count, arguments.next,
         [&](std::uint32_t ray) { return Query(arguments.scene, arguments.rays[ray], storage); },
         [&](std::uint32_t ray, const Query& query) { arguments.hits[ray] = query.hit(); });
   });
+}
+template <class Layout, class Stack>
+__global__ void __launch_bounds__(kBlock, kResident) closest_batch(Arguments arguments) {
+  using P = With<Layout, Stack, WholeWave<>>;
+  trace_all<P, ClosestHit<P>>(arguments);
+}
+template <class Layout, class Stack>
+__global__ void __launch_bounds__(kBlock, kResident) any_batch(Arguments arguments) {
+  using P = With<Layout, Stack, WholeWave<>>;
+  trace_all<P, AnyHit<P>>(arguments);
 }
 
 template <class Layout, class Stack> __global__ void __launch_bounds__(kBlock) closest_filtered(Arguments arguments) {
@@ -151,8 +167,11 @@ template __global__ void any<PlanesLayout, Restart>(Arguments);
 template __global__ void any<QuantizedLayout, Private>(Arguments);
 template __global__ void any<QuantizedLayout, Rolling>(Arguments);
 template __global__ void any<QuantizedLayout, Restart>(Arguments);
+template __global__ void closest_batch<PlanesLayout, Private>(Arguments);
 template __global__ void closest_batch<PlanesLayout, Rolling>(Arguments);
 template __global__ void closest_batch<QuantizedLayout, Rolling>(Arguments);
+template __global__ void any_batch<PlanesLayout, Private>(Arguments);
+template __global__ void any_batch<PlanesLayout, Rolling>(Arguments);
 template __global__ void closest_filtered<QuantizedLayout, Rolling>(Arguments);
 template __global__ void closest_custom<QuantizedLayout, Rolling>(Arguments);
 template __global__ void closest_hardware<FloatLayout, Watertight>(Arguments);
