@@ -1,0 +1,86 @@
+"""The plots, as PNG and SVG."""
+
+import os
+import sys
+
+from .runs import geometric_mean, paired_means
+
+
+def save(figure, folder, name):
+    for extension in ["png", "svg"]:
+        figure.savefig(os.path.join(folder, f"{name}.{extension}"), dpi=120, bbox_inches="tight")
+
+
+def plot_scene(plt, runs, scene, folder, most):
+    """Bars: Mrays/s by kind of the best variants of a scene."""
+    kinds = runs.kinds(scene)
+    rows = [row for row in runs.rows.values() if any(cell[0] == scene for cell in row.speeds)]
+    rows.sort(key=lambda row: -geometric_mean(v for cell, v in row.speeds.items() if cell[0] == scene))
+    rows = rows[:most][::-1]
+    size = (3 * len(kinds) + 4, 0.28 * len(rows) + 1.5)
+    figure, axes = plt.subplots(1, len(kinds), sharey=True, figsize=size, squeeze=False)
+    for axis, kind in zip(axes[0], kinds):
+        colors = ["tab:blue" if row.axes["tests"] == "accurate" else "tab:orange" for row in rows]
+        axis.barh([row.name() for row in rows], [row.speeds.get((scene, kind), 0) for row in rows], color=colors)
+        axis.set_title(kind)
+        axis.set_xlabel("Mrays/s")
+        axis.tick_params(axis="y", labelsize=7)
+    figure.suptitle(f"{scene} (blue: accurate, orange: fast)")
+    save(figure, folder, f"variants_{scene}")
+    plt.close(figure)
+
+
+def plot_accuracy(plt, runs, folder):
+    """Bars: how much faster the fast tests are."""
+    pairs = sorted((accurate.name(), ratio) for accurate, _, ratio in paired_means(runs, "tests", "accurate", "fast"))
+    if not pairs:
+        return
+    figure, axis = plt.subplots(figsize=(8, 0.28 * len(pairs) + 1.5))
+    axis.barh([name for name, _ in pairs], [ratio for _, ratio in pairs])
+    axis.axvline(1.0, color="black", linewidth=0.8)
+    axis.set_xlabel("speed of fast tests relative to accurate ones (geometric mean)")
+    axis.tick_params(axis="y", labelsize=7)
+    save(figure, folder, "accuracy_cost")
+    plt.close(figure)
+
+
+def plot_memory(plt, runs, folder):
+    """Points: the best accurate variant of each tree, speed over bytes per triangle."""
+    scenes = runs.scenes()
+    figure, axes = plt.subplots(1, len(scenes), figsize=(4 * len(scenes), 3.5), squeeze=False)
+    for axis, scene in zip(axes[0], scenes):
+        best = {}
+        for row in runs.rows.values():
+            for (where, kind), speed in row.speeds.items():
+                if where == scene and row.axes["tests"] == "accurate":
+                    point = (row.bytes_per_triangle[scene], speed, row.axes["tree"])
+                    best[(kind, point[2])] = max(point, best.get((kind, point[2]), point), key=lambda p: p[1])
+        for kind in runs.kinds(scene):
+            points = sorted(point for (k, _), point in best.items() if k == kind)
+            axis.plot([p[0] for p in points], [p[1] for p in points], "o", label=kind)
+            for place, speed, tree in points:
+                axis.annotate(tree, (place, speed), fontsize=6, xytext=(4, 2), textcoords="offset points")
+        axis.margins(x=0.25)
+        axis.legend(fontsize=6)
+        axis.set_title(scene)
+        axis.set_xlabel("bytes per triangle")
+        axis.set_ylabel("Mrays/s")
+    figure.tight_layout()
+    save(figure, folder, "speed_and_memory")
+    plt.close(figure)
+
+
+def plot_all(runs, folder, most):
+    try:
+        import matplotlib
+    except ImportError:
+        print("plot_variants.py: no plots: no matplotlib here (tools/install-packages test)", file=sys.stderr)
+        return
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    for scene in runs.scenes():
+        plot_scene(plt, runs, scene, folder, most)
+    plot_accuracy(plt, runs, folder)
+    if runs.scenes():
+        plot_memory(plt, runs, folder)
