@@ -4,31 +4,67 @@
 import argparse
 import os
 import sys
+import tempfile
 
+from variant_report.json_file import InputError
 from variant_report.plots import plot_all
 from variant_report.runs import Peers, Runs
 from variant_report.summary import summary
 
+DESCRIPTION = """Writes variants.md (comparison with the peers, cost of accuracy and of features) and plots (PNG and SVG;
+left out where matplotlib is missing) from JSON of bench_variants. Exit status: 0, 1 when a file cannot be read or
+written or holds something else (nothing is written then), 2 for a wrong argument."""
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message):
+        self.exit(2, f"plot_variants.py: {message} (see --help)\n")
+
+
+def count(text):
+    """An argument: a number of variants."""
+    if not (text.isascii() and text.isdigit() and 1 <= len(text) <= 3 and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number from 1 to 999")
+    return int(text)
+
+
+def write_together(folder, write):
+    """Whatever write(FOLDER) makes there goes to the folder when all of it is made."""
+    try:
+        os.makedirs(folder, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".plot_variants-", dir=folder) as work:
+            write(work)
+            names = sorted(os.listdir(work))
+            for name in names:
+                if os.path.isdir(os.path.join(folder, name)):
+                    raise InputError(f"{os.path.join(folder, name)}: cannot be written: a folder has that name")
+            for name in names:
+                os.replace(os.path.join(work, name), os.path.join(folder, name))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
+
+
+def write_report(runs, peers, most, folder):
+    # Text of the JSON, such as a command, may hold what has no encoding.
+    with open(os.path.join(folder, "variants.md"), "w", encoding="utf-8", errors="backslashreplace") as file:
+        file.write(summary(runs, peers))
+    plot_all(runs, folder, most)
+
 
 def main():
     here = os.path.dirname(os.path.abspath(__file__))
-    parser = argparse.ArgumentParser(
-        description="Writes variants.md (comparison with the peers, cost of accuracy and of features) and plots (PNG and "
-        "SVG; left out where matplotlib is missing) from JSON of bench_variants. Exit status 1 if a file cannot be read.")
-    parser.add_argument("json", nargs="+", help="files of bench_variants --json")
+    parser = Parser(prog="plot_variants.py", description=DESCRIPTION)
+    parser.add_argument("json", nargs="+", help="files of bench_variants --json; compressed ones end in .xz")
     parser.add_argument("--output", default=".", help="folder for what is written (.)")
     parser.add_argument("--peers", default=os.path.join(here, "peers", "h200.json"), help="the peers' figures (h200.json)")
-    parser.add_argument("--most", type=int, default=30, help="variants in the plot of a scene, the best ones (30)")
+    parser.add_argument("--most", type=count, default=30, help="variants in the plot of a scene, the best ones (30)")
     arguments = parser.parse_args()
     try:
         runs, peers = Runs(arguments.json), Peers(arguments.peers)
-    except (OSError, ValueError, KeyError) as error:
+        write_together(arguments.output, lambda folder: write_report(runs, peers, arguments.most, folder))
+    except InputError as error:
         print(f"plot_variants.py: {error}", file=sys.stderr)
         return 1
-    os.makedirs(arguments.output, exist_ok=True)
-    with open(os.path.join(arguments.output, "variants.md"), "w", encoding="utf-8") as file:
-        file.write(summary(runs, peers))
-    plot_all(runs, arguments.output, arguments.most)
     return 0
 
 

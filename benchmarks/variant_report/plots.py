@@ -3,12 +3,18 @@
 import os
 import sys
 
+from .json_file import InputError
 from .runs import geometric_mean, paired_means
 
 
 def save(figure, folder, name):
-    for extension in ["png", "svg"]:
-        figure.savefig(os.path.join(folder, f"{name}.{extension}"), dpi=120, bbox_inches="tight")
+    """The same figures give the same bytes: without a date, and (see plot_all) without random ids."""
+    for extension, metadata in [("png", {}), ("svg", {"Date": None})]:
+        path = os.path.join(folder, f"{name}.{extension}")
+        try:
+            figure.savefig(path, dpi=120, bbox_inches="tight", metadata=metadata)
+        except ValueError as error:
+            raise InputError(f"{name}.{extension}: cannot be drawn: {error}") from error
 
 
 def plot_scene(plt, runs, scene, folder, most):
@@ -77,6 +83,10 @@ def plot_all(runs, folder, most):
         print("plot_variants.py: no plots: no matplotlib here (tools/install-packages test)", file=sys.stderr)
         return
     matplotlib.use("Agg")
+    matplotlib.rcParams["svg.hashsalt"] = "hiprt"
+    # Names hold no formulas. Before matplotlib 3.6 a name with two dollar signs is taken for one.
+    if "text.parse_math" in matplotlib.rcParams:
+        matplotlib.rcParams["text.parse_math"] = False
     from matplotlib import pyplot as plt
 
     for scene in runs.scenes():

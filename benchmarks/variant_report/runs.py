@@ -1,7 +1,8 @@
 """What bench_variants and the peers measured."""
 
-import json
 import math
+
+from .json_file import load
 
 KINDS = ["primary", "ao", "shadow", "diffuse", "diffuse2"]
 ANY_KINDS = {"ao", "shadow"}
@@ -19,6 +20,25 @@ def usual_order(result):
     return "usual" if result["order"] == usual else result["order"]
 
 
+def read_tree(part):
+    tree = {key: part.name(key) for key in ["scene", "tree", "layout"]}
+    if "/" in tree["scene"]:
+        raise part.member("scene").fault(f"{tree['scene']!r} cannot be part of a file's name")
+    return {**tree, "bytes_per_triangle": part.number("bytes_per_triangle")}
+
+
+def read_result(part, trees):
+    """None if the variant failed or answered otherwise: it has no speed."""
+    if part.number("repetitions") == 0 or part.text("problem") or part.number("overflowed_rays"):
+        return None
+    result = {key: part.name(key) for key in ["scene", "tree", "kind", "query", *ROW_AXES]}
+    result |= {key: part.number(key) for key in ["registers", "min_ms", "max_ms"]}
+    result |= {key: part.number(key, positive=True) for key in ["mrays_s", "median_ms"]}
+    if (result["scene"], result["tree"]) not in trees:
+        raise part.fault(f"no entry of 'trees' has the scene {result['scene']!r} and the tree {result['tree']!r}")
+    return result
+
+
 class Row:
     """A variant over trees of one name: speeds by scene and kind."""
 
@@ -27,7 +47,6 @@ class Row:
         self.axes = dict(zip(["tree"] + ROW_AXES, key))
         self.speeds = {}
         self.registers = {}
-        self.occupancy = {}
         self.bytes_per_triangle = {}
 
     def name(self):
@@ -56,20 +75,23 @@ class Runs:
             self.read(path)
 
     def read(self, path):
-        with open(path, encoding="utf-8") as file:
-            data = json.load(file)
-        if data.get("format") != "hiprt bench_variants 1":
-            raise ValueError(f"{path}: not a file of bench_variants")
-        self.files.append((path, data))
-        self.faults += data.get("faults") or []
-        for tree in data.get("trees") or []:
-            self.trees[(tree["scene"], tree["tree"])] = tree
-        for result in data.get("results") or []:
-            self.add(result)
+        file = load(path, "hiprt bench_variants 1", "bench_variants")
+        for key in ["commit", "date", "command"]:
+            file.text(key)
+        file.member("device").name("name")
+        self.files.append((path, file.value))
+        self.faults += [fault.expect("text") for fault in file.members("faults")]
+        trees = [read_tree(part) for part in file.members("trees")]
+        trees = {(tree["scene"], tree["tree"]): tree for tree in trees}
+        self.trees |= trees
+        results = file.members("results")
+        if not results:
+            raise file.member("results").fault("nothing was measured")
+        for result in results:
+            self.add(read_result(result, trees))
 
     def add(self, result):
-        # A variant that failed or answered otherwise has no speed.
-        if result["repetitions"] == 0 or result["problem"] or result["overflowed_rays"]:
+        if result is None:
             return
         values = [usual_order(result) if axis == "order" else result[axis] for axis in ROW_AXES]
         key = (result["tree"], *values)
@@ -77,7 +99,6 @@ class Runs:
         cell = (result["scene"], result["kind"])
         row.speeds[cell] = max(result["mrays_s"], row.speeds.get(cell, 0.0))
         row.registers[result["query"]] = result["registers"]
-        row.occupancy[result["query"]] = result["occupancy"]
         tree = self.trees[(result["scene"], result["tree"])]
         row.bytes_per_triangle[result["scene"]] = tree["bytes_per_triangle"]
         self.spread.append((result["max_ms"] - result["min_ms"]) / result["median_ms"])
@@ -96,22 +117,25 @@ class Peers:
     """What other tracers reach, by scene and kind."""
 
     def __init__(self, path):
-        with open(path, encoding="utf-8") as file:
-            self.data = json.load(file)
+        file = load(path, "hiprt peers 1", "peers' figures")
+        self.gpu = file.name("gpu")
+        self.method = file.text("method")
+        self.peers = []
+        for part in file.members("peers"):
+            speeds = {(scene, kind): speeds.number(kind, positive=True)
+                      for scene, speeds in part.member("mrays_s").items() for kind in speeds.expect("an object")}
+            self.peers.append({**{key: part.text(key) for key in ["name", "group", "source"]}, "speeds": speeds})
         self.references = {
             "best HIPRT": self.best({"hiprt"}),
             "OptiX": self.best({"optix"}),
-            "best peer": self.best({peer["group"] for peer in self.data["peers"]}),
+            "best peer": self.best({peer["group"] for peer in self.peers}),
         }
 
     def best(self, groups):
         cells = {}
-        for peer in self.data["peers"]:
-            if peer["group"] not in groups:
-                continue
-            for scene, speeds in peer["mrays_s"].items():
-                for kind, speed in speeds.items():
-                    cells[(scene, kind)] = max(speed, cells.get((scene, kind), 0))
+        for peer in self.peers:
+            for cell, speed in peer["speeds"].items() if peer["group"] in groups else ():
+                cells[cell] = max(speed, cells.get(cell, 0))
         return cells
 
 

@@ -7,8 +7,9 @@ from .runs import ANY_KINDS, geometric_mean, paired_means
 
 
 def table(head, rows):
+    rows = [[str(cell).replace("|", "\\|") for cell in row] for row in rows]
     lines = ["| " + " | ".join(head) + " |", "|" + "|".join(["---"] + ["---:"] * (len(head) - 1)) + "|"]
-    return "\n".join(lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows]) + "\n"
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
 
 
 def number(value, digits=2):
@@ -125,7 +126,7 @@ def features_text(runs):
 
 def summary(runs, peers):
     text = "# Variants of the traversal\n\n" + provenance_text(runs)
-    text += f"\n## Against {peers.data['gpu']} peers\n\n{ranking_text(runs, peers)}\n## By cell\n\n{cells_text(runs, peers)}"
+    text += f"\n## Against {peers.gpu} peers\n\n{ranking_text(runs, peers)}\n## By cell\n\n{cells_text(runs, peers)}"
     text += f"\n## What accuracy costs\n\n{accuracy_text(runs)}\n## What features cost\n\n{features_text(runs)}"
-    text += "\n## Peers\n\n" + peers.data["method"] + "\n\n"
-    return text + "".join(f"- {peer['name']}: {peer['source']}\n" for peer in peers.data["peers"])
+    text += "\n## Peers\n\n" + peers.method + "\n\n"
+    return text + "".join(f"- {peer['name']}: {peer['source']}\n" for peer in peers.peers)
