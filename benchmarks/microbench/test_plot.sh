@@ -1,5 +1,6 @@
 #!/bin/bash
-# test_plot.sh BENCHMARKS: plot_variants.py on figures that are made up as multiples of HIPRT's.
+# test_plot.sh BENCHMARKS: plot_variants.py on figures that are made up as multiples of HIPRT's, and what run_gpu stores of
+# a program that says them.
 set -uo pipefail
 
 source=$1
@@ -159,6 +160,51 @@ for most in -3 0 1.5 many 1000; do
 done
 says 2 "argument --most: '-3' is no number" "$made_up" --most -3
 says 2 'unrecognized arguments: --unknown' "$made_up" --unknown
+
+# run_gpu stores what it says. Its summary can be made again from what is stored.
+cat >"$work/program" <<PROGRAM
+#!/bin/bash
+for argument in "\$@"; do
+  case \$argument in
+    --list)
+      echo '| registers |'
+      exit 0
+      ;;
+    --json=*) cat "\$MADE_UP" >"\${argument#*=}" ;;
+  esac
+done
+exit "\$STATUS"
+PROGRAM
+chmod +x "$work/program"
+# stored FILE...: the files of $work/stored but pictures.
+stored() {
+  local found
+  found=$(cd "$work/stored" && find . -type f ! -name '*.png' ! -name '*.svg' | sort | xargs)
+  if [[ $found != "$*" ]]; then fault "stored: $found, wanted $*: $output"; fi
+}
+run=("$source/run_gpu" "--scenes=$work" "--program=$work/program" "--output=$work/stored")
+expect 0 env STATUS=0 "MADE_UP=$made_up" "${run[@]}"
+stored ./kernels.md ./variants.json.xz ./variants.md
+expect 0 python3 -B "$plot" "$work/stored/variants.json.xz" --output "$work/again"
+if ! diff "$work/stored/variants.md" "$work/again/variants.md"; then fault "the summary is another one"; fi
+rm -r "$work/stored"
+# A file that plot_variants.py refuses, and wrong answers, are stored all the same.
+python3 -c 'import sys; print(open(sys.argv[1]).read().replace("5926", "0"))' "$made_up" >"$work/bad.json"
+expect 1 env STATUS=0 "MADE_UP=$work/bad.json" "${run[@]}"
+if [[ $output != *"variants.json.xz: results[0].mrays_s: is 0, but must be above 0"* ]]; then fault "$output"; fi
+stored ./kernels.md ./variants.json.xz
+rm -r "$work/stored"
+expect 1 env STATUS=1 "MADE_UP=$made_up" "${run[@]}"
+stored ./kernels.md ./variants.json.xz ./variants.md
+rm -r "$work/stored"
+# Without python3 the JSON stays as it is.
+mkdir "$work/bin"
+for name in bash cat chmod cp date dirname env find head mkdir mktemp mv rm sed sort tr xargs; do
+  ln -s "$(command -v "$name")" "$work/bin/$name"
+done
+expect 0 env "PATH=$work/bin" STATUS=0 "MADE_UP=$made_up" "${run[@]}"
+stored ./kernels.md ./variants.json
+if [[ $output != *"no python3 with lzma here: variants.json stays as it is"* ]]; then fault "without python3: $output"; fi
 
 echo "$faults faults"
 exit $((faults != 0))
