@@ -33,7 +33,11 @@ expect 0 python3 -B "$plot" "$source/microbench/test_data/made_up.json" --output
 holds 'Made-up GPU, commit 0000000' '**wrong result**: sponza.planes primary: made up' \
   '| planes accurate private batch16 usual masks 64x14 | 5 | 2.000 |' \
   '| sponza primary | 5926 | 2.00 | 3.80 | 1.31 |' '| **geometric mean of 5 cells** |  | **2.00** |' \
-  '| planes accurate private batch16 usual masks 64x14 | 80/80 | 72/72 | 1.250 |' \
+  '| planes accurate private batch16 usual masks 64x14 | 80/80 | 72/72 | 1.250 | 1.250 |' \
+  '| accurate variant | registers | of fast | sponza | all cells |' \
+  '| planes accurate | 2.000 | 2.000 | 2.000 (sponza primary) |' '| planes fast | 5.239 | 5.239 | 4.748 (sponza primary) |' \
+  '| planes | planes | sah |  | 57.0 |' '| quantized | quantized | embree-high | 3.0 | 48.0 |' \
+  '| planes | 1.250 | 1.250 | 80/80 | 72/72 |' '| planes filter | 0.950 | 0.950 | 84/84 | 1536/1536 |' \
   '| planes accurate private batch16 usual filter 64x14 | masks | 80/80 | 84/84 | 0.950 |' \
   'median 3.0%' 'HIPRT 3.1 SBVH: '
 # A variant that answered otherwise has no speed.

@@ -1,10 +1,11 @@
 """The plots, as PNG and SVG."""
 
+import math
 import os
 import sys
 
 from .json_file import InputError
-from .runs import geometric_mean, paired_means
+from .runs import geometric_mean, paired_ratios
 
 
 def save(figure, folder, name):
@@ -36,16 +37,38 @@ def plot_scene(plt, runs, scene, folder, most):
     plt.close(figure)
 
 
+def plot_accuracy_panel(axis, ratios):
+    """Bars from 1, where a ratio was measured."""
+    places = [i for i, ratio in enumerate(ratios) if not math.isnan(ratio)]
+    changes = [ratios[i] - 1 for i in places]
+    axis.barh(places, changes, left=1, color=["tab:orange" if change > 0 else "tab:blue" for change in changes])
+    for i in set(range(len(ratios))) - set(places):
+        axis.text(1, i, "not measured", fontsize=6, color="gray", ha="center", va="center",
+                  bbox={"color": "white", "pad": 0.5})
+    axis.axvline(1, color="black", linewidth=0.8)
+    axis.grid(axis="x", linewidth=0.4)
+    axis.set_axisbelow(True)
+    axis.tick_params(axis="both", labelsize=7)
+
+
 def plot_accuracy(plt, runs, folder):
-    """Bars: how much faster the fast tests are."""
-    pairs = sorted((accurate.name(), ratio) for accurate, _, ratio in paired_means(runs, "tests", "accurate", "fast"))
+    """How much faster the fast tests are, by scene."""
+    pairs = [(accurate.name(), ratios) for accurate, _, ratios in paired_ratios(runs, "tests", "accurate", "fast")]
     if not pairs:
         return
-    figure, axis = plt.subplots(figsize=(8, 0.28 * len(pairs) + 1.5))
-    axis.barh([name for name, _ in pairs], [ratio for _, ratio in pairs])
-    axis.axvline(1.0, color="black", linewidth=0.8)
-    axis.set_xlabel("speed of fast tests relative to accurate ones (geometric mean)")
-    axis.tick_params(axis="y", labelsize=7)
+    panels = [*runs.scenes(), None]
+    figure, axes = plt.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False,
+                                figsize=(1.9 * len(panels) + 4, 0.2 * len(pairs) + 1.5))
+    for axis, scene in zip(axes[0], panels):
+        plot_accuracy_panel(axis, [geometric_mean(ratio for cell, ratio in ratios.items() if scene in (None, cell[0]))
+                                   for _, ratios in pairs])
+        axis.set_title(scene or "all cells", fontsize=9)
+    axes[0][0].set_yticks(range(len(pairs)))
+    axes[0][0].set_yticklabels([name for name, _ in pairs])
+    axes[0][0].set_ylim(len(pairs) - 0.4, -0.6)
+    title = "Speed of Fast and Plain relative to Watertight and Conservative (geometric means; orange: they are faster)"
+    figure.suptitle(title, fontsize=10)
+    figure.tight_layout()
     save(figure, folder, "accuracy_cost")
     plt.close(figure)
 

@@ -20,11 +20,21 @@ def usual_order(result):
     return "usual" if result["order"] == usual else result["order"]
 
 
+def recorded(provenance, *keys):
+    """What is there, in the provenance of any tool; else an empty text."""
+    for key in keys:
+        provenance = provenance.get(key, "") if isinstance(provenance, dict) else ""
+    return provenance if isinstance(provenance, (str, int, float)) else ""
+
+
 def read_tree(part):
     tree = {key: part.name(key) for key in ["scene", "tree", "layout"]}
     if "/" in tree["scene"]:
         raise part.member("scene").fault(f"{tree['scene']!r} cannot be part of a file's name")
-    return {**tree, "bytes_per_triangle": part.number("bytes_per_triangle")}
+    builder = recorded(part.member("provenance").value, "builder")
+    # The other builders do not split.
+    budget = recorded(part.value["provenance"], "options", "split_budget") if builder == "embree-high" else ""
+    return {**tree, "bytes_per_triangle": part.number("bytes_per_triangle"), "builder": builder, "split_budget": budget}
 
 
 def read_result(part, trees):
@@ -32,7 +42,7 @@ def read_result(part, trees):
     if part.number("repetitions") == 0 or part.text("problem") or part.number("overflowed_rays"):
         return None
     result = {key: part.name(key) for key in ["scene", "tree", "kind", "query", *ROW_AXES]}
-    result |= {key: part.number(key) for key in ["registers", "min_ms", "max_ms"]}
+    result |= {key: part.number(key) for key in ["registers", "local_bytes", "min_ms", "max_ms"]}
     result |= {key: part.number(key, positive=True) for key in ["mrays_s", "median_ms"]}
     if (result["scene"], result["tree"]) not in trees:
         raise part.fault(f"no entry of 'trees' has the scene {result['scene']!r} and the tree {result['tree']!r}")
@@ -47,6 +57,7 @@ class Row:
         self.axes = dict(zip(["tree"] + ROW_AXES, key))
         self.speeds = {}
         self.registers = {}
+        self.local_bytes = {}
         self.bytes_per_triangle = {}
 
     def name(self):
@@ -99,17 +110,20 @@ class Runs:
         cell = (result["scene"], result["kind"])
         row.speeds[cell] = max(result["mrays_s"], row.speeds.get(cell, 0.0))
         row.registers[result["query"]] = result["registers"]
+        row.local_bytes[result["query"]] = result["local_bytes"]
         tree = self.trees[(result["scene"], result["tree"])]
         row.bytes_per_triangle[result["scene"]] = tree["bytes_per_triangle"]
         self.spread.append((result["max_ms"] - result["min_ms"]) / result["median_ms"])
 
+    def cells(self):
+        return {cell for row in self.rows.values() for cell in row.speeds}
+
     def scenes(self):
-        return sorted({cell[0] for row in self.rows.values() for cell in row.speeds})
+        return sorted({scene for scene, _ in self.cells()})
 
     def kinds(self, scene=None):
         """Of one scene, or of all."""
-        cells = {cell for row in self.rows.values() for cell in row.speeds}
-        found = {cell[1] for cell in cells if scene in (None, cell[0])}
+        found = {kind for where, kind in self.cells() if scene in (None, where)}
         return [kind for kind in KINDS if kind in found] + sorted(found - set(KINDS))
 
 
@@ -139,13 +153,13 @@ class Peers:
         return cells
 
 
-def paired_means(runs, axis, base, other):
-    """Rows that differ in one axis only: (base row, other row, speed of other relative to base)."""
+def paired_ratios(runs, axis, base, other):
+    """Rows that differ in one axis only: (base row, other row, cell -> speed of other relative to base)."""
     place = (["tree"] + ROW_AXES).index(axis)
     for key, row in runs.rows.items():
         partner = runs.rows.get((*key[:place], other, *key[place + 1:]))
         if key[place] != base or partner is None:
             continue
-        ratios = [partner.speeds[cell] / row.speeds[cell] for cell in row.speeds if cell in partner.speeds]
+        ratios = partner.ratios(row.speeds)
         if ratios:
-            yield row, partner, geometric_mean(ratios)
+            yield row, partner, ratios
