@@ -165,6 +165,17 @@ done
 says 2 "argument --most: '-3' is no number" "$made_up" --most -3
 says 2 'unrecognized arguments: --unknown' "$made_up" --unknown
 
+# The stored summaries are those of the stored figures. (The plots depend on the version of matplotlib.)
+for file in "$source"/results/*/variants.json.xz; do
+  if ! python3 -B -c 'import sys
+sys.path.insert(0, sys.argv[1])
+from variant_report import runs, summary
+sys.stdout.write(summary.summary(runs.Runs([sys.argv[2]]), runs.Peers(sys.argv[1] + "/peers/h200.json")))' \
+    "$source" "$file" | diff - "$(dirname "$file")/variants.md"; then
+    fault "$(dirname "$file")/variants.md is not that of variants.json.xz"
+  fi
+done
+
 # run_gpu stores what it says. Its summary can be made again from what is stored.
 cat >"$work/program" <<PROGRAM
 #!/bin/bash
