@@ -37,7 +37,8 @@ class Part:
     def member(self, key):
         if key not in self.expect("an object"):
             raise self.fault(f"has no '{key}'")
-        return Part(self.file, f"{self.place}.{key}" if self.place else key, self.value[key])
+        shown = key if key.isprintable() else repr(key)
+        return Part(self.file, f"{self.place}.{shown}" if self.place else shown, self.value[key])
 
     def members(self, key):
         """The parts of the list of that name."""
