@@ -1,0 +1,93 @@
+"""Tables with a column per scene, of the variant that is usual in all but tree, tests and features."""
+
+from .markdown import number, per_query, table
+from .runs import ROW_AXES, geometric_mean
+
+# What an axis is when it is not what is varied (hiprt_default_* of cmake/HiprtBenchVariants.cmake).
+USUAL = {"stack": "private", "schedule": "batch16", "order": "usual", "blocks": "64x14"}
+USUAL_FEATURES = "masks"
+TESTS = ["accurate", "fast"]
+FEATURES = ["triangles", "splits", "masks", "filter", "custom"]
+MISSING = "Not measured.\n"
+
+
+def scene_columns(ratios, scenes, cells):
+    """Geometric means over the kinds of rays of each scene, and over all these cells; empty unless all are there."""
+    columns = []
+    for wanted in [[cell for cell in sorted(cells) if cell[0] == scene] for scene in scenes] + [sorted(cells)]:
+        complete = all(cell in ratios for cell in wanted)
+        columns.append(number(geometric_mean(ratios[cell] for cell in wanted if complete), 3))
+    return columns
+
+
+def usual_row(runs, tree, tests=TESTS[0], features=USUAL_FEATURES):
+    """None if it was not measured."""
+    axes = {**USUAL, "tests": tests, "features": features}
+    found = [row for row in runs.rows.values()
+             if row.axes["tree"] == tree and all(row.axes[axis] == value for axis, value in axes.items())]
+    return found[0] if found else None
+
+
+def tree_names(runs):
+    return sorted({row.axes["tree"] for row in runs.rows.values()})
+
+
+def against_text(runs, name, reference):
+    cells = [cell for cell in runs.cells() if cell in reference]
+    scenes = sorted({scene for scene, _ in cells})
+    rows = []
+    for tree in tree_names(runs):
+        for row in filter(None, (usual_row(runs, tree, tests) for tests in TESTS)):
+            ratios = row.ratios(reference)
+            if not ratios:
+                continue
+            (scene, kind), lowest = min(ratios.items(), key=lambda item: item[1])
+            name_of_row = f"{tree} {row.axes['tests']}"
+            rows.append([name_of_row, *scene_columns(ratios, scenes, cells), f"{lowest:.3f} ({scene} {kind})"])
+    return table([f"x {name}", *scenes, "all cells", "lowest cell"], rows) if rows else MISSING
+
+
+def bytes_text(runs):
+    """How each tree was built, and how large it is."""
+    scenes = runs.scenes()
+    rows = []
+    for name in tree_names(runs):
+        trees = {scene: tree for (scene, tree_name), tree in runs.trees.items() if tree_name == name}
+        facts = ["/".join(sorted({str(tree[key]) for tree in trees.values()})) for key in ["layout", "builder", "split_budget"]]
+        sizes = [number(trees[scene]["bytes_per_triangle"], 1) if scene in trees else "" for scene in scenes]
+        rows.append([name, *facts, *sizes])
+    return table(["bytes per triangle", "layout", "builder", "split budget", *scenes], rows) if rows else MISSING
+
+
+def fast_text(runs):
+    """What the accurate tests cost."""
+    rows = []
+    for tree in tree_names(runs):
+        accurate, fast = (usual_row(runs, tree, tests) for tests in TESTS)
+        if accurate and fast:
+            registers = [per_query(accurate.registers), per_query(fast.registers)]
+            rows.append([tree, *scene_columns(fast.ratios(accurate.speeds), runs.scenes(), runs.cells()), *registers])
+    return table(["fast x accurate", *runs.scenes(), "all cells", "registers", "of fast"], rows) if rows else MISSING
+
+
+def features_text(runs):
+    """What it costs to compile features in that are not used."""
+    rows = []
+    for tree in tree_names(runs):
+        base = usual_row(runs, tree)
+        for features in FEATURES if base else ():
+            row = usual_row(runs, tree, features=features)
+            if row:
+                columns = scene_columns(row.ratios(base.speeds), runs.scenes(), runs.cells())
+                rows.append([f"{tree} {features}", *columns, per_query(row.registers), per_query(row.local_bytes)])
+    head = [f"features x {USUAL_FEATURES}", *runs.scenes(), "all cells", "registers", "local bytes"]
+    return table(head, rows) if rows else MISSING
+
+
+def by_scene_text(runs, peers):
+    tables = [against_text(runs, name, peers.references[name]) for name in ["best HIPRT", "OptiX"]]
+    tables = [text for text in [*tables, bytes_text(runs), fast_text(runs), features_text(runs)] if text != MISSING]
+    usual = ", ".join(f"{axis} {USUAL[axis]}" for axis in ROW_AXES if axis in USUAL)
+    text = f"Features {USUAL_FEATURES}, unless a row says otherwise; {usual}. Relative speeds are geometric means over\n"
+    text += "the kinds of rays of a scene, and over all cells; there is none where a cell was not measured.\n\n"
+    return text + ("\n".join(tables) or MISSING)
