@@ -11,7 +11,12 @@ what NVIDIA's ptxas -v printed. Per kernel and architecture the table holds
     scratch_bytes   exactly this much private memory per thread (NVIDIA: stack frame)
     spills          registers in memory for lack of room (NVIDIA: bytes); 0 where it is not said
 
-and per source "forbidden": instructions, by the beginning of their names, that may not be in AMD's assembly.
+and per source
+
+    forbidden       instructions, by the beginning of their names, that may not be in AMD's assembly
+    private_memory  parts of the names of kernels with arrays per thread. Others may have private memory on NVIDIA only,
+                    for registers that launch bounds leave no room for (spills); --write does not accept more
+
 An architecture of which the table knows nothing is printed and not compared. The numbers are those of Debian 12's hipcc
 (clang 15) and of CUDA 13.0; other versions may need more or less.
 """
@@ -22,7 +27,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-DEFAULT_FORBIDDEN = ['flat_load', 'flat_store']
+DEFAULTS = {'forbidden': ['flat_load', 'flat_store', 'flat_atomic'], 'private_memory': []}
 COLUMNS = ['kernel', 'arch', 'registers', 'at most', 'sgprs', 'scratch', 'expected', 'shared', 'spills']
 
 
@@ -112,6 +117,13 @@ def measure(listings):
     return usage, used
 
 
+def is_needless(part, kernel, arch, values):
+    """Whether private memory is there that neither arrays nor spilled registers of NVIDIA's need."""
+    if values['scratch_bytes'] == 0 or any(name in kernel for name in part['private_memory']):
+        return False
+    return arch.startswith('gfx') or values['spills'] == 0
+
+
 def compare(source, part, usage, used):
     """Yields the faults."""
     limits = part['kernels']
@@ -128,6 +140,8 @@ def compare(source, part, usage, used):
                 continue
             if values['registers'] > wanted['registers']:
                 yield f"{where}: {values['registers']} registers, at most {wanted['registers']} expected"
+            if is_needless(part, kernel, arch, values):
+                yield f"{where}: scratch_bytes {values['scratch_bytes']}, but it has no array"
             for key in ('scratch_bytes', 'spills'):
                 if values[key] != wanted.get(key, 0):
                     yield f"{where}: {key} {values[key]}, {wanted.get(key, 0)} expected"
@@ -156,7 +170,7 @@ def print_table(part, usage):
 
 def write(path, table, source, usage, archs):
     """Replaces the numbers of the architectures that were measured."""
-    part = table['sources'].setdefault(source, {'forbidden': DEFAULT_FORBIDDEN, 'kernels': {}})
+    part = table['sources'].setdefault(source, {**DEFAULTS, 'kernels': {}})
     old, part['kernels'] = part['kernels'], {}
     for kernel in sorted(set(old) | set(usage)):
         entry = {arch: limits for arch, limits in old.get(kernel, {}).items() if arch not in archs}
