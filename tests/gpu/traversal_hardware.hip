@@ -37,16 +37,16 @@ std::span<const Variant> hardware_variants() {
   using Rolling = RollingInGrid<8>;
   static const Variant variants[] = {
       hardware<Hardware<FloatLayout, Watertight, Private>, Private, Query::kClosest>("float, closest"),
-      hardware<Hardware<HalfLayout, Watertight, Rolling>, Rolling, Query::kClosest>("half, rolling, closest"),
       hardware<Hardware<FloatLayout, Watertight, Private>, Private, Query::kAny>("float, any"),
       hardware<Hardware<HalfLayout, Watertight, Private, Postponed>, Private, Query::kAll>("half, postponed, all"),
       hardware<Hardware<FloatLayout, Watertight, Rolling, WholeWave<16>>, Rolling, Query::kClosest>(
           "float, rolling, whole wave, closest"),
       hardware<Hardware<FloatLayout, Watertight, Private>, Private, Query::kClosest, Customs>("float, closest, custom"),
-      hardware<Hardware<FloatLayout, HardwareTriangle, Private>, Private, Query::kClosest>(
-          "float, closest, triangles too"),
       hardware<Hardware<HalfLayout, HardwareTriangle, Rolling>, Rolling, Query::kAny>(
           "half, rolling, any, triangles too"),
+      hardware<Hardware<FloatLayout, HardwareTriangle, Private>, Private, Query::kClosest>(
+          "float, closest, triangles too"),
+      hardware<Hardware<HalfLayout, Watertight, Rolling>, Rolling, Query::kClosest>("half, rolling, closest"),
   };
   return variants;
 }

@@ -25,8 +25,6 @@ std::span<const Variant> mixed_variants() {
           "half, rolling in a slot, immediate, closest, reject"),
       mix_of<FloatLayout, InShared<48>, WholeWave<32>, Query::kClosest, StopAtOnce>(
           "float, shared, whole wave, closest, stop"),
-      mix_of<QuantizedLayout, RollingInSlot<8>, WholeWave<16>, Query::kClosest>(
-          "quantized, rolling in a slot, whole wave, closest"),
   };
   return variants;
 }
