@@ -37,7 +37,7 @@ enum class Outcome {
 
 /// A ray's way through the tree, which can be left and taken up again.
 /// @tparam P the policies.
-/// @tparam Order NearFirst, NearestFirst, Unordered or AsTested.
+/// @tparam Order P::ClosestOrder or P::AnyOrder.
 /// @tparam kResumable whether run() may be called again after kStopped.
 template <PolicySet P, class Order, bool kResumable> class Traversal {
  public:
