@@ -53,9 +53,10 @@ Ray down(float x, float y) {
 /// 100 by 100 rays down to a grid, beside all edges, where the tests' answers are the same.
 std::vector<Ray> rays_beside_edges() {
   std::vector<Ray> rays;
-  for (unsigned i = 0; i < 10000; ++i)
-    rays.push_back(
-        down(static_cast<float>(i % 100) * 0.17f - 0.4f + 0.003f, static_cast<float>(i / 100) * 0.17f + 0.0011f));
+  for (unsigned row = 0; row < 100; ++row)
+    for (unsigned column = 0; column < 100; ++column)
+      rays.push_back(
+          down(static_cast<float>(column) * 0.17f - 0.4f + 0.003f, static_cast<float>(row) * 0.17f + 0.0011f));
   return rays;
 }
 
