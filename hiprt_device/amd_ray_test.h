@@ -7,7 +7,9 @@
 ///         hits[threadIdx.x] = hiprt::closest_hit<hiprt::HardwarePolicies<>>(scene, rays[threadIdx.x]);
 ///     }
 ///
-/// What the instruction does not guarantee: docs/decisions/0008-amd-ray-instruction.md.
+/// A part of hiprt_device.h on every processor: sources for many GPUs ask kHasRayInstruction also where it is false,
+/// and templates that nobody names cost nothing. What the instruction does not guarantee:
+/// docs/decisions/0008-amd-ray-instruction.md.
 
 #include <hiprt_device/policies.h>
 

@@ -1,7 +1,8 @@
 #pragma once
 /// Everything a kernel needs: scenes, rays, hits, policies, stacks, filters, custom primitives and queries. By example:
-/// docs/API.md.
+/// docs/API.md. The library's own custom primitives have headers of their own (primitives/), as a program's have.
 
+#include <hiprt_device/amd_ray_test.h>
 #include <hiprt_device/batch.h>
 #include <hiprt_device/filter.h>
 #include <hiprt_device/primitive_table.h>

@@ -6,6 +6,7 @@
 #include <hiprt_device/stack.h>
 
 #include <bit>
+#include <concepts>
 #include <limits>
 
 namespace hiprt {
@@ -193,6 +194,29 @@ struct AsTested {
     return way.follow(sorted.child[0]);
   }
 };
+
+/// Says what it leaves on the stack: entries with a distance or bare node references.
+template <class T>
+concept LeavesEntries = std::same_as<typename T::Entry, StackEntry> || std::same_as<typename T::Entry, NodeRef>;
+
+/// An order that compares the distances of a box test. next(): where to go on below a node, one of whose children the
+/// ray meets at least; kOverflowRef if the stack has no room for the others.
+template <class T, class Stack, class Lanes>
+concept DistanceOrder = LeavesEntries<T> && requires(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                                     BacktrackOf<Stack, typename T::Entry>& way) {
+  { T::next(child, hits, way) } -> std::same_as<NodeRef>;
+};
+
+/// An order of children that the box test has sorted. next() as that of a DistanceOrder.
+template <class T, class Stack>
+concept SortedOrder = LeavesEntries<T> &&
+    requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& way) {
+  { T::next(sorted, way) } -> std::same_as<NodeRef>;
+};
+
+/// What Policies::ClosestOrder and AnyOrder must be: one of the above.
+template <class T, class Stack, class Lanes>
+concept TraversalOrder = DistanceOrder<T, Stack, Lanes> || SortedOrder<T, Stack>;
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

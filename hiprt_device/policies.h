@@ -80,7 +80,9 @@ struct Policies {
 template <class P>
 concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Stack> &&
     WorkCounting<typename P::Counter> && TraversalSchedule<typename P::Schedule> &&
-    TriangleTest<typename P::Triangle, typename P::Layout, typename P::Lanes> && requires {
+    TriangleTest<typename P::Triangle, typename P::Layout, typename P::Lanes> &&
+    TraversalOrder<typename P::ClosestOrder, typename P::Stack, typename P::Lanes> &&
+    TraversalOrder<typename P::AnyOrder, typename P::Stack, typename P::Lanes> && requires {
   { P::kFeatures } -> std::convertible_to<FeatureMask>;
 };
 

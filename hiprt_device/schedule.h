@@ -4,6 +4,7 @@
 #include <hiprt_device/wave.h>
 
 #include <concepts>
+#include <type_traits>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -50,11 +51,22 @@ template <unsigned kFetchBelow = 12, unsigned kSearchAbove = 4> struct WholeWave
   }
 };
 
-/// What Policies::Schedule must be: one of the above.
+/// The votes of a schedule whose lanes wait for each other: whether to go on through box nodes, and whether to leave
+/// the loop.
+template <class T>
+concept VotingSchedule = requires(LaneMask group, bool searches, bool busy, bool may_pause) {
+  { T::search_on(group, searches) } -> std::same_as<bool>;
+  { T::leaves(group, busy, may_pause) } -> std::same_as<bool>;
+};
+
+/// What Policies::Schedule must be: one of the above. kTogether: whether lanes wait for each other; kBatchOnly: whether
+/// only trace_batch() may use it; group(): the lanes that do it together.
 template <class T>
 concept TraversalSchedule = requires {
-  { T::kTogether } -> std::convertible_to<bool>;
-  { T::kBatchOnly } -> std::convertible_to<bool>;
+  typename std::bool_constant<T::kTogether>;
+  typename std::bool_constant<T::kBatchOnly>;
+  { T::group() } -> std::same_as<LaneMask>;
+  requires(!T::kTogether || VotingSchedule<T>);
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

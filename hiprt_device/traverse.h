@@ -37,7 +37,7 @@ enum class Outcome {
 
 /// A ray's way through the tree, which can be left and taken up again.
 /// @tparam P the policies.
-/// @tparam Order NearFirst or Unordered.
+/// @tparam Order P::ClosestOrder or P::AnyOrder.
 /// @tparam kResumable whether run() may be called again after kStopped.
 template <PolicySet P, class Order, bool kResumable> class Traversal {
  public:
@@ -74,7 +74,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
                                     Visit&& visit) {
     using Schedule = typename P::Schedule;
     [[maybe_unused]] const LaneMask group = Schedule::group();
-    static_assert(kTestSorts == std::same_as<Order, AsTested>,
+    static_assert(kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
                   "hiprt: the order AsTested and a box test that sorts (of this layout) go together only");
     Outcome outcome = Outcome::kFinished;
     NodeRef stopped_node = kInvalidRef, stopped_leaf = kInvalidRef;

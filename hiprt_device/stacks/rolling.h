@@ -9,7 +9,8 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Most pushes and pops stay in shared memory; a full ring moves its oldest entry to global memory, an empty one reads
-/// from there. The default on GPUs.
+/// from there. The tools' stack on AMD GPUs, and on others for trees that a PrivateStack is too small for; the default
+/// of Policies is a PrivateStack, the faster one on an NVIDIA GPU (docs/decisions/0010-traversal-on-gpus.md).
 /// @tparam kRing entries in shared memory; a power of two.
 ///
 ///     __shared__ hiprt::StackEntry ring[kBlock * hiprt::RollingStack<8>::kEntriesPerThread];

@@ -5,7 +5,7 @@
 
 struct Batch : hiprt::Policies<> {
   using Stack = hiprt::SharedStack<24>;
-  using Schedule = hiprt::WholeWave<16>;  // New rays when fewer than half of the lanes are busy.
+  using Schedule = hiprt::WholeWave<>;  // WholeWave<12, 4>.
 };
 constexpr unsigned kBatchBlock = 64;
 

@@ -9,15 +9,19 @@
 
 #include "all_hits.hip"
 #include "batch.hip"
+#include "blockers.hip"
 #include "closest_hit.hip"
 #include "cut_out.hip"
 #include "global_stack.hip"
+#include "layers.hip"
 #include "policies.hip"
 #include "primitive_list.hip"
 #include "primitive_table.hip"
+#include "ray_instruction.hip"
 #include "restart_stack.hip"
 #include "rolling_stack_host.hip"
 #include "shadow.hip"
+#include "spheres_and_curves_host.hip"
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -169,6 +173,22 @@ TEST_CASE("the example of all hits", "[examples]") {
 
 namespace {
 
+/// Adds the ray's hits of primitives [0, count) of the type.
+template <class Primitives>
+void add_custom_hits(const Ray& ray, const Primitives& primitives, unsigned type, std::uint32_t geometry,
+                     std::size_t count, std::vector<Hit>& hits) {
+  for (std::uint32_t i = 0; i < count; ++i)
+    primitives.intersect(type, ray, ray.tmin, ray.tmax, PrimitiveId{geometry, i}, [&](const CustomHit& at) {
+      if (in_range(ray, at.t)) hits.push_back({at.t, at.u, at.v, geometry, i, at.normal, at.error});
+      return true;
+    });
+}
+
+Hit first_of(std::vector<Hit> hits) {
+  sort_hits(hits);
+  return hits.empty() ? Hit{} : hits[0];
+}
+
 /// Rounds, the boxes of balls or discs of them, and a scene of both and triangles.
 struct RoundWorld {
   std::vector<Round> rounds[2];
@@ -205,13 +225,8 @@ struct RoundWorld {
     std::vector<Hit> hits = every_hit(meshes, ray);
     const auto first = static_cast<std::uint32_t>(meshes.size());
     for (const unsigned type : {0u, 1u})
-      for (std::uint32_t i = 0; i < rounds[type].size(); ++i)
-        primitives.intersect(type, ray, 0.0f, 0.0f, PrimitiveId{first + type, i}, [&](const CustomHit& at) {
-          if (in_range(ray, at.t)) hits.push_back({at.t, at.u, at.v, first + type, i, at.normal, at.error});
-          return true;
-        });
-    sort_hits(hits);
-    return hits.empty() ? Hit{} : hits[0];
+      add_custom_hits(ray, primitives, type, first + type, rounds[type].size(), hits);
+    return first_of(std::move(hits));
   }
 };
 
@@ -248,4 +263,116 @@ TEST_CASE("the example of ray types", "[examples]") {
     differ += all != some ? 1 : 0;
   }
   CHECK(differ > kCount / 10);
+}
+
+namespace {
+
+/// Balls and strands of hair.
+struct HairWorld {
+  std::vector<Sphere> spheres;
+  std::vector<CurveVertex> vertices;
+  std::vector<std::uint32_t> first_vertex;
+
+  HairWorld() {
+    constexpr unsigned kStrands = 30, kSegments = 5;
+    Random random(kSeed + 5);
+    const auto step = [&] { return random.uniform_float(-0.3, 0.3); };
+    for (unsigned i = 0; i < 60; ++i) {
+      const Vec3 center = vec3(random.in_cube(1));
+      spheres.push_back({{center.x, center.y, center.z}, random.uniform_float(0.05, 0.2)});
+    }
+    for (unsigned strand = 0; strand < kStrands; ++strand) {
+      Vec3 at = vec3(random.in_cube(1));
+      for (unsigned i = 0; i <= kSegments; ++i, at += Vec3(step(), step(), step())) {
+        if (i < kSegments) first_vertex.push_back(static_cast<std::uint32_t>(vertices.size()));
+        vertices.push_back({{at.x, at.y, at.z}, random.uniform_float(0.0, 0.1)});
+      }
+    }
+  }
+};
+
+}  // namespace
+
+TEST_CASE("the example of spheres and curves", "[examples]") {
+  const World world;
+  const HairWorld hair;
+  const auto bvh = build_spheres_and_curves(hair.spheres, hair.vertices, hair.first_vertex);
+  REQUIRE(bvh.has_value());
+  const SceneView scene = make_scene_view(*open_buffer(bvh->buffer.bytes()));
+  std::vector<Hit> hits(kCount), expected(kCount);
+  launch_spheres_and_curves(scene, world.rays.data(), hits.data(), kCount, hair.spheres.data(), hair.vertices.data(),
+                            hair.first_vertex.data());
+  const SpheresAndCurves primitives{{hair.spheres.data()}, {hair.vertices.data(), hair.first_vertex.data()}};
+  unsigned of_geometry[2] = {};
+  for (unsigned i = 0; i < kCount; ++i) {
+    std::vector<Hit> all;
+    add_custom_hits(world.rays[i], primitives, 0, 0, hair.spheres.size(), all);
+    add_custom_hits(world.rays[i], primitives, 1, 1, hair.first_vertex.size(), all);
+    expected[i] = first_of(std::move(all));
+    if (expected[i].found()) ++of_geometry[expected[i].geometry];
+  }
+  check_hits(hits, expected);
+  for (const unsigned found : of_geometry) CHECK(found > kCount / 10);
+}
+
+TEST_CASE("the example of the ray instruction, on machines without it", "[examples]") {
+  const World world;
+  const Scene scene = make_scene(world.meshes, {.nodes = NodeLayout::kFloat}), other = make_scene(world.meshes);
+  for (const auto kernel : {trace_boxes_in_hardware, trace_all_in_hardware}) {
+    std::vector<Hit> hits(kCount);
+    start(kernel, scene.traced, world.rays.data(), hits.data(), kCount);
+    check_hits(hits, world.expected);
+    start(kernel, other.traced, world.rays.data(), hits.data(), kCount);
+    CHECK(std::all_of(hits.begin(), hits.end(), [](const Hit& hit) { return hit.failed(); }));
+  }
+}
+
+TEST_CASE("the example of layers", "[examples]") {
+  const World world;
+  for (const build::Builder builder : all_builders()) {
+    const Scene scene = make_scene(world.meshes, {.builder = builder});
+    std::vector<Hit> layers(kLayers * kCount);
+    std::vector<unsigned> found(kCount);
+    start(first_layers, scene.traced, world.rays.data(), layers.data(), found.data(), kCount);
+    unsigned of_number[kLayers + 1] = {};
+    for (unsigned i = 0; i < kCount; ++i) {
+      const auto all = every_hit(world.meshes, world.rays[i]);
+      REQUIRE(found[i] == std::min<std::size_t>(kLayers, all.size()));
+      for (unsigned k = 0; k < found[i]; ++k) REQUIRE(same_hit(layers[kLayers * i + k], all[k]));
+      ++of_number[found[i]];
+    }
+    for (const unsigned rays : of_number) CHECK(rays > kCount / 20);
+  }
+  std::vector<Hit> layers(kLayers * kCount);
+  std::vector<unsigned> found(kCount);
+  const Scene other = make_scene(world.meshes, {.nodes = NodeLayout::kFloat});
+  start(first_layers, other.traced, world.rays.data(), layers.data(), found.data(), kCount);
+  CHECK(found == std::vector<unsigned>(kCount, ~0u));
+}
+
+TEST_CASE("the example of blockers", "[examples]") {
+  const World world;
+  const Scene scene = make_scene(world.meshes), other = make_scene(world.meshes, {.nodes = NodeLayout::kFloat});
+  Random random(kSeed + 6);
+  std::vector<Ray> rays(kCount);
+  for (unsigned i = 0; i < kCount; ++i) {
+    const Hit& start = world.expected[i];
+    rays[i].origin = world.rays[i].origin + (start.found() ? start.t : 0.0f) * world.rays[i].direction;
+    rays[i].direction = vec3(random.in_cube(1));
+  }
+  std::vector<unsigned> blockers(kCount);
+  start(count_blockers, scene.traced, rays.data(), world.expected.data(), blockers.data(), kCount);
+  unsigned of_number[kMostBlockers + 1] = {}, starts_met = 0;
+  for (unsigned i = 0; i < kCount; ++i) {
+    const ExceptPrimitive except{world.expected[i].geometry, world.expected[i].primitive};
+    const auto all = every_hit(world.meshes, rays[i]);
+    const auto others = kept(all, [&](const Hit& hit) { return except(rays[i], hit) == FilterAnswer::kAccept; });
+    REQUIRE(blockers[i] == std::min<std::size_t>(kMostBlockers, others.size()));
+    ++of_number[blockers[i]];
+    starts_met += all.size() != others.size() ? 1 : 0;
+  }
+  for (const unsigned count : of_number) CHECK(count > kCount / 50);
+  CHECK(starts_met > kCount / 20);
+  start(count_blockers, other.traced, rays.data(), world.expected.data(), blockers.data(), kCount);
+  CHECK(blockers == std::vector<unsigned>(kCount, ~0u));
 }

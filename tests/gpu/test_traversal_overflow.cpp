@@ -3,6 +3,7 @@
 #include <hiprt_build/file.h>
 #include <tests/gpu/traversal_reference.h>
 #include <tests/gpu/traversal_runner.h>
+#include <tests/traversal/chain.h>
 
 #include <cstdio>
 #include <cstdlib>
@@ -55,77 +56,20 @@ TEST_CASE("stacks that are too small") {
   }
 }
 
-namespace {
-
-/// A chain of nodes, each with one leaf of one triangle and the next node; the last has the leaf alone.
-struct Chain {
-  std::vector<PlanesBoxNode> nodes;
-  std::vector<PlanesLeaf> leaves;
-  GeometryRecord geometry{};
-  Box bounds{{0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 0.0f}};
-
-  explicit Chain(unsigned levels) : nodes(levels), leaves(levels) {
-    geometry.mask = 0xffffffffu;
-    for (unsigned i = 0; i < levels; ++i) {
-      bounds.max[2] = static_cast<float>(levels - 1);
-      set_node(i, levels);
-      set_leaf(i);
-    }
-  }
-  NodeRef node_ref(unsigned i) const { return make_ref(i * sizeof(PlanesBoxNode), NodeType::kBox32); }
-
- private:
-  void set_node(unsigned i, unsigned levels) {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    const Box empty{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-    const float height = static_cast<float>(i);
-    for (unsigned child = 0; child < kBranching; ++child) {
-      nodes[i].child[child] = kInvalidRef;
-      PlanesLayout::set_box(nodes[i], child, empty);
-    }
-    nodes[i].child[0] = make_ref(nodes.size() * sizeof(PlanesBoxNode) + i * sizeof(PlanesLeaf), NodeType::kTriangle0);
-    PlanesLayout::set_box(nodes[i], 0, Box{{0.0f, 0.0f, height}, {1.0f, 1.0f, height}});
-    if (i + 1 == levels) return;
-    nodes[i].child[1] = node_ref(i + 1);
-    PlanesLayout::set_box(nodes[i], 1, Box{{0.0f, 0.0f, height + 1}, {1.0f, 1.0f, bounds.max[2]}});
-  }
-  void set_leaf(unsigned i) {
-    constexpr float kCorners[4][2] = {{0.0f, 0.0f}, {1.0f, 0.0f}, {0.0f, 1.0f}, {0.0f, 1.0f}};
-    for (unsigned vertex = 0; vertex < 4; ++vertex) {
-      leaves[i].coordinate[0][vertex] = kCorners[vertex][0];
-      leaves[i].coordinate[1][vertex] = kCorners[vertex][1];
-      leaves[i].coordinate[2][vertex] = static_cast<float>(i);
-    }
-    leaves[i].info = {{i, kInvalidId}, kLastInRun, TriangleId::from_rotation(0)};
-  }
-};
-
-}  // namespace
-
 TEST_CASE("a tree too deep for a restart trail") {
   constexpr unsigned kLevels = 80;
   const Chain chain(kLevels);
-  std::vector<std::byte> bytes(chain.nodes.size() * sizeof(PlanesBoxNode) + chain.leaves.size() * sizeof(PlanesLeaf));
-  std::memcpy(bytes.data(), chain.nodes.data(), chain.nodes.size() * sizeof(PlanesBoxNode));
-  std::memcpy(bytes.data() + chain.nodes.size() * sizeof(PlanesBoxNode), chain.leaves.data(),
-              chain.leaves.size() * sizeof(PlanesLeaf));
   gpu::DeviceAllocator allocator;
-  auto device = must(gpu::DeviceArray<std::byte>::from(bytes, nullptr, allocator));
-  const auto geometry = must(gpu::DeviceArray<GeometryRecord>::from(std::span(&chain.geometry, 1), nullptr, allocator));
-  SceneView scene{.base = device.data(), .size = bytes.size(), .geometries = geometry.data()};
-  scene.root = chain.node_ref(0);
-  scene.bounds = chain.bounds;
-  scene.features = feature_bit(Feature::kTriangles);
-  // Ray i goes through triangle i alone; the triangles from 64 on are deeper than the trail.
-  std::vector<Ray> rays(kLevels);
-  for (unsigned i = 0; i < kLevels; ++i)
-    rays[i] = {.origin = {0.25f, 0.25f, static_cast<float>(i) - 0.5f}, .tmax = 0.75f};
+  const auto bytes = must(gpu::DeviceArray<std::byte>::from(chain.bytes(), nullptr, allocator));
+  const auto geometry = must(gpu::DeviceArray<GeometryRecord>::from({&chain.geometry(), 1}, nullptr, allocator));
+  const SceneView scene = chain.view(bytes.data(), geometry.data());
+  const std::vector<Ray> rays = chain.rays();
   for (const Variant& variant : restart_variants()) {
     const Run run = Runner().run(variant, scene, rays, 1);
     std::uint32_t failed = 0;
     for (unsigned i = 0; i < kLevels; ++i) {
       INFO(variant.name << ", ray " << i);
-      const bool deep = i >= 64;
+      const bool deep = i >= kTrailLevels;
       REQUIRE((run.answers[i].state == TraversalState::kStackOverflow) == deep);
       REQUIRE(run.answers[i].hit.primitive == (deep ? kInvalidId : i));
       REQUIRE((run.answers[i].failed != 0) == deep);

@@ -39,56 +39,58 @@ inline Mesh needles(unsigned count, double aspect, std::uint64_t seed) {
 /// Slivers: triangles whose third corner lies within @p height of the line through the other two.
 inline Mesh slivers(unsigned count, double height, std::uint64_t seed) { return needles(count, 1.0 / height, seed); }
 
+namespace odd_detail {
+
+/// One triangle twice, one with corners that coincide or lie on a line, or one that is not finite. @param kind 0 to 6.
+inline void append_broken(Mesh& mesh, unsigned kind, const Position& p, const Position& q, const Position& r) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+  switch (kind) {
+    case 0:
+      append(mesh, p, q, r), append(mesh, p, q, r);
+      break;
+    case 1:
+      append(mesh, p, p, q);
+      break;
+    case 2:
+      append(mesh, p, p, p);
+      break;
+    case 3:
+      append(mesh, {0, 0, p[2]}, {1, 1, p[2]}, {2, 2, p[2]});
+      break;
+    case 4:
+      append(mesh, p, q, {kNan, r[1], r[2]});
+      break;
+    case 5:
+      append(mesh, p, {q[0], kInfinity, q[2]}, r);
+      break;
+    default:
+      append(mesh, {-kInfinity, p[1], p[2]}, q, r);
+      break;
+  }
+}
+
+/// A tiny or huge triangle, or one of random bits, or an ordinary one. @param kind 7 or more.
+inline void append_sized(Mesh& mesh, unsigned kind, Random& random) {
+  const auto any = [&] { return Position{random.any_float(), random.any_float(), random.any_float()}; };
+  if (kind == 10) return append(mesh, any(), any(), any());
+  const double size = kind == 7 ? 1e-42 : kind == 8 ? 1e18 : kind == 9 ? 1e-30 : 1.0;
+  append(mesh, random.in_cube(size), random.in_cube(size), random.in_cube(size));
+}
+
+}  // namespace odd_detail
+
 /// A soup with much that is wrong: duplicates, repeated corners, collinear corners, NaN, infinities, denormals,
 /// coordinates of 1e18 and of 1e-30, and random bits.
 inline Mesh torture(unsigned count, std::uint64_t seed) {
-  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
   Random random(seed);
   Mesh mesh;
-  const auto triangle = [&](double size) {
-    append(mesh, random.in_cube(size), random.in_cube(size), random.in_cube(size));
-  };
-  const auto any = [&] { return Position{random.any_float(), random.any_float(), random.any_float()}; };
   for (unsigned i = 0; i < count; ++i) {
     const Position p = random.in_cube(1.0), q = random.in_cube(1.0), r = random.in_cube(1.0);
-    switch (random.below(12)) {
-      case 0:
-        append(mesh, p, q, r), append(mesh, p, q, r);
-        break;
-      case 1:
-        append(mesh, p, p, q);
-        break;
-      case 2:
-        append(mesh, p, p, p);
-        break;
-      case 3:
-        append(mesh, {0, 0, p[2]}, {1, 1, p[2]}, {2, 2, p[2]});
-        break;
-      case 4:
-        append(mesh, p, q, {kNan, r[1], r[2]});
-        break;
-      case 5:
-        append(mesh, p, {q[0], kInfinity, q[2]}, r);
-        break;
-      case 6:
-        append(mesh, {-kInfinity, p[1], p[2]}, q, r);
-        break;
-      case 7:
-        triangle(1e-42);
-        break;
-      case 8:
-        triangle(1e18);
-        break;
-      case 9:
-        triangle(1e-30);
-        break;
-      case 10:
-        append(mesh, any(), any(), any());
-        break;
-      default:
-        triangle(1.0);
-        break;
-    }
+    const unsigned kind = random.below(12);
+    if (kind < 7)
+      odd_detail::append_broken(mesh, kind, p, q, r);
+    else
+      odd_detail::append_sized(mesh, kind, random);
   }
   return mesh;
 }

@@ -50,6 +50,16 @@ Ray down(float x, float y) {
   return ray;
 }
 
+/// 100 by 100 rays down to a grid, beside all edges, where the tests' answers are the same.
+std::vector<Ray> rays_beside_edges() {
+  std::vector<Ray> rays;
+  for (unsigned row = 0; row < 100; ++row)
+    for (unsigned column = 0; column < 100; ++column)
+      rays.push_back(
+          down(static_cast<float>(column) * 0.17f - 0.4f + 0.003f, static_cast<float>(row) * 0.17f + 0.0011f));
+  return rays;
+}
+
 }  // namespace
 
 TEST_CASE("Programs: meshes to BVH to hits, with numbers that run over the geometries") {
@@ -89,14 +99,7 @@ TEST_CASE("Programs: every choice of bvhtrace gives the same hits; any-hit finds
   const TempFolder folder;
   const std::string bvh = folder / "s.bvh", rays = folder / "r.rays", hits = folder / "r.hits";
   check_quiet(run({kBvhBuild, folder.write("a.obj", grid_obj(16)), "-o", bvh}));
-  std::vector<Ray> batch;
-  for (unsigned i = 0; i < 10000; ++i)  // Beside all edges, where the tests' answers are the same.
-  {
-    const unsigned row = i / 100;
-    batch.push_back(
-        down(static_cast<float>(i % 100) * 0.17f - 0.4f + 0.003f, static_cast<float>(row) * 0.17f + 0.0011f));
-  }
-  REQUIRE(tools::write_rays(rays, true, batch));
+  REQUIRE(tools::write_rays(rays, true, rays_beside_edges()));
   const auto trace = [&](std::vector<std::string> choices) {
     choices.insert(choices.begin(), {kBvhTrace, bvh, "--rays", rays, "--hits", hits, "--json"});
     return json_of(run(choices));

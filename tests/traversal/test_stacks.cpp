@@ -7,6 +7,7 @@
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>
+#include <tests/traversal/chain.h>
 #include <tests/traversal/scenes.h>
 #include <tests/traversal/tracers.h>
 #include <tests/traversal/workers.h>
@@ -158,7 +159,7 @@ TEST_CASE("a private stack that is too small says so", "[stack]") {
   CHECK(overflows == failed);
 }
 
-TEST_CASE("a tree too deep for the restart trail says so", "[stack]") {
+TEST_CASE("a deep tree under a restart stack gives the same hits", "[stack]") {
   // Triangles whose sizes and places grow by 1.3 make a chain.
   Mesh chain;
   double place = 1;
@@ -170,6 +171,60 @@ TEST_CASE("a tree too deep for the restart trail says so", "[stack]") {
   }
   const Scene scene = make_scene({chain}, {.max_leaf_triangles = 1});
   check_stack<RestartStack<2>>(scene);
+}
+
+namespace {
+
+/// Each ray of the chain down to its triangle; those too deep for the trail fail and are counted.
+template <class Query> void check_too_deep(const Chain& chain) {
+  const SceneView scene = chain.view();
+  const std::vector<Ray> rays = chain.rays();
+  std::uint32_t overflows = 0;
+  typename Query::Storage storage;
+  storage.overflowed_rays = &overflows;
+  for (unsigned i = 0; i < rays.size(); ++i) {
+    INFO("ray " << i);
+    const bool deep = i >= kTrailLevels;
+    Query query(scene, rays[i], storage);
+    const Hit hit = query.next_hit();
+    REQUIRE(query.state() == (deep ? TraversalState::kStackOverflow : TraversalState::kHit));
+    REQUIRE(hit.failed() == deep);
+    REQUIRE(hit.primitive == (deep ? kInvalidId : i));
+    if (!deep) REQUIRE(hit.t == 0.5f);
+    REQUIRE(overflows == (deep ? i - kTrailLevels + 1 : 0));
+  }
+  CHECK(overflows == rays.size() - kTrailLevels);
+}
+
+/// A ray through all triangles: the trail's come once each, and then what is deeper is known to be missing.
+template <class P> void check_cut_off(const Chain& chain) {
+  const SceneView scene = chain.view();
+  const Ray ray{.origin = {0.25f, 0.25f, -0.5f}};
+  AllHits<P> query(scene, ray, {});
+  std::vector<unsigned> met(kTrailLevels, 0);
+  for (Hit hit = query.next_hit(); hit.found(); hit = query.next_hit()) {
+    REQUIRE(hit.primitive < kTrailLevels);
+    ++met[hit.primitive];
+  }
+  CHECK(met == std::vector<unsigned>(kTrailLevels, 1));
+  CHECK(query.state() == TraversalState::kStackOverflow);
+}
+
+template <unsigned kEntries, class Schedule> void check_trail() {
+  using P = With<RestartStack<kEntries>, DefaultLanes, Schedule>;
+  const Chain chain(kTrailLevels + 16);
+  check_too_deep<ClosestHit<P>>(chain);
+  check_too_deep<AnyHit<P>>(chain);
+  check_cut_off<P>(chain);
+}
+
+}  // namespace
+
+TEST_CASE("a tree too deep for the restart trail says so", "[stack]") {
+  SECTION("nothing held") { check_trail<0, Immediate>(); }
+  SECTION("two held") { check_trail<2, Immediate>(); }
+  SECTION("most held") { check_trail<8, Immediate>(); }
+  SECTION("postponed") { check_trail<4, Postponed>(); }
 }
 
 TEST_CASE("slots of a pool: each wave has its own, and gives it back", "[stack]") {

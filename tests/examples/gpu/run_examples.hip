@@ -1,5 +1,6 @@
-// Runs the examples' kernels of closest hits, with each kind of stack, and compares them with the one-call query on the
-// host, bit for bit. Prints "N rays, N hits, 0 differ" per kernel.
+// Runs the examples' kernels on a GPU: those of closest hits, with each kind of stack, and those that go on behind a
+// hit, trace by an instruction or call the library's custom primitives. Compares them with what the host finds in
+// another way, bit for bit. Prints "N rays, N found, 0 differ" per kernel.
 
 #include <hip/hip_runtime.h>
 #include <hiprt_build/build.h>
@@ -7,22 +8,74 @@
 #include <tests/oracle/odd_meshes.h>
 
 #include <tests/examples/batch.hip>
+#include <tests/examples/blockers.hip>
 #include <tests/examples/closest_hit.hip>
 #include <tests/examples/global_stack.hip>
+#include <tests/examples/layers.hip>
+#include <tests/examples/ray_instruction.hip>
 #include <tests/examples/restart_stack.hip>
 #include <tests/examples/rolling_stack_host.hip>
+#include <tests/examples/spheres_and_curves_host.hip>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <tuple>
 #include <vector>
 
 namespace gpu = hiprt::gpu;
-using hiprt::Hit, hiprt::Ray;
+namespace build = hiprt::build;
+using hiprt::Hit, hiprt::Ray, hiprt::SceneView;
 
 namespace {
 
-constexpr unsigned kCount = 2000, kSlots = 512;
+constexpr unsigned kCount = 2000, kSlots = 512, kBlocks = (kCount + 63) / 64;
 constexpr std::uint64_t kSeed = 8513;
+
+/// The value; an error ends the program.
+template <class T> T must(tl::expected<T, build::Error> result) {
+  if (!result) {
+    std::printf("%s\n", result.error().message.c_str());
+    std::exit(1);
+  }
+  if constexpr (!std::is_void_v<T>) return std::move(*result);
+}
+
+gpu::Allocator& allocator() {
+  static gpu::DeviceAllocator made;
+  return made;
+}
+
+template <class T> gpu::DeviceArray<T> on_device(const std::vector<T>& values) {
+  return must(gpu::DeviceArray<T>::from(values, nullptr, allocator()));
+}
+
+/// Elements of zero bytes.
+template <class T> gpu::DeviceArray<T> cleared(std::size_t count) {
+  auto array = must(gpu::DeviceArray<T>::make(count, nullptr, allocator()));
+  must(array.fill(std::byte{0}, nullptr));
+  return array;
+}
+
+/// A scene on the host and on the device.
+struct Scene {
+  build::Bvh bvh;
+  SceneView host;
+  gpu::DeviceScene device;
+
+  explicit Scene(build::Result<build::Bvh> built)
+      : bvh(must(std::move(built))),
+        host(hiprt::make_scene_view(*hiprt::open_buffer(std::as_const(bvh.buffer).bytes()))),
+        device(must(gpu::upload_scene(std::as_const(bvh.buffer).bytes(), nullptr, allocator()))) {}
+};
+
+Scene soup_scene(hiprt::NodeLayout layout) {
+  const hiprt::oracle::Mesh mesh = hiprt::oracle::soup(2000, 0.2, kSeed);
+  const std::array<build::TriangleMesh, 1> meshes{mesh.view()};
+  return Scene(build::build(meshes, {.nodes = layout}));
+}
 
 std::vector<Ray> random_rays() {
   hiprt::oracle::Random random(kSeed);
@@ -35,74 +88,193 @@ std::vector<Ray> random_rays() {
   return rays;
 }
 
-template <class T> T* device_memory(std::size_t count) {
-  T* memory = nullptr;
-  if (hipMalloc(&memory, count * sizeof(T)) != hipSuccess) return nullptr;
-  return hipMemset(memory, 0, count * sizeof(T)) == hipSuccess ? memory : nullptr;
-}
+/// What kernels read and write, and the closest hits of the soup.
+struct Work {
+  std::vector<Ray> rays = random_rays();
+  gpu::DeviceArray<Ray> device_rays = on_device(rays);
+  gpu::DeviceArray<Hit> hits = cleared<Hit>(kCount);
+  std::vector<Hit> expected = std::vector<Hit>(kCount);
 
-/// Returns 0 if the hits on the device are the expected ones, and clears them.
-int compare(const char* name, Hit* device_hits, const std::vector<Hit>& expected) {
-  std::vector<Hit> hits(kCount);
-  if (hipMemcpy(hits.data(), device_hits, kCount * sizeof(Hit), hipMemcpyDeviceToHost) != hipSuccess ||
-      hipMemset(device_hits, 0, kCount * sizeof(Hit)) != hipSuccess) {
-    std::printf("%s failed\n", name);
-    return 1;
+  explicit Work(const SceneView& scene) {
+    for (unsigned i = 0; i < kCount; ++i) expected[i] = hiprt::closest_hit(scene, rays[i]);
   }
-  unsigned found = 0, differ = 0;
-  for (unsigned i = 0; i < kCount; ++i) {
-    found += hits[i].found() ? 1 : 0;
-    differ += std::memcmp(&hits[i], &expected[i], sizeof(Hit)) != 0 ? 1 : 0;
-  }
-  std::printf("%s: %u rays, %u hits, %u differ\n", name, kCount, found, differ);
-  return differ != 0 || found == 0 ? 1 : 0;
-}
+};
 
 template <class Kernel, class... Arguments> void start(Kernel kernel, unsigned blocks, const Arguments&... arguments) {
   hipLaunchKernelGGL(kernel, dim3(blocks), dim3(64), 0, nullptr, arguments...);
 }
 
+/// Prints a line. @return faults: 0 or 1.
+int report(const char* name, unsigned found, unsigned differ, unsigned may_differ = 0) {
+  std::printf("%s: %u rays, %u found, %u differ\n", name, kCount, found, differ);
+  return differ > may_differ || found == 0 ? 1 : 0;
+}
+
+bool same(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
+
+/// The same triangle, t but for rounding.
+bool nearly_same(const Hit& a, const Hit& b) {
+  if (a.geometry != b.geometry || a.primitive != b.primitive) return false;
+  return !a.found() || std::abs(a.t - b.t) <= 1e-4f * (1.0f + std::abs(b.t));
+}
+
+/// Takes the hits on the device and clears them. @param may_differ rays.
+template <class Same>
+int compare(const char* name, gpu::DeviceArray<Hit>& device_hits, const std::vector<Hit>& expected, const Same& is_same,
+            unsigned may_differ = 0) {
+  const std::vector<Hit> hits = must(device_hits.to_vector(nullptr));
+  must(device_hits.fill(std::byte{0}, nullptr));
+  unsigned found = 0, differ = 0;
+  for (unsigned i = 0; i < kCount; ++i) {
+    found += hits[i].found() ? 1 : 0;
+    differ += is_same(hits[i], expected[i]) ? 0 : 1;
+  }
+  return report(name, found, differ, may_differ);
+}
+
+int check_stacks(const Scene& soup, Work& work) {
+  const SceneView& scene = soup.device.view;
+  const Ray* const rays = work.device_rays.data();
+  Hit* const hits = work.hits.data();
+  int faults = 0;
+  start(closest_hits, kBlocks, scene, rays, hits, kCount);
+  faults += compare("one call", work.hits, work.expected, same);
+  faults += launch_rolling(scene, rays, hits, kCount) == 0 ? 0 : 1;
+  faults += compare("rolling", work.hits, work.expected, same);
+  start(trace_restarting, kBlocks, scene, rays, hits, kCount);
+  faults += compare("restart", work.hits, work.expected, same);
+
+  auto locks = cleared<std::uint32_t>(kSlots);
+  hiprt::SpillPool pool{locks.data(), nullptr, kSlots, 0};
+  // 64 lanes: no device has wider waves.
+  auto memory = cleared<hiprt::StackEntry>(global_stack_bytes(scene, kSlots, 64, pool.entries) / sizeof(*pool.memory));
+  pool.memory = memory.data();
+  start(trace_global, kBlocks, scene, rays, hits, kCount, pool);
+  faults += compare("global", work.hits, work.expected, same);
+
+  auto counters = cleared<unsigned>(2);
+  start(trace_persistent, 8u, scene, rays, hits, kCount, counters.data(), counters.data() + 1);
+  return faults + compare("persistent", work.hits, work.expected, same);
+}
+
+/// The instruction's own triangle test rounds in its own way; where there is none, both kernels have the host's bits.
+int check_instruction(Work& work) {
+  const Scene soup = soup_scene(hiprt::NodeLayout::kFloat);
+  start(trace_boxes_in_hardware, kBlocks, soup.device.view, work.device_rays.data(), work.hits.data(), kCount);
+  const int faults = compare("boxes in hardware", work.hits, work.expected, same);
+  start(trace_all_in_hardware, kBlocks, soup.device.view, work.device_rays.data(), work.hits.data(), kCount);
+  return faults + compare("all in hardware", work.hits, work.expected, nearly_same, kCount / 100);
+}
+
+std::vector<Hit> sorted(std::vector<Hit> hits) {
+  const auto key = [](const Hit& hit) { return std::tuple(hit.t, hit.geometry, hit.primitive); };
+  std::sort(hits.begin(), hits.end(), [&](const Hit& a, const Hit& b) { return key(a) < key(b); });
+  return hits;
+}
+
+std::vector<Hit> all_hits(const SceneView& scene, const Ray& ray) {
+  hiprt::PrivateStack<>::Memory memory;
+  hiprt::AllHits<> query(scene, ray, memory);
+  std::vector<Hit> hits;
+  for (Hit hit = query.next_hit(); hit.found(); hit = query.next_hit()) hits.push_back(hit);
+  return sorted(std::move(hits));
+}
+
+int check_layers(const Scene& soup, const Work& work) {
+  auto device_layers = cleared<Hit>(kLayers * kCount);
+  auto device_found = cleared<unsigned>(kCount);
+  start(first_layers, kBlocks, soup.device.view, work.device_rays.data(), device_layers.data(), device_found.data(),
+        kCount);
+  const std::vector<Hit> layers = must(device_layers.to_vector(nullptr));
+  const std::vector<unsigned> found = must(device_found.to_vector(nullptr));
+  unsigned full = 0, differ = 0;
+  for (unsigned i = 0; i < kCount; ++i) {
+    std::vector<Hit> all = all_hits(soup.host, work.rays[i]);
+    all.resize(std::min<std::size_t>(kLayers, all.size()));
+    full += found[i] == kLayers ? 1 : 0;
+    differ += found[i] == all.size() && std::equal(all.begin(), all.end(), &layers[kLayers * i], same) ? 0 : 1;
+  }
+  return report("layers", full, differ);
+}
+
+/// From the soup's closest hits on.
+int check_blockers(const Scene& soup, const Work& work) {
+  std::vector<Ray> rays = work.rays;
+  for (unsigned i = 0; i < kCount; ++i)
+    if (work.expected[i].found()) rays[i].origin += work.expected[i].t * rays[i].direction;
+  const auto device_rays = on_device(rays);
+  const auto starts = on_device(work.expected);
+  auto device_blockers = cleared<unsigned>(kCount);
+  start(count_blockers, kBlocks, soup.device.view, device_rays.data(), starts.data(), device_blockers.data(), kCount);
+  const std::vector<unsigned> blockers = must(device_blockers.to_vector(nullptr));
+  unsigned blocked = 0, differ = 0;
+  for (unsigned i = 0; i < kCount; ++i) {
+    const std::vector<Hit> all = all_hits(soup.host, rays[i]);
+    const auto others = std::count_if(all.begin(), all.end(), [&](const Hit& hit) {
+      return hit.geometry != work.expected[i].geometry || hit.primitive != work.expected[i].primitive;
+    });
+    blocked += blockers[i] != 0 ? 1 : 0;
+    differ += blockers[i] == std::min<std::size_t>(kMostBlockers, static_cast<std::size_t>(others)) ? 0 : 1;
+  }
+  return report("blockers", blocked, differ);
+}
+
+/// 100 spheres, and 100 segments of 20 curves.
+struct Hair {
+  std::vector<hiprt::Sphere> spheres;
+  std::vector<hiprt::CurveVertex> vertices;
+  std::vector<std::uint32_t> first_vertex;
+
+  Hair() {
+    hiprt::oracle::Random random(kSeed);
+    const auto at = [&] { return random.uniform_float(-1, 1); };
+    for (unsigned i = 0; i < 100; ++i) spheres.push_back({{at(), at(), at()}, random.uniform_float(0.02, 0.1)});
+    for (std::uint32_t i = 0; i < 120; ++i) {
+      vertices.push_back({{at(), at(), at()}, random.uniform_float(0, 0.05)});
+      if (i % 6 != 5) first_vertex.push_back(i);
+    }
+  }
+
+  /// By asking every primitive.
+  Hit closest(const Ray& ray) const {
+    std::vector<Hit> hits;
+    std::uint32_t geometry = 0, primitive = 0;
+    const auto add = [&](const hiprt::CustomHit& at) {
+      hits.push_back({at.t, at.u, at.v, geometry, primitive, at.normal, at.error});
+      return true;
+    };
+    for (; primitive < spheres.size(); ++primitive)
+      hiprt::SphereSet{spheres.data()}.intersect(ray, ray.tmin, ray.tmax, primitive, add);
+    geometry = 1;
+    for (primitive = 0; primitive < first_vertex.size(); ++primitive)
+      hiprt::RoundCurveSet{vertices.data(), first_vertex.data()}.intersect(ray, ray.tmin, ray.tmax, primitive, add);
+    return hits.empty() ? Hit{} : sorted(std::move(hits))[0];
+  }
+};
+
+int check_spheres_and_curves(Work& work) {
+  const Hair hair;
+  const Scene scene(build_spheres_and_curves(hair.spheres, hair.vertices, hair.first_vertex));
+  const auto spheres = on_device(hair.spheres);
+  const auto vertices = on_device(hair.vertices);
+  const auto first_vertex = on_device(hair.first_vertex);
+  launch_spheres_and_curves(scene.device.view, work.device_rays.data(), work.hits.data(), kCount, spheres.data(),
+                            vertices.data(), first_vertex.data());
+  std::vector<Hit> expected(kCount);
+  for (unsigned i = 0; i < kCount; ++i) expected[i] = hair.closest(work.rays[i]);
+  return compare("spheres and curves", work.hits, expected, same);
+}
+
 }  // namespace
 
 int main() {
-  const hiprt::oracle::Mesh mesh = hiprt::oracle::soup(2000, 0.2, kSeed);
-  const std::array<hiprt::build::TriangleMesh, 1> meshes{mesh.view()};
-  const auto bvh = hiprt::build::build(meshes);
-  if (!bvh) return 1;
-  const auto view = hiprt::open_buffer(bvh->buffer.bytes());
-  if (!view) return 1;
-  gpu::DeviceAllocator allocator;
-  const auto uploaded = gpu::upload_scene(bvh->buffer.bytes(), nullptr, allocator);
-  if (!uploaded) {
-    std::printf("%s\n", uploaded.error().message.c_str());
-    return 1;
-  }
-  const hiprt::SceneView scene = uploaded->view, host_scene = hiprt::make_scene_view(*view);
-  const std::vector<Ray> host_rays = random_rays();
-  std::vector<Hit> expected(kCount);
-  for (unsigned i = 0; i < kCount; ++i) expected[i] = hiprt::closest_hit(host_scene, host_rays[i]);
-
-  const auto rays = gpu::DeviceArray<Ray>::from(host_rays, nullptr, allocator);
-  Hit* const hits = device_memory<Hit>(kCount);
-  unsigned* const counters = device_memory<unsigned>(2);
-  hiprt::SpillPool pool{device_memory<std::uint32_t>(kSlots), nullptr, kSlots, 0};
-  // 64 lanes: no device has wider waves.
-  pool.memory =
-      device_memory<hiprt::StackEntry>(global_stack_bytes(scene, kSlots, 64, pool.entries) / sizeof(hiprt::StackEntry));
-  if (!rays || hits == nullptr || counters == nullptr || pool.locks == nullptr || pool.memory == nullptr) return 1;
-  const unsigned blocks = (kCount + 63) / 64;
-
-  int faults = 0;
-  start(closest_hits, blocks, scene, rays->data(), hits, kCount);
-  faults += compare("one call", hits, expected);
-  faults += launch_rolling(scene, rays->data(), hits, kCount) == 0 ? 0 : 1;
-  faults += compare("rolling", hits, expected);
-  start(trace_restarting, blocks, scene, rays->data(), hits, kCount);
-  faults += compare("restart", hits, expected);
-  start(trace_global, blocks, scene, rays->data(), hits, kCount, pool);
-  faults += compare("global", hits, expected);
-  start(trace_persistent, 8u, scene, rays->data(), hits, kCount, counters, counters + 1);
-  faults += compare("persistent", hits, expected);
+  const Scene soup = soup_scene(hiprt::NodeLayout::kPlanes);
+  Work work(soup.host);
+  int faults = check_stacks(soup, work);
+  faults += check_instruction(work);
+  faults += check_layers(soup, work);
+  faults += check_blockers(soup, work);
+  faults += check_spheres_and_curves(work);
   std::printf("%d faults\n", faults);
   return faults;
 }

@@ -1,0 +1,19 @@
+// expect: TraversalOrder
+// An order of any hits that does not tell where to go on.
+
+#include <hiprt_device/hiprt_device.h>
+
+struct LastFirst {
+  using Entry = hiprt::NodeRef;
+#if !HIPRT_FAULT
+  template <class Hits, class Way>
+  static hiprt::NodeRef next(const hiprt::NodeRef (&child)[hiprt::kBranching], const Hits& hits, Way& way) {
+    return hiprt::Unordered::next(child, hits, way);
+  }
+#endif
+};
+struct P : hiprt::Policies<> {
+  using AnyOrder = LastFirst;
+};
+
+hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) { return hiprt::any_hit<P>(scene, ray); }
