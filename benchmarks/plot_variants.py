@@ -18,9 +18,15 @@ def geometric_mean(values):
 
 
 def usual_order(result):
-    """Closest and any hits of a variant share a row when each has its default order."""
-    usual = "stored" if result["query"] == "any" else "sorted"
-    return "usual" if result["order"] == usual else result["order"]
+    """The queries of a variant share a row when each has the library's order for it (variant.h: has_usual_order())."""
+    any_order = result["query"] == "any" or (result["query"] == "all" and result["features"] == "triangles")
+    usual = "stored" if any_order else "sorted"
+    return "usual" if result["order"] in (usual, "tested") else result["order"]
+
+
+def kind_of(result):
+    """All hits are asked of the rays that closest hits are asked of."""
+    return result["kind"] + (" all" if result["query"] == "all" else "")
 
 
 class Row:
@@ -78,7 +84,7 @@ class Runs:
         values = [usual_order(result) if axis == "order" else result[axis] for axis in ROW_AXES]
         key = (result["tree"], *values)
         row = self.rows.setdefault(key, Row(key))
-        cell = (result["scene"], result["kind"])
+        cell = (result["scene"], kind_of(result))
         row.speeds[cell] = max(result["mrays_s"], row.speeds.get(cell, 0.0))
         row.registers[result["query"]] = result["registers"]
         row.occupancy[result["query"]] = result["occupancy"]
@@ -146,18 +152,19 @@ def provenance_text(runs):
 def ranking_text(runs, peers):
     """Every variant against the peers, best first."""
     ranked = []
+    hiprt = peers.references["best HIPRT"]
+    kinds = [kind for kind in runs.kinds() if any(cell[1] == kind for cell in hiprt)]
     for row in runs.rows.values():
         means = [geometric_mean(row.ratios(reference).values()) for reference in peers.references.values()]
         if math.isnan(means[0]):
             continue
-        hiprt = peers.references["best HIPRT"]
-        by_kind = [geometric_mean(row.ratios(hiprt, {kind}).values()) for kind in runs.kinds()]
+        by_kind = [geometric_mean(row.ratios(hiprt, {kind}).values()) for kind in kinds]
         ranked.append((len(row.ratios(hiprt)), means, by_kind, row))
     ranked.sort(key=lambda entry: (-entry[0], -entry[1][0]))
     if not ranked:
         return "None of the peers' scenes was measured.\n"
     head = ["variant", "cells"] + [f"x {name}" for name in peers.references]
-    head += [f"{kind} x best HIPRT" for kind in runs.kinds()]
+    head += [f"{kind} x best HIPRT" for kind in kinds]
     rows = [[row.name(), cells] + [number(mean, 3) for mean in means + by_kind] for cells, means, by_kind, row in ranked]
     return table(head, rows)
 
@@ -235,7 +242,7 @@ def accuracy_text(runs):
 
 def features_text(runs):
     """Each set of features against the smallest that was measured with the same other choices."""
-    order = ["triangles", "splits", "masks", "filter", "custom"]
+    order = ["triangles", "splits", "masks", "filter", "custom", "custom-filter"]
     rows, seen = [], set()
     for i, base in enumerate(order):
         for other in order[i + 1:]:

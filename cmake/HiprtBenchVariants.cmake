@@ -10,7 +10,7 @@ set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 
 # Values and the C++ types behind them (benchmarks/microbench/gpu_kernel.h).
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
-set(hiprt_values_queries closest=false any=true)
+set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
 set(hiprt_values_stacks private=PrivatePlace shared=SharedPlace rolling=RollingPlace rolling-pool=RollingPoolPlace
   global=GlobalPlace restart=RestartPlace)
@@ -39,7 +39,8 @@ set(hiprt_selections_small
   "orders=sorted schedules=batch20 queries=any"
   "orders=nearest blocks=128x7 queries=closest"
   "features=triangles,splits,filter,custom schedules=postponed queries=closest"
-  "features=custom schedules=batch16 queries=any")
+  "features=custom schedules=batch16 queries=any"
+  "features=custom schedules=postponed queries=all")
 set(hiprt_selections_full
   "layouts=* schedules=* tests=*"
   "layouts=* stacks=* schedules=postponed,batch16"
@@ -48,7 +49,8 @@ set(hiprt_selections_full
   "layouts=planes,quantized schedules=postponed,batch16 tests=fast orders=*"
   "layouts=* schedules=postponed,batch16 features=*"
   "layouts=planes,quantized schedules=postponed,batch1,batch16 blocks=*"
-  "layouts=planes,quantized stacks=rolling schedules=batch16 blocks=*")
+  "layouts=planes,quantized stacks=rolling schedules=batch16 blocks=*"
+  "layouts=* queries=all schedules=immediate,postponed features=triangles,masks")
 
 # hiprt_axis_type(<axis> <value> <variable>): the C++ type of a value, or an error that lists the values.
 function(hiprt_axis_type axis value variable)
@@ -89,21 +91,21 @@ macro(hiprt_read_selection text)
 endmacro()
 
 # hiprt_variant_line(<variable>): the C++ line for the values query, layout, stack, schedule, tests, order, features and
-# blocks of the caller; empty for what cannot be: a restart trail needs children in a stable order, and a closest hit
-# children by distance.
+# blocks of the caller; empty for what cannot be: a restart trail needs children in a stable order, a closest hit children
+# by distance, and trace_batch() asks each ray once.
 function(hiprt_variant_line variable)
   set(${variable} "" PARENT_SCOPE)
   if(order STREQUAL "usual")
-    set(order stored)
-    if(query STREQUAL "closest")
-      set(order sorted)
+    set(order sorted)
+    if(query STREQUAL "any" OR (query STREQUAL "all" AND features STREQUAL "triangles"))
+      set(order stored)
     endif()
   endif()
   if((query STREQUAL "closest" AND order STREQUAL "stored") OR (query STREQUAL "any" AND order STREQUAL "nearest") OR
-      (stack STREQUAL "restart" AND order STREQUAL "nearest"))
+      (stack STREQUAL "restart" AND order STREQUAL "nearest") OR (query STREQUAL "all" AND schedule MATCHES "^batch"))
     return()
   endif()
-  hiprt_axis_type(queries ${query} any)
+  hiprt_axis_type(queries ${query} query_type)
   hiprt_axis_type(layouts ${layout} layout_type)
   hiprt_axis_type(stacks ${stack} stack_type)
   hiprt_axis_type(schedules ${schedule} schedule_type)
@@ -113,7 +115,7 @@ function(hiprt_variant_line variable)
   hiprt_axis_type(blocks ${blocks} bounds)
   set(policies "VariantPolicies<${layout_type}, ${stack_type}, ${schedule_type}, ${tests_type}, ${order_type}, ${features_type}>")
   set(name "\"${query}\", \"${layout}\", \"${tests}\", \"${stack}\", \"${schedule}\", \"${order}\", \"${features}\", \"${blocks}\"")
-  set(${variable} "  add_kernel<${policies}, ${any}, ${bounds}>(kernels, {${name}})" PARENT_SCOPE)
+  set(${variable} "  add_kernel<${policies}, ${query_type}, ${bounds}>(kernels, {${name}})" PARENT_SCOPE)
 endfunction()
 
 # hiprt_expand_selection(<text>): appends each line of the selection to lines_<layout>_<stack> of the caller, once.

@@ -49,8 +49,8 @@ class GpuEngine final : public Engine {
     for (const GpuKernel& kernel : engine->kernels_) {
       const auto resources = engine->measure_resources(kernel);
       if (!resources) return tl::unexpected(resources.error());
-      engine->variants_.push_back(
-          {kernel.name, kernel.features, (kernel.features & feature_bit(Feature::kCustom)) != 0, *resources});
+      const bool custom = (kernel.features & feature_bit(Feature::kCustom)) != 0;
+      engine->variants_.push_back({kernel.name, kernel.query, kernel.features, custom, *resources});
     }
     return engine;
   }
@@ -72,7 +72,7 @@ class GpuEngine final : public Engine {
             {"driver", driver_text()},
             {"timed",
              "events around each launch, and the reset of its ray counter; launches queued without waiting; "
-             "rays of 32 bytes, answers of 8 bytes {t, id}"}};
+             "rays of 32 bytes, answers of 8 bytes: {t, id}, or the sum of all hits"}};
   }
 
   build::Result<void> set_tree(const Tree& tree) override {

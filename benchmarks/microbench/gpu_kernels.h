@@ -33,6 +33,7 @@ enum class SpillUse { kNone, kGrid, kPool };
 
 struct GpuKernel {
   VariantName name;
+  Query query;
   void (*kernel)(GpuJob);
   unsigned block;   ///< Threads of a block.
   bool persistent;  ///< The grid fills the device, rays are fetched.
