@@ -29,6 +29,11 @@ std::string driver_text() {
   return line;
 }
 
+/// The GPUs for which kHasRayInstruction is true.
+bool has_ray_instruction(std::string_view architecture) {
+  return architecture.starts_with("gfx103") || architecture.starts_with("gfx110");
+}
+
 /// Global memory for the stacks of one launch.
 struct StackMemory {
   DeviceArray<StackEntry> entries;
@@ -46,6 +51,8 @@ class GpuEngine final : public Engine {
     if (!words) return tl::unexpected(words.error());
     engine->words_ = std::move(*words);
     engine->kernels_ = gpu_kernels();
+    if (!has_ray_instruction(engine->device_.architecture))
+      std::erase_if(engine->kernels_, [](const GpuKernel& kernel) { return kernel.ray_instruction; });
     for (const GpuKernel& kernel : engine->kernels_) {
       const auto resources = engine->measure_resources(kernel);
       if (!resources) return tl::unexpected(resources.error());

@@ -6,6 +6,7 @@
 #include "gpu_kernels.h"
 
 #include <hip/hip_runtime.h>
+#include <hiprt_device/amd_ray_test.h>
 #include <hiprt_device/batch.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/stacks/restart.h>
@@ -16,13 +17,9 @@
 
 namespace hiprt::bench {
 
-struct AccurateTests {
-  using Triangle = Watertight;
-  using Boxes = Conservative;
-};
-struct FastTests {
-  using Triangle = Fast;
-  using Boxes = Plain;
+template <class TriangleType, class BoxesType> struct Tests {
+  using Triangle = TriangleType;
+  using Boxes = BoxesType;
 };
 
 template <FeatureMask kMask, class FilterType = NoFilter, class PrimitivesType = NoPrimitives> struct FeatureSet {
@@ -38,6 +35,8 @@ using WithSplits = FeatureSet<kSplitBits>;
 using WithMasks = FeatureSet<kMaskBits>;
 using WithFilter = FeatureSet<kMaskBits, ExceptPrimitive>;
 using WithCustom = FeatureSet<kMaskBits | feature_bit(Feature::kCustom), NoFilter, PrimitiveList<BoxSet>>;
+using WithCustomAndFilter =
+    FeatureSet<kMaskBits | feature_bit(Feature::kCustom), ExceptPrimitive, PrimitiveList<BoxSet>>;
 
 /// Where a thread's stack is: with(job, use) calls use(storage).
 struct PrivatePlace {
@@ -192,17 +191,21 @@ template <class P, Query kQuery, unsigned kBlock> __device__ HIPRT_INLINE void t
   });
 }
 
+template <class P>
+inline constexpr bool kNeedsRayInstruction =
+    std::is_same_v<typename P::Boxes, HardwareBoxes> || std::is_same_v<typename P::Triangle, HardwareTriangle>;
+
 /// @tparam kBlock threads of a block. @tparam kBlocks of a multiprocessor, at least.
 template <class P, Query kQuery, unsigned kBlock, unsigned kBlocks>
 __global__ void __launch_bounds__(kBlock, least_resident(kBlock, kBlocks)) trace_rays(GpuJob job) {
-  trace<P, kQuery, kBlock>(job);
+  if constexpr (kHasRayInstruction || !kNeedsRayInstruction<P>) trace<P, kQuery, kBlock>(job);
 }
 
 template <class P, Query kQuery, unsigned kBlock, unsigned kBlocks>
 void add_kernel(std::vector<GpuKernel>& kernels, const VariantName& name) {
   using Place = typename P::StackPlace;
   kernels.push_back({name, kQuery, &trace_rays<P, kQuery, kBlock, kBlocks>, kBlock, P::Schedule::kBatchOnly,
-                     Place::kSpill, Place::kOnChip, P::kFeatures});
+                     Place::kSpill, Place::kOnChip, P::kFeatures, kNeedsRayInstruction<P>});
 }
 
 }  // namespace hiprt::bench

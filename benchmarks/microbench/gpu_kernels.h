@@ -40,6 +40,7 @@ struct GpuKernel {
   SpillUse spill;
   std::uint32_t on_chip;  ///< Entries of a thread that need no global memory.
   FeatureMask features;   ///< That a scene may have.
+  bool ray_instruction;   ///< Empty on GPUs without that of amd_ray_test.h.
 };
 
 /// All kernels, in the order of the axes' values.
