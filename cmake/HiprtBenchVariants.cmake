@@ -14,8 +14,9 @@ set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
 set(hiprt_values_stacks private=PrivatePlace shared=SharedPlace rolling=RollingPlace rolling-pool=RollingPoolPlace
   global=GlobalPlace restart=RestartPlace)
+# batchN has the default kSearchAbove, batchNvM the one of M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
-  batch16=WholeWave<16> batch20=WholeWave<20>)
+  batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)
 # Triangle and box test; 'hardware' stands for AMD's ray instruction.
 set(hiprt_values_tests accurate=Tests<Watertight,Conservative> fast=Tests<Fast,Plain>
   watertight-plain=Tests<Watertight,Plain> fast-conservative=Tests<Fast,Conservative>
@@ -32,7 +33,7 @@ set(hiprt_values_blocks 64x1 64x10 64x12 64x14 64x16 128x7 128x8)
 set(hiprt_default_queries closest any)
 set(hiprt_default_layouts planes)
 set(hiprt_default_stacks private)
-set(hiprt_default_schedules batch16)
+set(hiprt_default_schedules batch12)
 set(hiprt_default_tests accurate)
 set(hiprt_default_orders usual)
 set(hiprt_default_features masks)
@@ -46,24 +47,25 @@ set(hiprt_selections_small
   "orders=sorted schedules=batch20 queries=any"
   "orders=nearest blocks=128x7 queries=closest"
   "features=triangles,splits,filter,custom schedules=postponed queries=closest"
-  "features=custom schedules=batch16 queries=any"
+  "features=custom schedules=batch12v0 queries=any"
   "features=custom schedules=postponed queries=all"
   "layouts=float tests=watertight-hardware queries=closest"
   "layouts=half tests=hardware schedules=immediate queries=closest")
 set(hiprt_selections_full
-  "layouts=* schedules=* tests=accurate,fast"
-  "layouts=* stacks=* schedules=postponed,batch16"
-  "layouts=planes,quantized stacks=shared,rolling schedules=*"
-  "layouts=* schedules=postponed,batch16 queries=closest orders=nearest"
-  "layouts=* schedules=postponed,batch16 queries=any orders=sorted"
-  "layouts=planes,quantized schedules=postponed,batch16 tests=fast queries=closest orders=nearest"
-  "layouts=planes,quantized schedules=postponed,batch16 tests=fast queries=any orders=sorted"
-  "layouts=* schedules=postponed,batch16 features=triangles,splits,masks,filter,custom"
-  "layouts=planes,quantized schedules=postponed,batch1,batch16 blocks=*"
-  "layouts=planes,quantized stacks=rolling schedules=batch16 blocks=*"
+  "layouts=* schedules=immediate,postponed,batch1,batch12,batch16 tests=accurate,fast"
+  "layouts=planes,quantized schedules=*"
+  "layouts=* stacks=* schedules=postponed,batch12"
+  "layouts=planes,quantized stacks=shared,rolling schedules=immediate,batch1,batch16,batch12v0"
+  "layouts=* schedules=postponed,batch12 queries=closest orders=nearest"
+  "layouts=* schedules=postponed,batch12 queries=any orders=sorted"
+  "layouts=planes,quantized schedules=postponed,batch12 tests=fast queries=closest orders=nearest"
+  "layouts=planes,quantized schedules=postponed,batch12 tests=fast queries=any orders=sorted"
+  "layouts=* schedules=postponed,batch12 features=triangles,splits,masks,filter,custom"
+  "layouts=planes,quantized schedules=postponed,batch1,batch12 blocks=*"
+  "layouts=planes,quantized stacks=rolling schedules=batch12 blocks=*"
   "layouts=* queries=all schedules=immediate,postponed features=triangles,masks"
-  "layouts=float,half tests=watertight-hardware,hardware schedules=immediate,postponed,batch16"
-  "layouts=float,half tests=watertight-hardware,hardware stacks=rolling schedules=postponed,batch16")
+  "layouts=float,half tests=watertight-hardware,hardware schedules=immediate,postponed,batch12"
+  "layouts=float,half tests=watertight-hardware,hardware stacks=rolling schedules=postponed,batch12")
 
 # hiprt_axis_type(<axis> <value> <variable>): the C++ type of a value, or an error that lists the values.
 function(hiprt_axis_type axis value variable)
@@ -78,6 +80,8 @@ function(hiprt_axis_type axis value variable)
     set(${variable} "${CMAKE_MATCH_1}, ${CMAKE_MATCH_2}" PARENT_SCOPE)
   elseif(axis STREQUAL "schedules" AND value MATCHES "^batch([0-9]+)$")
     set(${variable} "WholeWave<${CMAKE_MATCH_1}>" PARENT_SCOPE)
+  elseif(axis STREQUAL "schedules" AND value MATCHES "^batch([0-9]+)v([0-9]+)$")
+    set(${variable} "WholeWave<${CMAKE_MATCH_1}, ${CMAKE_MATCH_2}>" PARENT_SCOPE)
   else()
     message(FATAL_ERROR "HIPRT_BENCH_VARIANTS: no value '${value}' of ${axis} (values: ${hiprt_values_${axis}})")
   endif()
