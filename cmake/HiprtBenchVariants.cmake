@@ -1,31 +1,39 @@
 # The kernels of bench_variants: which of the cross product of all axes are compiled, as generated .hip files, one per
 # layout and stack.
 #
-# A selection is "axis=value,value ..."; it stands for the cross product of its values, with the default (the first
-# value below that is marked *) for each axis that it does not name. "*" stands for all values of an axis.
+# A selection is "axis=value,value ..."; it stands for the cross product of its values, with the default (below) for each
+# axis that it does not name. "*" stands for all values of an axis. What cannot be (hiprt_can_be()) is left out.
 
 set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
-  "Kernels of bench_variants: 'small' (every value of every axis once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections such as 'layouts=planes,quantized schedules=batch16,postponed;stacks=*'")
+  "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combination of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
 set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 
 # Values and the C++ types behind them (benchmarks/microbench/gpu_kernel.h).
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
-set(hiprt_values_queries closest=false any=true)
+set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
 set(hiprt_values_stacks private=PrivatePlace shared=SharedPlace rolling=RollingPlace rolling-pool=RollingPoolPlace
   global=GlobalPlace restart=RestartPlace)
+# batchN has the default kSearchAbove, batchNvM the one of M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
-  batch16=WholeWave<16> batch20=WholeWave<20>)
-set(hiprt_values_tests accurate=AccurateTests fast=FastTests)
-set(hiprt_values_orders sorted=NearFirst nearest=NearestFirst stored=Unordered)
-set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMasks filter=WithFilter custom=WithCustom)
+  batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)
+# Triangle and box test; 'hardware' stands for AMD's ray instruction.
+set(hiprt_values_tests accurate=Tests<Watertight,Conservative> fast=Tests<Fast,Plain>
+  watertight-plain=Tests<Watertight,Plain> fast-conservative=Tests<Fast,Conservative>
+  watertight-hardware=Tests<Watertight,HardwareBoxes> fast-hardware=Tests<Fast,HardwareBoxes>
+  hardware=Tests<HardwareTriangle,HardwareBoxes> hardware-conservative=Tests<HardwareTriangle,Conservative>
+  hardware-plain=Tests<HardwareTriangle,Plain>)
+# usual: what the library takes for the query and the tests.
+set(hiprt_values_orders sorted=NearFirst nearest=NearestFirst stored=Unordered tested=AsTested)
+set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMasks filter=WithFilter custom=WithCustom
+  custom-filter=WithCustomAndFilter)
 set(hiprt_values_blocks 64x1 64x10 64x12 64x14 64x16 128x7 128x8)
 
 # What an axis is when a selection does not name it.
 set(hiprt_default_queries closest any)
 set(hiprt_default_layouts planes)
 set(hiprt_default_stacks private)
-set(hiprt_default_schedules batch16)
+set(hiprt_default_schedules batch12)
 set(hiprt_default_tests accurate)
 set(hiprt_default_orders usual)
 set(hiprt_default_features masks)
@@ -39,16 +47,25 @@ set(hiprt_selections_small
   "orders=sorted schedules=batch20 queries=any"
   "orders=nearest blocks=128x7 queries=closest"
   "features=triangles,splits,filter,custom schedules=postponed queries=closest"
-  "features=custom schedules=batch16 queries=any")
+  "features=custom schedules=batch12v0 queries=any"
+  "features=custom schedules=postponed queries=all"
+  "layouts=float tests=watertight-hardware queries=closest"
+  "layouts=half tests=hardware schedules=immediate queries=closest")
 set(hiprt_selections_full
-  "layouts=* schedules=* tests=*"
-  "layouts=* stacks=* schedules=postponed,batch16"
-  "layouts=planes,quantized stacks=shared,rolling schedules=*"
-  "layouts=* schedules=postponed,batch16 orders=*"
-  "layouts=planes,quantized schedules=postponed,batch16 tests=fast orders=*"
-  "layouts=* schedules=postponed,batch16 features=*"
-  "layouts=planes,quantized schedules=postponed,batch1,batch16 blocks=*"
-  "layouts=planes,quantized stacks=rolling schedules=batch16 blocks=*")
+  "layouts=* schedules=immediate,postponed,batch1,batch12,batch16 tests=accurate,fast"
+  "layouts=planes,quantized schedules=*"
+  "layouts=* stacks=* schedules=postponed,batch12"
+  "layouts=planes,quantized stacks=shared,rolling schedules=immediate,batch1,batch16,batch12v0"
+  "layouts=* schedules=postponed,batch12 queries=closest orders=nearest"
+  "layouts=* schedules=postponed,batch12 queries=any orders=sorted"
+  "layouts=planes,quantized schedules=postponed,batch12 tests=fast queries=closest orders=nearest"
+  "layouts=planes,quantized schedules=postponed,batch12 tests=fast queries=any orders=sorted"
+  "layouts=* schedules=postponed,batch12 features=triangles,splits,masks,filter,custom"
+  "layouts=planes,quantized schedules=postponed,batch1,batch12 blocks=*"
+  "layouts=planes,quantized stacks=rolling schedules=batch12 blocks=*"
+  "layouts=* queries=all schedules=immediate,postponed features=triangles,masks"
+  "layouts=float,half tests=watertight-hardware,hardware schedules=immediate,postponed,batch12"
+  "layouts=float,half tests=watertight-hardware,hardware stacks=rolling schedules=postponed,batch12")
 
 # hiprt_axis_type(<axis> <value> <variable>): the C++ type of a value, or an error that lists the values.
 function(hiprt_axis_type axis value variable)
@@ -63,6 +80,8 @@ function(hiprt_axis_type axis value variable)
     set(${variable} "${CMAKE_MATCH_1}, ${CMAKE_MATCH_2}" PARENT_SCOPE)
   elseif(axis STREQUAL "schedules" AND value MATCHES "^batch([0-9]+)$")
     set(${variable} "WholeWave<${CMAKE_MATCH_1}>" PARENT_SCOPE)
+  elseif(axis STREQUAL "schedules" AND value MATCHES "^batch([0-9]+)v([0-9]+)$")
+    set(${variable} "WholeWave<${CMAKE_MATCH_1}, ${CMAKE_MATCH_2}>" PARENT_SCOPE)
   else()
     message(FATAL_ERROR "HIPRT_BENCH_VARIANTS: no value '${value}' of ${axis} (values: ${hiprt_values_${axis}})")
   endif()
@@ -88,22 +107,49 @@ macro(hiprt_read_selection text)
   endforeach()
 endmacro()
 
+# hiprt_usual_order(<variable>): the order that the library takes for the values query, tests and features of the caller.
+function(hiprt_usual_order variable)
+  if(tests MATCHES "hardware$")
+    set(${variable} tested PARENT_SCOPE)
+  elseif(query STREQUAL "any" OR (query STREQUAL "all" AND features STREQUAL "triangles"))
+    set(${variable} stored PARENT_SCOPE)
+  else()
+    set(${variable} sorted PARENT_SCOPE)
+  endif()
+endfunction()
+
+# hiprt_can_be(<variable>): whether the values query, layout, stack, schedule, tests, order and features of the caller go
+# together.
+function(hiprt_can_be variable)
+  set(${variable} FALSE PARENT_SCOPE)
+  # trace_batch() asks each ray once.
+  if(query STREQUAL "all" AND schedule MATCHES "^batch")
+    return()
+  endif()
+  # AMD's instruction reads two layouts, and its box test sorts.
+  if(tests MATCHES "hardware" AND NOT (HIPRT_GPU_PLATFORM STREQUAL "AMD" AND layout MATCHES "^(float|half)$"))
+    return()
+  endif()
+  if((tests MATCHES "hardware$" AND NOT order STREQUAL "tested") OR
+      (NOT tests MATCHES "hardware$" AND order STREQUAL "tested"))
+    return()
+  endif()
+  # A restart trail needs children by distance where a hit shortens the ray, else in a stable order.
+  hiprt_usual_order(usual)
+  if(stack STREQUAL "restart" AND NOT order STREQUAL "sorted" AND NOT (order STREQUAL "stored" AND usual STREQUAL "stored"))
+    return()
+  endif()
+  set(${variable} TRUE PARENT_SCOPE)
+endfunction()
+
 # hiprt_variant_line(<variable>): the C++ line for the values query, layout, stack, schedule, tests, order, features and
-# blocks of the caller; empty for what cannot be: a restart trail needs children in a stable order, and a closest hit
-# children by distance.
+# blocks of the caller; empty for what cannot be.
 function(hiprt_variant_line variable)
   set(${variable} "" PARENT_SCOPE)
   if(order STREQUAL "usual")
-    set(order stored)
-    if(query STREQUAL "closest")
-      set(order sorted)
-    endif()
+    hiprt_usual_order(order)
   endif()
-  if((query STREQUAL "closest" AND order STREQUAL "stored") OR (query STREQUAL "any" AND order STREQUAL "nearest") OR
-      (stack STREQUAL "restart" AND order STREQUAL "nearest"))
-    return()
-  endif()
-  hiprt_axis_type(queries ${query} any)
+  hiprt_axis_type(queries ${query} query_type)
   hiprt_axis_type(layouts ${layout} layout_type)
   hiprt_axis_type(stacks ${stack} stack_type)
   hiprt_axis_type(schedules ${schedule} schedule_type)
@@ -111,9 +157,13 @@ function(hiprt_variant_line variable)
   hiprt_axis_type(orders ${order} order_type)
   hiprt_axis_type(features ${features} features_type)
   hiprt_axis_type(blocks ${blocks} bounds)
+  hiprt_can_be(can_be)
+  if(NOT can_be)
+    return()
+  endif()
   set(policies "VariantPolicies<${layout_type}, ${stack_type}, ${schedule_type}, ${tests_type}, ${order_type}, ${features_type}>")
   set(name "\"${query}\", \"${layout}\", \"${tests}\", \"${stack}\", \"${schedule}\", \"${order}\", \"${features}\", \"${blocks}\"")
-  set(${variable} "  add_kernel<${policies}, ${any}, ${bounds}>(kernels, {${name}})" PARENT_SCOPE)
+  set(${variable} "  add_kernel<${policies}, ${query_type}, ${bounds}>(kernels, {${name}})" PARENT_SCOPE)
 endfunction()
 
 # hiprt_expand_selection(<text>): appends each line of the selection to lines_<layout>_<stack> of the caller, once.
@@ -212,6 +262,9 @@ function(hiprt_generate_variants folder variable)
   endforeach()
   hiprt_write_kernel_list(${folder}/gpu_kernels.cpp ${functions})
   list(LENGTH all count)
+  if(count EQUAL 0)
+    message(FATAL_ERROR "HIPRT_BENCH_VARIANTS: none of these variants can be (hiprt_can_be()): ${selections}")
+  endif()
   message(STATUS "bench_variants: ${count} kernels (HIPRT_BENCH_VARIANTS)")
   set(${variable} "${files}" PARENT_SCOPE)
 endfunction()

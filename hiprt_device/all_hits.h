@@ -43,12 +43,10 @@ class AllHits {
   HIPRT_HD HIPRT_INLINE Hit next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     if (!search_.can_go_on()) return search_.hit();
-    if (kMaySort && sorts_) {
-      if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
-      search_.find_closest(false);
-    } else {
-      search_.find_any(false);
+    if constexpr (kMaySort) {
+      if (sorts_) return next_behind();
     }
+    search_.find_any(false);
     return search_.complete_hit();
   }
 
@@ -57,6 +55,12 @@ class AllHits {
   HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
 
  private:
+  HIPRT_HD HIPRT_INLINE Hit next_behind() {
+    if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
+    search_.find_closest(false);
+    return search_.complete_hit();
+  }
+
   Search search_;
   bool sorts_;
 };

@@ -66,6 +66,8 @@ class HitSearch {
 
   /// Looks for the closest hit behind the last. @return false: the wave pauses, call again.
   HIPRT_HD HIPRT_INLINE bool find_closest(bool may_pause) {
+    static_assert(!BacktrackingStack<typename P::Stack> || !std::same_as<Order, Unordered>,
+                  "hiprt: Unordered: a restart trail finds closest hits in the order of distance only");
     const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
                                            [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
                                              if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found))

@@ -27,9 +27,14 @@ usage: bench_variants --scenes=DIR [FLAG...]
        bench_variants --list [FLAG...]
 
 DIR holds SCENE.TREE.bvh (any trees of a scene, any layouts) and SCENE.KIND.rays; a scene without rays gets primary, ao,
-shadow and diffuse rays of its camera. Scenes with custom primitives have their boxes in SCENE.boxes. Every answer is
-checked: accurate variants must agree to the last bit with each other, and on a sample of rays with the host.
-Exit status: 0; 1 when something failed or an accurate variant answered otherwise; 2 for a wrong command line.
+shadow and diffuse rays of its camera. Scenes with custom primitives have their boxes in SCENE.boxes. Any-hit queries
+trace the any-hit kinds of rays; closest-hit and all-hits queries the others.
+
+Every answer is checked. Variants with the tests accurate or watertight-hardware (AMD's ray instruction for boxes) must
+agree to the last bit with each other, and on a sample of rays with the host; of all hits, number, primitives and
+distances count. Of the other tests, fast and those with hardware triangles among them, the share of the sample whose
+primitives are not the host's is printed. Variants for AMD's ray instruction are there on GPUs that have it.
+Exit status: 0; 1 when something failed or one of the exact variants answered otherwise; 2 for a wrong command line.
 
 )";
 

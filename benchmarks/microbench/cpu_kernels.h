@@ -1,11 +1,12 @@
 #pragma once
-/// The variants on the CPU: layouts, tests and features, with the machine's best instruction set. They also say what
-/// the right answers are.
+/// The variants on the CPU: queries, layouts, tests and features, with the machine's best instruction set. They also
+/// say what the right answers are.
 ///
 /// Plain members only: a container's inline function, compiled for a newer instruction set, could be the copy that the
 /// linker keeps for the whole program.
 
-#include <hiprt_device/ray.h>
+#include "answer.h"
+
 #include <hiprt_device/scene_view.h>
 
 #include <cstddef>
@@ -15,15 +16,16 @@ namespace hiprt::bench {
 
 struct CpuJob {
   const SceneView* scene;
-  bool any_hit;
+  Query query;
   bool fast;         ///< Fast triangles and Plain boxes.
   const Box* boxes;  ///< Custom primitives (BoxSet); nullptr: a tracer without them.
   const Ray* rays;
-  Hit* hits;  ///< As many as rays.
+  Hit* hits;        ///< As many as rays; of Query::kClosest and kAny.
+  Answer* answers;  ///< As many as rays; of Query::kAll.
   std::size_t count;
 };
 
-/// Traces rays[i] into hits[i] on the calling thread.
+/// Traces rays[i] into hits[i] or answers[i] on the calling thread.
 void run_on_cpu(const CpuJob& job);
 
 /// Name of the instruction set that run_on_cpu() uses, e.g. "x86_64_v3".

@@ -18,12 +18,21 @@ namespace {
 
 template <class P, class Primitives> void trace_all(const CpuJob& job, const Primitives& primitives) {
   typename P::Stack::Memory stack;
-  if (job.any_hit) {
-    for (std::size_t i = 0; i < job.count; ++i)
-      job.hits[i] = AnyHit<P, NoFilter, Primitives>(*job.scene, job.rays[i], stack, {}, primitives).next_hit();
-  } else {
-    for (std::size_t i = 0; i < job.count; ++i)
-      job.hits[i] = ClosestHit<P, NoFilter, Primitives>(*job.scene, job.rays[i], stack, {}, primitives).next_hit();
+  switch (job.query) {
+    case Query::kClosest:
+      for (std::size_t i = 0; i < job.count; ++i)
+        job.hits[i] = ClosestHit<P, NoFilter, Primitives>(*job.scene, job.rays[i], stack, {}, primitives).next_hit();
+      return;
+    case Query::kAny:
+      for (std::size_t i = 0; i < job.count; ++i)
+        job.hits[i] = AnyHit<P, NoFilter, Primitives>(*job.scene, job.rays[i], stack, {}, primitives).next_hit();
+      return;
+    case Query::kAll:
+      for (std::size_t i = 0; i < job.count; ++i) {
+        AllHits<P, NoFilter, Primitives> query(*job.scene, job.rays[i], stack, {}, primitives);
+        job.answers[i] = sum_of_hits(query);
+      }
+      return;
   }
 }
 

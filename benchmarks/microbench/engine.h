@@ -23,6 +23,7 @@ struct Resources {
 
 struct Variant {
   VariantName name;
+  Query query;
   FeatureMask features;  ///< That a scene may have.
   bool custom;           ///< Whether it can intersect custom primitives.
   Resources resources;
@@ -51,7 +52,7 @@ class Engine {
   /// The rays that are traced from now on; must outlive their use. They may be fewer than given: rays().
   virtual build::Result<void> set_rays(const RayBuffer& rays) = 0;
   virtual const std::vector<Ray>& rays() const = 0;
-  /// @param variant index into variants(); its layout is the tree's and its query the rays'.
+  /// @param variant index into variants(); its layout is the tree's, and its query Query::kAny if the rays' is.
   virtual build::Result<Outcome> run(std::size_t variant, const Repetitions& repetitions) = 0;
 };
 

@@ -29,6 +29,11 @@ std::string driver_text() {
   return line;
 }
 
+/// The GPUs for which kHasRayInstruction is true.
+bool has_ray_instruction(std::string_view architecture) {
+  return architecture.starts_with("gfx103") || architecture.starts_with("gfx110");
+}
+
 /// Global memory for the stacks of one launch.
 struct StackMemory {
   DeviceArray<StackEntry> entries;
@@ -46,11 +51,13 @@ class GpuEngine final : public Engine {
     if (!words) return tl::unexpected(words.error());
     engine->words_ = std::move(*words);
     engine->kernels_ = gpu_kernels();
+    if (!has_ray_instruction(engine->device_.architecture))
+      std::erase_if(engine->kernels_, [](const GpuKernel& kernel) { return kernel.ray_instruction; });
     for (const GpuKernel& kernel : engine->kernels_) {
       const auto resources = engine->measure_resources(kernel);
       if (!resources) return tl::unexpected(resources.error());
-      engine->variants_.push_back(
-          {kernel.name, kernel.features, (kernel.features & feature_bit(Feature::kCustom)) != 0, *resources});
+      const bool custom = (kernel.features & feature_bit(Feature::kCustom)) != 0;
+      engine->variants_.push_back({kernel.name, kernel.query, kernel.features, custom, *resources});
     }
     return engine;
   }
@@ -72,7 +79,7 @@ class GpuEngine final : public Engine {
             {"driver", driver_text()},
             {"timed",
              "events around each launch, and the reset of its ray counter; launches queued without waiting; "
-             "rays of 32 bytes, answers of 8 bytes {t, id}"}};
+             "rays of 32 bytes, answers of 8 bytes: {t, id}, or the sum of all hits"}};
   }
 
   build::Result<void> set_tree(const Tree& tree) override {

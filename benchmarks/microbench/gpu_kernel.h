@@ -6,6 +6,7 @@
 #include "gpu_kernels.h"
 
 #include <hip/hip_runtime.h>
+#include <hiprt_device/amd_ray_test.h>
 #include <hiprt_device/batch.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/stacks/restart.h>
@@ -16,13 +17,9 @@
 
 namespace hiprt::bench {
 
-struct AccurateTests {
-  using Triangle = Watertight;
-  using Boxes = Conservative;
-};
-struct FastTests {
-  using Triangle = Fast;
-  using Boxes = Plain;
+template <class TriangleType, class BoxesType> struct Tests {
+  using Triangle = TriangleType;
+  using Boxes = BoxesType;
 };
 
 template <FeatureMask kMask, class FilterType = NoFilter, class PrimitivesType = NoPrimitives> struct FeatureSet {
@@ -38,6 +35,8 @@ using WithSplits = FeatureSet<kSplitBits>;
 using WithMasks = FeatureSet<kMaskBits>;
 using WithFilter = FeatureSet<kMaskBits, ExceptPrimitive>;
 using WithCustom = FeatureSet<kMaskBits | feature_bit(Feature::kCustom), NoFilter, PrimitiveList<BoxSet>>;
+using WithCustomAndFilter =
+    FeatureSet<kMaskBits | feature_bit(Feature::kCustom), ExceptPrimitive, PrimitiveList<BoxSet>>;
 
 /// Where a thread's stack is: with(job, use) calls use(storage).
 struct PrivatePlace {
@@ -153,35 +152,60 @@ constexpr unsigned least_resident(unsigned block, unsigned blocks) {
 #endif
 }
 
-/// @tparam kBlock threads of a block. @tparam kBlocks of a multiprocessor, at least.
-template <class P, bool kAny, unsigned kBlock, unsigned kBlocks>
-__global__ void __launch_bounds__(kBlock, least_resident(kBlock, kBlocks)) trace_rays(GpuJob job) {
+template <Query kQuery, class P, class Filter, class Primitives> struct QueryOf {
+  using Type = ClosestHit<P, Filter, Primitives>;
+};
+template <class P, class Filter, class Primitives> struct QueryOf<Query::kAny, P, Filter, Primitives> {
+  using Type = AnyHit<P, Filter, Primitives>;
+};
+template <class P, class Filter, class Primitives> struct QueryOf<Query::kAll, P, Filter, Primitives> {
+  using Type = AllHits<P, Filter, Primitives>;
+};
+
+template <Query kQuery, class Asked> __device__ HIPRT_INLINE Answer ask(Asked& query) {
+  if constexpr (kQuery == Query::kAll) {
+    return sum_of_hits(query);
+  } else {
+    query.advance();
+    return make_answer(query.hit());
+  }
+}
+
+/// The rays of one thread.
+template <class P, Query kQuery, unsigned kBlock> __device__ HIPRT_INLINE void trace(const GpuJob& job) {
   using Choice = typename P::FeatureChoice;
-  using Filter = typename Choice::Filter;
-  using Primitives = typename Choice::Primitives;
-  using Query = std::conditional_t<kAny, AnyHit<P, Filter, Primitives>, ClosestHit<P, Filter, Primitives>>;
+  using Asked = typename QueryOf<kQuery, P, typename Choice::Filter, typename Choice::Primitives>::Type;
   P::StackPlace::template with<kBlock>(job, [&](const auto& storage) {
     const auto make = [&](std::uint32_t i) {
-      return Query(job.scene, load_ray(job, i), storage, make_filter<Choice>(job), make_primitives<Choice>(job));
+      return Asked(job.scene, load_ray(job, i), storage, make_filter<Choice>(job), make_primitives<Choice>(job));
     };
-    const auto done = [&](std::uint32_t i, const Query& query) { job.answers[i] = make_answer(query.hit()); };
     if constexpr (P::Schedule::kBatchOnly) {
-      trace_batch(job.count, job.next, make, done);
+      trace_batch(job.count, job.next, make,
+                  [&](std::uint32_t i, const Asked& query) { job.answers[i] = make_answer(query.hit()); });
     } else {
       const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
       if (i >= job.count) return;
-      Query query = make(i);
-      query.advance();
-      done(i, query);
+      Asked query = make(i);
+      job.answers[i] = ask<kQuery>(query);
     }
   });
 }
 
-template <class P, bool kAny, unsigned kBlock, unsigned kBlocks>
+template <class P>
+inline constexpr bool kNeedsRayInstruction =
+    std::is_same_v<typename P::Boxes, HardwareBoxes> || std::is_same_v<typename P::Triangle, HardwareTriangle>;
+
+/// @tparam kBlock threads of a block. @tparam kBlocks of a multiprocessor, at least.
+template <class P, Query kQuery, unsigned kBlock, unsigned kBlocks>
+__global__ void __launch_bounds__(kBlock, least_resident(kBlock, kBlocks)) trace_rays(GpuJob job) {
+  if constexpr (kHasRayInstruction || !kNeedsRayInstruction<P>) trace<P, kQuery, kBlock>(job);
+}
+
+template <class P, Query kQuery, unsigned kBlock, unsigned kBlocks>
 void add_kernel(std::vector<GpuKernel>& kernels, const VariantName& name) {
   using Place = typename P::StackPlace;
-  kernels.push_back({name, &trace_rays<P, kAny, kBlock, kBlocks>, kBlock, P::Schedule::kBatchOnly, Place::kSpill,
-                     Place::kOnChip, P::kFeatures});
+  kernels.push_back({name, kQuery, &trace_rays<P, kQuery, kBlock, kBlocks>, kBlock, P::Schedule::kBatchOnly,
+                     Place::kSpill, Place::kOnChip, P::kFeatures, kNeedsRayInstruction<P>});
 }
 
 }  // namespace hiprt::bench

@@ -33,12 +33,14 @@ enum class SpillUse { kNone, kGrid, kPool };
 
 struct GpuKernel {
   VariantName name;
+  Query query;
   void (*kernel)(GpuJob);
   unsigned block;   ///< Threads of a block.
   bool persistent;  ///< The grid fills the device, rays are fetched.
   SpillUse spill;
   std::uint32_t on_chip;  ///< Entries of a thread that need no global memory.
   FeatureMask features;   ///< That a scene may have.
+  bool ray_instruction;   ///< Empty on GPUs without that of amd_ray_test.h.
 };
 
 /// All kernels, in the order of the axes' values.

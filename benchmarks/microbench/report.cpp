@@ -3,6 +3,7 @@
 #include "../common/markdown.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -11,18 +12,19 @@
 namespace hiprt::bench {
 namespace {
 
-/// The order that a query has by default; closest and any hits of a variant share a row then.
-std::string_view order_text(const VariantName& name) {
-  const bool usual = name.query == "any" ? name.order == "stored" : name.order == "sorted";
-  return usual ? "usual" : name.order;
-}
-
+/// Without the query: that is the column's.
 std::string row_name(const VariantName& name) {
+  const std::string_view order = has_usual_order(name) ? "usual" : name.order;
   std::string text;
   for (const std::string_view part :
-       {name.layout, name.tests, name.stack, name.schedule, order_text(name), name.features, name.blocks})
+       {name.layout, name.tests, name.stack, name.schedule, order, name.features, name.blocks})
     text += (text.empty() ? "" : " ") + std::string(part);
   return text;
+}
+
+/// Kind of rays, and what they were asked if their kind does not tell.
+std::string column_name(const Variant& variant, const Result& result) {
+  return result.kind + (variant.query == Query::kAll ? " all" : "");
 }
 
 std::string hexadecimal(std::uint64_t value) {
@@ -63,8 +65,9 @@ std::string table_of(const Engine& engine, const Report& report, std::size_t tre
     Row& row = rows[name];
     add_part(row.registers, std::to_string(variant.resources.registers));
     add_part(row.occupancy, format_number(100 * variant.resources.occupancy, 0));
-    row.speeds[result.kind] = speed_text(result);
-    if (std::find(kinds.begin(), kinds.end(), result.kind) == kinds.end()) kinds.push_back(result.kind);
+    const std::string kind = column_name(variant, result);
+    row.speeds[kind] = speed_text(result);
+    if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) kinds.push_back(kind);
   }
   std::vector<std::string> head{"variant", "registers", "occupancy %"};
   head.insert(head.end(), kinds.begin(), kinds.end());
@@ -76,6 +79,36 @@ std::string table_of(const Engine& engine, const Report& report, std::size_t tre
     table.add(std::move(cells));
   }
   return table.text();
+}
+
+/// Of tests that are not exact (is_exact()): how many of the rays that were compared with the host hit something else,
+/// over all variants with the same tests.
+std::string inexact_text(const Engine& engine, const Report& report) {
+  struct Sum {
+    std::uint64_t checked = 0, other_primitives = 0;
+  };
+  std::vector<std::array<std::string, 3>> order;
+  std::map<std::array<std::string, 3>, Sum> sums;
+  for (const Result& result : report.results) {
+    const Variant& variant = engine.variants()[result.variant];
+    if (is_exact(variant.name)) continue;
+    const TreeRecord& tree = report.trees[result.tree];
+    const std::array<std::string, 3> key{tree.scene + "." + tree.name, column_name(variant, result),
+                                         std::string(variant.name.tests)};
+    if (!sums.contains(key)) order.push_back(key);
+    Sum& sum = sums[key];
+    sum.checked += result.checked;
+    sum.other_primitives += result.other_primitives;
+  }
+  if (order.empty()) return {};
+  MarkdownTable table({"tree", "kind", "tests", "answers compared", "other primitives %"});
+  for (const auto& key : order) {
+    const Sum& sum = sums[key];
+    const auto checked = static_cast<double>(std::max<std::uint64_t>(1, sum.checked));
+    const double percent = 100 * static_cast<double>(sum.other_primitives) / checked;
+    table.add({key[0], key[1], key[2], std::to_string(sum.checked), format_number(percent, 3)});
+  }
+  return "## Tests that are not exact: answers with other primitives than the host's\n\n" + table.text();
 }
 
 nlohmann::json tree_json(const TreeRecord& tree) {
@@ -119,6 +152,7 @@ nlohmann::json result_json(const Variant& variant, const TreeRecord& tree, const
                       {"overflowed_rays", result.overflowed},
                       {"checked_rays", result.checked},
                       {"wrong_rays", result.wrong},
+                      {"other_primitive_rays", result.other_primitives},
                       {"problem", result.problem}};
   for (const Axis& axis : kAxes) json[std::string(axis.key)] = variant.name.*axis.value;
   json.update(resources_json(variant.resources));
@@ -157,8 +191,8 @@ std::string tables(const Engine& engine, const Report& report) {
             format_number(bytes_per_primitive(tree), 1) + " bytes per triangle, Mrays/s\n\n";
     text += table_of(engine, report, i);
   }
-  text += "`!`: rays whose stack was too small have no answer.\n";
-  return text;
+  text += "`!`: rays whose stack was too small have no answer.\n\n";
+  return text + inexact_text(engine, report);
 }
 
 nlohmann::json to_json(const Engine& engine, const Report& report, const nlohmann::json& context) {

@@ -3,7 +3,10 @@
 #include "check.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <optional>
+#include <tuple>
 #include <utility>
 
 namespace hiprt::bench {
@@ -45,6 +48,9 @@ class Session {
   }
 
  private:
+  /// Made when they are needed first.
+  using HostAnswersByQuery = std::array<std::optional<HostAnswers>, 3>;
+
   build::Result<void> run_tree(const std::filesystem::path& path) {
     const auto tree = load_tree(path);
     if (!tree) return tl::unexpected(tree.error());
@@ -89,15 +95,17 @@ class Session {
 
   build::Result<void> run_rays(const Tree& tree, const RayBuffer& rays) {
     if (auto set = engine_.set_rays(rays); !set) return set;
-    const HostAnswers host(tree, engine_.rays(), rays.any_hit);
+    HostAnswersByQuery hosts;
     const FileHeader& header = *tree.view.header;
     std::size_t measured = 0;
     for (std::size_t i = 0; i < engine_.variants().size(); ++i) {
       const Variant& variant = engine_.variants()[i];
       const bool fits = variant.name.layout == kLayoutNames[header.layout] &&
-                        (variant.name.query == "any") == rays.any_hit && (header.features & ~variant.features) == 0;
+                        (variant.query == Query::kAny) == rays.any_hit && (header.features & ~variant.features) == 0;
       if (!fits || !is_wanted(variant.name, options_.values)) continue;
-      run_variant(i, rays, host);
+      auto& host = hosts[static_cast<std::size_t>(variant.query)];
+      if (!host) host.emplace(tree, engine_.rays(), variant.query);
+      run_variant(i, rays, *host);
       ++measured;
     }
     progress_(tree.path.filename().string() + ", " + rays.kind + ": " + std::to_string(engine_.rays().size()) +
@@ -114,14 +122,15 @@ class Session {
     result.rays = engine_.rays().size();
     auto outcome = engine_.run(variant, options_.repetitions);
     if (outcome)
-      judge(result, *outcome, rays.any_hit, host);
+      judge(result, *outcome, host);
     else
       result.problem = outcome.error().message;
     if (!result.problem.empty()) report_.faults.push_back(describe(result) + ": " + result.problem);
     report_.results.push_back(std::move(result));
   }
 
-  void judge(Result& result, Outcome& outcome, bool any_hit, const HostAnswers& host) {
+  void judge(Result& result, Outcome& outcome, const HostAnswers& host) {
+    const Variant& variant = engine_.variants()[result.variant];
     std::vector<double>& times = outcome.milliseconds;
     if (times.empty()) return;
     std::sort(times.begin(), times.end());
@@ -131,30 +140,29 @@ class Session {
     result.max_ms = times.back();
     result.mrays_s = static_cast<double>(result.rays) / (result.median_ms * 1e3);
     result.overflowed = outcome.overflowed;
-    result.checksum = checksum(outcome.answers, any_hit);
-    result.hits = static_cast<std::uint64_t>(std::count_if(
-        outcome.answers.begin(), outcome.answers.end(), [](const Answer& answer) { return answer.id != kInvalidId; }));
+    result.checksum = checksum(outcome.answers, variant.query);
+    result.hits = count_hits(outcome.answers, variant.query);
     const HostAnswers::Comparison comparison = host.compare(outcome.answers);
     result.checked = comparison.checked;
     result.wrong = comparison.wrong;
-    if (result.wrong != 0 && is_accurate(result))
+    result.other_primitives = comparison.other_primitives;
+    if (result.wrong != 0 && is_exact(variant.name))
       result.problem = std::to_string(result.wrong) + " of " + std::to_string(result.checked) +
                        " rays are not answered as by the host";
   }
 
-  /// Every accurate variant must give the same answers to the same rays, whatever the tree.
+  /// Every exact variant must give the same answers to the same question, whatever the tree.
   void compare_checksums() {
-    std::map<std::pair<std::string, std::string>, const Result*> first;
+    std::map<std::tuple<std::string, std::string, Query>, const Result*> first;
     for (const Result& result : report_.results) {
-      if (!is_accurate(result) || !result.problem.empty() || result.overflowed != 0) continue;
-      const Result*& other = first[{report_.trees[result.tree].scene, result.kind}];
+      const Variant& variant = engine_.variants()[result.variant];
+      if (!is_exact(variant.name) || !result.problem.empty() || result.overflowed != 0) continue;
+      const Result*& other = first[{report_.trees[result.tree].scene, result.kind, variant.query}];
       if (other == nullptr) other = &result;
       if (other->checksum != result.checksum)
         report_.faults.push_back(describe(result) + ": other answers than " + describe(*other));
     }
   }
-
-  bool is_accurate(const Result& result) const { return engine_.variants()[result.variant].name.tests == "accurate"; }
 
   std::string describe(const Result& result) const {
     const TreeRecord& tree = report_.trees[result.tree];

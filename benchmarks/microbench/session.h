@@ -39,15 +39,16 @@ struct Result {
   std::uint64_t checksum = 0;
   std::uint64_t hits = 0;
   std::uint64_t overflowed = 0;  ///< Rays whose stack was too small: not in the checks.
-  std::uint64_t checked = 0;     ///< Rays compared with the host's answers, and how many differ.
-  std::uint64_t wrong = 0;
+  std::uint64_t checked = 0;     ///< Rays compared with the host's answers, and how many differ: see
+  std::uint64_t wrong = 0;       ///< HostAnswers::Comparison.
+  std::uint64_t other_primitives = 0;
   std::string problem;  ///< Why it could not be measured.
 };
 
 struct Report {
   std::vector<TreeRecord> trees;
   std::vector<Result> results;
-  std::vector<std::string> faults;  ///< Wrong results of accurate variants, and what could not be measured.
+  std::vector<std::string> faults;  ///< Wrong results of exact variants (is_exact()), and what could not be measured.
 };
 
 /// Whether the variant has the wanted values.

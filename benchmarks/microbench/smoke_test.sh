@@ -39,16 +39,20 @@ expect 0 "Results: " "$source/run_gpu" "--scenes=$scenes" "--program=$program" "
 python3 -c 'import lzma, sys; sys.stdout.buffer.write(lzma.open(sys.argv[1]).read())' "$work/results/variants.json.xz" \
   >"$work/variants.json"
 holds "$work/variants.json" '"commit": "abc"' '"scene": "procedural_boxes"' '"kind": "diffuse"' \
-  '"instructions"' '"bytes_per_triangle"' '"builder": "sah"' '"tests": "fast"' '"wrong_rays": 0' '"faults": []'
-holds "$work/tables.md" '## procedural.half: half' '| quantized accurate private immediate usual masks 1x1'
+  '"instructions"' '"bytes_per_triangle"' '"builder": "sah"' '"tests": "fast"' '"wrong_rays": 0' '"faults": []' \
+  '"query": "all"' '"other_primitive_rays": 0'
+holds "$work/tables.md" '## procedural.half: half' '| quantized accurate private immediate usual masks 1x1' \
+  '| primary all |' '## Tests that are not exact' '| other primitives % |'
 holds "$work/results/variants.md" '## What accuracy costs' '## What features cost'
 holds "$work/results/kernels.md" '| registers |'
 expect 1 "exists already" "$source/run_gpu" "--scenes=$scenes" "--program=$program" "--output=$work/results"
 expect 2 "unknown argument" "$source/run_gpu" --unknown
 
 # Flags choose variants, and refuse what is not there.
-expect 0 "1296 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
+expect 0 "1296 rays, 4 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
   --kinds=primary --device=cpu --width=48 --height=27 --repetitions=1
+expect 0 "1296 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
+  --kinds=primary --queries=all --device=cpu --width=48 --height=27 --repetitions=1
 expect 2 "--layouts=octree: no compiled variant has it" "$program" "${small[@]}" "--scenes=$scenes" --layouts=octree
 expect 2 "unknown argument '--unknown'" "$program" --unknown
 expect 2 "--device=tpu" "$program" --device=tpu --list
@@ -60,8 +64,10 @@ expect 1 "bad.float.bvh" "$program" "${small[@]}" "--bvh=$work/bad.float.bvh"
 # A tree of other triangles under the same name gives other answers.
 cp "$scenes/procedural.float.bvh" "$work/mixed.float.bvh"
 cp "$scenes/other/procedural.planes.bvh" "$work/mixed.planes.bvh"
-expect 1 "mixed.planes primary: closest planes accurate private immediate sorted masks 1x1: other answers than" \
-  "$program" "${small[@]}" "--scenes=$work" --scene=mixed --features=masks
+for query in closest all; do
+  expect 1 "mixed.planes primary: $query planes accurate private immediate sorted masks 1x1: other answers than" \
+    "$program" "${small[@]}" "--scenes=$work" --scene=mixed --features=masks
+done
 # Boxes that are not those of the file.
 cp "$scenes/procedural_boxes.float.bvh" "$work/boxes.float.bvh"
 expect 1 "boxes.boxes" "$program" "${small[@]}" "--bvh=$work/boxes.float.bvh"

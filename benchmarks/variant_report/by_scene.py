@@ -1,13 +1,15 @@
 """Tables with a column per scene, of the variant that is usual in all but tree, tests and features."""
 
 from .markdown import number, per_query, table
-from .runs import ROW_AXES, geometric_mean
+from .runs import ALL_HITS, ROW_AXES, geometric_mean
 
 # What an axis is when it is not what is varied (hiprt_default_* of cmake/HiprtBenchVariants.cmake).
-USUAL = {"stack": "private", "schedule": "batch16", "order": "usual", "blocks": "64x14"}
+USUAL = {"stack": "private", "order": "usual", "blocks": "64x14"}
+# The first that was measured.
+USUAL_SCHEDULES = ["batch12", "batch16"]
 USUAL_FEATURES = "masks"
 TESTS = ["accurate", "fast"]
-FEATURES = ["triangles", "splits", "masks", "filter", "custom"]
+FEATURES = ["triangles", "splits", "masks", "filter", "custom", "custom-filter"]
 MISSING = "Not measured.\n"
 
 
@@ -25,7 +27,13 @@ def usual_row(runs, tree, tests=TESTS[0], features=USUAL_FEATURES):
     axes = {**USUAL, "tests": tests, "features": features}
     found = [row for row in runs.rows.values()
              if row.axes["tree"] == tree and all(row.axes[axis] == value for axis, value in axes.items())]
-    return found[0] if found else None
+    by_schedule = {row.axes["schedule"]: row for row in found}
+    return next((by_schedule[schedule] for schedule in USUAL_SCHEDULES if schedule in by_schedule), None)
+
+
+def one_hit_cells(runs):
+    """Without queries for all hits, which few variants are measured with."""
+    return {cell for cell in runs.cells() if not cell[1].endswith(ALL_HITS)}
 
 
 def tree_names(runs):
@@ -33,7 +41,7 @@ def tree_names(runs):
 
 
 def against_text(runs, name, reference):
-    cells = [cell for cell in runs.cells() if cell in reference]
+    cells = [cell for cell in one_hit_cells(runs) if cell in reference]
     scenes = sorted({scene for scene, _ in cells})
     rows = []
     for tree in tree_names(runs):
@@ -66,7 +74,7 @@ def fast_text(runs):
         accurate, fast = (usual_row(runs, tree, tests) for tests in TESTS)
         if accurate and fast:
             registers = [per_query(accurate.registers), per_query(fast.registers)]
-            rows.append([tree, *scene_columns(fast.ratios(accurate.speeds), runs.scenes(), runs.cells()), *registers])
+            rows.append([tree, *scene_columns(fast.ratios(accurate.speeds), runs.scenes(), one_hit_cells(runs)), *registers])
     return table(["fast x accurate", *runs.scenes(), "all cells", "registers", "of fast"], rows) if rows else MISSING
 
 
@@ -78,7 +86,7 @@ def features_text(runs):
         for features in FEATURES if base else ():
             row = usual_row(runs, tree, features=features)
             if row:
-                columns = scene_columns(row.ratios(base.speeds), runs.scenes(), runs.cells())
+                columns = scene_columns(row.ratios(base.speeds), runs.scenes(), one_hit_cells(runs))
                 rows.append([f"{tree} {features}", *columns, per_query(row.registers), per_query(row.local_bytes)])
     head = [f"features x {USUAL_FEATURES}", *runs.scenes(), "all cells", "registers", "local bytes"]
     return table(head, rows) if rows else MISSING
@@ -87,7 +95,10 @@ def features_text(runs):
 def by_scene_text(runs, peers):
     tables = [against_text(runs, name, peers.references[name]) for name in ["best HIPRT", "OptiX"]]
     tables = [text for text in [*tables, bytes_text(runs), fast_text(runs), features_text(runs)] if text != MISSING]
-    usual = ", ".join(f"{axis} {USUAL[axis]}" for axis in ROW_AXES if axis in USUAL)
+    measured = {row.axes["schedule"] for row in runs.rows.values()}
+    schedule = next((schedule for schedule in USUAL_SCHEDULES if schedule in measured), USUAL_SCHEDULES[0])
+    axes = {**USUAL, "schedule": schedule}
+    usual = ", ".join(f"{axis} {axes[axis]}" for axis in ROW_AXES if axis in axes)
     text = f"Features {USUAL_FEATURES}, unless a row says otherwise; {usual}. Relative speeds are geometric means over\n"
     text += "the kinds of rays of a scene, and over all cells; there is none where a cell was not measured.\n\n"
     return text + ("\n".join(tables) or MISSING)

@@ -6,6 +6,8 @@ from .json_file import load
 
 KINDS = ["primary", "ao", "shadow", "diffuse", "diffuse2"]
 ANY_KINDS = {"ao", "shadow"}
+# Behind the kind of rays whose query is for all hits.
+ALL_HITS = " all"
 ROW_AXES = ["layout", "tests", "stack", "schedule", "order", "features", "blocks"]
 
 
@@ -15,9 +17,15 @@ def geometric_mean(values):
 
 
 def usual_order(result):
-    """Closest and any hits of a variant share a row when each has its default order."""
-    usual = "stored" if result["query"] == "any" else "sorted"
-    return "usual" if result["order"] == usual else result["order"]
+    """The queries of a variant share a row when each has the library's order for it (variant.h: has_usual_order())."""
+    any_order = result["query"] == "any" or (result["query"] == "all" and result["features"] == "triangles")
+    usual = "stored" if any_order else "sorted"
+    return "usual" if result["order"] in (usual, "tested") else result["order"]
+
+
+def kind_of(result):
+    """All hits are asked of the rays that closest hits are asked of."""
+    return result["kind"] + (ALL_HITS if result["query"] == "all" else "")
 
 
 def recorded(provenance, *keys):
@@ -107,7 +115,7 @@ class Runs:
         values = [usual_order(result) if axis == "order" else result[axis] for axis in ROW_AXES]
         key = (result["tree"], *values)
         row = self.rows.setdefault(key, Row(key))
-        cell = (result["scene"], result["kind"])
+        cell = (result["scene"], kind_of(result))
         row.speeds[cell] = max(result["mrays_s"], row.speeds.get(cell, 0.0))
         row.registers[result["query"]] = result["registers"]
         row.local_bytes[result["query"]] = result["local_bytes"]

@@ -26,18 +26,19 @@ def provenance_text(runs):
 def ranking_text(runs, peers):
     """Every variant against the peers, best first."""
     ranked = []
+    hiprt = peers.references["best HIPRT"]
+    kinds = [kind for kind in runs.kinds() if any(cell[1] == kind for cell in hiprt)]
     for row in runs.rows.values():
         means = [geometric_mean(row.ratios(reference).values()) for reference in peers.references.values()]
         if math.isnan(means[0]):
             continue
-        hiprt = peers.references["best HIPRT"]
-        by_kind = [geometric_mean(row.ratios(hiprt, {kind}).values()) for kind in runs.kinds()]
+        by_kind = [geometric_mean(row.ratios(hiprt, {kind}).values()) for kind in kinds]
         ranked.append((len(row.ratios(hiprt)), means, by_kind, row))
     ranked.sort(key=lambda entry: (-entry[0], -entry[1][0]))
     if not ranked:
         return "None of the peers' scenes was measured.\n"
     head = ["variant", "cells"] + [f"x {name}" for name in peers.references]
-    head += [f"{kind} x best HIPRT" for kind in runs.kinds()]
+    head += [f"{kind} x best HIPRT" for kind in kinds]
     rows = [[row.name(), cells] + [number(mean, 3) for mean in means + by_kind] for cells, means, by_kind, row in ranked]
     return table(head, rows)
 
