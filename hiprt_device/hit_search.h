@@ -49,7 +49,7 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE bool can_go_on() {
     if (state_ == TraversalState::kHit && stopped_) state_ = TraversalState::kFinished;
     if (state_ == TraversalState::kInit || state_ == TraversalState::kHit) return true;
-    hit_ = Hit{};
+    forget_hit();
     if (state_ != TraversalState::kFinished) hit_.t = std::numeric_limits<float>::quiet_NaN();
     return false;
   }
