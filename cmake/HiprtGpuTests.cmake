@@ -87,6 +87,15 @@ function(hiprt_add_gpu_test name)
   endif()
 endfunction()
 
+# hiprt_emulated_cases(<entry> <cases>): where there is no GPU, the ctest entry, if there is one of that name, runs these
+# cases only (a test specification of Catch2), or with "none" nothing: other entries run them. Translating a kernel takes
+# amdrun seconds, with its check for accesses out of bounds three times as many.
+function(hiprt_emulated_cases entry cases)
+  if(TEST ${entry})
+    set_tests_properties(${entry} PROPERTIES ENVIRONMENT "HIPRT_EMULATED_CASES=${cases}")
+  endif()
+endfunction()
+
 # hiprt_gpu_listings(<target> <source> <stem> <variable>): lets <target>, an interface library, be compiled to listings,
 # <stem>.<arch>.s by hipcc and <stem>.sm_<arch>.txt by nvcc, whichever are here; <variable> becomes a list of
 # arch=listing. <target>_listings builds them.

@@ -7,7 +7,9 @@
 #       nvidia    on an NVIDIA GPU of architecture ARCH (sm_90, ...)
 #       none      as it is, where there is no GPU at all
 #       prepare   (no PROGRAM) lets AMDRUN build what it needs
-# AMDRUN may be empty. The program finds ARCH in HIPRT_TEST_GPU_ARCH. Exit status: the program's, or 77 with the reason when it cannot run here.
+# AMDRUN may be empty. Through it the program gets HIPRT_EMULATED_CASES as one more argument; none: it is left out.
+# The program finds ARCH in HIPRT_TEST_GPU_ARCH. Exit status: the program's, or 77 with the reason when it cannot run
+# here.
 set -euo pipefail
 
 if [[ $# -lt 3 ]]; then
@@ -45,6 +47,7 @@ case $mode in
   amd)
     if grep -qx "$arch" <<<"$(amd_gpus)"; then exec "$@"; fi
     [[ -x $amdrun ]] || skip "no AMD $arch GPU here and no amdrun (HIPRT_AMDRUN='$amdrun')"
+    [[ ${HIPRT_EMULATED_CASES:-} != none ]] || skip "no AMD $arch GPU here; amdrun runs it for another architecture"
     exec "$amdrun" --arch "$arch" -- "$@" ${HIPRT_EMULATED_CASES:+"$HIPRT_EMULATED_CASES"}
     ;;
   amd-asan)
