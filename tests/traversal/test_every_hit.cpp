@@ -129,7 +129,7 @@ TEST_CASE("a builder splits the needles: AnyHit and kRepeat may then repeat, All
 }
 
 TEST_CASE("all hits of a scene that is not split are one traversal", "[queries]") {
-  const std::vector<Mesh> meshes{soup(trials(5000), 0.3, kSeed)};
+  const std::vector<Mesh> meshes{soup(5000, 0.3, kSeed)};
   const Scene scene = make_scene(meshes);
   REQUIRE_FALSE(is_split(scene.traced));
   struct RejectAll {
