@@ -3,33 +3,10 @@
 # when a variant answers otherwise, when a wrong answer is not seen, or when a figure is missing. No time is judged.
 set -uo pipefail
 
-source=$1 program=$2 scenes=$3
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-faults=0
+# shellcheck source=tests/scripts/expect.sh
+source "$(dirname "${BASH_SOURCE[0]}")/../../tests/scripts/expect.sh"
 
-fault() {
-  echo "FAILED: $*"
-  faults=$((faults + 1))
-}
-# expect STATUS TEXT COMMAND...: the exit status, and some text of the output.
-expect() {
-  local status=$1 text=$2 output actual
-  shift 2
-  output=$("$@" 2>&1)
-  actual=$?
-  if [[ $actual -ne $status || $output != *"$text"* ]]; then
-    fault "$*: exit status $actual (wanted $status), output (wanted '$text'):"$'\n'"$output"
-  fi
-}
-# holds FILE TEXT...
-holds() {
-  local file=$1 text
-  shift
-  for text in "$@"; do
-    if ! grep -qF -- "$text" "$file"; then fault "$file does not hold '$text'"; fi
-  done
-}
+source=$1 program=$2 scenes=$3
 
 small=(--device=cpu --width=64 --height=36 --repetitions=2 --warm-up=1)
 expect 0 "usage: bench_variants" "$program" --help
@@ -74,5 +51,4 @@ expect 1 "boxes.boxes" "$program" "${small[@]}" "--bvh=$work/boxes.float.bvh"
 cp "$scenes/other/procedural_boxes.boxes" "$work/boxes.boxes"
 expect 1 "custom primitives of type 0, but" "$program" "${small[@]}" "--bvh=$work/boxes.float.bvh"
 
-echo "$faults faults"
-exit $((faults != 0))
+end

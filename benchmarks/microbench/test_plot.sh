@@ -3,34 +3,14 @@
 # a program that says them.
 set -uo pipefail
 
-source=$1
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-faults=0
+# shellcheck source=tests/scripts/expect.sh
+source "$(dirname "${BASH_SOURCE[0]}")/../../tests/scripts/expect.sh"
 
-fault() {
-  echo "FAILED: $*"
-  faults=$((faults + 1))
-}
-# expect STATUS COMMAND...: keeps the output in $output.
-expect() {
-  local status=$1 actual
-  shift
-  output=$("$@" 2>&1)
-  actual=$?
-  if [[ $actual -ne $status ]]; then fault "$*: exit status $actual (wanted $status):"$'\n'"$output"; fi
-}
-# holds TEXT...: in the summary.
-holds() {
-  local text
-  for text in "$@"; do
-    if ! grep -qF -- "$text" "$work/out/variants.md"; then fault "variants.md does not hold '$text'"; fi
-  done
-}
+source=$1
 
 plot=$source/plot_variants.py
-expect 0 python3 -B "$plot" "$source/microbench/test_data/made_up.json" --output "$work/out"
-holds 'Made-up GPU, commit 0000000' '**wrong result**: sponza.planes primary: made up' \
+expect 0 "" python3 -B "$plot" "$source/microbench/test_data/made_up.json" --output "$work/out"
+holds "$work/out/variants.md" 'Made-up GPU, commit 0000000' '**wrong result**: sponza.planes primary: made up' \
   '| planes accurate private batch16 usual masks 64x14 | 5 | 2.000 |' \
   '| sponza primary | 5926 | 2.00 | 3.80 | 1.31 |' '| **geometric mean of 5 cells** |  | **2.00** |' \
   '| planes accurate private batch16 usual masks 64x14 | 80/80 | 72/72 | 1.250 | 1.250 |' \
@@ -58,7 +38,7 @@ done
 # Compressed files are read too.
 made_up=$source/microbench/test_data/made_up.json
 python3 -c 'import lzma, sys; lzma.open(sys.argv[2], "w").write(open(sys.argv[1], "rb").read())' "$made_up" "$work/a.json.xz"
-expect 0 python3 -B "$plot" "$work/a.json.xz" --output "$work/compressed"
+expect 0 "" python3 -B "$plot" "$work/a.json.xz" --output "$work/compressed"
 if ! diff <(sed 's/a.json.xz/made_up.json/' "$work/compressed/variants.md") "$work/out/variants.md"; then
   fault "a compressed file gives another summary"
 fi
@@ -69,7 +49,7 @@ if ! diff -r -x variants.md "$work/compressed" "$work/out"; then fault "the same
 says() {
   local status=$1 text=$2
   shift 2
-  expect "$status" python3 -B "$plot" --output "$work/none" "$@"
+  expect "$status" "" python3 -B "$plot" --output "$work/none" "$@"
   if [[ $output != "plot_variants.py: "*"$text"* || $output == *$'\n'* ]]; then fault "$*: '$output', wanted '$text'"; fi
   if [[ -e $work/none ]]; then fault "$*: something was written"; fi
 }
@@ -138,7 +118,7 @@ keeps() {
   local text=$1 before
   shift
   before=$(ls -AR "$work/old")
-  expect 1 python3 -B "$plot" --output "$work/old" "$@"
+  expect 1 "" python3 -B "$plot" --output "$work/old" "$@"
   output=${output#*no matplotlib here (tools/install-packages test)$'\n'}
   if [[ $output != "plot_variants.py: $text"* || $output == *$'\n'* ]]; then fault "$*: '$output', wanted '$text'"; fi
   if [[ $(ls -AR "$work/old") != "$before" ]]; then fault "$*: half written"; fi
@@ -153,9 +133,9 @@ for part in d["trees"] + d["results"]: part["scene"] = 250 * "s"
 json.dump(d, open(sys.argv[2], "w"))' "$made_up" "$work/long.json"
   keeps "$work/old: cannot be written: File name too long" "$work/long.json"
 fi
-expect 1 python3 -B "$plot" "$made_up" --output "$made_up"
+expect 1 "" python3 -B "$plot" "$made_up" --output "$made_up"
 if [[ $output != "plot_variants.py: $made_up: cannot be written: "* || $output == *$'\n'* ]]; then fault "$output"; fi
-expect 1 python3 -B "$plot" "$made_up" --output /proc/none
+expect 1 "" python3 -B "$plot" "$made_up" --output /proc/none
 if [[ $output != "plot_variants.py: /proc/none: cannot be written: "* || $output == *$'\n'* ]]; then fault "$output"; fi
 
 says 2 'the following arguments are required: json'
@@ -198,18 +178,18 @@ stored() {
   if [[ $found != "$*" ]]; then fault "stored: $found, wanted $*: $output"; fi
 }
 run=("$source/run_gpu" "--scenes=$work" "--program=$work/program" "--output=$work/stored")
-expect 0 env STATUS=0 "MADE_UP=$made_up" "${run[@]}"
+expect 0 "" env STATUS=0 "MADE_UP=$made_up" "${run[@]}"
 stored ./kernels.md ./variants.json.xz ./variants.md
-expect 0 python3 -B "$plot" "$work/stored/variants.json.xz" --output "$work/again"
+expect 0 "" python3 -B "$plot" "$work/stored/variants.json.xz" --output "$work/again"
 if ! diff "$work/stored/variants.md" "$work/again/variants.md"; then fault "the summary is another one"; fi
 rm -r "$work/stored"
 # A file that plot_variants.py refuses, and wrong answers, are stored all the same.
 python3 -c 'import sys; print(open(sys.argv[1]).read().replace("5926", "0"))' "$made_up" >"$work/bad.json"
-expect 1 env STATUS=0 "MADE_UP=$work/bad.json" "${run[@]}"
+expect 1 "" env STATUS=0 "MADE_UP=$work/bad.json" "${run[@]}"
 if [[ $output != *"variants.json.xz: results[0].mrays_s: is 0, but must be above 0"* ]]; then fault "$output"; fi
 stored ./kernels.md ./variants.json.xz
 rm -r "$work/stored"
-expect 1 env STATUS=1 "MADE_UP=$made_up" "${run[@]}"
+expect 1 "" env STATUS=1 "MADE_UP=$made_up" "${run[@]}"
 stored ./kernels.md ./variants.json.xz ./variants.md
 rm -r "$work/stored"
 # Without python3 the JSON stays as it is.
@@ -217,9 +197,8 @@ mkdir "$work/bin"
 for name in bash cat chmod cp date dirname env find head mkdir mktemp mv rm sed sort tr xargs; do
   ln -s "$(command -v "$name")" "$work/bin/$name"
 done
-expect 0 env "PATH=$work/bin" STATUS=0 "MADE_UP=$made_up" "${run[@]}"
+expect 0 "" env "PATH=$work/bin" STATUS=0 "MADE_UP=$made_up" "${run[@]}"
 stored ./kernels.md ./variants.json
 if [[ $output != *"no python3 with lzma here: variants.json stays as it is"* ]]; then fault "without python3: $output"; fi
 
-echo "$faults faults"
-exit $((faults != 0))
+end

@@ -3,23 +3,10 @@
 # would begin to install or to build.
 set -uo pipefail
 
-root=$1
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-faults=0
+# shellcheck source=tests/scripts/expect.sh
+source "$(dirname "${BASH_SOURCE[0]}")/expect.sh"
 
-# expect STATUS PATTERN COMMAND...: exit status and some text of the output.
-expect() {
-  local status=$1 pattern=$2 output actual
-  shift 2
-  output=$("$@" 2>&1)
-  actual=$?
-  if [[ $actual -ne $status ]] || ! grep -q -- "$pattern" <<<"$output"; then
-    printf 'FAILED: %s\n  exit status %s (wanted %s), output (wanted "%s"):\n%s\n' "$*" "$actual" "$status" "$pattern" \
-      "$output"
-    faults=$((faults + 1))
-  fi
-}
+root=$1
 
 for script in quickstart check install-packages; do
   expect 0 "^usage: tools/$script" "$root/tools/$script" --help
@@ -39,5 +26,4 @@ mkdir "$work/bin"
 ln -s "$(command -v bash)" "$work/bin/bash"
 expect 1 "build: g++" env PATH="$work/bin" "$root/tools/install-packages" build
 
-echo "$faults faults"
-exit $((faults != 0))
+end
