@@ -1,18 +1,18 @@
 #!/bin/bash
-# compile_headers.sh COMPILER ARCH ROOT WORK: compiles every header of hiprt_device alone (twice in one source file, so
-# that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu, the kernels beside this script
-# and those of tests/examples and tests/primitives.
+# compile_headers.sh COMPILER ARCH ROOT WORK [KERNEL...]: compiles every header of hiprt_device alone (twice in one source
+# file, so that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu, and each KERNEL.
 #
-# COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, gfx1030, sm_90, ... ROOT is the repository, WORK a
-# folder for the generated sources. Exit status: 0, 1 (a header failed; its messages are printed) or 77 (no such
-# compiler here).
+# COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, sm_90, ..., for hipcc one or more, gfx90a,gfx1030.
+# ROOT is the repository, WORK a folder for the generated sources, KERNEL a source file. Exit status: 0, 1 (a file
+# failed; its messages are printed) or 77 (no such compiler here).
 set -euo pipefail
 
-if [[ $# -ne 4 ]]; then
-  echo "usage: compile_headers.sh COMPILER ARCH ROOT WORK" >&2
+if [[ $# -lt 4 ]]; then
+  echo "usage: compile_headers.sh COMPILER ARCH ROOT WORK [KERNEL...]" >&2
   exit 2
 fi
 compiler=$1 arch=$2 root=$(realpath "$3") work=$4
+shift 4
 
 skip() {
   echo "SKIPPED: $*"
@@ -66,12 +66,10 @@ if [[ $count -eq 0 ]]; then
   echo "no header found under ${folders[*]}" >&2
   exit 1
 fi
-if [[ $suffix != cpp ]]; then
-  for kernel in "$root"/tests/{examples,headers,primitives}/*.hip; do
-    printf '#include "%s"\n' "$kernel" >"$work/sources/$(basename "$kernel" .hip).kernel.$suffix"
-    count=$((count + 1))
-  done
-fi
+for kernel in "$@"; do
+  printf '#include "%s"\n' "$kernel" >"$work/sources/$(basename "$kernel" .hip).kernel.$suffix"
+  count=$((count + 1))
+done
 
 # Two at a time; each failure prints its command's output in one piece.
 check_one() {
