@@ -15,6 +15,7 @@ if(HIPRT_SANITIZE)
   target_compile_options(hiprt_sanitizers INTERFACE
     -fsanitize=${hiprt_sanitize_list} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(hiprt_sanitizers INTERFACE -fsanitize=${hiprt_sanitize_list})
+  target_compile_definitions(hiprt_sanitizers INTERFACE HIPRT_LEAVE_INLINING)
 endif()
 if(HIPRT_SANITIZE STREQUAL "thread" AND UNIX)
   find_package(TBB CONFIG REQUIRED)
