@@ -19,6 +19,8 @@ skip() {
   exit 77
 }
 
+headers_only=()
+kernels_only=()
 strict=(-std=c++20 -Wall -Wextra -Werror "-I$root")
 case $compiler in
   g++ | clang++)
@@ -32,9 +34,12 @@ case $compiler in
     # hipcc would turn to CUDA by itself where it finds nvcc.
     export HIP_PLATFORM=amd
     suffix=hip
-    # -c, not -fsyntax-only: some errors of device code (a builtin that the GPU lacks) come with code generation only.
     command=(hipcc "${strict[@]}" -Wno-unused-command-line-argument "--offload-arch=$arch"
-      "--rocm-device-lib-path=$libraries" -O0 -c -o /dev/null)
+      "--rocm-device-lib-path=$libraries" -O0)
+    # Some errors of device code (a builtin that the GPU lacks) come with code generation only, which headers are not
+    # enough for.
+    headers_only=(--cuda-device-only -fsyntax-only)
+    kernels_only=(-c -o /dev/null)
     ;;
   nvcc)
     nvcc=$(command -v nvcc || true)
@@ -54,12 +59,12 @@ esac
 
 folders=("$root/hiprt_device")
 if [[ $suffix != cpp ]]; then folders+=("$root/hiprt_build/gpu"); fi
-rm -rf "$work/sources"
-mkdir -p "$work/sources"
+rm -rf "$work/headers" "$work/kernels"
+mkdir -p "$work/headers" "$work/kernels"
 count=0
 while IFS= read -r header; do
   name=${header#"$root"/}
-  printf '#include <%s>\n#include <%s>\n' "$name" "$name" >"$work/sources/${name//\//__}.$suffix"
+  printf '#include <%s>\n#include <%s>\n' "$name" "$name" >"$work/headers/${name//\//__}.$suffix"
   count=$((count + 1))
 done < <(find "${folders[@]}" -name '*.h' | sort)
 if [[ $count -eq 0 ]]; then
@@ -67,7 +72,7 @@ if [[ $count -eq 0 ]]; then
   exit 1
 fi
 for kernel in "$@"; do
-  printf '#include "%s"\n' "$kernel" >"$work/sources/$(basename "$kernel" .hip).kernel.$suffix"
+  printf '#include "%s"\n' "$kernel" >"$work/kernels/$(basename "$kernel" .hip).$suffix"
   count=$((count + 1))
 done
 
@@ -81,7 +86,11 @@ check_one() {
   fi
 }
 export -f check_one
-if ! find "$work/sources" -type f | sort | xargs -P2 -I{} bash -c 'check_one "$@"' check_one {} "${command[@]}"; then
+# compile_all FOLDER OPTION...
+compile_all() {
+  find "$1" -type f | sort | xargs -P2 -I{} bash -c 'check_one "$@"' check_one {} "${command[@]}" "${@:2}"
+}
+if ! { compile_all "$work/headers" "${headers_only[@]}" && compile_all "$work/kernels" "${kernels_only[@]}"; }; then
   echo "$compiler $arch: not every header compiles alone"
   exit 1
 fi
