@@ -20,13 +20,18 @@
 namespace hiprt::build {
 
 enum class Builder {
-  kSah,           ///< Binned surface area heuristic (Wald 2007), ours, oneTBB.
+  kSah,           ///< Binned surface area heuristic (Wald 2007).
+  kLbvh,          ///< Hierarchy of 63-bit Morton codes (Karras 2012, Apetrei 2014): the fastest build.
+  kLbvh30,        ///< The same of 30-bit codes: too coarse for small detail in a large scene.
+  kPloc,          ///< Locally-ordered clustering in rounds (Meister and Bittner 2018).
+  kHploc,         ///< Clustering on the way up the Morton hierarchy (Benthin et al. 2024).
   kEmbreeLow,     ///< rtcBuildBVH, RTC_BUILD_QUALITY_LOW (Morton order).
   kEmbreeMedium,  ///< rtcBuildBVH, RTC_BUILD_QUALITY_MEDIUM (binned SAH).
   kEmbreeHigh,    ///< rtcBuildBVH, RTC_BUILD_QUALITY_HIGH (binned SAH with spatial splits).
 };
 
-/// @return the name used on command lines and in provenance: "sah", "embree-low", "embree-medium", "embree-high".
+/// @return the name used on command lines and in provenance: "sah", "lbvh", "lbvh30", "ploc", "hploc", "embree-low",
+/// "embree-medium", "embree-high".
 HIPRT_BUILD_API const char* name(Builder builder);
 
 struct Progress {
@@ -52,6 +57,8 @@ struct BuildOptions {
   /// 1 to 16, kEmbreeHigh: references that spatial splits may make of one, on average. More are faster rays (up to 5 %
   /// on a GPU with 3) and larger files.
   double split_budget = 1.5;
+  /// 1 to 128, kPloc: places along the Morton curve to either side in which a cluster looks for its nearest.
+  unsigned ploc_radius = 8;
   unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles, or custom primitives, in the run of leaves below one child.
   bool pair_triangles = true;       ///< Put triangles that share an edge, and close custom primitives, into one leaf.
   SahCosts costs{};

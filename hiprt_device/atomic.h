@@ -17,6 +17,19 @@ HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_
 #endif
 }
 
+/// *value = replacement. Who reads what another thread exchanged can also read what that thread wrote before.
+/// @return the value before.
+HIPRT_HD HIPRT_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t replacement) {
+#if HIPRT_DEVICE_CODE
+  __threadfence();
+  const std::uint32_t before = atomicExch(value, replacement);
+  __threadfence();
+  return before;
+#else
+  return __atomic_exchange_n(value, replacement, __ATOMIC_ACQ_REL);
+#endif
+}
+
 /// Takes the lock if it is free (0): what the last holder wrote can then be read. @return whether it did.
 HIPRT_HD HIPRT_INLINE bool try_lock(std::uint32_t* lock) {
 #if HIPRT_DEVICE_CODE

@@ -1,4 +1,5 @@
 #include <hiprt_build/build.h>
+#include <hiprt_build/builders/bottom_up.h>
 #include <hiprt_build/builders/embree.h>
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/exec/cpu.h>
@@ -33,6 +34,8 @@ Result<void> check_options(const BuildOptions& options) {
         invalid("max_leaf_triangles is " + std::to_string(options.max_leaf_triangles) + ", allowed are 1 to 64"));
   if (!(options.split_budget >= 1.0 && options.split_budget <= 16.0))
     return tl::unexpected(invalid("split_budget is " + std::to_string(options.split_budget) + ", allowed are 1 to 16"));
+  if (options.ploc_radius < 1 || options.ploc_radius > 128)
+    return tl::unexpected(invalid("ploc_radius is " + std::to_string(options.ploc_radius) + ", allowed are 1 to 128"));
   if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f) || !(options.costs.custom > 0.0f))
     return tl::unexpected(invalid("SAH costs must be positive"));
   if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
@@ -133,21 +136,30 @@ class Stopwatch {
 };
 
 Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
-                              const GroupedPrimitives& grouped, double split_budget) {
+                              const GroupedPrimitives& grouped, const BuildOptions& options) {
   auto references = engine.allocate<Reference>(grouped.count);
   engine.for_each(grouped.count, MakeReferenceStep{soup, grouped.groups.span(), references.span()});
-  if (builder == Builder::kSah) return build_sah(engine, std::move(references));
-  return build_embree(engine, builder, soup, grouped, std::move(references), split_budget);
+  switch (builder) {
+    case Builder::kSah:
+      return build_sah(engine, std::move(references));
+    case Builder::kLbvh:
+    case Builder::kLbvh30:
+    case Builder::kPloc:
+    case Builder::kHploc:
+      return build_bottom_up(engine, builder, std::move(references), options.ploc_radius);
+    default:
+      return build_embree(engine, builder, soup, grouped, std::move(references), options.split_budget);
+  }
 }
 
 /// Embree's builders fail on scenes whose tree would be too deep (triangle sizes over hundreds of powers of two); ours
 /// does not.
 Result<BinaryTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const PrimitiveSoup& soup,
-                                      const GroupedPrimitives& grouped, double split_budget) {
-  Result<BinaryTree> tree = build_tree(engine, builder, soup, grouped, split_budget);
-  if (tree || tree.error().code != ErrorCode::kBackend || builder == Builder::kSah) return tree;
+                                      const GroupedPrimitives& grouped, const BuildOptions& options) {
+  Result<BinaryTree> tree = build_tree(engine, builder, soup, grouped, options);
+  if (tree || tree.error().code != ErrorCode::kBackend) return tree;
   builder = Builder::kSah;
-  return build_tree(engine, builder, soup, grouped, split_budget);
+  return build_tree(engine, builder, soup, grouped, options);
 }
 
 /// What is known once the primitives are grouped.
@@ -180,7 +192,7 @@ Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& 
   Bvh bvh{{}, count_input(soup, grouped, options.builder)};
   BuildStatistics& statistics = bvh.statistics;
   statistics.pair_seconds = watch.lap();
-  Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped, options.split_budget);
+  Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped, options);
   if (!tree) return tl::unexpected(tree.error());
   statistics.tree_seconds = watch.lap();
   const WideTree wide(engine, *tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);
@@ -208,6 +220,14 @@ const char* name(Builder builder) {
   switch (builder) {
     case Builder::kSah:
       return "sah";
+    case Builder::kLbvh:
+      return "lbvh";
+    case Builder::kLbvh30:
+      return "lbvh30";
+    case Builder::kPloc:
+      return "ploc";
+    case Builder::kHploc:
+      return "hploc";
     case Builder::kEmbreeLow:
       return "embree-low";
     case Builder::kEmbreeMedium:

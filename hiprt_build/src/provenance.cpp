@@ -49,6 +49,7 @@ std::string make_provenance(const SceneInput& scene, const BuildOptions& options
                           {{"nodes", layout_name(options.nodes)},
                            {"max_leaf_triangles", options.max_leaf_triangles},
                            {"split_budget", options.split_budget},
+                           {"ploc_radius", options.ploc_radius},
                            {"pair_triangles", options.pair_triangles},
                            {"cost_box_node", options.costs.box_node},
                            {"cost_leaf", options.costs.leaf},

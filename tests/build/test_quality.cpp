@@ -49,17 +49,24 @@ TEST_CASE("the split budget: 1 splits nothing, more allows more references and a
 }
 
 TEST_CASE("our SAH cost is within 5 % of Embree's medium quality; the memory peak within 4 times the output") {
-  std::printf("%-12s %8s %8s %8s %8s %6s\n", "mesh", "sah", "low", "medium", "high", "peak");
+  std::printf("%-12s %8s %8s %8s %8s %8s %8s %8s %6s\n", "mesh", "sah", "lbvh", "ploc", "hploc", "low", "medium",
+              "high", "peak");
   for (const auto& [name, mesh] :
        {std::pair("icosphere", icosphere(6)), std::pair("torus", torus(200, 100, 0.4)), std::pair("star", star(6, 2)),
         std::pair("box", subdivided_box(60, 1.1, 3)), std::pair("soup", soup(50000, 0.05, 4)),
         std::pair("large soup", soup(20000, 0.5, 5)), std::pair("needles", needles(20000, 1e3, 6)),
         std::pair("plane", grid_plane(200, 2, 0.5f))}) {
     const Built ours = built(mesh, build::Builder::kSah);
+    const Built lbvh = built(mesh, build::Builder::kLbvh), ploc = built(mesh, build::Builder::kPloc),
+                hploc = built(mesh, build::Builder::kHploc);
     const Built low = built(mesh, build::Builder::kEmbreeLow), medium = built(mesh, build::Builder::kEmbreeMedium),
                 high = built(mesh, build::Builder::kEmbreeHigh);
-    std::printf("%-12s %8.2f %8.2f %8.2f %8.2f %6.2f\n", name, ours.cost, low.cost, medium.cost, high.cost, ours.peak);
+    std::printf("%-12s %8.2f %8.2f %8.2f %8.2f %8.2f %8.2f %8.2f %6.2f\n", name, ours.cost, lbvh.cost, ploc.cost,
+                hploc.cost, low.cost, medium.cost, high.cost, ours.peak);
     CHECK(ours.cost <= 1.05 * medium.cost);
-    for (const Built& each : {ours, low, medium, high}) CHECK(each.peak <= 4);
+    CHECK(hploc.cost <= 1.1 * medium.cost);
+    CHECK(hploc.cost <= 1.05 * ploc.cost);
+    CHECK(hploc.cost <= lbvh.cost);
+    for (const Built& each : {ours, lbvh, ploc, hploc, low, medium, high}) CHECK(each.peak <= 4);
   }
 }

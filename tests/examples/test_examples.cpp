@@ -155,7 +155,7 @@ TEST_CASE("the example of a cut-out", "[examples]") {
 TEST_CASE("the example of all hits", "[examples]") {
   const World world;
   const float passes[] = {0.5f, 0.25f};
-  for (const build::Builder builder : all_builders()) {
+  for (const build::Builder builder : typical_builders()) {
     const Scene scene = make_scene(world.meshes, {.builder = builder});
     std::vector<float> light(kCount);
     start(transmittance, scene.traced, world.rays.data(), passes, light.data(), kCount);
@@ -329,7 +329,7 @@ TEST_CASE("the example of the ray instruction, on machines without it", "[exampl
 
 TEST_CASE("the example of layers", "[examples]") {
   const World world;
-  for (const build::Builder builder : all_builders()) {
+  for (const build::Builder builder : typical_builders()) {
     const Scene scene = make_scene(world.meshes, {.builder = builder});
     std::vector<Hit> layers(kLayers * kCount);
     std::vector<unsigned> found(kCount);

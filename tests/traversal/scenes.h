@@ -28,8 +28,10 @@ struct Scene {
   SceneView traced;
 };
 
-inline constexpr std::array<build::Builder, 4> all_builders() {
-  return {build::Builder::kSah, build::Builder::kEmbreeLow, build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh};
+/// Trees of every kind: split from the top or joined from the leaves, of good and of bad quality, with split
+/// references. (tools::kBuilders has all builders.)
+inline constexpr std::array<build::Builder, 4> typical_builders() {
+  return {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kHploc, build::Builder::kEmbreeHigh};
 }
 
 /// Whether quantized nodes can hold all triangles that are not dropped.
@@ -62,13 +64,15 @@ inline Scene make_scene(const std::vector<Mesh>& meshes, const build::BuildOptio
   return scene;
 }
 
-/// Every builder in the layouts with full planes, and our own with leaves of up to 1, 2, 4 and 8 triangles, paired and
-/// not; the rounded layouts, whose boxes come from the same code for all builders, with two of them.
+/// Every builder in the default layout, typical ones with float nodes, and in both leaves of up to 1, 2, 4 and 8
+/// triangles, paired and not; the rounded layouts, whose boxes come from the same code for all builders, with two of
+/// them.
 inline std::vector<Scene> all_scenes(const std::vector<Mesh>& meshes) {
   std::vector<Scene> scenes;
+  for (const auto& [word, builder] : tools::kBuilders) scenes.push_back(make_scene(meshes, {.builder = builder}));
+  for (const build::Builder builder : typical_builders())
+    scenes.push_back(make_scene(meshes, {.builder = builder, .nodes = NodeLayout::kFloat}));
   for (const NodeLayout layout : {NodeLayout::kPlanes, NodeLayout::kFloat}) {
-    for (const build::Builder builder : all_builders())
-      scenes.push_back(make_scene(meshes, {.builder = builder, .nodes = layout}));
     for (const unsigned leaf : {1u, 2u, 4u, 8u})
       for (const bool pair : {true, false})
         scenes.push_back(make_scene(meshes, {.nodes = layout, .max_leaf_triangles = leaf, .pair_triangles = pair}));

@@ -74,7 +74,7 @@ TEST_CASE("custom primitives of several types among triangles: every builder and
   for (const unsigned geometry : {0u, 1u, 2u, 3u, 4u, 6u}) CHECK(is_ever_hit(world, shapes, geometry));
   CHECK_FALSE(is_ever_hit(world, shapes, 5));  // Of a type that the list does not have.
   for (const NodeLayout layout : kLayouts)
-    for (const build::Builder builder : all_builders())
+    for (const build::Builder builder : typical_builders())
       for (const unsigned leaf : {1u, 8u}) {
         const Scene scene = world.scene({.builder = builder, .nodes = layout, .max_leaf_triangles = leaf});
         dispatch_layout(layout, [&](auto tag) {

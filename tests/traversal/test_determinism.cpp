@@ -52,21 +52,26 @@ std::vector<std::vector<Mesh>> inputs() {
 
 }  // namespace
 
-TEST_CASE("the sah builder's file does not depend on the number of threads", "[determinism]") {
+TEST_CASE("our builders' files do not depend on the number of threads", "[determinism]") {
   // More threads than the machine may have, so that they are interrupted at any point.
   const tbb::global_control workers(tbb::global_control::max_allowed_parallelism, 8);
   std::size_t number = 0;
   for (const std::vector<Mesh>& meshes : inputs()) {
     CAPTURE(number++);
-    for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes}) {
-      build::BuildOptions options{.builder = build::Builder::kSah, .nodes = layout, .threads = 1};
+    const auto check = [&](build::BuildOptions options) {
+      CAPTURE(build::name(options.builder));
+      options.threads = 1;
       const std::string one = bytes_of(meshes, options);
       for (const unsigned threads : {1u, 2u, 3u, 8u, 0u}) {
         CAPTURE(threads);
         options.threads = threads;
         REQUIRE((bytes_of(meshes, options) == one));
       }
-    }
+    };
+    check({.nodes = NodeLayout::kFloat});
+    for (const build::Builder builder : {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kLbvh30,
+                                         build::Builder::kPloc, build::Builder::kHploc})
+      check({.builder = builder});
   }
 }
 

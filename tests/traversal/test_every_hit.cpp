@@ -82,7 +82,7 @@ TEST_CASE("queries go on behind their hits: all builders and layouts", "[queries
          {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized}) {
       // Planes of 1e18 are beyond half, and 2^126 beyond quantized, which refuses them.
       if (std::string(test.name) == "torture" && layout == NodeLayout::kQuantized) continue;
-      for (const build::Builder builder : all_builders()) {
+      for (const build::Builder builder : typical_builders()) {
         const Scene scene = make_scene(test.meshes, {.builder = builder, .nodes = layout});
         dispatch_layout(
             layout, [&](auto tag) { check_policies<Tried<decltype(tag)>>("layout", test.meshes, scene, trials(400)); });

@@ -131,7 +131,7 @@ bool exact_cut_out(const Textured& textured, const Ray& ray, std::uint32_t& geom
 
 TEST_CASE("cut-outs from texture coordinates: closest, any and all hits", "[filters]") {
   const Textured textured = textured_soup();
-  for (const build::Builder builder : all_builders()) {
+  for (const build::Builder builder : typical_builders()) {
     for (const NodeLayout layout : kLayouts) {
       const Scene scene = make_scene(textured.meshes, {.builder = builder, .nodes = layout});
       dispatch_layout(layout, [&](auto tag) { check_cut_outs<Tried<decltype(tag)>>(textured, scene); });
@@ -167,7 +167,7 @@ TEST_CASE("ExceptPrimitive: a ray that starts on a triangle does not meet it, bu
   // In planes of constant z points are exact. The two sheets lie in one another.
   const std::vector<Mesh> meshes{grid_plane(6, 2, 0.25f), grid_plane(6, 2, 0.25f), grid_plane(3, 2, 0.5f)};
   Random random(kSeed + 4);
-  for (const build::Builder builder : all_builders()) {
+  for (const build::Builder builder : typical_builders()) {
     const Scene scene = make_scene(meshes, {.builder = builder});
     unsigned others_at_0 = 0;
     for (unsigned i = 0; i < trials(2000); ++i) {

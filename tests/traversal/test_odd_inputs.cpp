@@ -122,7 +122,7 @@ TEST_CASE("all centroids at one point", "[odd]") {
 
 TEST_CASE("a hundred thousand identical triangles build and trace in bounded time", "[odd]") {
   const std::vector<Mesh> meshes{identical(100000)};
-  for (const build::Builder builder : all_builders()) {
+  for (const auto& [word, builder] : tools::kBuilders) {
     CAPTURE(build::name(builder));
     const auto start = std::chrono::steady_clock::now();
     const Scene scene = make_scene(meshes, {.builder = builder});

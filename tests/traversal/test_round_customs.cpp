@@ -133,7 +133,7 @@ TEST_CASE("spheres and round curves in every layout", "[custom]") {
 
 TEST_CASE("spheres and round curves under other builders, schedules, lanes and stacks", "[custom]") {
   const RoundWorld round(3.0);
-  for (const build::Builder builder : all_builders())
+  for (const build::Builder builder : typical_builders())
     check<Tried<PlanesLayout>>(round, {.builder = builder, .max_leaf_triangles = 1}, trials(100));
   check<Tried<PlanesLayout, Postponed, ArrayLanes>>(round, {}, trials(100));
   check<Tried<PlanesLayout, Immediate, DefaultLanes, RestartStack<2>>>(round, {}, trials(100));

@@ -1,0 +1,151 @@
+#include <hiprt_build/builders/bottom_up.h>
+
+#include <hiprt_build/exec/group.h>
+#include <hiprt_build/exec/radix_sort.h>
+#include <hiprt_build/steps/flatten.h>
+#include <hiprt_build/steps/hploc.h>
+#include <hiprt_build/steps/lbvh.h>
+#include <hiprt_build/steps/morton.h>
+#include <hiprt_build/steps/ploc.h>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+namespace hiprt::build {
+namespace {
+
+Box box_of(const Reference& r) { return Box{{r.min[0], r.min[1], r.min[2]}, {r.max[0], r.max[1], r.max[2]}}; }
+
+struct ReferenceLeaves {
+  const Reference* references;
+  Box box(std::uint32_t leaf) const { return box_of(references[leaf]); }
+};
+using Tree = LinkedTree<ReferenceLeaves>;
+
+/// The box of all centres.
+Box bound_centers(std::span<const Reference> references) {
+  const auto add = [&](const tbb::blocked_range<std::size_t>& range, Box bounds) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const Box box = box_of(references[i]);
+      Box center;
+      for (unsigned axis = 0; axis < 3; ++axis) center.min[axis] = center.max[axis] = split_position(box, axis);
+      grow(bounds, center);
+    }
+    return bounds;
+  };
+  return tbb::parallel_reduce(tbb::blocked_range<std::size_t>(0, references.size(), CpuEngine::kChunk), empty_box(),
+                              add, [](const Box& a, const Box& b) { return unite(a, b); });
+}
+
+/// References in the order of their Morton codes, and the levels of the boundaries between them.
+struct Sorted {
+  ScratchArray<Reference> references;
+  ScratchArray<std::uint8_t> levels;
+};
+
+Sorted sort_by_code(CpuEngine& engine, ScratchArray<Reference> references, unsigned bits) {
+  const std::size_t count = references.size();
+  auto codes = engine.allocate<std::uint64_t>(count);
+  auto order = engine.allocate<std::uint32_t>(count);
+  const MortonGrid grid = MortonGrid::over(bound_centers(references.span()), bits);
+  engine.for_each(count, [&](std::size_t i) {
+    codes[i] = grid.code(box_of(references[i]));
+    order[i] = static_cast<std::uint32_t>(i);
+  });
+  RadixSort(engine, codes.span(), order.span(), 3 * bits);
+  Sorted sorted{engine.allocate<Reference>(count), engine.allocate<std::uint8_t>(count)};
+  engine.for_each(count, [&](std::size_t i) {
+    sorted.references[i] = references[order[i]];
+    if (i + 1 < count) sorted.levels[i] = boundary_level(codes[i], codes[i + 1], static_cast<std::uint32_t>(i));
+  });
+  return sorted;
+}
+
+void emit_lbvh(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
+  const std::size_t count = sorted.references.size();
+  auto met = engine.allocate<std::uint32_t>(count);
+  std::fill_n(met.data(), count, kInvalidId);
+  engine.for_each(count,
+                  LbvhStep<ReferenceLeaves>{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data()});
+}
+
+void emit_hploc(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
+  using Climber = Hploc<HostGroup, ReferenceLeaves>;
+  const std::size_t count = sorted.references.size();
+  auto met = engine.allocate<std::uint32_t>(count);
+  std::fill_n(met.data(), count, kInvalidId);
+  auto kept = engine.allocate<KeptCluster>(count);
+  const Climber climber{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data(), kept.data()};
+  engine.for_each(count, [&](std::size_t i) {
+    Climber::Shared shared;
+    climber(HostGroup{}, shared, static_cast<std::uint32_t>(i));
+  });
+}
+
+/// One round. @return how many clusters are left; they are in @p next.
+std::size_t ploc_round(CpuEngine& engine, const PlocJoin<ReferenceLeaves>& join, std::span<Cluster> next) {
+  const std::size_t count = join.clusters.size();
+  std::vector<std::size_t> first(CpuEngine::chunk_count(count));
+  const auto for_clusters = [&](std::size_t begin, std::size_t end, const auto& body) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (join.stays(static_cast<std::uint32_t>(i))) body(static_cast<std::uint32_t>(i));
+  };
+  engine.for_chunks(count, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    std::size_t staying = 0;
+    for_clusters(begin, end, [&](std::uint32_t) { ++staying; });
+    first[chunk] = staying;
+  });
+  const std::size_t left = engine.exclusive_scan(std::span<std::size_t>(first));
+  engine.for_chunks(count, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    std::size_t to = first[chunk];
+    for_clusters(begin, end, [&](std::uint32_t i) { next[to++] = join.next(i); });
+  });
+  return left;
+}
+
+void emit_ploc(CpuEngine& engine, const Tree& tree, std::size_t count, unsigned radius) {
+  auto clusters = engine.allocate<Cluster>(count), spare = engine.allocate<Cluster>(count);
+  auto nearest = engine.allocate<std::uint32_t>(count);
+  engine.for_each(count, [&](std::size_t i) {
+    clusters[i] = leaf_cluster(tree.leaves.box(static_cast<std::uint32_t>(i)), static_cast<std::uint32_t>(i));
+  });
+  for (bool look = true; count > 1;) {
+    const auto now = clusters.span().first(count);
+    const auto chosen = nearest.span().first(count);
+    if (look)
+      engine.for_each(count, PlocNearestStep{now, chosen, radius});
+    else
+      engine.for_each(count, PlocNeighbourStep{chosen});
+    const std::size_t left = ploc_round(engine, {tree, now, chosen}, spare.span());
+    look = !look || (count - left) * kPlocFewJoined >= count;
+    std::swap(clusters, spare);
+    count = left;
+  }
+  *tree.root = clusters[0].ref;
+}
+
+}  // namespace
+
+BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references,
+                           unsigned ploc_radius) {
+  const std::size_t count = references.size();
+  if (count == 0) return BinaryTree{};
+  engine.monitor().start("sort", 0.45, 2 * count);
+  const Sorted sorted =
+      sort_by_code(engine, std::move(references), builder == Builder::kLbvh30 ? kMortonBits30 : kMortonBits63);
+  engine.monitor().start("join", 0.7, count);
+  auto nodes = engine.allocate<LinkedNode>(count);
+  auto counts = engine.allocate<std::uint32_t>(count);
+  LinkedRef root = kLinkedLeaf;
+  const Tree tree{{sorted.references.data()}, nodes.data(), counts.data(), &root};
+  if (builder == Builder::kHploc)
+    emit_hploc(engine, tree, sorted);
+  else if (builder == Builder::kPloc)
+    emit_ploc(engine, tree, count, ploc_radius);
+  else
+    emit_lbvh(engine, tree, sorted);
+  engine.monitor().start("order", 0.75, count);
+  return flatten(engine, {sorted.references.span(), nodes.span(), counts.span(), root});
+}
+
+}  // namespace hiprt::build

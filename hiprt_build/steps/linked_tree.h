@@ -1,0 +1,39 @@
+#pragma once
+/// Binary trees as bottom-up builders make them: nodes in any order, with references to their children. Internal.
+
+#include <hiprt_build/steps/box.h>
+
+#include <cstdint>
+
+namespace hiprt::build {
+
+/// An inner node's number, or a leaf's with kLinkedLeaf set.
+using LinkedRef = std::uint32_t;
+inline constexpr LinkedRef kLinkedLeaf = 0x80000000u;
+
+struct alignas(32) LinkedNode {
+  Box box;
+  LinkedRef child[2];
+};
+static_assert(sizeof(LinkedNode) == 32);
+
+/// A tree while it grows. Whoever joins two subtrees has seen both: see climb.h for the order of memory.
+/// @tparam Leaves has Box box(leaf) const.
+template <class Leaves> struct LinkedTree {
+  Leaves leaves;
+  LinkedNode* nodes;
+  std::uint32_t* counts;  ///< Leaves below each inner node.
+  LinkedRef* root;
+
+  HIPRT_HD HIPRT_INLINE Box box(LinkedRef ref) const {
+    return (ref & kLinkedLeaf) != 0 ? leaves.box(ref & ~kLinkedLeaf) : nodes[ref].box;
+  }
+  HIPRT_HD HIPRT_INLINE std::uint32_t count(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 ? 1u : counts[ref]; }
+  /// Writes inner node @p node over two subtrees. @param box of both.
+  HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
+    nodes[node] = LinkedNode{box, {left, right}};
+    counts[node] = count(left) + count(right);
+  }
+};
+
+}  // namespace hiprt::build

@@ -1,0 +1,415 @@
+// Morton codes and the trees over them, step by step: against slow texts of the same definitions.
+
+#include <hiprt_build/builders/bottom_up.h>
+#include <hiprt_build/exec/group.h>
+#include <hiprt_build/exec/radix_sort.h>
+#include <hiprt_build/steps/hploc.h>
+#include <hiprt_build/steps/lbvh.h>
+#include <hiprt_build/steps/morton.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <catch2/catch.hpp>
+
+#include <map>
+#include <numeric>
+
+using namespace hiprt;
+using namespace hiprt::oracle;
+using namespace hiprt::build;
+
+namespace {
+
+struct Machine {
+  ProgressCallback none;
+  Monitor monitor{none};
+  MemoryLedger ledger;
+  CpuEngine engine{monitor, ledger};
+};
+
+Box box_at(const Position& low, const Position& size) {
+  return Box{{low[0], low[1], low[2]}, {low[0] + size[0], low[1] + size[1], low[2] + size[2]}};
+}
+
+Box random_box(Random& random) {
+  const Position size = random.in_cube(random.log_uniform(1e-3, 1));
+  return box_at(random.in_cube(1), {std::abs(size[0]), std::abs(size[1]), std::abs(size[2])});
+}
+
+struct BoxLeaves {
+  const Box* boxes;
+  Box box(std::uint32_t leaf) const { return boxes[leaf]; }
+};
+
+/// A tree that a test has the boxes of.
+struct Forest {
+  explicit Forest(std::vector<Box> leaf_boxes)
+      : boxes(std::move(leaf_boxes)), nodes(boxes.size()), counts(boxes.size()), met(boxes.size(), kInvalidId) {}
+  std::vector<Box> boxes;
+  std::vector<LinkedNode> nodes;
+  std::vector<std::uint32_t> counts, met;
+  LinkedRef root = kInvalidId;
+  LinkedTree<BoxLeaves> tree() { return {{boxes.data()}, nodes.data(), counts.data(), &root}; }
+
+  /// Checks the nodes below @p ref. @return its leaves, from left to right.
+  std::vector<std::uint32_t> leaves(LinkedRef ref) const {
+    if ((ref & kLinkedLeaf) != 0) return {ref & ~kLinkedLeaf};
+    const LinkedNode& node = nodes.at(ref);
+    std::vector<std::uint32_t> all = leaves(node.child[0]);
+    for (const std::uint32_t leaf : leaves(node.child[1])) all.push_back(leaf);
+    CHECK(counts.at(ref) == all.size());
+    Box box = empty_box();
+    for (const std::uint32_t leaf : all) grow(box, boxes[leaf]);
+    CHECK(std::memcmp(&box, &node.box, sizeof(box)) == 0);
+    return all;
+  }
+  /// Every leaf once, every box that of its leaves.
+  void check() const {
+    std::vector<std::uint32_t> all = leaves(root);
+    std::sort(all.begin(), all.end());
+    std::vector<std::uint32_t> wanted(boxes.size());
+    std::iota(wanted.begin(), wanted.end(), 0u);
+    REQUIRE(all == wanted);
+  }
+};
+
+std::vector<std::uint8_t> levels_of(const std::vector<std::uint64_t>& codes) {
+  std::vector<std::uint8_t> levels(codes.size());
+  for (std::size_t i = 0; i + 1 < codes.size(); ++i)
+    levels[i] = boundary_level(codes[i], codes[i + 1], static_cast<std::uint32_t>(i));
+  return levels;
+}
+
+/// The definition: a range is cut where the highest bit changes that is not the same in all its codes, or, where the
+/// codes are all the same, in all its places.
+std::uint32_t cut(const std::vector<std::uint64_t>& codes, std::uint32_t first, std::uint32_t last) {
+  const bool same = codes[first] == codes[last];
+  const auto number = [&](std::uint32_t i) { return same ? i : codes[i]; };
+  std::uint64_t bit = std::uint64_t{1} << 63;
+  while ((number(first) & bit) == (number(last) & bit)) bit >>= 1;
+  std::uint32_t at = first;
+  while ((number(at + 1) & bit) == 0) ++at;
+  return at;
+}
+
+void check_cuts(const Forest& forest, const std::vector<std::uint64_t>& codes, LinkedRef ref, std::uint32_t first,
+                std::uint32_t last) {
+  if (first == last) {
+    REQUIRE(ref == (first | kLinkedLeaf));
+    return;
+  }
+  const std::uint32_t at = cut(codes, first, last);
+  REQUIRE(ref == at);
+  check_cuts(forest, codes, forest.nodes[ref].child[0], first, at);
+  check_cuts(forest, codes, forest.nodes[ref].child[1], at + 1, last);
+}
+
+/// Sorted codes, many of them equal.
+std::vector<std::uint64_t> random_codes(Random& random, std::uint32_t count) {
+  std::vector<std::uint64_t> codes;
+  const std::uint32_t range = 1 + random.below(2 * count);
+  const unsigned shift = random.below(32);
+  for (std::uint32_t i = 0; i < count; ++i) codes.push_back(std::uint64_t{random.below(range)} << shift);
+  std::sort(codes.begin(), codes.end());
+  return codes;
+}
+
+using Climber = Hploc<HostGroup, BoxLeaves>;
+
+void run_hploc(Forest& forest, const std::vector<std::uint64_t>& codes, const std::vector<std::uint32_t>& order) {
+  const auto count = static_cast<std::uint32_t>(codes.size());
+  const std::vector<std::uint8_t> levels = levels_of(codes);
+  std::vector<KeptCluster> kept(count);
+  const Climber climber{forest.tree(), count, levels.data(), forest.met.data(), kept.data()};
+  for (const std::uint32_t i : order) {
+    Climber::Shared shared;
+    climber(HostGroup{}, shared, i);
+  }
+}
+
+unsigned depth(const Forest& forest, LinkedRef ref) {
+  if ((ref & kLinkedLeaf) != 0) return 0;
+  const LinkedNode& node = forest.nodes[ref];
+  return 1 + std::max(depth(forest, node.child[0]), depth(forest, node.child[1]));
+}
+
+BinaryTree built(Machine& machine, Builder builder, const std::vector<Box>& boxes, unsigned radius = 8) {
+  auto references = machine.engine.allocate<Reference>(boxes.size());
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    references[i] = Reference{{boxes[i].min[0], boxes[i].min[1], boxes[i].min[2]},
+                              0,
+                              {boxes[i].max[0], boxes[i].max[1], boxes[i].max[2]},
+                              static_cast<std::uint32_t>(i)};
+  return build_bottom_up(machine.engine, builder, std::move(references), radius);
+}
+
+unsigned depth(const BinaryTree& tree, std::uint32_t node) {
+  return tree.nodes[node].count == 1 ? 0 : 1 + std::max(depth(tree, tree.left(node)), depth(tree, tree.right(node)));
+}
+
+/// Sets of leaves below the nodes.
+using Subsets = std::multiset<std::vector<std::uint32_t>>;
+
+void add_subsets(const BinaryTree& tree, std::uint32_t node, Subsets& subsets) {
+  const BinaryNode& n = tree.nodes[node];
+  std::vector<std::uint32_t> below;
+  for (std::uint32_t i = 0; i < n.count; ++i) below.push_back(tree.references[n.first + i].leaf);
+  std::sort(below.begin(), below.end());
+  subsets.insert(below);
+  if (n.count == 1) return;
+  add_subsets(tree, tree.left(node), subsets);
+  add_subsets(tree, tree.right(node), subsets);
+}
+
+/// Locally-ordered clustering as its definition says it. (So few boxes always have a round that joins one of 32.)
+Subsets slow_ploc(const std::vector<Box>& boxes, unsigned radius) {
+  struct Group {
+    Box box;
+    std::uint64_t code;
+    std::vector<std::uint32_t> leaves;
+  };
+  Box centers = empty_box();
+  for (const Box& box : boxes) {
+    Box center;
+    for (unsigned axis = 0; axis < 3; ++axis) center.min[axis] = center.max[axis] = split_position(box, axis);
+    grow(centers, center);
+  }
+  std::vector<Group> groups;
+  Subsets subsets;
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    groups.push_back({boxes[i], MortonGrid::over(centers, kMortonBits63).code(boxes[i]), {i}});
+    subsets.insert({i});
+  }
+  std::stable_sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) { return a.code < b.code; });
+  while (groups.size() > 1) {
+    const int count = static_cast<int>(groups.size());
+    std::vector<int> nearest;
+    for (int i = 0; i < count; ++i) {
+      int best = -1;
+      for (int j = std::max(0, i - static_cast<int>(radius)); j < count && j <= i + static_cast<int>(radius); ++j) {
+        if (j == i) continue;
+        const auto area = [&](int k) {
+          return half_area(unite(groups[std::size_t(i)].box, groups[std::size_t(k)].box));
+        };
+        if (best < 0 || area(j) < area(best) || (area(j) == area(best) && (i ^ j) < (i ^ best))) best = j;
+      }
+      nearest.push_back(best);
+    }
+    std::vector<Group> next;
+    for (int i = 0; i < count; ++i) {
+      const int j = nearest[std::size_t(i)];
+      Group group = groups[std::size_t(i)];
+      if (nearest[std::size_t(j)] == i) {
+        if (j < i) continue;
+        const Group& other = groups[std::size_t(j)];
+        grow(group.box, other.box);
+        group.leaves.insert(group.leaves.end(), other.leaves.begin(), other.leaves.end());
+        std::sort(group.leaves.begin(), group.leaves.end());
+        subsets.insert(group.leaves);
+      }
+      next.push_back(group);
+    }
+    groups = next;
+  }
+  return subsets;
+}
+
+}  // namespace
+
+TEST_CASE("spread bits and codes are what their definitions say") {
+  Random random(1);
+  for (int round = 0; round < 1000; ++round) {
+    const std::uint32_t x = random.below(1u << 21);
+    std::uint64_t wanted = 0;
+    for (unsigned bit = 0; bit < 21; ++bit) wanted |= std::uint64_t{x >> bit & 1u} << (3 * bit);
+    REQUIRE(spread_bits(x) == wanted);
+  }
+  CHECK(spread_bits(0x1fffff) == 0x1249249249249249u);
+  const Box centers{{0, 0, 0}, {1, 0.5f, 0}};
+  for (const unsigned bits : {kMortonBits30, kMortonBits63}) {
+    const MortonGrid grid = MortonGrid::over(centers, bits);
+    // Centres are halved: those of [0, 4] are at 1.
+    CHECK(grid.code(box_at({0, 0, 0}, {0, 0, 0})) == 0);
+    CHECK(grid.cell(box_at({0, 0, 0}, {4, 2, 0}), 0) == (1u << bits) - 1);
+    CHECK(grid.cell(box_at({0, 0, 0}, {4, 2, 0}), 1) == 1u << (bits - 1));
+    CHECK(grid.code(box_at({1, 1, 0}, {0, 0, 0})) == std::uint64_t{3} << (3 * bits - 2));
+  }
+}
+
+TEST_CASE("the grid takes every finite box") {
+  constexpr float kMost = std::numeric_limits<float>::max(), kLeast = std::numeric_limits<float>::denorm_min();
+  for (const float extent : {0.0f, kLeast, 0x1p-126f, 0x1p-100f, 1e-20f, 1.0f, 1e20f, kMost}) {
+    const Box all = box_at({-extent, -extent, -extent}, {0, 0, 0});
+    Box centers = empty_box();
+    const std::vector<Box> boxes{all, box_at({extent, 0, -extent}, {0, 0, 0}),
+                                 Box{{-extent, 0, 0}, {extent, 0, extent}}};
+    for (const Box& box : boxes)
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        centers.min[axis] = std::min(centers.min[axis], split_position(box, axis));
+        centers.max[axis] = std::max(centers.max[axis], split_position(box, axis));
+      }
+    const MortonGrid grid = MortonGrid::over(centers, kMortonBits63);
+    CAPTURE(extent);
+    CHECK(std::isfinite(grid.cells_per_unit));
+    for (const Box& box : boxes)
+      for (unsigned axis = 0; axis < 3; ++axis) CHECK(grid.cell(box, axis) <= (1u << kMortonBits63) - 1);
+    CHECK(grid.cell(boxes[0], 0) == 0);
+    if (extent > 1e-20f) CHECK(grid.cell(boxes[1], 0) == (1u << kMortonBits63) - 1);
+  }
+}
+
+TEST_CASE("the radix sort is stable, for every number of digits and chunks") {
+  Machine machine;
+  constexpr std::uint64_t kSeed = 2;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  for (const std::size_t count :
+       {std::size_t{0}, std::size_t{1}, std::size_t{2}, std::size_t{1000}, RadixSort::kChunk - 1, RadixSort::kChunk,
+        RadixSort::kChunk + 1, 3 * RadixSort::kChunk + 7})
+    for (const unsigned bits : {1u, 8u, 9u, 30u, 63u}) {
+      std::vector<std::uint64_t> keys;
+      std::vector<std::uint32_t> values(count);
+      for (std::size_t i = 0; i < count; ++i) {
+        const std::uint64_t key = std::uint64_t{random.below(1u << 31)} << 32 | random.below(1u << 31) << 1;
+        keys.push_back(key >> (64 - bits));
+      }
+      std::iota(values.begin(), values.end(), 0u);
+      std::vector<std::uint32_t> wanted = values;
+      std::stable_sort(wanted.begin(), wanted.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+      std::vector<std::uint64_t> sorted = keys;
+      RadixSort(machine.engine, sorted, values, bits);
+      CAPTURE(count, bits);
+      REQUIRE((values == wanted));
+      REQUIRE(std::is_sorted(sorted.begin(), sorted.end()));
+    }
+}
+
+TEST_CASE("the climb makes the tree that the codes say, in whatever order leaves start") {
+  constexpr std::uint64_t kSeed = 3;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  for (int round = 0; round < 300; ++round) {
+    const std::uint32_t count = 1 + random.below(200);
+    const std::vector<std::uint64_t> codes = random_codes(random, count);
+    std::vector<Box> boxes;
+    for (std::uint32_t i = 0; i < count; ++i) boxes.push_back(random_box(random));
+    Forest forest(boxes);
+    const std::vector<std::uint8_t> levels = levels_of(codes);
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0u);
+    for (std::uint32_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+    const LbvhStep<BoxLeaves> step{forest.tree(), count, levels.data(), forest.met.data()};
+    for (const std::uint32_t i : order) step(i);
+    CAPTURE(round, count);
+    forest.check();
+    check_cuts(forest, codes, forest.root, 0, count - 1);
+  }
+}
+
+TEST_CASE("clusters on the way up: a whole tree, the same in whatever order leaves start") {
+  constexpr std::uint64_t kSeed = 4;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  for (int round = 0; round < 200; ++round) {
+    const std::uint32_t count = 1 + random.below(round % 2 == 0 ? 40 : 400);
+    const std::vector<std::uint64_t> codes = random_codes(random, count);
+    std::vector<Box> boxes;
+    const Box same = random_box(random);
+    for (std::uint32_t i = 0; i < count; ++i) boxes.push_back(round % 3 == 0 ? same : random_box(random));
+    std::vector<std::uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0u);
+    Forest first(boxes), second(boxes);
+    run_hploc(first, codes, order);
+    for (std::uint32_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+    run_hploc(second, codes, order);
+    CAPTURE(round, count);
+    first.check();
+    REQUIRE(first.root == second.root);
+    REQUIRE((first.counts == second.counts));
+    for (std::uint32_t i = 1; i < count; ++i)
+      REQUIRE(std::memcmp(&first.nodes[i], &second.nodes[i], sizeof(LinkedNode)) == 0);
+  }
+}
+
+TEST_CASE("clusters: two far pairs are joined before they meet") {
+  // Along the curve: near 0, near 9, near 0, near 9. The hierarchy of codes would join neighbours.
+  const std::vector<Box> boxes{box_at({0, 0, 0}, {1, 1, 1}), box_at({9, 0, 0}, {1, 1, 1}), box_at({0, 1, 0}, {1, 1, 1}),
+                               box_at({9, 1, 0}, {1, 1, 1})};
+  Forest forest(boxes);
+  run_hploc(forest, {0, 1, 2, 3}, {0, 1, 2, 3});
+  forest.check();
+  std::set<std::vector<std::uint32_t>> pairs;
+  for (const LinkedRef child : forest.nodes[forest.root].child) {
+    std::vector<std::uint32_t> below = forest.leaves(child);
+    std::sort(below.begin(), below.end());
+    pairs.insert(below);
+  }
+  CHECK(pairs == std::set<std::vector<std::uint32_t>>{{0, 2}, {1, 3}});
+}
+
+TEST_CASE("equal boxes and areas beyond all numbers make balanced trees") {
+  constexpr float kMost = std::numeric_limits<float>::max();
+  for (const Box& box : {box_at({1, 2, 3}, {1, 1, 1}), box_at({0, 0, 0}, {0, 0, 0}),
+                         Box{{-kMost, -kMost, -kMost}, {kMost, kMost, kMost}}, Box{{-kMost, 0, 0}, {kMost, 0, 0}}})
+    for (const Builder builder : {Builder::kLbvh, Builder::kLbvh30, Builder::kPloc, Builder::kHploc})
+      for (const std::size_t count : {1u, 2u, 3u, 31u, 32u, 33u, 1000u, 1024u, 10000u}) {
+        Machine machine;
+        const BinaryTree tree = built(machine, builder, std::vector<Box>(count, box));
+        CAPTURE(static_cast<int>(builder), count, box.max[0]);
+        REQUIRE(tree.references.size() == count);
+        CHECK(depth(tree, 0) <= static_cast<unsigned>(std::bit_width(count - 1)) + 4);
+      }
+}
+
+TEST_CASE("locally-ordered clustering joins what its definition says") {
+  constexpr std::uint64_t kSeed = 5;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  for (int round = 0; round < 60; ++round) {
+    std::vector<Box> boxes;
+    const std::uint32_t count = 1 + random.below(150);
+    for (std::uint32_t i = 0; i < count; ++i) boxes.push_back(random_box(random));
+    const unsigned radius = 1 + random.below(20);
+    Machine machine;
+    const BinaryTree tree = built(machine, Builder::kPloc, boxes, radius);
+    Subsets subsets;
+    add_subsets(tree, 0, subsets);
+    CAPTURE(round, count, radius);
+    REQUIRE((subsets == slow_ploc(boxes, radius)));
+  }
+}
+
+TEST_CASE("rows in which each box is nearest to the one before do not take a round each") {
+  std::vector<Box> boxes;
+  float at = 0;
+  for (int i = 0; i < 200000; ++i) {
+    boxes.push_back(box_at({at, 0, 0}, {1, 1, 1}));
+    at += 2.0f + 1e-3f * static_cast<float>(i);
+  }
+  for (const Builder builder : {Builder::kPloc, Builder::kHploc}) {
+    Machine machine;
+    const BinaryTree tree = built(machine, builder, boxes);
+    CHECK(tree.references.size() == boxes.size());
+    CHECK(depth(tree, 0) <= kMaxDepth);
+  }
+}
+
+TEST_CASE("subtrees that are too deep are halved") {
+  // Boxes that double: the nearest of each is the one before, all the way.
+  Machine machine;
+  const std::uint32_t count = 250;
+  std::vector<Box> boxes;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float size = std::ldexp(1.0f, static_cast<int>(i) - 124);
+    boxes.push_back(Box{{0, 0, 0}, {size, size, size}});
+  }
+  for (const Builder builder : {Builder::kLbvh, Builder::kLbvh30, Builder::kPloc, Builder::kHploc}) {
+    const BinaryTree tree = built(machine, builder, boxes);
+    CAPTURE(static_cast<int>(builder));
+    CHECK(depth(tree, 0) <= kMaxDepth);
+    Subsets subsets;
+    add_subsets(tree, 0, subsets);
+    CHECK(subsets.size() == 2 * count - 1);
+  }
+}
