@@ -17,6 +17,19 @@ HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_
 #endif
 }
 
+/// *value = max(*value, candidate), in no order with other memory.
+HIPRT_HD HIPRT_INLINE void raise(std::uint64_t* value, std::uint64_t candidate) {
+#if HIPRT_DEVICE_CODE
+  static_assert(sizeof(unsigned long long) == sizeof(std::uint64_t));
+  atomicMax(reinterpret_cast<unsigned long long*>(value), static_cast<unsigned long long>(candidate));
+#else
+  std::uint64_t there = __atomic_load_n(value, __ATOMIC_RELAXED);
+  while (there < candidate &&
+         !__atomic_compare_exchange_n(value, &there, candidate, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+#endif
+}
+
 /// *value = replacement. Who reads what another thread exchanged can also read what that thread wrote before.
 /// @return the value before.
 HIPRT_HD HIPRT_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t replacement) {

@@ -1,5 +1,6 @@
 #include <hiprt_build/builders/bottom_up.h>
 
+#include <hiprt_build/builders/reinsertion.h>
 #include <hiprt_build/exec/group.h>
 #include <hiprt_build/exec/radix_sort.h>
 #include <hiprt_build/steps/flatten.h>
@@ -144,6 +145,10 @@ BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Refe
     emit_ploc(engine, tree, count, ploc_radius);
   else
     emit_lbvh(engine, tree, sorted);
+  if (const char* r = getenv("ROUNDS")) {
+    auto parents = engine.allocate<std::uint32_t>(2 * count);
+    reinsert(engine, ParentedTree<ReferenceLeaves>{tree, static_cast<std::uint32_t>(count), parents.data()}, atoi(r));
+  }
   engine.monitor().start("order", 0.75, count);
   return flatten(engine, {sorted.references.span(), nodes.span(), counts.span(), root});
 }

@@ -6,7 +6,7 @@
 
 namespace hiprt::build {
 
-/// Step: climbs from leaf i, and joins at every node to which it comes second. Node k cuts between leaves k and k + 1.
+/// Step: climbs from leaf i, and joins at every node to which it comes second. Node k cuts between leaves k - 1 and k.
 template <class Leaves> struct LbvhStep {
   LinkedTree<Leaves> tree;
   std::uint32_t leaves;
@@ -17,10 +17,13 @@ template <class Leaves> struct LbvhStep {
     Climb climb(static_cast<std::uint32_t>(i));
     LinkedRef mine = climb.first | kLinkedLeaf;
     Box box = tree.leaves.box(climb.first);
-    const auto leave_reference = [&](std::uint32_t node, bool left) { tree.nodes[node].child[left ? 0 : 1] = mine; };
+    const auto leave_reference = [&](std::uint32_t boundary, bool left) {
+      tree.nodes[boundary + 1].child[left ? 0 : 1] = mine;
+    };
     while (climb.count() < leaves) {
-      const std::uint32_t node = climb.up(leaves, levels, met, leave_reference);
-      if (node == kInvalidId) return;
+      const std::uint32_t boundary = climb.up(leaves, levels, met, leave_reference);
+      if (boundary == kInvalidId) return;
+      const std::uint32_t node = boundary + 1;
       const LinkedRef left = tree.nodes[node].child[0], right = tree.nodes[node].child[1];
       grow(box, tree.box(left == mine ? right : left));
       tree.join(node, left, right, box);

@@ -7,7 +7,7 @@
 
 namespace hiprt::build {
 
-/// An inner node's number, or a leaf's with kLinkedLeaf set.
+/// An inner node's number, 1 to leaves - 1, or a leaf's, 0 to leaves - 1, with kLinkedLeaf set.
 using LinkedRef = std::uint32_t;
 inline constexpr LinkedRef kLinkedLeaf = 0x80000000u;
 

@@ -99,7 +99,7 @@ void check_cuts(const Forest& forest, const std::vector<std::uint64_t>& codes, L
     return;
   }
   const std::uint32_t at = cut(codes, first, last);
-  REQUIRE(ref == at);
+  REQUIRE(ref == at + 1);
   check_cuts(forest, codes, forest.nodes[ref].child[0], first, at);
   check_cuts(forest, codes, forest.nodes[ref].child[1], at + 1, last);
 }
