@@ -37,6 +37,7 @@ struct Options {
   std::vector<std::string> inputs;
   std::string output;
   std::string builder = "sah", nodes = "auto", target = "cpu";
+  unsigned ploc_radius = build::BuildOptions{}.ploc_radius, rounds = build::BuildOptions{}.reinsertion_rounds;
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
   double split_budget = build::BuildOptions{}.split_budget;
   bool no_pairs = false, stats = false;
@@ -45,7 +46,9 @@ struct Options {
 void add_options(CLI::App& app, Options& options) {
   app.add_option("INPUT", options.inputs, "Mesh files, one geometry each")->required()->type_name("FILE");
   app.add_option("-o,--output", options.output, "The BVH file to write")->required()->type_name("FILE");
-  app.add_option("--builder", options.builder, "How the tree is built; sah is ours, the others are Embree's")
+  app.add_option("--builder", options.builder,
+                 "How the tree is built, from the fastest to the fastest to trace: lbvh, hploc, sah, hq; for "
+                 "comparison lbvh30 and ploc, and Embree's")
       ->check(CLI::IsMember(words(kBuilders)))
       ->type_name("NAME")
       ->capture_default_str();
@@ -66,9 +69,18 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("N")
       ->capture_default_str();
   app.add_option("--split-budget", options.split_budget,
-                 "References that embree-high may make of one by splitting, on average, 1 to 16")
+                 "References that hq and embree-high may make of one by splitting, on average, 1 to 16")
       ->check(CLI::Range(1.0, 16.0))
       ->type_name("X")
+      ->capture_default_str();
+  app.add_option("--reinsertion-rounds", options.rounds,
+                 "How often hq looks for better places of an eighth of the tree's nodes, 0 to 1000")
+      ->check(CLI::Range(0u, 1000u))
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--ploc-radius", options.ploc_radius, "How far ploc looks for the nearest cluster, 1 to 128")
+      ->check(CLI::Range(1u, 128u))
+      ->type_name("N")
       ->capture_default_str();
   app.add_flag("--no-pairs", options.no_pairs, "Do not put two triangles that share an edge into one leaf")
       ->disable_flag_override();
@@ -125,6 +137,8 @@ build::BuildOptions build_options(const Options& options, const std::string& too
   result.threads = options.threads;
   result.max_leaf_triangles = options.max_leaf;
   result.split_budget = options.split_budget;
+  result.ploc_radius = options.ploc_radius;
+  result.reinsertion_rounds = options.rounds;
   result.pair_triangles = !options.no_pairs;
   result.tool = tool;
   result.progress = [&bar](const build::Progress& progress) {

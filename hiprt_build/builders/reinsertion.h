@@ -7,10 +7,9 @@
 
 namespace hiprt::build {
 
-/// Moves subtrees to better places, round after round. Reports twice the leaves of progress per round.
+/// Moves subtrees to better places, round after round, and leaves boxes and counts as they must be.
 /// @param tree with boxes and counts; parents are set here.
-template <class Engine, class Leaves>
-void reinsert(Engine& engine, const ParentedTree<Leaves>& tree, unsigned rounds) {
+template <class Engine, class Leaves> void reinsert(Engine& engine, const ParentedTree<Leaves>& tree, unsigned rounds) {
   const std::size_t leaves = tree.leaves, subtrees = 2 * leaves;
   if (leaves < 3) return;
   auto found = engine.template allocate<Reinsertion>(subtrees);
@@ -22,10 +21,9 @@ void reinsert(Engine& engine, const ParentedTree<Leaves>& tree, unsigned rounds)
   for (unsigned round = 0; round < rounds; ++round) {
     std::fill_n(bids.data(), subtrees, ReinsertionBids{0, 0});
     std::fill_n(met.data(), leaves, 0);
-    engine.for_each(subtrees, FindReinsertionStep<Leaves>{tree, found.data(), (unsigned)atoi(getenv("STRIDE")), round % atoi(getenv("STRIDE"))});
+    engine.for_each(subtrees, FindReinsertionStep<Leaves>{tree, found.data(), round % kReinsertionStride});
     engine.for_each(subtrees, BidReinsertionStep<Leaves>{tree, found.data(), bids.data()});
     engine.for_each(subtrees, GrantReinsertionStep<Leaves>{tree, found.data(), bids.data(), granted.data()});
-    if (getenv("DBG")) { size_t b=0,c=0; double g=0; for (size_t i=0;i<subtrees;++i) {if (granted[i]) {++c; g+=found[i].gain;} if (found[i].meet!=kInvalidId) ++b;} fprintf(stderr,"wanted %zu moved %zu of %zu gain %g\n", b,c,subtrees,g);}
     engine.for_each(subtrees, ReinsertStep<Leaves>{tree, found.data(), granted.data()});
     engine.for_each(leaves, RefitStep<Leaves>{tree, met.data()});
   }

@@ -24,10 +24,15 @@ class CpuEngine {
 
   template <class T> ScratchArray<T> allocate(std::size_t size) { return ScratchArray<T>(ledger_, size); }
 
-  /// step(i) for i in [0, n), in any order. Reports n units of progress.
+  /// step(i) for i in [0, n), in any order. Reports n units of progress. A step that takes long says so by
+  /// static constexpr std::size_t kChunk, how many of them take about a millisecond.
   template <class Step> void for_each(std::size_t n, const Step& step) {
-    for_chunks(n, [&](std::size_t, std::size_t begin, std::size_t end) {
+    std::size_t chunk = kChunk;
+    if constexpr (requires { Step::kChunk; }) chunk = Step::kChunk;
+    tbb::parallel_for(std::size_t{0}, (n + chunk - 1) / chunk, [&](std::size_t c) {
+      const std::size_t begin = c * chunk, end = std::min(n, begin + chunk);
       for (std::size_t i = begin; i < end; ++i) step(i);
+      monitor_.add(end - begin);
     });
   }
 

@@ -43,8 +43,8 @@ class RadixSort {
   static std::size_t digit(std::uint64_t key, unsigned shift) { return key >> shift & (kDigits - 1); }
 
   template <class Body> void for_chunks(const Body& body) {
-    engine_.monitor().check();
     tbb::parallel_for(std::size_t{0}, counts_.size(), [&](std::size_t chunk) {
+      engine_.monitor().check();
       body(chunk, chunk * kChunk, std::min(keys_.size(), (chunk + 1) * kChunk));
     });
   }

@@ -24,8 +24,9 @@ struct ReferenceLeaves {
 using Tree = LinkedTree<ReferenceLeaves>;
 
 /// The box of all centres.
-Box bound_centers(std::span<const Reference> references) {
+Box bound_centers(CpuEngine& engine, std::span<const Reference> references) {
   const auto add = [&](const tbb::blocked_range<std::size_t>& range, Box bounds) {
+    engine.monitor().check();
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       const Box box = box_of(references[i]);
       Box center;
@@ -48,7 +49,7 @@ Sorted sort_by_code(CpuEngine& engine, ScratchArray<Reference> references, unsig
   const std::size_t count = references.size();
   auto codes = engine.allocate<std::uint64_t>(count);
   auto order = engine.allocate<std::uint32_t>(count);
-  const MortonGrid grid = MortonGrid::over(bound_centers(references.span()), bits);
+  const MortonGrid grid = MortonGrid::over(bound_centers(engine, references.span()), bits);
   engine.for_each(count, [&](std::size_t i) {
     codes[i] = grid.code(box_of(references[i]));
     order[i] = static_cast<std::uint32_t>(i);
@@ -127,14 +128,14 @@ void emit_ploc(CpuEngine& engine, const Tree& tree, std::size_t count, unsigned 
 
 }  // namespace
 
-BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references,
-                           unsigned ploc_radius) {
+BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references, unsigned ploc_radius,
+                           unsigned rounds) {
   const std::size_t count = references.size();
   if (count == 0) return BinaryTree{};
   engine.monitor().start("sort", 0.45, 2 * count);
   const Sorted sorted =
       sort_by_code(engine, std::move(references), builder == Builder::kLbvh30 ? kMortonBits30 : kMortonBits63);
-  engine.monitor().start("join", 0.7, count);
+  engine.monitor().start("join", rounds > 0 ? 0.5 : 0.7, count);
   auto nodes = engine.allocate<LinkedNode>(count);
   auto counts = engine.allocate<std::uint32_t>(count);
   LinkedRef root = kLinkedLeaf;
@@ -145,9 +146,10 @@ BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Refe
     emit_ploc(engine, tree, count, ploc_radius);
   else
     emit_lbvh(engine, tree, sorted);
-  if (const char* r = getenv("ROUNDS")) {
+  if (rounds > 0) {
+    engine.monitor().start("reinsert", 0.72, count * 9 * rounds);
     auto parents = engine.allocate<std::uint32_t>(2 * count);
-    reinsert(engine, ParentedTree<ReferenceLeaves>{tree, static_cast<std::uint32_t>(count), parents.data()}, atoi(r));
+    reinsert(engine, ParentedTree<ReferenceLeaves>{tree, static_cast<std::uint32_t>(count), parents.data()}, rounds);
   }
   engine.monitor().start("order", 0.75, count);
   return flatten(engine, {sorted.references.span(), nodes.span(), counts.span(), root});

@@ -5,6 +5,7 @@
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
+#include <hiprt_build/steps/presplit.h>
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/quantize.h>
@@ -36,6 +37,9 @@ Result<void> check_options(const BuildOptions& options) {
     return tl::unexpected(invalid("split_budget is " + std::to_string(options.split_budget) + ", allowed are 1 to 16"));
   if (options.ploc_radius < 1 || options.ploc_radius > 128)
     return tl::unexpected(invalid("ploc_radius is " + std::to_string(options.ploc_radius) + ", allowed are 1 to 128"));
+  if (options.reinsertion_rounds > 1000)
+    return tl::unexpected(
+        invalid("reinsertion_rounds is " + std::to_string(options.reinsertion_rounds) + ", allowed are 0 to 1000"));
   if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f) || !(options.costs.custom > 0.0f))
     return tl::unexpected(invalid("SAH costs must be positive"));
   if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
@@ -140,6 +144,11 @@ Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const Primitiv
   auto references = engine.allocate<Reference>(grouped.count);
   engine.for_each(grouped.count, MakeReferenceStep{soup, grouped.groups.span(), references.span()});
   switch (builder) {
+    case Builder::kHq:
+      if (grouped.custom_count == 0)
+        references = presplit(engine, soup, grouped.groups.span(), std::move(references), options.split_budget);
+      return build_bottom_up(engine, Builder::kHploc, std::move(references), options.ploc_radius,
+                             options.reinsertion_rounds);
     case Builder::kSah:
       return build_sah(engine, std::move(references));
     case Builder::kLbvh:
@@ -228,6 +237,8 @@ const char* name(Builder builder) {
       return "ploc";
     case Builder::kHploc:
       return "hploc";
+    case Builder::kHq:
+      return "hq";
     case Builder::kEmbreeLow:
       return "embree-low";
     case Builder::kEmbreeMedium:

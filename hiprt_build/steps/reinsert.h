@@ -26,23 +26,29 @@ template <class Leaves> HIPRT_HD LinkedRef subtree(const ParentedTree<Leaves>& t
   return number < tree.leaves ? number : (number - tree.leaves) | kLinkedLeaf;
 }
 
-/// Step: the best place for subtree i.
+/// In a round one of so many subtrees looks: more would stand in each other's way.
+inline constexpr std::uint32_t kReinsertionStride = 8;
+
+/// Step: the best place for subtree i, if it is among those of the phase.
 /// @tparam Leaves as LinkedTree.
 template <class Leaves> struct FindReinsertionStep {
   /// Subtrees that a search puts off; more are not looked at.
   static constexpr unsigned kOpen = 96;
+  /// For the CPU's engine.
+  static constexpr std::size_t kChunk = 512;
 
   ParentedTree<Leaves> tree;
   Reinsertion* found;
-  std::uint32_t stride = 1, phase = 0;
+  std::uint32_t phase;
 
   HIPRT_HD void operator()(std::size_t i) const {
     const auto at = static_cast<std::uint32_t>(i);
     const LinkedRef moving = subtree(tree, at);
     found[i] = Reinsertion{0.0f, kInvalidId, kInvalidId};
     // Number 0 is no inner node; the root and its children have nowhere to go.
-    if (at % stride != phase) return;
-    if (at == 0 || tree.parents[at] == kInvalidId || tree.parents[tree.parents[at]] == kInvalidId) return;
+    if (at % kReinsertionStride != phase || at == 0 || tree.parents[at] == kInvalidId ||
+        tree.parents[tree.parents[at]] == kInvalidId)
+      return;
     found[i] = search(moving);
   }
 

@@ -6,6 +6,7 @@
 #include <hiprt_build/steps/hploc.h>
 #include <hiprt_build/steps/lbvh.h>
 #include <hiprt_build/steps/morton.h>
+#include <tests/build/machine.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -19,22 +20,6 @@ using namespace hiprt::oracle;
 using namespace hiprt::build;
 
 namespace {
-
-struct Machine {
-  ProgressCallback none;
-  Monitor monitor{none};
-  MemoryLedger ledger;
-  CpuEngine engine{monitor, ledger};
-};
-
-Box box_at(const Position& low, const Position& size) {
-  return Box{{low[0], low[1], low[2]}, {low[0] + size[0], low[1] + size[1], low[2] + size[2]}};
-}
-
-Box random_box(Random& random) {
-  const Position size = random.in_cube(random.log_uniform(1e-3, 1));
-  return box_at(random.in_cube(1), {std::abs(size[0]), std::abs(size[1]), std::abs(size[2])});
-}
 
 struct BoxLeaves {
   const Box* boxes;

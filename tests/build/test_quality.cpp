@@ -48,7 +48,8 @@ TEST_CASE("the split budget: 1 splits nothing, more allows more references and a
   CHECK(cost[2] < 1.01 * cost[1]);
 }
 
-TEST_CASE("SAH costs beside Embree's medium quality: sah 5 %, hploc 15 %, lbvh 25 %; memory within 4 times the output") {
+TEST_CASE(
+    "SAH costs beside Embree's medium quality: sah 5 %, hploc 15 %, lbvh 25 %; memory within 4 times the output") {
   std::printf("%-12s %8s %8s %8s %8s %8s %8s %8s %6s\n", "mesh", "sah", "lbvh", "ploc", "hploc", "low", "medium",
               "high", "peak");
   for (const auto& [name, mesh] :

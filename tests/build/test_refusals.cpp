@@ -54,6 +54,11 @@ TEST_CASE("options out of range are refused with the limits") {
   for (const double budget : {0.0, 0.99, 16.5, static_cast<double>(kNan)})
     CHECK_THAT(refusal({mesh.view()}, {.split_budget = budget}).message,
                Contains("split_budget") && Contains("1 to 16"));
+  for (const unsigned radius : {0u, 129u, ~0u})
+    CHECK_THAT(refusal({mesh.view()}, {.ploc_radius = radius}).message,
+               Contains("ploc_radius") && Contains("1 to 128"));
+  CHECK_THAT(refusal({mesh.view()}, {.reinsertion_rounds = 1001}).message,
+             Contains("reinsertion_rounds is 1001") && Contains("0 to 1000"));
   for (const std::uint32_t layout : {0u, 5u, 99u})
     CHECK_THAT(refusal({mesh.view()}, {.nodes = static_cast<NodeLayout>(layout)}).message,
                Contains("layout " + std::to_string(layout)));
@@ -122,7 +127,8 @@ TEST_CASE("more nodes and leaves than a 32-bit reference addresses are refused w
 TEST_CASE("progress rises to the end; a build stops where it is told to, whichever step it is in") {
   const Mesh mesh = icosphere(6);
   for (const build::Builder builder :
-       {build::Builder::kSah, build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh}) {
+       {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kPloc, build::Builder::kHploc, build::Builder::kHq,
+        build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh}) {
     CAPTURE(build::name(builder));
     double last = 0;
     unsigned calls = 0;

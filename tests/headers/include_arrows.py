@@ -20,8 +20,9 @@ import os
 import re
 import sys
 
-# Headers of hiprt_device that are arithmetic only. Everything else outside format/ is traversal.
-MATH = {'hiprt_device/vec.h', 'hiprt_device/motion.h'}
+# Headers of hiprt_device that know nothing of scenes: arithmetic, atomic operations, lanes of a wave. Everything else
+# outside format/ is traversal.
+MATH = {'hiprt_device/atomic.h', 'hiprt_device/motion.h', 'hiprt_device/vec.h', 'hiprt_device/wave.h'}
 # What a tracer is given: host code that uploads a scene needs it without the traversal.
 SCENE = {'hiprt_device/scene_view.h'}
 

@@ -1,0 +1,275 @@
+// Reinsertion and cut references, step by step.
+
+#include <hiprt_build/builders/reinsertion.h>
+#include <hiprt_build/statistics.h>
+#include <hiprt_build/steps/cluster.h>
+#include <hiprt_build/steps/pair.h>
+#include <hiprt_build/steps/presplit.h>
+#include <hiprt_build/steps/references.h>
+#include <tests/build/machine.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <catch2/catch.hpp>
+
+using namespace hiprt;
+using namespace hiprt::oracle;
+using namespace hiprt::build;
+
+namespace {
+
+struct BoxLeaves {
+  const Box* boxes;
+  Box box(std::uint32_t leaf) const { return boxes[leaf]; }
+};
+using Tree = ParentedTree<BoxLeaves>;
+
+/// A tree of random shape over random boxes.
+struct RandomTree {
+  RandomTree(Random& random, std::uint32_t count) : nodes(count), counts(count), parents(2 * count), met(count) {
+    for (std::uint32_t i = 0; i < count; ++i) boxes.push_back(random_box(random));
+    const LinkedTree<BoxLeaves> linked{{boxes.data()}, nodes.data(), counts.data(), &root};
+    std::vector<Cluster> clusters;
+    for (std::uint32_t i = 0; i < count; ++i) clusters.push_back(leaf_cluster(boxes[i], i));
+    while (clusters.size() > 1) {
+      const std::uint32_t a = random.below(static_cast<std::uint32_t>(clusters.size()));
+      std::swap(clusters[a], clusters.back());
+      const Cluster last = clusters.back();
+      clusters.pop_back();
+      Cluster& other = clusters[random.below(static_cast<std::uint32_t>(clusters.size()))];
+      other = other.free < last.free ? join(linked, other, last) : join(linked, last, other);
+    }
+    root = clusters[0].ref;
+  }
+  Tree tree() { return Tree{{{boxes.data()}, nodes.data(), counts.data(), &root}, size(), parents.data()}; }
+  std::uint32_t size() const { return static_cast<std::uint32_t>(boxes.size()); }
+
+  /// Checks boxes, counts and parents below @p ref, and that no leaf is there twice. @return the area of inner nodes.
+  double check(LinkedRef ref, std::set<std::uint32_t>& leaves) {
+    if ((ref & kLinkedLeaf) != 0) {
+      REQUIRE(leaves.insert(ref & ~kLinkedLeaf).second);
+      return 0;
+    }
+    const LinkedNode& node = nodes.at(ref);
+    const std::size_t before = leaves.size();
+    double area = double{half_area(node.box)};
+    for (const LinkedRef child : node.child) {
+      REQUIRE(tree().parent(child) == ref);
+      area += check(child, leaves);
+    }
+    REQUIRE(counts[ref] == leaves.size() - before);
+    const Box box = unite(tree().tree.box(node.child[0]), tree().tree.box(node.child[1]));
+    REQUIRE(std::memcmp(&box, &node.box, sizeof(box)) == 0);
+    return area;
+  }
+  double area() {
+    std::set<std::uint32_t> leaves;
+    const double result = check(root, leaves);
+    REQUIRE(leaves.size() == boxes.size());
+    return result;
+  }
+  void refit() {
+    std::fill(met.begin(), met.end(), 0u);
+    for (std::uint32_t i = 0; i < size(); ++i) RefitStep<BoxLeaves>{tree(), met.data()}(i);
+  }
+  void set_parents() {
+    tree().parent(root) = kInvalidId;
+    for (std::uint32_t i = 0; i + 1 < size(); ++i) SetParentsStep<BoxLeaves>{tree()}(i);
+  }
+
+  std::vector<Box> boxes;
+  std::vector<LinkedNode> nodes;
+  std::vector<std::uint32_t> counts, parents, met;
+  LinkedRef root = kInvalidId;
+};
+
+/// Where every subtree wants to go.
+std::vector<Reinsertion> find_all(RandomTree& random_tree) {
+  std::vector<Reinsertion> found(2 * random_tree.size());
+  for (std::uint32_t i = 0; i < found.size(); ++i)
+    FindReinsertionStep<BoxLeaves>{random_tree.tree(), found.data(), i % kReinsertionStride}(i);
+  return found;
+}
+
+/// Moves one subtree.
+void move(RandomTree& random_tree, std::uint32_t number, LinkedRef beside) {
+  std::vector<Reinsertion> found(2 * random_tree.size(), Reinsertion{0, kInvalidId, kInvalidId});
+  std::vector<std::uint8_t> granted(found.size());
+  found[number] = {1, beside, kInvalidId};
+  granted[number] = 1;
+  ReinsertStep<BoxLeaves>{random_tree.tree(), found.data(), granted.data()}(number);
+  random_tree.refit();
+}
+
+bool is_below(RandomTree& tree, LinkedRef ref, LinkedRef above) {
+  for (; ref != above; ref = tree.tree().parent(ref))
+    if (ref == tree.root) return false;
+  return true;
+}
+
+/// The most area that moving a subtree saves, by moving it everywhere.
+double best_gain(const RandomTree& start, std::uint32_t number) {
+  RandomTree tree = start;
+  const LinkedRef moving = subtree(tree.tree(), number);
+  const std::uint32_t parent = tree.tree().parent(moving);
+  const LinkedRef sibling = tree.tree().sibling(moving);
+  const double before = tree.area();
+  double best = 0;
+  for (std::uint32_t other = 1; other < 2 * tree.size(); ++other) {
+    const LinkedRef beside = subtree(tree.tree(), other);
+    // Not to where it is, nor above itself or beside an ancestor, which the search leaves out too.
+    if (beside == sibling || is_below(tree, beside, moving) || is_below(tree, parent, beside)) continue;
+    RandomTree moved = start;
+    move(moved, number, beside);
+    best = std::max(best, before - moved.area());
+  }
+  return best;
+}
+
+}  // namespace
+
+TEST_CASE("a subtree finds the place where the tree loses most area") {
+  constexpr std::uint64_t kSeed = 1;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  int moves = 0;
+  for (int round = 0; round < 60; ++round) {
+    RandomTree tree(random, 3 + random.below(9));
+    tree.set_parents();
+    const std::vector<Reinsertion> found = find_all(tree);
+    CAPTURE(round, tree.size());
+    for (std::uint32_t i = 1; i < found.size(); ++i) {
+      const std::uint32_t parent = tree.parents[i];
+      if (parent == kInvalidId || tree.parents[parent] == kInvalidId) {
+        CHECK(found[i].gain == 0.0f);
+        continue;
+      }
+      CHECK(double{found[i].gain} == Approx(best_gain(tree, i)).epsilon(1e-4).margin(1e-5));
+      if (!(found[i].gain > 1e-4f)) continue;
+      ++moves;
+      RandomTree moved = tree;
+      move(moved, i, found[i].beside);
+      CHECK(tree.area() - moved.area() == Approx(found[i].gain).epsilon(1e-3));
+    }
+  }
+  CHECK(moves > 100);
+}
+
+TEST_CASE("all that want to move at once: the tree stays a tree, and those with the most to gain do") {
+  constexpr std::uint64_t kSeed = 2;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  std::size_t refused = 0, moved = 0;
+  for (int round = 0; round < 300; ++round) {
+    RandomTree tree(random, 3 + random.below(100));
+    tree.set_parents();
+    for (int pass = 0; pass < 5; ++pass) {
+      const std::vector<Reinsertion> found = find_all(tree);
+      std::vector<ReinsertionBids> bids(found.size(), ReinsertionBids{0, 0});
+      std::vector<std::uint8_t> granted(found.size());
+      for (std::uint32_t i = 0; i < found.size(); ++i)
+        BidReinsertionStep<BoxLeaves>{tree.tree(), found.data(), bids.data()}(i);
+      for (std::uint32_t i = 0; i < found.size(); ++i)
+        GrantReinsertionStep<BoxLeaves>{tree.tree(), found.data(), bids.data(), granted.data()}(i);
+      const auto most = std::max_element(found.begin(), found.end(), [](const Reinsertion& a, const Reinsertion& b) {
+        return a.gain <= b.gain;  // The last of equal ones has the highest bid.
+      });
+      CAPTURE(round, pass, tree.size());
+      REQUIRE(granted[static_cast<std::size_t>(most - found.begin())] == (most->gain > 0.0f ? 1 : 0));
+      for (std::uint32_t i = 0; i < found.size(); ++i) {
+        moved += granted[i];
+        refused += found[i].gain > 0.0f && granted[i] == 0 ? 1 : 0;
+      }
+      for (std::uint32_t i = 0; i < found.size(); ++i)
+        ReinsertStep<BoxLeaves>{tree.tree(), found.data(), granted.data()}(i);
+      tree.refit();
+      tree.area();
+    }
+  }
+  CHECK(moved > 1000);
+  CHECK(refused > 1000);
+}
+
+TEST_CASE("rounds of reinsertion lower the area; few leaves have nowhere to go") {
+  Random random(3);
+  for (const std::uint32_t count : {1u, 2u, 3u, 4u, 1000u}) {
+    RandomTree tree(random, count);
+    tree.set_parents();
+    const double before = tree.area();
+    Machine machine;
+    reinsert(machine.engine, tree.tree(), 64);
+    const double after = tree.area();
+    if (count < 4) {
+      CHECK(after <= before);
+    } else {
+      CHECK(after < before);
+    }
+    if (count == 1000) CHECK(after < 0.5 * before);
+  }
+}
+
+TEST_CASE("cut references: within their triangles' boxes, covering them, no more than asked for") {
+  Machine machine;
+  constexpr std::uint64_t kSeed = 4;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  for (const Mesh& mesh : {icosphere(3), soup(2000, 0.5, 1), needles(2000, 1e4, 2), torture(2000, 3), identical(100),
+                           oracle::placed(soup(500, 0.5, 5), 1e30), oracle::placed(soup(500, 0.5, 6), 1e-30)})
+    for (const double budget : {1.0, 1.01, 1.5, 8.0}) {
+      const std::vector<TriangleMesh> meshes{mesh.view()};
+      const PrimitiveSoup all(SceneInput{meshes, {}});
+      const GroupedPrimitives grouped = group_primitives(machine.engine, all, true);
+      auto whole = machine.engine.allocate<Reference>(grouped.count);
+      machine.engine.for_each(grouped.count, MakeReferenceStep{all, grouped.groups.span(), whole.span()});
+      std::vector<Box> boxes;
+      for (std::size_t i = 0; i < grouped.count; ++i) boxes.push_back(to_box(whole[i].box()));
+      const auto parts = presplit(machine.engine, all, grouped.groups.span(), std::move(whole), budget);
+      CAPTURE(mesh.triangles.size(), budget, grouped.count, parts.size());
+      REQUIRE(parts.size() >= grouped.count);
+      REQUIRE(static_cast<double>(parts.size()) <= budget * static_cast<double>(grouped.count));
+      std::vector<std::vector<Box>> of_group(grouped.count);
+      for (const Reference& part : parts.span()) {
+        const Box& outer = boxes[part.leaf];
+        const Box inner = to_box(part.box());
+        for (int axis = 0; axis < 3; ++axis) {
+          REQUIRE(outer.min[axis] <= inner.min[axis]);
+          REQUIRE(inner.min[axis] <= inner.max[axis]);
+          REQUIRE(inner.max[axis] <= outer.max[axis]);
+        }
+        of_group[part.leaf].push_back(inner);
+      }
+      for (std::size_t g = 0; g < grouped.count; ++g) {
+        const auto v = grouped.groups[g].vertices(all);
+        for (int i = 0; i < 20; ++i) {
+          // A point of the first triangle, or a corner.
+          double w[3] = {random.unit(), random.unit(), random.unit()};
+          if (i < 3) w[0] = i == 0, w[1] = i == 1, w[2] = i == 2;
+          const double sum = w[0] + w[1] + w[2];
+          const bool found = std::any_of(of_group[g].begin(), of_group[g].end(), [&](const Box& box) {
+            bool inside = true;
+            for (unsigned axis = 0; axis < 3; ++axis) {
+              const double x =
+                  (w[0] * double{v[0][axis]} + w[1] * double{v[1][axis]} + w[2] * double{v[2][axis]}) / sum;
+              const double slack = 1e-12 * std::abs(x);
+              inside = inside && x >= double{box.min[axis]} - slack && x <= double{box.max[axis]} + slack;
+            }
+            return inside;
+          });
+          REQUIRE(found);
+        }
+      }
+    }
+}
+
+TEST_CASE("cuts lower the cost of trees over long triangles, and more of them lower it further") {
+  const Mesh mesh = needles(20000, 1e3, 6);
+  double cost[3];
+  int i = 0;
+  for (const double budget : {1.0, 1.5, 4.0}) {
+    const auto bvh = build::build(std::vector{mesh.view()}, {.builder = Builder::kHq, .split_budget = budget});
+    REQUIRE(bvh.has_value());
+    cost[i++] = measure_tree(*open_buffer(bvh->buffer.bytes())).sah_cost;
+  }
+  CHECK(cost[1] < 0.95 * cost[0]);
+  CHECK(cost[2] < 0.95 * cost[1]);
+}
