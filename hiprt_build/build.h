@@ -31,8 +31,8 @@ enum class Builder {
   kEmbreeHigh,    ///< rtcBuildBVH, RTC_BUILD_QUALITY_HIGH (binned SAH with spatial splits).
 };
 
-/// @return the name used on command lines and in provenance: "sah", "lbvh", "lbvh30", "ploc", "hploc", "hq", "embree-low",
-/// "embree-medium", "embree-high".
+/// @return the name used on command lines and in provenance: "sah", "lbvh", "lbvh30", "ploc", "hploc", "hq",
+/// "embree-low", "embree-medium", "embree-high".
 HIPRT_BUILD_API const char* name(Builder builder);
 
 struct Progress {
@@ -55,8 +55,8 @@ struct BuildOptions {
   /// 0, or more than there are: all that the process may use (the machine's, or what tbb::global_control says). The
   /// result does not depend on it (kSah).
   unsigned threads = 0;
-  /// 1 to 16, kHq and kEmbreeHigh: references that there may be of one, on average. More are faster rays (kEmbreeHigh: up
-  /// to 5 % on a GPU with 3) and larger files.
+  /// 1 to 16, kHq and kEmbreeHigh: references that there may be of one, on average. More are faster rays (kEmbreeHigh:
+  /// up to 5 % on a GPU with 3) and larger files.
   double split_budget = 1.5;
   /// 0 to 1000, kHq: rounds of reinsertion, each of an eighth of the tree's nodes.
   unsigned reinsertion_rounds = 32;

@@ -9,21 +9,22 @@
 
 namespace hiprt::build {
 
-/// Sorts pairs by key, equal keys in the order in which they come.
+/// See radix_sort().
 class RadixSort {
  public:
   static constexpr unsigned kDigitBits = 8;
   static constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
   static constexpr std::size_t kChunk = 65536;
 
-  /// @param bits of the keys that may be set.
-  RadixSort(CpuEngine& engine, std::span<std::uint64_t> keys, std::span<std::uint32_t> values, unsigned bits)
+  RadixSort(CpuEngine& engine, std::span<std::uint64_t> keys, std::span<std::uint32_t> values)
       : engine_(engine),
         keys_(keys),
         values_(values),
         spare_keys_(engine.allocate<std::uint64_t>(keys.size())),
         spare_values_(engine.allocate<std::uint32_t>(keys.size())),
-        counts_((keys.size() + kChunk - 1) / kChunk) {
+        counts_((keys.size() + kChunk - 1) / kChunk) {}
+
+  void run(unsigned bits) {
     std::span<std::uint64_t> from_keys = keys_, to_keys = spare_keys_.span();
     std::span<std::uint32_t> from_values = values_, to_values = spare_values_.span();
     for (unsigned shift = 0; shift < bits; shift += kDigitBits) {
@@ -83,5 +84,13 @@ class RadixSort {
   ScratchArray<std::uint32_t> spare_values_;
   std::vector<std::array<std::size_t, kDigits>> counts_;
 };
+
+/// Sorts pairs by key, equal keys in the order in which they come.
+/// @param bits of the keys that may be set, from the lowest on.
+inline void radix_sort(CpuEngine& engine, std::span<std::uint64_t> keys, std::span<std::uint32_t> values,
+                       unsigned bits) {
+  RadixSort sort(engine, keys, values);
+  sort.run(bits);
+}
 
 }  // namespace hiprt::build

@@ -54,8 +54,10 @@ Sorted sort_by_code(CpuEngine& engine, ScratchArray<Reference> references, unsig
     codes[i] = grid.code(box_of(references[i]));
     order[i] = static_cast<std::uint32_t>(i);
   });
-  RadixSort(engine, codes.span(), order.span(), 3 * bits);
-  Sorted sorted{engine.allocate<Reference>(count), engine.allocate<std::uint8_t>(count)};
+  radix_sort(engine, codes.span(), order.span(), 3 * bits);
+  Sorted sorted;
+  sorted.references = engine.allocate<Reference>(count);
+  sorted.levels = engine.allocate<std::uint8_t>(count);
   engine.for_each(count, [&](std::size_t i) {
     sorted.references[i] = references[order[i]];
     if (i + 1 < count) sorted.levels[i] = boundary_level(codes[i], codes[i + 1], static_cast<std::uint32_t>(i));

@@ -185,9 +185,10 @@ class Presplitter {
     const SplitBounds parts = split_bounds(soup_, groups_[whole.leaf], box, plane.axis, plane.position);
     const float left = longest(parts.left), right = longest(parts.right);
     const float share = left + right > 0.0f ? left / (left + right) : 0.5f;
-    const std::uint32_t rest = cuts - 1, to_left = static_cast<std::uint32_t>(static_cast<float>(rest) * share + 0.5f);
-    cut(part(parts.left, whole.leaf), std::min(to_left, rest), emit);
-    cut(part(parts.right, whole.leaf), rest - std::min(to_left, rest), emit);
+    const std::uint32_t rest = cuts - 1;
+    const auto to_left = static_cast<std::uint32_t>(std::lround(static_cast<float>(rest) * share));
+    cut(part(parts.left, whole.leaf), to_left, emit);
+    cut(part(parts.right, whole.leaf), rest - to_left, emit);
   }
 
   static float longest(const Aabb& box) {

@@ -4,6 +4,7 @@
 #include <hiprt_build/exec/cpu.h>
 #include <tests/oracle/random.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace hiprt::build {
@@ -17,6 +18,10 @@ struct Machine {
 
 inline Box box_at(const Position& low, const Position& size) {
   return Box{{low[0], low[1], low[2]}, {low[0] + size[0], low[1] + size[1], low[2] + size[2]}};
+}
+
+inline bool same(const Box& a, const Box& b) {
+  return std::equal(a.min, a.min + 3, b.min) && std::equal(a.max, a.max + 3, b.max);
 }
 
 /// In [-1, 1]^3 or a little beyond, of very different sizes.
