@@ -25,13 +25,14 @@ enum class Builder {
   kLbvh30,        ///< The same of 30-bit codes: too coarse for small detail in a large scene.
   kPloc,          ///< Locally-ordered clustering in rounds (Meister and Bittner 2018).
   kHploc,         ///< Clustering on the way up the Morton hierarchy (Benthin et al. 2024).
+  kSbvh,          ///< kSah with spatial splits (Stich et al. 2009).
   kHq,            ///< References cut beforehand (Karras and Aila 2013), kHploc, reinsertion (Meister and Bittner 2018).
   kEmbreeLow,     ///< rtcBuildBVH, RTC_BUILD_QUALITY_LOW (Morton order).
   kEmbreeMedium,  ///< rtcBuildBVH, RTC_BUILD_QUALITY_MEDIUM (binned SAH).
   kEmbreeHigh,    ///< rtcBuildBVH, RTC_BUILD_QUALITY_HIGH (binned SAH with spatial splits).
 };
 
-/// @return the name used on command lines and in provenance: "sah", "lbvh", "lbvh30", "ploc", "hploc", "hq",
+/// @return the name used on command lines and in provenance: "sah", "lbvh", "lbvh30", "ploc", "hploc", "sbvh", "hq",
 /// "embree-low", "embree-medium", "embree-high".
 HIPRT_BUILD_API const char* name(Builder builder);
 
@@ -55,8 +56,8 @@ struct BuildOptions {
   /// 0, or more than there are: all that the process may use (the machine's, or what tbb::global_control says). The
   /// result does not depend on it (kSah).
   unsigned threads = 0;
-  /// 1 to 16, kHq and kEmbreeHigh: references that there may be of one, on average. More are faster rays (kEmbreeHigh:
-  /// up to 5 % on a GPU with 3) and larger files.
+  /// 1 to 16, kSbvh, kHq and kEmbreeHigh: references that there may be of one, on average. More are faster rays
+  /// (kEmbreeHigh: up to 5 % on a GPU with 3) and larger files.
   double split_budget = 1.5;
   /// 0 to 1000, kHq: rounds of reinsertion, each of an eighth of the tree's nodes.
   unsigned reinsertion_rounds = 32;

@@ -14,15 +14,16 @@ namespace hiprt::tools {
 
 template <class Value, std::size_t N> using Names = std::array<std::pair<std::string_view, Value>, N>;
 
-inline constexpr Names<build::Builder, 9> kBuilders{{{"sah", build::Builder::kSah},
-                                                     {"lbvh", build::Builder::kLbvh},
-                                                     {"lbvh30", build::Builder::kLbvh30},
-                                                     {"ploc", build::Builder::kPloc},
-                                                     {"hploc", build::Builder::kHploc},
-                                                     {"hq", build::Builder::kHq},
-                                                     {"embree-low", build::Builder::kEmbreeLow},
-                                                     {"embree-medium", build::Builder::kEmbreeMedium},
-                                                     {"embree-high", build::Builder::kEmbreeHigh}}};
+inline constexpr Names<build::Builder, 10> kBuilders{{{"sah", build::Builder::kSah},
+                                                      {"lbvh", build::Builder::kLbvh},
+                                                      {"lbvh30", build::Builder::kLbvh30},
+                                                      {"ploc", build::Builder::kPloc},
+                                                      {"hploc", build::Builder::kHploc},
+                                                      {"sbvh", build::Builder::kSbvh},
+                                                      {"hq", build::Builder::kHq},
+                                                      {"embree-low", build::Builder::kEmbreeLow},
+                                                      {"embree-medium", build::Builder::kEmbreeMedium},
+                                                      {"embree-high", build::Builder::kEmbreeHigh}}};
 inline constexpr Names<NodeLayout, 4> kLayouts{{{"float", NodeLayout::kFloat},
                                                 {"planes", NodeLayout::kPlanes},
                                                 {"half", NodeLayout::kHalf},

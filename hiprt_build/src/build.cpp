@@ -2,6 +2,7 @@
 #include <hiprt_build/builders/bottom_up.h>
 #include <hiprt_build/builders/embree.h>
 #include <hiprt_build/builders/sah.h>
+#include <hiprt_build/builders/sbvh.h>
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
@@ -149,6 +150,9 @@ Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const Primitiv
         references = presplit(engine, soup, grouped.groups.span(), std::move(references), options.split_budget);
       return build_bottom_up(engine, Builder::kHploc, std::move(references), options.ploc_radius,
                              options.reinsertion_rounds);
+    case Builder::kSbvh:
+      return build_sbvh(engine, soup, grouped.groups.span(), std::move(references),
+                        grouped.custom_count == 0 ? options.split_budget : 1.0);
     case Builder::kSah:
       return build_sah(engine, std::move(references));
     case Builder::kLbvh:
@@ -237,6 +241,8 @@ const char* name(Builder builder) {
       return "ploc";
     case Builder::kHploc:
       return "hploc";
+    case Builder::kSbvh:
+      return "sbvh";
     case Builder::kHq:
       return "hq";
     case Builder::kEmbreeLow:

@@ -81,8 +81,9 @@ class Flattener {
 
 BinaryTree flatten(CpuEngine& engine, const LinkedTreeView& linked) {
   BinaryTree tree;
-  tree.references = engine.allocate<Reference>(linked.leaves.size());
-  tree.nodes = engine.allocate<BinaryNode>(2 * linked.leaves.size() - 1);
+  const std::size_t count = (linked.root & kLinkedLeaf) != 0 ? 1 : linked.counts[linked.root];
+  tree.references = engine.allocate<Reference>(count);
+  tree.nodes = engine.allocate<BinaryNode>(2 * count - 1);
   Flattener(engine, linked, tree).write(linked.root, 0, 0, 0);
   return tree;
 }

@@ -1,16 +1,11 @@
 #include <hiprt_build/builders/sah.h>
-#include <hiprt_build/steps/sah_bins.h>
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
+#include <hiprt_build/steps/sah_reduce.h>
 
 #include <bit>
 
 namespace hiprt::build {
 namespace {
 
-/// Ranges above this are binned and partitioned by several threads, and their halves built at the same time.
-constexpr std::size_t kParallelSize = 65536;
 constexpr std::size_t kTaskSize = 2048;
 
 class SahBuilder {
@@ -53,49 +48,14 @@ class SahBuilder {
       return left == 0 ? half : begin + left;
     }
     const BinMapping mapping(bounds.centers, count);
-    const Split best = find_best_split(bin(begin, end, mapping), mapping);
+    const Split best = find_best_split(bin_references(engine_, range(begin, end), mapping), mapping);
     if (best.axis < 0) return half;
     return partition(begin, end, [&](const Reference& r) {
       return mapping(r.box())[static_cast<std::size_t>(best.axis)] < best.bin;
     });
   }
 
-  RangeBounds bounds_of(std::size_t begin, std::size_t end) {
-    const auto serial = [this](std::size_t from, std::size_t to, RangeBounds bounds) {
-      for (const Reference& reference : range(from, to)) bounds.add(reference);
-      return bounds;
-    };
-    if (end - begin < kParallelSize) return serial(begin, end, RangeBounds{});
-    return tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(begin, end, CpuEngine::kChunk), RangeBounds{},
-        [&](const tbb::blocked_range<std::size_t>& r, const RangeBounds& so_far) {
-          engine_.monitor().check();
-          return serial(r.begin(), r.end(), so_far);
-        },
-        [](RangeBounds a, const RangeBounds& b) {
-          a.add(b);
-          return a;
-        });
-  }
-
-  Bins bin(std::size_t begin, std::size_t end, const BinMapping& mapping) {
-    Bins bins;
-    if (end - begin < kParallelSize) {
-      bins.add(range(begin, end), mapping);
-      return bins;
-    }
-    return tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(begin, end, CpuEngine::kChunk), bins,
-        [&](const tbb::blocked_range<std::size_t>& r, Bins so_far) {
-          engine_.monitor().check();
-          so_far.add(range(r.begin(), r.end()), mapping);
-          return so_far;
-        },
-        [&](Bins a, const Bins& b) {
-          a.add(b, mapping.bins);
-          return a;
-        });
-  }
+  RangeBounds bounds_of(std::size_t begin, std::size_t end) { return bound_references(engine_, range(begin, end)); }
 
   template <class Predicate> std::size_t partition(std::size_t begin, std::size_t end, const Predicate& goes_left) {
     if (end - begin < kParallelSize) {

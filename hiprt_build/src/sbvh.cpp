@@ -1,0 +1,244 @@
+#include <hiprt_build/builders/sbvh.h>
+
+#include <hiprt_build/steps/flatten.h>
+#include <hiprt_build/steps/sah_reduce.h>
+#include <hiprt_build/steps/spatial_bins.h>
+
+#include <algorithm>
+#include <bit>
+#include <optional>
+
+namespace hiprt::build {
+namespace {
+
+constexpr std::size_t kTaskSize = 1024;
+/// Space is cut where the halves of the best split of references overlap by more than this part of the scene (Stich et
+/// al. 2009, section 4.2).
+constexpr float kLeastOverlap = 1e-5f;
+
+/// References [begin, end), and room for those that cuts will make of them up to limit.
+struct Range {
+  std::size_t begin, end, limit;
+
+  std::size_t size() const { return end - begin; }
+  std::size_t room() const { return limit - end; }
+};
+
+struct Halves {
+  Range left, right;
+};
+
+class SbvhBuilder {
+ public:
+  SbvhBuilder(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
+              std::span<Reference> references, std::span<Reference> spare, std::span<LinkedNode> nodes,
+              std::span<std::uint32_t> counts)
+      : engine_(engine),
+        soup_(soup),
+        groups_(groups),
+        references_(references),
+        spare_(spare),
+        nodes_(nodes),
+        counts_(counts) {}
+
+  LinkedRef build(std::size_t count) {
+    const Range all{0, count, references_.size()};
+    const RangeBounds bounds = bounds_of(all);
+    least_overlap_ = kLeastOverlap * half_area(bounds.box);
+    return build(all, bounds, 0);
+  }
+
+ private:
+  std::span<Reference> span_of(const Range& range) { return references_.subspan(range.begin, range.size()); }
+  RangeBounds bounds_of(const Range& range) { return bound_references(engine_, span_of(range)); }
+
+  /// A node is numbered by the place where its right half begins.
+  LinkedRef build(Range range, const RangeBounds& bounds, unsigned depth) {
+    join_parts(range);
+    if (range.size() == 1) {
+      engine_.monitor().add(1);
+      return static_cast<LinkedRef>(range.begin) | kLinkedLeaf;
+    }
+    const Halves halves = split(range, bounds, depth);
+    const auto node = static_cast<std::uint32_t>(halves.right.begin);
+    LinkedRef left = 0, right = 0;
+    const auto build_left = [&] { left = build(halves.left, bounds_of(halves.left), depth + 1); };
+    const auto build_right = [&] { right = build(halves.right, bounds_of(halves.right), depth + 1); };
+    if (range.size() < kTaskSize) {
+      build_left();
+      build_right();
+    } else {
+      engine_.invoke(build_left, build_right);
+    }
+    nodes_[node] = LinkedNode{to_box(bounds.box), {left, right}};
+    counts_[node] = count(left) + count(right);
+    return node;
+  }
+
+  std::uint32_t count(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 ? 1 : counts_[ref]; }
+
+  /// Two parts of one group need no node over them.
+  void join_parts(Range& range) {
+    if (range.size() != 2 || references_[range.begin].leaf != references_[range.begin + 1].leaf) return;
+    Aabb box = references_[range.begin].box();
+    box.add(references_[range.begin + 1].box());
+    references_[range.begin] = reference(box, references_[range.begin].leaf);
+    --range.end;
+  }
+
+  static Reference reference(const Aabb& box, std::uint32_t leaf) {
+    return Reference{{box.min[0], box.min[1], box.min[2]}, 0, {box.max[0], box.max[1], box.max[2]}, leaf};
+  }
+
+  /// Reorders, and cuts, the references of a range. Neither half is empty.
+  Halves split(const Range& range, const RangeBounds& bounds, unsigned depth) {
+    const std::size_t count = range.size();
+    if (depth + static_cast<unsigned>(std::bit_width(range.limit - range.begin)) >= kMaxDepth)
+      return place(range, count / 2);
+    if (count <= kSweepSize) return split_few(range, bounds);
+    const BinMapping mapping(bounds.centers, count);
+    const Bins bins = bin_references(engine_, span_of(range), mapping);
+    const Split best = find_best_split(bins, mapping);
+    const auto goes_left = [&](const Reference& r) {
+      return mapping(r.box())[static_cast<std::size_t>(best.axis)] < best.bin;
+    };
+    Aabb left, right;
+    for (int i = 0; i < mapping.bins && best.axis >= 0; ++i) (i < best.bin ? left : right).add(bins.box[best.axis][i]);
+    if (best.axis < 0) left = right = bounds.box;
+    if (const auto halves = cut_space(range, bounds.box, left, right, best.cost)) return *halves;
+    if (best.axis < 0) return place(range, count / 2);
+    const auto all = span_of(range);
+    return place(range, static_cast<std::size_t>(std::partition(all.begin(), all.end(), goes_left) - all.begin()));
+  }
+
+  Halves split_few(const Range& range, const RangeBounds& bounds) {
+    const auto all = span_of(range);
+    const std::size_t swept = sweep_split(all), left_count = swept == 0 ? all.size() / 2 : swept;
+    Aabb left, right;
+    for (std::size_t i = 0; i < all.size(); ++i) (i < left_count ? left : right).add(all[i].box());
+    const float cost = half_area(left) * static_cast<float>(left_count) +
+                       half_area(right) * static_cast<float>(all.size() - left_count);
+    if (const auto halves = cut_space(range, bounds.box, left, right, cost)) return *halves;
+    return place(range, left_count);
+  }
+
+  /// The first so many references are the left half; the right one moves behind the left one's share of the room.
+  Halves place(const Range& range, std::size_t left_count) {
+    const std::size_t right_count = range.size() - left_count;
+    const std::size_t share = share_of_room(range.room(), left_count, right_count);
+    const std::size_t left_end = range.begin + left_count, right_begin = left_end + share;
+    const auto data = references_.begin();
+    using Offset = std::ptrdiff_t;
+    std::move_backward(data + static_cast<Offset>(left_end), data + static_cast<Offset>(range.end),
+                       data + static_cast<Offset>(right_begin + right_count));
+    return Halves{{range.begin, left_end, right_begin}, {right_begin, right_begin + right_count, range.limit}};
+  }
+
+  static std::size_t share_of_room(std::size_t room, std::size_t left_count, std::size_t right_count) {
+    const double share = static_cast<double>(left_count) / static_cast<double>(left_count + right_count);
+    return std::min(room, static_cast<std::size_t>(static_cast<double>(room) * share));
+  }
+
+  /// Cuts space if the halves of the best split of references overlap, and that is cheaper.
+  /// @param left,right,cost of the split of references.
+  std::optional<Halves> cut_space(const Range& range, const Aabb& box, const Aabb& left, const Aabb& right,
+                                  float cost) {
+    if (range.room() == 0) return std::nullopt;
+    const Aabb overlap{max4(left.min, right.min), min4(left.max, right.max)};
+    if (overlap.empty() || !(half_area(overlap) > least_overlap_)) return std::nullopt;
+    const SlabPlanes planes(box);
+    const SpatialBins bins = reduce_references(
+        engine_, span_of(range), SpatialBins{},
+        [&](std::span<const Reference> part, SpatialBins so_far) {
+          for (const Reference& r : part) so_far.add(soup_, groups_[r.leaf], r, planes);
+          return so_far;
+        },
+        [](SpatialBins a, const SpatialBins& b) {
+          a.add(b);
+          return a;
+        });
+    SpatialSplit best = bins.best(planes, range.limit - range.begin);
+    if (!(best.cost < cost)) return std::nullopt;
+    return cut(range, best);
+  }
+
+  /// @return none if all references end up on one side.
+  std::optional<Halves> cut(const Range& range, SpatialSplit& split) {
+    std::size_t left_end = range.begin, right_begin = range.limit;
+    for (const Reference& r : span_of(range)) {
+      if (r.max[split.axis] <= split.plane) {
+        spare_[left_end++] = r;
+      } else if (r.min[split.axis] >= split.plane) {
+        spare_[--right_begin] = r;
+      } else {
+        const SplitBounds parts = parts_of(r, split);
+        if (!parts.left.empty()) spare_[left_end++] = reference(parts.left, r.leaf);
+        if (!parts.right.empty()) spare_[--right_begin] = reference(parts.right, r.leaf);
+      }
+    }
+    const std::size_t left_count = left_end - range.begin, right_count = range.limit - right_begin;
+    if (left_count == 0 || right_count == 0) return std::nullopt;
+    std::copy_n(&spare_[range.begin], left_count, &references_[range.begin]);
+    const std::size_t right_at = left_end + share_of_room(right_begin - left_end, left_count, right_count);
+    std::copy_n(&spare_[right_begin], right_count, &references_[right_at]);
+    return Halves{{range.begin, left_end, right_at}, {right_at, right_at + right_count, range.limit}};
+  }
+
+  /// Both parts of a reference that crosses the plane, or all of it on one side where that is cheaper ("reference
+  /// unsplitting", section 4.4); the other side is empty then, and the split counts one reference less there.
+  SplitBounds parts_of(const Reference& r, SpatialSplit& split) const {
+    const Aabb whole = r.box();
+    Aabb larger_left = split.left, larger_right = split.right;
+    larger_left.add(whole);
+    larger_right.add(whole);
+    const auto cost = [](const Aabb& left, std::uint32_t left_count, const Aabb& right, std::uint32_t right_count) {
+      return half_area(left) * static_cast<float>(left_count) + half_area(right) * static_cast<float>(right_count);
+    };
+    const float both = cost(split.left, split.left_count, split.right, split.right_count);
+    const float only_left = cost(larger_left, split.left_count, split.right, split.right_count - 1);
+    const float only_right = cost(split.left, split.left_count - 1, larger_right, split.right_count);
+    if (only_left < both && only_left <= only_right) {
+      split.left = larger_left;
+      --split.right_count;
+      return SplitBounds{whole, Aabb{}};
+    }
+    if (only_right < both) {
+      split.right = larger_right;
+      --split.left_count;
+      return SplitBounds{Aabb{}, whole};
+    }
+    return split_bounds(soup_, groups_[r.leaf], whole, split.axis, split.plane);
+  }
+
+  CpuEngine& engine_;
+  const PrimitiveSoup& soup_;
+  std::span<const PrimitiveGroup> groups_;
+  std::span<Reference> references_, spare_;
+  std::span<LinkedNode> nodes_;
+  std::span<std::uint32_t> counts_;
+  float least_overlap_ = 0.0f;
+};
+
+}  // namespace
+
+BinaryTree build_sbvh(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
+                      ScratchArray<Reference> references, double split_budget) {
+  const std::size_t count = references.size();
+  if (count == 0) return BinaryTree{};
+  engine.monitor().start("split", 0.7, static_cast<std::uint64_t>(static_cast<double>(count) * split_budget));
+  const auto room = std::max(count, static_cast<std::size_t>(static_cast<double>(count) * split_budget));
+  auto larger = engine.allocate<Reference>(room);
+  std::copy_n(references.data(), count, larger.data());
+  references.release();
+  auto nodes = engine.allocate<LinkedNode>(room);
+  auto counts = engine.allocate<std::uint32_t>(room);
+  LinkedRef root = 0;
+  {
+    auto spare = engine.allocate<Reference>(room);
+    root = SbvhBuilder(engine, soup, groups, larger.span(), spare.span(), nodes.span(), counts.span()).build(count);
+  }
+  engine.monitor().start("order", 0.75, count);
+  return flatten(engine, {larger.span(), nodes.span(), counts.span(), root});
+}
+
+}  // namespace hiprt::build
