@@ -13,6 +13,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -59,8 +60,8 @@ struct BuildOptions {
   /// 1 to 16, kSbvh, kHq and kEmbreeHigh: references that there may be of one, on average. More are faster rays
   /// (kEmbreeHigh: up to 5 % on a GPU with 3) and larger files.
   double split_budget = 1.5;
-  /// 0 to 1000, kHq: rounds of reinsertion, each of an eighth of the tree's nodes.
-  unsigned reinsertion_rounds = 32;
+  /// 0 to 1000: rounds of reinsertion, each of an eighth of the tree's nodes. Unset: 32 for kHq, none for the others.
+  std::optional<unsigned> reinsertion_rounds{};
   /// 1 to 128, kPloc: places along the Morton curve to either side in which a cluster looks for its nearest.
   unsigned ploc_radius = 8;
   unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles, or custom primitives, in the run of leaves below one child.

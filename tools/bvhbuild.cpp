@@ -13,6 +13,7 @@
 
 #include <chrono>
 #include <iostream>
+#include <optional>
 #include <system_error>
 
 #include <sys/resource.h>
@@ -37,7 +38,8 @@ struct Options {
   std::vector<std::string> inputs;
   std::string output;
   std::string builder = "sah", nodes = "auto", target = "cpu";
-  unsigned ploc_radius = build::BuildOptions{}.ploc_radius, rounds = build::BuildOptions{}.reinsertion_rounds;
+  unsigned ploc_radius = build::BuildOptions{}.ploc_radius;
+  std::optional<unsigned> rounds;
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
   double split_budget = build::BuildOptions{}.split_budget;
   bool no_pairs = false, stats = false;
@@ -73,11 +75,12 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(1.0, 16.0))
       ->type_name("X")
       ->capture_default_str();
-  app.add_option("--reinsertion-rounds", options.rounds,
-                 "How often hq looks for better places of an eighth of the tree's nodes, 0 to 1000")
+  app.add_option(
+         "--reinsertion-rounds", options.rounds,
+         "How often to look for better places for an eighth of the tree's nodes, 0 to 1000 (default: 32 for hq, "
+         "0 for others)")
       ->check(CLI::Range(0u, 1000u))
-      ->type_name("N")
-      ->capture_default_str();
+      ->type_name("N");
   app.add_option("--ploc-radius", options.ploc_radius, "How far ploc looks for the nearest cluster, 1 to 128")
       ->check(CLI::Range(1u, 128u))
       ->type_name("N")

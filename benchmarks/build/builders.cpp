@@ -15,9 +15,10 @@
 namespace hiprt::bench {
 namespace {
 
-constexpr std::array kBuilders{build::Builder::kSah,       build::Builder::kLbvh,         build::Builder::kLbvh30,
-                               build::Builder::kPloc,      build::Builder::kHploc,        build::Builder::kHq,
-                               build::Builder::kEmbreeLow, build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh};
+constexpr std::array kBuilders{build::Builder::kSah,       build::Builder::kLbvh,      build::Builder::kLbvh30,
+                               build::Builder::kPloc,      build::Builder::kHploc,     build::Builder::kSbvh,
+                               build::Builder::kHq,        build::Builder::kEmbreeLow, build::Builder::kEmbreeMedium,
+                               build::Builder::kEmbreeHigh};
 
 struct EmbreeKind {
   const char* name;

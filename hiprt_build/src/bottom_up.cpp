@@ -1,6 +1,5 @@
 #include <hiprt_build/builders/bottom_up.h>
 
-#include <hiprt_build/builders/reinsertion.h>
 #include <hiprt_build/exec/group.h>
 #include <hiprt_build/exec/radix_sort.h>
 #include <hiprt_build/steps/flatten.h>
@@ -15,12 +14,6 @@
 namespace hiprt::build {
 namespace {
 
-Box box_of(const Reference& r) { return Box{{r.min[0], r.min[1], r.min[2]}, {r.max[0], r.max[1], r.max[2]}}; }
-
-struct ReferenceLeaves {
-  const Reference* references;
-  Box box(std::uint32_t leaf) const { return box_of(references[leaf]); }
-};
 using Tree = LinkedTree<ReferenceLeaves>;
 
 /// The box of all centres.
@@ -28,7 +21,7 @@ Box bound_centers(CpuEngine& engine, std::span<const Reference> references) {
   const auto add = [&](const tbb::blocked_range<std::size_t>& range, Box bounds) {
     engine.monitor().check();
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const Box box = box_of(references[i]);
+      const Box box = references[i].as_box();
       Box center;
       for (unsigned axis = 0; axis < 3; ++axis) center.min[axis] = center.max[axis] = split_position(box, axis);
       grow(bounds, center);
@@ -51,7 +44,7 @@ Sorted sort_by_code(CpuEngine& engine, ScratchArray<Reference> references, unsig
   auto order = engine.allocate<std::uint32_t>(count);
   const MortonGrid grid = MortonGrid::over(bound_centers(engine, references.span()), bits);
   engine.for_each(count, [&](std::size_t i) {
-    codes[i] = grid.code(box_of(references[i]));
+    codes[i] = grid.code(references[i].as_box());
     order[i] = static_cast<std::uint32_t>(i);
   });
   radix_sort(engine, codes.span(), order.span(), 3 * bits);
@@ -130,14 +123,14 @@ void emit_ploc(CpuEngine& engine, const Tree& tree, std::size_t count, unsigned 
 
 }  // namespace
 
-BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references, unsigned ploc_radius,
-                           unsigned rounds) {
+BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references,
+                           unsigned ploc_radius) {
   const std::size_t count = references.size();
   if (count == 0) return BinaryTree{};
-  engine.monitor().start("sort", 0.45, 2 * count);
+  engine.monitor().start("sort", 0.5, 2 * count);
   const Sorted sorted =
       sort_by_code(engine, std::move(references), builder == Builder::kLbvh30 ? kMortonBits30 : kMortonBits63);
-  engine.monitor().start("join", rounds > 0 ? 0.5 : 0.7, count);
+  engine.monitor().start("join", 0.6, count);
   auto nodes = engine.allocate<LinkedNode>(count);
   auto counts = engine.allocate<std::uint32_t>(count);
   LinkedRef root = kLinkedLeaf;
@@ -148,12 +141,7 @@ BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Refe
     emit_ploc(engine, tree, count, ploc_radius);
   else
     emit_lbvh(engine, tree, sorted);
-  if (rounds > 0) {
-    engine.monitor().start("reinsert", 0.72, count * 9 * rounds);
-    auto parents = engine.allocate<std::uint32_t>(2 * count);
-    reinsert(engine, ParentedTree<ReferenceLeaves>{tree, static_cast<std::uint32_t>(count), parents.data()}, rounds);
-  }
-  engine.monitor().start("order", 0.75, count);
+  engine.monitor().start("order", 0.65, count);
   return flatten(engine, {sorted.references.span(), nodes.span(), counts.span(), root});
 }
 

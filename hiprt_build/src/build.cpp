@@ -1,6 +1,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/builders/bottom_up.h>
 #include <hiprt_build/builders/embree.h>
+#include <hiprt_build/builders/optimize.h>
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/builders/sbvh.h>
 #include <hiprt_build/exec/cpu.h>
@@ -26,6 +27,8 @@ constexpr std::uint64_t kMaxMeshTriangles = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMaxMeshVertices = std::uint64_t{1} << 31;
 /// References are numbered with 31 bits: a leaf's primitives in the primitive map with 32.
 constexpr std::uint64_t kMaxPrimitives = std::uint64_t{1} << 31;
+/// 64 lower SAH costs by another 0.4 %, 256 no further.
+constexpr unsigned kHqRounds = 32;
 constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
 
 Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
@@ -38,9 +41,9 @@ Result<void> check_options(const BuildOptions& options) {
     return tl::unexpected(invalid("split_budget is " + std::to_string(options.split_budget) + ", allowed are 1 to 16"));
   if (options.ploc_radius < 1 || options.ploc_radius > 128)
     return tl::unexpected(invalid("ploc_radius is " + std::to_string(options.ploc_radius) + ", allowed are 1 to 128"));
-  if (options.reinsertion_rounds > 1000)
+  if (options.reinsertion_rounds.value_or(0) > 1000)
     return tl::unexpected(
-        invalid("reinsertion_rounds is " + std::to_string(options.reinsertion_rounds) + ", allowed are 0 to 1000"));
+        invalid("reinsertion_rounds is " + std::to_string(*options.reinsertion_rounds) + ", allowed are 0 to 1000"));
   if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f) || !(options.costs.custom > 0.0f))
     return tl::unexpected(invalid("SAH costs must be positive"));
   if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
@@ -148,8 +151,7 @@ Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const Primitiv
     case Builder::kHq:
       if (grouped.custom_count == 0)
         references = presplit(engine, soup, grouped.groups.span(), std::move(references), options.split_budget);
-      return build_bottom_up(engine, Builder::kHploc, std::move(references), options.ploc_radius,
-                             options.reinsertion_rounds);
+      return build_bottom_up(engine, Builder::kHploc, std::move(references), options.ploc_radius);
     case Builder::kSbvh:
       return build_sbvh(engine, soup, grouped.groups.span(), std::move(references),
                         grouped.custom_count == 0 ? options.split_budget : 1.0);
@@ -207,6 +209,8 @@ Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& 
   statistics.pair_seconds = watch.lap();
   Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped, options);
   if (!tree) return tl::unexpected(tree.error());
+  const unsigned rounds = options.reinsertion_rounds.value_or(statistics.builder == Builder::kHq ? kHqRounds : 0);
+  tree = optimize(engine, std::move(*tree), rounds);
   statistics.tree_seconds = watch.lap();
   const WideTree wide(engine, *tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);
   statistics.leaves = tree->references.size();

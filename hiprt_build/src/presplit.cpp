@@ -187,18 +187,14 @@ class Presplitter {
     const float share = left + right > 0.0f ? left / (left + right) : 0.5f;
     const std::uint32_t rest = cuts - 1;
     const auto to_left = static_cast<std::uint32_t>(std::lround(static_cast<float>(rest) * share));
-    cut(part(parts.left, whole.leaf), to_left, emit);
-    cut(part(parts.right, whole.leaf), rest - to_left, emit);
+    cut(make_reference(parts.left, whole.leaf), to_left, emit);
+    cut(make_reference(parts.right, whole.leaf), rest - to_left, emit);
   }
 
   static float longest(const Aabb& box) {
     const Float4 extent = box.max - box.min;
     return std::max({extent[0], extent[1], extent[2]});
   }
-  static Reference part(const Aabb& box, std::uint32_t leaf) {
-    return Reference{{box.min[0], box.min[1], box.min[2]}, 0, {box.max[0], box.max[1], box.max[2]}, leaf};
-  }
-
   CpuEngine& engine_;
   const PrimitiveSoup& soup_;
   std::span<const PrimitiveGroup> groups_;

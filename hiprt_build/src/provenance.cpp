@@ -50,7 +50,6 @@ std::string make_provenance(const SceneInput& scene, const BuildOptions& options
                            {"max_leaf_triangles", options.max_leaf_triangles},
                            {"split_budget", options.split_budget},
                            {"ploc_radius", options.ploc_radius},
-                           {"reinsertion_rounds", options.reinsertion_rounds},
                            {"pair_triangles", options.pair_triangles},
                            {"cost_box_node", options.costs.box_node},
                            {"cost_leaf", options.costs.leaf},

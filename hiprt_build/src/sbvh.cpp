@@ -82,12 +82,8 @@ class SbvhBuilder {
     if (range.size() != 2 || references_[range.begin].leaf != references_[range.begin + 1].leaf) return;
     Aabb box = references_[range.begin].box();
     box.add(references_[range.begin + 1].box());
-    references_[range.begin] = reference(box, references_[range.begin].leaf);
+    references_[range.begin] = make_reference(box, references_[range.begin].leaf);
     --range.end;
-  }
-
-  static Reference reference(const Aabb& box, std::uint32_t leaf) {
-    return Reference{{box.min[0], box.min[1], box.min[2]}, 0, {box.max[0], box.max[1], box.max[2]}, leaf};
   }
 
   /// Reorders, and cuts, the references of a range. Neither half is empty.
@@ -172,8 +168,8 @@ class SbvhBuilder {
         spare_[--right_begin] = r;
       } else {
         const SplitBounds parts = parts_of(r, split);
-        if (!parts.left.empty()) spare_[left_end++] = reference(parts.left, r.leaf);
-        if (!parts.right.empty()) spare_[--right_begin] = reference(parts.right, r.leaf);
+        if (!parts.left.empty()) spare_[left_end++] = make_reference(parts.left, r.leaf);
+        if (!parts.right.empty()) spare_[--right_begin] = make_reference(parts.right, r.leaf);
       }
     }
     const std::size_t left_count = left_end - range.begin, right_count = range.limit - right_begin;
@@ -225,7 +221,7 @@ BinaryTree build_sbvh(CpuEngine& engine, const PrimitiveSoup& soup, std::span<co
                       ScratchArray<Reference> references, double split_budget) {
   const std::size_t count = references.size();
   if (count == 0) return BinaryTree{};
-  engine.monitor().start("split", 0.7, static_cast<std::uint64_t>(static_cast<double>(count) * split_budget));
+  engine.monitor().start("split", 0.6, static_cast<std::uint64_t>(static_cast<double>(count) * split_budget));
   const auto room = std::max(count, static_cast<std::size_t>(static_cast<double>(count) * split_budget));
   auto larger = engine.allocate<Reference>(room);
   std::copy_n(references.data(), count, larger.data());
@@ -237,7 +233,7 @@ BinaryTree build_sbvh(CpuEngine& engine, const PrimitiveSoup& soup, std::span<co
     auto spare = engine.allocate<Reference>(room);
     root = SbvhBuilder(engine, soup, groups, larger.span(), spare.span(), nodes.span(), counts.span()).build(count);
   }
-  engine.monitor().start("order", 0.75, count);
+  engine.monitor().start("order", 0.65, count);
   return flatten(engine, {larger.span(), nodes.span(), counts.span(), root});
 }
 

@@ -16,8 +16,19 @@ struct alignas(32) Reference {
   std::uint32_t leaf;  ///< Index of the PrimitiveGroup.
 
   Aabb box() const { return Aabb{load4(min), load4(max)}; }
+  Box as_box() const { return Box{{min[0], min[1], min[2]}, {max[0], max[1], max[2]}}; }
 };
 static_assert(sizeof(Reference) == 32);
+
+inline Reference make_reference(const Aabb& box, std::uint32_t leaf) {
+  return Reference{{box.min[0], box.min[1], box.min[2]}, 0, {box.max[0], box.max[1], box.max[2]}, leaf};
+}
+
+/// Leaves of a linked tree.
+struct ReferenceLeaves {
+  const Reference* references;
+  Box box(std::uint32_t leaf) const { return references[leaf].as_box(); }
+};
 
 /// A node over the references [first, first + count). Leaf iff count == 1.
 /// In depth-first order with room: the left child of node i is i + 1, the right one i + 2 * (count of the left), so a

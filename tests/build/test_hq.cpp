@@ -24,6 +24,12 @@ struct BoxLeaves {
 };
 using Tree = ParentedTree<BoxLeaves>;
 
+double cost_of(const Mesh& mesh, const BuildOptions& options) {
+  const auto bvh = build::build(std::vector{mesh.view()}, options);
+  REQUIRE(bvh.has_value());
+  return measure_tree(*open_buffer(bvh->buffer.bytes())).sah_cost;
+}
+
 /// A tree of random shape over random boxes.
 struct RandomTree {
   RandomTree(Random& random, std::uint32_t count) : nodes(count), counts(count), parents(2 * count), met(count) {
@@ -261,11 +267,23 @@ TEST_CASE("cuts lower the cost of trees over long triangles, and more of them lo
   const Mesh mesh = needles(20000, 1e3, 6);
   double cost[3];
   int i = 0;
-  for (const double budget : {1.0, 1.5, 4.0}) {
-    const auto bvh = build::build(std::vector{mesh.view()}, {.builder = Builder::kHq, .split_budget = budget});
-    REQUIRE(bvh.has_value());
-    cost[i++] = measure_tree(*open_buffer(bvh->buffer.bytes())).sah_cost;
-  }
+  for (const double budget : {1.0, 1.5, 4.0})
+    cost[i++] = cost_of(mesh, {.builder = Builder::kHq, .split_budget = budget});
   CHECK(cost[1] < 0.95 * cost[0]);
   CHECK(cost[2] < 0.95 * cost[1]);
+}
+
+TEST_CASE("costs beside Embree's high quality: sbvh with a few rounds of reinsertion, and hq") {
+  std::printf("%-12s %8s %8s %8s %8s\n", "mesh", "sbvh", "sbvh+8", "hq", "high");
+  for (const auto& [name, mesh] :
+       {std::pair("icosphere", icosphere(6)), std::pair("star", star(6, 2)), std::pair("soup", soup(50000, 0.05, 4)),
+        std::pair("large soup", soup(20000, 0.5, 5)), std::pair("needles", needles(20000, 1e3, 6))}) {
+    const double sbvh = cost_of(mesh, {.builder = Builder::kSbvh});
+    const double moved = cost_of(mesh, {.builder = Builder::kSbvh, .reinsertion_rounds = 8});
+    const double hq = cost_of(mesh, {.builder = Builder::kHq}), high = cost_of(mesh, {.builder = Builder::kEmbreeHigh});
+    std::printf("%-12s %8.2f %8.2f %8.2f %8.2f\n", name, sbvh, moved, hq, high);
+    CHECK(moved <= 1.001 * sbvh);
+    CHECK(moved <= 1.05 * high);
+    CHECK(hq <= 1.05 * high);
+  }
 }

@@ -28,12 +28,13 @@ Built built(const Mesh& mesh, build::Builder builder) {
 
 TEST_CASE("the split budget: 1 splits nothing, more allows more references and a lower cost") {
   const Mesh mesh = soup(20000, 0.5, 5);
+  const build::Builder builder = GENERATE(build::Builder::kSbvh, build::Builder::kEmbreeHigh);
+  CAPTURE(build::name(builder));
   std::uint64_t leaves[3];
   double cost[3];
   int i = 0;
   for (const double budget : {1.0, 1.5, 3.0}) {
-    const auto bvh =
-        build::build(std::vector{mesh.view()}, {.builder = build::Builder::kEmbreeHigh, .split_budget = budget});
+    const auto bvh = build::build(std::vector{mesh.view()}, {.builder = builder, .split_budget = budget});
     REQUIRE(bvh.has_value());
     const auto view = open_buffer(bvh->buffer.bytes());
     REQUIRE(view.has_value());

@@ -127,8 +127,8 @@ TEST_CASE("more nodes and leaves than a 32-bit reference addresses are refused w
 TEST_CASE("progress rises to the end; a build stops where it is told to, whichever step it is in") {
   const Mesh mesh = icosphere(6);
   for (const build::Builder builder :
-       {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kPloc, build::Builder::kHploc, build::Builder::kHq,
-        build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh}) {
+       {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kPloc, build::Builder::kHploc,
+        build::Builder::kSbvh, build::Builder::kHq, build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh}) {
     CAPTURE(build::name(builder));
     double last = 0;
     unsigned calls = 0;

@@ -69,8 +69,9 @@ TEST_CASE("our builders' files do not depend on the number of threads", "[determ
       }
     };
     check({.nodes = NodeLayout::kFloat});
-    for (const build::Builder builder : {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kLbvh30,
-                                         build::Builder::kPloc, build::Builder::kHploc, build::Builder::kHq})
+    for (const build::Builder builder :
+         {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kLbvh30, build::Builder::kPloc,
+          build::Builder::kHploc, build::Builder::kSbvh, build::Builder::kHq})
       check({.builder = builder});
   }
 }
