@@ -20,7 +20,9 @@ using build::SceneInput;
 namespace {
 
 constexpr NodeLayout kLayouts[] = {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized};
-constexpr Builder kBuilders[] = {Builder::kSah, Builder::kEmbreeLow, Builder::kEmbreeMedium, Builder::kEmbreeHigh};
+constexpr Builder kBuilders[] = {Builder::kSah,       Builder::kLbvh,         Builder::kPloc,
+                                 Builder::kHploc,     Builder::kSbvh,         Builder::kHq,
+                                 Builder::kEmbreeLow, Builder::kEmbreeMedium, Builder::kEmbreeHigh};
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::uint64_t kSeed = 31;
 
