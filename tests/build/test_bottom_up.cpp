@@ -112,12 +112,6 @@ void run_hploc(Forest& forest, const std::vector<std::uint64_t>& codes, const st
   }
 }
 
-unsigned depth(const Forest& forest, LinkedRef ref) {
-  if ((ref & kLinkedLeaf) != 0) return 0;
-  const LinkedNode& node = forest.nodes[ref];
-  return 1 + std::max(depth(forest, node.child[0]), depth(forest, node.child[1]));
-}
-
 BinaryTree built(Machine& machine, Builder builder, const std::vector<Box>& boxes, unsigned radius = 8) {
   auto references = machine.engine.allocate<Reference>(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i)
