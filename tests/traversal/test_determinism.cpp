@@ -62,7 +62,7 @@ TEST_CASE("our builders' files do not depend on the number of threads", "[determ
       CAPTURE(build::name(options.builder));
       options.threads = 1;
       const std::string one = bytes_of(meshes, options);
-      for (const unsigned threads : {1u, 2u, 3u, 8u, 0u}) {
+      for (const unsigned threads : {2u, 8u}) {
         CAPTURE(threads);
         options.threads = threads;
         REQUIRE((bytes_of(meshes, options) == one));
