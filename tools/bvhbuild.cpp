@@ -48,9 +48,10 @@ struct Options {
 void add_options(CLI::App& app, Options& options) {
   app.add_option("INPUT", options.inputs, "Mesh files, one geometry each")->required()->type_name("FILE");
   app.add_option("-o,--output", options.output, "The BVH file to write")->required()->type_name("FILE");
-  app.add_option("--builder", options.builder,
-                 "How the tree is built, from the fastest to the fastest to trace: lbvh, hploc, sah, hq; for "
-                 "comparison lbvh30 and ploc, and Embree's")
+  app.add_option(
+         "--builder", options.builder,
+         "How the tree is built: lbvh is built fastest, hq has the lowest SAH cost; lbvh30 and ploc are there to "
+         "compare with, embree-* are Embree's")
       ->check(CLI::IsMember(words(kBuilders)))
       ->type_name("NAME")
       ->capture_default_str();

@@ -27,7 +27,7 @@ constexpr std::uint64_t kMaxMeshTriangles = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMaxMeshVertices = std::uint64_t{1} << 31;
 /// References are numbered with 31 bits: a leaf's primitives in the primitive map with 32.
 constexpr std::uint64_t kMaxPrimitives = std::uint64_t{1} << 31;
-/// 64 lower SAH costs by another 0.4 %, 256 no further.
+/// 64 lower the SAH cost of sponza by another 0.4 %, 256 no further (decision 0011).
 constexpr unsigned kHqRounds = 32;
 constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
 

@@ -22,7 +22,6 @@ BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds) {
   auto counts = engine.allocate<std::uint32_t>(count);
   auto parents = engine.allocate<std::uint32_t>(2 * count);
   LinkedRef root = linked_ref(tree, 0);
-  // In depth-first order with room not every number is a node's.
   engine.for_each(tree.nodes.size(), [&](std::size_t i) {
     const auto node = static_cast<std::uint32_t>(i);
     if (tree.nodes[node].count == 1) return;

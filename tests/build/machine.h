@@ -16,6 +16,12 @@ struct Machine {
   CpuEngine engine{monitor, ledger};
 };
 
+/// Leaves of a linked tree.
+struct BoxLeaves {
+  const Box* boxes;
+  Box box(std::uint32_t leaf) const { return boxes[leaf]; }
+};
+
 inline Box box_at(const Position& low, const Position& size) {
   return Box{{low[0], low[1], low[2]}, {low[0] + size[0], low[1] + size[1], low[2] + size[2]}};
 }

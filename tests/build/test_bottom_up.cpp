@@ -21,11 +21,6 @@ using namespace hiprt::build;
 
 namespace {
 
-struct BoxLeaves {
-  const Box* boxes;
-  Box box(std::uint32_t leaf) const { return boxes[leaf]; }
-};
-
 /// A tree that a test has the boxes of.
 struct Forest {
   explicit Forest(std::vector<Box> leaf_boxes)

@@ -18,10 +18,6 @@ using namespace hiprt::build;
 
 namespace {
 
-struct BoxLeaves {
-  const Box* boxes;
-  Box box(std::uint32_t leaf) const { return boxes[leaf]; }
-};
 using Tree = ParentedTree<BoxLeaves>;
 
 double cost_of(const Mesh& mesh, const BuildOptions& options) {
