@@ -7,30 +7,12 @@
 #include <hiprt_build/steps/lbvh.h>
 #include <hiprt_build/steps/morton.h>
 #include <hiprt_build/steps/ploc.h>
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
+#include <hiprt_build/steps/sah_reduce.h>
 
 namespace hiprt::build {
 namespace {
 
 using Tree = LinkedTree<ReferenceLeaves>;
-
-/// The box of all centres.
-Box bound_centers(CpuEngine& engine, std::span<const Reference> references) {
-  const auto add = [&](const tbb::blocked_range<std::size_t>& range, Box bounds) {
-    engine.monitor().check();
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const Box box = references[i].as_box();
-      Box center;
-      for (unsigned axis = 0; axis < 3; ++axis) center.min[axis] = center.max[axis] = split_position(box, axis);
-      grow(bounds, center);
-    }
-    return bounds;
-  };
-  return tbb::parallel_reduce(tbb::blocked_range<std::size_t>(0, references.size(), CpuEngine::kChunk), empty_box(),
-                              add, [](const Box& a, const Box& b) { return unite(a, b); });
-}
 
 /// References in the order of their Morton codes, and the levels of the boundaries between them.
 struct Sorted {
@@ -42,7 +24,7 @@ Sorted sort_by_code(CpuEngine& engine, ScratchArray<Reference> references, unsig
   const std::size_t count = references.size();
   auto codes = engine.allocate<std::uint64_t>(count);
   auto order = engine.allocate<std::uint32_t>(count);
-  const MortonGrid grid = MortonGrid::over(bound_centers(engine, references.span()), bits);
+  const MortonGrid grid = MortonGrid::over(to_box(bound_references(engine, references.span()).centers), bits);
   engine.for_each(count, [&](std::size_t i) {
     codes[i] = grid.code(references[i].as_box());
     order[i] = static_cast<std::uint32_t>(i);

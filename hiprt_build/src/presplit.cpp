@@ -1,6 +1,7 @@
 #include <hiprt_build/steps/presplit.h>
 
 #include <hiprt_build/steps/clip.h>
+#include <hiprt_build/steps/sah_reduce.h>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -100,7 +101,7 @@ class Presplitter {
         soup_(soup),
         groups_(groups),
         references_(references),
-        grid_(bounds()),
+        grid_(bound_references(engine, references).box),
         weight_(engine.allocate<float>(references.size())) {
     engine.for_each(references.size(), [this](std::size_t i) { weight_[i] = weight(references_[i]); });
   }
@@ -123,19 +124,6 @@ class Presplitter {
   }
 
  private:
-  Aabb bounds() const {
-    return tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, references_.size(), CpuEngine::kChunk), Aabb{},
-        [this](const tbb::blocked_range<std::size_t>& range, Aabb box) {
-          for (std::size_t i = range.begin(); i < range.end(); ++i) box.add(references_[i].box());
-          return box;
-        },
-        [](Aabb a, const Aabb& b) {
-          a.add(b);
-          return a;
-        });
-  }
-
   /// In proportion to the cuts that a reference should have.
   float weight(const Reference& reference) const {
     const Aabb box = reference.box();
