@@ -15,6 +15,11 @@ shift 2
 lines=15
 noise='^In file included from|^ +from |^compilation terminated'
 
+# first_lines MESSAGES. awk reads to the end: a reader that stops early kills its writer, which pipefail reports.
+first_lines() {
+  awk -v noise="$noise" -v lines="$lines" '$0 !~ noise && ++n <= lines' <<<"$1"
+}
+
 if [[ $compiler == nvcc && -z $(command -v nvcc) && -x /usr/local/cuda/bin/nvcc ]]; then PATH=$PATH:/usr/local/cuda/bin; fi
 if ! command -v "$compiler" >/dev/null; then
   echo "SKIPPED: $compiler not found"
@@ -48,7 +53,7 @@ for source in "$@"; do
   if messages=$("${command[@]}" -DHIPRT_FAULT=1 "$source" 2>&1); then
     echo "FAILED: $name compiles with its fault"
     faults=$((faults + 1))
-  elif ! grep -Ev "$noise" <<<"$messages" | head -n "$lines" | grep -Eq -- "$expected"; then
+  elif ! grep -Eq -- "$expected" <<<"$(first_lines "$messages")"; then
     printf 'FAILED: %s: no "%s" in the first %s lines:\n%s\n' "$name" "$expected" "$lines" "$messages"
     faults=$((faults + 1))
   fi

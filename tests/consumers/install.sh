@@ -18,7 +18,7 @@ for tool in bvhbuild bvhinfo bvhtrace bvhrender; do expect "bin/$tool"; done
 expect 'include/hiprt_device/hiprt_device.h'
 expect 'include/hiprt_device/format/node.h'
 expect 'include/hiprt_build/build.h'
-if ! find . -name hiprtConfigVersion.cmake | grep -q .; then
+if [[ -z $(find . -name hiprtConfigVersion.cmake) ]]; then
   echo "not installed: hiprtConfigVersion.cmake"
   status=1
 fi

@@ -33,7 +33,7 @@ check_object() {
       fault "$(basename "$object"): $type $(c++filt "$name"): visible outside the object without $isa or a tag in its name"
     fi
   done < <(nm --defined-only --extern-only "$object" | awk '$2 ~ /^[TWi]$/ { print $2, $3 }')
-  if nm "$object" | grep -q ' t _GLOBAL__sub_I_'; then
+  if grep -q ' t _GLOBAL__sub_I_' <<<"$(nm "$object")"; then
     fault "$(basename "$object"): constructs globals (includes <iostream>?) before the CPU is known"
   fi
 }
