@@ -32,11 +32,11 @@ BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds) {
   });
   tree.nodes.release();
   const ScratchArray<Reference> references = std::move(tree.references);
-  reinsert(
-      engine,
-      ParentedTree<ReferenceLeaves>{
-          {{references.data()}, nodes.data(), counts.data(), &root}, static_cast<std::uint32_t>(count), parents.data()},
-      rounds);
+  reinsert(engine,
+           ParentedTree<LinkedTree<ReferenceLeaves>>{{{references.data()}, nodes.data(), {counts.data()}, &root},
+                                                     static_cast<std::uint32_t>(count),
+                                                     parents.data()},
+           rounds);
   engine.monitor().start("order", 0.75, count);
   return flatten(engine, {references.span(), nodes.span(), counts.span(), root});
 }
