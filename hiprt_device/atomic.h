@@ -30,6 +30,53 @@ HIPRT_HD HIPRT_INLINE void raise(std::uint64_t* value, std::uint64_t candidate) 
 #endif
 }
 
+/// The same in 32 bits.
+HIPRT_HD HIPRT_INLINE void raise(std::uint32_t* value, std::uint32_t candidate) {
+#if HIPRT_DEVICE_CODE
+  atomicMax(value, candidate);
+#else
+  std::uint32_t there = __atomic_load_n(value, __ATOMIC_RELAXED);
+  while (there < candidate &&
+         !__atomic_compare_exchange_n(value, &there, candidate, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+#endif
+}
+
+/// *value = min(*value, candidate), in no order with other memory.
+HIPRT_HD HIPRT_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) {
+#if HIPRT_DEVICE_CODE
+  atomicMin(value, candidate);
+#else
+  std::uint32_t there = __atomic_load_n(value, __ATOMIC_RELAXED);
+  while (candidate < there &&
+         !__atomic_compare_exchange_n(value, &there, candidate, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+#endif
+}
+
+/// The value as other threads of the device have left it, not as this one has seen it before; in no order with other
+/// memory.
+HIPRT_HD HIPRT_INLINE std::uint64_t load_shared(const std::uint64_t* value) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return __hip_atomic_load(value, __ATOMIC_RELAXED, __HIP_MEMORY_SCOPE_AGENT);
+#elif HIPRT_DEVICE_CODE
+  return *static_cast<const volatile std::uint64_t*>(value);
+#else
+  return __atomic_load_n(value, __ATOMIC_RELAXED);
+#endif
+}
+
+/// For load_shared() of other threads.
+HIPRT_HD HIPRT_INLINE void store_shared(std::uint64_t* value, std::uint64_t replacement) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  __hip_atomic_store(value, replacement, __ATOMIC_RELAXED, __HIP_MEMORY_SCOPE_AGENT);
+#elif HIPRT_DEVICE_CODE
+  *static_cast<volatile std::uint64_t*>(value) = replacement;
+#else
+  __atomic_store_n(value, replacement, __ATOMIC_RELAXED);
+#endif
+}
+
 /// *value = replacement. Who reads what another thread exchanged can also read what that thread wrote before.
 /// @return the value before.
 HIPRT_HD HIPRT_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t replacement) {

@@ -27,8 +27,8 @@ class WideTree {
   /// Whether the binary node becomes a run of leaves (over its references) where it is one child. All leaves of a run
   /// are of one kind.
   bool is_run(std::uint32_t node) const { return plan_[node].is_run(); }
-  /// Whether the node's first leaf, and so the run that it may be, is of custom primitives.
-  bool is_custom(std::uint32_t node) const { return plan_[node].custom != 0; }
+  /// Whether all leaves below are of custom primitives.
+  bool is_custom(std::uint32_t node) const { return plan_[node].is_custom(); }
   /// Wide nodes of its subtree where it is one child.
   std::uint32_t node_count(std::uint32_t node) const { return plan_[node].nodes; }
   /// Surface area cost of the whole tree, relative to the root's area.

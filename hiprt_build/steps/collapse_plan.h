@@ -16,8 +16,13 @@ struct CollapseCosts {
   std::uint32_t max_primitives;
 };
 
-/// Leaves, or wide nodes, of a tree: a file addresses fewer.
-inline constexpr std::uint32_t kMaxPlanned = 1u << 29;
+/// Leaves of a tree: a file addresses fewer.
+inline constexpr std::uint32_t kMaxPlannedLeaves = 1u << 29;
+/// Wide nodes that are counted. There are fewer than leaves, so no file addresses more.
+inline constexpr std::uint32_t kMaxPlannedNodes = (1u << 28) - 1;
+
+/// What is below a node: bit set of CollapsePlan::kind.
+inline constexpr std::uint32_t kHasTriangles = 1, kHasCustoms = 2;
 
 /// Where a subtree would need more stack entries than this, its root becomes a node of two children, which adds one:
 /// no tree of 60 levels, nor one of Morton codes (95 levels: 40 of them three entries each, the others one) passes the
@@ -33,8 +38,8 @@ struct CollapsePlan {
   std::uint32_t leaves : 29;
   std::uint32_t choice2 : 2;  ///< Form 2: 0 as form 1, else how many of three children come from the left.
   std::uint32_t choice1 : 1;  ///< Form 1: 0 as form 0, else one child from either side.
-  std::uint32_t nodes : 29;   ///< Wide nodes of form 0.
-  std::uint32_t custom : 1;   ///< Whether the first leaf, and so the run that it may be, is of custom primitives.
+  std::uint32_t nodes : 28;   ///< Wide nodes of form 0, up to kMaxPlannedNodes.
+  std::uint32_t kind : 2;     ///< kHasTriangles, kHasCustoms.
   std::uint32_t choice0 : 2;  ///< Form 0: 0 a run of leaves, else a wide node: how many of four children from the left.
   std::uint32_t primitives : 7;  ///< kManyPrimitives: that many or more, or both triangles and custom ones.
   std::uint32_t need : 8;        ///< Stack entries that a traversal of form 0 can need; 255: or more.
@@ -46,6 +51,8 @@ struct CollapsePlan {
   static constexpr std::uint32_t kBias = 8;
 
   HIPRT_HD bool is_run() const { return choice0 == 0; }
+  /// Whether everything below is a custom primitive.
+  HIPRT_HD bool is_custom() const { return kind == kHasCustoms; }
   /// Wide nodes of form i.
   HIPRT_HD std::uint32_t form_nodes(unsigned i) const {
     return i == 0 ? nodes : i == 1 ? nodes + nodes1 - kBias : nodes + nodes2 - kBias;
@@ -64,7 +71,7 @@ HIPRT_HD HIPRT_INLINE CollapsePlan plan_leaf(float half_area, unsigned primitive
   CollapsePlan plan{};
   plan.cost[0] = plan.cost[1] = plan.cost[2] = cost;
   plan.leaves = 1;
-  plan.custom = custom ? 1 : 0;
+  plan.kind = custom ? kHasCustoms : kHasTriangles;
   plan.primitives = primitives & 3u;
   plan.nodes1 = plan.nodes2 = CollapsePlan::kBias;
   return plan;
@@ -112,7 +119,7 @@ HIPRT_HD HIPRT_INLINE void plan_node(const CollapsePlan& left, const CollapsePla
   }
   plan.cost[0] = best.cost + half_area * costs.box_node;
   plan.choice0 = best.from_left & 3u;
-  plan.nodes = nodes & (kMaxPlanned - 1);
+  plan.nodes = (nodes < kMaxPlannedNodes ? nodes : kMaxPlannedNodes) & kMaxPlannedNodes;
   plan.need = (need < 255 ? need : 255u) & 255u;
 }
 
@@ -120,10 +127,10 @@ HIPRT_HD HIPRT_INLINE void plan_node(const CollapsePlan& left, const CollapsePla
 HIPRT_HD HIPRT_INLINE void plan_run(const CollapsePlan& left, const CollapsePlan& right, float half_area,
                                     const CollapseCosts& costs, CollapsePlan& plan) {
   const std::uint32_t sum = left.primitives + right.primitives;
-  const bool may_run = sum <= costs.max_primitives && left.custom == right.custom;
+  const bool may_run = sum <= costs.max_primitives && left.kind == right.kind;
   plan.primitives = (may_run ? sum : CollapsePlan::kManyPrimitives) & CollapsePlan::kManyPrimitives;
   if (!may_run) return;
-  const float cost = half_area * (plan.custom != 0 ? costs.custom : costs.leaf) * static_cast<float>(plan.leaves);
+  const float cost = half_area * (plan.is_custom() ? costs.custom : costs.leaf) * static_cast<float>(plan.leaves);
   if (!(cost <= plan.cost[0])) return;
   plan.cost[0] = cost;
   plan.choice0 = 0;
@@ -166,8 +173,8 @@ HIPRT_HD HIPRT_INLINE void plan_three(const CollapsePlan& left, const CollapsePl
 HIPRT_HD HIPRT_INLINE CollapsePlan plan_inner(const CollapsePlan& left, const CollapsePlan& right, float half_area,
                                               const CollapseCosts& costs) {
   CollapsePlan plan{};
-  plan.leaves = (left.leaves + right.leaves) & (kMaxPlanned - 1);
-  plan.custom = left.custom;
+  plan.leaves = (left.leaves + right.leaves) & (kMaxPlannedLeaves - 1);
+  plan.kind = (left.kind | right.kind) & 3u;
   collapse_detail::plan_node(left, right, half_area, costs, plan);
   collapse_detail::plan_run(left, right, half_area, costs, plan);
   collapse_detail::plan_two(left, right, plan);
