@@ -63,4 +63,35 @@ class WaveGroup {
   unsigned first_, lane_;
 };
 
+/// Four neighbouring lanes of a wave. All functions are called by all four together.
+class LaneTeam {
+ public:
+  static constexpr unsigned kLanes = 4;
+
+  HIPRT_HD HIPRT_INLINE LaneTeam() : first_(lane_index() & ~(kLanes - 1)) {}
+
+  HIPRT_HD HIPRT_INLINE unsigned lane() const { return lane_index() - first_; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t from(unsigned lane, std::uint32_t value) const {
+    return group_from(LaneMask{(1u << kLanes) - 1} << first_, value, first_ + lane);
+  }
+  HIPRT_HD HIPRT_INLINE std::uint64_t from(unsigned lane, std::uint64_t value) const {
+    return std::uint64_t{from(lane, static_cast<std::uint32_t>(value >> 32))} << 32 |
+           from(lane, static_cast<std::uint32_t>(value));
+  }
+  /// The sum of the values of the lanes before this one. @param total becomes that of all.
+  HIPRT_HD HIPRT_INLINE std::uint32_t before(std::uint32_t value, std::uint32_t& total) const {
+    std::uint32_t result = 0;
+    total = 0;
+    for (unsigned i = 0; i < kLanes; ++i) {
+      const std::uint32_t other = from(i, value);
+      result += i < lane() ? other : 0;
+      total += other;
+    }
+    return result;
+  }
+
+ private:
+  unsigned first_;
+};
+
 }  // namespace hiprt::build

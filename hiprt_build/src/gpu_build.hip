@@ -311,8 +311,11 @@ class Enqueuer {
                                     section<std::uint32_t>(2),
                                     layouts_.file.sections[0].offset,
                                     layouts_.file.sections[1].offset};
-    each("begin_wide", begin_wide<Layout>, writer, kept_.state);
-    persistent("write_wide", kBlock, (n() - 1) / kBlock + 1, write_wide<Layout>, writer, kept_.state);
+    const build::WideQueue queue{kept_.plans};
+    each("begin_wide", begin_wide<Layout>, writer, queue, kept_.state);
+    // A team of four lanes for each node at most.
+    persistent("write_wide", kBlock, (std::uint64_t{n()} * 4 - 1) / kBlock + 1, write_wide<Layout>, writer, queue,
+               kept_.state);
   }
 
   OutputPlan output_plan() const {

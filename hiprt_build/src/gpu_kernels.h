@@ -66,7 +66,7 @@ struct BuildState {
   GroupCounts counts;
   LinkedRef root;
   std::uint32_t too_deep;  ///< H-PLOC's tree: lbvh_again() makes another.
-  std::uint32_t ticket, stack_need;
+  std::uint32_t queued, ticket, stack_need;
 };
 
 /// Arguments of put_geometries().
@@ -82,7 +82,7 @@ static __global__ void start(BuildState* state) {
   state->centers.clear();
   state->counts = GroupCounts{};
   state->root = kInvalidId;
-  state->too_deep = state->ticket = state->stack_need = 0;
+  state->too_deep = state->queued = state->ticket = state->stack_need = 0;
 }
 
 static __global__ void put_geometries(GeometryChunk chunk, std::uint32_t begin, std::uint32_t count,
@@ -108,33 +108,33 @@ static __global__ void __launch_bounds__(kGroupBlock)
   }
   __syncthreads();
   Box my_bounds = empty_box(), my_centers = empty_box();
+  GroupCounts mine{};
   const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
   const std::uint32_t all = (windows.soup.primitives + kPairWindow - 1) / kPairWindow;
   for (std::uint32_t w = blockIdx.x * kGroupsPerBlock + my_group; w < all; w += gridDim.x * kGroupsPerBlock)
-    windows(WaveGroup{}, shared[my_group], w,
-            [&](std::uint32_t primitive, std::uint32_t g, PrimitiveFate fate, PackedGroup group) {
-              LeafReference& reference = references[primitive];
-              reference.group = group;
-              if (fate != PrimitiveFate::kKept) {
-                fetch_add(&counts.fate[static_cast<unsigned>(fate)], 1);
-                atomicAdd(reinterpret_cast<unsigned long long*>(&records[g].dropped_count), 1ull);
-              }
-              if (!group.exists()) return;
-              const GeometryView& geometry = windows.soup.geometries[g];
-              reference.box = group_box(geometry, primitive - geometry.first, group);
-              grow(my_bounds, reference.box);
-              for (unsigned axis = 0; axis < 3; ++axis) {
-                const float center = split_position(reference.box, axis);
-                my_centers.min[axis] = center < my_centers.min[axis] ? center : my_centers.min[axis];
-                my_centers.max[axis] = center > my_centers.max[axis] ? center : my_centers.max[axis];
-              }
-              fetch_add(&counts.leaves, 1);
-              if (group.is_pair()) fetch_add(&counts.pairs, 1);
-              if (group.is_custom()) fetch_add(&counts.customs, 1);
-            });
+    windows(WaveGroup{}, shared[my_group], w, [&](const PairedPrimitive& paired) {
+      references[paired.primitive] = LeafReference{paired.box, paired.group, paired.primitive};
+      if (paired.fate != PrimitiveFate::kKept) {
+        fetch_add(&counts.fate[static_cast<unsigned>(paired.fate)], 1);
+        atomicAdd(reinterpret_cast<unsigned long long*>(&records[paired.geometry].dropped_count), 1ull);
+      }
+      if (!paired.group.exists()) return;
+      grow(my_bounds, paired.box);
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        const float center = split_position(paired.box, axis);
+        my_centers.min[axis] = center < my_centers.min[axis] ? center : my_centers.min[axis];
+        my_centers.max[axis] = center > my_centers.max[axis] ? center : my_centers.max[axis];
+      }
+      ++mine.leaves;
+      mine.pairs += paired.group.is_pair() ? 1 : 0;
+      mine.customs += paired.group.is_custom() ? 1 : 0;
+    });
   if (my_bounds.min[0] <= my_bounds.max[0]) {
     bounds.add(my_bounds);
     centers.add(my_centers);
+    fetch_add(&counts.leaves, mine.leaves);
+    fetch_add(&counts.pairs, mine.pairs);
+    fetch_add(&counts.customs, mine.customs);
   }
   __syncthreads();
   if (threadIdx.x != 0) return;
@@ -174,10 +174,9 @@ static __global__ void __launch_bounds__(kBlock)
                   const BuildState* state, SortedLeaves sorted) {
   const std::uint32_t i = thread_index(), count = state->counts.leaves;
   if (i >= count) return;
-  LeafReference reference = references[order[i]];
-  reference.primitive = order[i];
+  const LeafReference reference = references[order[i]];
   sorted.references[i] = reference;
-  sorted.primitives[i] = LeafPrimitives{order[i], reference.group};
+  sorted.primitives[i] = LeafPrimitives{reference.primitive, reference.group};
   sorted.met[i] = kInvalidId;
   if (i + 1 < count) sorted.levels[i] = boundary_level(keys[i], keys[i + 1], i);
 }
@@ -220,9 +219,9 @@ static __global__ void __launch_bounds__(kBlock)
     LbvhStep<PlannedTree>{tree, state->counts.leaves, sorted.levels, sorted.met}(i);
 }
 
-/// Clears the tasks of all nodes but the root, whose task it writes; a tree of one run is written.
+/// Clears the queue but for the root, whose task it writes; a tree of one run is written.
 template <class Layout>
-__global__ void __launch_bounds__(kBlock) begin_wide(WideWriter<Layout> writer, const BuildState* state) {
+__global__ void __launch_bounds__(kBlock) begin_wide(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
   const std::uint32_t i = thread_index();
   if (state->counts.leaves == 0) return;
   const LinkedRef root = state->root;
@@ -231,32 +230,44 @@ __global__ void __launch_bounds__(kBlock) begin_wide(WideWriter<Layout> writer, 
     if (i == 0) writer.write_run(root, 0, box);
   } else if (i == 0) {
     writer.post_task(0, root, 1, 0, 0);
+    queue.write(0, 0);
+    state->queued = 1;
   } else if (i < writer.plans[root].nodes) {
-    writer.clear_task(i);
+    queue.clear(i);
   }
 }
 
-/// Threads take wide nodes in their order. A node's parent comes before it, so whoever waits for a task waits for a
-/// thread that is running.
+/// Teams take places in the queue. Who waits for an entry waits for a team that is running: one with an earlier place.
 template <class Layout>
-__global__ void __launch_bounds__(kBlock) write_wide(WideWriter<Layout> writer, BuildState* state) {
+__global__ void __launch_bounds__(kBlock) write_wide(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
   const std::uint32_t leaves = state->counts.leaves;
   const bool wide = leaves != 0 && !writer.is_run(state->root);
   const std::uint32_t nodes = wide ? writer.plans[state->root].nodes : 0;
   const WaveGroup group;
+  const LaneTeam team;
+  constexpr unsigned kTeams = WaveGroup::kLanes / LaneTeam::kLanes;
   for (;;) {
-    std::uint32_t first = group.lane() == 0 ? fetch_add(&state->ticket, WaveGroup::kLanes) : 0;
+    std::uint32_t first = group.lane() == 0 ? fetch_add(&state->ticket, kTeams) : 0;
     first = group.from(0, first);
     if (first >= nodes) return;
-    const std::uint32_t mine = first + group.lane();
+    const std::uint32_t mine = first + group.lane() / LaneTeam::kLanes;
     bool waits = mine < nodes;
     while (group.any(waits)) {
-      WideTask task;
-      if (waits && writer.take_task(mine, task)) {
-        const std::uint32_t need = writer.write(mine, task);
-        if (need > state->stack_need) raise(&state->stack_need, need);
+      std::uint32_t node = kInvalidId, child = kInvalidId;
+      if (waits && team.lane() == 0) node = queue.read(mine);
+      node = team.from(0, node);
+      if (node != kInvalidId) {
+        std::uint32_t need = 0;
+        child = writer.write(team, node, writer.read_task(team, node), need);
+        if (team.lane() == 0 && need > state->stack_need) raise(&state->stack_need, need);
         waits = false;
       }
+      const std::uint32_t children = group.ballot(child != kInvalidId);
+      if (children == 0) continue;
+      finish_writes();
+      std::uint32_t to = group.lane() == 0 ? fetch_add(&state->queued, lane_count(children)) : 0;
+      to = group.from(0, to) + lane_count(children & ((1u << group.lane()) - 1));
+      if (child != kInvalidId) queue.write(to, child);
     }
   }
 }

@@ -64,13 +64,28 @@ HIPRT_HD HIPRT_INLINE bool same(const Point& a, const Point& b) {
 
 HIPRT_HD HIPRT_INLINE bool is_finite(float x) { return x - x == 0.0f; }
 
-HIPRT_HD HIPRT_INLINE PrimitiveFate classify_triangle(const GeometryView& mesh, std::uint32_t triangle) {
-  for (unsigned k = 0; k < 3; ++k)
-    if (mesh.triangles[triangle][k] >= mesh.positions_count) return PrimitiveFate::kBadIndex;
-  const Point a = corner(mesh, triangle, 0), b = corner(mesh, triangle, 1), c = corner(mesh, triangle, 2);
-  for (unsigned axis = 0; axis < 3; ++axis)
-    if (!is_finite(a.x[axis]) || !is_finite(b.x[axis]) || !is_finite(c.x[axis])) return PrimitiveFate::kNotFinite;
-  return same(a, b) || same(b, c) || same(c, a) ? PrimitiveFate::kDegenerate : PrimitiveFate::kKept;
+struct TriangleCorners {
+  Point v[3];
+};
+
+/// @param corners are written unless an index is bad.
+HIPRT_HD HIPRT_INLINE PrimitiveFate load_triangle(const GeometryView& mesh, std::uint32_t triangle,
+                                                  TriangleCorners& corners) {
+  const std::array<std::uint32_t, 3> index = mesh.triangles[triangle];
+  if (index[0] >= mesh.positions_count || index[1] >= mesh.positions_count || index[2] >= mesh.positions_count)
+    return PrimitiveFate::kBadIndex;
+  bool finite = true;
+  for (unsigned k = 0; k < 3; ++k) {
+    const std::array<float, 3> position = mesh.positions[index[k]];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      corners.v[k].x[axis] = position[axis];
+      finite = finite && is_finite(position[axis]);
+    }
+  }
+  if (!finite) return PrimitiveFate::kNotFinite;
+  const bool degenerate =
+      same(corners.v[0], corners.v[1]) || same(corners.v[1], corners.v[2]) || same(corners.v[2], corners.v[0]);
+  return degenerate ? PrimitiveFate::kDegenerate : PrimitiveFate::kKept;
 }
 
 HIPRT_HD HIPRT_INLINE PrimitiveFate classify_box(const Box& box) {
@@ -80,10 +95,6 @@ HIPRT_HD HIPRT_INLINE PrimitiveFate classify_box(const Box& box) {
     ordered = ordered && box.min[axis] <= box.max[axis];
   }
   return !finite ? PrimitiveFate::kNotFinite : !ordered ? PrimitiveFate::kDegenerate : PrimitiveFate::kKept;
-}
-
-HIPRT_HD HIPRT_INLINE PrimitiveFate classify(const GeometryView& geometry, std::uint32_t primitive) {
-  return geometry.is_custom() ? classify_box(geometry.boxes[primitive]) : classify_triangle(geometry, primitive);
 }
 
 /// A leaf's primitives: the lower one has a number of its own, this is the rest. Rotations as PrimitiveGroup.

@@ -33,20 +33,25 @@ struct PlanSums {
   }
 };
 
-/// A wide node that is to be written: where its subtree's parts begin. In the first bytes of its place until then.
+/// A wide node that is to be written, and where its subtree's parts begin. It waits in the first bytes of the node's
+/// place; who is to write next stands in a queue, so that nodes near the root come first.
 struct WideTask {
-  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
-
-  std::uint64_t tree = kNone;    ///< Linked node, next wide node << 32: the node's subtree is there and behind.
-  std::uint64_t leaves = kNone;  ///< First leaf record, stack entries on the way to the node << 32.
+  std::uint64_t tree;    ///< Linked node, next wide node << 32: the node's subtree is there and behind.
+  std::uint64_t leaves;  ///< First leaf record, stack entries on the way to the node << 32.
 };
 
-/// Children of a wide node.
-struct WideChildren {
-  LinkedRef ref[kBranching];
-  unsigned count = 0;
+/// Numbers of wide nodes in the order in which they are to be written, in the costs of the plans: those are not read
+/// any more, and there are as many.
+struct WideQueue {
+  CollapsePlan* plans;
 
-  HIPRT_HD void add(LinkedRef child) { ref[count++] = child; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t* entry(std::uint32_t i) const {
+    return reinterpret_cast<std::uint32_t*>(&plans[i + 1].cost[0]);
+  }
+  HIPRT_HD HIPRT_INLINE void clear(std::uint32_t i) const { *entry(i) = kInvalidId; }
+  /// @return kInvalidId if nothing is there yet.
+  HIPRT_HD HIPRT_INLINE std::uint32_t read(std::uint32_t i) const { return load_shared(entry(i)); }
+  HIPRT_HD HIPRT_INLINE void write(std::uint32_t i, std::uint32_t node) const { store_shared(entry(i), node); }
 };
 
 /// What is written where.
@@ -72,53 +77,48 @@ template <class Layout> struct WideWriter {
   }
 
   HIPRT_HD HIPRT_INLINE static std::uint64_t* task_words(Node* node) { return reinterpret_cast<std::uint64_t*>(node); }
-  HIPRT_HD void clear_task(std::uint32_t i) const {
-    task_words(nodes + i)[0] = WideTask::kNone;
-    task_words(nodes + i)[1] = WideTask::kNone;
-  }
   HIPRT_HD HIPRT_INLINE void post_task(std::uint32_t i, LinkedRef ref, std::uint32_t next, std::uint32_t first,
                                        std::uint32_t need) const {
     store_shared(task_words(nodes + i), std::uint64_t{next} << 32 | ref);
     store_shared(task_words(nodes + i) + 1, std::uint64_t{need} << 32 | first);
   }
-  /// @return whether the task is there.
-  HIPRT_HD HIPRT_INLINE bool take_task(std::uint32_t i, WideTask& task) const {
-    task.tree = load_shared(task_words(nodes + i));
-    task.leaves = load_shared(task_words(nodes + i) + 1);
-    return task.tree != WideTask::kNone && task.leaves != WideTask::kNone;
+  /// @pre the node is in the queue. All lanes of the team have it before any of them goes on to overwrite it.
+  template <class Team> HIPRT_HD HIPRT_INLINE WideTask read_task(const Team& team, std::uint32_t i) const {
+    see_writes();
+    const unsigned half = team.lane() & 1u;
+    const std::uint64_t word = load_shared(task_words(nodes + i) + half);
+    return {team.from(0, word), team.from(1, word)};
   }
 
-  /// Writes node i and the leaves right below it, and posts tasks for its child nodes.
-  /// @return stack entries that a traversal can have when it leaves the node.
-  HIPRT_HD std::uint32_t write(std::uint32_t i, const WideTask& task) const {
-    const WideChildren children = find_children(static_cast<LinkedRef>(task.tree));
-    auto leaf = static_cast<std::uint32_t>(task.leaves);
-    const std::uint32_t need = static_cast<std::uint32_t>(task.leaves >> 32) + children.count - 1;
-    std::uint32_t slot = static_cast<std::uint32_t>(task.tree >> 32), next = slot;
-    for (unsigned c = 0; c < children.count; ++c) next += is_run(children.ref[c]) ? 0 : 1;
-    Node node{};
-    Box boxes[kBranching];
+  /// Writes node i and the leaves right below it, and posts tasks for its child nodes: lane c does child c.
+  /// @tparam Team as many lanes as a node has children (LaneTeam): all call this together.
+  /// @param need becomes the stack entries that a traversal can have when it leaves the node.
+  /// @return the child node with a new task, or kInvalidId.
+  template <class Team>
+  HIPRT_HD std::uint32_t write(const Team& team, std::uint32_t i, const WideTask& task, std::uint32_t& need) const {
+    static_assert(Team::kLanes == kBranching);
+    const Child child = find_child(static_cast<LinkedRef>(task.tree), team.lane());
+    const bool node_below = child.exists && !is_run(child.ref);
+    std::uint32_t children = 0, child_nodes = 0, below = 0;
+    team.before(child.exists ? 1 : 0, children);
+    const std::uint32_t slot_before = team.before(node_below ? 1 : 0, child_nodes);
+    const std::uint32_t below_before = team.before(node_below ? plans[child.ref].nodes - 1 : 0, below);
+    need = static_cast<std::uint32_t>(task.leaves >> 32) + children - 1;
+    const std::uint32_t leaf = static_cast<std::uint32_t>(task.leaves) + child.leaves_before;
+    const auto next = static_cast<std::uint32_t>(task.tree >> 32);
+    NodeRef ref = kInvalidRef;
+    Box box = empty_box();
     std::uint32_t flags = 0;
-    for (unsigned c = 0; c < kBranching; ++c) {
-      node.child[c] = kInvalidRef;
-      boxes[c] = empty_box();
-      if (c >= children.count) continue;
-      const LinkedRef ref = children.ref[c];
-      if (is_run(ref)) {
-        node.child[c] = write_run(ref, leaf, boxes[c]);
-      } else {
-        boxes[c] = tree[ref].box;
-        node.child[c] = node_ref(slot);
-        post_task(slot++, ref, next, leaf, need);
-        next += plans[ref].nodes - 1;
-      }
-      leaf += leaf_count(ref);
-      flags |= child_flags(ref) << (8 * c);
+    if (node_below) {
+      box = tree[child.ref].box;
+      ref = node_ref(next + slot_before);
+      post_task(next + slot_before, child.ref, next + child_nodes + below_before, leaf, need);
+    } else if (child.exists) {
+      ref = write_run(child.ref, leaf, box);
     }
-    Layout::set_child_flags(node, flags);
-    Layout::set_boxes(node, boxes);
-    nodes[i] = node;
-    return need;
+    if (child.exists) flags = child_flags(child.ref);
+    write_column(nodes[i], team.lane(), ref, box, flags);
+    return node_below ? next + slot_before : kInvalidId;
   }
 
   /// Writes the leaves of a run. @param box becomes what its parent must state. @return the reference to it.
@@ -143,27 +143,55 @@ template <class Layout> struct WideWriter {
            (kind == kHasCustoms ? kChildOnlyProcedural : 0u);
   }
 
-  HIPRT_HD WideChildren find_children(LinkedRef ref) const {
-    WideChildren children;
-    const WideShare share = wide_share(plans[ref]);
-    const LinkedRef left = tree[ref].child[0], right = tree[ref].child[1];
-    add_three(left, share.left, children);
-    add_three(right, share.right, children);
-    return children;
+  struct Child {
+    LinkedRef ref;
+    std::uint32_t leaves_before;  ///< Of the children before it.
+    bool exists;
+  };
+
+  /// How many children of a subtree that is shown as at most @p slots come from its left child; 0: it is one child.
+  HIPRT_HD unsigned split_of(LinkedRef ref, unsigned slots) const {
+    if (slots < 2 || (ref & kLinkedLeaf) != 0) return 0;
+    const CollapsePlan& plan = plans[ref];
+    return slots == 3 && plan.choice2 != 0 ? plan.choice2 : plan.choice1;
   }
-  /// The subtree as at most @p slots children, 1 to 3.
-  HIPRT_HD void add_three(LinkedRef ref, unsigned slots, WideChildren& children) const {
-    const unsigned from_left = slots == 3 && (ref & kLinkedLeaf) == 0 ? plans[ref].choice2 : 0u;
-    if (from_left == 0) return add_two(ref, slots, children);
-    const LinkedRef left = tree[ref].child[0], right = tree[ref].child[1];
-    add_two(left, from_left, children);
-    add_two(right, 3 - from_left, children);
+  /// Children of a subtree that is shown as at most @p slots, 1 to 3.
+  HIPRT_HD unsigned count_children(LinkedRef ref, unsigned slots) const {
+    const unsigned from_left = split_of(ref, slots);
+    if (from_left == 0) return 1;
+    if (slots == 2 || plans[ref].choice2 == 0) return 2;
+    // One side is one child; the other has two places.
+    const LinkedRef two = tree[ref].child[from_left == 1 ? 1 : 0];
+    return split_of(two, 2) != 0 ? 3 : 2;
   }
-  HIPRT_HD void add_two(LinkedRef ref, unsigned slots, WideChildren& children) const {
-    if (slots < 2 || (ref & kLinkedLeaf) != 0 || plans[ref].choice1 == 0) return children.add(ref);
-    const LinkedRef left = tree[ref].child[0], right = tree[ref].child[1];
-    children.add(left);
-    children.add(right);
+
+  /// Child c of the wide node of a linked node.
+  HIPRT_HD Child find_child(LinkedRef ref, unsigned c) const {
+    WideShare share = wide_share(plans[ref]);
+    Child child{ref, 0, true};
+    for (;;) {
+      const LinkedRef left = tree[child.ref].child[0], right = tree[child.ref].child[1];
+      const unsigned in_left = count_children(left, share.left);
+      const bool go_left = c < in_left;
+      child.leaves_before += go_left ? 0 : leaf_count(left);
+      child.ref = go_left ? left : right;
+      c -= go_left ? 0 : in_left;
+      const unsigned slots = go_left ? share.left : share.right, split = split_of(child.ref, slots);
+      if (split == 0) break;
+      // With the third place unused it is as with two.
+      const bool three = slots == 3 && plans[child.ref].choice2 != 0;
+      share = {split, (three ? 3u : 2u) - split};
+    }
+    child.exists = c == 0;
+    return child;
+  }
+
+  /// Child c's part of a node.
+  HIPRT_HD static void write_column(Node& node, unsigned c, NodeRef ref, const Box& box, std::uint32_t flags) {
+    node.child[c] = ref;
+    Layout::set_box(node, c, box);
+    reinterpret_cast<std::uint8_t*>(&node.child_flags)[c] = static_cast<std::uint8_t>(flags);
+    if (c < 3) node.reserved[c] = 0;
   }
 
   /// The number of the k-th leaf of a subtree.
