@@ -60,13 +60,18 @@ struct GroupCounts {
   std::uint32_t leaves, pairs, customs, fate[4];
 };
 
+/// How far the writing of a wide tree is.
+struct WideProgress {
+  std::uint32_t queued, ticket, stack_need;
+};
+
 /// What a build knows while it runs.
 struct BuildState {
   SharedBox bounds, centers;
   GroupCounts counts;
   LinkedRef root;
   std::uint32_t too_deep;  ///< H-PLOC's tree: lbvh_again() makes another.
-  std::uint32_t queued, ticket, stack_need;
+  WideProgress wide;
 };
 
 /// Arguments of put_geometries().
@@ -82,7 +87,8 @@ static __global__ void start(BuildState* state) {
   state->centers.clear();
   state->counts = GroupCounts{};
   state->root = kInvalidId;
-  state->too_deep = state->queued = state->ticket = state->stack_need = 0;
+  state->too_deep = 0;
+  state->wide = WideProgress{};
 }
 
 static __global__ void put_geometries(GeometryChunk chunk, std::uint32_t begin, std::uint32_t count,
@@ -219,19 +225,17 @@ static __global__ void __launch_bounds__(kBlock)
     LbvhStep<PlannedTree>{tree, state->counts.leaves, sorted.levels, sorted.met}(i);
 }
 
-/// Clears the queue but for the root, whose task it writes; a tree of one run is written.
+/// Clears entry i of the queue; the root's has its task. A tree of one run is written.
 template <class Layout>
-__global__ void __launch_bounds__(kBlock) begin_wide(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
-  const std::uint32_t i = thread_index();
-  if (state->counts.leaves == 0) return;
-  const LinkedRef root = state->root;
+__device__ void begin_wide(const WideWriter<Layout>& writer, const WideQueue& queue, LinkedRef root, std::uint32_t i,
+                           WideProgress& progress) {
   if (writer.is_run(root)) {
     Box box;
     if (i == 0) writer.write_run(root, 0, box);
   } else if (i == 0) {
     writer.post_task(0, root, 1, 0, 0);
     queue.write(0, 0);
-    state->queued = 1;
+    progress.queued = 1;
   } else if (i < writer.plans[root].nodes) {
     queue.clear(i);
   }
@@ -239,15 +243,14 @@ __global__ void __launch_bounds__(kBlock) begin_wide(WideWriter<Layout> writer, 
 
 /// Teams take places in the queue. Who waits for an entry waits for a team that is running: one with an earlier place.
 template <class Layout>
-__global__ void __launch_bounds__(kBlock) write_wide(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
-  const std::uint32_t leaves = state->counts.leaves;
-  const bool wide = leaves != 0 && !writer.is_run(state->root);
-  const std::uint32_t nodes = wide ? writer.plans[state->root].nodes : 0;
+__device__ void write_wide(const WideWriter<Layout>& writer, const WideQueue& queue, LinkedRef root,
+                           WideProgress& progress) {
+  const std::uint32_t nodes = writer.is_run(root) ? 0 : writer.plans[root].nodes;
   const WaveGroup group;
   const LaneTeam team;
   constexpr unsigned kTeams = WaveGroup::kLanes / LaneTeam::kLanes;
   for (;;) {
-    std::uint32_t first = group.lane() == 0 ? fetch_add(&state->ticket, kTeams) : 0;
+    std::uint32_t first = group.lane() == 0 ? fetch_add(&progress.ticket, kTeams) : 0;
     first = group.from(0, first);
     if (first >= nodes) return;
     const std::uint32_t mine = first + group.lane() / LaneTeam::kLanes;
@@ -259,17 +262,28 @@ __global__ void __launch_bounds__(kBlock) write_wide(WideWriter<Layout> writer, 
       if (node != kInvalidId) {
         std::uint32_t need = 0;
         child = writer.write(team, node, writer.read_task(team, node), need);
-        if (team.lane() == 0 && need > state->stack_need) raise(&state->stack_need, need);
+        if (team.lane() == 0 && need > progress.stack_need) raise(&progress.stack_need, need);
         waits = false;
       }
       const std::uint32_t children = group.ballot(child != kInvalidId);
       if (children == 0) continue;
       finish_writes();
-      std::uint32_t to = group.lane() == 0 ? fetch_add(&state->queued, lane_count(children)) : 0;
+      std::uint32_t to = group.lane() == 0 ? fetch_add(&progress.queued, lane_count(children)) : 0;
       to = group.from(0, to) + lane_count(children & ((1u << group.lane()) - 1));
       if (child != kInvalidId) queue.write(to, child);
     }
   }
+}
+
+template <class Layout>
+__global__ void __launch_bounds__(kBlock)
+    begin_wide_tree(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
+  if (state->counts.leaves != 0) begin_wide(writer, queue, state->root, thread_index(), state->wide);
+}
+template <class Layout>
+__global__ void __launch_bounds__(kBlock)
+    write_wide_tree(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
+  if (state->counts.leaves != 0) write_wide(writer, queue, state->root, state->wide);
 }
 
 /// Where everything is in the output.
@@ -287,7 +301,7 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   const GroupCounts& counts = state->counts;
   const LinkedRef root = state->root;
   const bool is_leaf = (root & kLinkedLeaf) != 0, is_run = counts.leaves != 0 && (is_leaf || plans[root].is_run());
-  const bool too_deep = state->stack_need > kMaxStackBound;
+  const bool too_deep = state->wide.stack_need > kMaxStackBound;
   const std::uint32_t nodes = counts.leaves == 0 || is_run ? 0 : plans[root].nodes;
   FeatureMask features = 0;
   if (counts.leaves > counts.customs) features |= feature_bit(Feature::kTriangles);
@@ -311,7 +325,7 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   header.byte_size = plan.size;
   header.section_count = 5;
   header.root = ref;
-  header.stack_bound = state->stack_need;
+  header.stack_bound = state->wide.stack_need;
   header.geometry_count = plan.geometries;
   header.bounds = state->bounds.get();
   header.primitive_count = plan.primitives;
@@ -326,7 +340,7 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   report.view.size = plan.size;
   report.view.geometries = records;
   report.view.root = ref;
-  report.view.stack_bound = state->stack_need;
+  report.view.stack_bound = state->wide.stack_need;
   report.view.features = features;
   report.view.layout = plan.layout;
   report.view.bounds = header.bounds;

@@ -162,7 +162,8 @@ template <class Group> struct PairWindow {
   }
 
   HIPRT_HD PairedPrimitive make(const Shared& shared, std::uint32_t begin, unsigned i, unsigned size) const {
-    PairedPrimitive result{begin + i, shared.geometry[i], static_cast<PrimitiveFate>(shared.fate[i]), {}, empty_box()};
+    PairedPrimitive result{begin + i, shared.geometry[i], static_cast<PrimitiveFate>(shared.fate[i]),
+                           PackedGroup::none(), empty_box()};
     if (result.fate != PrimitiveFate::kKept) return result;
     const GeometryView& geometry = soup.geometries[result.geometry];
     if (geometry.is_custom()) {
@@ -192,7 +193,7 @@ template <class Group> struct PairWindow {
   }
   /// 2 i and 2 i + 1, if both are in the window.
   HIPRT_HD PackedGroup make_custom(const GeometryView& customs, std::uint32_t i, bool next_here, bool last_here) const {
-    if (i % 2 == 1 && last_here && share_leaf(customs, i - 1)) return PackedGroup{};
+    if (i % 2 == 1 && last_here && share_leaf(customs, i - 1)) return PackedGroup::none();
     const bool paired = i % 2 == 0 && next_here && share_leaf(customs, i);
     return PackedGroup::make(paired ? 1 : 0, PackedGroup::kCustom, 0);
   }

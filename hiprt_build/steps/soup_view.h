@@ -11,14 +11,14 @@ namespace hiprt::build {
 
 /// A mesh or custom primitives, in the memory of the processor that builds.
 struct GeometryView {
-  const std::array<float, 3>* positions = nullptr;
-  const std::array<std::uint32_t, 3>* triangles = nullptr;
-  const Box* boxes = nullptr;  ///< Of custom primitives; then the others are nullptr.
-  std::uint32_t positions_count = 0;
-  std::uint32_t primitives = 0;
-  std::uint32_t first = 0;  ///< Of its primitives in the numbering of all.
-  std::uint32_t mask = 0xffffffffu;
-  std::uint32_t flags = 0;  ///< GeometryRecord::flags
+  const std::array<float, 3>* positions;
+  const std::array<std::uint32_t, 3>* triangles;
+  const Box* boxes;  ///< Of custom primitives; then the others are nullptr.
+  std::uint32_t positions_count;
+  std::uint32_t primitives;
+  std::uint32_t first;  ///< Of its primitives in the numbering of all.
+  std::uint32_t mask;
+  std::uint32_t flags;  ///< GeometryRecord::flags
 
   HIPRT_HD bool is_custom() const { return boxes != nullptr; }
 };
@@ -103,8 +103,9 @@ struct PackedGroup {
   static constexpr std::uint32_t kCustom = 3;
   static constexpr std::uint32_t kMaxDistance = (1u << 28) - 2;
 
-  std::uint32_t bits = kNone;
+  std::uint32_t bits;
 
+  HIPRT_HD static PackedGroup none() { return PackedGroup{kNone}; }
   /// @param distance of the second primitive's number from the first's; 0: there is none.
   HIPRT_HD static PackedGroup make(std::uint32_t distance, std::uint32_t rotation0, std::uint32_t rotation1) {
     return PackedGroup{distance << 4 | rotation1 << 2 | rotation0};

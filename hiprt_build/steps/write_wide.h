@@ -65,7 +65,7 @@ template <class Layout> struct WideWriter {
   const LeafPrimitives* primitives;  ///< Of the tree's leaves.
   Node* nodes;
   Leaf* leaves;
-  std::uint32_t* map;                         ///< Per primitive: kInvalidId.
+  std::uint32_t* map;                         ///< Per primitive: kInvalidId. nullptr: not wanted.
   std::uint64_t nodes_offset, leaves_offset;  ///< In the file.
 
   HIPRT_HD HIPRT_INLINE std::uint32_t leaf_count(LinkedRef ref) const {
@@ -221,6 +221,7 @@ template <class Layout> struct WideWriter {
       write_custom(place, geometry, info, box);
     else
       write_triangles(place, leaf_corners(geometry, first, group), info, box);
+    if (map == nullptr) return group.is_custom();
     map[leaf.primitive] = 2 * place;
     if (group.is_pair()) map[leaf.primitive + group.distance()] = 2 * place + 1;
     return group.is_custom();
