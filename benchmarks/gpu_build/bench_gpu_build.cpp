@@ -3,6 +3,7 @@
 #include <benchmarks/common/flags.h>
 #include <benchmarks/common/markdown.h>
 #include <hiprt_build/file.h>
+#include <hiprt_build/gpu/batch.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/device.h>
 #include <hiprt_build/gpu/event.h>
@@ -13,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -27,6 +29,7 @@ using build::Result;
 
 struct Options {
   std::vector<std::string> builders{"lbvh", "lbvh30", "hploc"};
+  std::vector<std::string> batches;
   std::string json, save;
   unsigned repeats = 15, pairs = 1;
 };
@@ -154,6 +157,101 @@ Result<Measured> measure(const Scene& scene, const std::string& builder_name, co
   return result;
 }
 
+/// Ribbons of triangles, each at a place of its own.
+struct Ribbons {
+  tools::Mesh mesh;
+  std::vector<std::uint32_t> first{0};
+
+  Ribbons(std::uint32_t count, std::uint32_t triangles) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto begin = static_cast<std::uint32_t>(mesh.positions.size());
+      for (std::uint32_t k = 0; k < triangles + 2; ++k)
+        mesh.positions.push_back({static_cast<float>(i % 1000) + 0.3f * std::sin(0.1f * static_cast<float>(k)),
+                                  static_cast<float>(i / 1000) + 0.3f * std::cos(0.07f * static_cast<float>(k)),
+                                  0.01f * static_cast<float>(k + 5 * (k & 1u))});
+      for (std::uint32_t k = 0; k < triangles; ++k)
+        mesh.triangles.push_back({begin + k, begin + k + 1 + (k & 1u), begin + k + 2 - (k & 1u)});
+      first.push_back(static_cast<std::uint32_t>(mesh.triangles.size()));
+    }
+  }
+};
+
+struct MeasuredBatch {
+  std::string builder;
+  std::uint32_t meshes = 0, triangles = 0;
+  double median_ms = 0;
+};
+
+Result<MeasuredBatch> measure_batch(std::uint32_t count, std::uint32_t triangles, const std::string& builder_name,
+                                    const Options& options, hipStream_t stream) {
+  const auto builder = find_builder(builder_name);
+  if (!builder) return tl::unexpected(builder.error());
+  const Ribbons ribbons(count, triangles);
+  const auto scene = Scene::make("batch", ribbons.mesh);
+  if (!scene) return tl::unexpected(scene.error());
+  const auto first = gpu::DeviceArray<std::uint32_t>::from(ribbons.first, stream, Scene::allocator());
+  if (!first) return tl::unexpected(first.error());
+  const gpu::DeviceGeometry all = scene->geometry();
+  const gpu::DeviceBatch batch{all.positions, all.triangles, all.position_count, ribbons.first, first->data()};
+  const gpu::BuildOptions build_options{.builder = *builder};
+  const auto sizes = gpu::batch_sizes(batch, build_options);
+  if (!sizes) return tl::unexpected(sizes.error());
+  auto output = gpu::DeviceBuffer::make(sizes->output, stream, Scene::allocator());
+  if (!output) return tl::unexpected(output.error());
+  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, Scene::allocator());
+  if (!scratch) return tl::unexpected(scratch.error());
+  auto watch = gpu::Stopwatch::make();
+  if (!watch) return tl::unexpected(watch.error());
+  std::vector<double> times;
+  for (unsigned i = 0; i < options.repeats + 3; ++i) {
+    auto done = watch->start(stream);
+    if (!done) return tl::unexpected(done.error());
+    const auto made = gpu::enqueue_batch(batch, build_options, output->data(), scratch->data(), stream);
+    if (!made) return tl::unexpected(made.error());
+    if (done = watch->stop(stream); !done) return tl::unexpected(done.error());
+    const auto took = watch->milliseconds();
+    if (!took) return tl::unexpected(took.error());
+    if (i >= 3) times.push_back(double{*took});
+  }
+  std::sort(times.begin(), times.end());
+  return MeasuredBatch{builder_name, count, triangles, times[times.size() / 2]};
+}
+
+/// "20000x224". @return false if it is not that.
+bool parse_batch(const std::string& text, std::uint32_t& count, std::uint32_t& triangles) {
+  char end = 0;
+  return std::sscanf(text.c_str(), "%ux%u%c", &count, &triangles, &end) == 2 && count > 0 && triangles > 0 &&
+         std::uint64_t{count} * triangles < gpu::kMaxBuildPrimitives;
+}
+
+/// Prints a table. @return false after an error.
+bool run_batches(const Options& options, hipStream_t stream, nlohmann::json& results) {
+  MarkdownTable table({"batch", "builder", "ms", "Mtri/s"});
+  bool good = true;
+  for (const std::string& text : options.batches)
+    for (const std::string& builder : options.builders) {
+      std::uint32_t count = 0, triangles = 0;
+      if (builder == "lbvh30") continue;
+      const auto measured = parse_batch(text, count, triangles)
+                                ? measure_batch(count, triangles, builder, options, stream)
+                                : gpu::fail(build::ErrorCode::kInvalidInput, "not MESHESxTRIANGLES");
+      if (!measured) {
+        std::cerr << "bench_gpu_build: batch " << text << ": " << measured.error().message << "\n";
+        good = false;
+        continue;
+      }
+      const double rate = double{1} * count * triangles / measured->median_ms / 1e3;
+      table.add({text, builder, format_number(measured->median_ms, 3), format_number(rate, 0)});
+      results.push_back({{"meshes", count},
+                         {"triangles", triangles},
+                         {"builder", builder},
+                         {"median_ms", measured->median_ms},
+                         {"mtri_s", rate}});
+    }
+  if (!options.batches.empty()) std::cout << table.text();
+  return good;
+}
+
 nlohmann::json to_json(const Measured& m) {
   return {{"scene", m.scene},
           {"builder", m.builder},
@@ -212,10 +310,15 @@ int run(const Options& options, const std::vector<std::string>& paths) {
       results.push_back(to_json(*measured));
     }
   }
-  std::cout << table(all);
+  if (!all.empty()) std::cout << table(all);
+  nlohmann::json batches = nlohmann::json::array();
+  good = run_batches(options, stream, batches) && good;
   if (!options.json.empty()) {
-    const nlohmann::json document = {
-        {"device", device->name}, {"commit", HIPRT_BENCH_COMMIT}, {"repeats", options.repeats}, {"results", results}};
+    const nlohmann::json document = {{"device", device->name},
+                                     {"commit", HIPRT_BENCH_COMMIT},
+                                     {"repeats", options.repeats},
+                                     {"results", results},
+                                     {"batches", batches}};
     std::ofstream file(options.json);
     file << document.dump(1) << "\n";
     good = good && file.good();
@@ -228,6 +331,7 @@ int main(int argc, char** argv) {
   Options options;
   const std::vector<Flag> flags = {
       list_flag("builders", "NAME,...", "builders (default lbvh,lbvh30,hploc)", options.builders),
+      list_flag("batches", "MESHESxTRIANGLES,...", "batches of ribbons, e.g. 20000x224", options.batches),
       number_flag("repeats", "builds of which the median is taken, after 3 others (default 15)", options.repeats, 1,
                   1000),
       number_flag("pairs", "1: pairs of triangles (default), 0: none", options.pairs, 0, 1),
@@ -235,8 +339,8 @@ int main(int argc, char** argv) {
       text_flag("save", "FOLDER", "writes the trees to SCENE.BUILDER.bvh", options.save)};
   const std::string fault = take_flags(argc, argv, flags);
   const std::vector<std::string> paths(argv + 1, argv + argc);
-  if (!fault.empty() || paths.empty() || paths[0] == "--help" || paths[0] == "-h") {
-    const bool help = fault.empty() && !paths.empty();
+  const bool help = !paths.empty() && (paths[0] == "--help" || paths[0] == "-h");
+  if (!fault.empty() || help || (paths.empty() && options.batches.empty())) {
     (help ? std::cout : std::cerr) << (fault.empty() ? "" : "bench_gpu_build: " + fault + "\n")
                                    << "usage: bench_gpu_build [FLAG...] SCENE.mesh...\n"
                                    << describe(flags);
