@@ -1,6 +1,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/builders/bottom_up.h>
 #include <hiprt_build/builders/embree.h>
+#include <hiprt_build/builders/imported.h>
 #include <hiprt_build/builders/optimize.h>
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/builders/sbvh.h>
@@ -11,13 +12,11 @@
 #include <hiprt_build/steps/presplit.h>
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
-#include <hiprt_device/format/quantize.h>
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <chrono>
-#include <cmath>
 #include <new>
 
 namespace hiprt::build {
@@ -60,10 +59,23 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
-                              const GroupedPrimitives& grouped, const BuildOptions& options) {
+/// What is built: if there is an imported tree, from that.
+struct Job {
+  const SceneInput& scene;
+  const BuildOptions& options;
+  const ExchangeBvh* imported;
+};
+
+ScratchArray<Reference> make_references(CpuEngine& engine, const PrimitiveSoup& soup,
+                                        const GroupedPrimitives& grouped) {
   auto references = engine.allocate<Reference>(grouped.count);
   engine.for_each(grouped.count, MakeReferenceStep{soup, grouped.groups.span(), references.span()});
+  return references;
+}
+
+Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
+                              const GroupedPrimitives& grouped, const BuildOptions& options) {
+  auto references = make_references(engine, soup, grouped);
   switch (builder) {
     case Builder::kHq:
       if (grouped.custom_count == 0)
@@ -109,43 +121,87 @@ BuildStatistics count_input(const PrimitiveSoup& soup, const GroupedPrimitives& 
   return statistics;
 }
 
-/// The steps of a build.
-Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
-  Stopwatch total, watch;
-  const PrimitiveSoup soup(scene);
-  if (auto indices = check_indices(engine, soup); !indices) return tl::unexpected(indices.error());
-  const GroupedPrimitives grouped =
-      group_primitives(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1);
+/// Whether a file can hold the primitives.
+Result<void> check_fits(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
+                        NodeLayout layout) {
   // References and tree nodes are numbered with 32 bits: refused before there are any.
-  if (auto leaves = check_addresses(options.nodes, 1, grouped.count); !leaves) return tl::unexpected(leaves.error());
-  if (options.nodes == NodeLayout::kQuantized)
-    if (auto coordinates = check_quantizable(engine, soup, grouped); !coordinates)
-      return tl::unexpected(coordinates.error());
-  Bvh bvh{{}, count_input(soup, grouped, options.builder)};
-  BuildStatistics& statistics = bvh.statistics;
-  statistics.pair_seconds = watch.lap();
-  Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped, options);
-  if (!tree) return tl::unexpected(tree.error());
-  const unsigned rounds = options.reinsertion_rounds.value_or(statistics.builder == Builder::kHq ? kHqRounds : 0);
-  tree = optimize(engine, std::move(*tree), rounds);
-  statistics.tree_seconds = watch.lap();
-  const WideTree wide(engine, *tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);
-  statistics.leaves = tree->references.size();
-  statistics.nodes = tree->empty() || wide.is_run(0) ? 0 : wide.node_count(0);
+  if (auto leaves = check_addresses(layout, 1, grouped.count); !leaves) return leaves;
+  return layout == NodeLayout::kQuantized ? check_quantizable(engine, soup, grouped) : Result<void>{};
+}
+
+/// Collapses and encodes a tree.
+Result<Bvh> finish(CpuEngine& engine, const Job& job, const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
+                   const BinaryTree& tree, BuildStatistics statistics) {
+  Stopwatch watch;
+  const BuildOptions& options = job.options;
+  const WideTree wide(engine, tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);
+  statistics.leaves = tree.references.size();
+  statistics.nodes = tree.empty() || wide.is_run(0) ? 0 : wide.node_count(0);
   statistics.collapse_seconds = watch.lap();
   Result<Buffer> buffer = encode(
-      engine, {soup, grouped, *tree, wide, options.nodes, make_provenance(scene, options, statistics, wide.cost())});
+      engine, {soup, grouped, tree, wide, options.nodes, make_provenance(job.scene, options, statistics, wide.cost())});
   if (!buffer) return tl::unexpected(buffer.error());
   const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;
   if (stack_bound > kMaxStackBound)
     return tl::unexpected(Error{ErrorCode::kTooLarge, "the tree needs " + std::to_string(stack_bound) +
                                                           " stack entries, the limit is " +
                                                           std::to_string(kMaxStackBound)});
-  bvh.buffer = std::move(*buffer);
   statistics.encode_seconds = watch.lap();
-  statistics.total_seconds = total.lap();
   statistics.scratch_bytes_peak = engine.ledger().peak();
+  return Bvh{std::move(*buffer), statistics};
+}
+
+/// The steps of a build.
+Result<Bvh> run(CpuEngine& engine, const Job& job) {
+  Stopwatch total, watch;
+  const BuildOptions& options = job.options;
+  const PrimitiveSoup soup(job.scene);
+  if (auto indices = check_indices(engine, soup); !indices) return tl::unexpected(indices.error());
+  CheckedTree checked;
+  if (job.imported != nullptr) {
+    auto good = check_tree(engine, *job.imported, soup);
+    if (!good) return tl::unexpected(good.error());
+    checked = std::move(*good);
+  }
+  const GroupedPrimitives grouped =
+      group_primitives(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1, checked.home.span());
+  if (auto fits = check_fits(engine, soup, grouped, options.nodes); !fits) return tl::unexpected(fits.error());
+  BuildStatistics statistics = count_input(soup, grouped, options.builder);
+  statistics.pair_seconds = watch.lap();
+  Result<BinaryTree> tree =
+      job.imported == nullptr
+          ? build_tree_or_ours(engine, statistics.builder, soup, grouped, options)
+          : build_imported(engine, *job.imported, checked, soup, grouped, make_references(engine, soup, grouped));
+  if (!tree) return tl::unexpected(tree.error());
+  checked = CheckedTree{};
+  const unsigned rounds = options.reinsertion_rounds.value_or(statistics.builder == Builder::kHq ? kHqRounds : 0);
+  tree = optimize(engine, std::move(*tree), rounds);
+  statistics.tree_seconds = watch.lap();
+  Result<Bvh> bvh = finish(engine, job, soup, grouped, *tree, statistics);
+  if (bvh) bvh->statistics.total_seconds = total.lap();
   return bvh;
+}
+
+/// run() on the threads that are wanted, with errors for exceptions.
+Result<Bvh> run_guarded(const Job& job) try {
+  const BuildOptions& options = job.options;
+  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+  if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
+  Monitor monitor(options.progress);
+  MemoryLedger ledger;
+  CpuEngine engine(monitor, ledger);
+  // More than the process may use would bring nothing but oneTBB's warning.
+  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
+  return arena.execute([&] { return run(engine, job); });
+} catch (const Cancelled&) {
+  return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
+} catch (const std::bad_alloc&) {
+  const std::size_t geometries = job.scene.meshes.size() + job.scene.customs.size();
+  return tl::unexpected(Error{ErrorCode::kOutOfMemory,
+                              "not enough memory for the build of " + std::to_string(geometries) + " geometries"});
+} catch (const std::exception& exception) {
+  return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
 }
 
 }  // namespace
@@ -172,6 +228,8 @@ const char* name(Builder builder) {
       return "embree-medium";
     case Builder::kEmbreeHigh:
       return "embree-high";
+    case Builder::kImported:
+      return "imported";
   }
   return "unknown";
 }
@@ -180,24 +238,16 @@ Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& opti
   return build(SceneInput{meshes, {}}, options);
 }
 
-Result<Bvh> build(const SceneInput& scene, const BuildOptions& options) try {
-  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
-  if (auto checked = check_sizes(scene); !checked) return tl::unexpected(checked.error());
-  Monitor monitor(options.progress);
-  MemoryLedger ledger;
-  CpuEngine engine(monitor, ledger);
-  // More than the process may use would bring nothing but oneTBB's warning.
-  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
-  return arena.execute([&] { return run(engine, scene, options); });
-} catch (const Cancelled&) {
-  return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(Error{ErrorCode::kOutOfMemory, "not enough memory for the build of " +
-                                                           std::to_string(scene.meshes.size() + scene.customs.size()) +
-                                                           " geometries"});
-} catch (const std::exception& exception) {
-  return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
+Result<Bvh> build(const SceneInput& scene, const BuildOptions& options) {
+  if (options.builder == Builder::kImported)
+    return tl::unexpected(invalid("builder imported needs a tree: import_tree() takes one"));
+  return run_guarded({scene, options, nullptr});
+}
+
+Result<Bvh> import_tree(const SceneInput& scene, const ExchangeBvh& tree, const BuildOptions& options) {
+  BuildOptions imported = options;
+  imported.builder = Builder::kImported;
+  return run_guarded({scene, imported, &tree});
 }
 
 }  // namespace hiprt::build
