@@ -171,7 +171,7 @@ class Reader {
   static std::string quoted(const std::string& text) { return shortened(Json(text).dump(), 40); }
   /// @param element false: the error is of the whole array.
   std::string place_text(bool element) const {
-    const std::string node = "nodes[" + std::to_string(tree_.nodes.size() - 1) + "]";
+    std::string node = "nodes[" + std::to_string(tree_.nodes.size() - 1) + "]";
     const std::string at = in_array_ && element ? "[" + std::to_string(index_) + "]" : "";
     switch (place_) {
       case Place::kOutside:

@@ -26,7 +26,9 @@ struct Sorted {
 
 Sorted sort_by_home(CpuEngine& engine, std::size_t nodes, const CheckedTree& checked, const PrimitiveSoup& soup,
                     std::span<const PrimitiveGroup> groups, std::span<const Reference> references) {
-  Sorted sorted{engine.allocate<Reference>(references.size()), engine.allocate<std::uint32_t>(nodes + 1)};
+  Sorted sorted;
+  sorted.references = engine.allocate<Reference>(references.size());
+  sorted.first = engine.allocate<std::uint32_t>(nodes + 1);
   const auto home = [&](std::size_t i) {
     return checked.home[soup.first[groups[i].geometry] + groups[i].primitive[0]];
   };

@@ -110,7 +110,7 @@ TEST_CASE("damaged trees are refused or give right files") {
     CAPTURE(i);
     ExchangeBvh tree = random_tree(boxes, {2 + i % 3, 1 + i % 5}, kSeed + i);
     if (random.coin()) split_one(tree, static_cast<std::uint32_t>(boxes.size()), random);
-    for (unsigned k = 0; k < random.below(4); ++k) damage(tree, random);
+    for (unsigned changes = random.below(4); changes > 0; --changes) damage(tree, random);
     const auto good = build::validate(tree, {.meshes = views});
     const auto bvh =
         build::import_tree({.meshes = views}, tree, {.nodes = NodeLayout::kHalf, .reinsertion_rounds = i % 2});

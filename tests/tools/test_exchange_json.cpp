@@ -175,9 +175,9 @@ TEST_CASE("Exchange JSON: damaged texts are read or refused") {
   oracle::Random random(kSeed);
   constexpr std::string_view kBytes = "{}[],:\"0123456789.-e \nnultrefasdm\\\x80";
   unsigned accepted = 0;
-  for (unsigned i = 0; i < 3000; ++i) {
+  for (unsigned i = 0; i < 600; ++i) {
     std::string text = kGood;
-    for (unsigned k = 0; k <= random.below(3); ++k) {
+    for (unsigned changes = 1 + random.below(3); changes > 0; --changes) {
       const std::size_t at = random.below(static_cast<std::uint32_t>(text.size()));
       const char byte = kBytes[random.below(static_cast<std::uint32_t>(kBytes.size()))];
       if (random.coin())
@@ -187,6 +187,6 @@ TEST_CASE("Exchange JSON: damaged texts are read or refused") {
     }
     if (refusal(text).empty()) ++accepted;
   }
-  CHECK(accepted > 30);
-  CHECK(accepted < 2500);
+  CHECK(accepted > 10);
+  CHECK(accepted < 500);
 }
