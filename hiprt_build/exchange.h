@@ -32,18 +32,19 @@ struct ExchangeBvh {
 /// Whether @p tree is a tree over @p scene: every node reached from the root once; numbers in range; boxes finite, and
 /// min <= max; every box exactly inside its parent's; a primitive that is in one leaf exactly inside the leaf's box (of
 /// one in several leaves each box may hold a part); every primitive in a leaf, but for those that input.h says are
-/// dropped, which may be anywhere or nowhere. Takes time proportional to the sizes of both, whatever the tree's depth.
+/// dropped, which may be anywhere or nowhere. Takes time proportional to the sizes of both (sorts what is in several
+/// leaves), whatever the tree's depth.
 /// @return the first thing that is wrong, with the numbers of node, child and primitive: kInvalidInput, or kTooLarge
 /// where numbers of 32 bits do not reach.
 HIPRT_BUILD_API Result<void> validate(const ExchangeBvh& tree, const SceneInput& scene);
 
-/// Builds a BVH of @p tree as others are built from their builder's trees: triangles of one leaf are paired; leaves
-/// with more than one pair are split by the surface area heuristic, nodes with more than two children by pairs of the
-/// nearest; then reinsertion (BuildOptions::reinsertion_rounds), optimal collapse to four children and encoding.
+/// Builds a BVH of @p tree as others are built from their builder's trees: triangles of the same leaves are paired;
+/// leaves with more than one pair are split by the surface area heuristic, nodes with more than two children by pairs
+/// of the nearest; then reinsertion (BuildOptions::reinsertion_rounds), optimal collapse to four children and encoding.
 ///
-/// Hits never depend on the tree: boxes are made again from the primitives. So a primitive in several leaves is put
-/// into one of them, whole: the one whose box it enlarges least. Where the tree is deeper than about 60 levels,
-/// subtrees are balanced instead.
+/// Hits never depend on the tree: boxes are made again from the primitives. A triangle in several leaves is cut between
+/// them by planes that separate their boxes, and is whole in one of them where there is no such plane, as custom
+/// primitives are. Where the tree is deeper than about 60 levels, subtrees are balanced instead.
 /// @param options builder and split_budget are ignored.
 /// @return the errors of validate() and build(). Statistics say Builder::kImported.
 HIPRT_BUILD_API Result<Bvh> import_tree(const SceneInput& scene, const ExchangeBvh& tree,

@@ -9,7 +9,8 @@
 
 namespace hiprt::build {
 
-/// Builds a binary tree with one reference per leaf. The result does not depend on the number of threads.
+/// Builds a binary tree with one reference per leaf; a group may have several. The result does not depend on the number
+/// of threads.
 /// @param checked what check_tree() says of @p tree.
 /// @param grouped within the homes.
 /// @param references reference i is of group i.

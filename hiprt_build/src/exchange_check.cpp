@@ -15,7 +15,8 @@ namespace {
 
 /// References are numbered with 31 bits.
 constexpr std::uint64_t kMaxEntries = std::uint64_t{1} << 31;
-constexpr std::uint64_t kMaxNodes = std::uint64_t{1} << 32;
+/// Homes keep a bit for themselves.
+constexpr std::uint64_t kMaxNodes = std::uint64_t{CheckedTree::kShared};
 constexpr std::uint64_t kReport = 4096;  ///< Steps between two looks at the monitor.
 
 tl::unexpected<Error> wrong(std::string message) {
@@ -79,6 +80,7 @@ class TreeCheck {
     for (const auto step :
          {&TreeCheck::walk, &TreeCheck::check_all_used, &TreeCheck::check_leaves, &TreeCheck::check_all_held})
       if (auto good = (this->*step)(); !good) return tl::unexpected(good.error());
+    find_shared_homes();
     return std::move(result_);
   }
 
@@ -190,16 +192,40 @@ class TreeCheck {
     }
     const Box& leaf = tree_.nodes[node].box;
     const Box bounds = bounds_of(soup_, place);
-    std::uint32_t& home = result_.home[primitive];
     if (several_.test(primitive)) {
-      const float here = growth(leaf, bounds), there = growth(tree_.nodes[home].box, bounds);
-      if (here < there || (here == there && node < home)) home = node;
+      soup_.is_custom(place.geometry) ? choose_leaf(primitive, node, bounds)
+                                      : result_.shares.push_back({primitive, node});
       return {};
     }
     const std::string text = outside_text(bounds, leaf);
     if (text.empty()) return {};
     return wrong(place_of(soup_, place) + "leaves the box of " + node_text(node) +
                  ", the only leaf that it is in: " + text);
+  }
+
+  /// Of the leaves that a custom primitive is in.
+  void choose_leaf(std::uint32_t primitive, std::uint32_t node, const Box& bounds) {
+    std::uint32_t& home = result_.home[primitive];
+    const float here = growth(tree_.nodes[node].box, bounds), there = growth(tree_.nodes[home].box, bounds);
+    if (here < there || (here == there && node < home)) home = node;
+  }
+
+  /// Homes of the triangles in several leaves.
+  void find_shared_homes() {
+    std::sort(result_.shares.begin(), result_.shares.end());
+    std::vector<std::span<const Share>> lists;
+    for (std::size_t i = 0; i < result_.shares.size(); i += lists.back().size())
+      lists.push_back(result_.shares_of(result_.shares[i].primitive));
+    const auto compare = [](std::span<const Share> a, std::span<const Share> b) {
+      return std::lexicographical_compare_three_way(a.begin(), a.end(), b.begin(), b.end(),
+                                                    [](const Share& x, const Share& y) { return x.leaf <=> y.leaf; });
+    };
+    std::stable_sort(lists.begin(), lists.end(), [&](const auto& a, const auto& b) { return compare(a, b) < 0; });
+    std::uint32_t first = 0;
+    for (std::size_t i = 0; i < lists.size(); ++i) {
+      if (i == 0 || compare(lists[i - 1], lists[i]) != 0) first = lists[i][0].primitive;
+      result_.home[lists[i][0].primitive] = CheckedTree::kShared | first;
+    }
   }
 
   Result<void> check_all_held() {

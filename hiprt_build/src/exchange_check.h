@@ -6,13 +6,36 @@
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/steps/geometry.h>
 
+#include <algorithm>
+#include <compare>
+#include <span>
+#include <vector>
+
 namespace hiprt::build {
 
+/// A triangle that is in several leaves, and one of those.
+struct Share {
+  std::uint32_t primitive, leaf;
+
+  friend auto operator<=>(const Share&, const Share&) = default;
+};
+
 struct CheckedTree {
+  /// Of a home: the number of a primitive that is in the same several leaves.
+  static constexpr std::uint32_t kShared = 0x80000000u;
+
   ScratchArray<std::uint32_t> order;  ///< All nodes, parents before their children.
-  /// Per primitive: the leaf that it is built in, kInvalidId for dropped ones. Of several leaves the one whose box it
-  /// enlarges least, then the lower node.
+  /// Per primitive: its leaf; or kShared and a primitive, the same one for all that are in the same leaves; kInvalidId
+  /// for dropped ones. Of a custom primitive in several leaves the one whose box it enlarges least, then the lower
+  /// node: what is in a part of its box nobody knows.
   ScratchArray<std::uint32_t> home;
+  std::vector<Share> shares;  ///< Sorted.
+
+  std::span<const Share> shares_of(std::uint32_t primitive) const {
+    const auto begin = std::lower_bound(shares.begin(), shares.end(), Share{primitive, 0});
+    const auto end = std::lower_bound(begin, shares.end(), Share{primitive + 1, 0});
+    return {begin, end};
+  }
 };
 
 /// @pre check_sizes() and check_indices() accepted the scene.

@@ -5,8 +5,10 @@
 #include <hiprt_build/steps/flatten.h>
 #include <hiprt_build/steps/link.h>
 #include <hiprt_build/steps/sah_reduce.h>
+#include <hiprt_build/steps/share.h>
 
 #include <span>
+#include <vector>
 
 namespace hiprt::build {
 namespace {
@@ -16,6 +18,50 @@ using Tree = LinkedTree<ReferenceLeaves>;
 /// The subtree of a node without references.
 constexpr Cluster kNothing{empty_box(), kInvalidRef, kInvalidId};
 
+struct NodeBoxes {
+  std::span<const ExchangeNode> nodes;
+  const Box& operator()(std::uint32_t node) const { return nodes[node].box; }
+};
+
+/// References and the imported leaves that they are of.
+struct Placed {
+  ScratchArray<Reference> references;
+  ScratchArray<std::uint32_t> leaf;
+  std::size_t count = 0;  ///< The first so many.
+
+  void add(const Reference& reference, std::uint32_t of_leaf) {
+    references[count] = reference;
+    leaf[count++] = of_leaf;
+  }
+};
+
+/// Groups whole, or in parts where several leaves share them.
+Placed place(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked, const PrimitiveSoup& soup,
+             std::span<const PrimitiveGroup> groups, std::span<const Reference> whole) {
+  // Every group that is shared has shares of its own.
+  const std::size_t most = whole.size() + checked.shares.size();
+  Placed placed;
+  placed.references = engine.allocate<Reference>(most);
+  placed.leaf = engine.allocate<std::uint32_t>(most);
+  GroupCutter<NodeBoxes> cutter(soup, NodeBoxes{tree.nodes});
+  std::vector<std::uint32_t> leaves;
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    if (i % CpuEngine::kChunk == 0) engine.monitor().add(CpuEngine::kChunk);
+    const PrimitiveGroup& group = groups[i];
+    const std::uint32_t home = checked.home[soup.first[group.geometry] + group.primitive[0]];
+    if ((home & CheckedTree::kShared) == 0) {
+      placed.add(whole[i], home);
+      continue;
+    }
+    leaves.clear();
+    for (const Share& share : checked.shares_of(home & ~CheckedTree::kShared)) leaves.push_back(share.leaf);
+    cutter(group, whole[i].as_box(), leaves, [&](const Box& part, std::uint32_t leaf) {
+      placed.add(make_reference(to_aabb(part), static_cast<std::uint32_t>(i)), leaf);
+    });
+  }
+  return placed;
+}
+
 /// References in the order of the imported nodes that hold them.
 struct Sorted {
   ScratchArray<Reference> references;
@@ -24,18 +70,15 @@ struct Sorted {
   std::uint32_t count(std::size_t node) const { return first[node + 1] - first[node]; }
 };
 
-Sorted sort_by_home(CpuEngine& engine, std::size_t nodes, const CheckedTree& checked, const PrimitiveSoup& soup,
-                    std::span<const PrimitiveGroup> groups, std::span<const Reference> references) {
+Sorted sort_by_leaf(CpuEngine& engine, std::size_t nodes, const Placed& placed) {
   Sorted sorted;
-  sorted.references = engine.allocate<Reference>(references.size());
+  sorted.references = engine.allocate<Reference>(placed.count);
   sorted.first = engine.allocate<std::uint32_t>(nodes + 1);
-  const auto home = [&](std::size_t i) {
-    return checked.home[soup.first[groups[i].geometry] + groups[i].primitive[0]];
-  };
   std::fill_n(sorted.first.data(), nodes + 1, 0u);
-  for (std::size_t i = 0; i < references.size(); ++i) ++sorted.first[home(i)];
+  for (std::size_t i = 0; i < placed.count; ++i) ++sorted.first[placed.leaf[i]];
   engine.exclusive_scan(sorted.first.span());
-  for (std::size_t i = 0; i < references.size(); ++i) sorted.references[sorted.first[home(i)]++] = references[i];
+  for (std::size_t i = 0; i < placed.count; ++i)
+    sorted.references[sorted.first[placed.leaf[i]]++] = placed.references[i];
   // Every node's place is now where the next one's was.
   std::copy_backward(sorted.first.data(), sorted.first.data() + nodes, sorted.first.data() + nodes + 1);
   sorted.first[0] = 0;
@@ -105,11 +148,13 @@ Cluster join_nodes(CpuEngine& engine, const ExchangeBvh& tree, std::span<const s
 BinaryTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
                           const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
                           ScratchArray<Reference> references) {
-  const std::size_t count = references.size(), imported = tree.nodes.size();
-  if (count == 0) return BinaryTree{};
-  engine.monitor().start("split", 0.5, imported + count);
-  Sorted sorted = sort_by_home(engine, imported, checked, soup, grouped.groups.span(), references.span());
+  const std::size_t imported = tree.nodes.size();
+  if (references.size() == 0) return BinaryTree{};
+  engine.monitor().start("split", 0.5, imported + 2 * references.size());
+  Sorted sorted =
+      sort_by_leaf(engine, imported, place(engine, tree, checked, soup, grouped.groups.span(), references.span()));
   references.release();
+  const std::size_t count = sorted.references.size();
   std::size_t largest = 0;
   for (std::size_t i = 0; i < imported; ++i) largest = std::max<std::size_t>(largest, sorted.count(i));
   auto nodes = engine.allocate<LinkedNode>(count);

@@ -147,7 +147,7 @@ TEST_CASE("primitives out of range, in no leaf, twice in one or outside of its b
         "of 3.5");
 }
 
-TEST_CASE("a primitive in two leaves may leave both boxes, and is in the file once") {
+TEST_CASE("a primitive in two leaves may leave both boxes") {
   Small small;
   // Triangle 1 is cut at x = 1.5, and its parts are in leaves 4 and 6.
   small.tree.nodes[2] = {Small::over(1, 3), 4, 3, 0};
@@ -157,7 +157,13 @@ TEST_CASE("a primitive in two leaves may leave both boxes, and is in the file on
   CHECK(small.refusal().empty());
   const auto bvh = build::import_tree(small.scene(), small.tree);
   REQUIRE(bvh.has_value());
-  CHECK(bvh->statistics.leaves == 4);
+  CHECK(bvh->statistics.leaves == 5);
+  // The custom primitive in the leaves 3 and 6, too: it stays whole.
+  small.tree.nodes[6].primitives = 2;
+  small.tree.primitives.push_back(3);
+  const auto other = build::import_tree(small.scene(), small.tree);
+  REQUIRE(other.has_value());
+  CHECK(other->statistics.leaves == 5);
 }
 
 TEST_CASE("dropped primitives may be anywhere or nowhere") {
