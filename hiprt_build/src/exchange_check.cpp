@@ -216,14 +216,14 @@ class TreeCheck {
     std::vector<std::span<const Share>> lists;
     for (std::size_t i = 0; i < result_.shares.size(); i += lists.back().size())
       lists.push_back(result_.shares_of(result_.shares[i].primitive));
-    const auto compare = [](std::span<const Share> a, std::span<const Share> b) {
-      return std::lexicographical_compare_three_way(a.begin(), a.end(), b.begin(), b.end(),
-                                                    [](const Share& x, const Share& y) { return x.leaf <=> y.leaf; });
+    const auto less = [](std::span<const Share> a, std::span<const Share> b) {
+      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
+                                          [](const Share& x, const Share& y) { return x.leaf < y.leaf; });
     };
-    std::stable_sort(lists.begin(), lists.end(), [&](const auto& a, const auto& b) { return compare(a, b) < 0; });
+    std::stable_sort(lists.begin(), lists.end(), less);
     std::uint32_t first = 0;
     for (std::size_t i = 0; i < lists.size(); ++i) {
-      if (i == 0 || compare(lists[i - 1], lists[i]) != 0) first = lists[i][0].primitive;
+      if (i == 0 || less(lists[i - 1], lists[i])) first = lists[i][0].primitive;
       result_.home[lists[i][0].primitive] = CheckedTree::kShared | first;
     }
   }

@@ -7,7 +7,6 @@
 #include <hiprt_build/steps/geometry.h>
 
 #include <algorithm>
-#include <compare>
 #include <span>
 #include <vector>
 
@@ -17,7 +16,9 @@ namespace hiprt::build {
 struct Share {
   std::uint32_t primitive, leaf;
 
-  friend auto operator<=>(const Share&, const Share&) = default;
+  friend bool operator<(const Share& a, const Share& b) {
+    return a.primitive != b.primitive ? a.primitive < b.primitive : a.leaf < b.leaf;
+  }
 };
 
 struct CheckedTree {
