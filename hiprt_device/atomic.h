@@ -30,6 +30,54 @@ HIPRT_HD HIPRT_INLINE void raise(std::uint64_t* value, std::uint64_t candidate) 
 #endif
 }
 
+/// The same in 32 bits.
+HIPRT_HD HIPRT_INLINE void raise(std::uint32_t* value, std::uint32_t candidate) {
+#if HIPRT_DEVICE_CODE
+  atomicMax(value, candidate);
+#else
+  std::uint32_t there = __atomic_load_n(value, __ATOMIC_RELAXED);
+  while (there < candidate &&
+         !__atomic_compare_exchange_n(value, &there, candidate, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+#endif
+}
+
+/// *value = min(*value, candidate), in no order with other memory.
+HIPRT_HD HIPRT_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) {
+#if HIPRT_DEVICE_CODE
+  atomicMin(value, candidate);
+#else
+  std::uint32_t there = __atomic_load_n(value, __ATOMIC_RELAXED);
+  while (candidate < there &&
+         !__atomic_compare_exchange_n(value, &there, candidate, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+#endif
+}
+
+/// The value as other threads of the device have left it, not as this one has seen it before; in no order with other
+/// memory.
+template <class Integer> HIPRT_HD HIPRT_INLINE Integer load_shared(const Integer* value) {
+  static_assert(sizeof(Integer) == 4 || sizeof(Integer) == 8);
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return __hip_atomic_load(value, __ATOMIC_RELAXED, __HIP_MEMORY_SCOPE_AGENT);
+#elif HIPRT_DEVICE_CODE
+  return *static_cast<const volatile Integer*>(value);
+#else
+  return __atomic_load_n(value, __ATOMIC_RELAXED);
+#endif
+}
+
+/// For load_shared() of other threads.
+template <class Integer> HIPRT_HD HIPRT_INLINE void store_shared(Integer* value, Integer replacement) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  __hip_atomic_store(value, replacement, __ATOMIC_RELAXED, __HIP_MEMORY_SCOPE_AGENT);
+#elif HIPRT_DEVICE_CODE
+  *static_cast<volatile Integer*>(value) = replacement;
+#else
+  __atomic_store_n(value, replacement, __ATOMIC_RELAXED);
+#endif
+}
+
 /// *value = replacement. Who reads what another thread exchanged can also read what that thread wrote before.
 /// @return the value before.
 HIPRT_HD HIPRT_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t replacement) {
@@ -61,6 +109,15 @@ HIPRT_HD HIPRT_INLINE void finish_writes() {
   __threadfence();
 #else
   __atomic_thread_fence(__ATOMIC_RELEASE);
+#endif
+}
+
+/// What other threads wrote before a value that load_shared() gave is read as they wrote it from now on.
+HIPRT_HD HIPRT_INLINE void see_writes() {
+#if HIPRT_DEVICE_CODE
+  __threadfence();
+#else
+  __atomic_thread_fence(__ATOMIC_ACQUIRE);
 #endif
 }
 

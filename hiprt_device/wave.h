@@ -66,6 +66,34 @@ HIPRT_HD HIPRT_INLINE bool group_any(LaneMask lanes, bool condition) {
 #endif
 }
 
+/// What these lanes, which all call this and are brought together by it, wrote can be read by all of them.
+HIPRT_HD HIPRT_INLINE void group_sync(LaneMask lanes) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  static_cast<void>(lanes);
+  __builtin_amdgcn_fence(__ATOMIC_ACQ_REL, "wavefront");
+  __builtin_amdgcn_wave_barrier();
+  __builtin_amdgcn_fence(__ATOMIC_ACQ_REL, "wavefront");
+#elif HIPRT_DEVICE_CODE
+  __syncwarp(static_cast<unsigned>(lanes));
+#else
+  static_cast<void>(lanes);
+#endif
+}
+
+/// The value of one of these lanes, which all call this. @param lane its number in the wave.
+HIPRT_HD HIPRT_INLINE std::uint32_t group_from(LaneMask lanes, std::uint32_t value, unsigned lane) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  static_cast<void>(lanes);
+  return static_cast<std::uint32_t>(__builtin_amdgcn_ds_bpermute(static_cast<int>(lane * 4), static_cast<int>(value)));
+#elif HIPRT_DEVICE_CODE
+  return __shfl_sync(static_cast<unsigned>(lanes), value, static_cast<int>(lane));
+#else
+  static_cast<void>(lanes);
+  static_cast<void>(lane);
+  return value;
+#endif
+}
+
 /// Bits that are set.
 HIPRT_HD HIPRT_INLINE unsigned lane_count(LaneMask lanes) {
 #if HIPRT_DEVICE_CODE

@@ -9,7 +9,7 @@ namespace hiprt::build {
 
 /// Moves subtrees to better places, round after round, and leaves boxes and counts as they must be.
 /// @param tree with boxes and counts; parents are set here.
-template <class Engine, class Leaves> void reinsert(Engine& engine, const ParentedTree<Leaves>& tree, unsigned rounds) {
+template <class Engine, class Tree> void reinsert(Engine& engine, const ParentedTree<Tree>& tree, unsigned rounds) {
   const std::size_t leaves = tree.leaves, subtrees = 2 * leaves;
   if (leaves < 3) return;
   auto found = engine.template allocate<Reinsertion>(subtrees);
@@ -17,15 +17,15 @@ template <class Engine, class Leaves> void reinsert(Engine& engine, const Parent
   auto granted = engine.template allocate<std::uint8_t>(subtrees);
   auto met = engine.template allocate<std::uint32_t>(leaves);
   tree.parent(*tree.tree.root) = kInvalidId;
-  engine.for_each(leaves - 1, SetParentsStep<Leaves>{tree});
+  engine.for_each(leaves - 1, SetParentsStep<Tree>{tree});
   for (unsigned round = 0; round < rounds; ++round) {
     std::fill_n(bids.data(), subtrees, ReinsertionBids{0, 0});
     std::fill_n(met.data(), leaves, 0);
-    engine.for_each(subtrees, FindReinsertionStep<Leaves>{tree, found.data(), round % kReinsertionStride});
-    engine.for_each(subtrees, BidReinsertionStep<Leaves>{tree, found.data(), bids.data()});
-    engine.for_each(subtrees, GrantReinsertionStep<Leaves>{tree, found.data(), bids.data(), granted.data()});
-    engine.for_each(subtrees, ReinsertStep<Leaves>{tree, found.data(), granted.data()});
-    engine.for_each(leaves, RefitStep<Leaves>{tree, met.data()});
+    engine.for_each(subtrees, FindReinsertionStep<Tree>{tree, found.data(), round % kReinsertionStride});
+    engine.for_each(subtrees, BidReinsertionStep<Tree>{tree, found.data(), bids.data()});
+    engine.for_each(subtrees, GrantReinsertionStep<Tree>{tree, found.data(), bids.data(), granted.data()});
+    engine.for_each(subtrees, ReinsertStep<Tree>{tree, found.data(), granted.data()});
+    engine.for_each(leaves, RefitStep<Tree>{tree, met.data()});
   }
 }
 

@@ -45,11 +45,11 @@ void emit_lbvh(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
   auto met = engine.allocate<std::uint32_t>(count);
   std::fill_n(met.data(), count, kInvalidId);
   engine.for_each(count,
-                  LbvhStep<ReferenceLeaves>{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data()});
+                  LbvhStep<Tree>{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data()});
 }
 
 void emit_hploc(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
-  using Climber = Hploc<HostGroup, ReferenceLeaves>;
+  using Climber = Hploc<HostGroup, Tree>;
   const std::size_t count = sorted.references.size();
   auto met = engine.allocate<std::uint32_t>(count);
   std::fill_n(met.data(), count, kInvalidId);
@@ -62,7 +62,7 @@ void emit_hploc(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
 }
 
 /// One round. @return how many clusters are left; they are in @p next.
-std::size_t ploc_round(CpuEngine& engine, const PlocJoin<ReferenceLeaves>& join, std::span<Cluster> next) {
+std::size_t ploc_round(CpuEngine& engine, const PlocJoin<Tree>& join, std::span<Cluster> next) {
   const std::size_t count = join.clusters.size();
   std::vector<std::size_t> first(CpuEngine::chunk_count(count));
   const auto for_clusters = [&](std::size_t begin, std::size_t end, const auto& body) {
@@ -116,7 +116,7 @@ BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Refe
   auto nodes = engine.allocate<LinkedNode>(count);
   auto counts = engine.allocate<std::uint32_t>(count);
   LinkedRef root = kLinkedLeaf;
-  const Tree tree{{sorted.references.data()}, nodes.data(), counts.data(), &root};
+  const Tree tree{{sorted.references.data()}, nodes.data(), {counts.data()}, &root};
   if (builder == Builder::kHploc)
     emit_hploc(engine, tree, sorted);
   else if (builder == Builder::kPloc)

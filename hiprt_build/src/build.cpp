@@ -206,34 +206,6 @@ Result<Bvh> run_guarded(const Job& job) try {
 
 }  // namespace
 
-const char* name(Builder builder) {
-  switch (builder) {
-    case Builder::kSah:
-      return "sah";
-    case Builder::kLbvh:
-      return "lbvh";
-    case Builder::kLbvh30:
-      return "lbvh30";
-    case Builder::kPloc:
-      return "ploc";
-    case Builder::kHploc:
-      return "hploc";
-    case Builder::kSbvh:
-      return "sbvh";
-    case Builder::kHq:
-      return "hq";
-    case Builder::kEmbreeLow:
-      return "embree-low";
-    case Builder::kEmbreeMedium:
-      return "embree-medium";
-    case Builder::kEmbreeHigh:
-      return "embree-high";
-    case Builder::kImported:
-      return "imported";
-  }
-  return "unknown";
-}
-
 Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options) {
   return build(SceneInput{meshes, {}}, options);
 }

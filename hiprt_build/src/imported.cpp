@@ -167,7 +167,7 @@ BinaryTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const Chec
                                             parts.span(), nodes.span(), counts.span(), clusters.span()});
   }
   LinkedRef root = 0;
-  const Tree linked{{sorted.references.data()}, nodes.data(), counts.data(), &root};
+  const Tree linked{{sorted.references.data()}, nodes.data(), {counts.data()}, &root};
   root = join_nodes(engine, tree, checked.order.span(), linked, clusters.span()).ref;
   engine.monitor().start("order", 0.65, count);
   return flatten(engine, {sorted.references.span(), nodes.span(), counts.span(), root});

@@ -5,6 +5,7 @@
 #include <hiprt_build/steps/link.h>
 
 namespace hiprt::build {
+
 BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds) {
   const std::size_t count = tree.references.size();
   if (count < 3 || rounds == 0) return tree;
@@ -17,11 +18,11 @@ BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds) {
   LinkedRef root = link.ref(0);
   tree.nodes.release();
   const ScratchArray<Reference> references = std::move(tree.references);
-  reinsert(
-      engine,
-      ParentedTree<ReferenceLeaves>{
-          {{references.data()}, nodes.data(), counts.data(), &root}, static_cast<std::uint32_t>(count), parents.data()},
-      rounds);
+  reinsert(engine,
+           ParentedTree<LinkedTree<ReferenceLeaves>>{{{references.data()}, nodes.data(), {counts.data()}, &root},
+                                                     static_cast<std::uint32_t>(count),
+                                                     parents.data()},
+           rounds);
   engine.monitor().start("order", 0.75, count);
   return flatten(engine, {references.span(), nodes.span(), counts.span(), root});
 }

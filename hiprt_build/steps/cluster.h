@@ -23,8 +23,7 @@ HIPRT_HD HIPRT_INLINE Cluster leaf_cluster(const Box& box, std::uint32_t leaf) {
 
 /// A new node over both. It is numbered from 1 on: leaf 0 stays free.
 /// @param left comes before @p right in the order of clusters.
-template <class Leaves>
-HIPRT_HD HIPRT_INLINE Cluster join(const LinkedTree<Leaves>& tree, const Cluster& left, const Cluster& right) {
+template <class Tree> HIPRT_HD HIPRT_INLINE Cluster join(const Tree& tree, const Cluster& left, const Cluster& right) {
   const Box box = unite(left.box, right.box);
   tree.join(right.free, left.ref, right.ref, box);
   return Cluster{box, right.free, left.free};

@@ -24,15 +24,15 @@ struct KeptCluster {
 };
 
 /// @tparam Group the lanes that work on a node together: see exec/group.h.
-/// @tparam Leaves as LinkedTree.
-template <class Group, class Leaves> struct Hploc {
+/// @tparam Tree a LinkedTree.
+template <class Group, class Tree> struct Hploc {
   /// Shared by the lanes of a group.
   struct Shared {
     typename Group::template Array<Cluster, kHplocClusters> clusters;
     std::uint32_t nearest[kHplocClusters];
   };
 
-  LinkedTree<Leaves> tree;
+  Tree tree;
   std::uint32_t leaves;
   const std::uint8_t* levels;
   std::uint32_t* met;

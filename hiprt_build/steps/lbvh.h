@@ -7,8 +7,9 @@
 namespace hiprt::build {
 
 /// Step: climbs from leaf i, and joins at every node to which it comes second. Node k cuts between leaves k - 1 and k.
-template <class Leaves> struct LbvhStep {
-  LinkedTree<Leaves> tree;
+/// @tparam Tree a LinkedTree.
+template <class Tree> struct LbvhStep {
+  Tree tree;
   std::uint32_t leaves;
   const std::uint8_t* levels;
   std::uint32_t* met;

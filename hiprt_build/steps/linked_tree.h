@@ -17,22 +17,32 @@ struct alignas(32) LinkedNode {
 };
 static_assert(sizeof(LinkedNode) == 32);
 
-/// A tree while it grows. Whoever joins two subtrees has seen both: see climb.h for the order of memory.
-/// @tparam Leaves has Box box(leaf) const.
-template <class Leaves> struct LinkedTree {
-  Leaves leaves;
-  LinkedNode* nodes;
+/// What is known of a subtree besides its box: how many leaves it has.
+struct LeafCounts {
   std::uint32_t* counts;  ///< Leaves below each inner node.
+
+  HIPRT_HD HIPRT_INLINE std::uint32_t count(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 ? 1u : counts[ref]; }
+  HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box&) const {
+    counts[node] = count(left) + count(right);
+  }
+};
+
+/// A tree while it grows. Whoever joins two subtrees has seen both: see climb.h for the order of memory.
+/// @tparam LeafBoxes has Box box(leaf) const.
+/// @tparam SubtreeSums has join(node, left, right, box) const: told of every node once both of its children are there.
+template <class LeafBoxes, class SubtreeSums = LeafCounts> struct LinkedTree {
+  LeafBoxes leaves;
+  LinkedNode* nodes;
+  SubtreeSums sums;
   LinkedRef* root;
 
   HIPRT_HD HIPRT_INLINE Box box(LinkedRef ref) const {
     return (ref & kLinkedLeaf) != 0 ? leaves.box(ref & ~kLinkedLeaf) : nodes[ref].box;
   }
-  HIPRT_HD HIPRT_INLINE std::uint32_t count(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 ? 1u : counts[ref]; }
   /// Writes inner node @p node over two subtrees. @param box of both.
   HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
     nodes[node] = LinkedNode{box, {left, right}};
-    counts[node] = count(left) + count(right);
+    sums.join(node, left, right, box);
   }
 };
 

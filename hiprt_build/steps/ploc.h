@@ -43,8 +43,8 @@ struct PlocNeighbourStep {
 };
 
 /// What becomes of the i-th cluster once the nearest are known.
-template <class Leaves> struct PlocJoin {
-  LinkedTree<Leaves> tree;
+template <class Tree> struct PlocJoin {
+  Tree tree;
   std::span<const Cluster> clusters;
   std::span<const std::uint32_t> nearest;
 

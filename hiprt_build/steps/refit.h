@@ -7,8 +7,8 @@
 namespace hiprt::build {
 
 /// A linked tree that also knows the way up.
-template <class Leaves> struct ParentedTree {
-  LinkedTree<Leaves> tree;
+template <class Tree> struct ParentedTree {
+  Tree tree;
   std::uint32_t leaves;
   std::uint32_t* parents;  ///< Of inner node k: [k]; of leaf k: [leaves + k]. kInvalidId for the root.
 
@@ -29,8 +29,8 @@ template <class Leaves> struct ParentedTree {
 };
 
 /// Step: tells the children of inner node i + 1 of it.
-template <class Leaves> struct SetParentsStep {
-  ParentedTree<Leaves> tree;
+template <class Tree> struct SetParentsStep {
+  ParentedTree<Tree> tree;
 
   HIPRT_HD void operator()(std::size_t i) const {
     const auto node = static_cast<std::uint32_t>(i + 1);
@@ -40,8 +40,8 @@ template <class Leaves> struct SetParentsStep {
 
 /// Step: climbs from leaf i; whoever comes second to a node makes its box and count from those of its children.
 /// @param met per inner node: 0.
-template <class Leaves> struct RefitStep {
-  ParentedTree<Leaves> tree;
+template <class Tree> struct RefitStep {
+  ParentedTree<Tree> tree;
   std::uint32_t* met;
 
   HIPRT_HD void operator()(std::size_t i) const {

@@ -22,7 +22,7 @@ struct Reinsertion {
 };
 
 /// Subtrees are numbered as their parents are kept: inner node k is k, leaf k is leaves + k.
-template <class Leaves> HIPRT_HD LinkedRef subtree(const ParentedTree<Leaves>& tree, std::uint32_t number) {
+template <class Tree> HIPRT_HD LinkedRef subtree(const ParentedTree<Tree>& tree, std::uint32_t number) {
   return number < tree.leaves ? number : (number - tree.leaves) | kLinkedLeaf;
 }
 
@@ -30,14 +30,14 @@ template <class Leaves> HIPRT_HD LinkedRef subtree(const ParentedTree<Leaves>& t
 inline constexpr std::uint32_t kReinsertionStride = 8;
 
 /// Step: the best place for subtree i, if it is among those of the phase.
-/// @tparam Leaves as LinkedTree.
-template <class Leaves> struct FindReinsertionStep {
+/// @tparam Tree a LinkedTree.
+template <class Tree> struct FindReinsertionStep {
   /// Subtrees that a search puts off; more are not looked at.
   static constexpr unsigned kOpen = 96;
   /// For the CPU's engine.
   static constexpr std::size_t kChunk = 512;
 
-  ParentedTree<Leaves> tree;
+  ParentedTree<Tree> tree;
   Reinsertion* found;
   std::uint32_t phase;
 
@@ -113,8 +113,8 @@ HIPRT_HD HIPRT_INLINE std::uint64_t reinsertion_bid(const Reinsertion& move, std
 }
 
 /// What a move has to do with other subtrees.
-template <class Leaves> struct ReinsertionWay {
-  ParentedTree<Leaves> tree;
+template <class Tree> struct ReinsertionWay {
+  ParentedTree<Tree> tree;
   LinkedRef moving;
   Reinsertion move;
 
@@ -139,8 +139,8 @@ template <class Leaves> struct ReinsertionWay {
 
 /// Step: subtree i bids.
 /// @param bids 0.
-template <class Leaves> struct BidReinsertionStep {
-  ParentedTree<Leaves> tree;
+template <class Tree> struct BidReinsertionStep {
+  ParentedTree<Tree> tree;
   const Reinsertion* found;
   ReinsertionBids* bids;
 
@@ -148,15 +148,15 @@ template <class Leaves> struct BidReinsertionStep {
     const auto at = static_cast<std::uint32_t>(i);
     const std::uint64_t bid = reinsertion_bid(found[i], at);
     if (bid == 0) return;
-    const ReinsertionWay<Leaves> way{tree, subtree(tree, at), found[i]};
+    const ReinsertionWay<Tree> way{tree, subtree(tree, at), found[i]};
     way.visit_changed([&](std::uint32_t number) { raise(&bids[number].change, bid); });
     way.visit_passed([&](std::uint32_t number) { raise(&bids[number].pass, bid); });
   }
 };
 
 /// Step: whether subtree i may move.
-template <class Leaves> struct GrantReinsertionStep {
-  ParentedTree<Leaves> tree;
+template <class Tree> struct GrantReinsertionStep {
+  ParentedTree<Tree> tree;
   const Reinsertion* found;
   const ReinsertionBids* bids;
   std::uint8_t* granted;
@@ -166,7 +166,7 @@ template <class Leaves> struct GrantReinsertionStep {
     const std::uint64_t bid = reinsertion_bid(found[i], at);
     bool mine = bid != 0 && bids[i].pass <= bid;
     if (mine) {
-      const ReinsertionWay<Leaves> way{tree, subtree(tree, at), found[i]};
+      const ReinsertionWay<Tree> way{tree, subtree(tree, at), found[i]};
       way.visit_changed([&](std::uint32_t number) { mine = mine && bids[number].change == bid; });
       way.visit_passed([&](std::uint32_t number) { mine = mine && reinsertion_bid(found[number], number) < bid; });
     }
@@ -175,8 +175,8 @@ template <class Leaves> struct GrantReinsertionStep {
 };
 
 /// Step: subtree i moves, and its parent with it. Boxes and counts are to be refitted.
-template <class Leaves> struct ReinsertStep {
-  ParentedTree<Leaves> tree;
+template <class Tree> struct ReinsertStep {
+  ParentedTree<Tree> tree;
   const Reinsertion* found;
   const std::uint8_t* granted;
 

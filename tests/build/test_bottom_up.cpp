@@ -29,7 +29,7 @@ struct Forest {
   std::vector<LinkedNode> nodes;
   std::vector<std::uint32_t> counts, met;
   LinkedRef root = kInvalidId;
-  LinkedTree<BoxLeaves> tree() { return {{boxes.data()}, nodes.data(), counts.data(), &root}; }
+  LinkedTree<BoxLeaves> tree() { return {{boxes.data()}, nodes.data(), {counts.data()}, &root}; }
 
   /// Checks the nodes below @p ref. @return its leaves, from left to right.
   std::vector<std::uint32_t> leaves(LinkedRef ref) const {
@@ -94,7 +94,7 @@ std::vector<std::uint64_t> random_codes(Random& random, std::uint32_t count) {
   return codes;
 }
 
-using Climber = Hploc<HostGroup, BoxLeaves>;
+using Climber = Hploc<HostGroup, LinkedTree<BoxLeaves>>;
 
 void run_hploc(Forest& forest, const std::vector<std::uint64_t>& codes, const std::vector<std::uint32_t>& order) {
   const auto count = static_cast<std::uint32_t>(codes.size());
@@ -273,7 +273,7 @@ TEST_CASE("the climb makes the tree that the codes say, in whatever order leaves
     std::vector<std::uint32_t> order(count);
     std::iota(order.begin(), order.end(), 0u);
     for (std::uint32_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
-    const LbvhStep<BoxLeaves> step{forest.tree(), count, levels.data(), forest.met.data()};
+    const LbvhStep<LinkedTree<BoxLeaves>> step{forest.tree(), count, levels.data(), forest.met.data()};
     for (const std::uint32_t i : order) step(i);
     CAPTURE(round, count);
     forest.check();

@@ -18,7 +18,8 @@ using namespace hiprt::build;
 
 namespace {
 
-using Tree = ParentedTree<BoxLeaves>;
+using Linked = LinkedTree<BoxLeaves>;
+using Tree = ParentedTree<Linked>;
 
 double cost_of(const Mesh& mesh, const BuildOptions& options) {
   const auto bvh = build::build(std::vector{mesh.view()}, options);
@@ -30,7 +31,7 @@ double cost_of(const Mesh& mesh, const BuildOptions& options) {
 struct RandomTree {
   RandomTree(Random& random, std::uint32_t count) : nodes(count), counts(count), parents(2 * count), met(count) {
     for (std::uint32_t i = 0; i < count; ++i) boxes.push_back(random_box(random));
-    const LinkedTree<BoxLeaves> linked{{boxes.data()}, nodes.data(), counts.data(), &root};
+    const Linked linked{{boxes.data()}, nodes.data(), {counts.data()}, &root};
     std::vector<Cluster> clusters;
     for (std::uint32_t i = 0; i < count; ++i) clusters.push_back(leaf_cluster(boxes[i], i));
     while (clusters.size() > 1) {
@@ -43,7 +44,7 @@ struct RandomTree {
     }
     root = clusters[0].ref;
   }
-  Tree tree() { return Tree{{{boxes.data()}, nodes.data(), counts.data(), &root}, size(), parents.data()}; }
+  Tree tree() { return Tree{{{boxes.data()}, nodes.data(), {counts.data()}, &root}, size(), parents.data()}; }
   std::uint32_t size() const { return static_cast<std::uint32_t>(boxes.size()); }
 
   /// Checks boxes, counts and parents below @p ref, and that no leaf is there twice. @return the area of inner nodes.
@@ -72,11 +73,11 @@ struct RandomTree {
   }
   void refit() {
     std::fill(met.begin(), met.end(), 0u);
-    for (std::uint32_t i = 0; i < size(); ++i) RefitStep<BoxLeaves>{tree(), met.data()}(i);
+    for (std::uint32_t i = 0; i < size(); ++i) RefitStep<Linked>{tree(), met.data()}(i);
   }
   void set_parents() {
     tree().parent(root) = kInvalidId;
-    for (std::uint32_t i = 0; i + 1 < size(); ++i) SetParentsStep<BoxLeaves>{tree()}(i);
+    for (std::uint32_t i = 0; i + 1 < size(); ++i) SetParentsStep<Linked>{tree()}(i);
   }
 
   std::vector<Box> boxes;
@@ -89,7 +90,7 @@ struct RandomTree {
 std::vector<Reinsertion> find_all(RandomTree& random_tree) {
   std::vector<Reinsertion> found(2 * random_tree.size());
   for (std::uint32_t i = 0; i < found.size(); ++i)
-    FindReinsertionStep<BoxLeaves>{random_tree.tree(), found.data(), i % kReinsertionStride}(i);
+    FindReinsertionStep<Linked>{random_tree.tree(), found.data(), i % kReinsertionStride}(i);
   return found;
 }
 
@@ -99,7 +100,7 @@ void move(RandomTree& random_tree, std::uint32_t number, LinkedRef beside) {
   std::vector<std::uint8_t> granted(found.size());
   found[number] = {1, beside, kInvalidId};
   granted[number] = 1;
-  ReinsertStep<BoxLeaves>{random_tree.tree(), found.data(), granted.data()}(number);
+  ReinsertStep<Linked>{random_tree.tree(), found.data(), granted.data()}(number);
   random_tree.refit();
 }
 
@@ -170,9 +171,9 @@ TEST_CASE("all that want to move at once: the tree stays a tree, and those with 
       std::vector<ReinsertionBids> bids(found.size(), ReinsertionBids{0, 0});
       std::vector<std::uint8_t> granted(found.size());
       for (std::uint32_t i = 0; i < found.size(); ++i)
-        BidReinsertionStep<BoxLeaves>{tree.tree(), found.data(), bids.data()}(i);
+        BidReinsertionStep<Linked>{tree.tree(), found.data(), bids.data()}(i);
       for (std::uint32_t i = 0; i < found.size(); ++i)
-        GrantReinsertionStep<BoxLeaves>{tree.tree(), found.data(), bids.data(), granted.data()}(i);
+        GrantReinsertionStep<Linked>{tree.tree(), found.data(), bids.data(), granted.data()}(i);
       const auto most = std::max_element(found.begin(), found.end(), [](const Reinsertion& a, const Reinsertion& b) {
         return a.gain <= b.gain;  // The last of equal ones has the highest bid.
       });
@@ -183,7 +184,7 @@ TEST_CASE("all that want to move at once: the tree stays a tree, and those with 
         refused += found[i].gain > 0.0f && granted[i] == 0 ? 1 : 0;
       }
       for (std::uint32_t i = 0; i < found.size(); ++i)
-        ReinsertStep<BoxLeaves>{tree.tree(), found.data(), granted.data()}(i);
+        ReinsertStep<Linked>{tree.tree(), found.data(), granted.data()}(i);
       tree.refit();
       tree.area();
     }

@@ -1,0 +1,102 @@
+#pragma once
+/// BVHs from meshes and custom primitives that are on the device already: nobody waits for the device, and nothing
+/// leaves it.
+///
+///     hiprt::gpu::DeviceGeometry mesh{.positions = positions, .triangles = triangles,
+///                                     .position_count = 8, .primitive_count = 12};
+///     auto built = hiprt::gpu::build_scene({&mesh, 1}, {}, stream, allocator);
+///     if (!built) std::cerr << built.error().message;
+///     trace<<<...>>>(built->view, ...);
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/gpu/device_buffer.h>
+#include <hiprt_device/scene_view.h>
+
+#include <cstdint>
+#include <span>
+
+namespace hiprt::gpu {
+
+/// A mesh, or custom primitives: becomes one geometry. All pointers are to device memory, which is read until the
+/// stream has passed the build. What is dropped is said at build::TriangleMesh and build::CustomGeometry; triangles
+/// with an index beyond the positions are dropped too, and reported.
+struct DeviceGeometry {
+  const build::Position* positions = nullptr;
+  const build::Triangle* triangles = nullptr;
+  /// Of custom primitives; positions and triangles are nullptr then. Without any, an address that is not nullptr keeps
+  /// the geometry a custom one.
+  const Box* boxes = nullptr;
+  std::uint32_t position_count = 0;
+  std::uint32_t primitive_count = 0;  ///< Triangles or boxes. Of all geometries at most kMaxBuildPrimitives.
+  std::uint32_t mask = 0xffffffffu;   ///< As build::TriangleMesh::mask.
+  std::uint8_t type = 0;              ///< Of custom primitives; as build::CustomGeometry::type.
+};
+
+inline constexpr std::uint32_t kMaxBuildPrimitives = (1u << 28) - 2;
+
+struct BuildOptions {
+  build::Builder builder = build::Builder::kHploc;  ///< kLbvh, kLbvh30 or kHploc.
+  NodeLayout nodes = NodeLayout::kPlanes;           ///< kFloat or kPlanes.
+  unsigned max_leaf_triangles = 8;                  ///< As build::BuildOptions.
+  /// Put triangles that share an edge, and close custom primitives, into one leaf. Looks among 32 that follow each
+  /// other in the index buffer.
+  bool pair_triangles = true;
+  build::SahCosts costs{};
+};
+
+/// Bytes of device memory that a build needs, whatever the primitives' positions.
+struct BuildSizes {
+  std::uint64_t output = 0;   ///< For the scene; most of it is given back by compact().
+  std::uint64_t scratch = 0;  ///< Free again when the stream has passed the build.
+};
+
+enum class BuildStatus : std::uint32_t {
+  kOk = 0,
+  kBadIndex = 1,  ///< Some triangle's index is beyond the positions: the scene is there without those triangles.
+  kTooDeep = 2,   ///< A traversal would need more than 180 stack entries: the scene is empty.
+};
+
+/// What a build has made: in device memory, written when the stream passes the build.
+struct BuildReport {
+  SceneView view{};  ///< For kernels that follow on the stream.
+  BuildStatus status = BuildStatus::kOk;
+  std::uint32_t nodes = 0, leaves = 0;  ///< Records.
+  std::uint32_t pairs = 0;              ///< Leaves with two primitives.
+  std::uint32_t dropped_not_finite = 0, dropped_degenerate = 0, bad_indices = 0;
+  build::Builder builder = build::Builder::kHploc;  ///< That made the tree: kLbvh where kHploc's was too deep.
+};
+
+/// @return kInvalidInput or kTooLarge with the number and its limit, or the runtime's error.
+Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options = {});
+
+/// Starts a build on the stream and returns: no allocation, no wait, no copy from or to the host; it can be captured in
+/// a graph. The geometries themselves are read before the call returns.
+/// @param output sizes.output bytes on the device, aligned to 256; becomes the scene: a BVH file with gaps between its
+///        sections, without provenance and checksum.
+/// @param scratch sizes.scratch bytes on the device, aligned to 256.
+/// @return where the report will be, in @p output; or the errors of build_sizes() and of launches.
+Result<const BuildReport*> enqueue_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
+                                         std::byte* output, std::byte* scratch, hipStream_t stream);
+
+/// A scene on the device.
+struct BuiltScene {
+  DeviceBuffer buffer;  ///< A BVH file without provenance and checksum.
+  SceneView view;       ///< Points into buffer; valid as long as it.
+  BuildReport report;   ///< Its view is the one above.
+};
+
+/// Copies what enqueue_build() has made to a buffer of its exact size; waits for the stream twice.
+/// @param report as it returned.
+/// @return kTooLarge if the tree is too deep, or the errors of DeviceBuffer.
+Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Allocator& allocator);
+
+/// Builds and compacts, with memory from the allocator.
+/// @return kInvalidInput if an index is beyond its positions, or the errors of the functions above.
+Result<BuiltScene> build_scene(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
+                               hipStream_t stream, Allocator& allocator);
+
+/// The scene's file in host memory, complete with provenance and checksum; waits for the stream.
+/// @param tool for the provenance, e.g. the command line.
+Result<build::Buffer> download_file(const BuiltScene& scene, std::string_view tool, hipStream_t stream);
+
+}  // namespace hiprt::gpu

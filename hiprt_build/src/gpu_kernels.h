@@ -1,0 +1,358 @@
+#pragma once
+/// Kernels of the GPU builders: one launch per step. Counts that only the device knows are in BuildState. Internal.
+
+#include <hiprt_build/exec/wave_group.h>
+#include <hiprt_build/gpu/build.h>
+#include <hiprt_build/steps/hploc.h>
+#include <hiprt_build/steps/lbvh.h>
+#include <hiprt_build/steps/morton.h>
+#include <hiprt_build/steps/pair_window.h>
+#include <hiprt_build/steps/write_wide.h>
+
+#include <bit>
+
+namespace hiprt::build::kernels {
+
+using gpu::BuildReport;
+using gpu::BuildStatus;
+
+inline constexpr unsigned kBlock = 256;
+/// Of kernels whose groups need shared memory.
+inline constexpr unsigned kGroupBlock = 128, kGroupsPerBlock = kGroupBlock / WaveGroup::kLanes;
+inline constexpr std::uint32_t kMaxStackBound = 180;
+
+/// Floats as integers with the same order, for atomics.
+HIPRT_HD inline std::uint32_t to_ordered(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  return (bits & 0x80000000u) != 0 ? ~bits : bits | 0x80000000u;
+}
+HIPRT_HD inline float from_ordered(std::uint32_t ordered) {
+  return std::bit_cast<float>((ordered & 0x80000000u) != 0 ? ordered & 0x7fffffffu : ~ordered);
+}
+
+/// A box that many threads grow.
+struct SharedBox {
+  std::uint32_t low[3], high[3];
+
+  HIPRT_HD void clear() {
+    for (unsigned axis = 0; axis < 3; ++axis) low[axis] = 0xffffffffu, high[axis] = 0;
+  }
+  /// @pre not the empty box.
+  HIPRT_HD void add(const Box& box) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      hiprt::lower(&low[axis], to_ordered(box.min[axis]));
+      raise(&high[axis], to_ordered(box.max[axis]));
+    }
+  }
+  HIPRT_HD Box get() const {
+    Box box = empty_box();
+    if (low[0] == 0xffffffffu) return box;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      box.min[axis] = from_ordered(low[axis]);
+      box.max[axis] = from_ordered(high[axis]);
+    }
+    return box;
+  }
+};
+
+/// Counts of primitives: [PrimitiveFate] for those that are dropped.
+struct GroupCounts {
+  std::uint32_t leaves, pairs, customs, fate[4];
+};
+
+/// What a build knows while it runs.
+struct BuildState {
+  SharedBox bounds, centers;
+  GroupCounts counts;
+  LinkedRef root;
+  std::uint32_t too_deep;  ///< H-PLOC's tree: lbvh_again() makes another.
+  std::uint32_t queued, ticket, stack_need;
+};
+
+/// Arguments of put_geometries().
+struct GeometryChunk {
+  static constexpr unsigned kSize = 32;
+  GeometryView views[kSize];
+};
+
+inline __device__ std::uint32_t thread_index() { return blockIdx.x * blockDim.x + threadIdx.x; }
+
+static __global__ void start(BuildState* state) {
+  state->bounds.clear();
+  state->centers.clear();
+  state->counts = GroupCounts{};
+  state->root = kInvalidId;
+  state->too_deep = state->queued = state->ticket = state->stack_need = 0;
+}
+
+static __global__ void put_geometries(GeometryChunk chunk, std::uint32_t begin, std::uint32_t count,
+                                      GeometryView* views, GeometryRecord* records) {
+  const std::uint32_t i = thread_index();
+  if (i >= count) return;
+  const GeometryView view = chunk.views[i];
+  views[begin + i] = view;
+  records[begin + i] = GeometryRecord{view.first, view.primitives, 0, view.mask, view.flags};
+}
+
+/// Leaves, their boxes and the scene's; each group of lanes takes a window after the other.
+static __global__ void __launch_bounds__(kGroupBlock)
+    pair_primitives(PairWindow<WaveGroup> windows, LeafReference* references, GeometryRecord* records,
+                    BuildState* state) {
+  __shared__ PairWindow<WaveGroup>::Shared shared[kGroupsPerBlock];
+  __shared__ SharedBox bounds, centers;
+  __shared__ GroupCounts counts;
+  if (threadIdx.x == 0) {
+    bounds.clear();
+    centers.clear();
+    counts = GroupCounts{};
+  }
+  __syncthreads();
+  Box my_bounds = empty_box(), my_centers = empty_box();
+  GroupCounts mine{};
+  const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
+  const std::uint32_t all = (windows.soup.primitives + kPairWindow - 1) / kPairWindow;
+  for (std::uint32_t w = blockIdx.x * kGroupsPerBlock + my_group; w < all; w += gridDim.x * kGroupsPerBlock)
+    windows(WaveGroup{}, shared[my_group], w, [&](const PairedPrimitive& paired) {
+      references[paired.primitive] = LeafReference{paired.box, paired.group, paired.primitive};
+      if (paired.fate != PrimitiveFate::kKept) {
+        fetch_add(&counts.fate[static_cast<unsigned>(paired.fate)], 1);
+        atomicAdd(reinterpret_cast<unsigned long long*>(&records[paired.geometry].dropped_count), 1ull);
+      }
+      if (!paired.group.exists()) return;
+      grow(my_bounds, paired.box);
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        const float center = split_position(paired.box, axis);
+        my_centers.min[axis] = center < my_centers.min[axis] ? center : my_centers.min[axis];
+        my_centers.max[axis] = center > my_centers.max[axis] ? center : my_centers.max[axis];
+      }
+      ++mine.leaves;
+      mine.pairs += paired.group.is_pair() ? 1 : 0;
+      mine.customs += paired.group.is_custom() ? 1 : 0;
+    });
+  if (my_bounds.min[0] <= my_bounds.max[0]) {
+    bounds.add(my_bounds);
+    centers.add(my_centers);
+    fetch_add(&counts.leaves, mine.leaves);
+    fetch_add(&counts.pairs, mine.pairs);
+    fetch_add(&counts.customs, mine.customs);
+  }
+  __syncthreads();
+  if (threadIdx.x != 0) return;
+  if (counts.leaves != 0) {
+    state->bounds.add(bounds.get());
+    state->centers.add(centers.get());
+    fetch_add(&state->counts.leaves, counts.leaves);
+    fetch_add(&state->counts.pairs, counts.pairs);
+    fetch_add(&state->counts.customs, counts.customs);
+  }
+  for (unsigned fate = 1; fate < 4; ++fate)
+    if (counts.fate[fate] != 0) fetch_add(&state->counts.fate[fate], counts.fate[fate]);
+}
+
+/// Keys of primitives that are not the first of a leaf come last.
+static __global__ void __launch_bounds__(kBlock)
+    make_keys(const LeafReference* references, std::uint32_t count, unsigned bits, const BuildState* state,
+              std::uint64_t* keys, std::uint32_t* values) {
+  const std::uint32_t i = thread_index();
+  if (i >= count) return;
+  const LeafReference reference = references[i];
+  const MortonGrid grid = MortonGrid::over(state->centers.get(), bits);
+  keys[i] = reference.group.exists() ? grid.code(reference.box) : ~std::uint64_t{0};
+  values[i] = i;
+}
+
+/// What the climbs need, in the order of the keys.
+struct SortedLeaves {
+  LeafReference* references;
+  LeafPrimitives* primitives;
+  std::uint8_t* levels;
+  std::uint32_t* met;
+};
+
+static __global__ void __launch_bounds__(kBlock)
+    gather_leaves(const LeafReference* references, const std::uint64_t* keys, const std::uint32_t* order,
+                  const BuildState* state, SortedLeaves sorted) {
+  const std::uint32_t i = thread_index(), count = state->counts.leaves;
+  if (i >= count) return;
+  const LeafReference reference = references[order[i]];
+  sorted.references[i] = reference;
+  sorted.primitives[i] = LeafPrimitives{reference.primitive, reference.group};
+  sorted.met[i] = kInvalidId;
+  if (i + 1 < count) sorted.levels[i] = boundary_level(keys[i], keys[i + 1], i);
+}
+
+struct SortedBoxes {
+  const LeafReference* references;
+
+  HIPRT_HD HIPRT_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
+};
+using PlannedTree = LinkedTree<SortedBoxes, PlanSums>;
+
+static __global__ void __launch_bounds__(kBlock)
+    climb_lbvh(PlannedTree tree, SortedLeaves sorted, const BuildState* state) {
+  const std::uint32_t i = thread_index();
+  if (i < state->counts.leaves) LbvhStep<PlannedTree>{tree, state->counts.leaves, sorted.levels, sorted.met}(i);
+}
+
+static __global__ void __launch_bounds__(kGroupBlock)
+    climb_hploc(PlannedTree tree, SortedLeaves sorted, KeptCluster* kept, const BuildState* state) {
+  using Climber = Hploc<WaveGroup, PlannedTree>;
+  __shared__ Climber::Shared shared[kGroupsPerBlock];
+  const Climber climber{tree, state->counts.leaves, sorted.levels, sorted.met, kept};
+  climber(WaveGroup{}, shared[threadIdx.x / WaveGroup::kLanes], thread_index());
+}
+
+/// Whether the tree must be made again: the climbs have to begin anew.
+static __global__ void __launch_bounds__(kBlock)
+    check_depth(const CollapsePlan* plans, SortedLeaves sorted, BuildState* state) {
+  const std::uint32_t i = thread_index();
+  if (i >= state->counts.leaves) return;
+  const LinkedRef root = state->root;
+  if ((root & kLinkedLeaf) != 0 || plans[root].need <= kMaxStackBound) return;
+  sorted.met[i] = kInvalidId;
+  if (i == 0) state->too_deep = 1;
+}
+static __global__ void __launch_bounds__(kBlock)
+    lbvh_again(PlannedTree tree, SortedLeaves sorted, const BuildState* state) {
+  const std::uint32_t i = thread_index();
+  if (state->too_deep != 0 && i < state->counts.leaves)
+    LbvhStep<PlannedTree>{tree, state->counts.leaves, sorted.levels, sorted.met}(i);
+}
+
+/// Clears the queue but for the root, whose task it writes; a tree of one run is written.
+template <class Layout>
+__global__ void __launch_bounds__(kBlock) begin_wide(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
+  const std::uint32_t i = thread_index();
+  if (state->counts.leaves == 0) return;
+  const LinkedRef root = state->root;
+  if (writer.is_run(root)) {
+    Box box;
+    if (i == 0) writer.write_run(root, 0, box);
+  } else if (i == 0) {
+    writer.post_task(0, root, 1, 0, 0);
+    queue.write(0, 0);
+    state->queued = 1;
+  } else if (i < writer.plans[root].nodes) {
+    queue.clear(i);
+  }
+}
+
+/// Teams take places in the queue. Who waits for an entry waits for a team that is running: one with an earlier place.
+template <class Layout>
+__global__ void __launch_bounds__(kBlock) write_wide(WideWriter<Layout> writer, WideQueue queue, BuildState* state) {
+  const std::uint32_t leaves = state->counts.leaves;
+  const bool wide = leaves != 0 && !writer.is_run(state->root);
+  const std::uint32_t nodes = wide ? writer.plans[state->root].nodes : 0;
+  const WaveGroup group;
+  const LaneTeam team;
+  constexpr unsigned kTeams = WaveGroup::kLanes / LaneTeam::kLanes;
+  for (;;) {
+    std::uint32_t first = group.lane() == 0 ? fetch_add(&state->ticket, kTeams) : 0;
+    first = group.from(0, first);
+    if (first >= nodes) return;
+    const std::uint32_t mine = first + group.lane() / LaneTeam::kLanes;
+    bool waits = mine < nodes;
+    while (group.any(waits)) {
+      std::uint32_t node = kInvalidId, child = kInvalidId;
+      if (waits && team.lane() == 0) node = queue.read(mine);
+      node = team.from(0, node);
+      if (node != kInvalidId) {
+        std::uint32_t need = 0;
+        child = writer.write(team, node, writer.read_task(team, node), need);
+        if (team.lane() == 0 && need > state->stack_need) raise(&state->stack_need, need);
+        waits = false;
+      }
+      const std::uint32_t children = group.ballot(child != kInvalidId);
+      if (children == 0) continue;
+      finish_writes();
+      std::uint32_t to = group.lane() == 0 ? fetch_add(&state->queued, lane_count(children)) : 0;
+      to = group.from(0, to) + lane_count(children & ((1u << group.lane()) - 1));
+      if (child != kInvalidId) queue.write(to, child);
+    }
+  }
+}
+
+/// Where everything is in the output.
+struct OutputPlan {
+  std::byte* base;
+  SectionEntry sections[5];
+  std::uint64_t size;  ///< Bytes of the file; the report lies behind.
+  BuildReport* report;
+  NodeLayout layout;
+  Builder builder;
+  std::uint32_t geometries, primitives;
+};
+
+static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const BuildState* state) {
+  const GroupCounts& counts = state->counts;
+  const LinkedRef root = state->root;
+  const bool is_leaf = (root & kLinkedLeaf) != 0, is_run = counts.leaves != 0 && (is_leaf || plans[root].is_run());
+  const bool too_deep = state->stack_need > kMaxStackBound;
+  const std::uint32_t nodes = counts.leaves == 0 || is_run ? 0 : plans[root].nodes;
+  FeatureMask features = 0;
+  if (counts.leaves > counts.customs) features |= feature_bit(Feature::kTriangles);
+  if (counts.customs != 0) features |= feature_bit(Feature::kCustom);
+  const auto* records = reinterpret_cast<const GeometryRecord*>(plan.base + plan.sections[3].offset);
+  for (std::uint32_t i = 0; i < plan.geometries; ++i)
+    if (records[i].mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
+  NodeRef ref = kInvalidRef;
+  if (is_run)
+    ref = make_ref(plan.sections[1].offset,
+                   counts.customs == counts.leaves ? NodeType::kProcedural : NodeType::kTriangle0);
+  else if (nodes != 0 && !too_deep)
+    ref = make_ref(plan.sections[0].offset, NodeType::kBox32);
+
+  FileHeader header{};
+  for (unsigned i = 0; i < sizeof(kMagic); ++i) header.magic[i] = "HIPRTBVH"[i];
+  header.version_major = kVersionMajor;
+  header.version_minor = kVersionMinor;
+  header.layout = static_cast<std::uint32_t>(plan.layout);
+  header.features = features;
+  header.byte_size = plan.size;
+  header.section_count = 5;
+  header.root = ref;
+  header.stack_bound = state->stack_need;
+  header.geometry_count = plan.geometries;
+  header.bounds = state->bounds.get();
+  header.primitive_count = plan.primitives;
+  *reinterpret_cast<FileHeader*>(plan.base) = header;
+  plan.sections[0].count = nodes;
+  plan.sections[1].count = counts.leaves;
+  for (unsigned i = 0; i < 5; ++i)
+    reinterpret_cast<SectionEntry*>(plan.base + sizeof(FileHeader))[i] = plan.sections[i];
+
+  BuildReport report;
+  report.view.base = plan.base;
+  report.view.size = plan.size;
+  report.view.geometries = records;
+  report.view.root = ref;
+  report.view.stack_bound = state->stack_need;
+  report.view.features = features;
+  report.view.layout = plan.layout;
+  report.view.bounds = header.bounds;
+  report.nodes = nodes;
+  report.leaves = counts.leaves;
+  report.pairs = counts.pairs;
+  report.dropped_not_finite = counts.fate[static_cast<unsigned>(PrimitiveFate::kNotFinite)];
+  report.dropped_degenerate = counts.fate[static_cast<unsigned>(PrimitiveFate::kDegenerate)];
+  report.bad_indices = counts.fate[static_cast<unsigned>(PrimitiveFate::kBadIndex)];
+  report.status = too_deep                  ? BuildStatus::kTooDeep
+                  : report.bad_indices != 0 ? BuildStatus::kBadIndex
+                                            : BuildStatus::kOk;
+  report.builder = state->too_deep != 0 ? Builder::kLbvh : plan.builder;
+  *plan.report = report;
+}
+
+/// Nodes whose children move by so many bytes: for a file whose gaps are closed.
+template <class Node>
+__global__ void __launch_bounds__(kBlock)
+    move_nodes(const Node* from, Node* to, std::uint32_t count, std::uint64_t leaves_from, std::uint32_t leaves_back) {
+  const std::uint32_t i = thread_index();
+  if (i >= count) return;
+  Node node = from[i];
+  for (unsigned c = 0; c < kBranching; ++c)
+    if (node.child[c] != kInvalidRef && ref_offset(node.child[c]) >= leaves_from) node.child[c] -= leaves_back << 3;
+  to[i] = node;
+}
+
+}  // namespace hiprt::build::kernels

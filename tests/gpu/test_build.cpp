@@ -1,0 +1,225 @@
+// BVHs built on the device: the files are those of the CPU's builders, bit by bit, where both pair alike.
+
+#include <hiprt_build/gpu/build.h>
+#include <hiprt_build/statistics.h>
+#include <hiprt_device/format/validate.h>
+#include <tests/gpu/counting_allocator.h>
+#include <tests/gpu/results.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <cstdio>
+#include <limits>
+#include <string>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+using build::Builder;
+using Catch::Matchers::Contains;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 20261121;
+
+/// Geometries on the host, and copies of them on the device.
+class Input {
+ public:
+  explicit Input(std::vector<oracle::Mesh> meshes, std::vector<std::vector<Box>> boxes = {})
+      : meshes_(std::move(meshes)), boxes_(std::move(boxes)) {
+    for (const oracle::Mesh& mesh : meshes_) {
+      positions_.push_back(must(gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, allocator_)));
+      triangles_.push_back(must(gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, allocator_)));
+      geometries.push_back({.positions = positions_.back().data(),
+                            .triangles = triangles_.back().data(),
+                            .position_count = static_cast<std::uint32_t>(mesh.positions.size()),
+                            .primitive_count = static_cast<std::uint32_t>(mesh.triangles.size()),
+                            .mask = mesh.mask});
+    }
+    for (const std::vector<Box>& custom : boxes_) {
+      device_boxes_.push_back(must(gpu::DeviceArray<Box>::from(custom, nullptr, allocator_)));
+      // Without boxes any address says that these are custom primitives.
+      const Box* data = custom.empty() ? device_boxes_.front().data() : device_boxes_.back().data();
+      geometries.push_back({.boxes = data,
+                            .primitive_count = static_cast<std::uint32_t>(custom.size()),
+                            .type = static_cast<std::uint8_t>(device_boxes_.size())});
+    }
+    REQUIRE(hipDeviceSynchronize() == hipSuccess);
+  }
+
+  build::Buffer build_on_device(const gpu::BuildOptions& options, gpu::BuildReport* report = nullptr) {
+    const gpu::BuiltScene scene = must(gpu::build_scene(geometries, options, nullptr, allocator_));
+    if (report != nullptr) *report = scene.report;
+    return must(gpu::download_file(scene, "test_build", nullptr));
+  }
+  build::Bvh build_on_host(const build::BuildOptions& options) const {
+    const std::vector<build::TriangleMesh> views = oracle::views(meshes_);
+    std::vector<build::CustomGeometry> customs;
+    for (const std::vector<Box>& custom : boxes_)
+      customs.push_back({.boxes = custom, .type = static_cast<std::uint8_t>(customs.size() + 1)});
+    return must(build::build(build::SceneInput{views, customs}, options));
+  }
+
+  std::vector<gpu::DeviceGeometry> geometries;
+
+ private:
+  CountingAllocator allocator_;
+  std::vector<oracle::Mesh> meshes_;
+  std::vector<std::vector<Box>> boxes_;
+  std::vector<gpu::DeviceArray<build::Position>> positions_;
+  std::vector<gpu::DeviceArray<build::Triangle>> triangles_;
+  std::vector<gpu::DeviceArray<Box>> device_boxes_;
+};
+
+BufferView checked_view(const build::Buffer& file) {
+  const auto summary = validate(file.bytes());
+  INFO((summary ? std::string() : to_string(summary.error())));
+  REQUIRE(summary.has_value());
+  return *open_buffer(file.bytes());
+}
+
+std::span<const std::byte> section(const build::Buffer& file, SectionKind kind) {
+  const auto* entries = reinterpret_cast<const SectionEntry*>(file.bytes().data() + sizeof(FileHeader));
+  const SectionEntry& entry = entries[static_cast<unsigned>(kind) - 1];
+  return file.bytes().subspan(entry.offset, entry.count * entry.stride);
+}
+
+void check_same_files(const build::Buffer& device, const build::Buffer& host) {
+  checked_view(device);
+  for (const SectionKind kind :
+       {SectionKind::kNodes, SectionKind::kLeaves, SectionKind::kPrimitiveMap, SectionKind::kGeometries}) {
+    INFO("section " << static_cast<unsigned>(kind));
+    const auto a = section(device, kind), b = section(host, kind);
+    REQUIRE(a.size() == b.size());
+    CHECK(std::equal(a.begin(), a.end(), b.begin()));
+  }
+  const auto& a = *reinterpret_cast<const FileHeader*>(device.bytes().data());
+  const auto& b = *reinterpret_cast<const FileHeader*>(host.bytes().data());
+  CHECK(a.root == b.root);
+  CHECK(a.features == b.features);
+  CHECK(a.stack_bound == b.stack_bound);
+}
+
+/// Without pairs, which the host looks for in the whole mesh.
+void check_like_host(Input& input, Builder builder, NodeLayout nodes = NodeLayout::kPlanes, unsigned run = 8) {
+  INFO(build::name(builder) << ", runs of " << run);
+  gpu::BuildReport report;
+  const build::Buffer device = input.build_on_device(
+      {.builder = builder, .nodes = nodes, .max_leaf_triangles = run, .pair_triangles = false}, &report);
+  const build::Bvh host =
+      input.build_on_host({.builder = builder, .nodes = nodes, .max_leaf_triangles = run, .pair_triangles = false});
+  check_same_files(device, host.buffer);
+  CHECK(report.dropped_not_finite == host.statistics.dropped_not_finite);
+  CHECK(report.dropped_degenerate == host.statistics.dropped_degenerate);
+  CHECK(report.leaves == host.statistics.leaves);
+  CHECK(report.nodes == host.statistics.nodes);
+}
+
+constexpr Builder kBuilders[] = {Builder::kLbvh, Builder::kLbvh30, Builder::kHploc};
+
+oracle::Mesh first_triangles(oracle::Mesh mesh, std::size_t count) {
+  mesh.triangles.resize(count);
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("trees of the device are those of the host, bit by bit") {
+  INFO("seed " << kSeed);
+  for (const unsigned count : {0u, 1u, 2u, 3u, 7u, 31u, 32u, 33u, 63u, 64u, 65u, 500u, 4097u}) {
+    INFO(count << " triangles");
+    Input input({first_triangles(oracle::soup(std::max(count, 1u), 0.1, kSeed), count)});
+    for (const Builder builder : kBuilders) check_like_host(input, builder);
+  }
+  Input star({oracle::star(4, kSeed)});
+  for (const Builder builder : kBuilders)
+    for (const unsigned run : {1u, 2u, 64u}) check_like_host(star, builder, NodeLayout::kFloat, run);
+}
+
+TEST_CASE("odd meshes build on the device as on the host") {
+  INFO("seed " << kSeed);
+  const oracle::Mesh meshes[] = {oracle::torture(700, kSeed), oracle::identical(300), oracle::concentric(200, kSeed),
+                                 oracle::needles(500, 1e4, kSeed), oracle::grid_plane(20, 1, 0.5f)};
+  for (std::size_t m = 0; m < std::size(meshes); ++m) {
+    INFO("mesh " << m);
+    Input input({meshes[m]});
+    for (const Builder builder : kBuilders) check_like_host(input, builder);
+  }
+}
+
+TEST_CASE("several geometries, masks and custom primitives") {
+  INFO("seed " << kSeed);
+  oracle::Random random(kSeed);
+  std::vector<Box> boxes(333);
+  for (Box& box : boxes) {
+    const oracle::Position low = random.in_cube(1), size = random.in_cube(0.1);
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      box.min[axis] = low[axis];
+      box.max[axis] = low[axis] + std::abs(size[axis]);
+    }
+  }
+  boxes[5].max[1] = std::numeric_limits<float>::quiet_NaN();
+  boxes[7].max[0] = boxes[7].min[0] - 1;
+  std::vector<oracle::Mesh> meshes;
+  for (unsigned i = 0; i < 70; ++i) meshes.push_back(oracle::soup(i % 7, 0.2, kSeed + i));
+  meshes[3].mask = 5;
+  Input mixed(meshes, {boxes, {}, boxes}), customs({}, {boxes}), empty({}), hollow({oracle::Mesh{}});
+  for (const Builder builder : kBuilders) {
+    check_like_host(mixed, builder);
+    check_like_host(customs, builder);
+    check_like_host(empty, builder);
+    check_like_host(hollow, builder);
+  }
+}
+
+TEST_CASE("pairs of the device") {
+  INFO("seed " << kSeed);
+  Input star({oracle::star(4, kSeed)}), torus({oracle::torus(60, 30, 0.3)}), plane({oracle::grid_plane(40, 2, 0)});
+  for (Input* input : {&star, &torus, &plane}) {
+    gpu::BuildReport report;
+    const build::Buffer device = input->build_on_device({}, &report);
+    const build::Bvh host = input->build_on_host({.builder = Builder::kHploc});
+    const double device_cost = build::measure_tree(checked_view(device), {}).sah_cost;
+    const double host_cost = build::measure_tree(checked_view(host.buffer), {}).sah_cost;
+    std::printf("pairs: device %u, host %u; SAH cost: device %.3f, host %.3f\n", report.pairs,
+                static_cast<unsigned>(host.statistics.pairs), device_cost, host_cost);
+    CHECK(report.pairs > host.statistics.pairs / 2);
+    CHECK(device_cost < 1.25 * host_cost);
+    const build::Buffer again = input->build_on_device({});
+    CHECK(std::equal(again.bytes().begin(), again.bytes().end(), device.bytes().begin(), device.bytes().end()));
+  }
+}
+
+TEST_CASE("what the device cannot build is refused") {
+  CountingAllocator allocator;
+  const auto message = [&](const gpu::DeviceGeometry& geometry, const gpu::BuildOptions& options) {
+    return error_of(gpu::build_scene({&geometry, 1}, options, nullptr, allocator)).message;
+  };
+  const gpu::DeviceGeometry none{};
+  CHECK_THAT(message(none, {.builder = Builder::kSah}), Contains("builder sah does not run on the GPU"));
+  CHECK_THAT(message(none, {.max_leaf_triangles = 65}), Contains("max_leaf_triangles is 65"));
+  CHECK_THAT(message(none, {.nodes = NodeLayout::kHalf}), Contains("node layout 3"));
+  CHECK_THAT(message(none, {.costs = {.leaf = 0}}), Contains("SAH costs must be positive"));
+  CHECK_THAT(message({.primitive_count = 1}, {}), Contains("geometry 0: 1 primitives need positions and triangles"));
+  const Box box{};
+  CHECK_THAT(message({.boxes = &box, .primitive_count = gpu::kMaxBuildPrimitives + 1}, {}),
+             Contains("268435455 primitives, the limit is 268435454"));
+  CHECK_THAT(message({.boxes = &box, .primitive_count = 200000000}, {}), Contains("a node reference addresses"));
+  oracle::Mesh bad = oracle::soup(40, 0.1, kSeed);
+  bad.triangles[33][1] = 1000;
+  Input input({bad});
+  CHECK_THAT(error_of(gpu::build_scene(input.geometries, {}, nullptr, allocator)).message,
+             Contains("1 triangles have an index beyond"));
+  CHECK(allocator.balance() == 0);
+}
+
+TEST_CASE("sizes are known before") {
+  const Box box{};
+  for (const std::uint32_t count : {0u, 1u, 1000u, 1000000u, 100000000u}) {
+    const gpu::DeviceGeometry geometry{.boxes = &box, .primitive_count = count};
+    const gpu::BuildSizes sizes = must(gpu::build_sizes({&geometry, 1}));
+    INFO(count << " primitives: output " << sizes.output << ", scratch " << sizes.scratch);
+    if (count >= 1000000) CHECK(sizes.scratch <= std::uint64_t{64} * count + 4096);
+    CHECK(sizes.output >= std::uint64_t{196} * count);
+    CHECK(sizes.output <= std::uint64_t{196} * count + 4096);
+  }
+}
