@@ -31,10 +31,11 @@ enum class Builder {
   kEmbreeLow,     ///< rtcBuildBVH, RTC_BUILD_QUALITY_LOW (Morton order).
   kEmbreeMedium,  ///< rtcBuildBVH, RTC_BUILD_QUALITY_MEDIUM (binned SAH).
   kEmbreeHigh,    ///< rtcBuildBVH, RTC_BUILD_QUALITY_HIGH (binned SAH with spatial splits).
+  kImported,      ///< The caller's tree: import_tree() (exchange.h) only.
 };
 
 /// @return the name used on command lines and in provenance: "sah", "lbvh", "lbvh30", "ploc", "hploc", "sbvh", "hq",
-/// "embree-low", "embree-medium", "embree-high".
+/// "embree-low", "embree-medium", "embree-high", "imported".
 HIPRT_BUILD_API const char* name(Builder builder);
 
 struct Progress {

@@ -1,13 +1,14 @@
 /// bvhbuild: meshes in, a BVH file out.
 
 #include "cli.h"
+#include "exchange_json.h"
 #include "mesh_import.h"
 #include "names.h"
 #include "parallel.h"
 #include "progress.h"
 #include "report.h"
 
-#include <hiprt_build/build.h>
+#include <hiprt_build/exchange.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/statistics.h>
 
@@ -32,7 +33,8 @@ constexpr ToolInfo kInfo{
     "warning says how many there are.",
     "  bvhbuild bunny.obj -o bunny.bvh\n"
     "  bvhbuild room.glb chair.ply -o scene.bvh --builder embree-high --stats\n"
-    "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"};
+    "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"
+    "  bvhbuild bunny.obj -o mine.bvh --import tree.json\n"};
 
 struct Options {
   std::vector<std::string> inputs;
@@ -43,18 +45,24 @@ struct Options {
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
   double split_budget = build::BuildOptions{}.split_budget;
   bool no_pairs = false, stats = false;
+  std::string imported;  ///< Empty: none.
 };
 
 void add_options(CLI::App& app, Options& options) {
   app.add_option("INPUT", options.inputs, "Mesh files, one geometry each")->required()->type_name("FILE");
   app.add_option("-o,--output", options.output, "The BVH file to write")->required()->type_name("FILE");
-  app.add_option(
-         "--builder", options.builder,
-         "How the tree is built: lbvh is built fastest, hq has the lowest SAH cost; lbvh30 and ploc are there to "
-         "compare with, embree-* are Embree's")
-      ->check(CLI::IsMember(words(kBuilders)))
-      ->type_name("NAME")
-      ->capture_default_str();
+  CLI::Option* builder =
+      app.add_option(
+             "--builder", options.builder,
+             "How the tree is built: lbvh is built fastest, hq has the lowest SAH cost; lbvh30 and ploc are there to "
+             "compare with, embree-* are Embree's")
+          ->check(CLI::IsMember(words(kBuilders)))
+          ->type_name("NAME")
+          ->capture_default_str();
+  app.add_option("--import", options.imported,
+                 "Take the tree of this JSON file (bvhinfo --export writes such files) in place of a builder's")
+      ->excludes(builder)
+      ->type_name("FILE");
   app.add_option(
          "--nodes", options.nodes,
          "Layout of the nodes; auto: the one for --target. half and quantized have nodes of half the size, with "
@@ -213,14 +221,28 @@ nlohmann::json report_json(const Options& options, const build::Bvh& bvh, const 
           {"peak_bytes", {{"builder", s.scratch_bytes_peak}, {"process", peak_memory_bytes()}}}};
 }
 
-build::Result<build::Bvh> build_bvh(const std::vector<Mesh>& meshes, const Options& options, ProgressBar& bar) {
+/// What build() takes the tree from; none without --import.
+build::Result<std::optional<build::ExchangeBvh>> read_tree(const Options& options, ProgressBar& bar) {
+  if (options.imported.empty()) return std::nullopt;
+  bar.update("read", 0);
+  auto tree = read_exchange(options.imported);
+  if (interrupted()) return tl::unexpected(cancelled());
+  if (!tree) return tl::unexpected(tree.error());
+  return std::move(*tree);
+}
+
+build::Result<build::Bvh> build_bvh(const std::vector<Mesh>& meshes, const std::optional<build::ExchangeBvh>& tree,
+                                    const Options& options, ProgressBar& bar) {
   std::vector<build::TriangleMesh> inputs;
   inputs.reserve(meshes.size());
   for (const Mesh& mesh : meshes) inputs.push_back({mesh.positions, mesh.triangles, 0xffffffffu, mesh.name});
   const std::string tool = tool_version(kInfo);
-  auto bvh = build::build(inputs, build_options(options, tool, bar));
+  const build::SceneInput scene{inputs, {}};
+  const build::BuildOptions wanted = build_options(options, tool, bar);
+  auto bvh = tree ? build::import_tree(scene, *tree, wanted) : build::build(scene, wanted);
   bar.clear();
   if (interrupted()) return tl::unexpected(cancelled());
+  if (!bvh && tree) bvh.error().message.insert(0, options.imported + ": ");
   return bvh;
 }
 
@@ -243,15 +265,19 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   ProgressBar bar;
   Stopwatch watch;
   Seconds seconds;
-  if (auto checked = check_output(options.output, options.inputs); !checked) return checked;
+  std::vector<std::string> inputs = options.inputs;
+  if (!options.imported.empty()) inputs.push_back(options.imported);
+  if (auto checked = check_output(options.output, inputs); !checked) return checked;
   auto meshes = read_meshes(cli, options, bar);
   if (!meshes) return tl::unexpected(meshes.error());
+  auto tree = read_tree(options, bar);
+  if (!tree) return tl::unexpected(tree.error());
   seconds.read = watch.lap();
-  const auto bvh = build_bvh(*meshes, options, bar);
+  const auto bvh = build_bvh(*meshes, *tree, options, bar);
   if (!bvh) return tl::unexpected(bvh.error());
   meshes->clear();
   warn_dropped(cli, bvh->statistics);
-  if (const std::string used = build::name(bvh->statistics.builder); used != options.builder)
+  if (const std::string used = build::name(bvh->statistics.builder); !*tree && used != options.builder)
     cli.warn("Embree gave up on " + options.builder + ", the tree would be too deep; it is by " + used);
   watch.lap();
   if (auto written = build::write_file(options.output, bvh->buffer.bytes()); !written) return written;

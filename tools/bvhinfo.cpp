@@ -3,6 +3,7 @@
 #include "bvh_dump.h"
 #include "bvh_file.h"
 #include "cli.h"
+#include "exchange_json.h"
 #include "names.h"
 #include "report.h"
 
@@ -21,23 +22,30 @@ constexpr ToolInfo kInfo{
     "Describes a BVH file: header, sections, geometries, figures of the tree, provenance.\n"
     "Header and section table are always checked; a file that fails there is refused with status 1. Figures that\n"
     "take a walk through the tree (depth, fill, SAH cost, overlap) are given only if the whole content passes\n"
-    "validation; otherwise a warning says why they are missing. With --validate or --dump, content that does not\n"
-    "pass is an error with status 1.",
+    "validation; otherwise a warning says why they are missing. With --validate, --dump or --export, content that\n"
+    "does not pass is an error with status 1.",
     "  bvhinfo scene.bvh\n"
     "  bvhinfo --validate scene.bvh && echo fine\n"
     "  bvhinfo --json scene.bvh | jq .tree.sah_cost\n"
-    "  bvhinfo --dump --json scene.bvh | head\n"};
+    "  bvhinfo --dump --json scene.bvh | head\n"
+    "  bvhinfo scene.bvh --export tree.json\n"};
 
 struct Options {
   std::string path;
   bool validate = false, dump = false;
+  std::string exported;  ///< Empty: none.
 };
 
 void add_options(CLI::App& app, Options& options) {
   app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
   app.add_flag("--validate", options.validate, "Fail unless everything in the file is right")->disable_flag_override();
-  app.add_flag("--dump", options.dump, "Print every node and leaf instead; with --json one object per line")
-      ->disable_flag_override();
+  CLI::Option* dump =
+      app.add_flag("--dump", options.dump, "Print every node and leaf instead; with --json one object per line")
+          ->disable_flag_override();
+  app.add_option("--export", options.exported,
+                 "Write the tree to this file instead, as JSON that bvhbuild --import takes with the same meshes")
+      ->excludes(dump)
+      ->type_name("FILE");
 }
 
 std::string section_name(std::uint32_t kind) {
@@ -191,9 +199,20 @@ void print_json(const Cli& cli, const Options& options, const BufferView& view, 
   cli.print(report);
 }
 
+build::Result<void> write_tree(const Cli& cli, const Options& options, const BufferView& view) {
+  if (auto checked = check_output(options.exported, {&options.path, 1}); !checked) return checked;
+  const auto tree = build::export_tree(view);
+  if (!tree) return tl::unexpected(build::Error{tree.error().code, options.path + ": " + tree.error().message});
+  if (auto written = write_exchange(options.exported, *tree); !written) return written;
+  if (cli.json())
+    cli.print({{"file", options.exported}, {"nodes", tree->nodes.size()}, {"primitives", tree->primitives.size()}});
+  return {};
+}
+
 build::Result<void> run(const Cli& cli, const Options& options) {
   const auto file = open_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
+  if (!options.exported.empty()) return write_tree(cli, options, file->view);
   const auto valid = validate(file->view.bytes);
   if (!valid && options.dump) return tl::unexpected(format_error(options.path, valid.error()));
   if (options.dump) {

@@ -1,32 +1,27 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/builders/bottom_up.h>
 #include <hiprt_build/builders/embree.h>
+#include <hiprt_build/builders/imported.h>
 #include <hiprt_build/builders/optimize.h>
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/builders/sbvh.h>
 #include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/src/check_input.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
 #include <hiprt_build/steps/presplit.h>
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
-#include <hiprt_device/format/quantize.h>
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <chrono>
-#include <cmath>
 #include <new>
 
 namespace hiprt::build {
 namespace {
 
-/// Larger meshes have half-edge numbers beyond 32 bits; a file could not address their leaves either.
-constexpr std::uint64_t kMaxMeshTriangles = std::uint64_t{1} << 30;
-constexpr std::uint64_t kMaxMeshVertices = std::uint64_t{1} << 31;
-/// References are numbered with 31 bits: a leaf's primitives in the primitive map with 32.
-constexpr std::uint64_t kMaxPrimitives = std::uint64_t{1} << 31;
 /// 64 lower the SAH cost of sponza by another 0.4 %, 256 no further (decision 0011).
 constexpr unsigned kHqRounds = 32;
 constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
@@ -52,85 +47,6 @@ Result<void> check_options(const BuildOptions& options) {
   return {};
 }
 
-Result<void> check_sizes(const SceneInput& scene) {
-  const auto too_large = [](std::string message) {
-    return tl::unexpected(Error{ErrorCode::kTooLarge, std::move(message)});
-  };
-  const std::span<const TriangleMesh> meshes = scene.meshes;
-  if (meshes.size() + scene.customs.size() > kMaxGeometries)
-    return too_large(std::to_string(meshes.size() + scene.customs.size()) + " geometries, a file names at most " +
-                     std::to_string(kMaxGeometries));
-  std::uint64_t primitives = 0;
-  for (std::size_t m = 0; m < meshes.size(); ++m) {
-    if (meshes[m].triangles.size() >= kMaxMeshTriangles)
-      return too_large("mesh " + std::to_string(m) + " has " + std::to_string(meshes[m].triangles.size()) +
-                       " triangles, the limit is " + std::to_string(kMaxMeshTriangles - 1));
-    if (meshes[m].positions.size() >= kMaxMeshVertices)
-      return too_large("mesh " + std::to_string(m) + " has " + std::to_string(meshes[m].positions.size()) +
-                       " vertices, the limit is " + std::to_string(kMaxMeshVertices - 1));
-    primitives += meshes[m].triangles.size();
-  }
-  for (const CustomGeometry& custom : scene.customs) primitives += custom.boxes.size();
-  if (primitives >= kMaxPrimitives)
-    return too_large(std::to_string(primitives) + (scene.customs.empty() ? " triangles" : " primitives") +
-                     ", the limit is " + std::to_string(kMaxPrimitives - 1));
-  return {};
-}
-
-/// @return the smallest i below n for which bad(i), or n.
-template <class Bad> std::size_t find_first(CpuEngine& engine, std::size_t n, const Bad& bad) {
-  std::atomic<std::size_t> first{n};
-  engine.for_each(n, [&](std::size_t i) {
-    if (!bad(i)) return;
-    std::size_t there = first.load(std::memory_order_relaxed);
-    while (i < there && !first.compare_exchange_weak(there, i, std::memory_order_relaxed)) {
-    }
-  });
-  return first.load();
-}
-
-/// "mesh 3 (chair.obj), triangle 17: " or "custom geometry 0 (hair), primitive 4: "
-std::string place(const PrimitiveSoup& soup, std::size_t geometry, std::size_t primitive) {
-  const bool custom = geometry >= soup.meshes.size();
-  const std::size_t index = custom ? geometry - soup.meshes.size() : geometry;
-  const std::string_view name = custom ? soup.customs[index].name : soup.meshes[index].name;
-  return (custom ? "custom geometry " : "mesh ") + std::to_string(index) +
-         (name.empty() ? "" : " (" + std::string(name) + ")") + (custom ? ", primitive " : ", triangle ") +
-         std::to_string(primitive) + ": ";
-}
-
-/// Finds the first index past the vertices.
-Result<void> check_indices(CpuEngine& engine, const PrimitiveSoup& soup) {
-  for (std::size_t m = 0; m < soup.meshes.size(); ++m) {
-    const TriangleMesh& mesh = soup.meshes[m];
-    const std::size_t i = find_first(engine, mesh.triangles.size(), [&](std::size_t t) {
-      const Triangle& indices = mesh.triangles[t];
-      return std::max({indices[0], indices[1], indices[2]}) >= mesh.positions.size();
-    });
-    if (i == mesh.triangles.size()) continue;
-    const Triangle& t = mesh.triangles[i];
-    return tl::unexpected(invalid(place(soup, m, i) + "index " + std::to_string(*std::max_element(t.begin(), t.end())) +
-                                  ", but there are " + std::to_string(mesh.positions.size()) + " vertices"));
-  }
-  return {};
-}
-
-/// Finds the first coordinate that a quantized node cannot hold.
-Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped) {
-  const std::size_t i = find_first(engine, grouped.count, [&](std::size_t g) {
-    const Aabb box = grouped.groups[g].bounds(soup);
-    bool good = true;
-    for (int axis = 0; axis < 3; ++axis)
-      good = good && box.min[axis] > -kQuantizedLimit && box.max[axis] < kQuantizedLimit;
-    return !good;
-  });
-  if (i == grouped.count) return {};
-  const PrimitiveGroup& group = grouped.groups[i];
-  return tl::unexpected(invalid(place(soup, group.geometry, group.primitive[0]) +
-                                "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; "
-                                "float, planes and half can"));
-}
-
 class Stopwatch {
  public:
   /// Seconds since the last call or the construction.
@@ -143,10 +59,23 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
-                              const GroupedPrimitives& grouped, const BuildOptions& options) {
+/// What is built: if there is an imported tree, from that.
+struct Job {
+  const SceneInput& scene;
+  const BuildOptions& options;
+  const ExchangeBvh* imported;
+};
+
+ScratchArray<Reference> make_references(CpuEngine& engine, const PrimitiveSoup& soup,
+                                        const GroupedPrimitives& grouped) {
   auto references = engine.allocate<Reference>(grouped.count);
   engine.for_each(grouped.count, MakeReferenceStep{soup, grouped.groups.span(), references.span()});
+  return references;
+}
+
+Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
+                              const GroupedPrimitives& grouped, const BuildOptions& options) {
+  auto references = make_references(engine, soup, grouped);
   switch (builder) {
     case Builder::kHq:
       if (grouped.custom_count == 0)
@@ -192,43 +121,87 @@ BuildStatistics count_input(const PrimitiveSoup& soup, const GroupedPrimitives& 
   return statistics;
 }
 
-/// The steps of a build.
-Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
-  Stopwatch total, watch;
-  const PrimitiveSoup soup(scene);
-  if (auto indices = check_indices(engine, soup); !indices) return tl::unexpected(indices.error());
-  const GroupedPrimitives grouped =
-      group_primitives(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1);
+/// Whether a file can hold the primitives.
+Result<void> check_fits(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
+                        NodeLayout layout) {
   // References and tree nodes are numbered with 32 bits: refused before there are any.
-  if (auto leaves = check_addresses(options.nodes, 1, grouped.count); !leaves) return tl::unexpected(leaves.error());
-  if (options.nodes == NodeLayout::kQuantized)
-    if (auto coordinates = check_quantizable(engine, soup, grouped); !coordinates)
-      return tl::unexpected(coordinates.error());
-  Bvh bvh{{}, count_input(soup, grouped, options.builder)};
-  BuildStatistics& statistics = bvh.statistics;
-  statistics.pair_seconds = watch.lap();
-  Result<BinaryTree> tree = build_tree_or_ours(engine, statistics.builder, soup, grouped, options);
-  if (!tree) return tl::unexpected(tree.error());
-  const unsigned rounds = options.reinsertion_rounds.value_or(statistics.builder == Builder::kHq ? kHqRounds : 0);
-  tree = optimize(engine, std::move(*tree), rounds);
-  statistics.tree_seconds = watch.lap();
-  const WideTree wide(engine, *tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);
-  statistics.leaves = tree->references.size();
-  statistics.nodes = tree->empty() || wide.is_run(0) ? 0 : wide.node_count(0);
+  if (auto leaves = check_addresses(layout, 1, grouped.count); !leaves) return leaves;
+  return layout == NodeLayout::kQuantized ? check_quantizable(engine, soup, grouped) : Result<void>{};
+}
+
+/// Collapses and encodes a tree.
+Result<Bvh> finish(CpuEngine& engine, const Job& job, const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
+                   const BinaryTree& tree, BuildStatistics statistics) {
+  Stopwatch watch;
+  const BuildOptions& options = job.options;
+  const WideTree wide(engine, tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);
+  statistics.leaves = tree.references.size();
+  statistics.nodes = tree.empty() || wide.is_run(0) ? 0 : wide.node_count(0);
   statistics.collapse_seconds = watch.lap();
   Result<Buffer> buffer = encode(
-      engine, {soup, grouped, *tree, wide, options.nodes, make_provenance(scene, options, statistics, wide.cost())});
+      engine, {soup, grouped, tree, wide, options.nodes, make_provenance(job.scene, options, statistics, wide.cost())});
   if (!buffer) return tl::unexpected(buffer.error());
   const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;
   if (stack_bound > kMaxStackBound)
     return tl::unexpected(Error{ErrorCode::kTooLarge, "the tree needs " + std::to_string(stack_bound) +
                                                           " stack entries, the limit is " +
                                                           std::to_string(kMaxStackBound)});
-  bvh.buffer = std::move(*buffer);
   statistics.encode_seconds = watch.lap();
-  statistics.total_seconds = total.lap();
   statistics.scratch_bytes_peak = engine.ledger().peak();
+  return Bvh{std::move(*buffer), statistics};
+}
+
+/// The steps of a build.
+Result<Bvh> run(CpuEngine& engine, const Job& job) {
+  Stopwatch total, watch;
+  const BuildOptions& options = job.options;
+  const PrimitiveSoup soup(job.scene);
+  if (auto indices = check_indices(engine, soup); !indices) return tl::unexpected(indices.error());
+  CheckedTree checked;
+  if (job.imported != nullptr) {
+    auto good = check_tree(engine, *job.imported, soup);
+    if (!good) return tl::unexpected(good.error());
+    checked = std::move(*good);
+  }
+  const GroupedPrimitives grouped =
+      group_primitives(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1, checked.home.span());
+  if (auto fits = check_fits(engine, soup, grouped, options.nodes); !fits) return tl::unexpected(fits.error());
+  BuildStatistics statistics = count_input(soup, grouped, options.builder);
+  statistics.pair_seconds = watch.lap();
+  Result<BinaryTree> tree =
+      job.imported == nullptr
+          ? build_tree_or_ours(engine, statistics.builder, soup, grouped, options)
+          : build_imported(engine, *job.imported, checked, soup, grouped, make_references(engine, soup, grouped));
+  if (!tree) return tl::unexpected(tree.error());
+  checked = CheckedTree{};
+  const unsigned rounds = options.reinsertion_rounds.value_or(statistics.builder == Builder::kHq ? kHqRounds : 0);
+  tree = optimize(engine, std::move(*tree), rounds);
+  statistics.tree_seconds = watch.lap();
+  Result<Bvh> bvh = finish(engine, job, soup, grouped, *tree, statistics);
+  if (bvh) bvh->statistics.total_seconds = total.lap();
   return bvh;
+}
+
+/// run() on the threads that are wanted, with errors for exceptions.
+Result<Bvh> run_guarded(const Job& job) try {
+  const BuildOptions& options = job.options;
+  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+  if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
+  Monitor monitor(options.progress);
+  MemoryLedger ledger;
+  CpuEngine engine(monitor, ledger);
+  // More than the process may use would bring nothing but oneTBB's warning.
+  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
+  return arena.execute([&] { return run(engine, job); });
+} catch (const Cancelled&) {
+  return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
+} catch (const std::bad_alloc&) {
+  const std::size_t geometries = job.scene.meshes.size() + job.scene.customs.size();
+  return tl::unexpected(Error{ErrorCode::kOutOfMemory,
+                              "not enough memory for the build of " + std::to_string(geometries) + " geometries"});
+} catch (const std::exception& exception) {
+  return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
 }
 
 }  // namespace
@@ -237,24 +210,16 @@ Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& opti
   return build(SceneInput{meshes, {}}, options);
 }
 
-Result<Bvh> build(const SceneInput& scene, const BuildOptions& options) try {
-  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
-  if (auto checked = check_sizes(scene); !checked) return tl::unexpected(checked.error());
-  Monitor monitor(options.progress);
-  MemoryLedger ledger;
-  CpuEngine engine(monitor, ledger);
-  // More than the process may use would bring nothing but oneTBB's warning.
-  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
-  return arena.execute([&] { return run(engine, scene, options); });
-} catch (const Cancelled&) {
-  return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(Error{ErrorCode::kOutOfMemory, "not enough memory for the build of " +
-                                                           std::to_string(scene.meshes.size() + scene.customs.size()) +
-                                                           " geometries"});
-} catch (const std::exception& exception) {
-  return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
+Result<Bvh> build(const SceneInput& scene, const BuildOptions& options) {
+  if (options.builder == Builder::kImported)
+    return tl::unexpected(invalid("builder imported needs a tree: import_tree() takes one"));
+  return run_guarded({scene, options, nullptr});
+}
+
+Result<Bvh> import_tree(const SceneInput& scene, const ExchangeBvh& tree, const BuildOptions& options) {
+  BuildOptions imported = options;
+  imported.builder = Builder::kImported;
+  return run_guarded({scene, imported, &tree});
 }
 
 }  // namespace hiprt::build

@@ -24,6 +24,8 @@ const char* name(Builder builder) {
       return "embree-medium";
     case Builder::kEmbreeHigh:
       return "embree-high";
+    case Builder::kImported:
+      return "imported";
   }
   return "unknown";
 }

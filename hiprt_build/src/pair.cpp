@@ -1,25 +1,25 @@
 #include <hiprt_build/steps/edges.h>
+#include <hiprt_build/steps/fate.h>
 #include <hiprt_build/steps/pair.h>
-
-#include <cmath>
 
 namespace hiprt::build {
 namespace {
-
-enum Fate : std::uint8_t { kKept = 0, kNotFinite = 1, kDegenerate = 2 };
 
 struct ClassifyStep {
   const TriangleMesh& mesh;
   std::span<std::uint8_t> fate;
 
+  void operator()(std::size_t i) const { fate[i] = triangle_fate(mesh, i); }
+};
+
+/// Step: triangle i has no partners in other homes.
+struct StayHomeStep {
+  std::span<const std::uint32_t> home;
+  std::span<HalfEdge> partner;
+
   void operator()(std::size_t i) const {
-    const Position& a = mesh.positions[mesh.triangles[i][0]];
-    const Position& b = mesh.positions[mesh.triangles[i][1]];
-    const Position& c = mesh.positions[mesh.triangles[i][2]];
-    bool finite = true;
-    for (unsigned axis = 0; axis < 3; ++axis)
-      finite = finite && std::isfinite(a[axis]) && std::isfinite(b[axis]) && std::isfinite(c[axis]);
-    fate[i] = !finite ? kNotFinite : a == b || b == c || c == a ? kDegenerate : kKept;
+    for (std::size_t k = 3 * i; k < 3 * i + 3; ++k)
+      if (partner[k] != kInvalidId && home[partner[k] >> 2] != home[i]) partner[k] = kInvalidId;
   }
 };
 
@@ -67,12 +67,14 @@ struct ShakeHandsStep {
 constexpr int kRounds = 6;
 
 /// Mates of a mesh's triangles (half-edge of the other triangle), kInvalidId for single ones.
+/// @param home of the mesh's triangles, or empty.
 ScratchArray<HalfEdge> match_triangles(CpuEngine& engine, const TriangleMesh& mesh, std::span<const std::uint8_t> fate,
-                                       bool pair_triangles) {
+                                       bool pair_triangles, std::span<const std::uint32_t> home) {
   auto mate = engine.allocate<HalfEdge>(mesh.triangles.size());
   std::fill_n(mate.data(), mate.size(), kInvalidId);
   if (!pair_triangles) return mate;
-  const auto partner = find_partners(engine, mesh, fate);
+  auto partner = find_partners(engine, mesh, fate);
+  if (!home.empty()) engine.for_each(mesh.triangles.size(), StayHomeStep{home, partner.span()});
   auto choice = engine.allocate<std::uint8_t>(mesh.triangles.size());
   for (int round = 0; round < kRounds; ++round) {
     engine.for_each(mesh.triangles.size(), ChooseStep{mesh, partner.span(), mate.span(), choice.span()});
@@ -103,15 +105,7 @@ struct ClassifyBoxStep {
   std::span<const Box> boxes;
   std::span<std::uint8_t> fate;
 
-  void operator()(std::size_t i) const {
-    const Box& box = boxes[i];
-    bool finite = true, ordered = true;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      finite = finite && std::isfinite(box.min[axis]) && std::isfinite(box.max[axis]);
-      ordered = ordered && box.min[axis] <= box.max[axis];
-    }
-    fate[i] = !finite ? kNotFinite : !ordered ? kDegenerate : kKept;
-  }
+  void operator()(std::size_t i) const { fate[i] = box_fate(boxes[i]); }
 };
 
 bool share_leaf(const Box& first, const Box& second) {
@@ -143,17 +137,18 @@ class Grouping {
   GroupedPrimitives& result_;
 };
 
-void group_mesh(CpuEngine& engine, const TriangleMesh& mesh, std::uint32_t geometry, bool pair, Grouping& grouping) {
+void group_mesh(CpuEngine& engine, const TriangleMesh& mesh, std::uint32_t geometry, bool pair,
+                std::span<const std::uint32_t> home, Grouping& grouping) {
   auto fate = engine.allocate<std::uint8_t>(mesh.triangles.size());
   engine.for_each(mesh.triangles.size(), ClassifyStep{mesh, fate.span()});
-  const auto mate = match_triangles(engine, mesh, fate.span(), pair);
+  const auto mate = match_triangles(engine, mesh, fate.span(), pair, home);
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
     if (grouping.keep(geometry, fate[i]) && (mate[i] == kInvalidId || mate[i] >> 2 > i))
       grouping.add(make_group(mesh, geometry, i, mate[i]));
 }
 
 void group_customs(CpuEngine& engine, const CustomGeometry& custom, std::uint32_t geometry, bool pair,
-                   Grouping& grouping) {
+                   std::span<const std::uint32_t> home, Grouping& grouping) {
   const auto boxes = custom.boxes;
   auto fate = engine.allocate<std::uint8_t>(boxes.size());
   engine.for_each(boxes.size(), ClassifyBoxStep{boxes, fate.span()});
@@ -161,23 +156,29 @@ void group_customs(CpuEngine& engine, const CustomGeometry& custom, std::uint32_
     if (!grouping.keep(geometry, fate[i])) continue;
     PrimitiveGroup group{{i, kInvalidId}, geometry & kGeometryMask, PrimitiveGroup::kCustom, 0};
     const bool has_next = i % 2 == 0 && i + 1 < boxes.size() && fate[i + 1] == kKept;
-    if (pair && has_next && share_leaf(boxes[i], boxes[i + 1])) group.primitive[1] = ++i;
+    const bool may_share = pair && has_next && (home.empty() || home[i] == home[i + 1]);
+    if (may_share && share_leaf(boxes[i], boxes[i + 1])) group.primitive[1] = ++i;
     grouping.add(group);
   }
 }
 
 }  // namespace
 
-GroupedPrimitives group_primitives(CpuEngine& engine, const PrimitiveSoup& soup, bool pair) {
+GroupedPrimitives group_primitives(CpuEngine& engine, const PrimitiveSoup& soup, bool pair,
+                                   std::span<const std::uint32_t> home) {
   GroupedPrimitives result;
   result.dropped.resize(soup.geometries());
   result.groups = engine.allocate<PrimitiveGroup>(soup.size());
   engine.monitor().start("pair", 0.3, soup.size() * (pair ? 3 + 2 * kRounds : 1));
   Grouping grouping(result);
-  for (std::size_t m = 0; m < soup.meshes.size(); ++m)
-    group_mesh(engine, soup.meshes[m], static_cast<std::uint32_t>(m), pair, grouping);
-  for (std::size_t c = 0; c < soup.customs.size(); ++c)
-    group_customs(engine, soup.customs[c], static_cast<std::uint32_t>(soup.meshes.size() + c), pair, grouping);
+  for (std::size_t g = 0; g < soup.geometries(); ++g) {
+    const auto geometry = static_cast<std::uint32_t>(g);
+    const auto mine = home.empty() ? home : home.subspan(soup.first[g], soup.size(g));
+    if (g < soup.meshes.size())
+      group_mesh(engine, soup.meshes[g], geometry, pair, mine, grouping);
+    else
+      group_customs(engine, soup.customs[g - soup.meshes.size()], geometry, pair, mine, grouping);
+  }
   return result;
 }
 

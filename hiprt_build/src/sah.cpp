@@ -108,9 +108,14 @@ BinaryTree build_sah(CpuEngine& engine, ScratchArray<Reference> references) {
   engine.monitor().start("split", 0.75, count);
   tree.nodes = engine.allocate<BinaryNode>(2 * count - 1);
   auto spare = engine.allocate<Reference>(count >= kParallelSize ? count : 0);
-  SahBuilder(engine, references.span(), spare.span(), tree.nodes.span()).build();
+  build_sah(engine, references.span(), spare.span(), tree.nodes.span());
   tree.references = std::move(references);
   return tree;
+}
+
+void build_sah(CpuEngine& engine, std::span<Reference> references, std::span<Reference> spare,
+               std::span<BinaryNode> nodes) {
+  SahBuilder(engine, references, spare, nodes).build();
 }
 
 }  // namespace hiprt::build

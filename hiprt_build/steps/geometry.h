@@ -4,12 +4,18 @@
 #include <hiprt_build/input.h>
 #include <hiprt_build/steps/aabb.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 namespace hiprt::build {
+
+/// A primitive by its geometry and its number there.
+struct PrimitivePlace {
+  std::uint32_t geometry, primitive;
+};
 
 /// Primitives of all geometries, numbered geometry by geometry: first the meshes, then the custom geometries.
 struct PrimitiveSoup {
@@ -25,6 +31,13 @@ struct PrimitiveSoup {
   std::size_t geometries() const { return meshes.size() + customs.size(); }
   std::uint64_t size() const { return first.back(); }
   std::uint64_t size(std::size_t geometry) const { return first[geometry + 1] - first[geometry]; }
+  bool is_custom(std::size_t geometry) const { return geometry >= meshes.size(); }
+  /// @param number below size().
+  PrimitivePlace locate(std::uint64_t number) const {
+    const auto next = std::upper_bound(first.begin(), first.end(), number);
+    return PrimitivePlace{static_cast<std::uint32_t>(next - first.begin() - 1),
+                          static_cast<std::uint32_t>(number - *(next - 1))};
+  }
   const Box& box(std::uint32_t geometry, std::uint32_t primitive) const {
     return customs[geometry - meshes.size()].boxes[primitive];
   }

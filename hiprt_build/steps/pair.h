@@ -33,6 +33,8 @@ struct GroupedPrimitives {
 };
 
 /// @param pair false: every primitive alone.
-GroupedPrimitives group_primitives(CpuEngine& engine, const PrimitiveSoup& soup, bool pair);
+/// @param home per primitive of all geometries: only those of the same number share a leaf. Empty: all may.
+GroupedPrimitives group_primitives(CpuEngine& engine, const PrimitiveSoup& soup, bool pair,
+                                   std::span<const std::uint32_t> home = {});
 
 }  // namespace hiprt::build
