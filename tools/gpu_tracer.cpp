@@ -1,5 +1,6 @@
 #include "gpu_tracer.h"
 
+#include "gpu_device.h"
 #include "gpu_kernels.h"
 #include "gpu_policies.h"
 #include "progress.h"
@@ -14,15 +15,6 @@ namespace {
 
 /// Bytes for the stacks of all threads; of deeper trees fewer threads run.
 constexpr std::size_t kSpillLimit = std::size_t{1} << 30;
-
-build::Result<gpu::Device> usable_device() {
-  auto device = gpu::current_device();
-  if (!device) return device;
-  if (!runs_code_for_one_of(device->architecture, HIPRT_GPU_ARCHS))
-    return gpu::fail(gpu::ErrorCode::kNoDevice, device->name, ": its architecture, ", device->architecture,
-                     ", is not among those that this build has code for, " HIPRT_GPU_ARCHS);
-  return device;
-}
 
 /// What a launch of one kernel needs beside rays and hits.
 struct Launch {

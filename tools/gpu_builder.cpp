@@ -1,0 +1,85 @@
+#include "gpu_builder.h"
+
+#include "gpu_device.h"
+
+#include <hiprt_build/gpu/build.h>
+
+#include <chrono>
+
+namespace hiprt::tools {
+namespace {
+
+/// Copies of the meshes' arrays.
+struct DeviceMeshes {
+  std::vector<gpu::DeviceArray<build::Position>> positions;
+  std::vector<gpu::DeviceArray<build::Triangle>> triangles;
+  std::vector<gpu::DeviceGeometry> geometries;
+
+  build::Result<void> add(const build::TriangleMesh& mesh, gpu::Allocator& allocator) {
+    auto points = gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, allocator);
+    if (!points) return tl::unexpected(points.error());
+    auto corners = gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, allocator);
+    if (!corners) return tl::unexpected(corners.error());
+    geometries.push_back({.positions = points->data(),
+                          .triangles = corners->data(),
+                          .position_count = static_cast<std::uint32_t>(mesh.positions.size()),
+                          .primitive_count = static_cast<std::uint32_t>(mesh.triangles.size()),
+                          .mask = mesh.mask});
+    positions.push_back(std::move(*points));
+    triangles.push_back(std::move(*corners));
+    return {};
+  }
+};
+
+constexpr std::uint64_t kMaxPositions = std::uint64_t{1} << 31;
+
+/// Refused before anything is copied.
+build::Result<void> check_counts(std::span<const build::TriangleMesh> meshes) {
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    if (meshes[m].triangles.size() > gpu::kMaxBuildPrimitives || meshes[m].positions.size() >= kMaxPositions)
+      return gpu::fail(build::ErrorCode::kTooLarge, "mesh ", m, " has ", meshes[m].triangles.size(), " triangles and ",
+                       meshes[m].positions.size(), " vertices, a GPU build takes ", gpu::kMaxBuildPrimitives, " and ",
+                       kMaxPositions - 1);
+  return {};
+}
+
+build::BuildStatistics statistics(const gpu::BuildReport& report, std::span<const build::TriangleMesh> meshes) {
+  build::BuildStatistics result;
+  result.builder = report.builder;
+  for (const build::TriangleMesh& mesh : meshes) result.triangles += mesh.triangles.size();
+  result.dropped_not_finite = report.dropped_not_finite;
+  result.dropped_degenerate = report.dropped_degenerate;
+  result.pairs = report.pairs;
+  result.nodes = report.nodes;
+  result.leaves = report.leaves;
+  return result;
+}
+
+}  // namespace
+
+build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> meshes,
+                                       const build::BuildOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (const auto device = usable_device(); !device) return tl::unexpected(device.error());
+  if (auto checked = check_counts(meshes); !checked) return tl::unexpected(std::move(checked.error()));
+  gpu::DeviceAllocator allocator;
+  DeviceMeshes copies;
+  for (const build::TriangleMesh& mesh : meshes)
+    if (auto added = copies.add(mesh, allocator); !added) return tl::unexpected(std::move(added.error()));
+  const gpu::BuildOptions wanted{.builder = options.builder,
+                                 .nodes = options.nodes,
+                                 .max_leaf_triangles = options.max_leaf_triangles,
+                                 .pair_triangles = options.pair_triangles,
+                                 .costs = options.costs};
+  const auto scene = gpu::build_scene(copies.geometries, wanted, nullptr, allocator);
+  if (!scene) return tl::unexpected(scene.error());
+  auto file = gpu::download_file(*scene, options.tool, nullptr);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  build::Bvh bvh{std::move(*file), statistics(scene->report, meshes)};
+  const auto sizes = gpu::build_sizes(copies.geometries, wanted);
+  bvh.statistics.scratch_bytes_peak = sizes ? sizes->output + sizes->scratch : 0;
+  bvh.statistics.total_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return bvh;
+}
+
+}  // namespace hiprt::tools
