@@ -2,7 +2,7 @@
 /// Small BVHs, each made by one block whose shared memory holds everything but the result. Internal.
 
 #include <hiprt_build/gpu/batch.h>
-#include <hiprt_build/src/gpu_kernels.h>
+#include <hiprt_build/src/gpu_state.h>
 
 namespace hiprt::build::kernels {
 

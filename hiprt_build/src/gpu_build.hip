@@ -2,9 +2,9 @@
 
 #include <hiprt_build/exec/gpu_sort.h>
 #include <hiprt_build/gpu/launch.h>
-#include <hiprt_build/src/gpu_batch_kernels.h>
 #include <hiprt_build/src/gpu_file.h>
 #include <hiprt_build/src/gpu_kernels.h>
+#include <hiprt_build/src/gpu_places.h>
 
 #include <algorithm>
 
@@ -20,46 +20,6 @@ using build::LeafReference;
 using build::LinkedNode;
 using build::SortBuffers;
 using build::WideWriter;
-
-constexpr std::uint64_t kHeaderBytes = sizeof(FileHeader) + 5 * sizeof(SectionEntry);
-
-std::uint64_t align(std::uint64_t offset, std::uint64_t to) { return (offset + to - 1) / to * to; }
-
-/// Hands out pieces of memory, one behind the other; without memory it counts.
-class Pieces {
- public:
-  explicit Pieces(std::byte* base = nullptr) : base_(base) {}
-
-  template <class T> T* take(std::uint64_t count) {
-    const std::uint64_t at = align(size_, kDeviceAlignment);
-    size_ = at + count * sizeof(T);
-    return base_ == nullptr ? nullptr : reinterpret_cast<T*>(base_ + at);
-  }
-  std::uint64_t size() const { return align(size_, kDeviceAlignment); }
-
- private:
-  std::byte* base_;
-  std::uint64_t size_ = 0;
-};
-
-/// Places of the file's sections.
-struct FilePlaces {
-  SectionEntry sections[5];
-  std::uint64_t size;  ///< Of the file.
-
-  FilePlaces(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves, std::uint64_t primitives,
-             std::uint64_t geometries) {
-    const std::uint64_t counts[5] = {nodes, leaves, primitives, geometries, 0};
-    const std::uint64_t strides[5] = {node_size(layout), sizeof(FloatLeaf), sizeof(std::uint32_t),
-                                      sizeof(GeometryRecord), 1};
-    size = kHeaderBytes;
-    for (std::uint32_t i = 0; i < 5; ++i) {
-      sections[i] =
-          SectionEntry{i + 1, i == 4 ? 0 : kSectionRequired, align(size, kSectionAlignment), counts[i], strides[i]};
-      size = sections[i].offset + counts[i] * strides[i];
-    }
-  }
-};
 
 /// Needed until the tree stands: lies where the wide nodes and the leaves will be, if that is enough.
 struct Transient {
@@ -100,22 +60,6 @@ struct Kept {
     plans = pieces.take<CollapsePlan>(n);
   }
 };
-
-Result<void> check_options(const BuildOptions& options) {
-  if (options.builder != Builder::kLbvh && options.builder != Builder::kLbvh30 && options.builder != Builder::kHploc)
-    return fail(ErrorCode::kInvalidInput, "builder ", build::name(options.builder),
-                " does not run on the GPU; lbvh, lbvh30 and hploc do");
-  if (options.nodes != NodeLayout::kFloat && options.nodes != NodeLayout::kPlanes)
-    return fail(ErrorCode::kInvalidInput, "node layout ", static_cast<std::uint32_t>(options.nodes),
-                " is not written on the GPU; float and planes are");
-  if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
-    return fail(ErrorCode::kInvalidInput, "max_leaf_triangles is ", options.max_leaf_triangles,
-                ", allowed are 1 to 64");
-  const build::SahCosts& costs = options.costs;
-  if (!(costs.box_node > 0.0f) || !(costs.leaf > 0.0f) || !(costs.custom > 0.0f))
-    return fail(ErrorCode::kInvalidInput, "SAH costs must be positive");
-  return {};
-}
 
 /// @return the number of all primitives.
 Result<std::uint32_t> check_geometries(std::span<const DeviceGeometry> geometries) {
@@ -386,6 +330,22 @@ Result<void> move_sections(const Downloaded& from, const FilePlaces& places, std
 
 }  // namespace
 
+Result<void> check_options(const BuildOptions& options) {
+  if (options.builder != Builder::kLbvh && options.builder != Builder::kLbvh30 && options.builder != Builder::kHploc)
+    return fail(ErrorCode::kInvalidInput, "builder ", build::name(options.builder),
+                " does not run on the GPU; lbvh, lbvh30 and hploc do");
+  if (options.nodes != NodeLayout::kFloat && options.nodes != NodeLayout::kPlanes)
+    return fail(ErrorCode::kInvalidInput, "node layout ", static_cast<std::uint32_t>(options.nodes),
+                " is not written on the GPU; float and planes are");
+  if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
+    return fail(ErrorCode::kInvalidInput, "max_leaf_triangles is ", options.max_leaf_triangles,
+                ", allowed are 1 to 64");
+  const build::SahCosts& costs = options.costs;
+  if (!(costs.box_node > 0.0f) || !(costs.leaf > 0.0f) || !(costs.custom > 0.0f))
+    return fail(ErrorCode::kInvalidInput, "SAH costs must be positive");
+  return {};
+}
+
 Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options) {
   const auto layouts = plan_build(geometries, options);
   if (!layouts) return tl::unexpected(layouts.error());
@@ -466,134 +426,6 @@ Result<build::Buffer> download_file(const BuiltScene& scene, std::string_view to
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kOutOfMemory, scene.buffer.size(), " bytes of host memory wanted for a download");
   }
-}
-
-namespace {
-
-/// Places of a batch's results.
-struct BatchPlaces {
-  std::uint64_t record, report, views, nodes, leaves, large, size;
-  std::uint64_t scratch = 0;
-  std::uint32_t triangles = 0, smallest = 0, largest = 0;
-
-  BatchPlaces(const DeviceBatch& batch, std::size_t meshes) {
-    triangles = batch.first.back();
-    Pieces pieces;
-    const auto place = [&](std::uint64_t bytes) {
-      const std::uint64_t at = pieces.size();
-      pieces.take<std::byte>(bytes);
-      return at;
-    };
-    record = place(sizeof(GeometryRecord));
-    report = place(sizeof(BatchReport));
-    views = place(meshes * sizeof(SceneView));
-    nodes = place(std::uint64_t{triangles} * sizeof(PlanesBoxNode));
-    leaves = place(std::uint64_t{triangles} * sizeof(PlanesLeaf));
-    large = size = pieces.size();
-  }
-};
-
-DeviceGeometry batch_geometry(const DeviceBatch& batch, std::size_t mesh) {
-  return {.positions = batch.positions,
-          .triangles = batch.triangles + batch.first[mesh],
-          .position_count = batch.position_count,
-          .primitive_count = batch.first[mesh + 1] - batch.first[mesh]};
-}
-
-Result<void> check_batch(const DeviceBatch& batch, const BuildOptions& options) {
-  if (auto checked = check_options(options); !checked) return checked;
-  if (options.nodes != NodeLayout::kPlanes)
-    return fail(ErrorCode::kInvalidInput, "batches are written in node layout planes only");
-  if (batch.first.empty() || batch.first[0] != 0)
-    return fail(ErrorCode::kInvalidInput, "batch: first must begin with 0 and have one number more than meshes");
-  for (std::size_t i = 0; i + 1 < batch.first.size(); ++i)
-    if (batch.first[i] > batch.first[i + 1])
-      return fail(ErrorCode::kInvalidInput, "batch: first[", i, "] is ", batch.first[i], ", first[", i + 1, "] only ",
-                  batch.first[i + 1]);
-  if (batch.first.size() - 1 > std::numeric_limits<std::int32_t>::max())
-    return fail(ErrorCode::kTooLarge, batch.first.size() - 1, " meshes, a grid has at most ",
-                std::numeric_limits<std::int32_t>::max());
-  const bool arrays = batch.positions != nullptr && batch.triangles != nullptr && batch.device_first != nullptr;
-  if (batch.first.back() != 0 && !arrays)
-    return fail(ErrorCode::kInvalidInput, "batch: positions, triangles and device_first must not be nullptr");
-  return {};
-}
-
-Result<BatchPlaces> plan_batch(const DeviceBatch& batch, const BuildOptions& options) {
-  if (auto checked = check_batch(batch, options); !checked) return tl::unexpected(std::move(checked.error()));
-  const std::size_t meshes = batch.first.size() - 1;
-  BatchPlaces places(batch, meshes);
-  if (places.leaves + std::uint64_t{places.triangles} * sizeof(PlanesLeaf) > kAddressLimit)
-    return fail(ErrorCode::kTooLarge, places.triangles, " triangles: their nodes and leaves may pass byte ",
-                kAddressLimit, ", which a node reference addresses");
-  for (std::size_t i = 0; i < meshes; ++i) {
-    const DeviceGeometry geometry = batch_geometry(batch, i);
-    if (geometry.primitive_count <= kBatchTriangles) continue;
-    const auto sizes = build_sizes({&geometry, 1}, options);
-    if (!sizes) return tl::unexpected(sizes.error());
-    places.size += sizes->output;
-    places.scratch = std::max(places.scratch, sizes->scratch);
-  }
-  return places;
-}
-
-/// Whether some mesh has more than @p above triangles, up to @p most.
-bool has_sizes(std::span<const std::uint32_t> first, std::int64_t above, std::int64_t most) {
-  for (std::size_t i = 0; i + 1 < first.size(); ++i) {
-    const std::int64_t count = std::int64_t{first[i + 1]} - first[i];
-    if (count > above && count <= most) return true;
-  }
-  return false;
-}
-
-template <unsigned kMost, unsigned kThreads>
-Result<void> launch_batch(const BatchJob& job, std::span<const std::uint32_t> first, int above, hipStream_t stream) {
-  if (!has_sizes(first, above, kMost)) return {};
-  return launch(build_batch<kMost, kThreads>, Grid{static_cast<unsigned>(first.size() - 1)}, stream,
-                {.block = kThreads, .name = "build_batch"}, job, 0u, above);
-}
-
-}  // namespace
-
-Result<BuildSizes> batch_sizes(const DeviceBatch& batch, const BuildOptions& options) {
-  const auto places = plan_batch(batch, options);
-  if (!places) return tl::unexpected(places.error());
-  return BuildSizes{places->size, std::max<std::uint64_t>(places->scratch, kDeviceAlignment)};
-}
-
-Result<BatchScenes> enqueue_batch(const DeviceBatch& batch, const BuildOptions& options, std::byte* output,
-                                  std::byte* scratch, hipStream_t stream) {
-  const auto places = plan_batch(batch, options);
-  if (!places) return tl::unexpected(places.error());
-  const build::SahCosts& costs = options.costs;
-  const BatchJob job{batch.positions,
-                     batch.triangles,
-                     batch.position_count,
-                     batch.device_first,
-                     options.pair_triangles && options.max_leaf_triangles > 1,
-                     options.builder == Builder::kHploc,
-                     {costs.box_node, costs.leaf, costs.custom, options.max_leaf_triangles},
-                     output,
-                     places->nodes,
-                     places->leaves,
-                     reinterpret_cast<const GeometryRecord*>(output + places->record),
-                     reinterpret_cast<SceneView*>(output + places->views),
-                     reinterpret_cast<BatchReport*>(output + places->report)};
-  auto done = launch(start_batch, Grid{}, stream, {.block = 1, .name = "start_batch"}, BatchReport{}, job.report,
-                     reinterpret_cast<GeometryRecord*>(output + places->record));
-  if (done) done = launch_batch<32, 32>(job, batch.first, -1, stream);
-  if (done) done = launch_batch<kBatchTriangles, 128>(job, batch.first, 32, stream);
-  std::byte* next = output + places->large;
-  for (std::size_t i = 0; i + 1 < batch.first.size() && done; ++i) {
-    const DeviceGeometry geometry = batch_geometry(batch, i);
-    if (geometry.primitive_count <= kBatchTriangles) continue;
-    const auto report = enqueue_build({&geometry, 1}, options, next, scratch, stream);
-    if (!report) return tl::unexpected(report.error());
-    done = launch(adopt_scene, Grid{}, stream, {.block = 1, .name = "adopt_scene"}, *report, job.views + i, job.report);
-    next += build_sizes({&geometry, 1}, options)->output;
-  }
-  if (!done) return tl::unexpected(std::move(done.error()));
-  return BatchScenes{job.views, job.report};
 }
 
 }  // namespace hiprt::gpu

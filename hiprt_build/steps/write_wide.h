@@ -90,35 +90,48 @@ template <class Layout> struct WideWriter {
     return {team.from(0, word), team.from(1, word)};
   }
 
-  /// Writes node i and the leaves right below it, and posts tasks for its child nodes: lane c does child c.
+  /// A lane's part of a wide node.
+  struct Part {
+    LinkedRef ref;       ///< Of the child.
+    std::uint32_t node;  ///< Number of the child's wide node, or kInvalidId: it is a run.
+    std::uint32_t leaf;  ///< Its first leaf record.
+    std::uint32_t need;  ///< Stack entries that a traversal can have when it leaves the node.
+    bool exists;
+  };
+
+  /// Finds a node's children, lane c child c, and posts tasks for those that are nodes.
   /// @tparam Team as many lanes as a node has children (LaneTeam): all call this together.
-  /// @param need becomes the stack entries that a traversal can have when it leaves the node.
-  /// @return the child node with a new task, or kInvalidId.
-  template <class Team>
-  HIPRT_HD std::uint32_t write(const Team& team, std::uint32_t i, const WideTask& task, std::uint32_t& need) const {
+  template <class Team> HIPRT_HD Part open(const Team& team, const WideTask& task) const {
     static_assert(Team::kLanes == kBranching);
     const Child child = find_child(static_cast<LinkedRef>(task.tree), team.lane());
-    const bool node_below = child.exists && !is_run(child.ref);
+    const bool is_node = child.exists && !is_run(child.ref);
     std::uint32_t children = 0, child_nodes = 0, below = 0;
     team.before(child.exists ? 1 : 0, children);
-    const std::uint32_t slot_before = team.before(node_below ? 1 : 0, child_nodes);
-    const std::uint32_t below_before = team.before(node_below ? plans[child.ref].nodes - 1 : 0, below);
-    need = static_cast<std::uint32_t>(task.leaves >> 32) + children - 1;
-    const std::uint32_t leaf = static_cast<std::uint32_t>(task.leaves) + child.leaves_before;
+    const std::uint32_t nodes_before = team.before(is_node ? 1 : 0, child_nodes);
+    const std::uint32_t below_before = team.before(is_node ? plans[child.ref].nodes - 1 : 0, below);
     const auto next = static_cast<std::uint32_t>(task.tree >> 32);
+    const Part part{child.ref, is_node ? next + nodes_before : kInvalidId,
+                    static_cast<std::uint32_t>(task.leaves) + child.leaves_before,
+                    static_cast<std::uint32_t>(task.leaves >> 32) + children - 1, child.exists};
+    if (is_node) post_task(part.node, part.ref, next + child_nodes + below_before, part.leaf, part.need);
+    return part;
+  }
+
+  /// Writes column @p c of node i, and the leaves right below.
+  HIPRT_HD void write(std::uint32_t i, unsigned c, const Part& part) const {
     NodeRef ref = kInvalidRef;
     Box box = empty_box();
     std::uint32_t flags = 0;
-    if (node_below) {
-      box = tree[child.ref].box;
-      ref = node_ref(next + slot_before);
-      post_task(next + slot_before, child.ref, next + child_nodes + below_before, leaf, need);
-    } else if (child.exists) {
-      ref = write_run(child.ref, leaf, box);
+    if (part.exists) {
+      flags = child_flags(part.ref);
+      if (part.node == kInvalidId) {
+        ref = write_run(part.ref, part.leaf, box);
+      } else {
+        box = tree[part.ref].box;
+        ref = node_ref(part.node);
+      }
     }
-    if (child.exists) flags = child_flags(child.ref);
-    write_column(nodes[i], team.lane(), ref, box, flags);
-    return node_below ? next + slot_before : kInvalidId;
+    write_column(nodes[i], c, ref, box, flags);
   }
 
   /// Writes the leaves of a run. @param box becomes what its parent must state. @return the reference to it.
