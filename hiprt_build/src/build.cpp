@@ -4,20 +4,15 @@
 #include <hiprt_build/builders/optimize.h>
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/builders/sbvh.h>
-#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/exec/run_cpu.h>
+#include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/src/check_input.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
 #include <hiprt_build/steps/presplit.h>
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/quantize.h>
-
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
-
-#include <chrono>
-#include <cmath>
-#include <new>
 
 namespace hiprt::build {
 namespace {
@@ -30,8 +25,6 @@ constexpr std::uint64_t kMaxPrimitives = std::uint64_t{1} << 31;
 /// 64 lower the SAH cost of sponza by another 0.4 %, 256 no further (decision 0011).
 constexpr unsigned kHqRounds = 32;
 constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
-
-Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
 
 Result<void> check_options(const BuildOptions& options) {
   if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
@@ -77,47 +70,9 @@ Result<void> check_sizes(const SceneInput& scene) {
   return {};
 }
 
-/// @return the smallest i below n for which bad(i), or n.
-template <class Bad> std::size_t find_first(CpuEngine& engine, std::size_t n, const Bad& bad) {
-  std::atomic<std::size_t> first{n};
-  engine.for_each(n, [&](std::size_t i) {
-    if (!bad(i)) return;
-    std::size_t there = first.load(std::memory_order_relaxed);
-    while (i < there && !first.compare_exchange_weak(there, i, std::memory_order_relaxed)) {
-    }
-  });
-  return first.load();
-}
-
-/// "mesh 3 (chair.obj), triangle 17: " or "custom geometry 0 (hair), primitive 4: "
-std::string place(const PrimitiveSoup& soup, std::size_t geometry, std::size_t primitive) {
-  const bool custom = geometry >= soup.meshes.size();
-  const std::size_t index = custom ? geometry - soup.meshes.size() : geometry;
-  const std::string_view name = custom ? soup.customs[index].name : soup.meshes[index].name;
-  return (custom ? "custom geometry " : "mesh ") + std::to_string(index) +
-         (name.empty() ? "" : " (" + std::string(name) + ")") + (custom ? ", primitive " : ", triangle ") +
-         std::to_string(primitive) + ": ";
-}
-
-/// Finds the first index past the vertices.
-Result<void> check_indices(CpuEngine& engine, const PrimitiveSoup& soup) {
-  for (std::size_t m = 0; m < soup.meshes.size(); ++m) {
-    const TriangleMesh& mesh = soup.meshes[m];
-    const std::size_t i = find_first(engine, mesh.triangles.size(), [&](std::size_t t) {
-      const Triangle& indices = mesh.triangles[t];
-      return std::max({indices[0], indices[1], indices[2]}) >= mesh.positions.size();
-    });
-    if (i == mesh.triangles.size()) continue;
-    const Triangle& t = mesh.triangles[i];
-    return tl::unexpected(invalid(place(soup, m, i) + "index " + std::to_string(*std::max_element(t.begin(), t.end())) +
-                                  ", but there are " + std::to_string(mesh.positions.size()) + " vertices"));
-  }
-  return {};
-}
-
 /// Finds the first coordinate that a quantized node cannot hold.
 Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped) {
-  const std::size_t i = find_first(engine, grouped.count, [&](std::size_t g) {
+  const std::size_t i = engine.find_first(grouped.count, [&](std::size_t g) {
     const Aabb box = grouped.groups[g].bounds(soup);
     bool good = true;
     for (int axis = 0; axis < 3; ++axis)
@@ -130,18 +85,6 @@ Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, con
                                 "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; "
                                 "float, planes and half can"));
 }
-
-class Stopwatch {
- public:
-  /// Seconds since the last call or the construction.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
                               const GroupedPrimitives& grouped, const BuildOptions& options) {
@@ -263,24 +206,11 @@ Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& opti
   return build(SceneInput{meshes, {}}, options);
 }
 
-Result<Bvh> build(const SceneInput& scene, const BuildOptions& options) try {
+Result<Bvh> build(const SceneInput& scene, const BuildOptions& options) {
   if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
   if (auto checked = check_sizes(scene); !checked) return tl::unexpected(checked.error());
-  Monitor monitor(options.progress);
-  MemoryLedger ledger;
-  CpuEngine engine(monitor, ledger);
-  // More than the process may use would bring nothing but oneTBB's warning.
-  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
-  return arena.execute([&] { return run(engine, scene, options); });
-} catch (const Cancelled&) {
-  return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(Error{ErrorCode::kOutOfMemory, "not enough memory for the build of " +
-                                                           std::to_string(scene.meshes.size() + scene.customs.size()) +
-                                                           " geometries"});
-} catch (const std::exception& exception) {
-  return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
+  return run_cpu("build", scene.meshes.size() + scene.customs.size(), options.threads, options.progress,
+                 [&](CpuEngine& engine) { return run(engine, scene, options); });
 }
 
 }  // namespace hiprt::build

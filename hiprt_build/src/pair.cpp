@@ -1,25 +1,18 @@
 #include <hiprt_build/steps/edges.h>
+#include <hiprt_build/steps/fate.h>
 #include <hiprt_build/steps/pair.h>
-
-#include <cmath>
 
 namespace hiprt::build {
 namespace {
 
-enum Fate : std::uint8_t { kKept = 0, kNotFinite = 1, kDegenerate = 2 };
-
+/// Step: what becomes of triangle i.
 struct ClassifyStep {
   const TriangleMesh& mesh;
   std::span<std::uint8_t> fate;
 
   void operator()(std::size_t i) const {
-    const Position& a = mesh.positions[mesh.triangles[i][0]];
-    const Position& b = mesh.positions[mesh.triangles[i][1]];
-    const Position& c = mesh.positions[mesh.triangles[i][2]];
-    bool finite = true;
-    for (unsigned axis = 0; axis < 3; ++axis)
-      finite = finite && std::isfinite(a[axis]) && std::isfinite(b[axis]) && std::isfinite(c[axis]);
-    fate[i] = !finite ? kNotFinite : a == b || b == c || c == a ? kDegenerate : kKept;
+    const auto corner = [&](unsigned k) { return mesh.positions[mesh.triangles[i][k]].data(); };
+    fate[i] = triangle_fate(corner(0), corner(1), corner(2));
   }
 };
 
@@ -103,15 +96,7 @@ struct ClassifyBoxStep {
   std::span<const Box> boxes;
   std::span<std::uint8_t> fate;
 
-  void operator()(std::size_t i) const {
-    const Box& box = boxes[i];
-    bool finite = true, ordered = true;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      finite = finite && std::isfinite(box.min[axis]) && std::isfinite(box.max[axis]);
-      ordered = ordered && box.min[axis] <= box.max[axis];
-    }
-    fate[i] = !finite ? kNotFinite : !ordered ? kDegenerate : kKept;
-  }
+  void operator()(std::size_t i) const { fate[i] = box_fate(boxes[i]); }
 };
 
 bool share_leaf(const Box& first, const Box& second) {

@@ -1,0 +1,23 @@
+#pragma once
+/// What every operation on a scene's primitives asks of them, and how messages name them. Internal.
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/steps/geometry.h>
+
+#include <string>
+
+namespace hiprt::build {
+
+inline Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
+
+/// "mesh 3 (chair.obj)" or "custom geometry 0 (hair)"
+std::string place(const PrimitiveSoup& soup, std::size_t geometry);
+
+/// "mesh 3 (chair.obj), triangle 17: " or "custom geometry 0 (hair), primitive 4: "
+std::string place(const PrimitiveSoup& soup, std::size_t geometry, std::size_t primitive);
+
+/// Finds the first index past the vertices.
+Result<void> check_indices(CpuEngine& engine, const PrimitiveSoup& soup);
+
+}  // namespace hiprt::build
