@@ -6,6 +6,7 @@
 #include <xxhash.h>
 
 #include <cstdio>
+#include <limits>
 
 namespace hiprt::build {
 namespace {
@@ -24,6 +25,15 @@ template <class... Spans> std::string hash(const Spans&... spans) {
 const char* layout_name(NodeLayout layout) {
   constexpr const char* kNames[] = {"float", "planes", "half", "quantized"};
   return kNames[static_cast<std::uint32_t>(layout) - 1];
+}
+
+/// document[group][key] if it is a finite number above 0.
+std::optional<double> positive_number(const nlohmann::json& document, const char* group, const char* key) {
+  if (!document.is_object() || !document.contains(group)) return std::nullopt;
+  const nlohmann::json& values = document[group];
+  if (!values.is_object() || !values.contains(key) || !values[key].is_number()) return std::nullopt;
+  const double value = values[key].get<double>();
+  return value > 0 && value < std::numeric_limits<double>::infinity() ? std::optional(value) : std::nullopt;
 }
 
 }  // namespace
@@ -67,6 +77,20 @@ std::string make_provenance(const SceneInput& scene, const BuildOptions& options
                            {"leaves", statistics.leaves},
                            {"sah_cost", sah_cost}}}};
   return document.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+BuiltCost read_built_cost(std::string_view provenance) {
+  const nlohmann::json document = nlohmann::json::parse(provenance, nullptr, false);
+  BuiltCost result;
+  const auto read = [&](const char* key, float& cost) {
+    const double value = positive_number(document, "options", key).value_or(static_cast<double>(cost));
+    if (value <= static_cast<double>(std::numeric_limits<float>::max())) cost = static_cast<float>(value);
+  };
+  read("cost_box_node", result.costs.box_node);
+  read("cost_leaf", result.costs.leaf);
+  read("cost_custom", result.costs.custom);
+  result.sah_cost = positive_number(document, "statistics", "sah_cost");
+  return result;
 }
 
 }  // namespace hiprt::build
