@@ -15,19 +15,23 @@ namespace hiprt::build {
 struct RefitOptions {
   /// 0, or more than there are: all that the process may use. The result does not depend on it.
   unsigned threads = 0;
-  /// At least 1: a rebuild is advised when the SAH cost is more than so many times that of the tree as it was built.
+  /// At least 0: a rebuild is advised when the exchange slack (statistics.h) has grown by more than this since the
+  /// build. 0.05: when a fresh tree would save half of a ray's work or more (decision 0012).
+  double rebuild_slack = 0.05;
+  /// At least 1: for trees with split references, which exchanges do not see through, a rebuild is advised also when
+  /// the SAH cost has grown by more than this factor.
   double rebuild_ratio = 1.5;
   ProgressCallback progress{};
 };
 
+/// "Built" is the tree as it was built, however often it was refitted since: from the file's provenance; without one,
+/// of the tree before this refit.
 struct RefitStatistics {
-  std::uint64_t nodes = 0, leaves = 0;  ///< Records that were written.
-  /// Of the tree as it was built, however often it was refitted since: from the file's provenance. Without one: of the
-  /// tree before this refit.
-  double sah_cost_built = 0;
-  double sah_cost = 0;                   ///< Now, by measure_tree() with the costs that the tree was built for.
-  double cost_ratio = 1;                 ///< sah_cost / sah_cost_built; 1 if there is nothing to compare.
-  bool rebuild_advised = false;          ///< cost_ratio > RefitOptions::rebuild_ratio.
+  std::uint64_t nodes = 0, leaves = 0;      ///< Records that were written.
+  double sah_cost_built = 0, sah_cost = 0;  ///< As measure_tree(), with the costs that the tree was built for.
+  double cost_ratio = 1;                    ///< sah_cost / sah_cost_built; 1 if the scene has no area.
+  double exchange_slack_built = 0, exchange_slack = 0;  ///< As measure_tree().
+  bool rebuild_advised = false;          ///< By RefitOptions. What cost_ratio says a fresh tree may cost as well.
   std::uint64_t scratch_bytes_peak = 0;  ///< Largest sum of the refit's own arrays.
   double check_seconds = 0, write_seconds = 0, measure_seconds = 0, total_seconds = 0;
 };

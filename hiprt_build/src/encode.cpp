@@ -1,4 +1,6 @@
 #include <hiprt_build/buffer.h>
+#include <hiprt_build/builders/tree_quality.h>
+#include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
 #include <hiprt_build/steps/wide_node.h>
 #include <hiprt_device/format/buffer.h>
@@ -213,6 +215,18 @@ FileHeader make_header(const EncodeInput& input, const FilePlan& plan, const Sub
   return header;
 }
 
+/// Of the tree that is in the file.
+template <class Layout> double exchange_slack(CpuEngine& engine, const FilePlan& plan, const std::byte* bytes) {
+  const SectionEntry &nodes = plan.section[0], &leaves = plan.section[1];
+  const TreeQuality<Layout> quality{reinterpret_cast<const FileHeader*>(bytes),
+                                    reinterpret_cast<const typename Layout::Node*>(bytes + nodes.offset),
+                                    reinterpret_cast<const typename Layout::Leaf*>(bytes + leaves.offset),
+                                    nodes.offset,
+                                    leaves.offset,
+                                    {}};
+  return sum_quality(engine, quality, nodes.count).exchange_slack();
+}
+
 }  // namespace
 
 Result<void> check_addresses(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves) {
@@ -237,10 +251,14 @@ Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
       input.layout, [&](auto layout) { return Encoder<decltype(layout)>(engine, input, plan, bytes).run(); });
   const FeatureMask features =
       write_geometries(input, reinterpret_cast<GeometryRecord*>(bytes + plan.section[3].offset));
-  std::memcpy(bytes + plan.section[4].offset, input.provenance.data(), input.provenance.size());
   std::memcpy(bytes + sizeof(FileHeader), plan.section, sizeof(plan.section));
   auto& header = *reinterpret_cast<FileHeader*>(bytes);
   header = make_header(input, plan, root, features);
+  char* provenance = reinterpret_cast<char*>(bytes + plan.section[4].offset);
+  std::memcpy(provenance, input.provenance.data(), input.provenance.size());
+  set_exchange_slack({provenance, input.provenance.size()}, dispatch_layout(input.layout, [&](auto layout) {
+                       return exchange_slack<decltype(layout)>(engine, plan, bytes);
+                     }));
   engine.monitor().start("checksum", 1.0, 1);
   header.checksum = file_checksum(buffer.bytes());
   return buffer;

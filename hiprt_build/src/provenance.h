@@ -10,16 +10,21 @@
 namespace hiprt::build {
 
 /// What made the file and from what. Holds no times and no thread count: the same input gives the same bytes.
+/// Its exchange slack is 0: set_exchange_slack().
 std::string make_provenance(const SceneInput& scene, const BuildOptions& options, const BuildStatistics& statistics,
                             double sah_cost);
 
-/// What the tree of a file cost when it was built, and by which costs of its parts.
-struct BuiltCost {
-  SahCosts costs;                  ///< The defaults where the provenance has none.
-  std::optional<double> sah_cost;  ///< Finite, above 0.
+/// @param provenance of make_provenance(). @param exchange_slack 0 to 1.
+void set_exchange_slack(std::span<char> provenance, double exchange_slack);
+
+/// The tree of a file when it was built.
+struct BuiltTree {
+  SahCosts costs;                        ///< The defaults where the provenance has none.
+  std::optional<double> sah_cost;        ///< Finite, above 0.
+  std::optional<double> exchange_slack;  ///< 0 to 1.
 };
 
 /// @param provenance any bytes.
-BuiltCost read_built_cost(std::string_view provenance);
+BuiltTree read_built_tree(std::string_view provenance);
 
 }  // namespace hiprt::build

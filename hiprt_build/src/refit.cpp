@@ -1,11 +1,12 @@
+#include <hiprt_build/builders/tree_quality.h>
 #include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_build/src/check_input.h>
 #include <hiprt_build/src/provenance.h>
-#include <hiprt_build/statistics.h>
 #include <hiprt_build/steps/refit_file.h>
 #include <hiprt_device/format/checksum.h>
+#include <hiprt_device/format/view.h>
 
 #include <cstring>
 
@@ -15,9 +16,13 @@ namespace {
 std::uint64_t number_of(const SceneInput& scene) { return scene.meshes.size() + scene.customs.size(); }
 
 Result<void> check_options(const RefitOptions& options) {
-  if (options.rebuild_ratio >= 1.0) return {};
-  return tl::unexpected(
-      invalid("rebuild_ratio is " + std::to_string(options.rebuild_ratio) + ", it must be at least 1"));
+  if (!(options.rebuild_slack >= 0.0))
+    return tl::unexpected(
+        invalid("rebuild_slack is " + std::to_string(options.rebuild_slack) + ", it must be at least 0"));
+  if (!(options.rebuild_ratio >= 1.0))
+    return tl::unexpected(
+        invalid("rebuild_ratio is " + std::to_string(options.rebuild_ratio) + ", it must be at least 1"));
+  return {};
 }
 
 /// The moved scene has the file's geometries.
@@ -49,25 +54,44 @@ const char* reason(MoveFault fault, bool custom) {
       return custom ? "is in the tree, but its box is not finite now" : "is in the tree, but is not finite now";
     case MoveFault::kInverted:
       return "is in the tree, but its box is inverted now";
-    case MoveFault::kTooLarge:
-      return "has a coordinate of 2^126 (8.5e37) or more now, which node layout quantized cannot hold";
     default:
-      return "was dropped by the build, and is good now: that needs a new build";
+      return "has a coordinate of 2^126 (8.5e37) or more now, which node layout quantized cannot hold";
   }
 }
 
-/// Finds the first primitive that cannot stay where it is in the tree, or out of it.
-Result<void> check_primitives(CpuEngine& engine, const BufferView& view, const PrimitiveSoup& soup,
-                              std::span<const MovedGeometry> geometries) {
+/// Finds the first leaf that cannot hold its primitives where they are now.
+Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const PrimitiveSoup& soup,
+                          std::span<const MovedGeometry> geometries) {
   const float limit = view.layout() == NodeLayout::kQuantized ? kQuantizedLimit : kNoLimit;
+  const std::span<const CustomLeaf> leaves = view.records<CustomLeaf>(view.leaves);
+  const std::size_t i = engine.find_first(leaves.size(), [&](std::size_t k) {
+    return leaf_fault(geometries.data(), leaves[k].info, limit) != MoveFault::kNone;
+  });
+  if (i == leaves.size()) return {};
+  const LeafInfo& info = leaves[i].info;
+  const std::uint32_t g = info.geometry_and_flags & kGeometryMask;
+  for (const std::uint32_t primitive : info.primitive)
+    if (primitive != kInvalidId)
+      if (const MoveFault fault = primitive_fault(geometries[g], primitive, limit); fault != MoveFault::kNone)
+        return tl::unexpected(invalid(place(soup, g, primitive) + reason(fault, geometries[g].is_custom())));
+  return tl::unexpected(invalid(place(soup, g, info.primitive[0]) + "its edge with triangle " +
+                                std::to_string(info.primitive[1]) +
+                                ", with which it shares a leaf, has come apart: that needs a new build (without "
+                                "pairs every motion can be refitted)"));
+}
+
+/// Finds the first primitive that is in no leaf, and now would be.
+Result<void> check_dropped(CpuEngine& engine, const BufferView& view, const PrimitiveSoup& soup,
+                           std::span<const MovedGeometry> geometries) {
   for (std::size_t g = 0; g < geometries.size(); ++g) {
-    const auto fault = [&](std::size_t i) {
-      const bool in_tree = view.primitive_map[soup.first[g] + i] != kInvalidId;
-      return move_fault(geometries[g], static_cast<std::uint32_t>(i), in_tree, limit);
-    };
-    const std::size_t i = engine.find_first(soup.size(g), [&](std::size_t k) { return fault(k) != MoveFault::kNone; });
+    if (view.geometries[g].dropped_count == 0) continue;
+    const std::uint32_t* map = view.primitive_map.data() + soup.first[g];
+    const std::size_t i = engine.find_first(soup.size(g), [&](std::size_t k) {
+      return map[k] == kInvalidId && would_be_kept(geometries[g], static_cast<std::uint32_t>(k));
+    });
     if (i != soup.size(g))
-      return tl::unexpected(invalid(place(soup, g, i) + reason(fault(i), geometries[g].is_custom())));
+      return tl::unexpected(
+          invalid(place(soup, g, i) + "was dropped by the build, and is good now: that needs a new build"));
   }
   return {};
 }
@@ -102,19 +126,19 @@ template <class Layout> class Refit {
               &outer_} {}
 
   /// @param writing set once nothing can go wrong and the first byte is about to be written.
-  Result<RefitStatistics> run(double rebuild_ratio, bool& writing) {
+  Result<RefitStatistics> run(const RefitOptions& options, bool& writing) {
     Stopwatch total, watch;
     RefitStatistics statistics{.nodes = view_.nodes.count, .leaves = view_.leaves.count};
-    engine_.monitor().start("check", 0.3, 2 * soup_.size() + view_.leaves.count);
+    engine_.monitor().start("check", 0.35, soup_.size() + view_.leaves.count);
     if (auto checked = check(); !checked) return tl::unexpected(checked.error());
-    BuiltCost built = read_built_cost(view_.provenance);
-    if (!built.sah_cost) built.sah_cost = measure_tree(view_, built.costs).sah_cost;
+    BuiltTree built = read_built_tree(view_.provenance);
+    if (!built.sah_cost || !built.exchange_slack) complete(built);
     statistics.check_seconds = watch.lap();
-    engine_.monitor().start("refit", 0.8, view_.leaves.count + 2 * view_.nodes.count);
+    engine_.monitor().start("refit", 0.95, view_.leaves.count + 3 * view_.nodes.count);
     writing = true;
     write();
     statistics.write_seconds = watch.lap();
-    advise(statistics, built, rebuild_ratio);
+    advise(statistics, built, options);
     statistics.measure_seconds = watch.lap();
     engine_.monitor().start("checksum", 1.0, 1);
     file_.header->checksum = file_checksum(bytes_);
@@ -126,21 +150,8 @@ template <class Layout> class Refit {
  private:
   Result<void> check() {
     if (auto indices = check_indices(engine_, soup_); !indices) return indices;
-    if (auto primitives = check_primitives(engine_, view_, soup_, geometries_); !primitives) return primitives;
-    return check_pairs();
-  }
-
-  /// Finds the first pair of triangles that a leaf can hold no longer.
-  Result<void> check_pairs() {
-    const std::size_t leaves = view_.leaves.count;
-    const std::size_t i = engine_.find_first(
-        leaves, [&](std::size_t k) { return has_come_apart(file_.geometries, file_.leaves[k].info); });
-    if (i == leaves) return {};
-    const LeafInfo& info = file_.leaves[i].info;
-    return tl::unexpected(invalid(place(soup_, info.geometry_and_flags & kGeometryMask, info.primitive[0]) +
-                                  "its edge with triangle " + std::to_string(info.primitive[1]) +
-                                  ", with which it shares a leaf, has come apart: that needs a new build (without "
-                                  "pairs every motion can be refitted)"));
+    if (auto leaves = check_leaves(engine_, view_, soup_, geometries_); !leaves) return leaves;
+    return check_dropped(engine_, view_, soup_, geometries_);
   }
 
   void write() {
@@ -150,16 +161,31 @@ template <class Layout> class Refit {
     if (file_.header->root != kInvalidRef) MoveBoundsStep<Layout>{file_}(0);
   }
 
-  void advise(RefitStatistics& statistics, const BuiltCost& built, double rebuild_ratio) const {
-    const Box& bounds = file_.header->bounds;
-    unsigned extents = 0;
-    for (unsigned axis = 0; axis < 3; ++axis) extents += bounds.max[axis] > bounds.min[axis] ? 1 : 0;
-    statistics.sah_cost = measure_tree(view_, built.costs).sah_cost;
+  TreeQuality<Layout> quality(const SahCosts& costs) const {
+    return {file_.header, file_.nodes, file_.leaves, file_.first_node, file_.first_leaf, costs};
+  }
+
+  /// What the provenance does not say: of the tree as it is.
+  void complete(BuiltTree& built) {
+    const TreeQuality<Layout> now = quality(built.costs);
+    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count);
+    if (!built.sah_cost) built.sah_cost = now.sah_cost(sums);
+    if (!built.exchange_slack) built.exchange_slack = sums.exchange_slack();
+  }
+
+  void advise(RefitStatistics& statistics, const BuiltTree& built, const RefitOptions& options) {
+    const TreeQuality<Layout> now = quality(built.costs);
+    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count);
     statistics.sah_cost_built = *built.sah_cost;
-    // On a line or in a point the cost is a count, which a build does not change.
-    if (extents >= 2 && statistics.sah_cost_built > 0)
+    statistics.sah_cost = now.sah_cost(sums);
+    statistics.exchange_slack_built = *built.exchange_slack;
+    statistics.exchange_slack = sums.exchange_slack();
+    // Without area the cost is a count, which a build does not change.
+    if (exact_half_area(file_.header->bounds) > 0 && statistics.sah_cost_built > 0)
       statistics.cost_ratio = statistics.sah_cost / statistics.sah_cost_built;
-    statistics.rebuild_advised = statistics.cost_ratio > rebuild_ratio;
+    const bool split = (file_.header->features & feature_bit(Feature::kSplitReferences)) != 0;
+    statistics.rebuild_advised = statistics.exchange_slack > statistics.exchange_slack_built + options.rebuild_slack ||
+                                 (split && statistics.cost_ratio > options.rebuild_ratio);
   }
 
   CpuEngine& engine_;
@@ -179,7 +205,7 @@ Result<RefitStatistics> run(CpuEngine& engine, std::span<std::byte> file, const 
   const PrimitiveSoup soup(moved);
   if (auto checked = check_geometries(*view, soup); !checked) return tl::unexpected(checked.error());
   return dispatch_layout(view->layout(), [&](auto layout) {
-    return Refit<decltype(layout)>(engine, file, *view, soup).run(options.rebuild_ratio, writing);
+    return Refit<decltype(layout)>(engine, file, *view, soup).run(options, writing);
   });
 }
 

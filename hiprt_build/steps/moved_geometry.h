@@ -1,5 +1,6 @@
 #pragma once
-/// Where the primitives of a built scene are now, and what stands in the way of writing that into its file. Internal.
+/// Where the primitives of a built scene are now, in the order of its file, and what stands in the way of writing that
+/// there. Internal.
 
 #include <hiprt_build/steps/fate.h>
 
@@ -18,30 +19,62 @@ struct MovedGeometry {
   }
 };
 
-/// Why a moved primitive has no place in its file.
+/// Why a leaf cannot hold its primitives where they are now.
 enum class MoveFault : std::uint8_t {
   kNone,
-  kNotFinite,  ///< It is in the tree, and is not finite now.
-  kInverted,   ///< It is a custom primitive in the tree, and its box is inverted now.
-  kTooLarge,   ///< It is in the tree, and a coordinate is beyond what the layout holds.
-  kDropped,    ///< It is not in the tree, but now it would be.
+  kNotFinite,
+  kInverted,   ///< A custom primitive's box.
+  kTooLarge,   ///< A coordinate is beyond what the layout holds.
+  kComeApart,  ///< The two triangles of a leaf have their edge in common no longer.
 };
 
-/// @pre a mesh: its indices are good. @param in_tree whether the file's primitive map names a leaf.
+/// A triangle in the order of a leaf.
+struct StoredTriangle {
+  const float* corner[3];
+
+  /// @param triangle_id its byte.
+  HIPRT_HD HIPRT_INLINE StoredTriangle(const MovedGeometry& mesh, std::uint32_t triangle, std::uint32_t triangle_id) {
+    const unsigned rotation = TriangleId::to_rotation(triangle_id);
+    for (unsigned k = 0; k < 3; ++k) corner[k] = mesh.corner(triangle, (k + rotation) % 3);
+  }
+};
+
+/// Triangle 0 or 1 of a triangle leaf. @pre it has it.
+HIPRT_HD HIPRT_INLINE StoredTriangle stored_triangle(const MovedGeometry& mesh, const LeafInfo& info, unsigned which) {
+  return StoredTriangle(mesh, info.primitive[which], info.triangle_ids >> (8 * which) & 0xffu);
+}
+
 /// @param limit that coordinates must stay below in magnitude; kNoLimit.
-HIPRT_HD HIPRT_INLINE MoveFault move_fault(const MovedGeometry& geometry, std::uint32_t primitive, bool in_tree,
-                                           float limit) {
+HIPRT_HD HIPRT_INLINE MoveFault primitive_fault(const MovedGeometry& geometry, std::uint32_t primitive, float limit) {
   const bool custom = geometry.is_custom();
-  const float* p[3];
-  for (unsigned k = 0; k < 3; ++k) p[k] = custom ? geometry.boxes[primitive].min : geometry.corner(primitive, k);
-  if (custom) p[1] = geometry.boxes[primitive].max;
-  const Fate fate = custom ? box_fate(geometry.boxes[primitive]) : triangle_fate(p[0], p[1], p[2]);
-  if (!in_tree) return fate == kKept ? MoveFault::kDropped : MoveFault::kNone;
-  if (fate == kNotFinite) return MoveFault::kNotFinite;
-  if (custom && fate == kDegenerate) return MoveFault::kInverted;
-  for (const float* position : p)
+  if (custom && box_fate(geometry.boxes[primitive]) == kDegenerate) return MoveFault::kInverted;
+  for (unsigned k = 0; k < (custom ? 2u : 3u); ++k) {
+    const float* position = !custom  ? geometry.corner(primitive, k)
+                            : k == 0 ? geometry.boxes[primitive].min
+                                     : geometry.boxes[primitive].max;
+    if (!is_within(position, kNoLimit)) return MoveFault::kNotFinite;
     if (!is_within(position, limit)) return MoveFault::kTooLarge;
+  }
   return MoveFault::kNone;
+}
+
+/// @pre indices are good.
+HIPRT_HD HIPRT_INLINE MoveFault leaf_fault(const MovedGeometry* geometries, const LeafInfo& info, float limit) {
+  const MovedGeometry& geometry = geometries[info.geometry_and_flags & kGeometryMask];
+  const MoveFault first = primitive_fault(geometry, info.primitive[0], limit);
+  if (first != MoveFault::kNone || info.primitive[1] == kInvalidId) return first;
+  const MoveFault second = primitive_fault(geometry, info.primitive[1], limit);
+  if (second != MoveFault::kNone || geometry.is_custom()) return second;
+  const StoredTriangle a = stored_triangle(geometry, info, 0), b = stored_triangle(geometry, info, 1);
+  return same_position(a.corner[1], b.corner[0]) && same_position(a.corner[2], b.corner[2]) ? MoveFault::kNone
+                                                                                            : MoveFault::kComeApart;
+}
+
+/// Whether a builder would keep the primitive. @pre indices are good.
+HIPRT_HD HIPRT_INLINE bool would_be_kept(const MovedGeometry& geometry, std::uint32_t primitive) {
+  if (geometry.is_custom()) return box_fate(geometry.boxes[primitive]) == kKept;
+  return triangle_fate(geometry.corner(primitive, 0), geometry.corner(primitive, 1), geometry.corner(primitive, 2)) ==
+         kKept;
 }
 
 }  // namespace hiprt::build

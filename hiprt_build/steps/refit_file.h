@@ -14,30 +14,6 @@
 
 namespace hiprt::build {
 
-/// Of a leaf's triangle: stored corner k is the mesh's corner (k + rotation) % 3.
-HIPRT_HD constexpr unsigned rotation_of(std::uint32_t triangle_id) {
-  return (4u - TriangleId::u_source(triangle_id)) % 3;
-}
-
-/// Where a leaf's triangle is now.
-struct MovedTriangle {
-  const float* corner[3];  ///< In stored order.
-
-  /// @param which 0 or 1. @pre a triangle leaf that has it.
-  HIPRT_HD HIPRT_INLINE MovedTriangle(const MovedGeometry* geometries, const LeafInfo& info, unsigned which) {
-    const MovedGeometry& geometry = geometries[info.geometry_and_flags & kGeometryMask];
-    const unsigned rotation = rotation_of(info.triangle_ids >> (8 * which));
-    for (unsigned k = 0; k < 3; ++k) corner[k] = geometry.corner(info.primitive[which], (k + rotation) % 3);
-  }
-};
-
-/// Whether the leaf's two triangles have their edge v1 v2 in common no longer: it can hold them no longer.
-HIPRT_HD HIPRT_INLINE bool has_come_apart(const MovedGeometry* geometries, const LeafInfo& info) {
-  if (info.primitive[1] == kInvalidId || geometries[info.geometry_and_flags & kGeometryMask].is_custom()) return false;
-  const MovedTriangle first(geometries, info, 0), second(geometries, info, 1);
-  return !same_position(first.corner[1], second.corner[0]) || !same_position(first.corner[2], second.corner[2]);
-}
-
 /// The farthest finite positions that layout half has infinite planes for: [axis] the bits of -minimum, [3 + axis] of
 /// the maximum, 0 where there is none.
 struct OuterPlanes {
@@ -134,7 +110,7 @@ template <class Layout> struct MoveLeafStep {
     if (geometry.is_custom())
       move_boxes(reinterpret_cast<CustomLeaf&>(leaf), geometry.boxes);
     else
-      move_vertices(leaf);
+      move_vertices(leaf, geometry);
     if constexpr (Layout::kId == NodeLayout::kHalf) file.outer->add(file.leaf_box(leaf, geometry.is_custom()));
   }
 
@@ -143,10 +119,10 @@ template <class Layout> struct MoveLeafStep {
     for (unsigned k = 0; k < 2; ++k)
       if (leaf.info.primitive[k] != kInvalidId) leaf.box[k] = boxes[leaf.info.primitive[k]];
   }
-  HIPRT_HD HIPRT_INLINE void move_vertices(typename Layout::Leaf& leaf) const {
-    const MovedTriangle first(file.geometries, leaf.info, 0);
+  HIPRT_HD HIPRT_INLINE static void move_vertices(typename Layout::Leaf& leaf, const MovedGeometry& mesh) {
+    const StoredTriangle first = stored_triangle(mesh, leaf.info, 0);
     const bool pair = leaf.info.primitive[1] != kInvalidId;
-    const float* v3 = pair ? MovedTriangle(file.geometries, leaf.info, 1).corner[1] : first.corner[2];
+    const float* v3 = pair ? stored_triangle(mesh, leaf.info, 1).corner[1] : first.corner[2];
     for (unsigned axis = 0; axis < 3; ++axis) {
       for (unsigned v = 0; v < 3; ++v) Layout::set_coordinate(leaf, v, axis, first.corner[v][axis]);
       Layout::set_coordinate(leaf, 3, axis, v3[axis]);
