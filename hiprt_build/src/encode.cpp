@@ -254,11 +254,11 @@ Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
   std::memcpy(bytes + sizeof(FileHeader), plan.section, sizeof(plan.section));
   auto& header = *reinterpret_cast<FileHeader*>(bytes);
   header = make_header(input, plan, root, features);
-  char* provenance = reinterpret_cast<char*>(bytes + plan.section[4].offset);
+  std::byte* provenance = bytes + plan.section[4].offset;
   std::memcpy(provenance, input.provenance.data(), input.provenance.size());
-  set_exchange_slack({provenance, input.provenance.size()}, dispatch_layout(input.layout, [&](auto layout) {
-                       return exchange_slack<decltype(layout)>(engine, plan, bytes);
-                     }));
+  const double slack =
+      dispatch_layout(input.layout, [&](auto layout) { return exchange_slack<decltype(layout)>(engine, plan, bytes); });
+  set_exchange_slack({reinterpret_cast<char*>(provenance), input.provenance.size()}, slack);
   engine.monitor().start("checksum", 1.0, 1);
   header.checksum = file_checksum(buffer.bytes());
   return buffer;

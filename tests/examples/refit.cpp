@@ -16,7 +16,8 @@ int main() {
   hiprt::build::Bvh bvh;
   for (int frame = 0; frame < 10; ++frame) {
     for (unsigned i = 0; i < 65 * 65; ++i) {
-      const float x = static_cast<float>(i % 65) / 64, y = static_cast<float>(i / 65) / 64;
+      const unsigned column = i % 65, row = i / 65;
+      const float x = static_cast<float>(column) / 64, y = static_cast<float>(row) / 64;
       positions[i] = {x, y, 0.1f * std::sin(20 * x + static_cast<float>(frame))};
     }
     const auto moved = hiprt::build::refit(bvh.buffer.bytes(), {.meshes = meshes});  // Frame 0: no file to refit yet.

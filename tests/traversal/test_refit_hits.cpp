@@ -58,8 +58,8 @@ Mesh collapsed(Mesh mesh) {
 }
 
 std::vector<Mesh> each(const std::vector<Mesh>& meshes, const std::function<Mesh(const Mesh&)>& motion) {
-  std::vector<Mesh> result;
-  for (const Mesh& mesh : meshes) result.push_back(motion(mesh));
+  std::vector<Mesh> result(meshes.size());
+  std::transform(meshes.begin(), meshes.end(), result.begin(), motion);
   return result;
 }
 
@@ -81,8 +81,8 @@ TEST_CASE("hits of refitted files are those of brute force and of fresh builds, 
   Random random(kSeed);
   unsigned found = 0;
   for (const std::vector<Mesh>& moved : motions) {
-    std::vector<BufferView> views;
-    for (Scene& scene : scenes) views.push_back(refitted(scene, moved));
+    std::vector<BufferView> views(scenes.size());
+    for (std::size_t s = 0; s < scenes.size(); ++s) views[s] = refitted(scenes[s], moved);
     const Scene fresh = make_scene(moved);
     for (unsigned i = 0; i < trials(300) + 20; ++i) {
       const Ray ray = random_ray(extent(moved[random.below(3)]), random);
