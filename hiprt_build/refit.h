@@ -1,5 +1,5 @@
 #pragma once
-/// BVH files whose primitives have moved: new boxes for the old tree, many times faster than a build.
+/// BVH files whose primitives have moved: new boxes for the old tree, several times faster than a build.
 ///
 ///     auto moved = hiprt::build::refit(bvh->buffer.bytes(), {.meshes = meshes});
 ///     if (moved && moved->rebuild_advised) bvh = hiprt::build::build(meshes);
@@ -51,8 +51,8 @@ struct RefitStatistics {
 /// @return kInvalidInput, with the place: the file is none, or the scene another one; an index past the vertices; a
 /// primitive in the tree that is not finite now, or whose box is inverted, or beyond what layout quantized holds; one
 /// that is not in the tree and now would be; two triangles of one leaf whose common edge has come apart. These need a
-/// build. kCancelled, kOutOfMemory. After any error @p file is what it was: the callback cannot cancel once writing has
-/// begun.
+/// build. kCancelled, kOutOfMemory. After any error @p file is what it was: once writing has begun, the callback cannot
+/// cancel (and must not throw).
 HIPRT_BUILD_API Result<RefitStatistics> refit(std::span<std::byte> file, const SceneInput& moved,
                                               const RefitOptions& options = {});
 
