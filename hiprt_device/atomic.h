@@ -17,6 +17,19 @@ HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_
 #endif
 }
 
+/// *value += amount. Who adds behind another thread can also read what that thread wrote before.
+/// @return the value before.
+HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add_ordered(std::uint32_t* value, std::uint32_t amount) {
+#if HIPRT_DEVICE_CODE
+  __threadfence();
+  const std::uint32_t before = atomicAdd(value, amount);
+  __threadfence();
+  return before;
+#else
+  return __atomic_fetch_add(value, amount, __ATOMIC_ACQ_REL);
+#endif
+}
+
 /// *value = max(*value, candidate), in no order with other memory.
 HIPRT_HD HIPRT_INLINE void raise(std::uint64_t* value, std::uint64_t candidate) {
 #if HIPRT_DEVICE_CODE

@@ -2,10 +2,11 @@
 
 #include "cli.h"
 #include "exchange_json.h"
-#include "mesh_import.h"
+#include "mesh_inputs.h"
 #include "names.h"
 #include "parallel.h"
 #include "progress.h"
+#include "refit_command.h"
 #include "report.h"
 
 #include <hiprt_build/exchange.h>
@@ -34,10 +35,11 @@ constexpr ToolInfo kInfo{
     "  bvhbuild bunny.obj -o bunny.bvh\n"
     "  bvhbuild room.glb chair.ply -o scene.bvh --builder embree-high --stats\n"
     "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"
-    "  bvhbuild bunny.obj -o mine.bvh --import tree.json\n"};
+    "  bvhbuild bunny.obj -o mine.bvh --import tree.json\n"
+    "  bvhbuild frame1.bvh --refit frame2.obj -o frame2.bvh\n"};
 
 struct Options {
-  std::vector<std::string> inputs;
+  std::vector<std::string> inputs, moved;
   std::string output;
   std::string builder = "sah", nodes = "auto", target = "cpu";
   unsigned ploc_radius = build::BuildOptions{}.ploc_radius;
@@ -49,7 +51,9 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& options) {
-  app.add_option("INPUT", options.inputs, "Mesh files, one geometry each")->required()->type_name("FILE");
+  app.add_option("INPUT", options.inputs, "Mesh files, one geometry each; with --refit a BVH file")
+      ->required()
+      ->type_name("FILE");
   app.add_option("-o,--output", options.output, "The BVH file to write")->required()->type_name("FILE");
   CLI::Option* builder =
       app.add_option(
@@ -99,6 +103,24 @@ void add_options(CLI::App& app, Options& options) {
   app.add_flag("--stats", options.stats, "Print figures of the tree, times and memory")->disable_flag_override();
 }
 
+/// --refit, which goes with none of the options of a build.
+void add_refit_option(CLI::App& app, Options& options) {
+  CLI::Option* refit =
+      app.add_option("--refit", options.moved,
+                     "Do not build: write INPUT, a BVH file, with its triangles where they are in this mesh. Once per "
+                     "geometry, in their order. Says whether a rebuild is advised")
+          ->allow_extra_args(false)
+          ->type_name("MESH");
+  for (const char* name : {"--builder", "--import", "--nodes", "--target", "--max-leaf", "--split-budget",
+                           "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats"})
+    refit->excludes(app.get_option(name));
+  app.callback([&options] {
+    if (!options.moved.empty() && options.inputs.size() != 1)
+      throw CLI::ValidationError("--refit takes one INPUT, a BVH file; there are " +
+                                 std::to_string(options.inputs.size()));
+  });
+}
+
 class Stopwatch {
  public:
   /// Seconds since the last call, or since the start.
@@ -123,25 +145,6 @@ struct Seconds {
   double read = 0, write = 0;
 };
 
-build::Error cancelled() { return {build::ErrorCode::kCancelled, "cancelled"}; }
-
-build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, const Options& options, ProgressBar& bar) {
-  std::vector<Mesh> meshes;
-  for (const std::string& input : options.inputs) {
-    bar.update("read", 0);
-    auto mesh = load_mesh(input);
-    if (interrupted()) return tl::unexpected(cancelled());
-    if (!mesh) return tl::unexpected(mesh.error());
-    bar.clear();
-    if (auto checked = check_output(options.output, mesh->files); !checked) return tl::unexpected(checked.error());
-    if (mesh->skipped_faces != 0)
-      cli.warn(input + ": skipped " + std::to_string(mesh->skipped_faces) + " faces with fewer than three corners");
-    if (mesh->triangles.empty()) cli.warn(input + ": no triangles in it");
-    meshes.push_back(std::move(*mesh));
-  }
-  return meshes;
-}
-
 build::BuildOptions build_options(const Options& options, const std::string& tool, ProgressBar& bar) {
   build::BuildOptions result;
   result.builder = value_of(kBuilders, options.builder);
@@ -153,10 +156,7 @@ build::BuildOptions build_options(const Options& options, const std::string& too
   result.reinsertion_rounds = options.rounds;
   result.pair_triangles = !options.no_pairs;
   result.tool = tool;
-  result.progress = [&bar](const build::Progress& progress) {
-    bar.update(progress.step, progress.fraction);
-    return !interrupted();
-  };
+  result.progress = shown_by(bar);
   return result;
 }
 
@@ -233,9 +233,7 @@ build::Result<std::optional<build::ExchangeBvh>> read_tree(const Options& option
 
 build::Result<build::Bvh> build_bvh(const std::vector<Mesh>& meshes, const std::optional<build::ExchangeBvh>& tree,
                                     const Options& options, ProgressBar& bar) {
-  std::vector<build::TriangleMesh> inputs;
-  inputs.reserve(meshes.size());
-  for (const Mesh& mesh : meshes) inputs.push_back({mesh.positions, mesh.triangles, 0xffffffffu, mesh.name});
+  const std::vector<build::TriangleMesh> inputs = views(meshes);
   const std::string tool = tool_version(kInfo);
   const build::SceneInput scene{inputs, {}};
   const build::BuildOptions wanted = build_options(options, tool, bar);
@@ -268,7 +266,7 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   std::vector<std::string> inputs = options.inputs;
   if (!options.imported.empty()) inputs.push_back(options.imported);
   if (auto checked = check_output(options.output, inputs); !checked) return checked;
-  auto meshes = read_meshes(cli, options, bar);
+  auto meshes = read_meshes(cli, options.inputs, options.output, bar);
   if (!meshes) return tl::unexpected(meshes.error());
   auto tree = read_tree(options, bar);
   if (!tree) return tl::unexpected(tree.error());
@@ -291,5 +289,9 @@ int main(int argc, char** argv) {
   Options options;
   Cli cli(kInfo);
   add_options(cli.app(), options);
-  return cli.run(argc, argv, [&] { return run(cli, options); });
+  add_refit_option(cli.app(), options);
+  return cli.run(argc, argv, [&] {
+    if (options.moved.empty()) return run(cli, options);
+    return run_refit(cli, {options.inputs.front(), options.output, options.moved, options.threads});
+  });
 }

@@ -55,6 +55,7 @@ void add_tree(Table& table, const build::TreeStatistics& tree) {
   table.row("fill of leaves", fixed(100 * tree.pair_fill, 1) + " %");
   table.row("SAH cost", fixed(tree.sah_cost, 3));
   table.row("sibling overlap", fixed(tree.sibling_overlap, 4));
+  table.row("exchange slack", fixed(tree.exchange_slack, 4));
 }
 
 nlohmann::json tree_json(const build::TreeStatistics& tree) {
@@ -69,7 +70,8 @@ nlohmann::json tree_json(const build::TreeStatistics& tree) {
           {"fill", tree.fill},
           {"pair_fill", tree.pair_fill},
           {"sah_cost", tree.sah_cost},
-          {"sibling_overlap", tree.sibling_overlap}};
+          {"sibling_overlap", tree.sibling_overlap},
+          {"exchange_slack", tree.exchange_slack}};
 }
 
 }  // namespace hiprt::tools

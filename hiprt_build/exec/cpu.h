@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
+#include <atomic>
 #include <cstdint>
 
 namespace hiprt::build {
@@ -34,6 +35,18 @@ class CpuEngine {
       for (std::size_t i = begin; i < end; ++i) step(i);
       monitor_.add(end - begin);
     });
+  }
+
+  /// @return the smallest i below n for which test(i), or n. Reports n units of progress.
+  template <class Test> std::size_t find_first(std::size_t n, const Test& test) {
+    std::atomic<std::size_t> first{n};
+    for_each(n, [&](std::size_t i) {
+      if (!test(i)) return;
+      std::size_t there = first.load(std::memory_order_relaxed);
+      while (i < there && !first.compare_exchange_weak(there, i, std::memory_order_relaxed)) {
+      }
+    });
+    return first.load();
   }
 
   /// body(chunk, begin, end) for the chunks of [0, n): chunk c is [c * kChunk, ...).

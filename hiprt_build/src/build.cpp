@@ -5,7 +5,8 @@
 #include <hiprt_build/builders/optimize.h>
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/builders/sbvh.h>
-#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/exec/run_cpu.h>
+#include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/src/check_input.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
@@ -13,20 +14,12 @@
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
 
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
-
-#include <chrono>
-#include <new>
-
 namespace hiprt::build {
 namespace {
 
 /// 64 lower the SAH cost of sponza by another 0.4 %, 256 no further (decision 0011).
 constexpr unsigned kHqRounds = 32;
 constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
-
-Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
 
 Result<void> check_options(const BuildOptions& options) {
   if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
@@ -46,18 +39,6 @@ Result<void> check_options(const BuildOptions& options) {
                                   " cannot be written; known are float, planes, half and quantized"));
   return {};
 }
-
-class Stopwatch {
- public:
-  /// Seconds since the last call or the construction.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 /// What is built: if there is an imported tree, from that.
 struct Job {
@@ -183,25 +164,12 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
 }
 
 /// run() on the threads that are wanted, with errors for exceptions.
-Result<Bvh> run_guarded(const Job& job) try {
+Result<Bvh> run_guarded(const Job& job) {
   const BuildOptions& options = job.options;
   if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
   if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
-  Monitor monitor(options.progress);
-  MemoryLedger ledger;
-  CpuEngine engine(monitor, ledger);
-  // More than the process may use would bring nothing but oneTBB's warning.
-  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
-  return arena.execute([&] { return run(engine, job); });
-} catch (const Cancelled&) {
-  return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
-} catch (const std::bad_alloc&) {
-  const std::size_t geometries = job.scene.meshes.size() + job.scene.customs.size();
-  return tl::unexpected(Error{ErrorCode::kOutOfMemory,
-                              "not enough memory for the build of " + std::to_string(geometries) + " geometries"});
-} catch (const std::exception& exception) {
-  return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
+  return run_cpu("build", job.scene.meshes.size() + job.scene.customs.size(), options.threads, options.progress,
+                 [&](CpuEngine& engine) { return run(engine, job); });
 }
 
 }  // namespace

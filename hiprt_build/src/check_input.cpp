@@ -2,8 +2,6 @@
 
 #include <hiprt_device/format/quantize.h>
 
-#include <atomic>
-
 namespace hiprt::build {
 namespace {
 
@@ -12,20 +10,6 @@ constexpr std::uint64_t kMaxMeshTriangles = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMaxMeshVertices = std::uint64_t{1} << 31;
 /// References are numbered with 31 bits: a leaf's primitives in the primitive map with 32.
 constexpr std::uint64_t kMaxPrimitives = std::uint64_t{1} << 31;
-
-Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
-
-/// @return the smallest i below n for which bad(i), or n.
-template <class Bad> std::size_t find_first(CpuEngine& engine, std::size_t n, const Bad& bad) {
-  std::atomic<std::size_t> first{n};
-  engine.for_each(n, [&](std::size_t i) {
-    if (!bad(i)) return;
-    std::size_t there = first.load(std::memory_order_relaxed);
-    while (i < there && !first.compare_exchange_weak(there, i, std::memory_order_relaxed)) {
-    }
-  });
-  return first.load();
-}
 
 }  // namespace
 
@@ -54,33 +38,36 @@ Result<void> check_sizes(const SceneInput& scene) {
   return {};
 }
 
-std::string place_of(const PrimitiveSoup& soup, PrimitivePlace place) {
-  const bool custom = soup.is_custom(place.geometry);
-  const std::size_t index = custom ? place.geometry - soup.meshes.size() : place.geometry;
+std::string place(const PrimitiveSoup& soup, std::size_t geometry) {
+  const bool custom = soup.is_custom(geometry);
+  const std::size_t index = custom ? geometry - soup.meshes.size() : geometry;
   const std::string_view name = custom ? soup.customs[index].name : soup.meshes[index].name;
   return (custom ? "custom geometry " : "mesh ") + std::to_string(index) +
-         (name.empty() ? "" : " (" + std::string(name) + ")") + (custom ? ", primitive " : ", triangle ") +
-         std::to_string(place.primitive) + ": ";
+         (name.empty() ? "" : " (" + std::string(name) + ")");
+}
+
+std::string place(const PrimitiveSoup& soup, std::size_t geometry, std::size_t primitive) {
+  return place(soup, geometry) + (soup.is_custom(geometry) ? ", primitive " : ", triangle ") +
+         std::to_string(primitive) + ": ";
 }
 
 Result<void> check_indices(CpuEngine& engine, const PrimitiveSoup& soup) {
   for (std::size_t m = 0; m < soup.meshes.size(); ++m) {
     const TriangleMesh& mesh = soup.meshes[m];
-    const std::size_t i = find_first(engine, mesh.triangles.size(), [&](std::size_t t) {
+    const std::size_t i = engine.find_first(mesh.triangles.size(), [&](std::size_t t) {
       const Triangle& indices = mesh.triangles[t];
       return std::max({indices[0], indices[1], indices[2]}) >= mesh.positions.size();
     });
     if (i == mesh.triangles.size()) continue;
     const Triangle& t = mesh.triangles[i];
-    return tl::unexpected(invalid(place_of(soup, {static_cast<std::uint32_t>(m), static_cast<std::uint32_t>(i)}) +
-                                  "index " + std::to_string(*std::max_element(t.begin(), t.end())) +
+    return tl::unexpected(invalid(place(soup, m, i) + "index " + std::to_string(*std::max_element(t.begin(), t.end())) +
                                   ", but there are " + std::to_string(mesh.positions.size()) + " vertices"));
   }
   return {};
 }
 
 Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped) {
-  const std::size_t i = find_first(engine, grouped.count, [&](std::size_t g) {
+  const std::size_t i = engine.find_first(grouped.count, [&](std::size_t g) {
     const Aabb box = grouped.groups[g].bounds(soup);
     bool good = true;
     for (int axis = 0; axis < 3; ++axis)
@@ -89,7 +76,7 @@ Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, con
   });
   if (i == grouped.count) return {};
   const PrimitiveGroup& group = grouped.groups[i];
-  return tl::unexpected(invalid(place_of(soup, {group.geometry, group.primitive[0]}) +
+  return tl::unexpected(invalid(place(soup, group.geometry, group.primitive[0]) +
                                 "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; "
                                 "float, planes and half can"));
 }

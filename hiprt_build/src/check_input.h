@@ -1,5 +1,5 @@
 #pragma once
-/// Whether meshes and custom primitives can be built, beyond what single options say. Internal.
+/// What every operation on a scene's primitives asks of them, and how messages name them. Internal.
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/exec/cpu.h>
@@ -9,16 +9,21 @@
 
 namespace hiprt::build {
 
+inline Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
+
+/// "mesh 3 (chair.obj)" or "custom geometry 0 (hair)"
+std::string place(const PrimitiveSoup& soup, std::size_t geometry);
+
+/// "mesh 3 (chair.obj), triangle 17: " or "custom geometry 0 (hair), primitive 4: "
+std::string place(const PrimitiveSoup& soup, std::size_t geometry, std::size_t primitive);
+
 /// Geometries, vertices and primitives within what a file and the builders' numbers can address. Reads no array.
 Result<void> check_sizes(const SceneInput& scene);
 
-/// @return the first index past the vertices.
+/// Finds the first index past the vertices.
 Result<void> check_indices(CpuEngine& engine, const PrimitiveSoup& soup);
 
-/// @return the first coordinate that a quantized node cannot hold.
+/// Finds the first coordinate that a quantized node cannot hold.
 Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped);
-
-/// "mesh 3 (chair.obj), triangle 17: " or "custom geometry 0 (hair), primitive 4: "
-std::string place_of(const PrimitiveSoup& soup, PrimitivePlace place);
 
 }  // namespace hiprt::build

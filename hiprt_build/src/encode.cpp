@@ -1,8 +1,10 @@
 #include <hiprt_build/buffer.h>
+#include <hiprt_build/builders/tree_quality.h>
+#include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
+#include <hiprt_build/steps/wide_node.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/checksum.h>
-#include <hiprt_device/format/layout.h>
 
 #include <atomic>
 #include <cstring>
@@ -39,24 +41,9 @@ struct FilePlan {
 
 /// What a parent needs to know of a child.
 struct Subtree {
-  NodeRef ref = kInvalidRef;
-  std::uint32_t flags = 0;       ///< Child flags.
+  WideChild child;
   std::uint32_t stack_need = 0;  ///< Entries that a traversal of it can need.
-  Box box = to_box(Aabb{});      ///< That the parent must state, or a larger one.
 };
-
-void grow(Box& box, const Box& other) {
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    box.min[axis] = std::min(box.min[axis], other.min[axis]);
-    box.max[axis] = std::max(box.max[axis], other.max[axis]);
-  }
-}
-
-[[maybe_unused]] bool contains(const Box& outer, const Box& inner) {
-  for (unsigned axis = 0; axis < 3; ++axis)
-    if (!(outer.min[axis] <= inner.min[axis] && inner.max[axis] <= outer.max[axis])) return false;
-  return true;
-}
 
 template <class Layout> class Encoder {
  public:
@@ -79,7 +66,7 @@ template <class Layout> class Encoder {
     engine_.for_each(leaves, [this](std::size_t i) { write_leaf(i); });
     if (input_.wide.is_run(0)) return end_run(0);
     Subtree root = write_node(0, 0, 1);
-    root.box = bounded(root.box, to_box(input_.tree.nodes[0].box()));
+    root.child.box = bounded(root.child.box, to_box(input_.tree.nodes[0].box()));
     return root;
   }
 
@@ -133,8 +120,8 @@ template <class Layout> class Encoder {
     const BinaryNode& node = input_.tree.nodes[binary];
     leaves_[node.first + node.count - 1].info.geometry_and_flags |= kLastInRun;
     const bool custom = input_.wide.is_custom(binary);
-    return Subtree{leaf_ref(node.first, custom ? NodeType::kProcedural : NodeType::kTriangle0),
-                   kChildOnlyOpaque | (custom ? kChildOnlyProcedural : kChildOnlyTriangles), 0, to_box(node.box())};
+    return Subtree{{leaf_ref(node.first, custom ? NodeType::kProcedural : NodeType::kTriangle0),
+                    kChildOnlyOpaque | (custom ? kChildOnlyProcedural : kChildOnlyTriangles), to_box(node.box())}};
   }
 
   /// Writes the wide node of a binary node to nodes_[at] and its subtree to nodes_[next, ...).
@@ -155,41 +142,21 @@ template <class Layout> class Encoder {
       engine_.invoke([&] { engine_.invoke([&] { descend(0); }, [&] { descend(1); }); },
                      [&] { engine_.invoke([&] { descend(2); }, [&] { descend(3); }); });
     }
-    if constexpr (Layout::kId == NodeLayout::kQuantized) arrange(below, children.count);
     return write_record(at, below, children.count);
-  }
-
-  /// Ascending box centres along the axis where they spread most: the order that a quantized node's readers like.
-  static void arrange(Subtree (&below)[kBranching], unsigned count) {
-    const Box boxes[kBranching] = {below[0].box, below[1].box, below[2].box, below[3].box};
-    const unsigned axis = order_axis(boxes);
-    for (unsigned i = 1; i < count; ++i)
-      for (unsigned k = i; k > 0 && twice_center(below[k].box, axis) < twice_center(below[k - 1].box, axis); --k)
-        std::swap(below[k], below[k - 1]);
   }
 
   /// The node over finished subtrees. What it states for itself is what its bytes decode to.
   Subtree write_record(std::uint64_t at, const Subtree (&below)[kBranching], unsigned count) {
-    Node node{};
-    Subtree result{node_ref(at), below[0].flags, 0, to_box(Aabb{})};
-    std::uint32_t flags = 0;
-    for (unsigned i = 0; i < kBranching; ++i) {
-      node.child[i] = below[i].ref;
-      flags |= below[i].flags << (8 * i);
-      if (i < count) result.flags &= below[i].flags;
+    WideChild children[kBranching];
+    Subtree result{{node_ref(at), below[0].child.flags}};
+    for (unsigned i = 0; i < count; ++i) {
+      children[i] = below[i].child;
+      result.child.flags &= below[i].child.flags;
       result.stack_need = std::max(result.stack_need, below[i].stack_need);
     }
     result.stack_need += count - 1;
-    Layout::set_child_flags(node, flags);
-    const Box boxes[kBranching] = {below[0].box, below[1].box, below[2].box, below[3].box};
-    [[maybe_unused]] const bool encoded = Layout::set_boxes(node, boxes);
-    HIPRT_ASSERT(encoded);
-    for (unsigned i = 0; i < count; ++i) {
-      const Box box = Layout::box(node, i);
-      HIPRT_ASSERT(contains(box, boxes[i]));
-      grow(result.box, box);
-    }
-    nodes_[at] = node;
+    nodes_[at] = make_node<Layout>(children);
+    result.child.box = node_box<Layout>(nodes_[at]);
     return result;
   }
 
@@ -240,12 +207,24 @@ FileHeader make_header(const EncodeInput& input, const FilePlan& plan, const Sub
   header.features = features;
   header.byte_size = plan.byte_size;
   header.section_count = kSections;
-  header.root = root.ref;
+  header.root = root.child.ref;
   header.stack_bound = root.stack_need;
   header.geometry_count = static_cast<std::uint32_t>(input.soup.geometries());
-  header.bounds = root.box;
+  header.bounds = root.child.box;
   header.primitive_count = input.soup.size();
   return header;
+}
+
+/// Of the tree that is in the file.
+template <class Layout> double exchange_slack(CpuEngine& engine, const FilePlan& plan, const std::byte* bytes) {
+  const SectionEntry &nodes = plan.section[0], &leaves = plan.section[1];
+  const TreeQuality<Layout> quality{reinterpret_cast<const FileHeader*>(bytes),
+                                    reinterpret_cast<const typename Layout::Node*>(bytes + nodes.offset),
+                                    reinterpret_cast<const typename Layout::Leaf*>(bytes + leaves.offset),
+                                    nodes.offset,
+                                    leaves.offset,
+                                    {}};
+  return sum_quality(engine, quality, nodes.count).exchange_slack();
 }
 
 }  // namespace
@@ -272,10 +251,14 @@ Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
       input.layout, [&](auto layout) { return Encoder<decltype(layout)>(engine, input, plan, bytes).run(); });
   const FeatureMask features =
       write_geometries(input, reinterpret_cast<GeometryRecord*>(bytes + plan.section[3].offset));
-  std::memcpy(bytes + plan.section[4].offset, input.provenance.data(), input.provenance.size());
   std::memcpy(bytes + sizeof(FileHeader), plan.section, sizeof(plan.section));
   auto& header = *reinterpret_cast<FileHeader*>(bytes);
   header = make_header(input, plan, root, features);
+  std::byte* provenance = bytes + plan.section[4].offset;
+  std::memcpy(provenance, input.provenance.data(), input.provenance.size());
+  const double slack =
+      dispatch_layout(input.layout, [&](auto layout) { return exchange_slack<decltype(layout)>(engine, plan, bytes); });
+  set_exchange_slack({reinterpret_cast<char*>(provenance), input.provenance.size()}, slack);
   engine.monitor().start("checksum", 1.0, 1);
   header.checksum = file_checksum(buffer.bytes());
   return buffer;

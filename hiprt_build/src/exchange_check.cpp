@@ -1,8 +1,8 @@
 #include <hiprt_build/src/exchange_check.h>
 
+#include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/src/check_input.h>
 #include <hiprt_build/steps/box.h>
-#include <hiprt_build/steps/fate.h>
 #include <hiprt_device/format/bit_set.h>
 
 #include <cmath>
@@ -19,9 +19,7 @@ constexpr std::uint64_t kMaxEntries = std::uint64_t{1} << 31;
 constexpr std::uint64_t kMaxNodes = std::uint64_t{CheckedTree::kShared};
 constexpr std::uint64_t kReport = 4096;  ///< Steps between two looks at the monitor.
 
-tl::unexpected<Error> wrong(std::string message) {
-  return tl::unexpected(Error{ErrorCode::kInvalidInput, std::move(message)});
-}
+tl::unexpected<Error> wrong(std::string message) { return tl::unexpected(invalid(std::move(message))); }
 
 std::string node_text(std::uint32_t node) { return "node " + std::to_string(node); }
 
@@ -185,21 +183,20 @@ class TreeCheck {
   }
 
   Result<void> check_primitive(std::uint32_t node, std::uint32_t primitive) {
-    const PrimitivePlace place = soup_.locate(primitive);
-    if (fate_of(soup_, place) != kKept) {
+    const PrimitivePlace at = soup_.locate(primitive);
+    if (fate_of(soup_, at) != kKept) {
       result_.home[primitive] = kInvalidId;
       return {};
     }
     const Box& leaf = tree_.nodes[node].box;
-    const Box bounds = bounds_of(soup_, place);
+    const Box bounds = bounds_of(soup_, at);
     if (several_.test(primitive)) {
-      soup_.is_custom(place.geometry) ? choose_leaf(primitive, node, bounds)
-                                      : result_.shares.push_back({primitive, node});
+      soup_.is_custom(at.geometry) ? choose_leaf(primitive, node, bounds) : result_.shares.push_back({primitive, node});
       return {};
     }
     const std::string text = outside_text(bounds, leaf);
     if (text.empty()) return {};
-    return wrong(place_of(soup_, place) + "leaves the box of " + node_text(node) +
+    return wrong(place(soup_, at.geometry, at.primitive) + "leaves the box of " + node_text(node) +
                  ", the only leaf that it is in: " + text);
   }
 
@@ -231,9 +228,10 @@ class TreeCheck {
   Result<void> check_all_held() {
     for (std::uint64_t primitive = 0; primitive < soup_.size(); ++primitive) {
       if (result_.home[primitive] != kInvalidId) continue;
-      const PrimitivePlace place = soup_.locate(primitive);
-      if (fate_of(soup_, place) == kKept)
-        return wrong(place_of(soup_, place) + "in no leaf (primitive " + std::to_string(primitive) + " of all)");
+      const PrimitivePlace at = soup_.locate(primitive);
+      if (fate_of(soup_, at) == kKept)
+        return wrong(place(soup_, at.geometry, at.primitive) + "in no leaf (primitive " + std::to_string(primitive) +
+                     " of all)");
     }
     return {};
   }
@@ -262,19 +260,14 @@ Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const
   return TreeCheck(engine, tree, soup).run();
 }
 
-Result<void> validate(const ExchangeBvh& tree, const SceneInput& scene) try {
+Result<void> validate(const ExchangeBvh& tree, const SceneInput& scene) {
   if (auto sizes = check_sizes(scene); !sizes) return sizes;
-  const ProgressCallback none;
-  Monitor monitor(none);
-  MemoryLedger ledger;
-  CpuEngine engine(monitor, ledger);
-  const PrimitiveSoup soup(scene);
-  if (auto indices = check_indices(engine, soup); !indices) return indices;
-  if (auto checked = check_tree(engine, tree, soup); !checked) return tl::unexpected(checked.error());
-  return {};
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(Error{ErrorCode::kOutOfMemory,
-                              "not enough memory to check a tree of " + std::to_string(tree.nodes.size()) + " nodes"});
+  return run_cpu("check", scene.meshes.size() + scene.customs.size(), 0, {}, [&](CpuEngine& engine) -> Result<void> {
+    const PrimitiveSoup soup(scene);
+    if (auto indices = check_indices(engine, soup); !indices) return indices;
+    if (auto checked = check_tree(engine, tree, soup); !checked) return tl::unexpected(checked.error());
+    return {};
+  });
 }
 
 }  // namespace hiprt::build

@@ -1,5 +1,5 @@
 #include <hiprt_build/exchange.h>
-
+#include <hiprt_build/steps/wide_node.h>
 #include <hiprt_device/format/validate.h>
 
 namespace hiprt::build {
@@ -35,11 +35,6 @@ template <class Layout> class Exporter {
     std::uint32_t node;
   };
 
-  Box stated_box(const typename Layout::Node& node, unsigned child) const {
-    const Box box = Layout::box(node, child);
-    return Layout::kId == NodeLayout::kHalf ? bounded(box, file_.header->bounds) : box;
-  }
-
   /// A node with one child is not exported: the child takes its place.
   void add_children(const Open& here) {
     const auto& node =
@@ -47,7 +42,8 @@ template <class Layout> class Exporter {
     Open children[kBranching];
     unsigned count = 0;
     for (unsigned i = 0; i < kBranching; ++i)
-      if (node.child[i] != kInvalidRef) children[count++] = {node.child[i], stated_box(node, i), here.node};
+      if (node.child[i] != kInvalidRef)
+        children[count++] = {node.child[i], stated_box<Layout>(node, i, file_.header->bounds), here.node};
     if (count == 1) return open_.push_back(children[0]);
     const auto first = static_cast<std::uint32_t>(result_.nodes.size());
     result_.nodes[here.node] = ExchangeNode{here.box, first, count, 0};

@@ -86,8 +86,7 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     for (std::uint32_t w = my_group; w * kPairWindow < count_; w += Memory::kGroups)
       windows(WaveGroup{}, m_.pairs[my_group], w, [&](const PairedPrimitive& paired) {
         m_.references[paired.primitive] = LeafReference{paired.box, paired.group, paired.primitive};
-        if (paired.fate != PrimitiveFate::kKept)
-          fetch_add(&m_.state.counts.fate[static_cast<unsigned>(paired.fate)], 1);
+        if (paired.fate != kKept) fetch_add(&m_.state.counts.fate[paired.fate], 1);
         if (!paired.group.exists()) return;
         fetch_add(&m_.state.counts.leaves, 1);
         m_.state.bounds.add(paired.box);
@@ -170,13 +169,13 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     view.layout = NodeLayout::kPlanes;
     view.bounds = m_.state.bounds.get();
     job_.views[mesh_] = view;
-    const auto dropped = [&](PrimitiveFate fate, std::uint32_t& sum) {
-      const std::uint32_t count = counts.fate[static_cast<unsigned>(fate)];
+    const auto dropped = [&](Fate fate, std::uint32_t& sum) {
+      const std::uint32_t count = counts.fate[fate];
       if (count != 0) fetch_add(&sum, count);
     };
-    dropped(PrimitiveFate::kNotFinite, job_.report->dropped_not_finite);
-    dropped(PrimitiveFate::kDegenerate, job_.report->dropped_degenerate);
-    dropped(PrimitiveFate::kBadIndex, job_.report->bad_indices);
+    dropped(kNotFinite, job_.report->dropped_not_finite);
+    dropped(kDegenerate, job_.report->dropped_degenerate);
+    dropped(kBadIndex, job_.report->bad_indices);
   }
 
   const BatchJob& job_;

@@ -53,8 +53,8 @@ static __global__ void __launch_bounds__(kGroupBlock)
   for (std::uint32_t w = blockIdx.x * kGroupsPerBlock + my_group; w < all; w += gridDim.x * kGroupsPerBlock)
     windows(WaveGroup{}, shared[my_group], w, [&](const PairedPrimitive& paired) {
       references[paired.primitive] = LeafReference{paired.box, paired.group, paired.primitive};
-      if (paired.fate != PrimitiveFate::kKept) {
-        fetch_add(&counts.fate[static_cast<unsigned>(paired.fate)], 1);
+      if (paired.fate != kKept) {
+        fetch_add(&counts.fate[paired.fate], 1);
         atomicAdd(reinterpret_cast<unsigned long long*>(&records[paired.geometry].dropped_count), 1ull);
       }
       if (!paired.group.exists()) return;
@@ -223,9 +223,9 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   report.nodes = nodes;
   report.leaves = counts.leaves;
   report.pairs = counts.pairs;
-  report.dropped_not_finite = counts.fate[static_cast<unsigned>(PrimitiveFate::kNotFinite)];
-  report.dropped_degenerate = counts.fate[static_cast<unsigned>(PrimitiveFate::kDegenerate)];
-  report.bad_indices = counts.fate[static_cast<unsigned>(PrimitiveFate::kBadIndex)];
+  report.dropped_not_finite = counts.fate[kNotFinite];
+  report.dropped_degenerate = counts.fate[kDegenerate];
+  report.bad_indices = counts.fate[kBadIndex];
   report.status = too_deep                  ? BuildStatus::kTooDeep
                   : report.bad_indices != 0 ? BuildStatus::kBadIndex
                                             : BuildStatus::kOk;

@@ -54,7 +54,7 @@ struct SharedBox {
   }
 };
 
-/// Counts of primitives: [PrimitiveFate] for those that are dropped.
+/// Counts of primitives: [Fate] for those that are dropped.
 struct GroupCounts {
   std::uint32_t leaves, pairs, customs, fate[4];
 };

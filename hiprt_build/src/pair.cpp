@@ -1,10 +1,10 @@
 #include <hiprt_build/steps/edges.h>
-#include <hiprt_build/steps/fate.h>
 #include <hiprt_build/steps/pair.h>
 
 namespace hiprt::build {
 namespace {
 
+/// Step: what becomes of triangle i.
 struct ClassifyStep {
   const TriangleMesh& mesh;
   std::span<std::uint8_t> fate;

@@ -5,7 +5,9 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace hiprt::build {
 namespace {
@@ -24,6 +26,15 @@ template <class... Spans> std::string hash(const Spans&... spans) {
 const char* layout_name(NodeLayout layout) {
   constexpr const char* kNames[] = {"float", "planes", "half", "quantized"};
   return kNames[static_cast<std::uint32_t>(layout) - 1];
+}
+
+/// document[group][key] if it is a finite number.
+std::optional<double> number(const nlohmann::json& document, const char* group, const char* key) {
+  if (!document.is_object() || !document.contains(group)) return std::nullopt;
+  const nlohmann::json& values = document[group];
+  if (!values.is_object() || !values.contains(key) || !values[key].is_number()) return std::nullopt;
+  const auto value = values[key].get<double>();
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
 }  // namespace
@@ -66,7 +77,32 @@ std::string make_provenance(const SceneInput& scene, const BuildOptions& options
                            {"nodes", statistics.nodes},
                            {"leaves", statistics.leaves},
                            {"sah_cost", sah_cost}}}};
-  return document.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
+  // The last of the statistics, in a fixed number of digits.
+  return text.replace(text.size() - 2, 2, ",\"exchange_slack\":0.000000}}");
+}
+
+void set_exchange_slack(std::span<char> provenance, double exchange_slack) {
+  char text[16];
+  const int size = std::snprintf(text, sizeof(text), "%.6f}}", exchange_slack);
+  std::copy_n(text, size, provenance.end() - size);
+}
+
+BuiltTree read_built_tree(std::string_view provenance) {
+  const nlohmann::json document = nlohmann::json::parse(provenance, nullptr, false);
+  BuiltTree result;
+  const auto read = [&](const char* key, float& cost) {
+    const double value = number(document, "options", key).value_or(0);
+    if (value > 0 && value <= static_cast<double>(std::numeric_limits<float>::max())) cost = static_cast<float>(value);
+  };
+  read("cost_box_node", result.costs.box_node);
+  read("cost_leaf", result.costs.leaf);
+  read("cost_custom", result.costs.custom);
+  result.sah_cost = number(document, "statistics", "sah_cost");
+  if (!(result.sah_cost > 0.0)) result.sah_cost.reset();
+  result.exchange_slack = number(document, "statistics", "exchange_slack");
+  if (!(result.exchange_slack >= 0.0 && result.exchange_slack <= 1.0)) result.exchange_slack.reset();
+  return result;
 }
 
 }  // namespace hiprt::build

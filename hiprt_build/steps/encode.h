@@ -15,7 +15,7 @@ struct EncodeInput {
   const BinaryTree& tree;
   const WideTree& wide;
   NodeLayout layout;
-  std::string provenance;  ///< JSON
+  std::string provenance;  ///< Of make_provenance(); encode() sets its exchange slack.
 };
 
 /// @return kTooLarge, with the numbers, when the last of so many nodes and leaves would be beyond kAddressLimit.

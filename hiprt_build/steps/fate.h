@@ -1,35 +1,41 @@
 #pragma once
-/// Which primitives of the input are built. Internal.
+/// Which primitives a builder drops (input.h). Internal.
 
-#include <hiprt_build/input.h>
+#include <hiprt_device/format/node.h>
 
-#include <cmath>
-#include <cstdint>
+#include <limits>
 
 namespace hiprt::build {
 
-/// What becomes of a primitive (input.h says why some are dropped).
-enum Fate : std::uint8_t { kKept = 0, kNotFinite = 1, kDegenerate = 2 };
-
-/// @pre the triangle's indices are below positions.size().
-inline Fate triangle_fate(const TriangleMesh& mesh, std::size_t triangle) {
-  const Position& a = mesh.positions[mesh.triangles[triangle][0]];
-  const Position& b = mesh.positions[mesh.triangles[triangle][1]];
-  const Position& c = mesh.positions[mesh.triangles[triangle][2]];
-  bool finite = true;
-  for (unsigned axis = 0; axis < 3; ++axis)
-    finite = finite && std::isfinite(a[axis]) && std::isfinite(b[axis]) && std::isfinite(c[axis]);
-  return !finite ? kNotFinite : a == b || b == c || c == a ? kDegenerate : kKept;
+/// Equal as numbers: 0 and -0 are.
+HIPRT_HD HIPRT_INLINE bool same_position(const float* a, const float* b) {
+  return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
-/// Of a custom primitive.
-inline Fate box_fate(const Box& box) {
-  bool finite = true, ordered = true;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    finite = finite && std::isfinite(box.min[axis]) && std::isfinite(box.max[axis]);
-    ordered = ordered && box.min[axis] <= box.max[axis];
-  }
-  return !finite ? kNotFinite : !ordered ? kDegenerate : kKept;
+/// Kept ones get into the tree. Bad indices: where they are not an error before (GPU builders).
+enum Fate : std::uint8_t { kKept = 0, kNotFinite = 1, kDegenerate = 2, kBadIndex = 3 };
+
+/// @return false for NaN.
+HIPRT_HD HIPRT_INLINE bool is_within(const float* position, float limit) {
+  bool within = true;
+  for (unsigned axis = 0; axis < 3; ++axis) within = within && position[axis] > -limit && position[axis] < limit;
+  return within;
+}
+
+inline constexpr float kNoLimit = std::numeric_limits<float>::infinity();
+
+/// Degenerate: two corners at the same position.
+HIPRT_HD HIPRT_INLINE Fate triangle_fate(const float* a, const float* b, const float* c) {
+  if (!is_within(a, kNoLimit) || !is_within(b, kNoLimit) || !is_within(c, kNoLimit)) return kNotFinite;
+  return same_position(a, b) || same_position(b, c) || same_position(c, a) ? kDegenerate : kKept;
+}
+
+/// Degenerate: inverted.
+HIPRT_HD HIPRT_INLINE Fate box_fate(const Box& box) {
+  if (!is_within(box.min, kNoLimit) || !is_within(box.max, kNoLimit)) return kNotFinite;
+  bool ordered = true;
+  for (unsigned axis = 0; axis < 3; ++axis) ordered = ordered && box.min[axis] <= box.max[axis];
+  return ordered ? kKept : kDegenerate;
 }
 
 }  // namespace hiprt::build

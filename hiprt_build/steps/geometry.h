@@ -3,6 +3,7 @@
 
 #include <hiprt_build/input.h>
 #include <hiprt_build/steps/aabb.h>
+#include <hiprt_build/steps/fate.h>
 
 #include <algorithm>
 #include <array>
@@ -45,6 +46,12 @@ struct PrimitiveSoup {
     return meshes[mesh].positions[meshes[mesh].triangles[triangle][k]];
   }
 };
+
+/// @pre the triangle's indices are below positions.size().
+inline Fate triangle_fate(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto corner = [&](unsigned k) { return mesh.positions[mesh.triangles[triangle][k]].data(); };
+  return triangle_fate(corner(0), corner(1), corner(2));
+}
 
 inline Float4 to_float4(const Position& p) { return Float4{p[0], p[1], p[2], 0.0f}; }
 

@@ -17,7 +17,7 @@ inline constexpr float kPairedBoxArea = 1.25f;
 /// What became of a primitive.
 struct PairedPrimitive {
   std::uint32_t primitive, geometry;
-  PrimitiveFate fate;
+  Fate fate;
   PackedGroup group;  ///< Exists for the lower primitive of a leaf.
   Box box;            ///< Of the group.
 };
@@ -35,7 +35,7 @@ template <class Group> struct PairWindow {
     std::uint32_t geometry[kPairWindow];                  ///< Of the primitive.
     std::uint8_t partner[kEdges];                         ///< The edge of another triangle, or kNone.
     std::uint8_t choice[kPairWindow], mate[kPairWindow];  ///< Edges of the triangle, and of the other one.
-    std::uint8_t fate[kPairWindow];                       ///< PrimitiveFate
+    std::uint8_t fate[kPairWindow];                       ///< Fate
   };
 
   SoupView soup;
@@ -88,13 +88,13 @@ template <class Group> struct PairWindow {
     const GeometryView& mesh = soup.geometries[g];
     shared.geometry[i] = g;
     if (mesh.is_custom()) {
-      shared.fate[i] = static_cast<std::uint8_t>(classify_box(mesh.boxes[begin + i - mesh.first]));
+      shared.fate[i] = box_fate(mesh.boxes[begin + i - mesh.first]);
       return;
     }
     TriangleCorners corners;
-    const PrimitiveFate fate = load_triangle(mesh, begin + i - mesh.first, corners);
-    shared.fate[i] = static_cast<std::uint8_t>(fate);
-    if (fate != PrimitiveFate::kKept) return;
+    const Fate fate = load_triangle(mesh, begin + i - mesh.first, corners);
+    shared.fate[i] = fate;
+    if (fate != kKept) return;
     std::uint32_t hashes[3];
     for (unsigned k = 0; k < 3; ++k) {
       shared.corner[3 * i + k] = corners.v[k];
@@ -123,8 +123,8 @@ template <class Group> struct PairWindow {
   /// If the edges are one, in both directions, of two triangles of a mesh.
   HIPRT_HD static void link(Shared& shared, unsigned e, unsigned other) {
     if (e / 3 == other / 3 || shared.geometry[e / 3] != shared.geometry[other / 3]) return;
-    if (!same(shared.corner[e], shared.corner[next_corner(other)]) ||
-        !same(shared.corner[next_corner(e)], shared.corner[other]))
+    if (!same_position(shared.corner[e].x, shared.corner[next_corner(other)].x) ||
+        !same_position(shared.corner[next_corner(e)].x, shared.corner[other].x))
       return;
     const Box mine = triangle_box(shared, e / 3), others = triangle_box(shared, other / 3);
     shared.gain[e] = half_area(mine) + half_area(others) - half_area(unite(mine, others));
@@ -162,9 +162,9 @@ template <class Group> struct PairWindow {
   }
 
   HIPRT_HD PairedPrimitive make(const Shared& shared, std::uint32_t begin, unsigned i, unsigned size) const {
-    PairedPrimitive result{begin + i, shared.geometry[i], static_cast<PrimitiveFate>(shared.fate[i]),
-                           PackedGroup::none(), empty_box()};
-    if (result.fate != PrimitiveFate::kKept) return result;
+    PairedPrimitive result{begin + i, shared.geometry[i], static_cast<Fate>(shared.fate[i]), PackedGroup::none(),
+                           empty_box()};
+    if (result.fate != kKept) return result;
     const GeometryView& geometry = soup.geometries[result.geometry];
     if (geometry.is_custom()) {
       const std::uint32_t first = begin + i - geometry.first;
@@ -188,7 +188,7 @@ template <class Group> struct PairWindow {
   HIPRT_HD bool share_leaf(const GeometryView& customs, std::uint32_t first) const {
     if (!pair || first + 1 >= customs.primitives) return false;
     const Box &a = customs.boxes[first], &b = customs.boxes[first + 1];
-    if (classify_box(a) != PrimitiveFate::kKept || classify_box(b) != PrimitiveFate::kKept) return false;
+    if (box_fate(a) != kKept || box_fate(b) != kKept) return false;
     return half_area(unite(a, b)) <= kPairedBoxArea * (half_area(a) + half_area(b));
   }
   /// 2 i and 2 i + 1, if both are in the window.

@@ -3,6 +3,7 @@
 /// host's is geometry.h.) Internal.
 
 #include <hiprt_build/steps/box.h>
+#include <hiprt_build/steps/fate.h>
 
 #include <array>
 #include <cstdint>
@@ -26,9 +27,6 @@ struct GeometryView {
 struct Point {
   float x[3];
 };
-
-/// What is wrong with a primitive that no leaf holds.
-enum class PrimitiveFate : std::uint32_t { kKept, kNotFinite, kDegenerate, kBadIndex };
 
 struct SoupView {
   const GeometryView* geometries;
@@ -58,43 +56,20 @@ HIPRT_HD HIPRT_INLINE void grow(Box& box, const Point& point) {
   }
 }
 
-HIPRT_HD HIPRT_INLINE bool same(const Point& a, const Point& b) {
-  return a.x[0] == b.x[0] && a.x[1] == b.x[1] && a.x[2] == b.x[2];
-}
-
-HIPRT_HD HIPRT_INLINE bool is_finite(float x) { return x - x == 0.0f; }
-
 struct TriangleCorners {
   Point v[3];
 };
 
 /// @param corners are written unless an index is bad.
-HIPRT_HD HIPRT_INLINE PrimitiveFate load_triangle(const GeometryView& mesh, std::uint32_t triangle,
-                                                  TriangleCorners& corners) {
+HIPRT_HD HIPRT_INLINE Fate load_triangle(const GeometryView& mesh, std::uint32_t triangle, TriangleCorners& corners) {
   const std::array<std::uint32_t, 3> index = mesh.triangles[triangle];
   if (index[0] >= mesh.positions_count || index[1] >= mesh.positions_count || index[2] >= mesh.positions_count)
-    return PrimitiveFate::kBadIndex;
-  bool finite = true;
+    return kBadIndex;
   for (unsigned k = 0; k < 3; ++k) {
     const std::array<float, 3> position = mesh.positions[index[k]];
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      corners.v[k].x[axis] = position[axis];
-      finite = finite && is_finite(position[axis]);
-    }
+    for (unsigned axis = 0; axis < 3; ++axis) corners.v[k].x[axis] = position[axis];
   }
-  if (!finite) return PrimitiveFate::kNotFinite;
-  const bool degenerate =
-      same(corners.v[0], corners.v[1]) || same(corners.v[1], corners.v[2]) || same(corners.v[2], corners.v[0]);
-  return degenerate ? PrimitiveFate::kDegenerate : PrimitiveFate::kKept;
-}
-
-HIPRT_HD HIPRT_INLINE PrimitiveFate classify_box(const Box& box) {
-  bool finite = true, ordered = true;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    finite = finite && is_finite(box.min[axis]) && is_finite(box.max[axis]);
-    ordered = ordered && box.min[axis] <= box.max[axis];
-  }
-  return !finite ? PrimitiveFate::kNotFinite : !ordered ? PrimitiveFate::kDegenerate : PrimitiveFate::kKept;
+  return triangle_fate(corners.v[0].x, corners.v[1].x, corners.v[2].x);
 }
 
 /// A leaf's primitives: the lower one has a number of its own, this is the rest. Rotations as PrimitiveGroup.

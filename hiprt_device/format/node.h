@@ -154,9 +154,13 @@ struct TriangleId {
   HIPRT_HD static constexpr std::uint32_t from_rotation(unsigned rotation) {
     return (4u - rotation) % 3u | (5u - rotation) % 3u << 2 | kOpaque;
   }
+  /// The rotation that the byte was made from.
+  HIPRT_HD static constexpr unsigned to_rotation(std::uint32_t id) { return (4u - u_source(id)) % 3u; }
 };
 
 static_assert(TriangleId::from_rotation(0) == 0x89, "unrotated: u of corner 1, v of corner 2, opaque");
+static_assert(TriangleId::to_rotation(0x89) == 0 && TriangleId::to_rotation(0x84) == 1 &&
+              TriangleId::to_rotation(0x82) == 2);
 
 static_assert(sizeof(FloatBoxNode) == 128 && sizeof(PlanesBoxNode) == 128 && sizeof(Box) == 24);
 static_assert(offsetof(FloatBoxNode, child) == 0 && offsetof(FloatBoxNode, box) == 16);

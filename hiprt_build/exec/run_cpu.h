@@ -1,0 +1,38 @@
+#pragma once
+/// A whole operation on the CPU: its threads, its memory, and errors in place of what it throws. Internal.
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/exec/cpu.h>
+
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <exception>
+#include <string>
+#include <type_traits>
+
+namespace hiprt::build {
+
+/// @param name of the operation in messages: "build", "refit". @param geometries that it is about.
+/// @param threads 0, or more than the process may use: all that it may use.
+/// @return operation(CpuEngine&), a Result; or kCancelled, kOutOfMemory, kBackend.
+template <class Operation>
+auto run_cpu(const std::string& name, std::size_t geometries, unsigned threads, const ProgressCallback& progress,
+             const Operation& operation) -> std::invoke_result_t<const Operation&, CpuEngine&> try {
+  Monitor monitor(progress);
+  MemoryLedger ledger;
+  CpuEngine engine(monitor, ledger);
+  // More than the process may use would bring nothing but oneTBB's warning.
+  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+  tbb::task_arena arena(static_cast<int>(threads == 0 ? most : std::min<std::size_t>(threads, most)));
+  return arena.execute([&] { return operation(engine); });
+} catch (const Cancelled&) {
+  return tl::unexpected(Error{ErrorCode::kCancelled, "the " + name + " was cancelled"});
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(Error{ErrorCode::kOutOfMemory, "not enough memory for the " + name + " of " +
+                                                           std::to_string(geometries) + " geometries"});
+} catch (const std::exception& exception) {
+  return tl::unexpected(Error{ErrorCode::kBackend, exception.what()});
+}
+
+}  // namespace hiprt::build

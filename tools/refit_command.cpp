@@ -1,0 +1,67 @@
+#include "refit_command.h"
+
+#include "bvh_file.h"
+#include "mesh_inputs.h"
+#include "names.h"
+#include "parallel.h"
+#include "report.h"
+
+#include <hiprt_build/file.h>
+#include <hiprt_build/refit.h>
+
+#include <iostream>
+
+namespace hiprt::tools {
+namespace {
+
+std::string report_text(const build::RefitStatistics& s) {
+  return "SAH cost " + fixed(s.sah_cost, 3) + ", " + fixed(s.sah_cost_built, 3) +
+         " when the tree was built: " + fixed(s.cost_ratio, 3) + " times\nexchange slack " +
+         fixed(s.exchange_slack, 4) + ", " + fixed(s.exchange_slack_built, 4) + " when the tree was built\n" +
+         (s.rebuild_advised ? "a rebuild is advised" : "no rebuild needed") + "\n";
+}
+
+nlohmann::json report_json(const RefitCommand& command, const build::RefittedBvh& bvh, NodeLayout layout) {
+  const build::RefitStatistics& s = bvh.statistics;
+  return {{"file", command.output},
+          {"bytes", bvh.buffer.size()},
+          {"layout", word_of(kLayouts, layout)},
+          {"nodes", s.nodes},
+          {"leaves", s.leaves},
+          {"sah_cost", {{"built", s.sah_cost_built}, {"now", s.sah_cost}, {"ratio", s.cost_ratio}}},
+          {"exchange_slack", {{"built", s.exchange_slack_built}, {"now", s.exchange_slack}}},
+          {"rebuild_advised", s.rebuild_advised},
+          {"seconds",
+           {{"check", s.check_seconds},
+            {"write", s.write_seconds},
+            {"measure", s.measure_seconds},
+            {"refit", s.total_seconds}}}};
+}
+
+}  // namespace
+
+build::Result<void> run_refit(const Cli& cli, const RefitCommand& command) {
+  const InterruptGuard guard;
+  const ThreadLimit limit(command.threads);
+  ProgressBar bar;
+  std::vector<std::string> inputs = command.moved;
+  inputs.push_back(command.file);
+  if (auto checked = check_output(command.output, inputs); !checked) return checked;
+  const auto file = load_bvh(command.file);
+  if (!file) return tl::unexpected(file.error());
+  const auto meshes = read_meshes(cli, command.moved, command.output, bar);
+  if (!meshes) return tl::unexpected(meshes.error());
+  const std::vector<build::TriangleMesh> moved = views(*meshes);
+  auto bvh = build::refit_copy(file->view.bytes, {moved, {}}, {.threads = command.threads, .progress = shown_by(bar)});
+  bar.clear();
+  if (interrupted()) return tl::unexpected(cancelled());
+  if (!bvh) return tl::unexpected(bvh.error());
+  if (auto written = build::write_file(command.output, bvh->buffer.bytes()); !written) return written;
+  if (cli.json())
+    cli.print(report_json(command, *bvh, file->view.layout()));
+  else
+    std::cout << report_text(bvh->statistics);
+  return {};
+}
+
+}  // namespace hiprt::tools

@@ -1,0 +1,22 @@
+#pragma once
+/// bvhbuild --refit: a BVH file and moved meshes in, a BVH file with the old tree out.
+
+#include "cli.h"
+
+#include <string>
+#include <vector>
+
+namespace hiprt::tools {
+
+struct RefitCommand {
+  std::string file, output;
+  std::vector<std::string> moved;  ///< One mesh per geometry.
+  unsigned threads = 0;
+};
+
+/// Prints what the tree costs now and whether a rebuild is advised.
+/// @return the errors of load_bvh(), load_mesh(), build::refit_copy() and build::write_file(); kInvalidInput if the
+/// output is an input.
+build::Result<void> run_refit(const Cli& cli, const RefitCommand& command);
+
+}  // namespace hiprt::tools
