@@ -36,8 +36,8 @@ inline constexpr std::uint32_t kMaxBuildPrimitives = (1u << 28) - 2;
 
 struct BuildOptions {
   build::Builder builder = build::Builder::kHploc;  ///< kLbvh, kLbvh30 or kHploc.
-  NodeLayout nodes = NodeLayout::kPlanes;           ///< kFloat or kPlanes.
-  unsigned max_leaf_triangles = 8;                  ///< As build::BuildOptions.
+  NodeLayout nodes = NodeLayout::kPlanes;
+  unsigned max_leaf_triangles = 8;  ///< As build::BuildOptions.
   /// Put triangles that share an edge, and close custom primitives, into one leaf. Looks among 32 that follow each
   /// other in the index buffer.
   bool pair_triangles = true;
@@ -54,6 +54,7 @@ enum class BuildStatus : std::uint32_t {
   kOk = 0,
   kBadIndex = 1,  ///< Some triangle's index is beyond the positions: the scene is there without those triangles.
   kTooDeep = 2,   ///< A traversal would need more than 180 stack entries: the scene is empty.
+  kTooLarge = 3,  ///< Layout quantized: a coordinate of 2^126 or more; the scene is empty.
 };
 
 /// What a build has made: in device memory, written when the stream passes the build.
@@ -87,7 +88,8 @@ struct BuiltScene {
 
 /// Copies what enqueue_build() has made to a buffer of its exact size; waits for the stream twice.
 /// @param report as it returned.
-/// @return kTooLarge if the tree is too deep, or the errors of DeviceBuffer.
+/// @return kTooLarge if the tree is too deep, kInvalidInput if coordinates are too large for layout quantized, or the
+/// errors of DeviceBuffer.
 Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Allocator& allocator);
 
 /// Builds and compacts, with memory from the allocator.

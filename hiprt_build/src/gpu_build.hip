@@ -144,12 +144,12 @@ class Enqueuer {
       pair();
       sort();
       climb();
-      if (options_.nodes == NodeLayout::kPlanes)
-        write<PlanesLayout>();
-      else
-        write<FloatLayout>();
+      dispatch_layout(options_.nodes, [&](auto layout) { write<decltype(layout)>(); });
     }
-    one("finish", finish, output_plan(), kept_.plans, kept_.state);
+    const OutputPlan plan = output_plan();
+    one("finish", finish, plan, kept_.plans, kept_.state);
+    if (layouts_.primitives != 0)
+      dispatch_layout(options_.nodes, [&](auto layout) { encode<decltype(layout)>(plan.report); });
     return result_;
   }
 
@@ -263,6 +263,22 @@ class Enqueuer {
                queue, kept_.state);
   }
 
+  /// The linked tree is not needed any more.
+  template <class Layout> void encode(BuildReport* report) {
+    if constexpr (!WideWriter<Layout>::kBoxesApart) {
+      build::RefitFile<Layout> file{};
+      file.header = reinterpret_cast<FileHeader*>(output_);
+      file.nodes = section<typename Layout::Node>(0);
+      file.leaves = section<typename Layout::Leaf>(1);
+      file.first_node = layouts_.file.sections[0].offset;
+      file.first_leaf = layouts_.file.sections[1].offset;
+      file.ways = reinterpret_cast<std::uint32_t*>(kept_.nodes);
+      each("link_up", link_up<Layout>, file, report);
+      each("encode_nodes", encode_nodes<Layout>, file, report);
+      one("widen_bounds", widen_bounds<Layout>, file, report);
+    }
+  }
+
   OutputPlan output_plan() const {
     OutputPlan plan{};
     plan.base = output_;
@@ -334,9 +350,9 @@ Result<void> check_options(const BuildOptions& options) {
   if (options.builder != Builder::kLbvh && options.builder != Builder::kLbvh30 && options.builder != Builder::kHploc)
     return fail(ErrorCode::kInvalidInput, "builder ", build::name(options.builder),
                 " does not run on the GPU; lbvh, lbvh30 and hploc do");
-  if (options.nodes != NodeLayout::kFloat && options.nodes != NodeLayout::kPlanes)
+  if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
     return fail(ErrorCode::kInvalidInput, "node layout ", static_cast<std::uint32_t>(options.nodes),
-                " is not written on the GPU; float and planes are");
+                " cannot be written; known are float, planes, half and quantized");
   if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
     return fail(ErrorCode::kInvalidInput, "max_leaf_triangles is ", options.max_leaf_triangles,
                 ", allowed are 1 to 64");
@@ -372,6 +388,10 @@ Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Alloca
   if (done && from.report.status == BuildStatus::kTooDeep)
     done = fail(ErrorCode::kTooLarge, "the tree needs ", from.report.view.stack_bound, " stack entries, the limit is ",
                 kMaxStackBound);
+  if (done && from.report.status == BuildStatus::kTooLarge)
+    done = fail(
+        ErrorCode::kInvalidInput,
+        "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; float, planes and half can");
   if (done) done = copy(from.head.data(), from.report.view.base, kHeaderBytes, hipMemcpyDeviceToHost, stream);
   if (done) done = wait(stream);
   if (!done) return tl::unexpected(std::move(done.error()));
@@ -381,8 +401,8 @@ Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Alloca
   auto buffer = DeviceBuffer::make(places.size, stream, allocator);
   if (!buffer) return tl::unexpected(std::move(buffer.error()));
   std::byte* to = buffer->data();
-  done = view.layout == NodeLayout::kPlanes ? move_sections<PlanesLayout>(from, places, to, stream)
-                                            : move_sections<FloatLayout>(from, places, to, stream);
+  done = dispatch_layout(view.layout,
+                         [&](auto layout) { return move_sections<decltype(layout)>(from, places, to, stream); });
   FileHeader& header = from.header();
   if (header.root != kInvalidRef && ref_offset(header.root) >= from.sections()[1].offset)
     header.root = make_ref(places.sections[1].offset, ref_type(header.root));

@@ -3,6 +3,8 @@
 
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/src/gpu_state.h>
+#include <hiprt_build/steps/refit_file.h>
+#include <hiprt_device/format/quantize.h>
 
 namespace hiprt::build::kernels {
 
@@ -173,11 +175,19 @@ struct OutputPlan {
   std::uint32_t geometries, primitives;
 };
 
+/// Whether layout quantized can hold it; the empty box can.
+HIPRT_HD inline bool is_quantizable(const Box& box) {
+  for (unsigned axis = 0; axis < 3; ++axis)
+    if (box.min[axis] <= -kQuantizedLimit || box.max[axis] >= kQuantizedLimit) return false;
+  return true;
+}
+
 static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const BuildState* state) {
   const GroupCounts& counts = state->counts;
   const LinkedRef root = state->root;
   const bool is_leaf = (root & kLinkedLeaf) != 0, is_run = counts.leaves != 0 && (is_leaf || plans[root].is_run());
   const bool too_deep = state->wide.stack_need > kMaxStackBound;
+  const bool too_large = plan.layout == NodeLayout::kQuantized && !is_quantizable(state->bounds.get());
   const std::uint32_t nodes = counts.leaves == 0 || is_run ? 0 : plans[root].nodes;
   FeatureMask features = 0;
   if (counts.leaves > counts.customs) features |= feature_bit(Feature::kTriangles);
@@ -186,11 +196,11 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   for (std::uint32_t i = 0; i < plan.geometries; ++i)
     if (records[i].mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
   NodeRef ref = kInvalidRef;
-  if (is_run)
+  if (is_run && !too_large)
     ref = make_ref(plan.sections[1].offset,
                    counts.customs == counts.leaves ? NodeType::kProcedural : NodeType::kTriangle0);
-  else if (nodes != 0 && !too_deep)
-    ref = make_ref(plan.sections[0].offset, NodeType::kBox32);
+  else if (nodes != 0 && !too_deep && !too_large)
+    ref = make_ref(plan.sections[0].offset, plan.layout == NodeLayout::kHalf ? NodeType::kBox16 : NodeType::kBox32);
 
   FileHeader header{};
   for (unsigned i = 0; i < sizeof(kMagic); ++i) header.magic[i] = "HIPRTBVH"[i];
@@ -227,10 +237,30 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   report.dropped_degenerate = counts.fate[kDegenerate];
   report.bad_indices = counts.fate[kBadIndex];
   report.status = too_deep                  ? BuildStatus::kTooDeep
+                  : too_large               ? BuildStatus::kTooLarge
                   : report.bad_indices != 0 ? BuildStatus::kBadIndex
                                             : BuildStatus::kOk;
   report.builder = state->too_deep != 0 ? Builder::kLbvh : plan.builder;
   *plan.report = report;
+}
+
+/// The parents of a file's nodes, and then the nodes' boxes from the leaves up, for layouts that have not got them yet.
+template <class Layout>
+__global__ void __launch_bounds__(kBlock) link_up(RefitFile<Layout> file, const BuildReport* report) {
+  const std::uint32_t i = thread_index();
+  if (i < report->nodes && report->view.root != kInvalidRef) LinkUpStep<Layout>{file}(i);
+}
+template <class Layout>
+__global__ void __launch_bounds__(kBlock) encode_nodes(RefitFile<Layout> file, const BuildReport* report) {
+  const std::uint32_t i = thread_index();
+  if (i < report->nodes && report->view.root != kInvalidRef) RefitNodeStep<Layout>{file}(i);
+}
+/// The bounds that the root's bytes state.
+template <class Layout> __global__ void widen_bounds(RefitFile<Layout> file, BuildReport* report) {
+  if (report->nodes == 0 || report->view.root == kInvalidRef) return;
+  const Box box = bounded(node_box<Layout>(file.nodes[0]), file.header->bounds);
+  file.header->bounds = box;
+  report->view.bounds = box;
 }
 
 /// Nodes whose children move by so many bytes: for a file whose gaps are closed.

@@ -59,6 +59,9 @@ template <class Layout> struct WideWriter {
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
 
+  /// Whether a parent states of a node what the node's own boxes are, so that all can be written at the same time.
+  static constexpr bool kBoxesApart = Layout::kId == NodeLayout::kFloat || Layout::kId == NodeLayout::kPlanes;
+
   SoupView soup;
   const LinkedNode* tree;
   const CollapsePlan* plans;
@@ -199,12 +202,16 @@ template <class Layout> struct WideWriter {
     return child;
   }
 
-  /// Child c's part of a node.
+  /// Child c's part of a node. Layouts that encode all boxes together get them later, from the leaves up
+  /// (refit_file.h).
   HIPRT_HD static void write_column(Node& node, unsigned c, NodeRef ref, const Box& box, std::uint32_t flags) {
     node.child[c] = ref;
-    Layout::set_box(node, c, box);
-    reinterpret_cast<std::uint8_t*>(&node.child_flags)[c] = static_cast<std::uint8_t>(flags);
-    if (c < 3) node.reserved[c] = 0;
+    if constexpr (kBoxesApart) {
+      Layout::set_box(node, c, box);
+      if (c < 3) node.reserved[c] = 0;
+    }
+    if constexpr (Layout::kHasChildFlags)
+      reinterpret_cast<std::uint8_t*>(&node.child_flags)[c] = static_cast<std::uint8_t>(flags);
   }
 
   /// The number of the k-th leaf of a subtree.

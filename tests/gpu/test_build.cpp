@@ -97,6 +97,8 @@ void check_same_files(const build::Buffer& device, const build::Buffer& host) {
   CHECK(a.root == b.root);
   CHECK(a.features == b.features);
   CHECK(a.stack_bound == b.stack_bound);
+  CHECK(std::equal(a.bounds.min, a.bounds.min + 3, b.bounds.min));
+  CHECK(std::equal(a.bounds.max, a.bounds.max + 3, b.bounds.max));
 }
 
 /// Without pairs, which the host looks for in the whole mesh.
@@ -133,6 +135,21 @@ TEST_CASE("trees of the device are those of the host, bit by bit") {
   Input star({oracle::star(4, kSeed)});
   for (const Builder builder : kBuilders)
     for (const unsigned run : {1u, 2u, 64u}) check_like_host(star, builder, NodeLayout::kFloat, run);
+}
+
+TEST_CASE("every layout is written on the device as on the host") {
+  INFO("seed " << kSeed);
+  Input star({oracle::star(3, kSeed)}), soup({oracle::soup(900, 0.2, kSeed)}),
+      far({oracle::placed(oracle::soup(300, 0.2, kSeed), 1e6)}), one({oracle::soup(1, 0.2, kSeed)});
+  for (const NodeLayout nodes : {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized}) {
+    INFO("layout " << static_cast<unsigned>(nodes));
+    for (Input* input : {&star, &soup, &far, &one}) check_like_host(*input, Builder::kHploc, nodes);
+  }
+  CountingAllocator allocator;
+  Input beyond({oracle::placed(oracle::soup(30, 0.2, kSeed), 2e38)});
+  CHECK_THAT(
+      error_of(gpu::build_scene(beyond.geometries, {.nodes = NodeLayout::kQuantized}, nullptr, allocator)).message,
+      Contains("a coordinate of 2^126"));
 }
 
 TEST_CASE("odd meshes build on the device as on the host") {
@@ -197,7 +214,7 @@ TEST_CASE("what the device cannot build is refused") {
   const gpu::DeviceGeometry none{};
   CHECK_THAT(message(none, {.builder = Builder::kSah}), Contains("builder sah does not run on the GPU"));
   CHECK_THAT(message(none, {.max_leaf_triangles = 65}), Contains("max_leaf_triangles is 65"));
-  CHECK_THAT(message(none, {.nodes = NodeLayout::kHalf}), Contains("node layout 3"));
+  CHECK_THAT(message(none, {.nodes = static_cast<NodeLayout>(5)}), Contains("node layout 5 cannot be written"));
   CHECK_THAT(message(none, {.costs = {.leaf = 0}}), Contains("SAH costs must be positive"));
   CHECK_THAT(message({.primitive_count = 1}, {}), Contains("geometry 0: 1 primitives need positions and triangles"));
   const Box box{};
