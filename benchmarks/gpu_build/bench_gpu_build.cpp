@@ -7,6 +7,7 @@
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/device.h>
 #include <hiprt_build/gpu/event.h>
+#include <hiprt_build/gpu/refit.h>
 #include <hiprt_build/statistics.h>
 #include <hiprt_device/format/validate.h>
 #include <tools/mesh_formats.h>
@@ -30,14 +31,14 @@ using build::Result;
 struct Options {
   std::vector<std::string> builders{"lbvh", "lbvh30", "hploc"};
   std::vector<std::string> batches;
-  std::string json, save;
+  std::string json, save, nodes = "planes";
   unsigned repeats = 15, pairs = 1;
 };
 
 struct Measured {
   std::string scene, builder;
   std::uint64_t triangles = 0, output_bytes = 0, scratch_bytes = 0, file_bytes = 0;
-  double min_ms = 0, median_ms = 0, max_ms = 0, sah_cost = 0;
+  double min_ms = 0, median_ms = 0, max_ms = 0, sah_cost = 0, refit_ms = 0;
   gpu::BuildReport report{};
 };
 
@@ -45,6 +46,13 @@ Result<Builder> find_builder(const std::string& name) {
   for (const Builder builder : {Builder::kLbvh, Builder::kLbvh30, Builder::kHploc})
     if (name == build::name(builder)) return builder;
   return gpu::fail(build::ErrorCode::kInvalidInput, "no builder '", name, "'; there are lbvh, lbvh30, hploc");
+}
+
+Result<NodeLayout> find_layout(const std::string& name) {
+  constexpr const char* kNames[] = {"float", "planes", "half", "quantized"};
+  for (std::uint32_t i = 0; i < std::size(kNames); ++i)
+    if (name == kNames[i]) return static_cast<NodeLayout>(i + 1);
+  return gpu::fail(build::ErrorCode::kInvalidInput, "no layout '", name, "'; there are float, planes, half, quantized");
 }
 
 Result<tools::Mesh> read_scene(const std::filesystem::path& path) {
@@ -107,27 +115,60 @@ Result<void> time_builds(const Scene& scene, const gpu::BuildOptions& options, u
   return {};
 }
 
-/// Downloads, validates and measures the tree.
-Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const std::string& save, hipStream_t stream,
+/// The median of so many runs of enqueue(), after three others.
+template <class Enqueue> Result<double> median_of(unsigned repeats, hipStream_t stream, const Enqueue& enqueue) {
+  auto watch = gpu::Stopwatch::make();
+  if (!watch) return tl::unexpected(watch.error());
+  std::vector<double> times;
+  for (unsigned i = 0; i < repeats + 3; ++i) {
+    auto done = watch->start(stream);
+    if (!done) return tl::unexpected(done.error());
+    const auto made = enqueue();
+    if (!made) return tl::unexpected(made.error());
+    if (done = watch->stop(stream); !done) return tl::unexpected(done.error());
+    const auto took = watch->milliseconds();
+    if (!took) return tl::unexpected(took.error());
+    if (i >= 3) times.push_back(double{*took});
+  }
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
+}
+
+/// Around the same vertices, which takes as long as around others.
+Result<double> time_refits(const Scene& scene, gpu::BuiltScene& built, unsigned repeats, hipStream_t stream) {
+  const gpu::SceneParts parts = gpu::parts_of(built);
+  auto scratch = gpu::DeviceBuffer::make(gpu::refit_scratch(parts), stream, Scene::allocator());
+  if (!scratch) return tl::unexpected(scratch.error());
+  const gpu::DeviceGeometry geometry = scene.geometry();
+  return median_of(repeats, stream, [&] { return gpu::enqueue_refit(parts, {&geometry, 1}, scratch->data(), stream); });
+}
+
+/// Downloads, validates and measures the tree, before and after refits.
+Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const Options& options, hipStream_t stream,
                    Measured& measured) {
-  const auto built = gpu::compact(report, stream, Scene::allocator());
+  auto built = gpu::compact(report, stream, Scene::allocator());
   if (!built) return tl::unexpected(built.error());
   measured.report = built->report;
+  const auto refitted = time_refits(scene, *built, options.repeats, stream);
+  if (!refitted) return tl::unexpected(refitted.error());
+  measured.refit_ms = *refitted;
   const auto file = gpu::download_file(*built, "bench_gpu_build", stream);
   if (!file) return tl::unexpected(file.error());
   measured.file_bytes = file->size();
   const auto summary = validate(file->bytes());
   if (!summary) return gpu::fail(build::ErrorCode::kBackend, "not a valid tree: ", to_string(summary.error()));
   measured.sah_cost = build::measure_tree(*open_buffer(file->bytes())).sah_cost;
-  if (save.empty()) return {};
-  return build::write_file(save + "/" + scene.name + "." + measured.builder + ".bvh", file->bytes());
+  if (options.save.empty()) return {};
+  return build::write_file(options.save + "/" + scene.name + "." + measured.builder + ".bvh", file->bytes());
 }
 
 Result<Measured> measure(const Scene& scene, const std::string& builder_name, const Options& options,
                          hipStream_t stream) {
   const auto builder = find_builder(builder_name);
   if (!builder) return tl::unexpected(builder.error());
-  const gpu::BuildOptions build_options{.builder = *builder, .pair_triangles = options.pairs != 0};
+  const auto nodes = find_layout(options.nodes);
+  if (!nodes) return tl::unexpected(nodes.error());
+  const gpu::BuildOptions build_options{.builder = *builder, .nodes = *nodes, .pair_triangles = options.pairs != 0};
   const gpu::DeviceGeometry geometry = scene.geometry();
   const auto sizes = gpu::build_sizes({&geometry, 1}, build_options);
   if (!sizes) return tl::unexpected(sizes.error());
@@ -153,7 +194,7 @@ Result<Measured> measure(const Scene& scene, const std::string& builder_name, co
   if (!done) return tl::unexpected(done.error());
   const auto report = gpu::enqueue_build({&geometry, 1}, build_options, output->data(), scratch->data(), stream);
   if (!report) return tl::unexpected(report.error());
-  if (auto judged = judge(scene, *report, options.save, stream, result); !judged) return tl::unexpected(judged.error());
+  if (auto judged = judge(scene, *report, options, stream, result); !judged) return tl::unexpected(judged.error());
   return result;
 }
 
@@ -200,21 +241,11 @@ Result<MeasuredBatch> measure_batch(std::uint32_t count, std::uint32_t triangles
   if (!output) return tl::unexpected(output.error());
   auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, Scene::allocator());
   if (!scratch) return tl::unexpected(scratch.error());
-  auto watch = gpu::Stopwatch::make();
-  if (!watch) return tl::unexpected(watch.error());
-  std::vector<double> times;
-  for (unsigned i = 0; i < options.repeats + 3; ++i) {
-    auto done = watch->start(stream);
-    if (!done) return tl::unexpected(done.error());
-    const auto made = gpu::enqueue_batch(batch, build_options, output->data(), scratch->data(), stream);
-    if (!made) return tl::unexpected(made.error());
-    if (done = watch->stop(stream); !done) return tl::unexpected(done.error());
-    const auto took = watch->milliseconds();
-    if (!took) return tl::unexpected(took.error());
-    if (i >= 3) times.push_back(double{*took});
-  }
-  std::sort(times.begin(), times.end());
-  return MeasuredBatch{builder_name, count, triangles, times[times.size() / 2]};
+  const auto median = median_of(options.repeats, stream, [&] {
+    return gpu::enqueue_batch(batch, build_options, output->data(), scratch->data(), stream);
+  });
+  if (!median) return tl::unexpected(median.error());
+  return MeasuredBatch{builder_name, count, triangles, *median};
 }
 
 /// "20000x224". @return false if it is not that.
@@ -260,6 +291,7 @@ nlohmann::json to_json(const Measured& m) {
           {"median_ms", m.median_ms},
           {"max_ms", m.max_ms},
           {"mtri_s", static_cast<double>(m.triangles) / m.median_ms / 1e3},
+          {"refit_ms", m.refit_ms},
           {"sah_cost", m.sah_cost},
           {"pairs", m.report.pairs},
           {"leaves", m.report.leaves},
@@ -271,7 +303,7 @@ nlohmann::json to_json(const Measured& m) {
 
 std::string table(const std::vector<Measured>& all) {
   MarkdownTable result({"scene", "builder", "triangles", "ms", "Mtri/s", "SAH cost", "pairs / triangle", "nodes / leaf",
-                        "B/tri file", "B/tri output", "B/tri scratch"});
+                        "B/tri file", "B/tri output", "B/tri scratch", "refit ms", "refit Mtri/s"});
   for (const Measured& m : all) {
     const auto per_triangle = [&](std::uint64_t count) {
       return format_number(static_cast<double>(count) / static_cast<double>(m.triangles), 2);
@@ -280,7 +312,8 @@ std::string table(const std::vector<Measured>& all) {
                 format_number(static_cast<double>(m.triangles) / m.median_ms / 1e3, 0), format_number(m.sah_cost, 3),
                 per_triangle(m.report.pairs),
                 format_number(double{1} * m.report.nodes / std::max(1u, m.report.leaves), 3),
-                per_triangle(m.file_bytes), per_triangle(m.output_bytes), per_triangle(m.scratch_bytes)});
+                per_triangle(m.file_bytes), per_triangle(m.output_bytes), per_triangle(m.scratch_bytes),
+                format_number(m.refit_ms, 3), format_number(static_cast<double>(m.triangles) / m.refit_ms / 1e3, 0)});
   }
   return result.text();
 }
@@ -335,6 +368,7 @@ int main(int argc, char** argv) {
       number_flag("repeats", "builds of which the median is taken, after 3 others (default 15)", options.repeats, 1,
                   1000),
       number_flag("pairs", "1: pairs of triangles (default), 0: none", options.pairs, 0, 1),
+      text_flag("nodes", "NAME", "float, planes (default), half or quantized", options.nodes),
       text_flag("json", "FILE", "writes everything that was measured", options.json),
       text_flag("save", "FOLDER", "writes the trees to SCENE.BUILDER.bvh", options.save)};
   const std::string fault = take_flags(argc, argv, flags);
