@@ -62,6 +62,7 @@ struct BuildReport {
   SceneView view{};  ///< For kernels that follow on the stream.
   BuildStatus status = BuildStatus::kOk;
   std::uint32_t nodes = 0, leaves = 0;  ///< Records.
+  std::uint32_t geometries = 0;
   std::uint32_t pairs = 0;              ///< Leaves with two primitives.
   std::uint32_t dropped_not_finite = 0, dropped_degenerate = 0, bad_indices = 0;
   build::Builder builder = build::Builder::kHploc;  ///< That made the tree: kLbvh where kHploc's was too deep.

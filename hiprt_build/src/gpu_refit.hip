@@ -116,18 +116,17 @@ Result<void> check_scene(const SceneParts& scene, const std::byte* scratch) {
 }  // namespace
 
 SceneParts parts_of(BuiltScene& scene) {
-  const SceneView& view = scene.view;
-  const FilePlaces places(view.layout, scene.report.nodes, scene.report.leaves, 0, 0);
-  const auto offset = static_cast<std::uint64_t>(reinterpret_cast<const std::byte*>(view.geometries) - view.base);
-  return {scene.buffer.data(),
-          view.layout,
-          view.root,
-          places.sections[0].offset,
-          scene.report.nodes,
-          places.sections[1].offset,
-          scene.report.leaves,
-          view.geometries,
-          static_cast<std::uint32_t>((view.size - offset) / sizeof(GeometryRecord))};
+  const gpu::BuildReport& report = scene.report;
+  const FilePlaces places(scene.view.layout, report.nodes, report.leaves, 0, 0);
+  return {.base = scene.buffer.data(),
+          .layout = scene.view.layout,
+          .root = scene.view.root,
+          .first_node = places.sections[0].offset,
+          .nodes = report.nodes,
+          .first_leaf = places.sections[1].offset,
+          .leaves = report.leaves,
+          .geometries = scene.view.geometries,
+          .geometry_count = report.geometries};
 }
 
 SceneParts parts_of(DeviceScene& scene, const BufferView& view) {

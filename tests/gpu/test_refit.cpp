@@ -9,6 +9,7 @@
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace hiprt;
@@ -116,6 +117,31 @@ TEST_CASE("refits of the device are those of the host, in every layout") {
       CHECK(report.view.bounds.min[0] == open_buffer(scene.file().bytes())->header->bounds.min[0]);
     }
   }
+}
+
+TEST_CASE("a scene that the device has built is refitted there") {
+  CountingAllocator allocator;
+  oracle::Mesh mesh = oracle::star(3, kSeed);
+  const auto triangles = must(gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, allocator));
+  const auto geometry = [&](const gpu::DeviceArray<build::Position>& positions) {
+    return gpu::DeviceGeometry{.positions = positions.data(),
+                               .triangles = triangles.data(),
+                               .position_count = static_cast<std::uint32_t>(positions.size()),
+                               .primitive_count = static_cast<std::uint32_t>(triangles.size())};
+  };
+  const auto before = must(gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, allocator));
+  const gpu::DeviceGeometry built_from = geometry(before);
+  gpu::BuiltScene scene = must(gpu::build_scene({&built_from, 1}, {}, nullptr, allocator));
+  build::Buffer file = must(gpu::download_file(scene, "test", nullptr));
+  twist(mesh, 2);
+  const auto after = must(gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, allocator));
+  const gpu::DeviceGeometry moved = geometry(after);
+  const gpu::SceneParts parts = gpu::parts_of(scene);
+  auto scratch = must(gpu::DeviceBuffer::make(gpu::refit_scratch(parts), nullptr, allocator));
+  must(gpu::enqueue_refit(parts, {&moved, 1}, scratch.data(), nullptr));
+  const build::Buffer refitted = must(gpu::download_file(scene, "test", nullptr));
+  must(build::refit(file.bytes(), {oracle::views({mesh}), {}}));
+  CHECK(std::ranges::equal(refitted.bytes(), std::as_const(file).bytes()));
 }
 
 TEST_CASE("small scenes are refitted on the device") {
