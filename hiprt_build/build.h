@@ -71,6 +71,22 @@ struct BuildOptions {
   std::string_view tool{};  ///< For the provenance block, e.g. the command line.
 };
 
+/// What a build is for, in one word.
+enum class Quality {
+  kFast,      ///< The fastest build: kLbvh.
+  kBalanced,  ///< Little slower to build than kFast, and faster rays: kHploc.
+  kHigh,      ///< The fastest rays: kHq.
+};
+
+/// @return the word of command lines: "fast", "balanced", "high".
+HIPRT_BUILD_API const char* name(Quality quality);
+
+/// @return the defaults with the builder of a quality, and the options that go with it.
+///
+///     auto options = hiprt::build::options_for(hiprt::build::Quality::kHigh);
+///     options.progress = ...;
+HIPRT_BUILD_API BuildOptions options_for(Quality quality);
+
 struct BuildStatistics {
   /// That made the tree: kSah if Embree gave up (depth); kEmbreeMedium in place of kEmbreeHigh if there are custom
   /// primitives, which cannot be split.

@@ -5,6 +5,7 @@
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/builders/sbvh.h>
 #include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/src/build_on.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
 #include <hiprt_build/steps/presplit.h>
@@ -25,6 +26,8 @@ namespace {
 /// Larger meshes have half-edge numbers beyond 32 bits; a file could not address their leaves either.
 constexpr std::uint64_t kMaxMeshTriangles = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMaxMeshVertices = std::uint64_t{1} << 31;
+static_assert(4 * (kMaxMeshTriangles - 2) + 2 < kInvalidId && 3 * (kMaxMeshTriangles - 1) < kInvalidId &&
+              2 * (kMaxMeshVertices - 2) + 1 < kInvalidId);
 /// References are numbered with 31 bits: a leaf's primitives in the primitive map with 32.
 constexpr std::uint64_t kMaxPrimitives = std::uint64_t{1} << 31;
 /// 64 lower the SAH cost of sponza by another 0.4 %, 256 no further (decision 0011).
@@ -192,8 +195,9 @@ BuildStatistics count_input(const PrimitiveSoup& soup, const GroupedPrimitives& 
   return statistics;
 }
 
-/// The steps of a build.
-Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
+}  // namespace
+
+Result<Bvh> build_on(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
   Stopwatch total, watch;
   const PrimitiveSoup soup(scene);
   if (auto indices = check_indices(engine, soup); !indices) return tl::unexpected(indices.error());
@@ -216,8 +220,9 @@ Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& 
   statistics.leaves = tree->references.size();
   statistics.nodes = tree->empty() || wide.is_run(0) ? 0 : wide.node_count(0);
   statistics.collapse_seconds = watch.lap();
-  Result<Buffer> buffer = encode(
-      engine, {soup, grouped, *tree, wide, options.nodes, make_provenance(scene, options, statistics, wide.cost())});
+  Result<Buffer> buffer =
+      encode(engine, {soup, grouped, *tree, wide, options.nodes,
+                      make_provenance(engine.monitor(), scene, options, rounds, statistics, wide.cost())});
   if (!buffer) return tl::unexpected(buffer.error());
   const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;
   if (stack_bound > kMaxStackBound)
@@ -230,8 +235,6 @@ Result<Bvh> run(CpuEngine& engine, const SceneInput& scene, const BuildOptions& 
   statistics.scratch_bytes_peak = engine.ledger().peak();
   return bvh;
 }
-
-}  // namespace
 
 const char* name(Builder builder) {
   switch (builder) {
@@ -259,6 +262,30 @@ const char* name(Builder builder) {
   return "unknown";
 }
 
+const char* name(Quality quality) {
+  switch (quality) {
+    case Quality::kFast:
+      return "fast";
+    case Quality::kBalanced:
+      return "balanced";
+    case Quality::kHigh:
+      return "high";
+  }
+  return "unknown";
+}
+
+BuildOptions options_for(Quality quality) {
+  switch (quality) {
+    case Quality::kFast:
+      return {.builder = Builder::kLbvh};
+    case Quality::kBalanced:
+      return {.builder = Builder::kHploc};
+    case Quality::kHigh:
+      return {.builder = Builder::kHq};
+  }
+  return {};
+}
+
 Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options) {
   return build(SceneInput{meshes, {}}, options);
 }
@@ -272,7 +299,7 @@ Result<Bvh> build(const SceneInput& scene, const BuildOptions& options) try {
   // More than the process may use would bring nothing but oneTBB's warning.
   const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   tbb::task_arena arena(static_cast<int>(options.threads == 0 ? most : std::min<std::size_t>(options.threads, most)));
-  return arena.execute([&] { return run(engine, scene, options); });
+  return arena.execute([&] { return build_on(engine, scene, options); });
 } catch (const Cancelled&) {
   return tl::unexpected(Error{ErrorCode::kCancelled, "the build was cancelled"});
 } catch (const std::bad_alloc&) {
