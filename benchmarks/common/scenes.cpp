@@ -2,6 +2,8 @@
 
 #include "procedural.h"
 
+#include <tests/oracle/opera_house.h>
+
 #include <cstdlib>
 #include <filesystem>
 #include <utility>
@@ -14,7 +16,15 @@ std::filesystem::path mesh_file(const SceneOptions& options, const std::string& 
 }
 
 bool is_there(const SceneOptions& options, const std::string& scene) {
-  return scene == kProceduralScene || (!options.folder.empty() && std::filesystem::exists(mesh_file(options, scene)));
+  return is_generated(scene) || (!options.folder.empty() && std::filesystem::exists(mesh_file(options, scene)));
+}
+
+/// From near by at the object, which fills most of the picture.
+tools::Camera opera_camera() {
+  tools::Camera camera;
+  camera.eye = {1.5 * oracle::kOperaObjectHalf, oracle::kOperaObjectHalf, 2.5 * oracle::kOperaObjectHalf};
+  camera.at = {0.0, 0.0, 0.0};
+  return camera;
 }
 
 }  // namespace
@@ -26,9 +36,12 @@ SceneOptions::SceneOptions() {
 std::vector<Flag> SceneOptions::flags() {
   return {text_flag("scenes", "DIR", "folder of NAME.mesh and NAME.KIND.rays (default: $HIPRT_SCENES)", folder),
           list_flag("scene", "NAME,...",
-                    "which of them, and 'procedural' (sponza, bistro_ext and bedroom if they are there, procedural)",
+                    "which of them, 'procedural' or 'opera_house' (sponza, bistro_ext and bedroom if they are there, "
+                    "procedural)",
                     names),
-          number_flag("triangles", "triangles of the procedural scene, about", triangles, 2, 100'000'000)};
+          number_flag("triangles", "triangles of a generated scene, about", triangles, 100, 100'000'000),
+          number_flag("opera-ratio", "how much larger the opera house's hall is than the object in it", opera_ratio, 4,
+                      1'000'000)};
 }
 
 build::Result<std::vector<std::string>> find_scenes(const SceneOptions& options) {
@@ -45,11 +58,19 @@ build::Result<std::vector<std::string>> find_scenes(const SceneOptions& options)
 }
 
 std::vector<std::string> ray_kinds(const SceneOptions& options, const std::string& scene) {
-  return scene == kProceduralScene ? generated_kinds() : stored_kinds(options.folder, scene);
+  return is_generated(scene) ? generated_kinds() : stored_kinds(options.folder, scene);
 }
 
 build::Result<Scene> load_scene(const SceneOptions& options, const std::string& name) {
   if (name == kProceduralScene) return Scene{name, procedural_mesh(options.triangles)};
+  if (name == kOperaHouseScene) {
+    oracle::Mesh hall = oracle::opera_house(options.triangles, options.opera_ratio);
+    Scene scene{name, {}};
+    scene.mesh.name = name;
+    scene.mesh.positions = std::move(hall.positions);
+    scene.mesh.triangles = std::move(hall.triangles);
+    return scene;
+  }
   auto mesh = tools::load_mesh(mesh_file(options, name));
   if (!mesh) return tl::unexpected(mesh.error());
   return Scene{name, std::move(*mesh)};
@@ -57,6 +78,7 @@ build::Result<Scene> load_scene(const SceneOptions& options, const std::string& 
 
 build::Result<std::vector<RaySet>> load_rays(const SceneOptions& options, const Scene& scene, std::uint32_t wanted) {
   if (scene.name == kProceduralScene) return generate_ray_sets(scene.mesh, procedural_camera(), wanted);
+  if (scene.name == kOperaHouseScene) return generate_ray_sets(scene.mesh, opera_camera(), wanted);
   std::vector<RaySet> sets;
   for (const std::string& kind : stored_kinds(options.folder, scene.name)) {
     auto set = read_ray_set(options.folder, scene.name, kind, wanted);
