@@ -8,6 +8,8 @@ from .runs import geometric_mean
 PREFIX = "builders/"
 KINDS = ["primary", "ao", "diffuse"]
 GENERATED = ["procedural", "opera_house"]
+# From the fastest build on, Embree's last. Others come behind.
+ORDER = ["lbvh30", "lbvh", "ploc", "hploc", "sah", "sbvh", "hq", "embree-low", "embree-medium", "embree-high"]
 
 
 def scene_of(part):
@@ -32,6 +34,7 @@ class BuilderRuns:
                 raise part.fault("has no figures: did the benchmark fail?")
             self.builders += [name for name in builders if name not in self.builders]
             self.cells[scene] = part
+        self.builders.sort(key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
         if not self.cells:
             raise file.member("benchmarks").fault("none of them is of bench_builders")
 
@@ -61,9 +64,17 @@ def place_bars(axis, runs, series):
         axis.bar([at + (i - (len(series) - 1) / 2) * width for at in range(len(runs.builders))], numbers, width, label=label)
     axis.set_xticks(range(len(runs.builders)))
     axis.set_xticklabels(runs.builders, rotation=45, ha="right")
-    axis.axhline(1, color="black", linewidth=0.8)
     axis.grid(axis="y", linewidth=0.4)
     axis.set_axisbelow(True)
+
+
+def mark_yardstick(axis):
+    axis.axhline(1, color="black", linewidth=0.8)
+
+
+def make_logarithmic(axis):
+    axis.set_yscale("log")
+    axis.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
 
 
 def plot_trace_times(plt, runs, folder):
@@ -71,6 +82,7 @@ def plot_trace_times(plt, runs, folder):
     series.append(("all", [runs.mean(name, "trace_time_ratio") for name in runs.builders]))
     figure, axis = plt.subplots(figsize=(10, 4))
     place_bars(axis, runs, series)
+    mark_yardstick(axis)
     axis.set_ylabel("time relative to PLOC")
     axis.set_title(f"Averaged normalised trace times ({', '.join(runs.averaged_scenes())})", fontsize=10)
     axis.legend(fontsize=8)
@@ -81,9 +93,11 @@ def plot_trace_times(plt, runs, folder):
 def plot_builds(plt, runs, folder):
     figure, (times, costs) = plt.subplots(1, 2, figsize=(12, 4))
     place_bars(times, runs, [("build", [runs.mean(name, "seconds_ratio") for name in runs.builders])])
-    times.set_yscale("log")
+    make_logarithmic(times)
+    mark_yardstick(times)
     times.set_ylabel("build time relative to PLOC")
     place_bars(costs, runs, [("cost", [runs.mean(name, "sah_cost_ratio") for name in runs.builders])])
+    mark_yardstick(costs)
     costs.set_ylabel("SAH cost relative to PLOC")
     figure.suptitle(f"Build times and SAH cost ({', '.join(runs.averaged_scenes())})", fontsize=10)
     figure.tight_layout()
@@ -97,7 +111,7 @@ def plot_opera_house(plt, runs, folder):
     figure, axis = plt.subplots(figsize=(10, 4))
     place_bars(axis, runs, [(kind, [runs.figure("opera_house", name, f"{kind}.box_tests") for name in runs.builders])
                             for kind in runs.kinds()])
-    axis.set_yscale("log")
+    make_logarithmic(axis)
     axis.set_ylabel("four-box tests per ray")
     axis.set_title("opera_house: rays at fine detail in a large hall", fontsize=10)
     axis.legend(fontsize=8)

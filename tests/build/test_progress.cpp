@@ -165,9 +165,10 @@ TEST_CASE("a build stops at once wherever it is told to, and leaves nothing behi
     for (const bool with_customs : {false, true})
       for (const int threads : {1, 4}) {
         CAPTURE(word, with_customs, threads);
+        const build::BuildOptions options{.builder = builder, .reinsertion_rounds = 1};
         const build::SceneInput scene{views,
                                       with_customs ? std::span(customs) : std::span<const build::CustomGeometry>{}};
-        /// @return how often it asked before it ended or was told to stop, which is at the stop-th time.
+        // How often it asked before it ended or was told to stop, which is at the stop-th time.
         const auto asked_until = [&](unsigned stop) {
           unsigned asked = 0;
           const build::ProgressCallback callback = [&](const build::Progress&) { return ++asked < stop; };
@@ -175,8 +176,7 @@ TEST_CASE("a build stops at once wherever it is told to, and leaves nothing behi
           build::MemoryLedger ledger;
           build::CpuEngine engine(monitor, ledger);
           try {
-            const auto bvh = tbb::task_arena(threads).execute(
-                [&] { return build::build_on(engine, scene, {.builder = builder, .reinsertion_rounds = 1}); });
+            const auto bvh = tbb::task_arena(threads).execute([&] { return build::build_on(engine, scene, options); });
             CHECK(bvh.has_value());
             CHECK(asked < stop);
           } catch (const build::Cancelled&) {
