@@ -45,6 +45,14 @@ for program in bench_trace bench_build bench_builders; do
   expect 2 "" "$build/benchmarks/$program" "--scenes=$work" --scene=missing
   expect 1 "" "$build/benchmarks/$program" --benchmark_filter=nothing
 done
+# Without rays of its own a scene is seen from its camera.
+python3 -c 'import struct, sys
+sys.stdout.buffer.write(struct.pack("<2I9f3I", 3, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 2))' >"$work/seen.mesh"
+expect 1 "no rays" "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1
+echo 'eye 0.3 0.3 3 / at 0.3 0.3 0 / up 0 1 0 / 40' >"$work/seen.cam"
+expect 0 "### seen, 1 triangles" "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1 --rays=100
+echo 'eye 0.3' >"$work/seen.cam"
+expect 1 "seen.cam: " "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1
 # Files that are there but wrong.
 printf 'damaged' >"$work/bad.mesh"
 : >"$work/bad.primary.rays"

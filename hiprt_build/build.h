@@ -41,8 +41,8 @@ struct Progress {
   const char* step;  ///< "pair", "split", "collapse", "encode", ...; a string literal.
   double fraction;   ///< Of the whole build, 0 to 1, never decreasing.
 };
-/// Called about every 20 ms from one thread at a time; return false to cancel the build. At most 50 ms of work lie between
-/// two calls, but in Embree's builders, which ask when Embree does.
+/// Called about every 20 ms from one thread at a time; return false to cancel the build. At most 50 ms of work lie
+/// between two calls, but in Embree's builders, which ask when Embree does.
 using ProgressCallback = std::function<bool(const Progress&)>;
 
 /// Relative costs of the surface area heuristic.

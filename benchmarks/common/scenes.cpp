@@ -6,6 +6,8 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <utility>
 
 namespace hiprt::bench {
@@ -13,6 +15,20 @@ namespace {
 
 std::filesystem::path mesh_file(const SceneOptions& options, const std::string& scene) {
   return std::filesystem::path(options.folder) / (scene + ".mesh");
+}
+
+/// "Seen from here": of scenes that have no rays.
+std::filesystem::path camera_file(const SceneOptions& options, const std::string& scene) {
+  return std::filesystem::path(options.folder) / (scene + ".cam");
+}
+
+build::Result<tools::Camera> read_camera(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto camera = tools::parse_camera(text);
+  if (!camera)
+    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + camera.error()});
+  return *camera;
 }
 
 bool is_there(const SceneOptions& options, const std::string& scene) {
@@ -34,7 +50,9 @@ SceneOptions::SceneOptions() {
 }
 
 std::vector<Flag> SceneOptions::flags() {
-  return {text_flag("scenes", "DIR", "folder of NAME.mesh and NAME.KIND.rays (default: $HIPRT_SCENES)", folder),
+  return {text_flag("scenes", "DIR",
+                    "folder of NAME.mesh and NAME.KIND.rays, or NAME.cam for rays of our own (default: $HIPRT_SCENES)",
+                    folder),
           list_flag("scene", "NAME,...",
                     "which of them, 'procedural' or 'opera_house' (sponza, bistro_ext and bedroom if they are there, "
                     "procedural)",
@@ -58,7 +76,9 @@ build::Result<std::vector<std::string>> find_scenes(const SceneOptions& options)
 }
 
 std::vector<std::string> ray_kinds(const SceneOptions& options, const std::string& scene) {
-  return is_generated(scene) ? generated_kinds() : stored_kinds(options.folder, scene);
+  if (is_generated(scene)) return generated_kinds();
+  const std::vector<std::string> stored = stored_kinds(options.folder, scene);
+  return stored.empty() && std::filesystem::exists(camera_file(options, scene)) ? generated_kinds() : stored;
 }
 
 build::Result<Scene> load_scene(const SceneOptions& options, const std::string& name) {
@@ -79,8 +99,14 @@ build::Result<Scene> load_scene(const SceneOptions& options, const std::string& 
 build::Result<std::vector<RaySet>> load_rays(const SceneOptions& options, const Scene& scene, std::uint32_t wanted) {
   if (scene.name == kProceduralScene) return generate_ray_sets(scene.mesh, procedural_camera(), wanted);
   if (scene.name == kOperaHouseScene) return generate_ray_sets(scene.mesh, opera_camera(), wanted);
+  const std::vector<std::string> stored = stored_kinds(options.folder, scene.name);
+  if (const auto path = camera_file(options, scene.name); stored.empty() && std::filesystem::exists(path)) {
+    const auto camera = read_camera(path);
+    if (!camera) return tl::unexpected(camera.error());
+    return generate_ray_sets(scene.mesh, *camera, wanted);
+  }
   std::vector<RaySet> sets;
-  for (const std::string& kind : stored_kinds(options.folder, scene.name)) {
+  for (const std::string& kind : stored) {
     auto set = read_ray_set(options.folder, scene.name, kind, wanted);
     if (!set) return tl::unexpected(set.error());
     sets.push_back(std::move(*set));

@@ -22,7 +22,7 @@ inline bool is_generated(std::string_view scene) { return scene == kProceduralSc
 
 /// Which scenes, and how large.
 struct SceneOptions {
-  std::string folder;              ///< With NAME.mesh and NAME.KIND.rays; empty: no files.
+  std::string folder;              ///< With NAME.mesh and NAME.KIND.rays or NAME.cam; empty: no files.
   std::vector<std::string> names;  ///< Empty: the default ones that are there, and kProceduralScene.
   unsigned triangles = 200'000;    ///< Of a generated scene, about.
   unsigned opera_ratio = 20'000;   ///< Of the edges of hall and object of kOperaHouseScene.
