@@ -72,6 +72,8 @@ class PlaneGrid {
  private:
   std::uint32_t cell(float x, unsigned axis) const {
     const float position = (x - low_[axis]) * cells_per_unit_;
+    // No number where the scene's extent overflows: there is no grid then.
+    if (!(position > 0.0f)) return 0;
     return static_cast<std::uint32_t>(std::min(position, static_cast<float>((1u << kGridBits) - 1)));
   }
   unsigned coarseness(const Aabb& box, unsigned axis) const {
