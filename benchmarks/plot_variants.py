@@ -4,11 +4,11 @@
 import argparse
 import os
 import sys
-import tempfile
 
 from variant_report.json_file import InputError
 from variant_report.plots import plot_all
 from variant_report.runs import Peers, Runs
+from variant_report.script import Parser, write_together
 from variant_report.summary import summary
 
 DESCRIPTION = """Writes variants.md (comparison with the peers, cost of accuracy and of features) and plots (PNG and SVG;
@@ -16,32 +16,11 @@ left out where matplotlib is missing) from JSON of bench_variants. Exit status: 
 written or holds something else (nothing is written then), 2 for a wrong argument."""
 
 
-class Parser(argparse.ArgumentParser):
-    def error(self, message):
-        self.exit(2, f"plot_variants.py: {message} (see --help)\n")
-
-
 def count(text):
     """An argument: a number of variants."""
     if not (text.isascii() and text.isdigit() and 1 <= len(text) <= 3 and int(text) > 0):
         raise argparse.ArgumentTypeError(f"'{text}' is no number from 1 to 999")
     return int(text)
-
-
-def write_together(folder, write):
-    """Whatever write(FOLDER) makes there goes to the folder when all of it is made."""
-    try:
-        os.makedirs(folder, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".plot_variants-", dir=folder) as work:
-            write(work)
-            names = sorted(os.listdir(work))
-            for name in names:
-                if os.path.isdir(os.path.join(folder, name)):
-                    raise InputError(f"{os.path.join(folder, name)}: cannot be written: a folder has that name")
-            for name in names:
-                os.replace(os.path.join(work, name), os.path.join(folder, name))
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
 
 
 def write_report(runs, peers, most, folder):
@@ -61,7 +40,7 @@ def main():
     arguments = parser.parse_args()
     try:
         runs, peers = Runs(arguments.json), Peers(arguments.peers)
-        write_together(arguments.output, lambda folder: write_report(runs, peers, arguments.most, folder))
+        write_together("plot_variants", arguments.output, lambda folder: write_report(runs, peers, arguments.most, folder))
     except InputError as error:
         print(f"plot_variants.py: {error}", file=sys.stderr)
         return 1

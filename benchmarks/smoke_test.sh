@@ -15,11 +15,28 @@ holds "$work/results/trace.json" side_by_side/procedural/{primary,ao,diffuse} ge
   '"commit"' '"planes_sah.disagreements": 0.0'
 holds "$work/results/build.json" build/procedural/threads_1 build/scattered/threads_1 validate/height_field \
   {sah,embree-low,embree-medium,embree-high}.sah_cost_ratio rtc_medium_robust.Mtri_s sah.peak_to_output
-holds "$work/results/summary.md" '# Benchmarks of' '- command:' '## Tracing' '## Building' '## Validation' '| planes_sah '
+holds "$work/results/builders.json" builders/procedural builders/opera_house '"commit"' \
+  {sah,lbvh,lbvh30,ploc,hploc,sbvh,hq,embree-low,embree-medium,embree-high}.{seconds_ratio,sah_cost,nodes,trace_time_ratio} \
+  lbvh30.object_cost ploc.{primary,ao,diffuse}.Mrays_s hq.scratch_bytes_per_triangle '"build_threads"'
+for name in trace_times build_times_and_cost opera_house; do
+  for extension in png svg; do
+    file=$work/results/builders_$name.$extension
+    if python3 -c 'import matplotlib' 2>/dev/null && [[ ! -s $file ]]; then fault "no $file"; fi
+  done
+done
+holds "$work/results/summary.md" '## Builders' '| cost of the object |' '# Benchmarks of' '- command:' '## Tracing' '## Building' '## Validation' '| planes_sah '
 
 expect 1 "" "$source/run" --quick "--build=$build" "--output=$work/results"
 expect 2 "" "$source/run" --unknown
-for program in bench_trace bench_build; do
+expect 2 "none of trace" "$source/run" --only=trace,nothing
+plot=$source/plot_builders.py
+expect 1 "none of them is of bench_builders" python3 -B "$plot" "$work/results/build.json" --output "$work/none"
+expect 1 "cannot be read" python3 -B "$plot" "$work/missing.json" --output "$work/none"
+printf '{"benchmarks": [{"name": "builders/x"}]}' >"$work/failed.json"
+expect 1 "has no figures" python3 -B "$plot" "$work/failed.json" --output "$work/none"
+expect 2 "see --help" python3 -B "$plot"
+if [[ -e $work/none ]]; then fault "a refused file left something"; fi
+for program in bench_trace bench_build bench_builders; do
   expect 0 "" "$build/benchmarks/$program" --help
   expect 2 "" "$build/benchmarks/$program" --unknown
   expect 2 "" "$build/benchmarks/$program" --rounds=0
@@ -28,6 +45,14 @@ for program in bench_trace bench_build; do
   expect 2 "" "$build/benchmarks/$program" "--scenes=$work" --scene=missing
   expect 1 "" "$build/benchmarks/$program" --benchmark_filter=nothing
 done
+# Without rays of its own a scene is seen from its camera.
+python3 -c 'import struct, sys
+sys.stdout.buffer.write(struct.pack("<2I9f3I", 3, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 2))' >"$work/seen.mesh"
+expect 1 "no rays" "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1
+echo 'eye 0.3 0.3 3 / at 0.3 0.3 0 / up 0 1 0 / 40' >"$work/seen.cam"
+expect 0 "### seen, 1 triangles" "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1 --rays=100
+echo 'eye 0.3' >"$work/seen.cam"
+expect 1 "seen.cam: " "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1
 # Files that are there but wrong.
 printf 'damaged' >"$work/bad.mesh"
 : >"$work/bad.primary.rays"

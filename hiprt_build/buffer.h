@@ -19,6 +19,8 @@ class HIPRT_BUILD_API Buffer {
   Buffer() = default;
   /// @param size bytes, zero-filled. Throws std::bad_alloc when there is no memory.
   explicit Buffer(std::size_t size);
+  /// @param size bytes, not yet set. Throws std::bad_alloc when there is no memory.
+  static Buffer uninitialized(std::size_t size);
   /// Takes over foreign memory (a mapping, a caller's allocation); @p release gives it back.
   Buffer(std::byte* data, std::size_t size, Release release);
   Buffer(Buffer&& other) noexcept;

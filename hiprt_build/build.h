@@ -42,7 +42,8 @@ struct Progress {
   const char* step;  ///< "pair", "split", "collapse", "encode", ...; a string literal.
   double fraction;   ///< Of the whole build, 0 to 1, never decreasing.
 };
-/// Called about every 20 ms from one thread at a time; return false to cancel the build.
+/// Called about every 20 ms from one thread at a time; return false to cancel the build. At most 50 ms of work lie
+/// between two calls, but in Embree's builders, which ask when Embree does.
 using ProgressCallback = std::function<bool(const Progress&)>;
 
 /// Relative costs of the surface area heuristic.
@@ -71,6 +72,22 @@ struct BuildOptions {
   ProgressCallback progress{};
   std::string_view tool{};  ///< For the provenance block, e.g. the command line.
 };
+
+/// What a build is for, in one word.
+enum class Quality {
+  kFast,      ///< The fastest build: kLbvh.
+  kBalanced,  ///< Little slower to build than kFast, and faster rays: kHploc.
+  kHigh,      ///< The fastest rays: kHq.
+};
+
+/// @return the word of command lines: "fast", "balanced", "high".
+HIPRT_BUILD_API const char* name(Quality quality);
+
+/// @return the defaults with the builder of a quality, and the options that go with it.
+///
+///     auto options = hiprt::build::options_for(hiprt::build::Quality::kHigh);
+///     options.progress = ...;
+HIPRT_BUILD_API BuildOptions options_for(Quality quality);
 
 struct BuildStatistics {
   /// That made the tree: kSah if Embree gave up (depth); kEmbreeMedium in place of kEmbreeHigh if there are custom

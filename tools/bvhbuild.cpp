@@ -33,7 +33,7 @@ constexpr ToolInfo kInfo{
     "Triangles that are not finite or have two corners in one place are dropped: they keep their number, and a\n"
     "warning says how many there are.",
     "  bvhbuild bunny.obj -o bunny.bvh\n"
-    "  bvhbuild room.glb chair.ply -o scene.bvh --builder embree-high --stats\n"
+    "  bvhbuild room.glb chair.ply -o scene.bvh --quality high --stats\n"
     "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"
     "  bvhbuild bunny.obj -o mine.bvh --import tree.json\n"
     "  bvhbuild frame1.bvh --refit frame2.obj -o frame2.bvh\n"};
@@ -41,7 +41,7 @@ constexpr ToolInfo kInfo{
 struct Options {
   std::vector<std::string> inputs, moved;
   std::string output;
-  std::string builder = "sah", nodes = "auto", target = "cpu";
+  std::string builder = build::name(build::BuildOptions{}.builder), quality, nodes = "auto", target = "cpu";
   unsigned ploc_radius = build::BuildOptions{}.ploc_radius;
   std::optional<unsigned> rounds;
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
@@ -55,18 +55,24 @@ void add_options(CLI::App& app, Options& options) {
       ->required()
       ->type_name("FILE");
   app.add_option("-o,--output", options.output, "The BVH file to write")->required()->type_name("FILE");
-  CLI::Option* builder =
-      app.add_option(
-             "--builder", options.builder,
-             "How the tree is built: lbvh is built fastest, hq has the lowest SAH cost; lbvh30 and ploc are there to "
-             "compare with, embree-* are Embree's")
-          ->check(CLI::IsMember(words(kBuilders)))
-          ->type_name("NAME")
-          ->capture_default_str();
+  app.add_option(
+         "--builder", options.builder,
+         "How the tree is built: lbvh is built fastest, hq has the lowest SAH cost; lbvh30 and ploc are there to "
+         "compare with, embree-* are Embree's")
+      ->check(CLI::IsMember(words(kBuilders)))
+      ->type_name("NAME")
+      ->capture_default_str();
+  app.add_option("--quality", options.quality,
+                 "Chooses the builder and its options. fast: lbvh, the fastest build; balanced: hploc, little slower, "
+                 "with faster rays; high: hq, the fastest rays. Not together with --builder")
+      ->check(CLI::IsMember(words(kQualities)))
+      ->type_name("WORD")
+      ->excludes("--builder");
   app.add_option("--import", options.imported,
                  "Take the tree of this JSON file (bvhinfo --export writes such files) in place of a builder's")
-      ->excludes(builder)
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->excludes("--builder")
+      ->excludes("--quality");
   app.add_option(
          "--nodes", options.nodes,
          "Layout of the nodes; auto: the one for --target. half and quantized have nodes of half the size, with "
@@ -91,7 +97,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option(
          "--reinsertion-rounds", options.rounds,
          "How often to look for better places for an eighth of the tree's nodes, 0 to 1000 (default: 32 for hq, "
-         "0 for others)")
+         "0 for others, or what goes with --quality)")
       ->check(CLI::Range(0u, 1000u))
       ->type_name("N");
   app.add_option("--ploc-radius", options.ploc_radius, "How far ploc looks for the nearest cluster, 1 to 128")
@@ -111,7 +117,7 @@ void add_refit_option(CLI::App& app, Options& options) {
                      "geometry, in their order. Says whether a rebuild is advised")
           ->allow_extra_args(false)
           ->type_name("MESH");
-  for (const char* name : {"--builder", "--import", "--nodes", "--target", "--max-leaf", "--split-budget",
+  for (const char* name : {"--builder", "--quality", "--import", "--nodes", "--target", "--max-leaf", "--split-budget",
                            "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats"})
     refit->excludes(app.get_option(name));
   app.callback([&options] {
@@ -146,14 +152,15 @@ struct Seconds {
 };
 
 build::BuildOptions build_options(const Options& options, const std::string& tool, ProgressBar& bar) {
-  build::BuildOptions result;
-  result.builder = value_of(kBuilders, options.builder);
+  build::BuildOptions result = options.quality.empty()
+                                   ? build::BuildOptions{.builder = value_of(kBuilders, options.builder)}
+                                   : build::options_for(value_of(kQualities, options.quality));
   result.nodes = options.nodes == "auto" ? value_of(kTargetLayouts, options.target) : value_of(kLayouts, options.nodes);
   result.threads = options.threads;
   result.max_leaf_triangles = options.max_leaf;
   result.split_budget = options.split_budget;
   result.ploc_radius = options.ploc_radius;
-  result.reinsertion_rounds = options.rounds;
+  if (options.rounds) result.reinsertion_rounds = options.rounds;
   result.pair_triangles = !options.no_pairs;
   result.tool = tool;
   result.progress = shown_by(bar);
@@ -275,7 +282,9 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   if (!bvh) return tl::unexpected(bvh.error());
   meshes->clear();
   warn_dropped(cli, bvh->statistics);
-  if (const std::string used = build::name(bvh->statistics.builder); !*tree && used != options.builder)
+  // A quality's builder is never Embree's.
+  if (const std::string used = build::name(bvh->statistics.builder);
+      !*tree && options.quality.empty() && used != options.builder)
     cli.warn("Embree gave up on " + options.builder + ", the tree would be too deep; it is by " + used);
   watch.lap();
   if (auto written = build::write_file(options.output, bvh->buffer.bytes()); !written) return written;

@@ -24,6 +24,8 @@ inline constexpr Names<build::Builder, 10> kBuilders{{{"sah", build::Builder::kS
                                                       {"embree-low", build::Builder::kEmbreeLow},
                                                       {"embree-medium", build::Builder::kEmbreeMedium},
                                                       {"embree-high", build::Builder::kEmbreeHigh}}};
+inline constexpr Names<build::Quality, 3> kQualities{
+    {{"fast", build::Quality::kFast}, {"balanced", build::Quality::kBalanced}, {"high", build::Quality::kHigh}}};
 inline constexpr Names<NodeLayout, 4> kLayouts{{{"float", NodeLayout::kFloat},
                                                 {"planes", NodeLayout::kPlanes},
                                                 {"half", NodeLayout::kHalf},

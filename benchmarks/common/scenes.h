@@ -15,16 +15,21 @@
 namespace hiprt::bench {
 
 inline constexpr std::string_view kProceduralScene = "procedural";
+/// tests/oracle/opera_house.h. Programs show it only where it is asked for.
+inline constexpr std::string_view kOperaHouseScene = "opera_house";
+
+inline bool is_generated(std::string_view scene) { return scene == kProceduralScene || scene == kOperaHouseScene; }
 
 /// Which scenes, and how large.
 struct SceneOptions {
-  std::string folder;              ///< With NAME.mesh and NAME.KIND.rays; empty: no files.
+  std::string folder;              ///< With NAME.mesh and NAME.KIND.rays or NAME.cam; empty: no files.
   std::vector<std::string> names;  ///< Empty: the default ones that are there, and kProceduralScene.
-  unsigned triangles = 200'000;    ///< Of kProceduralScene, about.
+  unsigned triangles = 200'000;    ///< Of a generated scene, about.
+  unsigned opera_ratio = 20'000;   ///< Of the edges of hall and object of kOperaHouseScene.
 
   /// Takes the folder from the environment: HIPRT_SCENES.
   SceneOptions();
-  /// --scenes, --scene and --triangles.
+  /// --scenes, --scene, --triangles and --opera-ratio.
   std::vector<Flag> flags();
 };
 

@@ -93,17 +93,22 @@ def no_number(text):
     raise ValueError(f"{text} is no number")
 
 
-def load(path, tag, what):
-    """The file's value, which must be an object whose "format" is the tag."""
+def parse(path):
+    """The file's value."""
     try:
-        data = json.loads(content(path).decode("utf-8"), parse_constant=no_number)
+        return Part(path, "", json.loads(content(path).decode("utf-8"), parse_constant=no_number))
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: not JSON: byte {error.start} is not UTF-8") from error
     except ValueError as error:
         raise InputError(f"{path}: not JSON: {error}") from error
     except RecursionError as error:
         raise InputError(f"{path}: not JSON: nested too deeply") from error
-    file = Part(path, "", data)
+
+
+def load(path, tag, what):
+    """The file's value, which must be an object whose "format" is the tag."""
+    file = parse(path)
+    data = file.value
     if not isinstance(data, dict) or data.get("format") != tag:
         found = repr(data.get("format"))[:40] if isinstance(data, dict) else kind_of(data)
         raise file.fault(f"not a file of {what}: its 'format' should be '{tag}', found: {found}")

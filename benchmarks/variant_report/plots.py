@@ -9,7 +9,7 @@ from .runs import geometric_mean, paired_ratios
 
 
 def save(figure, folder, name):
-    """The same figures give the same bytes: without a date, and (see plot_all) without random ids."""
+    """The same figures give the same bytes: without a date, and (see load_pyplot) without random ids."""
     for extension, metadata in [("png", {}), ("svg", {"Date": None})]:
         path = os.path.join(folder, f"{name}.{extension}")
         try:
@@ -99,19 +99,27 @@ def plot_memory(plt, runs, folder):
     plt.close(figure)
 
 
-def plot_all(runs, folder, most):
+def load_pyplot(script):
+    """pyplot without a screen, or None (and says so) where there is no matplotlib."""
     try:
         import matplotlib
     except ImportError:
-        print("plot_variants.py: no plots: no matplotlib here (tools/install-packages test)", file=sys.stderr)
-        return
+        print(f"{script}: no plots: no matplotlib here (tools/install-packages test)", file=sys.stderr)
+        return None
     matplotlib.use("Agg")
     matplotlib.rcParams["svg.hashsalt"] = "hiprt"
     # Names hold no formulas. Before matplotlib 3.6 a name with two dollar signs is taken for one.
     if "text.parse_math" in matplotlib.rcParams:
         matplotlib.rcParams["text.parse_math"] = False
-    from matplotlib import pyplot as plt
+    from matplotlib import pyplot
 
+    return pyplot
+
+
+def plot_all(runs, folder, most):
+    plt = load_pyplot("plot_variants.py")
+    if plt is None:
+        return
     for scene in runs.scenes():
         plot_scene(plt, runs, scene, folder, most)
     plot_accuracy(plt, runs, folder)

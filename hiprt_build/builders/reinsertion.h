@@ -19,8 +19,8 @@ template <class Engine, class Tree> void reinsert(Engine& engine, const Parented
   tree.parent(*tree.tree.root) = kInvalidId;
   engine.for_each(leaves - 1, SetParentsStep<Tree>{tree});
   for (unsigned round = 0; round < rounds; ++round) {
-    std::fill_n(bids.data(), subtrees, ReinsertionBids{0, 0});
-    std::fill_n(met.data(), leaves, 0);
+    engine.fill(bids.span(), ReinsertionBids{0, 0});
+    engine.fill(met.span(), 0u);
     engine.for_each(subtrees, FindReinsertionStep<Tree>{tree, found.data(), round % kReinsertionStride});
     engine.for_each(subtrees, BidReinsertionStep<Tree>{tree, found.data(), bids.data()});
     engine.for_each(subtrees, GrantReinsertionStep<Tree>{tree, found.data(), bids.data(), granted.data()});

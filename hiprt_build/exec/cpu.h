@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 
@@ -62,6 +63,27 @@ class CpuEngine {
   }
   static std::size_t chunk_count(std::size_t n) { return (n + kChunk - 1) / kChunk; }
 
+  /// body(chunk, begin, end) as for_chunks(), of work that is no progress: it only asks whether to go on.
+  template <class Body> void for_quiet_chunks(std::size_t n, const Body& body, std::size_t chunk_size = kChunk) {
+    tbb::parallel_for(std::size_t{0}, (n + chunk_size - 1) / chunk_size, [&](std::size_t c) {
+      monitor_.check();
+      body(c, c * chunk_size, std::min(n, (c + 1) * chunk_size));
+    });
+  }
+
+  template <class T> void fill(std::span<T> values, const T& value) {
+    for_quiet_chunks(values.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+      std::fill_n(values.data() + begin, end - begin, value);
+    });
+  }
+
+  /// @pre to.size() >= from.size(), and they share nothing.
+  template <class T> void copy(std::span<const T> from, std::span<T> to) {
+    for_quiet_chunks(from.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+      std::copy_n(from.data() + begin, end - begin, to.data() + begin);
+    });
+  }
+
   /// Runs both, at the same time if there is a thread free.
   template <class First, class Second> void invoke(const First& first, const Second& second) {
     tbb::parallel_invoke(first, second);
@@ -70,7 +92,10 @@ class CpuEngine {
   /// Replaces each value by the sum of those before it. @return the sum of all.
   template <class T> T exclusive_scan(std::span<T> values) {
     T sum = 0;
-    for (T& value : values) sum += std::exchange(value, sum);
+    for (std::size_t begin = 0; begin < values.size(); begin += kChunk) {
+      monitor_.check();
+      for (T& value : values.subspan(begin, std::min(kChunk, values.size() - begin))) sum += std::exchange(value, sum);
+    }
     return sum;
   }
 

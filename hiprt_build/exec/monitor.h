@@ -12,10 +12,14 @@ namespace hiprt::build {
 /// Thrown out of a step when the caller asked to stop; build() turns it into ErrorCode::kCancelled.
 struct Cancelled {};
 
-/// Collects work done by all threads and calls the caller's callback about every 20 ms, never from two threads at once.
+/// Collects work done by all threads and calls the caller's callback now and then, never from two threads at once.
 class Monitor {
  public:
-  explicit Monitor(const ProgressCallback& callback) : callback_(callback) {}
+  using Interval = std::chrono::steady_clock::duration;
+
+  /// @param interval between calls, at least, but for those at the start of a step.
+  explicit Monitor(const ProgressCallback& callback, Interval interval = std::chrono::milliseconds(20))
+      : callback_(callback), interval_(interval.count()) {}
 
   /// Starts a step that takes the build from its present fraction to @p until.
   /// @param work units that add() will report during the step, at least 1.
@@ -37,6 +41,7 @@ class Monitor {
   void report();
 
   const ProgressCallback& callback_;
+  std::int64_t interval_;
   std::mutex mutex_;
   std::atomic<std::int64_t> next_call_{0};
   std::atomic<std::uint64_t> done_{0};

@@ -34,21 +34,14 @@ class RadixSort {
       std::swap(from_values, to_values);
     }
     if (from_keys.data() == keys_.data()) return;
-    for_chunks([&](std::size_t, std::size_t begin, std::size_t end) {
-      std::copy(&from_keys[begin], &from_keys[begin] + (end - begin), &keys_[begin]);
-      std::copy(&from_values[begin], &from_values[begin] + (end - begin), &values_[begin]);
-    });
+    engine_.copy(std::span<const std::uint64_t>(from_keys), keys_);
+    engine_.copy(std::span<const std::uint32_t>(from_values), values_);
   }
 
  private:
   static std::size_t digit(std::uint64_t key, unsigned shift) { return key >> shift & (kDigits - 1); }
 
-  template <class Body> void for_chunks(const Body& body) {
-    tbb::parallel_for(std::size_t{0}, counts_.size(), [&](std::size_t chunk) {
-      engine_.monitor().check();
-      body(chunk, chunk * kChunk, std::min(keys_.size(), (chunk + 1) * kChunk));
-    });
-  }
+  template <class Body> void for_chunks(const Body& body) { engine_.for_quiet_chunks(keys_.size(), body, kChunk); }
 
   /// Where each chunk's keys with each digit go. @return false: all have the same digit, nothing is to be done.
   bool count(std::span<const std::uint64_t> keys, unsigned shift) {

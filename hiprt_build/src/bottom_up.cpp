@@ -43,16 +43,15 @@ Sorted sort_by_code(CpuEngine& engine, ScratchArray<Reference> references, unsig
 void emit_lbvh(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
   const std::size_t count = sorted.references.size();
   auto met = engine.allocate<std::uint32_t>(count);
-  std::fill_n(met.data(), count, kInvalidId);
-  engine.for_each(count,
-                  LbvhStep<Tree>{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data()});
+  engine.fill(met.span(), kInvalidId);
+  engine.for_each(count, LbvhStep<Tree>{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data()});
 }
 
 void emit_hploc(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
   using Climber = Hploc<HostGroup, Tree>;
   const std::size_t count = sorted.references.size();
   auto met = engine.allocate<std::uint32_t>(count);
-  std::fill_n(met.data(), count, kInvalidId);
+  engine.fill(met.span(), kInvalidId);
   auto kept = engine.allocate<KeptCluster>(count);
   const Climber climber{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data(), kept.data()};
   engine.for_each(count, [&](std::size_t i) {

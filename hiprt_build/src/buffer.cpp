@@ -22,15 +22,20 @@ constexpr std::align_val_t alignment(std::size_t size) {
 
 }  // namespace
 
-Buffer::Buffer(std::size_t size) {
-  if (size == 0) return;
-  data_ = static_cast<std::byte*>(::operator new(size, alignment(size)));
-  size_ = size;
+Buffer::Buffer(std::size_t size) : Buffer(uninitialized(size)) {
+  if (size != 0) std::memset(data_, 0, size);
+}
+
+Buffer Buffer::uninitialized(std::size_t size) {
+  Buffer buffer;
+  if (size == 0) return buffer;
+  buffer.data_ = static_cast<std::byte*>(::operator new(size, alignment(size)));
+  buffer.size_ = size;
 #if defined(__linux__)
   // Advice: whether the system has such pages is its business.
-  if (size >= kHugePage) ::madvise(data_, size / kHugePage * kHugePage, MADV_HUGEPAGE);
+  if (size >= kHugePage) ::madvise(buffer.data_, size / kHugePage * kHugePage, MADV_HUGEPAGE);
 #endif
-  std::memset(data_, 0, size);
+  return buffer;
 }
 
 Buffer::Buffer(std::byte* data, std::size_t size, Release release)

@@ -7,6 +7,7 @@
 #include <hiprt_build/builders/sbvh.h>
 #include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/src/build_on.h>
 #include <hiprt_build/src/check_input.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
@@ -87,6 +88,11 @@ Result<BinaryTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const
   return build_tree(engine, builder, soup, grouped, options);
 }
 
+/// Of reinsertion.
+unsigned rounds_of(const BuildOptions& options, Builder builder) {
+  return options.reinsertion_rounds.value_or(builder == Builder::kHq ? kHqRounds : 0);
+}
+
 /// What is known once the primitives are grouped.
 BuildStatistics count_input(const PrimitiveSoup& soup, const GroupedPrimitives& grouped, Builder builder) {
   BuildStatistics statistics;
@@ -119,8 +125,10 @@ Result<Bvh> finish(CpuEngine& engine, const Job& job, const PrimitiveSoup& soup,
   statistics.leaves = tree.references.size();
   statistics.nodes = tree.empty() || wide.is_run(0) ? 0 : wide.node_count(0);
   statistics.collapse_seconds = watch.lap();
-  Result<Buffer> buffer = encode(
-      engine, {soup, grouped, tree, wide, options.nodes, make_provenance(job.scene, options, statistics, wide.cost())});
+  Result<Buffer> buffer =
+      encode(engine, {soup, grouped, tree, wide, options.nodes,
+                      make_provenance(engine.monitor(), job.scene, options, rounds_of(options, statistics.builder),
+                                      statistics, wide.cost())});
   if (!buffer) return tl::unexpected(buffer.error());
   const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;
   if (stack_bound > kMaxStackBound)
@@ -155,8 +163,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
           : build_imported(engine, *job.imported, checked, soup, grouped, make_references(engine, soup, grouped));
   if (!tree) return tl::unexpected(tree.error());
   checked = CheckedTree{};
-  const unsigned rounds = options.reinsertion_rounds.value_or(statistics.builder == Builder::kHq ? kHqRounds : 0);
-  tree = optimize(engine, std::move(*tree), rounds);
+  tree = optimize(engine, std::move(*tree), rounds_of(options, statistics.builder));
   statistics.tree_seconds = watch.lap();
   Result<Bvh> bvh = finish(engine, job, soup, grouped, *tree, statistics);
   if (bvh) bvh->statistics.total_seconds = total.lap();
@@ -173,6 +180,22 @@ Result<Bvh> run_guarded(const Job& job) {
 }
 
 }  // namespace
+
+BuildOptions options_for(Quality quality) {
+  switch (quality) {
+    case Quality::kFast:
+      return {.builder = Builder::kLbvh};
+    case Quality::kBalanced:
+      return {.builder = Builder::kHploc};
+    case Quality::kHigh:
+      return {.builder = Builder::kHq};
+  }
+  return {};
+}
+
+Result<Bvh> build_on(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
+  return run(engine, {scene, options, nullptr});
+}
 
 Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options) {
   return build(SceneInput{meshes, {}}, options);

@@ -8,6 +8,8 @@ namespace {
 /// Larger meshes have half-edge numbers beyond 32 bits; a file could not address their leaves either.
 constexpr std::uint64_t kMaxMeshTriangles = std::uint64_t{1} << 30;
 constexpr std::uint64_t kMaxMeshVertices = std::uint64_t{1} << 31;
+static_assert(4 * (kMaxMeshTriangles - 2) + 2 < kInvalidId && 3 * (kMaxMeshTriangles - 1) < kInvalidId &&
+              2 * (kMaxMeshVertices - 2) + 1 < kInvalidId);
 /// References are numbered with 31 bits: a leaf's primitives in the primitive map with 32.
 constexpr std::uint64_t kMaxPrimitives = std::uint64_t{1} << 31;
 

@@ -11,18 +11,18 @@ ScratchArray<HalfEdge> find_partners(CpuEngine& engine, const TriangleMesh& mesh
   auto welded = engine.allocate<std::uint32_t>(vertices);
   {
     auto table = engine.allocate<std::uint32_t>(std::bit_ceil(2 * vertices + 1));
-    std::fill_n(table.data(), table.size(), kInvalidId);
+    engine.fill(table.span(), kInvalidId);
     engine.for_each(vertices, WeldStep{mesh.positions, table.span(), welded.span()});
   }
   auto cursor = engine.allocate<std::uint32_t>(vertices);
-  std::fill_n(cursor.data(), cursor.size(), 0u);
+  engine.fill(cursor.span(), 0u);
   engine.for_each(triangles, FileEdgesStep{mesh, welded.span(), dropped, cursor.span(), {}});
   auto entries = engine.allocate<FiledEdge>(engine.exclusive_scan(cursor.span()));
   engine.for_each(triangles, FileEdgesStep{mesh, welded.span(), dropped, cursor.span(), entries.span()});
   welded.release();
   auto partner = engine.allocate<HalfEdge>(3 * triangles);
-  std::fill_n(partner.data(), partner.size(), kInvalidId);
-  engine.for_each(vertices, MatchEdgesStep{mesh, cursor.span(), entries.span(), partner.span()});
+  engine.fill(partner.span(), kInvalidId);
+  engine.for_each(vertices, MatchEdgesStep{engine.monitor(), mesh, cursor.span(), entries.span(), partner.span()});
   return partner;
 }
 

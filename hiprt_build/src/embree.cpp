@@ -1,5 +1,7 @@
 #include <hiprt_build/builders/embree.h>
 #include <hiprt_build/steps/clip.h>
+#include <hiprt_build/steps/references.h>
+#include <hiprt_build/steps/sah_reduce.h>
 
 #include <embree3/rtcore.h>
 
@@ -24,11 +26,12 @@ struct EmbreeNode {
 struct Scaling {
   float factor = 1.0f, inverse = 1.0f;
 
-  explicit Scaling(std::span<const Reference> references) {
+  Scaling(CpuEngine& engine, std::span<const Reference> references) {
     constexpr int kSmallest = -20, kLargest = 40, kMostUp = 126;
+    const Aabb all = bound_references(engine, references).box;
     float largest = 0.0f;
-    for (const Reference& r : references)
-      for (int axis = 0; axis < 3; ++axis) largest = std::max({largest, std::abs(r.min[axis]), std::abs(r.max[axis])});
+    for (int axis = 0; axis < 3; ++axis)
+      largest = std::max({largest, std::abs(all.min[axis]), std::abs(all.max[axis])});
     if (largest == 0.0f) return;
     const int exponent = std::ilogb(largest);
     if (exponent >= kSmallest && exponent <= kLargest) return;
@@ -49,12 +52,14 @@ struct Scaling {
     return scaled;
   }
   Aabb undo(const Aabb& box) const { return Aabb{box.min * inverse, box.max * inverse}; }
-  void apply(std::span<Reference> references) const {
+  void apply(CpuEngine& engine, std::span<Reference> references) const {
     if (factor == 1.0f) return;
-    for (Reference& r : references) {
-      const Aabb box = apply(r.box());
-      for (int axis = 0; axis < 3; ++axis) r.min[axis] = box.min[axis], r.max[axis] = box.max[axis];
-    }
+    engine.for_quiet_chunks(references.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (Reference& r : references.subspan(begin, end - begin)) {
+        const Aabb box = apply(r.box());
+        for (int axis = 0; axis < 3; ++axis) r.min[axis] = box.min[axis], r.max[axis] = box.max[axis];
+      }
+    });
   }
 };
 
@@ -224,13 +229,13 @@ Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const Primit
   const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), &rtcReleaseBVH);
   ScratchArray<Reference> room = std::move(references);
   if (builder == Builder::kEmbreeHigh) {
-    auto larger = engine.allocate<Reference>(static_cast<std::size_t>(static_cast<double>(count) * split_budget));
-    std::copy_n(room.data(), count, larger.data());
+    auto larger = engine.allocate<Reference>(room_for_splits(count, split_budget));
+    engine.copy(std::as_const(room).span(), larger.span());
     room = std::move(larger);
   }
   const Context context{engine.monitor(), soup, grouped.groups.span().first(grouped.count),
-                        Scaling(room.span().first(count))};
-  context.scaling.apply(room.span().first(count));
+                        Scaling(engine, room.span().first(count))};
+  context.scaling.apply(engine, room.span().first(count));
   const RTCBuildArguments arguments = make_arguments(builder, bvh.get(), room, count, context);
   auto* root = static_cast<EmbreeNode*>(rtcBuildBVH(&arguments));
   if (engine.monitor().cancelled()) throw Cancelled{};

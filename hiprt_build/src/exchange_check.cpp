@@ -70,7 +70,7 @@ class TreeCheck {
         several_(soup.size()) {
     result_.order = engine.allocate<std::uint32_t>(tree.nodes.size());
     result_.home = engine.allocate<std::uint32_t>(soup.size());
-    std::fill_n(result_.home.data(), soup.size(), kInvalidId);
+    engine.fill(result_.home.span(), kInvalidId);
   }
 
   Result<CheckedTree> run() {

@@ -60,6 +60,7 @@ class Flattener {
   }
 
   Aabb halve(std::uint32_t at, std::uint32_t first, std::uint32_t count) {
+    if (count >= kTaskSize) engine_.monitor().check();
     Aabb box;
     if (count == 1) {
       box = tree_.references[first].box();

@@ -74,7 +74,7 @@ Sorted sort_by_leaf(CpuEngine& engine, std::size_t nodes, const Placed& placed) 
   Sorted sorted;
   sorted.references = engine.allocate<Reference>(placed.count);
   sorted.first = engine.allocate<std::uint32_t>(nodes + 1);
-  std::fill_n(sorted.first.data(), nodes + 1, 0u);
+  engine.fill(sorted.first.span(), 0u);
   for (std::size_t i = 0; i < placed.count; ++i) ++sorted.first[placed.leaf[i]];
   engine.exclusive_scan(sorted.first.span());
   for (std::size_t i = 0; i < placed.count; ++i)

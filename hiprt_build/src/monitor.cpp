@@ -6,8 +6,6 @@ namespace hiprt::build {
 namespace {
 
 std::int64_t now() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
-constexpr std::int64_t kInterval =
-    std::chrono::duration_cast<std::chrono::steady_clock::duration>(std::chrono::milliseconds(20)).count();
 
 }  // namespace
 
@@ -37,7 +35,7 @@ void Monitor::check() {
 void Monitor::report() {
   const double part = static_cast<double>(done_.load(std::memory_order_relaxed)) / static_cast<double>(work_);
   if (!cancelled() && !callback_(Progress{step_, from_ + (until_ - from_) * std::min(part, 1.0)})) cancelled_ = true;
-  next_call_ = now() + kInterval;
+  next_call_ = now() + interval_;
 }
 
 }  // namespace hiprt::build

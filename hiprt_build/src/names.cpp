@@ -30,4 +30,16 @@ const char* name(Builder builder) {
   return "unknown";
 }
 
+const char* name(Quality quality) {
+  switch (quality) {
+    case Quality::kFast:
+      return "fast";
+    case Quality::kBalanced:
+      return "balanced";
+    case Quality::kHigh:
+      return "high";
+  }
+  return "unknown";
+}
+
 }  // namespace hiprt::build

@@ -71,7 +71,7 @@ constexpr int kRounds = 6;
 ScratchArray<HalfEdge> match_triangles(CpuEngine& engine, const TriangleMesh& mesh, std::span<const std::uint8_t> fate,
                                        bool pair_triangles, std::span<const std::uint32_t> home) {
   auto mate = engine.allocate<HalfEdge>(mesh.triangles.size());
-  std::fill_n(mate.data(), mate.size(), kInvalidId);
+  engine.fill(mate.span(), kInvalidId);
   if (!pair_triangles) return mate;
   auto partner = find_partners(engine, mesh, fate);
   if (!home.empty()) engine.for_each(mesh.triangles.size(), StayHomeStep{home, partner.span()});
@@ -142,9 +142,11 @@ void group_mesh(CpuEngine& engine, const TriangleMesh& mesh, std::uint32_t geome
   auto fate = engine.allocate<std::uint8_t>(mesh.triangles.size());
   engine.for_each(mesh.triangles.size(), ClassifyStep{mesh, fate.span()});
   const auto mate = match_triangles(engine, mesh, fate.span(), pair, home);
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (i % CpuEngine::kChunk == 0) engine.monitor().check();
     if (grouping.keep(geometry, fate[i]) && (mate[i] == kInvalidId || mate[i] >> 2 > i))
       grouping.add(make_group(mesh, geometry, i, mate[i]));
+  }
 }
 
 void group_customs(CpuEngine& engine, const CustomGeometry& custom, std::uint32_t geometry, bool pair,
@@ -153,6 +155,7 @@ void group_customs(CpuEngine& engine, const CustomGeometry& custom, std::uint32_
   auto fate = engine.allocate<std::uint8_t>(boxes.size());
   engine.for_each(boxes.size(), ClassifyBoxStep{boxes, fate.span()});
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
+    if (i % CpuEngine::kChunk == 0) engine.monitor().check();
     if (!grouping.keep(geometry, fate[i])) continue;
     PrimitiveGroup group{{i, kInvalidId}, geometry & kGeometryMask, PrimitiveGroup::kCustom, 0};
     const bool has_next = i % 2 == 0 && i + 1 < boxes.size() && fate[i + 1] == kKept;

@@ -1,6 +1,7 @@
 #include <hiprt_build/steps/presplit.h>
 
 #include <hiprt_build/steps/clip.h>
+#include <hiprt_build/steps/references.h>
 #include <hiprt_build/steps/sah_reduce.h>
 
 #include <tbb/blocked_range.h>
@@ -15,6 +16,8 @@ namespace {
 constexpr unsigned kGridBits = 21;
 /// Cuts of one reference: keeps hostile scenes from spending everything on one triangle.
 constexpr std::uint32_t kMostCuts = 1u << 16;
+/// So many take a good part of a millisecond.
+constexpr std::uint32_t kManyCuts = 1u << 10;
 /// A box of up to so many times a triangle's own area is filled well enough. (1 in the paper. A right triangle along
 /// the axes has 2 and gains little from cuts. SAH costs with 1, 2, 3 and 5: decision 0011.)
 constexpr float kFilled = 3.0f;
@@ -69,6 +72,8 @@ class PlaneGrid {
  private:
   std::uint32_t cell(float x, unsigned axis) const {
     const float position = (x - low_[axis]) * cells_per_unit_;
+    // No number where the scene's extent overflows: there is no grid then.
+    if (!(position > 0.0f)) return 0;
     return static_cast<std::uint32_t>(std::min(position, static_cast<float>((1u << kGridBits) - 1)));
   }
   unsigned coarseness(const Aabb& box, unsigned axis) const {
@@ -111,14 +116,13 @@ class Presplitter {
     std::vector<std::size_t> first(CpuEngine::chunk_count(references_.size()));
     engine_.for_chunks(references_.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
       std::size_t count = 0;
-      for (std::size_t i = begin; i < end; ++i) cut(references_[i], cuts(i), [&](const Reference&) { ++count; });
+      cut_all(begin, end, [&](const Reference&) { ++count; });
       first[chunk] = count;
     });
     auto result = engine_.allocate<Reference>(engine_.exclusive_scan(std::span<std::size_t>(first)));
     engine_.for_chunks(references_.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
       std::size_t to = first[chunk];
-      for (std::size_t i = begin; i < end; ++i)
-        cut(references_[i], cuts(i), [&](const Reference& part) { result[to++] = part; });
+      cut_all(begin, end, [&](const Reference& part) { result[to++] = part; });
     });
     return result;
   }
@@ -147,6 +151,7 @@ class Presplitter {
       return tbb::parallel_reduce(
           tbb::blocked_range<std::size_t>(0, references_.size(), CpuEngine::kChunk), std::size_t{0},
           [&](const tbb::blocked_range<std::size_t>& range, std::size_t sum) {
+            engine_.monitor().check();
             for (std::size_t i = range.begin(); i < range.end(); ++i) sum += cuts(i, scale);
             return sum;
           },
@@ -156,11 +161,20 @@ class Presplitter {
     std::uint32_t good = 0, bad = std::bit_cast<std::uint32_t>(Aabb::kInfinity);
     constexpr std::uint32_t kPrecision = 1u << 12;
     while (bad - good > kPrecision) {
-      engine_.monitor().check();
       const std::uint32_t middle = good + (bad - good) / 2;
       (total(std::bit_cast<float>(middle)) <= most_cuts ? good : bad) = middle;
     }
     return std::bit_cast<float>(good);
+  }
+
+  /// emit(part) for the parts of references [begin, end).
+  template <class Emit> void cut_all(std::size_t begin, std::size_t end, const Emit& emit) const {
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t wanted = cuts(i);
+      // Few large references can take most of the cuts.
+      if (wanted > kManyCuts) engine_.monitor().check();
+      cut(references_[i], wanted, emit);
+    }
   }
 
   /// emit(part) for each of the parts, at most cuts + 1.
@@ -195,7 +209,7 @@ class Presplitter {
 
 ScratchArray<Reference> presplit(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
                                  ScratchArray<Reference> references, double budget) {
-  const auto most = static_cast<std::size_t>(static_cast<double>(references.size()) * budget);
+  const std::size_t most = room_for_splits(references.size(), budget);
   if (most <= references.size()) return references;
   engine.monitor().start("cut", 0.4, 3 * references.size());
   return Presplitter(engine, soup, groups, references.span()).run(most - references.size());

@@ -5,19 +5,28 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <span>
 
 namespace hiprt::build {
 namespace {
 
 /// XXH3-64 of all the bytes, one span after the other, as 16 hexadecimal digits.
-template <class... Spans> std::string hash(const Spans&... spans) {
+template <class... Spans> std::string hash(Monitor& monitor, const Spans&... spans) {
+  constexpr std::size_t kPiece = std::size_t{1} << 20;
   XXH3_state_t state;
   XXH3_INITSTATE(&state);
   XXH3_64bits_reset(&state);
-  (XXH3_64bits_update(&state, spans.data(), spans.size_bytes()), ...);
+  const auto update = [&](std::span<const std::byte> bytes) {
+    for (; !bytes.empty(); bytes = bytes.subspan(std::min(kPiece, bytes.size()))) {
+      monitor.check();
+      XXH3_64bits_update(&state, bytes.data(), std::min(kPiece, bytes.size()));
+    }
+  };
+  (update(std::as_bytes(spans)), ...);
   char text[17];
   std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(XXH3_64bits_digest(&state)));
   return text;
@@ -39,20 +48,20 @@ std::optional<double> number(const nlohmann::json& document, const char* group, 
 
 }  // namespace
 
-std::string make_provenance(const SceneInput& scene, const BuildOptions& options, const BuildStatistics& statistics,
-                            double sah_cost) {
+std::string make_provenance(Monitor& monitor, const SceneInput& scene, const BuildOptions& options, unsigned rounds,
+                            const BuildStatistics& statistics, double sah_cost) {
   using Json = nlohmann::ordered_json;
   Json geometries = Json::array();
   for (const TriangleMesh& mesh : scene.meshes)
     geometries.push_back({{"name", std::string(mesh.name)},
                           {"vertices", mesh.positions.size()},
                           {"triangles", mesh.triangles.size()},
-                          {"xxh3", hash(mesh.positions, mesh.triangles, std::span(&mesh.mask, 1))}});
+                          {"xxh3", hash(monitor, mesh.positions, mesh.triangles, std::span(&mesh.mask, 1))}});
   for (const CustomGeometry& custom : scene.customs)
     geometries.push_back({{"name", std::string(custom.name)},
                           {"customs", custom.boxes.size()},
                           {"type", custom.type},
-                          {"xxh3", hash(custom.boxes, std::span(&custom.mask, 1))}});
+                          {"xxh3", hash(monitor, custom.boxes, std::span(&custom.mask, 1))}});
   const Json document = {{"tool", options.tool.empty() ? "hiprt_build" : std::string(options.tool)},
                          {"library", std::string("hiprt ") + version()},
                          {"builder", name(options.builder)},
@@ -60,6 +69,7 @@ std::string make_provenance(const SceneInput& scene, const BuildOptions& options
                           {{"nodes", layout_name(options.nodes)},
                            {"max_leaf_triangles", options.max_leaf_triangles},
                            {"split_budget", options.split_budget},
+                           {"reinsertion_rounds", rounds},
                            {"ploc_radius", options.ploc_radius},
                            {"pair_triangles", options.pair_triangles},
                            {"cost_box_node", options.costs.box_node},

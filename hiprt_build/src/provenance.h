@@ -2,6 +2,7 @@
 /// The JSON provenance block of a file. Internal.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/exec/monitor.h>
 
 #include <optional>
 #include <string>
@@ -11,8 +12,9 @@ namespace hiprt::build {
 
 /// What made the file and from what. Holds no times and no thread count: the same input gives the same bytes.
 /// Its exchange slack is 0: set_exchange_slack().
-std::string make_provenance(const SceneInput& scene, const BuildOptions& options, const BuildStatistics& statistics,
-                            double sah_cost);
+/// @param rounds of reinsertion that there were. @param monitor asked while the input is hashed.
+std::string make_provenance(Monitor& monitor, const SceneInput& scene, const BuildOptions& options, unsigned rounds,
+                            const BuildStatistics& statistics, double sah_cost);
 
 /// @param provenance of make_provenance(). @param exchange_slack 0 to 1.
 void set_exchange_slack(std::span<char> provenance, double exchange_slack);

@@ -70,28 +70,18 @@ class SahBuilder {
   std::size_t parallel_partition(std::size_t begin, std::size_t end, const Predicate& goes_left) {
     const auto all = range(begin, end);
     std::vector<std::size_t> left(CpuEngine::chunk_count(all.size()));
-    for_chunks(all.size(), [&](std::size_t chunk, std::size_t from, std::size_t to) {
+    engine_.for_quiet_chunks(all.size(), [&](std::size_t chunk, std::size_t from, std::size_t to) {
       left[chunk] = static_cast<std::size_t>(std::count_if(all.begin() + static_cast<std::ptrdiff_t>(from),
                                                            all.begin() + static_cast<std::ptrdiff_t>(to), goes_left));
     });
     const std::size_t left_count = engine_.exclusive_scan(std::span<std::size_t>(left));
     const auto target = spare_.subspan(begin, all.size());
-    for_chunks(all.size(), [&](std::size_t chunk, std::size_t from, std::size_t to) {
+    engine_.for_quiet_chunks(all.size(), [&](std::size_t chunk, std::size_t from, std::size_t to) {
       std::size_t left_at = left[chunk], right_at = left_count + from - left[chunk];
       for (std::size_t i = from; i < to; ++i) target[goes_left(all[i]) ? left_at++ : right_at++] = all[i];
     });
-    for_chunks(all.size(), [&](std::size_t, std::size_t from, std::size_t to) {
-      std::copy(target.begin() + static_cast<std::ptrdiff_t>(from), target.begin() + static_cast<std::ptrdiff_t>(to),
-                all.begin() + static_cast<std::ptrdiff_t>(from));
-    });
+    engine_.copy(std::span<const Reference>(target), all);
     return begin + left_count;
-  }
-
-  template <class Body> void for_chunks(std::size_t n, const Body& body) {
-    engine_.monitor().check();
-    tbb::parallel_for(std::size_t{0}, CpuEngine::chunk_count(n), [&](std::size_t chunk) {
-      body(chunk, chunk * CpuEngine::kChunk, std::min(n, (chunk + 1) * CpuEngine::kChunk));
-    });
   }
 
   CpuEngine& engine_;

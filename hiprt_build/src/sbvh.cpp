@@ -1,6 +1,7 @@
 #include <hiprt_build/builders/sbvh.h>
 
 #include <hiprt_build/steps/flatten.h>
+#include <hiprt_build/steps/references.h>
 #include <hiprt_build/steps/sah_reduce.h>
 #include <hiprt_build/steps/spatial_bins.h>
 
@@ -15,6 +16,9 @@ constexpr std::size_t kTaskSize = 1024;
 /// Space is cut where the halves of the best split of references overlap by more than this part of the scene (Stich et
 /// al. 2009, section 4.2).
 constexpr float kLeastOverlap = 1e-5f;
+
+/// So many references that cross all slabs take a few milliseconds.
+constexpr std::size_t kSlabChunk = 256;
 
 /// References [begin, end), and room for those that cuts will make of them up to limit.
 struct Range {
@@ -95,7 +99,9 @@ class SbvhBuilder {
     const BinMapping mapping(bounds.centers, count);
     const Bins bins = bin_references(engine_, span_of(range), mapping);
     const Split best = find_best_split(bins, mapping);
+    std::size_t asked = 0;
     const auto goes_left = [&](const Reference& r) {
+      if (++asked % CpuEngine::kChunk == 0) engine_.monitor().check();
       return mapping(r.box())[static_cast<std::size_t>(best.axis)] < best.bin;
     };
     Aabb left, right;
@@ -123,10 +129,13 @@ class SbvhBuilder {
     const std::size_t right_count = range.size() - left_count;
     const std::size_t share = share_of_room(range.room(), left_count, right_count);
     const std::size_t left_end = range.begin + left_count, right_begin = left_end + share;
-    const auto data = references_.begin();
-    using Offset = std::ptrdiff_t;
-    std::move_backward(data + static_cast<Offset>(left_end), data + static_cast<Offset>(range.end),
-                       data + static_cast<Offset>(right_begin + right_count));
+    for (std::size_t end = right_count; end > 0 && share > 0;) {
+      const std::size_t begin = end - std::min(end, CpuEngine::kChunk);
+      Reference* const from = &references_[left_end];
+      std::move_backward(from + begin, from + end, from + share + end);
+      end = begin;
+      if (end > 0) engine_.monitor().check();
+    }
     return Halves{{range.begin, left_end, right_begin}, {right_begin, right_begin + right_count, range.limit}};
   }
 
@@ -146,7 +155,11 @@ class SbvhBuilder {
     const SpatialBins bins = reduce_references(
         engine_, span_of(range), SpatialBins{},
         [&](std::span<const Reference> part, SpatialBins so_far) {
-          for (const Reference& r : part) so_far.add(soup_, groups_[r.leaf], r, planes);
+          std::size_t added = 0;
+          for (const Reference& r : part) {
+            if (++added % kSlabChunk == 0) engine_.monitor().check();
+            so_far.add(soup_, groups_[r.leaf], r, planes);
+          }
           return so_far;
         },
         [](SpatialBins a, const SpatialBins& b) {
@@ -161,7 +174,9 @@ class SbvhBuilder {
   /// @return none if all references end up on one side.
   std::optional<Halves> cut(const Range& range, SpatialSplit& split) {
     std::size_t left_end = range.begin, right_begin = range.limit;
+    std::size_t seen = 0;
     for (const Reference& r : span_of(range)) {
+      if (++seen % kSlabChunk == 0) engine_.monitor().check();
       if (r.max[split.axis] <= split.plane) {
         spare_[left_end++] = r;
       } else if (r.min[split.axis] >= split.plane) {
@@ -174,9 +189,10 @@ class SbvhBuilder {
     }
     const std::size_t left_count = left_end - range.begin, right_count = range.limit - right_begin;
     if (left_count == 0 || right_count == 0) return std::nullopt;
-    std::copy_n(&spare_[range.begin], left_count, &references_[range.begin]);
+    const std::span<const Reference> spare = spare_;
+    engine_.copy(spare.subspan(range.begin, left_count), references_.subspan(range.begin, left_count));
     const std::size_t right_at = left_end + share_of_room(right_begin - left_end, left_count, right_count);
-    std::copy_n(&spare_[right_begin], right_count, &references_[right_at]);
+    engine_.copy(spare.subspan(right_begin, right_count), references_.subspan(right_at, right_count));
     return Halves{{range.begin, left_end, right_at}, {right_at, right_at + right_count, range.limit}};
   }
 
@@ -221,10 +237,10 @@ BinaryTree build_sbvh(CpuEngine& engine, const PrimitiveSoup& soup, std::span<co
                       ScratchArray<Reference> references, double split_budget) {
   const std::size_t count = references.size();
   if (count == 0) return BinaryTree{};
-  engine.monitor().start("split", 0.6, static_cast<std::uint64_t>(static_cast<double>(count) * split_budget));
-  const auto room = std::max(count, static_cast<std::size_t>(static_cast<double>(count) * split_budget));
+  const std::size_t room = room_for_splits(count, split_budget);
+  engine.monitor().start("split", 0.6, room);
   auto larger = engine.allocate<Reference>(room);
-  std::copy_n(references.data(), count, larger.data());
+  engine.copy(std::as_const(references).span(), larger.span());
   references.release();
   auto nodes = engine.allocate<LinkedNode>(room);
   auto counts = engine.allocate<std::uint32_t>(room);

@@ -52,6 +52,7 @@ struct FileEdgesStep {
 /// Step: partner of every half-edge filed under vertex i: opposite direction, same ends, most area saved.
 /// @param ends ends[i]: one past vertex i's last entry.
 struct MatchEdgesStep {
+  Monitor& monitor;
   const TriangleMesh& mesh;
   std::span<const std::uint32_t> ends;
   std::span<FiledEdge> entries;
@@ -59,10 +60,15 @@ struct MatchEdgesStep {
 
   /// More edges than this between two vertices are matched in order, not by area: keeps hostile input linear.
   static constexpr std::size_t kSmallFan = 4;
+  /// They take about a millisecond.
+  static constexpr std::size_t kComparisons = 1u << 16;
 
   void operator()(std::size_t i) const {
     const std::span<FiledEdge> mine = entries.subspan(i == 0 ? 0 : ends[i - 1], ends[i] - (i == 0 ? 0 : ends[i - 1]));
-    std::sort(mine.begin(), mine.end(), [](const FiledEdge& a, const FiledEdge& b) {
+    // One vertex can have all the edges of a mesh.
+    std::size_t compared = 0;
+    std::sort(mine.begin(), mine.end(), [&](const FiledEdge& a, const FiledEdge& b) {
+      if (++compared % kComparisons == 0) monitor.check();
       return a.far_end_and_direction != b.far_end_and_direction ? a.far_end_and_direction < b.far_end_and_direction
                                                                 : a.edge < b.edge;
     });

@@ -49,6 +49,22 @@ TEST_CASE("the split budget: 1 splits nothing, more allows more references and a
   CHECK(cost[2] < 1.01 * cost[1]);
 }
 
+TEST_CASE("the words for quality: the builders behind them, which cost less from word to word") {
+  using build::Quality;
+  const Mesh mesh = soup(20000, 0.5, 5);
+  double last = std::numeric_limits<double>::infinity();
+  for (const auto& [quality, word, builder] : {std::tuple(Quality::kFast, "fast", build::Builder::kLbvh),
+                                               std::tuple(Quality::kBalanced, "balanced", build::Builder::kHploc),
+                                               std::tuple(Quality::kHigh, "high", build::Builder::kHq)}) {
+    CAPTURE(word);
+    CHECK(build::name(quality) == std::string(word));
+    CHECK(build::options_for(quality).builder == builder);
+    const double cost = built(mesh, builder).cost;
+    CHECK(cost < last);
+    last = cost;
+  }
+}
+
 TEST_CASE(
     "SAH costs beside Embree's medium quality: sah 5 %, hploc 15 %, lbvh 25 %; memory within 4 times the output") {
   std::printf("%-12s %8s %8s %8s %8s %8s %8s %8s %6s\n", "mesh", "sah", "lbvh", "ploc", "hploc", "low", "medium",

@@ -1,12 +1,10 @@
-// What a builder refuses, with what it says; progress and cancelling.
+// What a builder refuses, with what it says.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/steps/encode.h>
 #include <tests/oracle/meshes.h>
 
 #include <catch2/catch.hpp>
-
-#include <set>
 
 using namespace hiprt;
 using namespace hiprt::oracle;
@@ -122,37 +120,4 @@ TEST_CASE("more nodes and leaves than a 32-bit reference addresses are refused w
   REQUIRE_FALSE(refused.has_value());
   CHECK(refused.error().code == ErrorCode::kTooLarge);
   CHECK_THAT(refused.error().message, Contains("268435452 nodes and 3 leaves") && Contains("34359738304"));
-}
-
-TEST_CASE("progress rises to the end; a build stops where it is told to, whichever step it is in") {
-  const Mesh mesh = icosphere(6);
-  for (const build::Builder builder :
-       {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kPloc, build::Builder::kHploc,
-        build::Builder::kSbvh, build::Builder::kHq, build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh}) {
-    CAPTURE(build::name(builder));
-    double last = 0;
-    unsigned calls = 0;
-    std::set<std::string> steps;
-    const auto watch = [&](const build::Progress& progress) {
-      CHECK(progress.fraction >= last);
-      CHECK(progress.fraction <= 1);
-      last = progress.fraction;
-      steps.insert(progress.step);
-      ++calls;
-      return true;
-    };
-    REQUIRE(build::build(std::vector{mesh.view()}, {.builder = builder, .progress = watch}).has_value());
-    CHECK(calls > 0);
-    CHECK(last > 0.5);
-    for (unsigned stop = 1; stop <= calls; stop += 1 + calls / 8) {
-      unsigned seen = 0;
-      const auto result = build::build(std::vector{mesh.view()},
-                                       {.builder = builder, .progress = [&](const auto&) { return ++seen < stop; }});
-      // With fewer calls than in the first build there was nothing left to stop.
-      if (seen < stop) continue;
-      REQUIRE_FALSE(result.has_value());
-      CHECK(result.error().code == ErrorCode::kCancelled);
-      CHECK(seen == stop);
-    }
-  }
 }

@@ -19,6 +19,17 @@ TEST_CASE("a buffer is aligned and zero-filled") {
   }
 }
 
+TEST_CASE("a buffer whose bytes are not set yet is as large and aligned, and can be written to its end") {
+  for (const std::size_t size : {1u, 4097u, (2u << 20) + 1}) {
+    Buffer buffer = Buffer::uninitialized(size);
+    CHECK(buffer.size() == size);
+    CHECK(reinterpret_cast<std::uintptr_t>(buffer.bytes().data()) % hiprt::kBufferAlignment == 0);
+    std::fill(buffer.bytes().begin(), buffer.bytes().end(), std::byte{5});
+    CHECK(buffer.bytes().back() == std::byte{5});
+  }
+  CHECK(Buffer::uninitialized(0).bytes().empty());
+}
+
 TEST_CASE("empty buffers") {
   CHECK(Buffer().size() == 0);
   const Buffer none(0);

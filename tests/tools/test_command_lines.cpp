@@ -51,6 +51,8 @@ TEST_CASE("Command lines: bad usage is status 2 with one line that says what") {
   const Tool& build = kTools[0];
   check_usage_error(build, {"a.obj"}, "--output");
   check_usage_error(build, {"a.obj", "-o", "b", "--builder", "fast"}, "fast");
+  check_usage_error(build, {"a.obj", "-o", "b", "--quality", "best"}, "best");
+  check_usage_error(build, {"a.obj", "-o", "b", "--quality", "high", "--builder", "hq"}, "excludes");
   check_usage_error(build, {"a.obj", "-o", "b", "--nodes", "eighth"}, "eighth");
   check_usage_error(build, {"a.obj", "-o", "b", "--target", "toaster"}, "toaster");
   check_usage_error(build, {"a.obj", "-o", "b", "--threads", "-1"}, "--threads");

@@ -76,6 +76,7 @@ TEST_CASE("Exchange programs: bad usage is status 2, bad trees are status 1 and 
   check_quiet(run({kBvhBuild, mesh, "-o", bvh}));
   check_quiet(run({kBvhInfo, bvh, "--export", tree}));
   check_failure(folder, 2, {kBvhBuild, mesh, "-o", out, "--import", tree, "--builder", "sah"}, "--import");
+  check_failure(folder, 2, {kBvhBuild, mesh, "-o", out, "--import", tree, "--quality", "high"}, "--import");
   check_failure(folder, 2, {kBvhBuild, mesh, "-o", out, "--builder", "imported"}, "imported");
   check_failure(folder, 2, {kBvhInfo, bvh, "--export", tree, "--dump"}, "--dump");
   check_failure(folder, 1, {kBvhBuild, other, "-o", out, "--import", tree}, "tree.json: node ");

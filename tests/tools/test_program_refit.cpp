@@ -86,6 +86,7 @@ TEST_CASE("Programs: --refit goes with none of the options of a build") {
     CHECK_THAT(result.err, Contains(word));
   };
   misused({"--builder", "hq"}, "--builder");
+  misused({"--quality", "high"}, "--quality");
   misused({"--import", "tree.json"}, "--import");
   misused({"--nodes", "half"}, "--nodes");
   misused({"--no-pairs"}, "--no-pairs");

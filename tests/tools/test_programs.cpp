@@ -95,6 +95,25 @@ TEST_CASE("Programs: meshes to BVH to hits, with numbers that run over the geome
   CHECK(folder.names() == std::vector<std::string>{"high.obj", "low.obj", "r.hits", "r.rays", "s.bvh"});
 }
 
+TEST_CASE("Programs: --quality builds what its builder builds, and other options still count") {
+  const TempFolder folder;
+  const std::string obj = folder.write("a.obj", grid_obj(16)), bvh = folder / "s.bvh";
+  const auto report = [&](std::vector<std::string> choices) {
+    choices.insert(choices.begin(), {kBvhBuild, obj, "-o", bvh, "--json"});
+    json result = json_of(run(choices));
+    for (const char* key : {"seconds", "mtriangles_per_second", "peak_bytes"}) result.erase(key);
+    return result;
+  };
+  for (const auto& [word, builder] :
+       {std::pair("fast", "lbvh"), std::pair("balanced", "hploc"), std::pair("high", "hq")}) {
+    const json chosen = report({"--quality", word});
+    CHECK(chosen["builder"] == builder);
+    CHECK(chosen == report({"--builder", builder}));
+  }
+  CHECK(report({"--quality", "high", "--reinsertion-rounds", "0"}) ==
+        report({"--builder", "hq", "--reinsertion-rounds", "0"}));
+}
+
 TEST_CASE("Programs: every choice of bvhtrace gives the same hits; any-hit finds some") {
   const TempFolder folder;
   const std::string bvh = folder / "s.bvh", rays = folder / "r.rays", hits = folder / "r.hits";

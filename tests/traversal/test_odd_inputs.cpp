@@ -46,7 +46,157 @@ std::set<std::uint32_t> hit_primitives(const Scene& scene, const Mesh& mesh) {
   return result;
 }
 
+/// Rays from within @p size at inner points of triangles; their directions are about as long as 1, so that they have
+/// reciprocals. @return of those, how many hit.
+std::uint64_t compare_with_brute_force(const std::vector<Mesh>& meshes, double size, unsigned rays, Random& random) {
+  const std::vector<Scene> scenes = all_scenes(meshes);
+  require_valid(scenes);
+  Comparison comparison;
+  for (unsigned i = 0; i < rays; ++i) {
+    const Mesh& mesh = meshes[0];
+    const Corners c = corners(mesh, random.below(static_cast<std::uint32_t>(mesh.triangles.size())));
+    const double u = random.unit(), v = random.unit() * (1 - u);
+    const Position from = random.in_cube(size);
+    Double3 way{};
+    for (std::size_t k = 0; k < 3; ++k)
+      way[k] = c.p0[k] + u * (double{c.p1[k]} - c.p0[k]) + v * (double{c.p2[k]} - c.p0[k]) - from[k];
+    const double longest = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
+    const int exponent = longest > 0 ? -std::ilogb(longest) : 0;
+    const Vec3 direction(static_cast<float>(std::ldexp(way[0], exponent)),
+                         static_cast<float>(std::ldexp(way[1], exponent)),
+                         static_cast<float>(std::ldexp(way[2], exponent)));
+    const Ray ray{vec3(from), 0, direction, std::numeric_limits<float>::max(), 0xffffffffu};
+    const Hit hit = default_tracer().closest(scenes[0], ray);
+    INFO(describe(ray));
+    REQUIRE(find_difference(scenes, ray, hit) == "");
+    compare(meshes, ray, hit, kBounds, comparison);
+    INFO(comparison.first_unexplained);
+    REQUIRE(comparison.unexplained == 0);
+  }
+  return comparison.hits;
+}
+
+/// The triangles that a builder keeps of a finite mesh.
+Mesh without_degenerate(Mesh mesh) {
+  std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    const Position &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
+    return a == b || b == c || c == a;
+  });
+  return mesh;
+}
+
+/// A mesh that every builder must build to a valid file with one leaf per triangle and part.
+void require_buildable(const Mesh& mesh) {
+  for (const auto& [word, builder] : tools::kBuilders) {
+    CAPTURE(word);
+    const Scene scene = make_scene({mesh}, {.builder = builder});
+    const auto summary = validate(scene.view.bytes);
+    INFO((summary ? "" : to_string(summary.error())));
+    REQUIRE(summary.has_value());
+    REQUIRE(scene.view.header->stack_bound <= stack_capacity());
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) REQUIRE(scene.view.primitive_map[i] != kInvalidId);
+  }
+}
+
 }  // namespace
+
+TEST_CASE("coordinates from 2^-100 to 2^60: valid trees, and the hits of brute force", "[odd]") {
+  const std::uint64_t seed = GENERATE(11u, 12u);
+  INFO("seed " << seed);
+  Random random(seed);
+  for (const int exponent : {-99, -60, 0, 30, 59}) {
+    CAPTURE(exponent);
+    const double scale = std::ldexp(0.5, exponent);
+    const Mesh mesh = placed(soup(60, 0.5, random.bits()), scale);
+    CHECK(compare_with_brute_force({mesh}, 0.5 * scale, 100, random) > 50);
+  }
+}
+
+TEST_CASE("smaller and larger coordinates, where rays may miss (ray.h): valid trees with all triangles", "[odd]") {
+  const std::uint64_t seed = 13;
+  INFO("seed " << seed);
+  Random random(seed);
+  for (const int exponent : {-148, -142, -126, -110, 63, 64, 90, 126, 127}) {
+    CAPTURE(exponent);
+    // Of denormal corners two can be one.
+    const Mesh mesh = without_degenerate(placed(soup(200, 0.5, random.bits()), std::ldexp(0.6, exponent)));
+    require_buildable(mesh);
+    for (const Scene& scene : all_scenes({mesh}))
+      for (unsigned i = 0; i < 20; ++i) {
+        const Ray ray{vec3(random.in_cube(std::ldexp(0.5, exponent))), 0, vec3(random.in_cube(1)), kInfinity,
+                      0xffffffffu};
+        const Hit hit = default_tracer().closest(scene, ray);
+        CHECK((!hit.found() || hit.primitive < mesh.triangles.size()));
+      }
+  }
+}
+
+TEST_CASE("triangles of all sizes in one mesh: valid trees, and the hits of brute force", "[odd]") {
+  const std::uint64_t seed = GENERATE(21u, 22u);
+  INFO("seed " << seed);
+  Random random(seed);
+  Mesh mesh;
+  for (int exponent = -120; exponent <= 60; exponent += 3)
+    append(mesh, placed(soup(2, 1.0, random.bits()), std::ldexp(1.0, exponent)));
+  for (const int size : {-90, -30, 0, 30}) {
+    CAPTURE(size);
+    CHECK(compare_with_brute_force({mesh}, std::ldexp(1.0, size), 60, random) > 20);
+  }
+}
+
+TEST_CASE("the largest floats: areas are infinite or no numbers, trees are valid and have all triangles", "[odd]") {
+  constexpr float kMost = std::numeric_limits<float>::max();
+  const std::uint64_t seed = GENERATE(31u, 32u, 33u);
+  INFO("seed " << seed);
+  Random random(seed);
+  const auto coordinate = [&] {
+    const float values[] = {kMost, -kMost, 0.5f * kMost, 0.0f, 1.0f, -1.0f, std::numeric_limits<float>::denorm_min()};
+    return values[random.below(std::size(values))];
+  };
+  const auto corner = [&] { return Position{coordinate(), coordinate(), coordinate()}; };
+  Mesh mesh, flat;
+  for (unsigned i = 0; i < 300; ++i) {
+    append(mesh, corner(), corner(), corner());
+    append(flat, Position{coordinate(), 0, 0}, Position{coordinate(), coordinate(), 0}, Position{0, coordinate(), 0});
+  }
+  for (const Mesh& each : {without_degenerate(mesh), without_degenerate(flat)}) {
+    REQUIRE(each.triangles.size() > 100);
+    require_buildable(each);
+    require_valid(all_scenes({each}));
+  }
+}
+
+TEST_CASE("triangles on one line, and in one row", "[odd]") {
+  const std::uint64_t seed = 41;
+  INFO("seed " << seed);
+  Random random(seed);
+  for (const Position& along : {Position{1, 0, 0}, Position{0, 1, 1}, Position{1, 2, 3}}) {
+    const auto at = [&](float x) { return Position{x * along[0], x * along[1], x * along[2]}; };
+    Mesh line, row;
+    for (unsigned i = 0; i < 300; ++i) {
+      append(line, at(random.uniform_float(-9, 9)), at(random.uniform_float(-9, 9)), at(random.uniform_float(-9, 9)));
+      const Position middle = at(static_cast<float>(i) / 8), size = random.in_cube(0.5);
+      append(row, {middle[0] - size[0], middle[1] - size[1], middle[2] - size[2]},
+             {middle[0] + size[0], middle[1] + size[1], middle[2] + size[2]},
+             {middle[0] + size[1], middle[1] + size[2], middle[2] + size[0]});
+    }
+    const std::vector<Scene> scenes = all_scenes({line});
+    require_valid(scenes);
+    for (unsigned i = 0; i < 100; ++i) {
+      const Position from = random.in_cube(1), to = at(random.uniform_float(-9, 9));
+      const Ray ray{vec3(from), 0, vec3(to) - vec3(from), kInfinity, 0xffffffffu};
+      REQUIRE(find_difference(scenes, ray, default_tracer().closest(scenes[0], ray)) == "");
+    }
+    CHECK(compare_with_brute_force({row}, 20, 60, random) > 40);
+  }
+}
+
+TEST_CASE("every builder: sizes at the borders of tasks and chunks", "[odd]") {
+  for (const unsigned count : {1023u, 1025u, 2047u, 2049u, 4095u, 4097u, 8191u, 8192u, 8193u, 65535u, 65536u, 65537u}) {
+    CAPTURE(count);
+    require_buildable(soup(count, 0.01, count));
+  }
+}
 
 TEST_CASE("no geometry and empty geometries: every ray misses", "[odd]") {
   for (const std::vector<Mesh>& meshes :

@@ -1,0 +1,28 @@
+"""What scripts that turn JSON into files share."""
+
+import argparse
+import os
+import tempfile
+
+from .json_file import InputError
+
+
+class Parser(argparse.ArgumentParser):
+    def error(self, message):
+        self.exit(2, f"{self.prog}: {message} (see --help)\n")
+
+
+def write_together(name, folder, write):
+    """Whatever write(FOLDER) makes there goes to the folder when all of it is made. name: the script's."""
+    try:
+        os.makedirs(folder, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=folder) as work:
+            write(work)
+            names = sorted(os.listdir(work))
+            for name in names:
+                if os.path.isdir(os.path.join(folder, name)):
+                    raise InputError(f"{os.path.join(folder, name)}: cannot be written: a folder has that name")
+            for name in names:
+                os.replace(os.path.join(work, name), os.path.join(folder, name))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror}") from error
