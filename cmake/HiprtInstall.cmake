@@ -15,7 +15,11 @@ if(HIPRT_BUILD_LIBRARY)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/gpu
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT build FILES_MATCHING PATTERN "*.h")
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/cmake/hip_nvidia DESTINATION ${hiprt_cmake_dir} COMPONENT build)
-  install(TARGETS hiprt_build hiprt_build_static EXPORT hiprtBuildTargets
+  set(hiprt_build_targets hiprt_build hiprt_build_static)
+  if(TARGET hiprt_build_gpu)
+    list(APPEND hiprt_build_targets hiprt_build_gpu)
+  endif()
+  install(TARGETS ${hiprt_build_targets} EXPORT hiprtBuildTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT build
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT build)
   install(EXPORT hiprtBuildTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT build)

@@ -2,12 +2,14 @@
 
 #include "cli.h"
 #include "exchange_json.h"
+#include "gpu_builder.h"
 #include "mesh_inputs.h"
 #include "names.h"
 #include "parallel.h"
 #include "progress.h"
 #include "refit_command.h"
 #include "report.h"
+#include "trace_device.h"
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/file.h>
@@ -34,6 +36,7 @@ constexpr ToolInfo kInfo{
     "warning says how many there are.",
     "  bvhbuild bunny.obj -o bunny.bvh\n"
     "  bvhbuild room.glb chair.ply -o scene.bvh --quality high --stats\n"
+    "  bvhbuild city.ply -o city.bvh --device gpu --builder lbvh\n"
     "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"
     "  bvhbuild bunny.obj -o mine.bvh --import tree.json\n"
     "  bvhbuild frame1.bvh --refit frame2.obj -o frame2.bvh\n"};
@@ -41,12 +44,13 @@ constexpr ToolInfo kInfo{
 struct Options {
   std::vector<std::string> inputs, moved;
   std::string output;
-  std::string builder = build::name(build::BuildOptions{}.builder), quality, nodes = "auto", target = "cpu";
+  std::string builder = build::name(build::BuildOptions{}.builder), quality, nodes = "auto", target = "cpu",
+              device = "cpu";
   unsigned ploc_radius = build::BuildOptions{}.ploc_radius;
   std::optional<unsigned> rounds;
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
   double split_budget = build::BuildOptions{}.split_budget;
-  bool no_pairs = false, stats = false;
+  bool no_pairs = false, stats = false, builder_given = false;
   std::string imported;  ///< Empty: none.
 };
 
@@ -84,6 +88,12 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kTargetLayouts)))
       ->type_name("NAME")
       ->capture_default_str();
+  app.add_option("--device", options.device,
+                 "What builds. gpu: lbvh, lbvh30 and hploc (the default there); pairs are looked for among neighbours "
+                 "only, so the tree is a little larger. auto: the GPU if there is one and it has the builder")
+      ->check(CLI::IsMember(words(kDeviceChoices)))
+      ->type_name("NAME")
+      ->capture_default_str();
   add_threads_option(app, options.threads);
   app.add_option("--max-leaf", options.max_leaf, "Most triangles below one leaf reference, 1 to 64")
       ->check(CLI::Range(1u, 64u))
@@ -117,10 +127,11 @@ void add_refit_option(CLI::App& app, Options& options) {
                      "geometry, in their order. Says whether a rebuild is advised")
           ->allow_extra_args(false)
           ->type_name("MESH");
-  for (const char* name : {"--builder", "--quality", "--import", "--nodes", "--target", "--max-leaf", "--split-budget",
-                           "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats"})
+  for (const char* name : {"--builder", "--quality", "--import", "--nodes", "--target", "--device", "--max-leaf",
+                           "--split-budget", "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats"})
     refit->excludes(app.get_option(name));
-  app.callback([&options] {
+  app.callback([&app, &options] {
+    options.builder_given = app.get_option("--builder")->count() != 0;
     if (!options.moved.empty() && options.inputs.size() != 1)
       throw CLI::ValidationError("--refit takes one INPUT, a BVH file; there are " +
                                  std::to_string(options.inputs.size()));
@@ -179,7 +190,14 @@ double mtriangles_per_second(const build::BuildStatistics& s) {
   return s.total_seconds > 0 ? static_cast<double>(s.triangles) / s.total_seconds * 1e-6 : 0.0;
 }
 
-std::string report_text(const Options& options, const build::Bvh& bvh, const BufferView& view, Seconds seconds) {
+struct Built {
+  build::Bvh bvh;
+  build::Builder builder;  ///< That was asked for.
+  bool on_gpu;
+};
+
+std::string report_text(const Options& options, const Built& built, const BufferView& view, Seconds seconds) {
+  const build::Bvh& bvh = built.bvh;
   const build::BuildStatistics& s = bvh.statistics;
   Table table;
   table.row("file", options.output);
@@ -187,6 +205,7 @@ std::string report_text(const Options& options, const build::Bvh& bvh, const Buf
   add_bytes_per_primitive(table, view);
   table.row("layout", word_of(kLayouts, view.layout()));
   table.row("builder", build::name(s.builder));
+  table.row("device", built.on_gpu ? "gpu" : "cpu");
   table.row("geometries", std::to_string(view.geometries.size()));
   table.row("triangles", std::to_string(s.triangles));
   table.row("dropped", std::to_string(s.dropped_not_finite) + " not finite, " + std::to_string(s.dropped_degenerate) +
@@ -204,13 +223,15 @@ std::string report_text(const Options& options, const build::Bvh& bvh, const Buf
   return table.text();
 }
 
-nlohmann::json report_json(const Options& options, const build::Bvh& bvh, const BufferView& view, Seconds seconds) {
+nlohmann::json report_json(const Options& options, const Built& built, const BufferView& view, Seconds seconds) {
+  const build::Bvh& bvh = built.bvh;
   const build::BuildStatistics& s = bvh.statistics;
   return {{"file", options.output},
           {"bytes", bvh.buffer.size()},
           {"bytes_per_triangle", bytes_per_primitive(view)},
           {"layout", word_of(kLayouts, view.layout())},
           {"builder", build::name(s.builder)},
+          {"device", built.on_gpu ? "gpu" : "cpu"},
           {"geometries", view.geometries.size()},
           {"triangles", s.triangles},
           {"dropped", {{"not_finite", s.dropped_not_finite}, {"degenerate", s.dropped_degenerate}}},
@@ -238,29 +259,58 @@ build::Result<std::optional<build::ExchangeBvh>> read_tree(const Options& option
   return std::move(*tree);
 }
 
-build::Result<build::Bvh> build_bvh(const std::vector<Mesh>& meshes, const std::optional<build::ExchangeBvh>& tree,
-                                    const Options& options, ProgressBar& bar) {
+/// What only the CPU can do.
+bool needs_cpu(const build::BuildOptions& wanted, bool imported) {
+  const bool on_gpu = wanted.builder == build::Builder::kLbvh || wanted.builder == build::Builder::kLbvh30 ||
+                      wanted.builder == build::Builder::kHploc;
+  return imported || !on_gpu || wanted.reinsertion_rounds.value_or(0) != 0;
+}
+
+/// The GPU's tree; nothing if the CPU is to build.
+build::Result<std::optional<build::Bvh>> try_gpu(std::span<const build::TriangleMesh> meshes, DeviceChoice choice,
+                                                 const build::BuildOptions& wanted, bool imported) {
+  if (choice == DeviceChoice::kCpu || (choice == DeviceChoice::kAuto && needs_cpu(wanted, imported)))
+    return std::nullopt;
+  if (needs_cpu(wanted, imported))
+    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
+                                       "a GPU builds lbvh, lbvh30 and hploc, without reinsertion rounds or an import"});
+  auto bvh = build_on_gpu(meshes, wanted);
+  if (bvh) return std::optional<build::Bvh>(std::move(*bvh));
+  if (choice == DeviceChoice::kAuto && bvh.error().code == build::ErrorCode::kNoDevice) return std::nullopt;
+  return tl::unexpected(build::Error{bvh.error().code, "GPU: " + bvh.error().message});
+}
+
+build::Result<Built> build_bvh(const std::vector<Mesh>& meshes, const std::optional<build::ExchangeBvh>& tree,
+                               const Options& options, ProgressBar& bar) {
   const std::vector<build::TriangleMesh> inputs = views(meshes);
   const std::string tool = tool_version(kInfo);
+  build::BuildOptions wanted = build_options(options, tool, bar);
+  const DeviceChoice device = value_of(kDeviceChoices, options.device);
+  const bool chosen = options.builder_given || !options.quality.empty();
+  if (device == DeviceChoice::kGpu && !chosen) wanted.builder = build::Builder::kHploc;
+  auto gpu = try_gpu(inputs, device, wanted, tree.has_value());
+  if (!gpu) return tl::unexpected(std::move(gpu.error()));
+  if (*gpu) return Built{std::move(**gpu), wanted.builder, true};
   const build::SceneInput scene{inputs, {}};
-  const build::BuildOptions wanted = build_options(options, tool, bar);
   auto bvh = tree ? build::import_tree(scene, *tree, wanted) : build::build(scene, wanted);
   bar.clear();
   if (interrupted()) return tl::unexpected(cancelled());
   if (!bvh && tree) bvh.error().message.insert(0, options.imported + ": ");
-  return bvh;
+  if (!bvh) return tl::unexpected(std::move(bvh.error()));
+  return Built{std::move(*bvh), tree ? build::Builder::kImported : wanted.builder, false};
 }
 
-build::Result<void> report(const Cli& cli, const Options& options, const build::Bvh& bvh, Seconds seconds) {
+build::Result<void> report(const Cli& cli, const Options& options, const Built& built, Seconds seconds) {
   if (!cli.json() && !options.stats) return {};
+  const build::Bvh& bvh = built.bvh;
   const auto view = open_buffer(bvh.buffer.bytes());
   if (!view)
     return tl::unexpected(
         build::Error{build::ErrorCode::kBackend, "the file that was built: " + to_string(view.error())});
   if (cli.json())
-    cli.print(report_json(options, bvh, *view, seconds));
+    cli.print(report_json(options, built, *view, seconds));
   else
-    std::cout << report_text(options, bvh, *view, seconds);
+    std::cout << report_text(options, built, *view, seconds);
   return {};
 }
 
@@ -278,18 +328,18 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   auto tree = read_tree(options, bar);
   if (!tree) return tl::unexpected(tree.error());
   seconds.read = watch.lap();
-  const auto bvh = build_bvh(*meshes, *tree, options, bar);
-  if (!bvh) return tl::unexpected(bvh.error());
+  const auto built = build_bvh(*meshes, *tree, options, bar);
+  if (!built) return tl::unexpected(built.error());
+  const build::Bvh& bvh = built->bvh;
   meshes->clear();
-  warn_dropped(cli, bvh->statistics);
-  // A quality's builder is never Embree's.
-  if (const std::string used = build::name(bvh->statistics.builder);
-      !*tree && options.quality.empty() && used != options.builder)
-    cli.warn("Embree gave up on " + options.builder + ", the tree would be too deep; it is by " + used);
+  warn_dropped(cli, bvh.statistics);
+  if (const build::Builder used = bvh.statistics.builder; used != built->builder)
+    cli.warn(std::string(built->on_gpu ? "the GPU" : "Embree") + " gave up on " + build::name(built->builder) +
+             ", the tree would be too deep; it is by " + build::name(used));
   watch.lap();
-  if (auto written = build::write_file(options.output, bvh->buffer.bytes()); !written) return written;
+  if (auto written = build::write_file(options.output, bvh.buffer.bytes()); !written) return written;
   seconds.write = watch.lap();
-  return report(cli, options, *bvh, seconds);
+  return report(cli, options, *built, seconds);
 }
 
 }  // namespace

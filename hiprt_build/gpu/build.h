@@ -57,16 +57,20 @@ enum class BuildStatus : std::uint32_t {
   kTooLarge = 3,  ///< Layout quantized: a coordinate of 2^126 or more; the scene is empty.
 };
 
-/// What a build has made: in device memory, written when the stream passes the build.
+/// What a build has made: in device memory, written when the stream passes the build. Without padding, so that it can
+/// be copied as bytes.
 struct BuildReport {
   SceneView view{};  ///< For kernels that follow on the stream.
   BuildStatus status = BuildStatus::kOk;
   std::uint32_t nodes = 0, leaves = 0;  ///< Records.
+  std::uint32_t custom_leaves = 0;      ///< Of the leaves.
   std::uint32_t geometries = 0;
-  std::uint32_t pairs = 0;              ///< Leaves with two primitives.
+  std::uint32_t pairs = 0;  ///< Leaves with two primitives.
   std::uint32_t dropped_not_finite = 0, dropped_degenerate = 0, bad_indices = 0;
   build::Builder builder = build::Builder::kHploc;  ///< That made the tree: kLbvh where kHploc's was too deep.
 };
+
+static_assert(sizeof(BuildReport) == sizeof(SceneView) + 10 * sizeof(std::uint32_t));
 
 /// @return kInvalidInput or kTooLarge with the number and its limit, or the runtime's error.
 Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options = {});

@@ -232,6 +232,7 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   report.view.bounds = header.bounds;
   report.nodes = nodes;
   report.leaves = counts.leaves;
+  report.custom_leaves = counts.customs;
   report.geometries = plan.geometries;
   report.pairs = counts.pairs;
   report.dropped_not_finite = counts.fate[kNotFinite];

@@ -1,4 +1,4 @@
-/// A GPU whose architecture this build has no code for. Linked with a GpuTracer for gfx000 and sm_00.
+/// A GPU whose architecture this build has no code for. Linked with usable_device() for gfx000 and sm_00.
 
 #include <hiprt_build/build.h>
 #include <tools/trace_device.h>

@@ -1,10 +1,11 @@
-/// bvhtrace and bvhrender on a GPU give the files that they give on the CPU.
+/// The tools on a GPU: bvhtrace and bvhrender give the files that they give on the CPU, bvhbuild a valid one.
 
 #include "run_command.h"
 #include "temp_folder.h"
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
+#include <hiprt_device/format/validate.h>
 #include <tests/gpu/random_scene.h>
 #include <tools/names.h>
 #include <tools/rays_file.h>
@@ -51,6 +52,34 @@ json run_well(std::vector<std::string> arguments) {
 }
 
 }  // namespace
+
+TEST_CASE("bvhbuild: a GPU builds what its words say; auto is the GPU for its builders and the CPU for others") {
+  const TempFolder folder;
+  std::string text;
+  for (int i = 0; i < 40; ++i)
+    text += "v " + std::to_string(i) + " 0 0\nv " + std::to_string(i) + " 1 " + std::to_string(i % 3) + "\n";
+  for (int i = 1; i < 78; ++i)
+    text += "f " + std::to_string(i) + " " + std::to_string(i + 1) + " " + std::to_string(i + 2) + "\n";
+  const std::string mesh = folder.write("strip.obj", text), file = folder / "a.bvh";
+  const auto build_with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {HIPRT_BVHBUILD, mesh, "-o", file});
+    const json report = run_well(more);
+    const auto bytes = build::map_file(file);
+    REQUIRE(bytes.has_value());
+    REQUIRE(validate(bytes->bytes()).has_value());
+    return report;
+  };
+  const json standard = build_with({"--device", "gpu"});
+  CHECK(standard["device"] == "gpu");
+  CHECK(standard["builder"] == "hploc");
+  CHECK(standard["triangles"] == 77);
+  CHECK(standard["pairs"] > 30);
+  CHECK(build_with({"--device", "gpu", "--builder", "lbvh", "--nodes", "quantized"})["layout"] == "quantized");
+  CHECK(build_with({"--device", "gpu", "--quality", "fast"})["builder"] == "lbvh");
+  CHECK(build_with({"--device", "auto", "--builder", "lbvh30"})["device"] == "gpu");
+  CHECK(build_with({"--device", "auto", "--builder", "sbvh"})["device"] == "cpu");
+  CHECK(build_with({})["device"] == "cpu");
+}
 
 TEST_CASE("bvhtrace: the hit file of a GPU is the CPU's, in every layout, for closest and any hit") {
   const TempFolder folder;

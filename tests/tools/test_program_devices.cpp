@@ -73,6 +73,31 @@ TEST_CASE("Programs: --device gpu uses the GPU, or says why not, fails and write
   }
 }
 
+TEST_CASE("bvhbuild: --device gpu builds there, or says why not, fails and writes nothing") {
+  const TempFolder folder;
+  const std::string mesh = folder.write("a.obj", grid_obj(8)), bvh = folder / "a.bvh";
+  const CommandResult result = run({kBvhBuild, mesh, "-o", bvh, "--device", "gpu", "--json"});
+  const bool used = result.status == 0;
+  CHECK(std::filesystem::exists(bvh) == used);
+  if (!used) {
+    CHECK(result.status == 1);
+    CHECK_THAT(result.err, Contains("GPU: "));
+  }
+  CHECK(json::parse(
+            run({kBvhBuild, mesh, "-o", bvh, "--device", "auto", "--builder", "hploc", "--json"}).out)["device"] ==
+        (used ? "gpu" : "cpu"));
+  CHECK(json::parse(run({kBvhBuild, mesh, "-o", bvh, "--json"}).out)["device"] == "cpu");
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--builder", "hq"}, std::vector<std::string>{"--reinsertion-rounds", "1"},
+        std::vector<std::string>{"--quality", "high"}}) {
+    std::vector<std::string> arguments{kBvhBuild, mesh, "-o", bvh, "--device", "gpu"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const CommandResult refused = run(arguments);
+    CHECK(refused.status == 1);
+    CHECK_THAT(refused.err, Contains("a GPU builds lbvh, lbvh30 and hploc"));
+  }
+}
+
 TEST_CASE("Programs: an unknown device is bad usage") {
   const TempFolder folder;
   for (const Case& test : cases(folder)) {
