@@ -226,5 +226,6 @@ function(hiprt_gpu_objects target)
     target_sources(${target} PRIVATE ${stem}.o)
     set_source_files_properties(${stem}.o PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
   endforeach()
-  target_link_libraries(${target} PRIVATE hiprt::gpu)
+  # Not for who uses the target from where it is installed.
+  target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:hiprt::gpu>)
 endfunction()

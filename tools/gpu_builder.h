@@ -11,7 +11,6 @@ namespace hiprt::tools {
 /// CPU's. The tree differs from the CPU's by its pairs, which are looked for among neighbours only.
 /// @return kNoDevice if this build has no GPU code or there is no GPU that it has code for; the errors of
 /// gpu::build_scene() otherwise.
-build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> meshes,
-                                       const build::BuildOptions& options);
+build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> meshes, const build::BuildOptions& options);
 
 }  // namespace hiprt::tools
