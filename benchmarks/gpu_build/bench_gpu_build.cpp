@@ -206,9 +206,10 @@ struct Ribbons {
   Ribbons(std::uint32_t count, std::uint32_t triangles) {
     for (std::uint32_t i = 0; i < count; ++i) {
       const auto begin = static_cast<std::uint32_t>(mesh.positions.size());
+      const std::uint32_t column = i % 1000, row = i / 1000;
       for (std::uint32_t k = 0; k < triangles + 2; ++k)
-        mesh.positions.push_back({static_cast<float>(i % 1000) + 0.3f * std::sin(0.1f * static_cast<float>(k)),
-                                  static_cast<float>(i / 1000) + 0.3f * std::cos(0.07f * static_cast<float>(k)),
+        mesh.positions.push_back({static_cast<float>(column) + 0.3f * std::sin(0.1f * static_cast<float>(k)),
+                                  static_cast<float>(row) + 0.3f * std::cos(0.07f * static_cast<float>(k)),
                                   0.01f * static_cast<float>(k + 5 * (k & 1u))});
       for (std::uint32_t k = 0; k < triangles; ++k)
         mesh.triangles.push_back({begin + k, begin + k + 1 + (k & 1u), begin + k + 2 - (k & 1u)});

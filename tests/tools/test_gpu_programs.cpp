@@ -63,7 +63,7 @@ TEST_CASE("bvhbuild: a GPU builds what its words say; auto is the GPU for its bu
   const std::string mesh = folder.write("strip.obj", text), file = folder / "a.bvh";
   const auto build_with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), {HIPRT_BVHBUILD, mesh, "-o", file});
-    const json report = run_well(more);
+    json report = run_well(more);
     const auto bytes = build::map_file(file);
     REQUIRE(bytes.has_value());
     REQUIRE(validate(bytes->bytes()).has_value());
