@@ -265,16 +265,4 @@ template <class Layout> __global__ void widen_bounds(RefitFile<Layout> file, Bui
   report->view.bounds = box;
 }
 
-/// Nodes whose children move by so many bytes: for a file whose gaps are closed.
-template <class Node>
-__global__ void __launch_bounds__(kBlock)
-    move_nodes(const Node* from, Node* to, std::uint32_t count, std::uint64_t leaves_from, std::uint32_t leaves_back) {
-  const std::uint32_t i = thread_index();
-  if (i >= count) return;
-  Node node = from[i];
-  for (unsigned c = 0; c < kBranching; ++c)
-    if (node.child[c] != kInvalidRef && ref_offset(node.child[c]) >= leaves_from) node.child[c] -= leaves_back << 3;
-  to[i] = node;
-}
-
 }  // namespace hiprt::build::kernels
