@@ -12,10 +12,10 @@
 #include "trace_device.h"
 
 #include <hiprt_build/exchange.h>
+#include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/statistics.h>
 
-#include <chrono>
 #include <iostream>
 #include <optional>
 #include <system_error>
@@ -137,20 +137,6 @@ void add_refit_option(CLI::App& app, Options& options) {
                                  std::to_string(options.inputs.size()));
   });
 }
-
-class Stopwatch {
- public:
-  /// Seconds since the last call, or since the start.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 std::uint64_t peak_memory_bytes() {
   rusage usage{};
@@ -318,7 +304,7 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   const InterruptGuard guard;
   const ThreadLimit limit(options.threads);
   ProgressBar bar;
-  Stopwatch watch;
+  build::Stopwatch watch;
   Seconds seconds;
   std::vector<std::string> inputs = options.inputs;
   if (!options.imported.empty()) inputs.push_back(options.imported);

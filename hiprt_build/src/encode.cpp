@@ -3,10 +3,10 @@
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
 #include <hiprt_build/steps/wide_node.h>
+#include <hiprt_device/atomic.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/checksum.h>
 
-#include <atomic>
 #include <cstring>
 
 namespace hiprt::build {
@@ -84,7 +84,7 @@ template <class Layout> class Encoder {
     const PrimitiveGroup group = input_.grouped.groups[input_.tree.references[i].leaf];
     group.is_custom() ? write_custom_leaf(i, group) : write_triangle_leaf(i, group);
     for (std::uint32_t t = 0; t < (group.is_pair() ? 2u : 1u); ++t)
-      lower(map_[input_.soup.first[group.geometry] + group.primitive[t]], static_cast<std::uint32_t>(2 * i + t));
+      lower(&map_[input_.soup.first[group.geometry] + group.primitive[t]], static_cast<std::uint32_t>(2 * i + t));
   }
 
   void write_triangle_leaf(std::size_t i, const PrimitiveGroup& group) {
@@ -107,14 +107,6 @@ template <class Layout> class Encoder {
   static LeafInfo make_info(const PrimitiveGroup& group, std::uint32_t first_id, std::uint32_t second_id) {
     return LeafInfo{
         {group.primitive[0], group.primitive[1]}, group.geometry, first_id | (group.is_pair() ? second_id << 8 : 0u)};
-  }
-
-  /// value = min(value, candidate), whichever thread comes first.
-  static void lower(std::uint32_t& value, std::uint32_t candidate) {
-    std::atomic_ref<std::uint32_t> shared(value);
-    std::uint32_t there = shared.load(std::memory_order_relaxed);
-    while (candidate < there && !shared.compare_exchange_weak(there, candidate, std::memory_order_relaxed)) {
-    }
   }
 
   /// The run of leaves of a binary node.

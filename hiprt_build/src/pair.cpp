@@ -1,3 +1,4 @@
+#include <hiprt_build/steps/custom_pair.h>
 #include <hiprt_build/steps/edges.h>
 #include <hiprt_build/steps/pair.h>
 
@@ -107,13 +108,6 @@ struct ClassifyBoxStep {
 
   void operator()(std::size_t i) const { fate[i] = box_fate(boxes[i]); }
 };
-
-bool share_leaf(const Box& first, const Box& second) {
-  const Aabb a = to_aabb(first), b = to_aabb(second);
-  Aabb both = a;
-  both.add(b);
-  return half_area(both) <= kCustomPairArea * (half_area(a) + half_area(b));
-}
 
 /// Appends groups to a result.
 class Grouping {

@@ -2,6 +2,7 @@
 /// Pairs of triangles among 32 that lie next to each other in the index buffer: as pair.h pairs them, without looking
 /// further. Internal.
 
+#include <hiprt_build/steps/custom_pair.h>
 #include <hiprt_build/steps/soup_view.h>
 
 #include <bit>
@@ -11,8 +12,6 @@ namespace hiprt::build {
 inline constexpr unsigned kPairWindow = 32;
 /// Rounds of handshakes.
 inline constexpr unsigned kPairRounds = 4;
-/// As kCustomPairArea (pair.h).
-inline constexpr float kPairedBoxArea = 1.25f;
 
 /// What became of a primitive.
 struct PairedPrimitive {
@@ -185,16 +184,15 @@ template <class Group> struct PairWindow {
     return result;
   }
 
-  HIPRT_HD bool share_leaf(const GeometryView& customs, std::uint32_t first) const {
+  HIPRT_HD bool joins_next(const GeometryView& customs, std::uint32_t first) const {
     if (!pair || first + 1 >= customs.primitives) return false;
     const Box &a = customs.boxes[first], &b = customs.boxes[first + 1];
-    if (box_fate(a) != kKept || box_fate(b) != kKept) return false;
-    return half_area(unite(a, b)) <= kPairedBoxArea * (half_area(a) + half_area(b));
+    return box_fate(a) == kKept && box_fate(b) == kKept && share_leaf(a, b);
   }
   /// 2 i and 2 i + 1, if both are in the window.
   HIPRT_HD PackedGroup make_custom(const GeometryView& customs, std::uint32_t i, bool next_here, bool last_here) const {
-    if (i % 2 == 1 && last_here && share_leaf(customs, i - 1)) return PackedGroup::none();
-    const bool paired = i % 2 == 0 && next_here && share_leaf(customs, i);
+    if (i % 2 == 1 && last_here && joins_next(customs, i - 1)) return PackedGroup::none();
+    const bool paired = i % 2 == 0 && next_here && joins_next(customs, i);
     return PackedGroup::make(paired ? 1 : 0, PackedGroup::kCustom, 0);
   }
 };

@@ -2,7 +2,7 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_build/steps/pair.h>
+#include <hiprt_build/steps/custom_pair.h>
 #include <hiprt_device/format/validate.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
