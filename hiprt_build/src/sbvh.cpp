@@ -1,6 +1,7 @@
 #include <hiprt_build/builders/sbvh.h>
 
 #include <hiprt_build/steps/flatten.h>
+#include <hiprt_build/steps/geometry.h>
 #include <hiprt_build/steps/references.h>
 #include <hiprt_build/steps/sah_reduce.h>
 #include <hiprt_build/steps/spatial_bins.h>
@@ -118,8 +119,8 @@ class SbvhBuilder {
     const std::size_t swept = sweep_split(all), left_count = swept == 0 ? all.size() / 2 : swept;
     Aabb left, right;
     for (std::size_t i = 0; i < all.size(); ++i) (i < left_count ? left : right).add(all[i].box());
-    const float cost = half_area(left) * static_cast<float>(left_count) +
-                       half_area(right) * static_cast<float>(all.size() - left_count);
+    const float cost = side_cost(left, static_cast<std::uint32_t>(left_count)) +
+                       side_cost(right, static_cast<std::uint32_t>(all.size() - left_count));
     if (const auto halves = cut_space(range, bounds.box, left, right, cost)) return *halves;
     return place(range, left_count);
   }
@@ -158,7 +159,8 @@ class SbvhBuilder {
           std::size_t added = 0;
           for (const Reference& r : part) {
             if (++added % kSlabChunk == 0) engine_.monitor().check();
-            so_far.add(soup_, groups_[r.leaf], r, planes);
+            const PrimitiveGroup& group = groups_[r.leaf];
+            so_far.add(leaf_corners(soup_, group), group.is_pair(), r.box(), planes);
           }
           return so_far;
         },
@@ -196,28 +198,21 @@ class SbvhBuilder {
     return Halves{{range.begin, left_end, right_at}, {right_at, right_at + right_count, range.limit}};
   }
 
-  /// Both parts of a reference that crosses the plane, or all of it on one side where that is cheaper ("reference
-  /// unsplitting", section 4.4); the other side is empty then, and the split counts one reference less there.
+  /// Both parts of a reference that crosses the plane, or all of it on one side; the other side is empty then, and the
+  /// split counts one reference less there.
   SplitBounds parts_of(const Reference& r, SpatialSplit& split) const {
     const Aabb whole = r.box();
-    Aabb larger_left = split.left, larger_right = split.right;
-    larger_left.add(whole);
-    larger_right.add(whole);
-    const auto cost = [](const Aabb& left, std::uint32_t left_count, const Aabb& right, std::uint32_t right_count) {
-      return half_area(left) * static_cast<float>(left_count) + half_area(right) * static_cast<float>(right_count);
-    };
-    const float both = cost(split.left, split.left_count, split.right, split.right_count);
-    const float only_left = cost(larger_left, split.left_count, split.right, split.right_count - 1);
-    const float only_right = cost(split.left, split.left_count - 1, larger_right, split.right_count);
-    if (only_left < both && only_left <= only_right) {
-      split.left = larger_left;
-      --split.right_count;
-      return SplitBounds{whole, Aabb{}};
-    }
-    if (only_right < both) {
-      split.right = larger_right;
-      --split.left_count;
-      return SplitBounds{Aabb{}, whole};
+    switch (cheapest_side(split, whole)) {
+      case CutSide::kLeft:
+        split.left.add(whole);
+        --split.right_count;
+        return SplitBounds{whole, Aabb{}};
+      case CutSide::kRight:
+        split.right.add(whole);
+        --split.left_count;
+        return SplitBounds{Aabb{}, whole};
+      case CutSide::kBoth:
+        break;
     }
     return split_bounds(soup_, groups_[r.leaf], whole, split.axis, split.plane);
   }

@@ -1,23 +1,47 @@
 #pragma once
-/// Axis-aligned boxes in vector registers, for the builder's inner loops. Internal.
+/// Axis-aligned boxes in vector registers, for the builders' inner loops. Internal.
 
 #include <hiprt_device/format/node.h>
 
-#include <cstring>
 #include <limits>
 
 namespace hiprt::build {
 
+#if defined(__CUDACC__)
+/// nvcc has no vector type: its translation units have boxes of their own.
+inline namespace cuda_vectors {
+
+struct alignas(16) Float4 {
+  float v[4];
+
+  HIPRT_HD HIPRT_INLINE float& operator[](int i) { return v[i]; }
+  HIPRT_HD HIPRT_INLINE float operator[](int i) const { return v[i]; }
+};
+HIPRT_HD HIPRT_INLINE Float4 operator+(Float4 a, Float4 b) {
+  return Float4{{a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]}};
+}
+HIPRT_HD HIPRT_INLINE Float4 operator-(Float4 a, Float4 b) {
+  return Float4{{a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]}};
+}
+HIPRT_HD HIPRT_INLINE Float4 operator*(Float4 a, Float4 b) {
+  return Float4{{a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]}};
+}
+HIPRT_HD HIPRT_INLINE Float4 operator*(float a, Float4 b) { return Float4{{a, a, a, a}} * b; }
+HIPRT_HD HIPRT_INLINE Float4 min4(Float4 a, Float4 b) {
+  for (int i = 0; i < 4; ++i) a[i] = a[i] < b[i] ? a[i] : b[i];
+  return a;
+}
+HIPRT_HD HIPRT_INLINE Float4 max4(Float4 a, Float4 b) {
+  for (int i = 0; i < 4; ++i) a[i] = a[i] > b[i] ? a[i] : b[i];
+  return a;
+}
+#else
 /// Four floats in the compilers' vector type; the fourth is ignored.
 typedef float Float4 __attribute__((vector_size(16)));
 
-inline Float4 load4(const float* p) {
-  Float4 result;
-  std::memcpy(&result, p, sizeof(result));
-  return result;
-}
-inline Float4 min4(Float4 a, Float4 b) { return a < b ? a : b; }
-inline Float4 max4(Float4 a, Float4 b) { return a > b ? a : b; }
+HIPRT_HD HIPRT_INLINE Float4 min4(Float4 a, Float4 b) { return a < b ? a : b; }
+HIPRT_HD HIPRT_INLINE Float4 max4(Float4 a, Float4 b) { return a > b ? a : b; }
+#endif
 
 struct Aabb {
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -25,24 +49,32 @@ struct Aabb {
   Float4 min = {kInfinity, kInfinity, kInfinity, kInfinity};
   Float4 max = {-kInfinity, -kInfinity, -kInfinity, -kInfinity};
 
-  void add(const Aabb& other) {
+  HIPRT_HD HIPRT_INLINE void add(const Aabb& other) {
     min = min4(min, other.min);
     max = max4(max, other.max);
   }
-  void add(Float4 point) {
+  HIPRT_HD HIPRT_INLINE void add(Float4 point) {
     min = min4(min, point);
     max = max4(max, point);
   }
-  bool empty() const { return !(min[0] <= max[0]); }
+  HIPRT_HD HIPRT_INLINE bool empty() const { return !(min[0] <= max[0]); }
 };
 
+#if defined(__CUDACC__)
+}  // namespace cuda_vectors
+#endif
+
 /// Half the surface area; 0 for the empty box. Halved edges keep sums of areas finite up to coordinates of 2^62.
-inline float half_area(const Aabb& box) {
+HIPRT_HD HIPRT_INLINE float half_area(const Aabb& box) {
   const Float4 d = box.max - box.min;
   return box.empty() ? 0.0f : d[0] * (d[1] + d[2]) + d[1] * d[2];
 }
 
-inline Box to_box(const Aabb& box) {
+HIPRT_HD HIPRT_INLINE Aabb to_aabb(const Box& box) {
+  return Aabb{Float4{box.min[0], box.min[1], box.min[2], 0.0f}, Float4{box.max[0], box.max[1], box.max[2], 0.0f}};
+}
+
+HIPRT_HD HIPRT_INLINE Box to_box(const Aabb& box) {
   return Box{{box.min[0], box.min[1], box.min[2]}, {box.max[0], box.max[1], box.max[2]}};
 }
 

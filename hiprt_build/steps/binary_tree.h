@@ -5,8 +5,15 @@
 #include <hiprt_build/steps/aabb.h>
 
 #include <cstdint>
+#include <cstring>
 
 namespace hiprt::build {
+
+inline Float4 load4(const float* p) {
+  Float4 result;
+  std::memcpy(&result, p, sizeof(result));
+  return result;
+}
 
 /// A box that holds (a part of) a leaf's primitives. Laid out as RTCBuildPrimitive.
 struct alignas(32) Reference {

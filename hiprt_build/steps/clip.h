@@ -1,9 +1,11 @@
 #pragma once
 /// Bounds of the two parts of a leaf's triangles on either side of a plane. Internal.
 
-#include <hiprt_build/steps/geometry.h>
+#include <hiprt_build/steps/aabb.h>
+#include <hiprt_build/steps/corners.h>
 
-#include <cmath>
+#include <bit>
+#include <cstdint>
 
 namespace hiprt::build {
 
@@ -13,36 +15,46 @@ struct SplitBounds {
 
 namespace clip_detail {
 
+/// As std::nextafter(x, infinity).
+HIPRT_HD HIPRT_INLINE float next_above(float x) {
+  if (!(x < Aabb::kInfinity)) return x;
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  return std::bit_cast<float>(x == 0.0f ? 1u : x > 0.0f ? bits + 1 : bits - 1);
+}
+HIPRT_HD HIPRT_INLINE float next_below(float x) { return -next_above(-x); }
+
+HIPRT_HD HIPRT_INLINE Float4 to_float4(const Point& p) { return Float4{p.x[0], p.x[1], p.x[2], 0.0f}; }
+
 /// Adds the point of edge a b in the plane, rounded outwards on the other axes.
-inline void add_crossing(const Position& a, const Position& b, unsigned axis, float plane, SplitBounds& result) {
-  const double start = static_cast<double>(a[axis]);
-  const double part = (static_cast<double>(plane) - start) / (static_cast<double>(b[axis]) - start);
+HIPRT_HD HIPRT_INLINE void add_crossing(const Point& a, const Point& b, unsigned axis, float plane,
+                                        SplitBounds& result) {
+  const double start = static_cast<double>(a.x[axis]);
+  const double part = (static_cast<double>(plane) - start) / (static_cast<double>(b.x[axis]) - start);
   Float4 low{}, high{};
   for (unsigned k = 0; k < 3; ++k) {
-    const double from = static_cast<double>(a[k]), x = from + part * (static_cast<double>(b[k]) - from);
+    const double from = static_cast<double>(a.x[k]), x = from + part * (static_cast<double>(b.x[k]) - from);
     const float rounded = static_cast<float>(x);
-    low[k] = k == axis ? plane : std::nextafter(rounded, -Aabb::kInfinity);
-    high[k] = k == axis ? plane : std::nextafter(rounded, Aabb::kInfinity);
+    low[static_cast<int>(k)] = k == axis ? plane : next_below(rounded);
+    high[static_cast<int>(k)] = k == axis ? plane : next_above(rounded);
   }
-  for (Aabb* side : {&result.left, &result.right}) {
-    side->add(low);
-    side->add(high);
-  }
+  result.left.add(low);
+  result.left.add(high);
+  result.right.add(low);
+  result.right.add(high);
 }
 
-inline void add_triangle(const std::array<Position, 4>& v, const std::array<unsigned, 3>& corner, unsigned axis,
-                         float plane, SplitBounds& result) {
+HIPRT_HD HIPRT_INLINE void add_triangle(const Point (&v)[3], unsigned axis, float plane, SplitBounds& result) {
   for (unsigned k = 0; k < 3; ++k) {
-    const Position &a = v[corner[k]], &b = v[corner[(k + 1) % 3]];
-    if (a[axis] <= plane) result.left.add(to_float4(a));
-    if (a[axis] >= plane) result.right.add(to_float4(a));
-    if ((a[axis] < plane && b[axis] > plane) || (a[axis] > plane && b[axis] < plane))
+    const Point &a = v[k], &b = v[(k + 1) % 3];
+    if (a.x[axis] <= plane) result.left.add(to_float4(a));
+    if (a.x[axis] >= plane) result.right.add(to_float4(a));
+    if ((a.x[axis] < plane && b.x[axis] > plane) || (a.x[axis] > plane && b.x[axis] < plane))
       add_crossing(a, b, axis, plane, result);
   }
 }
 
 /// The common part; an axis without any keeps the limit's.
-inline Aabb intersect(Aabb box, const Aabb& limit) {
+HIPRT_HD HIPRT_INLINE Aabb intersect(Aabb box, const Aabb& limit) {
   box.min = max4(box.min, limit.min);
   box.max = min4(box.max, limit.max);
   for (int axis = 0; axis < 3; ++axis)
@@ -52,14 +64,14 @@ inline Aabb intersect(Aabb box, const Aabb& limit) {
 
 }  // namespace clip_detail
 
-/// @pre the group is of triangles.
-/// @param box bounds of the part of the group that is to be split: the results stay inside.
-inline SplitBounds split_bounds(const PrimitiveSoup& soup, const PrimitiveGroup& group, const Aabb& box, unsigned axis,
-                                float plane) {
-  const std::array<Position, 4> v = group.vertices(soup);
+/// @param pair whether there are two triangles.
+/// @param box bounds of the part of them that is to be split: the results stay inside.
+HIPRT_HD HIPRT_INLINE SplitBounds split_bounds(const LeafCorners& corners, bool pair, const Aabb& box, unsigned axis,
+                                               float plane) {
+  const Point(&v)[4] = corners.v;
   SplitBounds result;
-  clip_detail::add_triangle(v, {0, 1, 2}, axis, plane, result);
-  if (group.is_pair()) clip_detail::add_triangle(v, {1, 3, 2}, axis, plane, result);
+  clip_detail::add_triangle({v[0], v[1], v[2]}, axis, plane, result);
+  if (pair) clip_detail::add_triangle({v[1], v[3], v[2]}, axis, plane, result);
   result.left = clip_detail::intersect(result.left, box);
   result.right = clip_detail::intersect(result.right, box);
   return result;

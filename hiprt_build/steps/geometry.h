@@ -3,6 +3,7 @@
 
 #include <hiprt_build/input.h>
 #include <hiprt_build/steps/aabb.h>
+#include <hiprt_build/steps/clip.h>
 #include <hiprt_build/steps/fate.h>
 
 #include <algorithm>
@@ -55,10 +56,6 @@ inline Fate triangle_fate(const TriangleMesh& mesh, std::size_t triangle) {
 
 inline Float4 to_float4(const Position& p) { return Float4{p[0], p[1], p[2], 0.0f}; }
 
-inline Aabb to_aabb(const Box& box) {
-  return Aabb{Float4{box.min[0], box.min[1], box.min[2], 0.0f}, Float4{box.max[0], box.max[1], box.max[2], 0.0f}};
-}
-
 /// One leaf: a triangle, or two that share an edge, or one or two custom primitives. Numbers are within the geometry.
 /// Stored corner k of a triangle is the mesh's corner (k + rotation) % 3; the shared edge is v1 v2 (see LeafInfo).
 struct PrimitiveGroup {
@@ -90,5 +87,19 @@ struct PrimitiveGroup {
   }
 };
 static_assert(sizeof(PrimitiveGroup) == 12);
+
+/// @pre triangles.
+inline LeafCorners leaf_corners(const PrimitiveSoup& soup, const PrimitiveGroup& group) {
+  const std::array<Position, 4> v = group.vertices(soup);
+  LeafCorners corners;
+  for (unsigned k = 0; k < 4; ++k) corners.v[k] = Point{{v[k][0], v[k][1], v[k][2]}};
+  return corners;
+}
+
+/// @pre triangles.
+inline SplitBounds split_bounds(const PrimitiveSoup& soup, const PrimitiveGroup& group, const Aabb& box, unsigned axis,
+                                float plane) {
+  return split_bounds(leaf_corners(soup, group), group.is_pair(), box, axis, plane);
+}
 
 }  // namespace hiprt::build

@@ -10,18 +10,17 @@
 namespace hiprt::build {
 
 /// Half the centre of a box: halved again so that sums and extents stay finite for every finite box.
-inline Float4 split_position(const Aabb& box) { return 0.25f * box.min + 0.25f * box.max; }
+HIPRT_HD HIPRT_INLINE Float4 split_position(const Aabb& box) { return 0.25f * box.min + 0.25f * box.max; }
 
 /// Boxes of a range of references and of their split positions.
 struct RangeBounds {
   Aabb box, centers;
 
-  void add(const Reference& reference) {
-    const Aabb b = reference.box();
-    box.add(b);
-    centers.add(split_position(b));
+  HIPRT_HD HIPRT_INLINE void add(const Aabb& reference) {
+    box.add(reference);
+    centers.add(split_position(reference));
   }
-  void add(const RangeBounds& other) {
+  HIPRT_HD HIPRT_INLINE void add(const RangeBounds& other) {
     box.add(other.box);
     centers.add(other.centers);
   }
@@ -34,20 +33,29 @@ struct BinMapping {
   Float4 base, scale;
   int bins;
 
-  BinMapping(const Aabb& centers, std::size_t count)
-      : base(centers.min), bins(static_cast<int>(std::min<std::size_t>(kMaxBins, 4 + count / 16))) {
+  HIPRT_HD HIPRT_INLINE BinMapping(const Aabb& centers, std::size_t count)
+      : base(centers.min), scale{}, bins(count < 16 * (kMaxBins - 4) ? static_cast<int>(4 + count / 16) : kMaxBins) {
     const Float4 extent = centers.max - centers.min;
-    for (int axis = 0; axis < 4; ++axis)
+    for (int axis = 0; axis < 3; ++axis)
       // Slightly less than bins / extent, so that the largest centre falls into the last bin.
       scale[axis] = extent[axis] > 0x1p-120f ? 0.99999f * static_cast<float>(bins) / extent[axis] : 0.0f;
   }
-  std::array<int, 3> operator()(const Aabb& box) const {
+  HIPRT_HD HIPRT_INLINE std::array<int, 3> operator()(const Aabb& box) const {
     const Float4 position = (split_position(box) - base) * scale;
-    const int last = bins - 1;
-    return {std::clamp(static_cast<int>(position[0]), 0, last), std::clamp(static_cast<int>(position[1]), 0, last),
-            std::clamp(static_cast<int>(position[2]), 0, last)};
+    return {within(position[0]), within(position[1]), within(position[2])};
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE int within(float position) const {
+    const int bin = static_cast<int>(position);
+    return bin < 0 ? 0 : bin < bins ? bin : bins - 1;
   }
 };
+
+/// What a side of a split costs: as Split::cost.
+HIPRT_HD HIPRT_INLINE float side_cost(const Aabb& box, std::uint32_t count) {
+  return half_area(box) * static_cast<float>(count);
+}
 
 /// Boxes and counts of the bins of all axes.
 struct Bins {
@@ -89,14 +97,14 @@ inline Split find_best_split(const Bins& bins, const BinMapping& mapping) {
     for (int i = mapping.bins - 1; i > 0; --i) {
       box.add(bins.box[axis][i]);
       count += bins.count[axis][i];
-      right_cost[i] = count == 0 ? -1.0f : half_area(box) * static_cast<float>(count);
+      right_cost[i] = count == 0 ? -1.0f : side_cost(box, count);
     }
     box = Aabb{};
     count = 0;
     for (int i = 1; i < mapping.bins; ++i) {
       box.add(bins.box[axis][i - 1]);
       count += bins.count[axis][i - 1];
-      const float cost = half_area(box) * static_cast<float>(count) + right_cost[i];
+      const float cost = side_cost(box, count) + right_cost[i];
       if (count == 0 || right_cost[i] < 0.0f || !(cost < best.cost)) continue;
       best = Split{cost, axis, i};
     }

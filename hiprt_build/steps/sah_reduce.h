@@ -31,7 +31,7 @@ inline RangeBounds bound_references(CpuEngine& engine, std::span<const Reference
   return reduce_references(
       engine, references, RangeBounds{},
       [](std::span<const Reference> part, RangeBounds bounds) {
-        for (const Reference& reference : part) bounds.add(reference);
+        for (const Reference& reference : part) bounds.add(reference.box());
         return bounds;
       },
       [](RangeBounds a, const RangeBounds& b) {

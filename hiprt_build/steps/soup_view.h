@@ -2,7 +2,7 @@
 /// The geometries of a build as kernels see them: one numbering of primitives, and leaves of one or two of them. (The
 /// host's is geometry.h.) Internal.
 
-#include <hiprt_build/steps/box.h>
+#include <hiprt_build/steps/corners.h>
 #include <hiprt_build/steps/fate.h>
 
 #include <array>
@@ -24,10 +24,6 @@ struct GeometryView {
   HIPRT_HD bool is_custom() const { return boxes != nullptr; }
 };
 
-struct Point {
-  float x[3];
-};
-
 struct SoupView {
   const GeometryView* geometries;
   std::uint32_t count;
@@ -47,13 +43,6 @@ struct SoupView {
 HIPRT_HD HIPRT_INLINE Point corner(const GeometryView& mesh, std::uint32_t triangle, unsigned k) {
   const std::array<float, 3>& position = mesh.positions[mesh.triangles[triangle][k]];
   return Point{{position[0], position[1], position[2]}};
-}
-
-HIPRT_HD HIPRT_INLINE void grow(Box& box, const Point& point) {
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    box.min[axis] = point.x[axis] < box.min[axis] ? point.x[axis] : box.min[axis];
-    box.max[axis] = point.x[axis] > box.max[axis] ? point.x[axis] : box.max[axis];
-  }
 }
 
 struct TriangleCorners {
@@ -91,11 +80,6 @@ struct PackedGroup {
   HIPRT_HD std::uint32_t distance() const { return bits >> 4; }
   HIPRT_HD std::uint32_t rotation0() const { return bits & 3u; }
   HIPRT_HD std::uint32_t rotation1() const { return bits >> 2 & 3u; }
-};
-
-/// Corners v0, v1, v2, v3 of a leaf's triangles; v3 = v2 for a single one.
-struct LeafCorners {
-  Point v[4];
 };
 
 /// @param first the lower triangle, in its mesh.

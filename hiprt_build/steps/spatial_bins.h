@@ -13,7 +13,7 @@ inline constexpr int kSpatialBins = 16;
 struct SlabPlanes {
   float plane[3][kSpatialBins + 1];  ///< [i]: between slabs i - 1 and i; never decreasing.
 
-  explicit SlabPlanes(const Aabb& box) {
+  HIPRT_HD HIPRT_INLINE explicit SlabPlanes(const Aabb& box) : plane{} {
     for (int axis = 0; axis < 3; ++axis)
       for (int i = 0; i <= kSpatialBins; ++i) {
         const float share = static_cast<float>(i) / kSpatialBins;
@@ -21,17 +21,31 @@ struct SlabPlanes {
       }
   }
   /// The slab in which a reference that begins at @p x begins: of two it is the upper.
-  int first(float x, int axis) const {
+  HIPRT_HD HIPRT_INLINE int first(float x, int axis) const {
     return find(axis, [x](float p) { return p <= x; });
   }
   /// The slab in which one that ends at @p x ends: of two it is the lower.
-  int last(float x, int axis) const {
+  HIPRT_HD HIPRT_INLINE int last(float x, int axis) const {
     return find(axis, [x](float p) { return p < x; });
+  }
+  /// visit(slab, box of the part there) for the slabs of an axis that a reference is in, in their order.
+  /// @param whole its box.
+  template <class Visit>
+  HIPRT_HD HIPRT_INLINE void visit(const LeafCorners& corners, bool pair, const Aabb& whole, int axis,
+                                   Visit&& visit) const {
+    const int begin = first(whole.min[axis], axis), end = last(whole.max[axis], axis);
+    Aabb rest = whole;
+    for (int i = begin; i < end; ++i) {
+      const SplitBounds parts = split_bounds(corners, pair, rest, static_cast<unsigned>(axis), plane[axis][i + 1]);
+      visit(i, parts.left);
+      rest = parts.right;
+    }
+    visit(begin < end ? end : begin, rest);
   }
 
  private:
   /// The number of inner planes for which below() holds: those before the others.
-  template <class Below> int find(int axis, const Below& below) const {
+  template <class Below> HIPRT_HD HIPRT_INLINE int find(int axis, const Below& below) const {
     int low = 0, high = kSpatialBins - 1;
     while (low < high) {
       const int middle = (low + high + 1) / 2;
@@ -53,26 +67,38 @@ struct SpatialSplit {
   std::uint32_t left_count = 0, right_count = 0;  ///< Cut references count on both sides.
 };
 
+/// Where a reference that crosses a cut goes.
+enum class CutSide : std::uint8_t { kBoth, kLeft, kRight };
+
+/// All of it on one side where that is cheaper ("reference unsplitting", Stich et al. 2009, section 4.4).
+/// @param whole the reference's box.
+HIPRT_HD HIPRT_INLINE CutSide cheapest_side(const SpatialSplit& split, const Aabb& whole) {
+  Aabb larger_left = split.left, larger_right = split.right;
+  larger_left.add(whole);
+  larger_right.add(whole);
+  const float both = side_cost(split.left, split.left_count) + side_cost(split.right, split.right_count);
+  const float only_left = side_cost(larger_left, split.left_count) + side_cost(split.right, split.right_count - 1);
+  const float only_right = side_cost(split.left, split.left_count - 1) + side_cost(larger_right, split.right_count);
+  if (only_left < both && only_left <= only_right) return CutSide::kLeft;
+  return only_right < both ? CutSide::kRight : CutSide::kBoth;
+}
+
 /// Boxes of the parts of references in each slab, and how many references begin and end there.
 struct SpatialBins {
   Aabb box[3][kSpatialBins];
   std::uint32_t begin[3][kSpatialBins] = {}, end[3][kSpatialBins] = {};
 
-  void add(const PrimitiveSoup& soup, const PrimitiveGroup& group, const Reference& reference,
-           const SlabPlanes& planes) {
-    const Aabb whole = reference.box();
+  /// @param whole the reference's box.
+  void add(const LeafCorners& corners, bool pair, const Aabb& whole, const SlabPlanes& planes) {
     for (int axis = 0; axis < 3; ++axis) {
-      const int first = planes.first(whole.min[axis], axis), last = std::max(first, planes.last(whole.max[axis], axis));
+      int first = kSpatialBins, last = 0;
+      planes.visit(corners, pair, whole, axis, [&](int slab, const Aabb& part) {
+        box[axis][slab].add(part);
+        first = std::min(first, slab);
+        last = slab;
+      });
       ++begin[axis][first];
       ++end[axis][last];
-      Aabb rest = whole;
-      for (int i = first; i < last; ++i) {
-        const SplitBounds parts =
-            split_bounds(soup, group, rest, static_cast<unsigned>(axis), planes.plane[axis][i + 1]);
-        box[axis][i].add(parts.left);
-        rest = parts.right;
-      }
-      box[axis][last].add(rest);
     }
   }
   void add(const SpatialBins& other) {
@@ -104,8 +130,7 @@ struct SpatialBins {
         left.add(box[axis][i - 1]);
         count += begin[axis][i - 1];
         if (count == 0 || right_count[i] == 0 || count + right_count[i] > most) continue;
-        const float cost =
-            half_area(left) * static_cast<float>(count) + half_area(right_box[i]) * static_cast<float>(right_count[i]);
+        const float cost = side_cost(left, count) + side_cost(right_box[i], right_count[i]);
         if (!(cost < result.cost)) continue;
         result = SpatialSplit{
             cost, static_cast<unsigned>(axis), planes.plane[axis][i], left, right_box[i], count, right_count[i]};
