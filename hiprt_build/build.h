@@ -27,7 +27,7 @@ enum class Builder {
   kPloc,          ///< Locally-ordered clustering in rounds (Meister and Bittner 2018).
   kHploc,         ///< Clustering on the way up the Morton hierarchy (Benthin et al. 2024).
   kSbvh,          ///< kSah with spatial splits (Stich et al. 2009).
-  kHq,            ///< References cut beforehand (Karras and Aila 2013), kHploc, reinsertion (Meister and Bittner 2018).
+  kHq,            ///< What gives the fastest rays: kSbvh, then reinsertion (Meister and Bittner 2018).
   kEmbreeLow,     ///< rtcBuildBVH, RTC_BUILD_QUALITY_LOW (Morton order).
   kEmbreeMedium,  ///< rtcBuildBVH, RTC_BUILD_QUALITY_MEDIUM (binned SAH).
   kEmbreeHigh,    ///< rtcBuildBVH, RTC_BUILD_QUALITY_HIGH (binned SAH with spatial splits).
@@ -59,9 +59,12 @@ struct BuildOptions {
   /// 0, or more than there are: all that the process may use (the machine's, or what tbb::global_control says). The
   /// result does not depend on it (kSah).
   unsigned threads = 0;
-  /// 1 to 16, kSbvh, kHq and kEmbreeHigh: references that there may be of one, on average. More are faster rays
-  /// (kEmbreeHigh: up to 5 % on a GPU with 3) and larger files.
-  double split_budget = 1.5;
+  /// 1 to 16, kSbvh, kHq and kEmbreeHigh: references that there may be of one, on average, after cuts on the way down.
+  /// More are faster rays and larger files. Unset: 3 for kHq, 1.5 for the others.
+  std::optional<double> split_budget{};
+  /// 1 to 16: references that there may be of one, on average, after cuts before there is a tree (Karras and Aila
+  /// 2013). With kHploc and rounds of reinsertion a cheaper road to the quality of kSbvh: 1.2 to 1.5.
+  double presplit_budget = 1.0;
   /// 0 to 1000: rounds of reinsertion, each of an eighth of the tree's nodes. Unset: 32 for kHq, none for the others.
   std::optional<unsigned> reinsertion_rounds{};
   /// 1 to 128, kPloc: places along the Morton curve to either side in which a cluster looks for its nearest.

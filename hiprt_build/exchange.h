@@ -45,7 +45,7 @@ HIPRT_BUILD_API Result<void> validate(const ExchangeBvh& tree, const SceneInput&
 /// Hits never depend on the tree: boxes are made again from the primitives. A triangle in several leaves is cut between
 /// them by planes that separate their boxes, and is whole in one of them where there is no such plane, as custom
 /// primitives are. Where the tree is deeper than about 60 levels, subtrees are balanced instead.
-/// @param options builder and split_budget are ignored.
+/// @param options builder and budgets are ignored.
 /// @return the errors of validate() and build(). Statistics say Builder::kImported.
 HIPRT_BUILD_API Result<Bvh> import_tree(const SceneInput& scene, const ExchangeBvh& tree,
                                         const BuildOptions& options = {});

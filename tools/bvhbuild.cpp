@@ -49,7 +49,8 @@ struct Options {
   unsigned ploc_radius = build::BuildOptions{}.ploc_radius;
   std::optional<unsigned> rounds;
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
-  double split_budget = build::BuildOptions{}.split_budget;
+  double presplit_budget = build::BuildOptions{}.presplit_budget;
+  std::optional<double> split_budget;
   bool no_pairs = false, stats = false, builder_given = false;
   std::string imported;  ///< Empty: none.
 };
@@ -61,7 +62,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("-o,--output", options.output, "The BVH file to write")->required()->type_name("FILE");
   app.add_option(
          "--builder", options.builder,
-         "How the tree is built: lbvh is built fastest, hq has the lowest SAH cost; lbvh30 and ploc are there to "
+         "How the tree is built: lbvh is built fastest, hq gives the fastest rays; lbvh30 and ploc are there to "
          "compare with, embree-* are Embree's")
       ->check(CLI::IsMember(words(kBuilders)))
       ->type_name("NAME")
@@ -99,8 +100,15 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(1u, 64u))
       ->type_name("N")
       ->capture_default_str();
-  app.add_option("--split-budget", options.split_budget,
-                 "References that hq and embree-high may make of one by splitting, on average, 1 to 16")
+  app.add_option(
+         "--split-budget", options.split_budget,
+         "References that sbvh, hq and embree-high may make of one on the way down, on average, 1 to 16 (default: "
+         "3 for hq, 1.5 for the others)")
+      ->check(CLI::Range(1.0, 16.0))
+      ->type_name("X");
+  app.add_option("--presplit-budget", options.presplit_budget,
+                 "References that may be made of one by cuts before there is a tree, on average, 1 to 16. For hploc "
+                 "with rounds of reinsertion")
       ->check(CLI::Range(1.0, 16.0))
       ->type_name("X")
       ->capture_default_str();
@@ -127,8 +135,9 @@ void add_refit_option(CLI::App& app, Options& options) {
                      "geometry, in their order. Says whether a rebuild is advised")
           ->allow_extra_args(false)
           ->type_name("MESH");
-  for (const char* name : {"--builder", "--quality", "--import", "--nodes", "--target", "--device", "--max-leaf",
-                           "--split-budget", "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats"})
+  for (const char* name :
+       {"--builder", "--quality", "--import", "--nodes", "--target", "--device", "--max-leaf", "--split-budget",
+        "--presplit-budget", "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats"})
     refit->excludes(app.get_option(name));
   app.callback([&app, &options] {
     options.builder_given = app.get_option("--builder")->count() != 0;
@@ -155,7 +164,8 @@ build::BuildOptions build_options(const Options& options, const std::string& too
   result.nodes = options.nodes == "auto" ? value_of(kTargetLayouts, options.target) : value_of(kLayouts, options.nodes);
   result.threads = options.threads;
   result.max_leaf_triangles = options.max_leaf;
-  result.split_budget = options.split_budget;
+  result.presplit_budget = options.presplit_budget;
+  if (options.split_budget) result.split_budget = options.split_budget;
   result.ploc_radius = options.ploc_radius;
   if (options.rounds) result.reinsertion_rounds = options.rounds;
   result.pair_triangles = !options.no_pairs;

@@ -41,7 +41,8 @@ def read_tree(part):
         raise part.member("scene").fault(f"{tree['scene']!r} cannot be part of a file's name")
     builder = recorded(part.member("provenance").value, "builder")
     # The other builders do not split.
-    budget = recorded(part.value["provenance"], "options", "split_budget") if builder == "embree-high" else ""
+    splits = builder in {"sbvh", "hq", "embree-high"}
+    budget = recorded(part.value["provenance"], "options", "split_budget") if splits else ""
     return {**tree, "bytes_per_triangle": part.number("bytes_per_triangle"), "builder": builder, "split_budget": budget}
 
 

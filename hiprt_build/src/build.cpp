@@ -3,6 +3,7 @@
 #include <hiprt_build/builders/embree.h>
 #include <hiprt_build/builders/imported.h>
 #include <hiprt_build/builders/optimize.h>
+#include <hiprt_build/builders/presplit.h>
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/builders/sbvh.h>
 #include <hiprt_build/exec/run_cpu.h>
@@ -11,14 +12,16 @@
 #include <hiprt_build/src/check_input.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
-#include <hiprt_build/steps/presplit.h>
 #include <hiprt_build/steps/references.h>
 #include <hiprt_device/format/buffer.h>
 
 namespace hiprt::build {
 namespace {
 
-/// 64 lower the SAH cost of sponza by another 0.4 %, 256 no further (decision 0011).
+constexpr double kSplitBudget = 1.5;
+/// These trace fastest of all trees that were tried (decision 0013). Of the rounds, 64 lower the SAH cost of sponza by
+/// another 0.4 %, 256 no further (decision 0011).
+constexpr double kHqSplitBudget = 3.0;
 constexpr unsigned kHqRounds = 32;
 constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
 
@@ -26,8 +29,10 @@ Result<void> check_options(const BuildOptions& options) {
   if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
     return tl::unexpected(
         invalid("max_leaf_triangles is " + std::to_string(options.max_leaf_triangles) + ", allowed are 1 to 64"));
-  if (!(options.split_budget >= 1.0 && options.split_budget <= 16.0))
-    return tl::unexpected(invalid("split_budget is " + std::to_string(options.split_budget) + ", allowed are 1 to 16"));
+  for (const auto& [name, budget] : {std::pair("split_budget", options.split_budget.value_or(1.0)),
+                                     std::pair("presplit_budget", options.presplit_budget)})
+    if (!(budget >= 1.0 && budget <= 16.0))
+      return tl::unexpected(invalid(name + (" is " + std::to_string(budget)) + ", allowed are 1 to 16"));
   if (options.ploc_radius < 1 || options.ploc_radius > 128)
     return tl::unexpected(invalid("ploc_radius is " + std::to_string(options.ploc_radius) + ", allowed are 1 to 128"));
   if (options.reinsertion_rounds.value_or(0) > 1000)
@@ -58,14 +63,13 @@ ScratchArray<Reference> make_references(CpuEngine& engine, const PrimitiveSoup& 
 Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
                               const GroupedPrimitives& grouped, const BuildOptions& options) {
   auto references = make_references(engine, soup, grouped);
+  const double split_budget = grouped.custom_count == 0 ? *options.split_budget : 1.0;
+  if (grouped.custom_count == 0)
+    references = presplit(engine, soup, grouped.groups.span(), std::move(references), options.presplit_budget);
   switch (builder) {
     case Builder::kHq:
-      if (grouped.custom_count == 0)
-        references = presplit(engine, soup, grouped.groups.span(), std::move(references), options.split_budget);
-      return build_bottom_up(engine, Builder::kHploc, std::move(references), options.ploc_radius);
     case Builder::kSbvh:
-      return build_sbvh(engine, soup, grouped.groups.span(), std::move(references),
-                        grouped.custom_count == 0 ? options.split_budget : 1.0);
+      return build_sbvh(engine, soup, grouped.groups.span(), std::move(references), split_budget);
     case Builder::kSah:
       return build_sah(engine, std::move(references));
     case Builder::kLbvh:
@@ -74,7 +78,7 @@ Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const Primitiv
     case Builder::kHploc:
       return build_bottom_up(engine, builder, std::move(references), options.ploc_radius);
     default:
-      return build_embree(engine, builder, soup, grouped, std::move(references), options.split_budget);
+      return build_embree(engine, builder, soup, grouped, std::move(references), split_budget);
   }
 }
 
@@ -88,9 +92,12 @@ Result<BinaryTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const
   return build_tree(engine, builder, soup, grouped, options);
 }
 
-/// Of reinsertion.
-unsigned rounds_of(const BuildOptions& options, Builder builder) {
-  return options.reinsertion_rounds.value_or(builder == Builder::kHq ? kHqRounds : 0);
+/// With what the builder's name stands for where nothing else is said.
+BuildOptions complete(BuildOptions options) {
+  const bool hq = options.builder == Builder::kHq;
+  options.split_budget = options.split_budget.value_or(hq ? kHqSplitBudget : kSplitBudget);
+  options.reinsertion_rounds = options.reinsertion_rounds.value_or(hq ? kHqRounds : 0);
+  return options;
 }
 
 /// What is known once the primitives are grouped.
@@ -127,8 +134,7 @@ Result<Bvh> finish(CpuEngine& engine, const Job& job, const PrimitiveSoup& soup,
   statistics.collapse_seconds = watch.lap();
   Result<Buffer> buffer =
       encode(engine, {soup, grouped, tree, wide, options.nodes,
-                      make_provenance(engine.monitor(), job.scene, options, rounds_of(options, statistics.builder),
-                                      statistics, wide.cost())});
+                      make_provenance(engine.monitor(), job.scene, options, statistics, wide.cost())});
   if (!buffer) return tl::unexpected(buffer.error());
   const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;
   if (stack_bound > kMaxStackBound)
@@ -163,7 +169,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
           : build_imported(engine, *job.imported, checked, soup, grouped, make_references(engine, soup, grouped));
   if (!tree) return tl::unexpected(tree.error());
   checked = CheckedTree{};
-  tree = optimize(engine, std::move(*tree), rounds_of(options, statistics.builder));
+  tree = optimize(engine, std::move(*tree), *options.reinsertion_rounds);
   statistics.tree_seconds = watch.lap();
   Result<Bvh> bvh = finish(engine, job, soup, grouped, *tree, statistics);
   if (bvh) bvh->statistics.total_seconds = total.lap();
@@ -172,11 +178,12 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
 
 /// run() on the threads that are wanted, with errors for exceptions.
 Result<Bvh> run_guarded(const Job& job) {
-  const BuildOptions& options = job.options;
+  const BuildOptions options = complete(job.options);
+  const Job complete_job{job.scene, options, job.imported};
   if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
   if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
   return run_cpu("build", job.scene.meshes.size() + job.scene.customs.size(), options.threads, options.progress,
-                 [&](CpuEngine& engine) { return run(engine, job); });
+                 [&](CpuEngine& engine) { return run(engine, complete_job); });
 }
 
 }  // namespace
@@ -194,7 +201,8 @@ BuildOptions options_for(Quality quality) {
 }
 
 Result<Bvh> build_on(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
-  return run(engine, {scene, options, nullptr});
+  const BuildOptions all = complete(options);
+  return run(engine, {scene, all, nullptr});
 }
 
 Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options) {

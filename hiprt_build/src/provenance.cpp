@@ -48,7 +48,7 @@ std::optional<double> number(const nlohmann::json& document, const char* group, 
 
 }  // namespace
 
-std::string make_provenance(Monitor& monitor, const SceneInput& scene, const BuildOptions& options, unsigned rounds,
+std::string make_provenance(Monitor& monitor, const SceneInput& scene, const BuildOptions& options,
                             const BuildStatistics& statistics, double sah_cost) {
   using Json = nlohmann::ordered_json;
   Json geometries = Json::array();
@@ -68,8 +68,9 @@ std::string make_provenance(Monitor& monitor, const SceneInput& scene, const Bui
                          {"options",
                           {{"nodes", layout_name(options.nodes)},
                            {"max_leaf_triangles", options.max_leaf_triangles},
-                           {"split_budget", options.split_budget},
-                           {"reinsertion_rounds", rounds},
+                           {"presplit_budget", options.presplit_budget},
+                           {"split_budget", options.split_budget.value()},
+                           {"reinsertion_rounds", options.reinsertion_rounds.value()},
                            {"ploc_radius", options.ploc_radius},
                            {"pair_triangles", options.pair_triangles},
                            {"cost_box_node", options.costs.box_node},

@@ -12,8 +12,8 @@ namespace hiprt::build {
 
 /// What made the file and from what. Holds no times and no thread count: the same input gives the same bytes.
 /// Its exchange slack is 0: set_exchange_slack().
-/// @param rounds of reinsertion that there were. @param monitor asked while the input is hashed.
-std::string make_provenance(Monitor& monitor, const SceneInput& scene, const BuildOptions& options, unsigned rounds,
+/// @param monitor asked while the input is hashed. @param options with all that may be unset.
+std::string make_provenance(Monitor& monitor, const SceneInput& scene, const BuildOptions& options,
                             const BuildStatistics& statistics, double sah_cost);
 
 /// @param provenance of make_provenance(). @param exchange_slack 0 to 1.

@@ -1,8 +1,8 @@
 // Progress and cancelling: how often a build asks whether to go on, and what it leaves behind when it is not to.
 
+#include <hiprt_build/builders/presplit.h>
 #include <hiprt_build/src/build_on.h>
 #include <hiprt_build/steps/pair.h>
-#include <hiprt_build/steps/presplit.h>
 #include <hiprt_build/steps/references.h>
 #include <tests/build/machine.h>
 #include <tests/oracle/meshes.h>
