@@ -2,7 +2,7 @@
 /// Sorting 64-bit keys with 32-bit values on the device: by CUB on NVIDIA; on AMD by our own text, because Debian's
 /// rocPRIM does not know gfx1100. Equal keys keep their order. Nothing is allocated. Internal.
 
-#include <hiprt_build/exec/wave_group.h>
+#include <hiprt_build/exec/gpu_scan.h>
 #include <hiprt_build/gpu/launch.h>
 
 #include <cstddef>
@@ -59,26 +59,10 @@ static __global__ void __launch_bounds__(kBlock)
   counts[std::size_t{threadIdx.x} * gridDim.x + blockIdx.x] = here[threadIdx.x];
 }
 
-/// The sum of the values of the block's lower threads. @param total becomes that of all.
-inline __device__ std::uint32_t block_scan(std::uint32_t* shared, std::uint32_t value, std::uint32_t& total) {
-  shared[threadIdx.x] = value;
-  __syncthreads();
-  for (unsigned step = 1; step < kBlock; step *= 2) {
-    const std::uint32_t before = threadIdx.x >= step ? shared[threadIdx.x - step] : 0;
-    __syncthreads();
-    shared[threadIdx.x] += before;
-    __syncthreads();
-  }
-  total = shared[kBlock - 1];
-  const std::uint32_t result = shared[threadIdx.x] - value;
-  __syncthreads();
-  return result;
-}
-
 /// Block d turns the counts of digit d into sums of those before; totals[d]: of all.
 static __global__ void __launch_bounds__(kBlock)
     scan_digit(std::uint32_t* counts, std::uint32_t tiles, std::uint32_t* totals) {
-  __shared__ std::uint32_t shared[kBlock];
+  __shared__ std::uint32_t shared[kGroups];
   std::uint32_t* mine = counts + std::size_t{blockIdx.x} * tiles;
   std::uint32_t sum = 0;
   for (std::uint32_t begin = 0; begin < tiles; begin += kBlock) {
@@ -107,7 +91,7 @@ static __global__ void __launch_bounds__(kBlock)
     scatter(const std::uint64_t* keys, const std::uint32_t* values, std::uint32_t count, unsigned shift,
             const std::uint32_t* counts, const std::uint32_t* totals, std::uint64_t* to_keys,
             std::uint32_t* to_values) {
-  __shared__ std::uint32_t next[kDigits], shared[kBlock], in_group[kGroups][kDigits];
+  __shared__ std::uint32_t next[kDigits], shared[kGroups], in_group[kGroups][kDigits];
   std::uint32_t all = 0;
   const std::uint32_t before = block_scan(shared, totals[threadIdx.x], all);
   next[threadIdx.x] = before + counts[std::size_t{threadIdx.x} * gridDim.x + blockIdx.x];
