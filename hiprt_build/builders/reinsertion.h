@@ -10,21 +10,23 @@ namespace hiprt::build {
 /// Moves subtrees to better places, round after round, and leaves boxes and counts as they must be.
 /// @param tree with boxes and counts; parents are set here.
 template <class Engine, class Tree> void reinsert(Engine& engine, const ParentedTree<Tree>& tree, unsigned rounds) {
-  const std::size_t leaves = tree.leaves, subtrees = 2 * leaves;
+  const std::size_t leaves = tree.leaves;
   if (leaves < 3) return;
-  auto found = engine.template allocate<Reinsertion>(subtrees);
-  auto bids = engine.template allocate<ReinsertionBids>(subtrees);
-  auto granted = engine.template allocate<std::uint8_t>(subtrees);
+  const std::size_t looking = Lookers::count(2 * tree.leaves, Lookers::kUsualShift);
+  auto found = engine.template allocate<Reinsertion>(looking);
+  auto bids = engine.template allocate<ReinsertionBids>(2 * leaves);
+  auto granted = engine.template allocate<std::uint8_t>(looking);
   auto met = engine.template allocate<std::uint32_t>(leaves);
   tree.parent(*tree.tree.root) = kInvalidId;
   engine.for_each(leaves - 1, SetParentsStep<Tree>{tree});
   for (unsigned round = 0; round < rounds; ++round) {
     engine.fill(bids.span(), ReinsertionBids{0, 0});
     engine.fill(met.span(), 0u);
-    engine.for_each(subtrees, FindReinsertionStep<Tree>{tree, found.data(), round % kReinsertionStride});
-    engine.for_each(subtrees, BidReinsertionStep<Tree>{tree, found.data(), bids.data()});
-    engine.for_each(subtrees, GrantReinsertionStep<Tree>{tree, found.data(), bids.data(), granted.data()});
-    engine.for_each(subtrees, ReinsertStep<Tree>{tree, found.data(), granted.data()});
+    const Lookers lookers{Lookers::kUsualShift, round % (1u << Lookers::kUsualShift)};
+    engine.for_each(looking, FindReinsertionStep<Tree>{tree, lookers, found.data()});
+    engine.for_each(looking, BidReinsertionStep<Tree>{tree, lookers, found.data(), bids.data()});
+    engine.for_each(looking, GrantReinsertionStep<Tree>{tree, lookers, found.data(), bids.data(), granted.data()});
+    engine.for_each(looking, ReinsertStep<Tree>{tree, lookers, found.data(), granted.data()});
     engine.for_each(leaves, RefitStep<Tree>{tree, met.data()});
   }
 }

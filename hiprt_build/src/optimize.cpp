@@ -9,7 +9,7 @@ namespace hiprt::build {
 BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds) {
   const std::size_t count = tree.references.size();
   if (count < 3 || rounds == 0) return tree;
-  engine.monitor().start("reinsert", 0.73, tree.nodes.size() + count + count * 9 * rounds);
+  engine.monitor().start("reinsert", 0.73, tree.nodes.size() + count + count * 2 * rounds);
   auto nodes = engine.allocate<LinkedNode>(count);
   auto counts = engine.allocate<std::uint32_t>(count);
   auto parents = engine.allocate<std::uint32_t>(2 * count);

@@ -26,30 +26,43 @@ template <class Tree> HIPRT_HD LinkedRef subtree(const ParentedTree<Tree>& tree,
   return number < tree.leaves ? number : (number - tree.leaves) | kLinkedLeaf;
 }
 
-/// In a round one of so many subtrees looks: more would stand in each other's way.
-inline constexpr std::uint32_t kReinsertionStride = 8;
+/// Which subtrees look for a better place in a round: every 2^shift-th. Arrays over them are indexed as they are
+/// counted.
+struct Lookers {
+  /// All together would stand in each other's way.
+  static constexpr unsigned kUsualShift = 3;
 
-/// Step: the best place for subtree i, if it is among those of the phase.
+  unsigned shift;
+  std::uint32_t phase;  ///< Below 2^shift.
+
+  HIPRT_HD static std::uint32_t count(std::uint32_t subtrees, unsigned shift) {
+    return (subtrees + (1u << shift) - 1) >> shift;
+  }
+  HIPRT_HD std::uint32_t subtree(std::uint32_t looker) const { return looker << shift | phase; }
+  HIPRT_HD bool includes(std::uint32_t subtree) const { return (subtree & ((1u << shift) - 1)) == phase; }
+  HIPRT_HD std::uint32_t looker(std::uint32_t subtree) const { return subtree >> shift; }
+};
+
+/// Step: the best place for looker i.
 /// @tparam Tree a LinkedTree.
 template <class Tree> struct FindReinsertionStep {
   /// Subtrees that a search puts off; more are not looked at.
   static constexpr unsigned kOpen = 96;
   /// For the CPU's engine.
-  static constexpr std::size_t kChunk = 512;
+  static constexpr std::size_t kChunk = 64;
 
   ParentedTree<Tree> tree;
+  Lookers lookers;
   Reinsertion* found;
-  std::uint32_t phase;
 
   HIPRT_HD void operator()(std::size_t i) const {
-    const auto at = static_cast<std::uint32_t>(i);
-    const LinkedRef moving = subtree(tree, at);
+    const std::uint32_t at = lookers.subtree(static_cast<std::uint32_t>(i));
     found[i] = Reinsertion{0.0f, kInvalidId, kInvalidId};
     // Number 0 is no inner node; the root and its children have nowhere to go.
-    if (at % kReinsertionStride != phase || at == 0 || tree.parents[at] == kInvalidId ||
+    if (at == 0 || at >= 2 * tree.leaves || tree.parents[at] == kInvalidId ||
         tree.parents[tree.parents[at]] == kInvalidId)
       return;
-    found[i] = search(moving);
+    found[i] = search(subtree(tree, at));
   }
 
  private:
@@ -137,15 +150,16 @@ template <class Tree> struct ReinsertionWay {
   }
 };
 
-/// Step: subtree i bids.
+/// Step: looker i bids.
 /// @param bids 0.
 template <class Tree> struct BidReinsertionStep {
   ParentedTree<Tree> tree;
+  Lookers lookers;
   const Reinsertion* found;
   ReinsertionBids* bids;
 
   HIPRT_HD void operator()(std::size_t i) const {
-    const auto at = static_cast<std::uint32_t>(i);
+    const std::uint32_t at = lookers.subtree(static_cast<std::uint32_t>(i));
     const std::uint64_t bid = reinsertion_bid(found[i], at);
     if (bid == 0) return;
     const ReinsertionWay<Tree> way{tree, subtree(tree, at), found[i]};
@@ -154,35 +168,43 @@ template <class Tree> struct BidReinsertionStep {
   }
 };
 
-/// Step: whether subtree i may move.
+/// Step: whether looker i may move.
 template <class Tree> struct GrantReinsertionStep {
   ParentedTree<Tree> tree;
+  Lookers lookers;
   const Reinsertion* found;
   const ReinsertionBids* bids;
   std::uint8_t* granted;
 
   HIPRT_HD void operator()(std::size_t i) const {
-    const auto at = static_cast<std::uint32_t>(i);
+    const std::uint32_t at = lookers.subtree(static_cast<std::uint32_t>(i));
     const std::uint64_t bid = reinsertion_bid(found[i], at);
-    bool mine = bid != 0 && bids[i].pass <= bid;
+    bool mine = bid != 0 && bids[at].pass <= bid;
     if (mine) {
       const ReinsertionWay<Tree> way{tree, subtree(tree, at), found[i]};
       way.visit_changed([&](std::uint32_t number) { mine = mine && bids[number].change == bid; });
-      way.visit_passed([&](std::uint32_t number) { mine = mine && reinsertion_bid(found[number], number) < bid; });
+      way.visit_passed([&](std::uint32_t number) { mine = mine && bid_of(number) < bid; });
     }
     granted[i] = mine ? 1 : 0;
   }
+
+ private:
+  HIPRT_HD HIPRT_INLINE std::uint64_t bid_of(std::uint32_t number) const {
+    return lookers.includes(number) ? reinsertion_bid(found[lookers.looker(number)], number) : 0;
+  }
 };
 
-/// Step: subtree i moves, and its parent with it. Boxes and counts are to be refitted.
+/// Step: looker i moves, and its parent with it. Boxes and counts are to be refitted.
 template <class Tree> struct ReinsertStep {
   ParentedTree<Tree> tree;
+  Lookers lookers;
   const Reinsertion* found;
   const std::uint8_t* granted;
 
   HIPRT_HD void operator()(std::size_t i) const {
     if (granted[i] == 0) return;
-    const LinkedRef moving = subtree(tree, static_cast<std::uint32_t>(i)), beside = found[i].beside;
+    const LinkedRef moving = subtree(tree, lookers.subtree(static_cast<std::uint32_t>(i)));
+    const LinkedRef beside = found[i].beside;
     const std::uint32_t parent = tree.parent(moving);
     const LinkedRef left_behind = tree.sibling(moving);
     tree.replace_child(tree.parents[parent], parent, left_behind);

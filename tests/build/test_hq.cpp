@@ -86,11 +86,14 @@ struct RandomTree {
   LinkedRef root = kInvalidId;
 };
 
+/// All subtrees look at once.
+constexpr Lookers kAll{0, 0};
+
 /// Where every subtree wants to go.
 std::vector<Reinsertion> find_all(RandomTree& random_tree) {
   std::vector<Reinsertion> found(2 * random_tree.size());
   for (std::uint32_t i = 0; i < found.size(); ++i)
-    FindReinsertionStep<Linked>{random_tree.tree(), found.data(), i % kReinsertionStride}(i);
+    FindReinsertionStep<Linked>{random_tree.tree(), kAll, found.data()}(i);
   return found;
 }
 
@@ -100,7 +103,7 @@ void move(RandomTree& random_tree, std::uint32_t number, LinkedRef beside) {
   std::vector<std::uint8_t> granted(found.size());
   found[number] = {1, beside, kInvalidId};
   granted[number] = 1;
-  ReinsertStep<Linked>{random_tree.tree(), found.data(), granted.data()}(number);
+  ReinsertStep<Linked>{random_tree.tree(), kAll, found.data(), granted.data()}(number);
   random_tree.refit();
 }
 
@@ -171,9 +174,9 @@ TEST_CASE("all that want to move at once: the tree stays a tree, and those with 
       std::vector<ReinsertionBids> bids(found.size(), ReinsertionBids{0, 0});
       std::vector<std::uint8_t> granted(found.size());
       for (std::uint32_t i = 0; i < found.size(); ++i)
-        BidReinsertionStep<Linked>{tree.tree(), found.data(), bids.data()}(i);
+        BidReinsertionStep<Linked>{tree.tree(), kAll, found.data(), bids.data()}(i);
       for (std::uint32_t i = 0; i < found.size(); ++i)
-        GrantReinsertionStep<Linked>{tree.tree(), found.data(), bids.data(), granted.data()}(i);
+        GrantReinsertionStep<Linked>{tree.tree(), kAll, found.data(), bids.data(), granted.data()}(i);
       const auto most = std::max_element(found.begin(), found.end(), [](const Reinsertion& a, const Reinsertion& b) {
         return a.gain <= b.gain;  // The last of equal ones has the highest bid.
       });
@@ -184,7 +187,7 @@ TEST_CASE("all that want to move at once: the tree stays a tree, and those with 
         refused += found[i].gain > 0.0f && granted[i] == 0 ? 1 : 0;
       }
       for (std::uint32_t i = 0; i < found.size(); ++i)
-        ReinsertStep<Linked>{tree.tree(), found.data(), granted.data()}(i);
+        ReinsertStep<Linked>{tree.tree(), kAll, found.data(), granted.data()}(i);
       tree.refit();
       tree.area();
     }
