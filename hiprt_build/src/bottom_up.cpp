@@ -1,12 +1,12 @@
 #include <hiprt_build/builders/bottom_up.h>
 
+#include <hiprt_build/builders/ploc.h>
 #include <hiprt_build/exec/group.h>
 #include <hiprt_build/exec/radix_sort.h>
 #include <hiprt_build/steps/flatten.h>
 #include <hiprt_build/steps/hploc.h>
 #include <hiprt_build/steps/lbvh.h>
 #include <hiprt_build/steps/morton.h>
-#include <hiprt_build/steps/ploc.h>
 #include <hiprt_build/steps/sah_reduce.h>
 
 namespace hiprt::build {
@@ -58,48 +58,6 @@ void emit_hploc(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
     Climber::Shared shared;
     climber(HostGroup{}, shared, static_cast<std::uint32_t>(i));
   });
-}
-
-/// One round. @return how many clusters are left; they are in @p next.
-std::size_t ploc_round(CpuEngine& engine, const PlocJoin<Tree>& join, std::span<Cluster> next) {
-  const std::size_t count = join.clusters.size();
-  std::vector<std::size_t> first(CpuEngine::chunk_count(count));
-  const auto for_clusters = [&](std::size_t begin, std::size_t end, const auto& body) {
-    for (std::size_t i = begin; i < end; ++i)
-      if (join.stays(static_cast<std::uint32_t>(i))) body(static_cast<std::uint32_t>(i));
-  };
-  engine.for_chunks(count, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    std::size_t staying = 0;
-    for_clusters(begin, end, [&](std::uint32_t) { ++staying; });
-    first[chunk] = staying;
-  });
-  const std::size_t left = engine.exclusive_scan(std::span<std::size_t>(first));
-  engine.for_chunks(count, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    std::size_t to = first[chunk];
-    for_clusters(begin, end, [&](std::uint32_t i) { next[to++] = join.next(i); });
-  });
-  return left;
-}
-
-void emit_ploc(CpuEngine& engine, const Tree& tree, std::size_t count, unsigned radius) {
-  auto clusters = engine.allocate<Cluster>(count), spare = engine.allocate<Cluster>(count);
-  auto nearest = engine.allocate<std::uint32_t>(count);
-  engine.for_each(count, [&](std::size_t i) {
-    clusters[i] = leaf_cluster(tree.leaves.box(static_cast<std::uint32_t>(i)), static_cast<std::uint32_t>(i));
-  });
-  for (bool look = true; count > 1;) {
-    const auto now = clusters.span().first(count);
-    const auto chosen = nearest.span().first(count);
-    if (look)
-      engine.for_each(count, PlocNearestStep{now, chosen, radius});
-    else
-      engine.for_each(count, PlocNeighbourStep{chosen});
-    const std::size_t left = ploc_round(engine, {tree, now, chosen}, spare.span());
-    look = !look || (count - left) * kPlocFewJoined >= count;
-    std::swap(clusters, spare);
-    count = left;
-  }
-  *tree.root = clusters[0].ref;
 }
 
 }  // namespace

@@ -27,6 +27,11 @@ struct LeafCounts {
   }
 };
 
+/// Nothing is asked of subtrees but their boxes.
+struct NoSums {
+  HIPRT_HD HIPRT_INLINE void join(std::uint32_t, LinkedRef, LinkedRef, const Box&) const {}
+};
+
 /// A tree while it grows. Whoever joins two subtrees has seen both: see climb.h for the order of memory.
 /// @tparam LeafBoxes has Box box(leaf) const.
 /// @tparam SubtreeSums has join(node, left, right, box) const: told of every node once both of its children are there.

@@ -9,55 +9,62 @@ namespace hiprt::build {
 /// A round that joins fewer than one of so many clusters is followed by one that joins neighbours: rows of boxes where
 /// each is nearest to the one before would take a round per cluster.
 inline constexpr std::uint32_t kPlocFewJoined = 32;
+/// After so many rounds that look for the nearest, all join neighbours. So there are at most as many rounds, and levels
+/// of the tree, as this and the logarithm of the number of leaves, rounded up, to base 2.
+inline constexpr std::uint32_t kPlocMostLooks = 64;
 
-/// Step: the place of the cluster nearest to the i-th, at most @p radius places away.
-struct PlocNearestStep {
-  std::span<const Cluster> clusters;
-  std::span<std::uint32_t> nearest;
-  std::uint32_t radius;
+/// What is known before a round.
+struct PlocProgress {
+  std::uint32_t count;       ///< Clusters.
+  std::uint32_t rounds;      ///< That have been.
+  std::uint32_t looks;       ///< Of these, how many looked for the nearest.
+  std::uint32_t neighbours;  ///< 1: this round joins neighbours, 0: it looks.
 
-  HIPRT_HD void operator()(std::size_t i) const {
-    const auto mine = static_cast<std::uint32_t>(i), count = static_cast<std::uint32_t>(clusters.size());
-    const Box box = clusters[i].box;
-    const std::uint32_t begin = mine > radius ? mine - radius : 0;
-    const std::uint32_t end = count - mine > radius ? mine + radius + 1 : count;
-    std::uint64_t best = ~std::uint64_t{0};
-    for (std::uint32_t j = begin; j < end; ++j) {
-      if (j == mine) continue;
-      const std::uint64_t key = nearness(box, clusters[j].box, mine, j);
-      best = key < best ? key : best;
-    }
-    nearest[i] = mine ^ static_cast<std::uint32_t>(best);
+  HIPRT_HD static PlocProgress start(std::uint32_t count) { return PlocProgress{count, 0, 0, 0}; }
+  /// @param left clusters after the round.
+  HIPRT_HD PlocProgress next(std::uint32_t left) const {
+    const bool looked = neighbours == 0;
+    const bool few = std::uint64_t{count - left} * kPlocFewJoined < count;
+    const std::uint32_t looked_now = looks + (looked ? 1 : 0);
+    return PlocProgress{left, rounds + 1, looked_now, (looked && few) || looked_now == kPlocMostLooks ? 1u : 0u};
   }
 };
 
-/// Step: as PlocNearestStep, without looking: 0 and 1, 2 and 3, ...
-struct PlocNeighbourStep {
-  std::span<std::uint32_t> nearest;
-
-  HIPRT_HD void operator()(std::size_t i) const {
-    const auto other = static_cast<std::uint32_t>(i ^ 1u);
-    // The last of an odd number is nobody's neighbour.
-    nearest[i] = other < nearest.size() ? other : static_cast<std::uint32_t>(i);
+/// @return the place of the cluster nearest to the i-th of @p count, at most @p radius places away.
+/// @param box_at the box of the cluster at a place. @pre count > 1
+template <class BoxAt>
+HIPRT_HD HIPRT_INLINE std::uint32_t ploc_nearest(std::uint32_t i, std::uint32_t count, std::uint32_t radius,
+                                                 const BoxAt& box_at) {
+  const Box box = box_at(i);
+  const std::uint32_t begin = i > radius ? i - radius : 0;
+  const std::uint32_t end = count - i > radius ? i + radius + 1 : count;
+  std::uint64_t best = ~std::uint64_t{0};
+  for (std::uint32_t j = begin; j < end; ++j) {
+    if (j == i) continue;
+    const std::uint64_t key = nearness(box, box_at(j), i, j);
+    best = key < best ? key : best;
   }
+  return i ^ static_cast<std::uint32_t>(best);
+}
+
+/// As ploc_nearest(), without looking: 0 and 1, 2 and 3, ...; the last of an odd number is nobody's neighbour.
+HIPRT_HD HIPRT_INLINE std::uint32_t ploc_neighbour(std::uint32_t i, std::uint32_t count) {
+  const std::uint32_t other = i ^ 1u;
+  return other < count ? other : i;
+}
+
+/// What becomes of a cluster in a round.
+enum class PlocFate : std::uint32_t {
+  kStays,
+  kJoins,  ///< Becomes one with its nearest, which comes after it.
+  kGoes,   ///< Its nearest, which comes before it, becomes one with it.
 };
 
-/// What becomes of the i-th cluster once the nearest are known.
-template <class Tree> struct PlocJoin {
-  Tree tree;
-  std::span<const Cluster> clusters;
-  std::span<const std::uint32_t> nearest;
-
-  /// Whether it is there in the next round, joined or not.
-  HIPRT_HD bool stays(std::uint32_t i) const {
-    const std::uint32_t j = nearest[i];
-    return nearest[j] != i || j >= i;
-  }
-  /// The cluster of the next round. @pre stays(i)
-  HIPRT_HD Cluster next(std::uint32_t i) const {
-    const std::uint32_t j = nearest[i];
-    return nearest[j] != i || j == i ? clusters[i] : join(tree, clusters[i], clusters[j]);
-  }
-};
+/// Of the i-th. @param nearest_of the place nearest to a place.
+template <class NearestOf> HIPRT_HD HIPRT_INLINE PlocFate ploc_fate(std::uint32_t i, const NearestOf& nearest_of) {
+  const std::uint32_t j = nearest_of(i);
+  if (j == i || nearest_of(j) != i) return PlocFate::kStays;
+  return i < j ? PlocFate::kJoins : PlocFate::kGoes;
+}
 
 }  // namespace hiprt::build

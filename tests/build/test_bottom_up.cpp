@@ -6,6 +6,7 @@
 #include <hiprt_build/steps/hploc.h>
 #include <hiprt_build/steps/lbvh.h>
 #include <hiprt_build/steps/morton.h>
+#include <hiprt_build/steps/ploc.h>
 #include <tests/build/machine.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
@@ -369,6 +370,19 @@ TEST_CASE("rows in which each box is nearest to the one before do not take a rou
     CHECK(tree.references.size() == boxes.size());
     CHECK(depth(tree, 0) <= kMaxDepth);
   }
+}
+
+TEST_CASE("rounds of locally-ordered clustering are few, however few pairs they join") {
+  for (const std::uint32_t count : {2u, 3u, 1000u, 1u << 20, (1u << 26) + 1})
+    for (const std::uint32_t share : {2u, 3u, kPlocFewJoined - 1, kPlocFewJoined, kPlocFewJoined + 1, count}) {
+      PlocProgress progress = PlocProgress::start(count);
+      while (progress.count > 1) {
+        const std::uint32_t n = progress.count;
+        progress = progress.next(n - (progress.neighbours != 0 ? n / 2 : std::max(1u, n / share)));
+        REQUIRE(progress.looks <= kPlocMostLooks);
+        REQUIRE(progress.rounds <= kPlocMostLooks + static_cast<unsigned>(std::bit_width(count - 1)));
+      }
+    }
 }
 
 TEST_CASE("subtrees that are too deep are halved") {

@@ -1,0 +1,73 @@
+#include <hiprt_build/src/gpu_ploc.h>
+
+#include <hiprt_build/src/gpu_places.h>
+#include <hiprt_build/src/gpu_ploc_kernels.h>
+
+#include <algorithm>
+#include <bit>
+
+namespace hiprt::gpu {
+namespace {
+
+using namespace build::kernels;
+using build::Cluster;
+
+/// Rounds over many clusters that are launched: nearly always more than there will be.
+std::uint32_t launched_rounds(std::uint32_t room) {
+  return room <= kPlocFew ? 0 : 2 * static_cast<std::uint32_t>(std::bit_width((room - 1) / kPlocFew)) + 4;
+}
+
+/// Tiles of a round.
+std::uint32_t most_tiles(std::uint32_t room, unsigned radius) {
+  return room <= kPlocFew ? 0 : PlocTile<kPlocBlock>::tiles(room, radius);
+}
+
+/// The memory of a build.
+void place(Pieces& pieces, std::uint32_t room, PlocJob& job) {
+  job.even = pieces.take<Cluster>(room);
+  job.odd = pieces.take<Cluster>(room);
+  job.rounds = pieces.take<PlocRound>(launched_rounds(room) + 1);
+  job.words = pieces.take<std::uint64_t>(most_tiles(room, kPlocMostRadius));
+}
+
+template <unsigned kBlock> std::size_t array_bytes(unsigned radius) {
+  return PlocTile<kBlock>::words(radius) * sizeof(std::uint32_t);
+}
+
+}  // namespace
+
+std::uint64_t ploc_scratch(std::uint32_t room) {
+  Pieces pieces;
+  PlocJob job{};
+  place(pieces, room, job);
+  return pieces.size();
+}
+
+Result<void> enqueue_ploc(const PlocInput& input, const PlocOutput& output, std::byte* scratch, hipStream_t stream) {
+  if (input.radius < 1 || input.radius > kPlocMostRadius)
+    return fail(ErrorCode::kInvalidInput, "a PLOC radius of ", input.radius, ", allowed are 1 to ", kPlocMostRadius);
+  if (input.room >= build::kLinkedLeaf)
+    return fail(ErrorCode::kInvalidInput, "PLOC of ", input.room, " leaves, the limit is ", build::kLinkedLeaf - 1);
+  PlocJob job{{{input.references}, output.nodes, {}, output.root}, nullptr, nullptr, nullptr, nullptr, input.radius};
+  Pieces pieces(scratch);
+  place(pieces, input.room, job);
+  const std::uint32_t rounds = launched_rounds(input.room), tiles = most_tiles(input.room, input.radius);
+  auto done = launch(ploc_start, std::uint64_t{std::max(tiles, rounds + 1)}, stream,
+                     {.block = kPlocBlock, .name = "ploc_start"}, job, input.count, rounds, tiles);
+  if (done && rounds != 0) {
+    const std::size_t bytes = array_bytes<kPlocBlock>(input.radius);
+    const auto blocks = persistent_grid(ploc_round, kPlocBlock, bytes);
+    if (!blocks) return tl::unexpected(blocks.error());
+    for (std::uint32_t round = 0; round < rounds && done; ++round)
+      done = launch(ploc_round, Grid{std::min(*blocks, tiles)}, stream,
+                    {.block = kPlocBlock, .dynamic_shared_bytes = bytes, .name = "ploc_round"}, job, round);
+  }
+  if (!done) return done;
+  return launch(ploc_finish, Grid{}, stream,
+                {.block = kPlocLastBlock,
+                 .dynamic_shared_bytes = array_bytes<kPlocLastBlock>(input.radius),
+                 .name = "ploc_finish"},
+                job, rounds);
+}
+
+}  // namespace hiprt::gpu
