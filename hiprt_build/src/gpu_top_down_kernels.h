@@ -171,7 +171,7 @@ static __global__ void __launch_bounds__(kTaskBlock)
     if (tree.state->ranges[0] != 0) add_word(tree.ranges[0][0].bounds, sum, threadIdx.x);
   }
   for (std::uint32_t i = tree.state->limit + thread_index(); i < tree.room; i += gridDim.x * kTaskBlock)
-    tree.references[1][i].group = PackedGroup::none();
+    tree.references[1][i] = no_reference();
 }
 
 // A level -------------------------------------------------------------------------------------------------------------

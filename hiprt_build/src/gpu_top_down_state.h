@@ -73,6 +73,9 @@ struct TopDownState {
   std::uint32_t small_ranges, ticket;
 };
 
+/// What unused places of the output hold.
+inline __device__ LeafReference no_reference() { return LeafReference{empty_box(), PackedGroup::none(), kInvalidId}; }
+
 /// Everything that does not change during a build.
 struct TopDownTree {
   SoupView soup;
@@ -95,7 +98,7 @@ struct TopDownTree {
   __device__ void set_leaf(std::uint32_t link, std::uint32_t begin, std::uint32_t limit,
                            const LeafReference& reference) const {
     references[1][begin] = reference;
-    for (std::uint32_t i = begin + 1; i < limit; ++i) references[1][i].group = PackedGroup::none();
+    for (std::uint32_t i = begin + 1; i < limit; ++i) references[1][i] = no_reference();
     set(link, begin | kLinkedLeaf);
   }
   __device__ ObjectBins object_bins(std::uint32_t range) const {
