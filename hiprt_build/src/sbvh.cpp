@@ -14,10 +14,6 @@ namespace hiprt::build {
 namespace {
 
 constexpr std::size_t kTaskSize = 1024;
-/// Space is cut where the halves of the best split of references overlap by more than this part of the scene (Stich et
-/// al. 2009, section 4.2).
-constexpr float kLeastOverlap = 1e-5f;
-
 /// So many references that cross all slabs take a few milliseconds.
 constexpr std::size_t kSlabChunk = 256;
 
@@ -140,11 +136,6 @@ class SbvhBuilder {
     return Halves{{range.begin, left_end, right_begin}, {right_begin, right_begin + right_count, range.limit}};
   }
 
-  static std::size_t share_of_room(std::size_t room, std::size_t left_count, std::size_t right_count) {
-    const double share = static_cast<double>(left_count) / static_cast<double>(left_count + right_count);
-    return std::min(room, static_cast<std::size_t>(static_cast<double>(room) * share));
-  }
-
   /// Cuts space if the halves of the best split of references overlap, and that is cheaper.
   /// @param left,right,cost of the split of references.
   std::optional<Halves> cut_space(const Range& range, const Aabb& box, const Aabb& left, const Aabb& right,
@@ -152,7 +143,7 @@ class SbvhBuilder {
     if (range.room() == 0) return std::nullopt;
     const Aabb overlap{max4(left.min, right.min), min4(left.max, right.max)};
     if (overlap.empty() || !(half_area(overlap) > least_overlap_)) return std::nullopt;
-    const SlabPlanes planes(box);
+    const SlabPlanes planes = SlabPlanes::over(box);
     const SpatialBins bins = reduce_references(
         engine_, span_of(range), SpatialBins{},
         [&](std::span<const Reference> part, SpatialBins so_far) {

@@ -8,17 +8,31 @@
 namespace hiprt::build {
 
 inline constexpr int kSpatialBins = 16;
+/// Space is cut where the halves of the best split of references overlap by more than this part of the scene (Stich et
+/// al. 2009, section 4.2).
+inline constexpr float kLeastOverlap = 1e-5f;
+
+/// What the left half of a range gets of the room for references that cuts will make.
+HIPRT_HD HIPRT_INLINE std::size_t share_of_room(std::size_t room, std::size_t left_count, std::size_t right_count) {
+  const double share = static_cast<double>(left_count) / static_cast<double>(left_count + right_count);
+  const auto wanted = static_cast<std::size_t>(static_cast<double>(room) * share);
+  return wanted < room ? wanted : room;
+}
 
 /// Planes that cut a box into slabs of the same width, on each axis.
 struct SlabPlanes {
   float plane[3][kSpatialBins + 1];  ///< [i]: between slabs i - 1 and i; never decreasing.
 
-  HIPRT_HD HIPRT_INLINE explicit SlabPlanes(const Aabb& box) : plane{} {
+  HIPRT_HD HIPRT_INLINE static SlabPlanes over(const Aabb& box) {
+    SlabPlanes planes;
     for (int axis = 0; axis < 3; ++axis)
-      for (int i = 0; i <= kSpatialBins; ++i) {
-        const float share = static_cast<float>(i) / kSpatialBins;
-        plane[axis][i] = (1.0f - share) * box.min[axis] + share * box.max[axis];
-      }
+      for (int i = 0; i <= kSpatialBins; ++i) planes.plane[axis][i] = at(box.min[axis], box.max[axis], i);
+    return planes;
+  }
+  /// Plane @p i of an axis on which the box is so long.
+  HIPRT_HD HIPRT_INLINE static float at(float min, float max, int i) {
+    const float share = static_cast<float>(i) / kSpatialBins;
+    return (1.0f - share) * min + share * max;
   }
   /// The slab in which a reference that begins at @p x begins: of two it is the upper.
   HIPRT_HD HIPRT_INLINE int first(float x, int axis) const {
@@ -34,9 +48,15 @@ struct SlabPlanes {
   HIPRT_HD HIPRT_INLINE void visit(const LeafCorners& corners, bool pair, const Aabb& whole, int axis,
                                    Visit&& visit) const {
     const int begin = first(whole.min[axis], axis), end = last(whole.max[axis], axis);
+    cut(plane[axis], begin, end, corners, pair, whole, axis, visit);
+  }
+  /// The same for one in slabs @p begin to @p end between the planes of a row, which lie across @p axis of the corners.
+  template <class Visit>
+  HIPRT_HD HIPRT_INLINE static void cut(const float* row, int begin, int end, const LeafCorners& corners, bool pair,
+                                        const Aabb& whole, int axis, Visit&& visit) {
     Aabb rest = whole;
     for (int i = begin; i < end; ++i) {
-      const SplitBounds parts = split_bounds(corners, pair, rest, static_cast<unsigned>(axis), plane[axis][i + 1]);
+      const SplitBounds parts = split_bounds(corners, pair, rest, static_cast<unsigned>(axis), row[i + 1]);
       visit(i, parts.left);
       rest = parts.right;
     }

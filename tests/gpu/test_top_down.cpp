@@ -1,0 +1,294 @@
+// Trees from the top on the device: whole, and as cheap as those of the host.
+
+#include <hiprt_build/builders/sah.h>
+#include <hiprt_build/builders/sbvh.h>
+#include <hiprt_build/exec/group.h>
+#include <hiprt_build/src/gpu_top_down.h>
+#include <hiprt_build/steps/pair_window.h>
+#include <hiprt_build/steps/references.h>
+#include <tests/build/machine.h>
+#include <tests/gpu/counting_allocator.h>
+#include <tests/gpu/results.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <hiprt_build/gpu/device_buffer.h>
+
+#include <cstdio>
+#include <cstring>
+#include <map>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+using build::kLinkedLeaf;
+using build::LeafReference;
+using build::LinkedNode;
+using build::LinkedRef;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 20261122;
+/// Sizes that take small inputs through everything that large ones meet.
+constexpr gpu::TopDownTuning kTiny{.task = 96, .few = 40, .spare_levels = 6};
+
+/// A mesh whose leaves are known, as both the device and the host take it.
+struct Scene {
+  oracle::Mesh mesh;
+  std::vector<LeafReference> references;  ///< With holes where a pair's second triangle was, or one that is dropped.
+  std::vector<build::PrimitiveGroup> groups;
+
+  explicit Scene(oracle::Mesh from, bool pair = true) : mesh(std::move(from)) {
+    const build::GeometryView view = view_of(mesh.positions.data(), mesh.triangles.data());
+    const build::PairWindow<build::HostGroup> windows{{&view, 1, view.primitives}, pair};
+    auto shared = std::make_unique<build::PairWindow<build::HostGroup>::Shared>();
+    for (std::uint32_t w = 0; w * build::kPairWindow < view.primitives; ++w)
+      windows(build::HostGroup{}, *shared, w, [&](const build::PairedPrimitive& p) {
+        references.push_back(LeafReference{p.box, p.group, p.primitive});
+        if (!p.group.exists()) return;
+        const std::uint32_t second = p.group.is_pair() ? p.primitive + p.group.distance() : kInvalidId;
+        groups.push_back({{p.primitive, second}, 0, p.group.rotation0() & 3u, p.group.rotation1() & 3u});
+      });
+  }
+
+  build::GeometryView view_of(const build::Position* positions, const build::Triangle* triangles) const {
+    build::GeometryView view{};
+    view.positions = positions;
+    view.triangles = triangles;
+    view.positions_count = static_cast<std::uint32_t>(mesh.positions.size());
+    view.primitives = static_cast<std::uint32_t>(mesh.triangles.size());
+    return view;
+  }
+};
+
+struct Outcome {
+  std::vector<LeafReference> references;
+  std::vector<LinkedNode> nodes;
+  LinkedRef root = 0;
+  std::uint32_t leaves = 0;
+
+  bool same_bytes(const Outcome& other) const {
+    return root == other.root && leaves == other.leaves && nodes.size() == other.nodes.size() &&
+           std::memcmp(nodes.data(), other.nodes.data(), nodes.size() * sizeof(LinkedNode)) == 0 &&
+           std::memcmp(references.data(), other.references.data(), references.size() * sizeof(LeafReference)) == 0;
+  }
+};
+
+/// Scratch memory and output hold @p garbage at first.
+Outcome build_on_device(const Scene& scene, double budget, bool cut, const gpu::TopDownTuning& tuning,
+                        std::byte garbage = std::byte{0xa5}) {
+  CountingAllocator allocator;
+  const auto n = static_cast<std::uint32_t>(scene.references.size());
+  const auto room = static_cast<std::uint32_t>(build::room_for_splits(n, cut ? budget : 1.0));
+  const std::uint64_t bytes = gpu::top_down_scratch(n, room, cut, tuning);
+  constexpr std::size_t kGuard = 4096;
+  auto positions = must(gpu::DeviceArray<build::Position>::from(scene.mesh.positions, nullptr, allocator));
+  auto triangles = must(gpu::DeviceArray<build::Triangle>::from(scene.mesh.triangles, nullptr, allocator));
+  const std::vector<build::GeometryView> host_view{scene.view_of(positions.data(), triangles.data())};
+  auto view = must(gpu::DeviceArray<build::GeometryView>::from(host_view, nullptr, allocator));
+  auto input = must(gpu::DeviceArray<LeafReference>::from(scene.references, nullptr, allocator));
+  auto references = must(gpu::DeviceArray<LeafReference>::make(room, nullptr, allocator));
+  auto nodes = must(gpu::DeviceArray<LinkedNode>::make(room, nullptr, allocator));
+  auto results = must(gpu::DeviceArray<std::uint32_t>::make(2, nullptr, allocator));
+  auto scratch = must(gpu::DeviceArray<std::byte>::make(bytes + kGuard, nullptr, allocator));
+  must(references.fill(garbage, nullptr));
+  must(nodes.fill(garbage, nullptr));
+  must(results.fill(garbage, nullptr));
+  must(scratch.fill(garbage, nullptr));
+  must(gpu::enqueue_top_down({{view.data(), 1, n}, input.data(), n, room, budget, cut},
+                             {references.data(), nodes.data(), results.data(), results.data() + 1}, scratch.data(),
+                             nullptr, tuning));
+  Outcome outcome;
+  outcome.references = must(references.to_vector(nullptr));
+  outcome.nodes = must(nodes.to_vector(nullptr));
+  const auto words = must(results.to_vector(nullptr));
+  outcome.root = words[0];
+  outcome.leaves = words[1];
+  const auto after = must(scratch.to_vector(nullptr));
+  CHECK(std::count(after.end() - kGuard, after.end(), garbage) == kGuard);
+  return outcome;
+}
+
+bool same_box(const Box& a, const Box& b) {
+  return std::equal(a.min, a.min + 3, b.min) && std::equal(a.max, a.max + 3, b.max);
+}
+double half_area(const Box& box) {
+  const double x = double{box.max[0]} - double{box.min[0]}, y = double{box.max[1]} - double{box.min[1]},
+               z = double{box.max[2]} - double{box.min[2]};
+  return x * y + y * z + z * x;
+}
+
+/// Walks a tree and checks that every leaf and every node is in it once.
+class Walk {
+ public:
+  explicit Walk(const Outcome& outcome) : outcome_(outcome), nodes_(outcome.nodes.size()), leaves_(outcome.nodes.size()) {
+    if (outcome.root != kInvalidId) enter(outcome.root, 0);
+    std::size_t unused_nodes = 0, unused_leaves = 0, wrong = 0;
+    for (std::size_t i = 0; i < nodes_.size(); ++i) {
+      unused_nodes += nodes_[i] == 0 ? 1 : 0;
+      unused_leaves += leaves_[i] == 0 ? 1 : 0;
+      wrong += (nodes_[i] == 0) != (outcome.nodes[i].child[0] == kInvalidId) || nodes_[i] > 1 || leaves_[i] > 1 ||
+               (leaves_[i] != 0) != outcome.references[i].group.exists();
+    }
+    CHECK(wrong == 0);
+    CHECK(wrong_boxes_ == 0);
+    CHECK(nodes_.size() - unused_leaves == outcome.leaves);
+    if (outcome.leaves > 0) CHECK(nodes_.size() - unused_nodes + 1 == outcome.leaves);
+  }
+  double cost() const { return cost_; }  ///< Sum of half areas.
+  unsigned depth() const { return depth_; }
+
+ private:
+  Box enter(LinkedRef ref, unsigned depth) {
+    depth_ = std::max(depth_, depth);
+    const std::uint32_t number = ref & ~kLinkedLeaf;
+    REQUIRE(number < nodes_.size());
+    if ((ref & kLinkedLeaf) != 0) {
+      REQUIRE(++leaves_[number] == 1);
+      cost_ += half_area(outcome_.references[number].box);
+      return outcome_.references[number].box;
+    }
+    REQUIRE(++nodes_[number] == 1);
+    const LinkedNode& node = outcome_.nodes[number];
+    REQUIRE(depth < 64);
+    const Box left = enter(node.child[0], depth + 1), right = enter(node.child[1], depth + 1);
+    const Box both = build::unite(left, right);
+    // A range's box is of its references before two parts of one become one leaf: that is the same box.
+    wrong_boxes_ += same_box(both, node.box) ? 0 : 1;
+    cost_ += half_area(node.box);
+    return node.box;
+  }
+
+  const Outcome& outcome_;
+  std::vector<unsigned> nodes_, leaves_;
+  double cost_ = 0;
+  unsigned depth_ = 0;
+  std::size_t wrong_boxes_ = 0;
+};
+
+/// Points of the group's triangles are in one of its leaves' boxes.
+void check_covered(const Scene& scene, const Outcome& outcome) {
+  std::map<std::uint32_t, std::vector<Box>> parts;
+  std::map<std::uint32_t, std::uint32_t> bits;
+  for (const LeafReference& r : scene.references)
+    if (r.group.exists()) bits[r.primitive] = r.group.bits;
+  for (const LeafReference& r : outcome.references) {
+    if (!r.group.exists()) continue;
+    REQUIRE(bits.count(r.primitive) == 1);
+    REQUIRE(bits[r.primitive] == r.group.bits);
+    parts[r.primitive].push_back(r.box);
+  }
+  std::size_t missing = 0;
+  for (const build::PrimitiveGroup& group : scene.groups)
+    for (const std::uint32_t primitive : group.primitive) {
+      if (primitive == kInvalidId) continue;
+      const build::Triangle& t = scene.mesh.triangles[primitive];
+      for (unsigned i = 0; i <= 8; ++i)
+        for (unsigned j = 0; i + j <= 8; ++j) {
+          double p[3];
+          for (std::size_t k = 0; k < 3; ++k)
+            p[k] = (double{scene.mesh.positions[t[0]][k]} * i + double{scene.mesh.positions[t[1]][k]} * j +
+                    double{scene.mesh.positions[t[2]][k]} * (8 - i - j)) / 8;
+          const auto& boxes = parts[group.primitive[0]];
+          missing += std::none_of(boxes.begin(), boxes.end(), [&](const Box& box) {
+            bool inside = true;
+            for (unsigned k = 0; k < 3; ++k) inside = inside && p[k] >= box.min[k] && p[k] <= box.max[k];
+            return inside;
+          });
+        }
+    }
+  CHECK(missing == 0);
+}
+
+double cost_on_host(const Scene& scene, double budget, bool cut, std::size_t& leaves) {
+  build::Machine machine;
+  const build::TriangleMesh view = scene.mesh.view();
+  const build::PrimitiveSoup soup(build::SceneInput{{&view, 1}, {}});
+  auto references = machine.engine.allocate<build::Reference>(scene.groups.size());
+  for (std::size_t i = 0; i < scene.groups.size(); ++i)
+    build::MakeReferenceStep{soup, scene.groups, references.span()}(i);
+  const build::BinaryTree tree = cut ? build::build_sbvh(machine.engine, soup, scene.groups, std::move(references), budget)
+                                     : build::build_sah(machine.engine, std::move(references));
+  double cost = 0;
+  leaves = tree.references.size();
+  for (const build::BinaryNode& node : tree.nodes.span()) cost += half_area(build::to_box(node.box()));
+  return cost;
+}
+
+/// The tree's cost relative to the host's.
+double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& tuning, const char* name) {
+  const bool cut = budget > 1.0;
+  INFO(name << ", " << scene.groups.size() << " references, budget " << budget << ", few " << tuning.few);
+  const Outcome outcome = build_on_device(scene, budget, cut, tuning);
+  CHECK(outcome.same_bytes(build_on_device(scene, budget, cut, tuning, std::byte{0x3c})));
+  const Walk walk(outcome);
+  CHECK(walk.depth() <= build::kMaxDepth);
+  if (scene.groups.empty()) CHECK(outcome.root == kInvalidId);
+  CHECK(outcome.leaves >= scene.groups.size());
+  CHECK(outcome.leaves <= build::room_for_splits(scene.groups.size(), budget));
+  check_covered(scene, outcome);
+  if (!cut) CHECK(outcome.leaves == scene.groups.size());
+  std::size_t host_leaves = 0;
+  const double host = cost_on_host(scene, budget, cut, host_leaves), relative = host > 0 ? walk.cost() / host : 1.0;
+  std::printf("%-12s %5zu references, budget %.1f, few %3u: %5u leaves (host %5zu), depth %2u, cost / host's %.4f\n",
+              name, scene.groups.size(), budget, tuning.few, outcome.leaves, host_leaves, walk.depth(), relative);
+  return relative;
+}
+
+oracle::Mesh first_triangles(oracle::Mesh mesh, std::size_t count) {
+  mesh.triangles.resize(count);
+  return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("trees from the top of few references") {
+  INFO("seed " << kSeed);
+  for (const unsigned count : {0u, 1u, 2u, 3u, 8u, 9u, 32u, 33u, 40u, 41u, 97u}) {
+    const Scene scene(first_triangles(oracle::soup(std::max(count, 1u), 0.3, kSeed), count));
+    for (const double budget : {1.0, 2.0}) CHECK(check_tree(scene, budget, kTiny, "few") < 1.05);
+  }
+}
+
+TEST_CASE("trees from the top cost no more than the host's") {
+  INFO("seed " << kSeed);
+  const Scene star(oracle::star(4, kSeed)), soup(oracle::soup(3000, 0.2, kSeed)), torus(oracle::torus(50, 30, 0.3));
+  for (const gpu::TopDownTuning& tuning : {kTiny, gpu::TopDownTuning{}}) {
+    CHECK(check_tree(star, 1.0, tuning, "star") < 1.01);
+    CHECK(check_tree(soup, 1.0, tuning, "soup") < 1.01);
+    CHECK(check_tree(torus, 1.0, tuning, "torus") < 1.01);
+  }
+}
+
+TEST_CASE("cuts of space from the top cost no more than the host's") {
+  INFO("seed " << kSeed);
+  const Scene star(oracle::star(4, kSeed)), soup(oracle::soup(1200, 0.3, kSeed)),
+      needles(oracle::needles(1000, 100, kSeed));
+  for (const gpu::TopDownTuning& tuning : {kTiny, gpu::TopDownTuning{}}) {
+    CHECK(check_tree(star, 1.5, tuning, "star") < 1.01);
+    CHECK(check_tree(soup, 1.5, tuning, "soup") < 1.01);
+    CHECK(check_tree(needles, 3.0, tuning, "needles") < 1.01);
+  }
+}
+
+TEST_CASE("odd meshes from the top") {
+  INFO("seed " << kSeed);
+  oracle::Mesh line;
+  for (unsigned i = 0; i < 300; ++i) {
+    const float x = std::ldexp(1.0f, static_cast<int>(i % 200) - 100);
+    oracle::append(line, {x, 0, 0}, {x * 1.5f, 0, 0}, {x, x * 1e-3f, 0});
+  }
+  const std::pair<const char*, oracle::Mesh> meshes[] = {
+      {"torture", oracle::torture(500, kSeed)},
+      {"identical", oracle::identical(300)},
+      {"concentric", oracle::concentric(200, kSeed)},
+      {"line", line},
+      {"plane", oracle::grid_plane(15, 1, 0.5f)},
+      {"huge", oracle::placed(oracle::soup(300, 0.2, kSeed), 1e38)},
+      {"denormal", oracle::placed(oracle::soup(300, 0.2, kSeed), 1e-39)},
+      {"far", oracle::placed(oracle::soup(300, 1e-7, kSeed), 1, {1e6, 0, 0})},
+  };
+  for (const auto& [name, mesh] : meshes) {
+    const Scene scene(mesh);
+    for (const double budget : {1.0, 2.0}) check_tree(scene, budget, kTiny, name);
+  }
+}
