@@ -13,6 +13,7 @@
 #include <hiprt_device/scene_view.h>
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 namespace hiprt::gpu {
@@ -35,8 +36,12 @@ struct DeviceGeometry {
 inline constexpr std::uint32_t kMaxBuildPrimitives = (1u << 28) - 2;
 
 struct BuildOptions {
-  build::Builder builder = build::Builder::kHploc;  ///< kLbvh, kLbvh30 or kHploc.
+  build::Builder builder = build::Builder::kHploc;  ///< All but Embree's and kImported.
   NodeLayout nodes = NodeLayout::kPlanes;
+  std::optional<double> split_budget{};          ///< As build::BuildOptions. Unset: 1.5.
+  double presplit_budget = 1.0;                  ///< As build::BuildOptions.
+  std::optional<unsigned> reinsertion_rounds{};  ///< As build::BuildOptions. Unset: 8 for kHq, none for the others.
+  unsigned ploc_radius = 8;                      ///< As build::BuildOptions.
   unsigned max_leaf_triangles = 8;  ///< As build::BuildOptions.
   /// Put triangles that share an edge, and close custom primitives, into one leaf. Looks among 32 that follow each
   /// other in the index buffer.
@@ -65,7 +70,7 @@ struct BuildReport {
   std::uint32_t nodes = 0, leaves = 0;  ///< Records.
   std::uint32_t custom_leaves = 0;      ///< Of the leaves.
   std::uint32_t geometries = 0;
-  std::uint32_t pairs = 0;  ///< Leaves with two primitives.
+  std::uint32_t pairs = 0;  ///< Leaves with two primitives, before splitting.
   std::uint32_t dropped_not_finite = 0, dropped_degenerate = 0, bad_indices = 0;
   build::Builder builder = build::Builder::kHploc;  ///< That made the tree: kLbvh where kHploc's was too deep.
 };

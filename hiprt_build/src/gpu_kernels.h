@@ -61,11 +61,7 @@ static __global__ void __launch_bounds__(kGroupBlock)
       }
       if (!paired.group.exists()) return;
       grow(my_bounds, paired.box);
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        const float center = split_position(paired.box, axis);
-        my_centers.min[axis] = center < my_centers.min[axis] ? center : my_centers.min[axis];
-        my_centers.max[axis] = center > my_centers.max[axis] ? center : my_centers.max[axis];
-      }
+      grow(my_centers, split_point(paired.box));
       ++mine.leaves;
       mine.pairs += paired.group.is_pair() ? 1 : 0;
       mine.customs += paired.group.is_custom() ? 1 : 0;
@@ -102,13 +98,20 @@ static __global__ void __launch_bounds__(kBlock)
   values[i] = i;
 }
 
-/// What the climbs need, in the order of the keys.
-struct SortedLeaves {
-  LeafReference* references;
-  LeafPrimitives* primitives;
-  std::uint8_t* levels;
-  std::uint32_t* met;
-};
+static __global__ void clear_centers(BuildState* state) { state->centers.clear(); }
+/// Of all references.
+static __global__ void __launch_bounds__(kBlock)
+    bound_centers(const LeafReference* references, std::uint32_t count, BuildState* state) {
+  __shared__ SharedBox centers;
+  if (threadIdx.x == 0) centers.clear();
+  __syncthreads();
+  Box mine = empty_box();
+  for (std::uint32_t i = thread_index(); i < count; i += gridDim.x * blockDim.x)
+    if (references[i].group.exists()) grow(mine, split_point(references[i].box));
+  if (mine.min[0] <= mine.max[0]) centers.add(mine);
+  __syncthreads();
+  if (threadIdx.x == 0 && !centers.empty()) state->centers.add(centers.get());
+}
 
 static __global__ void __launch_bounds__(kBlock)
     gather_leaves(const LeafReference* references, const std::uint64_t* keys, const std::uint32_t* order,
@@ -134,6 +137,12 @@ static __global__ void __launch_bounds__(kGroupBlock)
   __shared__ Climber::Shared shared[kGroupsPerBlock];
   const Climber climber{tree, state->counts.leaves, sorted.levels, sorted.met, kept};
   climber(WaveGroup{}, shared[threadIdx.x / WaveGroup::kLanes], thread_index());
+}
+
+static __global__ void __launch_bounds__(kBlock)
+    list_primitives(const LeafReference* references, std::uint32_t count, LeafPrimitives* primitives) {
+  const std::uint32_t i = thread_index();
+  if (i < count) primitives[i] = LeafPrimitives{references[i].primitive, references[i].group};
 }
 
 /// Whether the tree must be made again: the climbs have to begin anew.

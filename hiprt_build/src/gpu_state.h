@@ -36,6 +36,7 @@ struct SharedBox {
   HIPRT_HD void clear() {
     for (unsigned axis = 0; axis < 3; ++axis) low[axis] = 0xffffffffu, high[axis] = 0;
   }
+  HIPRT_HD bool empty() const { return low[0] == 0xffffffffu; }
   /// @pre not the empty box.
   HIPRT_HD void add(const Box& box) {
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -45,7 +46,7 @@ struct SharedBox {
   }
   HIPRT_HD Box get() const {
     Box box = empty_box();
-    if (low[0] == 0xffffffffu) return box;
+    if (empty()) return box;
     for (unsigned axis = 0; axis < 3; ++axis) {
       box.min[axis] = from_ordered(low[axis]);
       box.max[axis] = from_ordered(high[axis]);
@@ -71,6 +72,14 @@ struct BuildState {
   LinkedRef root;
   std::uint32_t too_deep;  ///< H-PLOC's tree: lbvh_again() makes another.
   WideProgress wide;
+};
+
+/// What the climbs need, in the order of the keys.
+struct SortedLeaves {
+  LeafReference* references;
+  LeafPrimitives* primitives;
+  std::uint8_t* levels;
+  std::uint32_t* met;
 };
 
 struct SortedBoxes {

@@ -18,6 +18,7 @@ struct ReferenceParts {
   const PrimitiveSoup& soup;
   std::span<const PrimitiveGroup> groups;
   std::span<Reference> references;
+  std::span<std::uint32_t> pending;
 
   const PrimitiveGroup& group(std::uint32_t place) const { return groups[references[place].leaf]; }
   Box box(std::uint32_t place) const { return references[place].as_box(); }
@@ -26,6 +27,8 @@ struct ReferenceParts {
   void put(std::uint32_t place, std::uint32_t from, const Box& box) const {
     references[place] = make_reference(to_aabb(box), references[from].leaf);
   }
+  std::uint32_t cuts(std::uint32_t place) const { return pending[place]; }
+  void set_cuts(std::uint32_t place, std::uint32_t count) const { pending[place] = count; }
 };
 
 class Presplitter {
@@ -56,7 +59,7 @@ class Presplitter {
     const std::size_t places = engine_.exclusive_scan(std::span<std::size_t>(first));
     auto parts = engine_.allocate<Reference>(places);
     auto cuts = engine_.allocate<std::uint32_t>(places);
-    const CutStep<ReferenceParts> step{planes_, {soup_, groups_, parts.span()}, cuts.data()};
+    const CutStep<ReferenceParts> step{planes_, {soup_, groups_, parts.span(), cuts.span()}};
     std::vector<std::size_t> used(first.size());
     engine_.for_chunks(references_.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
       std::size_t place = first[chunk], made = 0;
@@ -75,10 +78,12 @@ class Presplitter {
   /// Makes all cuts of a reference, in places [first, end). @return the number of its parts.
   std::size_t cut(const CutStep<ReferenceParts>& step, const Reference& whole, std::size_t first,
                   std::size_t end) const {
-    std::fill_n(step.cuts + first, end - first, 0u);
-    for (std::size_t place = first; place < end; ++place) step.parts.references[place].leaf = kInvalidId;
+    for (std::size_t place = first; place < end; ++place) {
+      step.parts.references[place].leaf = kInvalidId;
+      step.parts.pending[place] = 0;
+    }
     step.parts.references[first] = whole;
-    step.cuts[first] = static_cast<std::uint32_t>(end - first - 1);
+    step.parts.pending[first] = static_cast<std::uint32_t>(end - first - 1);
     std::size_t made = 0;
     for (std::size_t place = first; place < end; ++place) {
       // Few large references can take most of the cuts.

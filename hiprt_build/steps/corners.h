@@ -16,6 +16,11 @@ HIPRT_HD HIPRT_INLINE void grow(Box& box, const Point& point) {
   }
 }
 
+/// @return split_position() on all axes.
+HIPRT_HD HIPRT_INLINE Point split_point(const Box& box) {
+  return Point{{split_position(box, 0), split_position(box, 1), split_position(box, 2)}};
+}
+
 /// Corners v0, v1, v2, v3 of a leaf's triangles, v0 v1 v2 and v1 v3 v2; v3 = v2 for a single one.
 struct LeafCorners {
   Point v[4];

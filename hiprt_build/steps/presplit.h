@@ -161,22 +161,21 @@ struct ScaleSearch {
 /// Step: makes one cut in what lies at a place. A reference and its cuts have as many places as it may have parts: the
 /// left part stays, and keeps the places behind it that its own cuts need; the right part comes after them. So parts
 /// lie in the order of a walk over them, left before right, wherever the cuts fall.
-/// @tparam Parts has Box box(place), LeafCorners corners(place), bool is_pair(place), and put(place, from, box): at
-/// @p place is what was at @p from, with another box.
+/// @tparam Parts has Box box(place), LeafCorners corners(place), bool is_pair(place), put(place, from, box): at
+/// @p place is what was at @p from, with another box; and cuts(place), set_cuts(place, count): those still to be made.
 template <class Parts> struct CutStep {
   CutPlanes planes;
   Parts parts;
-  std::uint32_t* cuts;  ///< Per place: that are still to be made.
 
   /// @return whether there was a cut: there may be more to do at @p place, and behind.
   HIPRT_HD bool operator()(std::uint32_t place) const {
-    const std::uint32_t wanted = cuts[place];
+    const std::uint32_t wanted = parts.cuts(place);
     if (wanted == 0) return false;
     const Box box = parts.box(place);
     const CutPlanes::Plane plane = planes.through(box);
     const float low = plane.axis == 0 ? box.min[0] : plane.axis == 1 ? box.min[1] : box.min[2];
     const float high = plane.axis == 0 ? box.max[0] : plane.axis == 1 ? box.max[1] : box.max[2];
-    cuts[place] = 0;
+    parts.set_cuts(place, 0);
     if (!(plane.position > low && plane.position < high)) return false;
     const SplitBounds halves =
         split_bounds(parts.corners(place), parts.is_pair(place), to_aabb(box), plane.axis, plane.position);
@@ -188,9 +187,9 @@ template <class Parts> struct CutStep {
     to_left = to_left < rest ? to_left : rest;
     const std::uint32_t right_place = place + to_left + 1;
     parts.put(right_place, place, right_box);
-    cuts[right_place] = rest - to_left;
+    parts.set_cuts(right_place, rest - to_left);
     parts.put(place, place, left_box);
-    cuts[place] = to_left;
+    parts.set_cuts(place, to_left);
     return true;
   }
 };

@@ -51,6 +51,8 @@ template <class Layout> struct RefitFile {
   const MovedGeometry* geometries;       ///< By number.
   std::uint32_t* ways;  ///< Per node: the parent's number << kArrivalBits | children that are done. Uninitialised.
   OuterPlanes* outer;   ///< 0. Layout half only.
+  /// Of leaves that hold but a part of their triangles: their boxes. Else nullptr: the boxes of the triangles.
+  const Box* leaf_boxes = nullptr;
 
   HIPRT_HD HIPRT_INLINE std::uint32_t node(NodeRef ref) const {
     return static_cast<std::uint32_t>((ref_offset(ref) - first_node) / sizeof(Node));
@@ -81,7 +83,7 @@ template <class Layout> struct RefitFile {
     Box box = empty_box();
     const bool custom = ref_type(ref) == NodeType::kProcedural;
     for (const Leaf* at = leaves + leaf(ref);; ++at) {
-      grow(box, leaf_box(*at, custom));
+      grow(box, leaf_boxes != nullptr ? leaf_boxes[at - leaves] : leaf_box(*at, custom));
       if ((at->info.geometry_and_flags & kLastInRun) != 0) return box;
     }
   }

@@ -70,6 +70,10 @@ template <class Layout> struct WideWriter {
   Leaf* leaves;
   std::uint32_t* map;                         ///< Per primitive: kInvalidId. nullptr: not wanted.
   std::uint64_t nodes_offset, leaves_offset;  ///< In the file.
+  /// Of trees whose leaves hold but a part of their triangles: the leaves' boxes. Else nullptr: a primitive is in one
+  /// leaf, whose box is that of its primitives.
+  const LeafReference* parts = nullptr;
+  Box* leaf_boxes = nullptr;  ///< Per leaf record; becomes what RefitFile needs. nullptr: not wanted.
 
   HIPRT_HD HIPRT_INLINE std::uint32_t leaf_count(LinkedRef ref) const {
     return (ref & kLinkedLeaf) != 0 ? 1u : plans[ref].leaves;
@@ -143,7 +147,7 @@ template <class Layout> struct WideWriter {
     bool custom = false;
     box = empty_box();
     for (std::uint32_t k = 0; k < count; ++k)
-      custom = write_leaf(first + k, primitives[find_leaf(ref, k)], k + 1 == count, box);
+      custom = write_leaf(first + k, find_leaf(ref, k), k + 1 == count, box);
     return make_ref(leaves_offset + std::uint64_t{first} * sizeof(Leaf),
                     custom ? NodeType::kProcedural : NodeType::kTriangle0);
   }
@@ -225,8 +229,9 @@ template <class Layout> struct WideWriter {
     return ref & ~kLinkedLeaf;
   }
 
-  /// @return whether it is a leaf of custom primitives.
-  HIPRT_HD bool write_leaf(std::uint32_t place, const LeafPrimitives& leaf, bool last, Box& box) const {
+  /// @param box grows. @return whether it is a leaf of custom primitives.
+  HIPRT_HD bool write_leaf(std::uint32_t place, std::uint32_t number, bool last, Box& box) const {
+    const LeafPrimitives leaf = primitives[number];
     const std::uint32_t g = soup.find(leaf.primitive);
     const GeometryView& geometry = soup.geometries[g];
     const std::uint32_t first = leaf.primitive - geometry.first;
@@ -237,14 +242,24 @@ template <class Layout> struct WideWriter {
                             ? TriangleId::kCustom * (group.is_pair() ? 0x101u : 1u)
                             : TriangleId::from_rotation(group.rotation0()) |
                                   (group.is_pair() ? TriangleId::from_rotation(group.rotation1()) << 8 : 0u)};
+    Box whole = empty_box();
     if (group.is_custom())
-      write_custom(place, geometry, info, box);
+      write_custom(place, geometry, info, whole);
     else
-      write_triangles(place, leaf_corners(geometry, first, group), info, box);
+      write_triangles(place, leaf_corners(geometry, first, group), info, whole);
+    grow(box, parts != nullptr ? parts[number].box : whole);
+    if (leaf_boxes != nullptr) leaf_boxes[place] = parts[number].box;
     if (map == nullptr) return group.is_custom();
-    map[leaf.primitive] = 2 * place;
-    if (group.is_pair()) map[leaf.primitive + group.distance()] = 2 * place + 1;
+    put(map[leaf.primitive], 2 * place);
+    if (group.is_pair()) put(map[leaf.primitive + group.distance()], 2 * place + 1);
     return group.is_custom();
+  }
+  /// Of a primitive's leaves the first.
+  HIPRT_HD HIPRT_INLINE void put(std::uint32_t& entry, std::uint32_t place) const {
+    if (parts != nullptr)
+      lower(&entry, place);
+    else
+      entry = place;
   }
   HIPRT_HD void write_triangles(std::uint32_t place, const LeafCorners& corners, const LeafInfo& info, Box& box) const {
     Leaf record{};

@@ -1,0 +1,64 @@
+#pragma once
+/// A row of launches into a stream, of which each gives the error of the one before it. Internal.
+
+#include <hiprt_build/gpu/launch.h>
+
+#include <algorithm>
+#include <type_traits>
+
+namespace hiprt::gpu {
+
+class Launcher {
+ public:
+  static constexpr unsigned kBlock = 256;
+
+  explicit Launcher(hipStream_t stream) : stream_(stream) {}
+
+  hipStream_t stream() const { return stream_; }
+  Result<void>& result() { return result_; }
+
+  /// One thread.
+  template <class... Parameters>
+  void one(const char* name, void (*kernel)(Parameters...), std::type_identity_t<Parameters>... arguments) {
+    if (result_) result_ = launch(kernel, Grid{}, stream_, {.block = 1, .name = name}, arguments...);
+  }
+  /// One block.
+  template <class... Parameters>
+  void block(const char* name, unsigned threads, void (*kernel)(Parameters...),
+             std::type_identity_t<Parameters>... arguments) {
+    if (result_) result_ = launch(kernel, Grid{}, stream_, {.block = threads, .name = name}, arguments...);
+  }
+  /// A thread for each of @p count.
+  template <class... Parameters>
+  void each(std::uint64_t count, const char* name, void (*kernel)(Parameters...),
+            std::type_identity_t<Parameters>... arguments) {
+    if (result_) result_ = launch(kernel, count, stream_, {.block = kBlock, .name = name}, arguments...);
+  }
+  /// Blocks that the device holds at once, or fewer that have enough to do.
+  template <class... Parameters>
+  void persistent(const char* name, unsigned block, std::uint64_t most_blocks, void (*kernel)(Parameters...),
+                  std::type_identity_t<Parameters>... arguments) {
+    if (!result_) return;
+    const auto blocks = persistent_grid(kernel, block);
+    if (!blocks) {
+      result_ = tl::unexpected(blocks.error());
+      return;
+    }
+    const Grid grid{static_cast<unsigned>(std::min<std::uint64_t>(*blocks, most_blocks))};
+    result_ = launch(kernel, grid, stream_, {.block = block, .name = name}, arguments...);
+  }
+  template <class T> void fill_bytes(const char* what, T* values, std::uint64_t count, int byte) {
+    if (result_ && count != 0)
+      result_ = check(hipMemsetAsync(values, byte, count * sizeof(T), stream_), "hipMemsetAsync", what);
+  }
+  /// What else returns a result.
+  template <class Enqueue> void then(const Enqueue& enqueue) {
+    if (result_) result_ = enqueue();
+  }
+
+ private:
+  hipStream_t stream_;
+  Result<void> result_{};
+};
+
+}  // namespace hiprt::gpu
