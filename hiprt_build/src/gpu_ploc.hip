@@ -12,9 +12,10 @@ namespace {
 using namespace build::kernels;
 using build::Cluster;
 
-/// Rounds over many clusters that are launched: nearly always more than there will be.
+/// Rounds over many clusters that are launched: in scenes about four halve the number of clusters. If it takes more,
+/// the last block has more to do.
 std::uint32_t launched_rounds(std::uint32_t room) {
-  return room <= kPlocFew ? 0 : 2 * static_cast<std::uint32_t>(std::bit_width((room - 1) / kPlocFew)) + 4;
+  return room <= kPlocFew ? 0 : 4 * static_cast<std::uint32_t>(std::bit_width((room - 1) / kPlocFew)) + 4;
 }
 
 /// Tiles of a round.
