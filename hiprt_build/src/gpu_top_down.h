@@ -29,9 +29,10 @@ struct TopDownOutput {
 
 /// Sizes by which the work is parted. The tree depends on spare_levels and few, never on task.
 struct TopDownTuning {
-  std::uint32_t task = 2048;         ///< References that a block looks at together; more than 0.
-  std::uint32_t few = 512;           ///< A range of so many is one wave's, with all its subtree; at least 32.
-  std::uint32_t spare_levels = 12;  ///< Of larger ranges, beyond a balanced tree's; below that they are halved by count.
+  std::uint32_t task = 2048;  ///< References that a block looks at together; more than 0.
+  std::uint32_t few = 512;    ///< A range of so many is one wave's, with all its subtree; at least 32.
+  std::uint32_t spare_levels =
+      12;  ///< Of larger ranges, beyond a balanced tree's; below that they are halved by count.
 };
 
 /// Bytes of scratch memory, to be aligned to kDeviceAlignment.

@@ -3,6 +3,7 @@
 #include <hiprt_build/gpu/launch.h>
 #include <hiprt_build/src/gpu_places.h>
 #include <hiprt_build/src/gpu_top_down_kernels.h>
+#include <hiprt_build/src/gpu_top_down_pack.h>
 #include <hiprt_build/src/gpu_top_down_small.h>
 
 #include <algorithm>

@@ -9,6 +9,14 @@
 
 namespace hiprt::build::kernels {
 
+/// A reference by two loads of 16 bytes, whatever becomes of its parts.
+inline __device__ LeafReference load(const LeafReference* from) {
+  const uint4 a = reinterpret_cast<const uint4*>(from)[0], b = reinterpret_cast<const uint4*>(from)[1];
+  const auto number = [](std::uint32_t bits) { return std::bit_cast<float>(bits); };
+  return LeafReference{
+      {{number(a.x), number(a.y), number(a.z)}, {number(a.w), number(b.x), number(b.y)}}, PackedGroup{b.z}, b.w};
+}
+
 // Boxes among lanes ---------------------------------------------------------------------------------------------------
 
 inline __device__ float from_lane(const WaveGroup& group, unsigned lane, float value) {

@@ -29,8 +29,8 @@ struct FewShared {
   }
 };
 
-/// Ranges that wait for their turn with one group: each is written down in a node that only its own subtree will use, so
-/// that there is always room.
+/// Ranges that wait for their turn with one group: each is written down in a node that only its own subtree will use,
+/// so that there is always room.
 struct PendingRanges {
   const TopDownTree& tree;
   std::uint32_t first = kInvalidId;  ///< Where it begins.
@@ -153,9 +153,11 @@ template <bool kCuts> class FewBuilder {
       sum_up(group_, left, first_, steps);
       sum_down(group_, right, last_, steps);
       const bool splits = lane > first_ && size() > 1;
-      const float cost = half_area(left) * static_cast<float>(lane - first_) +
-                         half_area(right) * static_cast<float>(last_ - lane);
-      const LaneChoice choice(splits ? cost : Aabb::kInfinity, axis << 5 | lane);
+      const float cost =
+          half_area(left) * static_cast<float>(lane - first_) + half_area(right) * static_cast<float>(last_ - lane);
+      // Of equal boxes any place is as good: the middle makes the flattest tree.
+      const unsigned off = 2 * lane > first_ + last_ ? 2 * lane - first_ - last_ : first_ + last_ - 2 * lane;
+      const LaneChoice choice(splits ? cost : Aabb::kInfinity, off << 7 | axis << 5 | lane);
       if (choice.cost < best.cost) {
         best = choice;
         if (kCuts) split.overlaps = overlap_area(left, right) > least_overlap_;
@@ -177,7 +179,7 @@ template <bool kCuts> class FewBuilder {
     best = best.from(group_, last_ > first_ ? last_ - 1 : lane);
     const bool halves = !best.exists() || is_deep(depth_, limit_ - begin_);
     split.middle = halves ? first_ + size() / 2 : best.tie & 31u;
-    split.axis = halves ? 0 : best.tie >> 5;
+    split.axis = halves ? 0 : best.tie >> 5 & 3u;
     split.cost = best.value();
     if (kCuts) split.overlaps = group_.from(split.middle & 31u, split.overlaps ? 1u : 0u) != 0 && !halves;
     return split;
@@ -244,8 +246,8 @@ template <bool kCuts> class FewBuilder {
   FewShared& shared_;
   const TopDownTree& tree_;
   float least_overlap_;
-  unsigned order_[3];           ///< Slot of the reference at this lane's place, along each axis.
-  unsigned first_, last_;       ///< Lanes of the range that this lane is in; none: it has nothing to do.
+  unsigned order_[3];      ///< Slot of the reference at this lane's place, along each axis.
+  unsigned first_, last_;  ///< Lanes of the range that this lane is in; none: it has nothing to do.
   std::uint32_t begin_, limit_, link_;
   unsigned depth_;
 };

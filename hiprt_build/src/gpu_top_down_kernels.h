@@ -1,180 +1,9 @@
 #pragma once
 /// Large ranges of references, split level by level: each kernel does one step for all ranges of a level. Internal.
 
-#include <hiprt_build/src/gpu_top_down_state.h>
+#include <hiprt_build/src/gpu_top_down_blocks.h>
 
 namespace hiprt::build::kernels {
-
-inline constexpr unsigned kTaskBlock = 256, kTaskGroups = kTaskBlock / WaveGroup::kLanes;
-
-/// Ranks of the references of a block that go to a side, in their order.
-struct BlockRanks {
-  std::uint32_t in_group[2][kTaskGroups];
-
-  /// @param sides of this thread's reference, 0 where it has none. @param rank those before it, left and right.
-  /// @param total of the block. To be called by all threads.
-  __device__ void rank(unsigned sides, std::uint32_t (&rank)[2], std::uint32_t (&total)[2]) {
-    const WaveGroup group;
-    const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
-    for (unsigned side = 0; side < 2; ++side) {
-      const std::uint32_t lanes = group.ballot((sides >> side & 1u) != 0);
-      rank[side] = lane_count(lanes & ((1u << group.lane()) - 1));
-      if (group.lane() == 0) in_group[side][my_group] = lane_count(lanes);
-    }
-    __syncthreads();
-    for (unsigned side = 0; side < 2; ++side) {
-      total[side] = 0;
-      for (unsigned g = 0; g < kTaskGroups; ++g) {
-        rank[side] += g < my_group ? in_group[side][g] : 0;
-        total[side] += in_group[side][g];
-      }
-    }
-    __syncthreads();
-  }
-};
-
-/// Bounds of the references that a thread has seen.
-struct ThreadBounds {
-  Box box = empty_box(), centers = empty_box();
-
-  __device__ void add(const Box& other) {
-    grow_fast(box, other);
-    Box center;
-    for (unsigned k = 0; k < 3; ++k) center.min[k] = center.max[k] = split_position(other, k);
-    grow_fast(centers, center);
-  }
-  /// Adds the group's to those of the block.
-  __device__ void give(const WaveGroup& group, RangeBox& to) const {
-    const Box all = unite_lanes(group, box), all_centers = unite_lanes(group, centers);
-    if (group.lane() != 0 || holds_nothing(all)) return;
-    to.box.add(all);
-    to.centers.add(all_centers);
-  }
-};
-/// Adds a block's bounds, a word per thread. @param word below RangeBox::kWords.
-inline __device__ void add_word(RangeBox& to, RangeBox& from, unsigned word) {
-  std::uint32_t* target = to.words() + word;
-  const std::uint32_t value = from.words()[word], there = load_shared(target);
-  if (RangeBox::is_low(word)) {
-    if (value < there) hiprt::lower(target, value);
-  } else if (value > there) {
-    raise(target, value);
-  }
-}
-inline __device__ void clear(RangeBox& bounds) {
-  bounds.box.clear();
-  bounds.centers.clear();
-}
-
-// The input, without its holes ----------------------------------------------------------------------------------------
-
-static __global__ void __launch_bounds__(kTaskBlock)
-    count_references(const LeafReference* input, std::uint32_t size, std::uint32_t piece, std::uint32_t* counts) {
-  __shared__ std::uint32_t count;
-  if (threadIdx.x == 0) count = 0;
-  __syncthreads();
-  const std::uint32_t begin = blockIdx.x * piece, end = min(size, begin + piece);
-  std::uint32_t mine = 0;
-  for (std::uint32_t i = begin + threadIdx.x; i < end; i += kTaskBlock) mine += input[i].group.exists() ? 1 : 0;
-  const WaveGroup group;
-  mine = sum_up(group, mine);
-  if (group.lane() == WaveGroup::kLanes - 1) fetch_add(&count, mine);
-  __syncthreads();
-  if (threadIdx.x == 0) counts[blockIdx.x] = count;
-}
-
-/// Lists a range of which all but the bounds is known: its tasks, or itself if it is small. @return its number in the
-/// list, or kInvalidId. To be called by all lanes.
-inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDownTree& tree, unsigned level,
-                                           const SmallRange& range) {
-  TopDownState& state = *tree.state;
-  std::uint32_t number = kInvalidId, first_task = 0;
-  if (range.size() <= tree.few) {
-    if (group.lane() == 0) tree.small_ranges[fetch_add(&state.small_ranges, 1)] = range;
-    return kInvalidId;
-  }
-  const std::uint32_t tasks = (range.size() - 1) / tree.task + 1;
-  if (group.lane() == 0) {
-    number = fetch_add(&state.ranges[level], 1);
-    first_task = fetch_add(&state.tasks[level], tasks);
-    LargeRange& large = tree.ranges[level % 2][number];
-    clear(large.bounds);
-    large.begin = range.begin;
-    large.end = range.end;
-    large.limit = range.limit;
-    large.depth = range.depth();
-    large.link = range.link;
-    large.first_task = first_task;
-    large.way = Way::kHalves;
-    large.tries_cut = 0;
-  }
-  number = group.from(0, number);
-  first_task = group.from(0, first_task);
-  for (std::uint32_t i = group.lane(); i < tasks; i += WaveGroup::kLanes)
-    tree.tasks[level % 2][first_task + i] = LargeTask{number, range.begin + i * tree.task};
-  tree.object_bins(number).clear(group.lane(), WaveGroup::kLanes);
-  return number;
-}
-
-/// One group. Counts become sums of those before.
-static __global__ void begin_ranges(TopDownTree tree, std::uint32_t* counts, std::uint32_t pieces, double budget) {
-  const WaveGroup group;
-  TopDownState& state = *tree.state;
-  std::uint32_t sum = 0;
-  for (std::uint32_t begin = 0; begin < pieces; begin += WaveGroup::kLanes) {
-    const std::uint32_t i = begin + group.lane(), value = i < pieces ? counts[i] : 0;
-    const std::uint32_t up_to = sum_up(group, value);
-    if (i < pieces) counts[i] = sum + up_to - value;
-    sum += group.from(WaveGroup::kLanes - 1, up_to);
-  }
-  const double wanted = static_cast<double>(sum) * budget;
-  std::uint32_t limit = wanted < static_cast<double>(tree.room) ? static_cast<std::uint32_t>(wanted) : tree.room;
-  limit = limit < sum ? sum : limit;
-  if (group.lane() == 0) {
-    clear(state.bounds);
-    state.count = sum;
-    state.limit = limit;
-    *tree.root = kInvalidId;
-    *tree.leaves = 0;
-  }
-  if (sum != 0) list_range(group, tree, 0, SmallRange{0, sum, limit, kInvalidId, 0, 0.0f});
-}
-
-static __global__ void __launch_bounds__(kTaskBlock)
-    pack_references(TopDownTree tree, const LeafReference* input, std::uint32_t size, std::uint32_t piece,
-                    const std::uint32_t* before) {
-  __shared__ BlockRanks ranks;
-  __shared__ RangeBox sum;
-  if (threadIdx.x == 0) clear(sum);
-  __syncthreads();
-  ThreadBounds bounds;
-  const std::uint32_t begin = blockIdx.x * piece, end = min(size, begin + piece);
-  std::uint32_t to = before[blockIdx.x];
-  for (std::uint32_t first = begin; first < end; first += kTaskBlock) {
-    const std::uint32_t i = first + threadIdx.x;
-    LeafReference reference{};
-    reference.group = PackedGroup::none();
-    if (i < end) reference = input[i];
-    const bool exists = reference.group.exists();
-    std::uint32_t rank[2], total[2];
-    ranks.rank(exists ? kLeftSide : 0, rank, total);
-    if (exists) {
-      tree.references[0][to + rank[0]] = reference;
-      bounds.add(reference.box);
-    }
-    to += total[0];
-  }
-  bounds.give(WaveGroup{}, sum);
-  __syncthreads();
-  if (threadIdx.x < RangeBox::kWords) {
-    add_word(tree.state->bounds, sum, threadIdx.x);
-    if (tree.state->ranges[0] != 0) add_word(tree.ranges[0][0].bounds, sum, threadIdx.x);
-  }
-  for (std::uint32_t i = tree.state->limit + thread_index(); i < tree.room; i += gridDim.x * kTaskBlock)
-    tree.references[1][i] = no_reference();
-}
-
-// A level -------------------------------------------------------------------------------------------------------------
 
 /// The references of a task that this thread looks at: visit(reference, place).
 template <class Visit>
@@ -182,7 +11,7 @@ __device__ void for_references(const TopDownTree& tree, unsigned level, const La
                                Visit&& visit) {
   const LeafReference* from = tree.references[level % 2];
   const std::uint32_t end = min(range.end, task.begin + tree.task);
-  for (std::uint32_t i = task.begin + threadIdx.x; i < end; i += kTaskBlock) visit(from[i], i);
+  for (std::uint32_t i = task.begin + threadIdx.x; i < end; i += kTaskBlock) visit(load(from + i), i);
 }
 
 static __global__ void __launch_bounds__(kTaskBlock) bin_objects(TopDownTree tree, unsigned level) {
@@ -204,8 +33,7 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_objects(TopDownTree tre
 }
 
 /// A group per range.
-template <bool kCuts>
-__global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, unsigned level) {
+template <bool kCuts> __global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, unsigned level) {
   const WaveGroup group;
   const std::uint32_t count = tree.state->ranges[level];
   const float least = tree.least_overlap();
@@ -313,9 +141,9 @@ inline __device__ TaskCounts sum_counts(const WaveGroup& group, TaskCounts* coun
     const TaskCounts up_to{sum_up(group, mine.objects_left), sum_up(group, mine.cut_left),
                            sum_up(group, mine.cut_right)};
     if (i < tasks)
-      counts[i] = TaskCounts{sum.objects_left + up_to.objects_left - mine.objects_left,
-                             sum.cut_left + up_to.cut_left - mine.cut_left,
-                             sum.cut_right + up_to.cut_right - mine.cut_right};
+      counts[i] =
+          TaskCounts{sum.objects_left + up_to.objects_left - mine.objects_left,
+                     sum.cut_left + up_to.cut_left - mine.cut_left, sum.cut_right + up_to.cut_right - mine.cut_right};
     sum.objects_left += group.from(WaveGroup::kLanes - 1, up_to.objects_left);
     sum.cut_left += group.from(WaveGroup::kLanes - 1, up_to.cut_left);
     sum.cut_right += group.from(WaveGroup::kLanes - 1, up_to.cut_right);
@@ -333,8 +161,7 @@ static __global__ void __launch_bounds__(kGroupBlock) part_ranges(TopDownTree tr
     Way way = range.way;
     std::uint32_t left_count = size / 2, right_count = size - left_count;
     if (way != Way::kHalves) {
-      const TaskCounts sum =
-          sum_counts(group, tree.counts + range.first_task, (size - 1) / tree.task + 1);
+      const TaskCounts sum = sum_counts(group, tree.counts + range.first_task, (size - 1) / tree.task + 1);
       if (way == Way::kCut && (sum.cut_left == 0 || sum.cut_right == 0)) way = Way::kObjects;
       if (way == Way::kObjects && (sum.objects_left == 0 || sum.objects_left == size)) way = Way::kHalves;
       if (way == Way::kObjects) left_count = sum.objects_left, right_count = size - left_count;
@@ -343,12 +170,12 @@ static __global__ void __launch_bounds__(kGroupBlock) part_ranges(TopDownTree tr
     const Halves halves(range.begin, range.limit, left_count, right_count);
     const std::uint32_t node = halves.right_begin, depth = range.depth + 1;
     const std::uint32_t in_array = (level + 1) % 2 != 0 ? SmallRange::kOther : 0;
-    const std::uint32_t left = list_range(
-        group, tree, level + 1,
-        SmallRange{range.begin, halves.left_end, halves.right_begin, 2 * node, depth | in_array, 0.0f});
-    const std::uint32_t right = list_range(
-        group, tree, level + 1,
-        SmallRange{halves.right_begin, halves.right_end, range.limit, 2 * node + 1, depth | in_array, 0.0f});
+    const std::uint32_t left =
+        list_range(group, tree, level + 1,
+                   SmallRange{range.begin, halves.left_end, halves.right_begin, 2 * node, depth | in_array, 0.0f});
+    const std::uint32_t right =
+        list_range(group, tree, level + 1,
+                   SmallRange{halves.right_begin, halves.right_end, range.limit, 2 * node + 1, depth | in_array, 0.0f});
     if (group.lane() != 0) continue;
     tree.nodes[node].box = range.bounds.box.get();
     tree.set(range.link, node);
@@ -388,7 +215,7 @@ struct Scatterer {
   }
 };
 
-static __global__ void __launch_bounds__(kTaskBlock) scatter_references(TopDownTree tree, unsigned level) {
+static __global__ void __launch_bounds__(kTaskBlock, 3) scatter_references(TopDownTree tree, unsigned level) {
   __shared__ BlockRanks ranks;
   __shared__ RangeBox sum[2];
   const LeafReference* from = tree.references[level % 2];
@@ -410,7 +237,7 @@ static __global__ void __launch_bounds__(kTaskBlock) scatter_references(TopDownT
     for (std::uint32_t first = task.begin; first < end; first += kTaskBlock) {
       const std::uint32_t i = first + threadIdx.x;
       LeafReference reference{};
-      if (i < end) reference = from[i];
+      if (i < end) reference = load(from + i);
       const unsigned sides = i < end ? scatterer.sides(reference, i) : 0;
       std::uint32_t rank[2], total[2];
       ranks.rank(sides, rank, total);

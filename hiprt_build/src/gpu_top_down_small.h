@@ -52,7 +52,8 @@ template <bool kCuts> class SmallBuilder {
   /// visit(reference) by the lanes in turn.
   template <class Visit> __device__ void for_each(const SmallRange& range, Visit&& visit) const {
     const LeafReference* references = from(range);
-    for (std::uint32_t i = range.begin + group_.lane(); i < range.end; i += WaveGroup::kLanes) visit(references[i]);
+    for (std::uint32_t i = range.begin + group_.lane(); i < range.end; i += WaveGroup::kLanes)
+      visit(load(references + i));
   }
 
   __device__ void measure(const SmallRange& range, Rule& rule) const {
@@ -106,7 +107,7 @@ template <bool kCuts> class SmallBuilder {
     std::uint32_t counts[2] = {};
     for (std::uint32_t first = range.begin; first < range.end; first += WaveGroup::kLanes) {
       const std::uint32_t i = first + group_.lane();
-      const unsigned mine = i < range.end ? sides(rule, mapping, half, from(range)[i], i) : 0;
+      const unsigned mine = i < range.end ? sides(rule, mapping, half, load(from(range) + i), i) : 0;
       counts[0] += lane_count(group_.ballot((mine & kLeftSide) != 0));
       counts[1] += lane_count(group_.ballot((mine & kRightSide) != 0));
     }
@@ -122,7 +123,7 @@ template <bool kCuts> class SmallBuilder {
     for (std::uint32_t first = range.begin; first < range.end; first += WaveGroup::kLanes) {
       const std::uint32_t i = first + group_.lane();
       LeafReference r{};
-      if (i < range.end) r = from(range)[i];
+      if (i < range.end) r = load(from(range) + i);
       const unsigned mine = i < range.end ? sides(rule, mapping, half, r, i) : 0;
       Parts parts{r.box, r.box};
       if (kCuts && mine == (kLeftSide | kRightSide))
@@ -154,8 +155,7 @@ template <bool kCuts> class SmallBuilder {
     std::uint32_t left = 0, right = 0;
     if (kCuts && rule.way == Way::kCut) {
       left = count(range, rule, right);
-      if (left == 0 || right == 0)
-        rule.way = rule.objects.axis == ObjectSplit::kNoAxis ? Way::kHalves : Way::kObjects;
+      if (left == 0 || right == 0) rule.way = rule.objects.axis == ObjectSplit::kNoAxis ? Way::kHalves : Way::kObjects;
     }
     if (kCuts && range.is(SmallRange::kTryCut) && rule.way != Way::kCut) return false;
     if (rule.way == Way::kObjects) {
@@ -186,7 +186,7 @@ template <bool kCuts> class SmallBuilder {
       if (group_.lane() == 0) pending_.write(range, pending_.first);
       pending_.first = range.begin;
     } else if (group_.lane() == 0) {
-      tree_.set_leaf(range.link, range.begin, range.limit, from(range)[range.begin]);
+      tree_.set_leaf(range.link, range.begin, range.limit, load(from(range) + range.begin));
       ++leaves;
     }
   }
@@ -199,7 +199,7 @@ template <bool kCuts> class SmallBuilder {
 };
 
 /// Groups take a small range after the other.
-template <bool kCuts> __global__ void __launch_bounds__(kGroupBlock) build_small(TopDownTree tree) {
+template <bool kCuts> __global__ void __launch_bounds__(kGroupBlock, 4) build_small(TopDownTree tree) {
   __shared__ SmallShared shared[kGroupsPerBlock];
   const WaveGroup group;
   const std::uint32_t ranges = tree.state->small_ranges;

@@ -118,8 +118,7 @@ struct Halves {
   __device__ Halves(std::uint32_t begin, std::uint32_t limit, std::uint32_t left_count, std::uint32_t right_count) {
     const std::uint32_t room = limit - begin - left_count - right_count;
     left_end = begin + left_count;
-    right_begin =
-        left_end + (room == 0 ? 0 : static_cast<std::uint32_t>(share_of_room(room, left_count, right_count)));
+    right_begin = left_end + (room == 0 ? 0 : static_cast<std::uint32_t>(share_of_room(room, left_count, right_count)));
     right_end = right_begin + right_count;
   }
 };

@@ -120,7 +120,8 @@ double half_area(const Box& box) {
 /// Walks a tree and checks that every leaf and every node is in it once.
 class Walk {
  public:
-  explicit Walk(const Outcome& outcome) : outcome_(outcome), nodes_(outcome.nodes.size()), leaves_(outcome.nodes.size()) {
+  explicit Walk(const Outcome& outcome)
+      : outcome_(outcome), nodes_(outcome.nodes.size()), leaves_(outcome.nodes.size()) {
     if (outcome.root != kInvalidId) enter(outcome.root, 0);
     std::size_t unused_nodes = 0, unused_leaves = 0, wrong = 0;
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
@@ -187,7 +188,8 @@ void check_covered(const Scene& scene, const Outcome& outcome) {
           double p[3];
           for (std::size_t k = 0; k < 3; ++k)
             p[k] = (double{scene.mesh.positions[t[0]][k]} * i + double{scene.mesh.positions[t[1]][k]} * j +
-                    double{scene.mesh.positions[t[2]][k]} * (8 - i - j)) / 8;
+                    double{scene.mesh.positions[t[2]][k]} * (8 - i - j)) /
+                   8;
           const auto& boxes = parts[group.primitive[0]];
           missing += std::none_of(boxes.begin(), boxes.end(), [&](const Box& box) {
             bool inside = true;
@@ -206,8 +208,9 @@ double cost_on_host(const Scene& scene, double budget, bool cut, std::size_t& le
   auto references = machine.engine.allocate<build::Reference>(scene.groups.size());
   for (std::size_t i = 0; i < scene.groups.size(); ++i)
     build::MakeReferenceStep{soup, scene.groups, references.span()}(i);
-  const build::BinaryTree tree = cut ? build::build_sbvh(machine.engine, soup, scene.groups, std::move(references), budget)
-                                     : build::build_sah(machine.engine, std::move(references));
+  const build::BinaryTree tree =
+      cut ? build::build_sbvh(machine.engine, soup, scene.groups, std::move(references), budget)
+          : build::build_sah(machine.engine, std::move(references));
   double cost = 0;
   leaves = tree.references.size();
   for (const build::BinaryNode& node : tree.nodes.span()) cost += half_area(build::to_box(node.box()));
