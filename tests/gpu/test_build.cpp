@@ -2,11 +2,13 @@
 
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/statistics.h>
+#include <hiprt_build/steps/collapse_plan.h>
 #include <hiprt_device/format/validate.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
+#include <tests/traversal/every_hit.h>
 
 #include <cstdio>
 #include <limits>
@@ -116,6 +118,22 @@ void check_like_host(Input& input, Builder builder, NodeLayout nodes = NodeLayou
   CHECK(report.nodes == host.statistics.nodes);
 }
 
+/// Closest hits of rays to points at all distances from the origin, bit for bit.
+void check_hits(const SceneView& scene, const std::vector<oracle::Mesh>& meshes) {
+  oracle::Random random(kSeed);
+  unsigned found = 0;
+  for (unsigned i = 0; i < 300; ++i) {
+    const oracle::Position from = random.in_cube(2), to = random.in_cube(random.log_uniform(1e-3, 1));
+    const Ray ray{.origin = vec3(from), .direction = vec3(to) - vec3(from)};
+    const std::vector<Hit> all = every_hit(meshes, ray);
+    const Hit expected = all.empty() ? Hit{} : all[0], hit = closest_hit(scene, ray);
+    INFO("ray " << i << ": t = " << hit.t << ", expected " << expected.t);
+    REQUIRE(same_hit(hit, expected));
+    found += hit.found() ? 1 : 0;
+  }
+  CHECK(found > 100);
+}
+
 constexpr Builder kBuilders[] = {Builder::kLbvh, Builder::kLbvh30, Builder::kHploc};
 
 oracle::Mesh first_triangles(oracle::Mesh mesh, std::size_t count) {
@@ -203,6 +221,30 @@ TEST_CASE("pairs of the device") {
     CHECK(device_cost < 1.25 * host_cost);
     const build::Buffer again = input->build_on_device({});
     CHECK(std::equal(again.bytes().begin(), again.bytes().end(), device.bytes().begin(), device.bytes().end()));
+  }
+}
+
+TEST_CASE("trees too deep for a ray's stack are made again by LBVH") {
+  INFO("seed " << kSeed);
+  const std::vector<oracle::Mesh> meshes[] = {{oracle::nested(130, kSeed)}, {oracle::nested(200, kSeed)}};
+  for (const std::vector<oracle::Mesh>& mesh : meshes) {
+    const bool too_deep = mesh[0].triangles.size() > 130;
+    INFO(mesh[0].triangles.size() << " triangles");
+    Input input(mesh);
+    for (const unsigned run : {1u, 8u}) {
+      gpu::BuildReport report;
+      const build::Buffer file = input.build_on_device({.max_leaf_triangles = run, .pair_triangles = false}, &report);
+      CHECK(report.status == gpu::BuildStatus::kOk);
+      CHECK(report.builder == (too_deep ? Builder::kLbvh : Builder::kHploc));
+      const BufferView view = checked_view(file);
+      // Narrow nodes alone are enough for this one.
+      if (!too_deep) CHECK(view.header->stack_bound > build::kWideStackNeed);
+      if (too_deep)
+        check_same_files(
+            file, input.build_on_host({.builder = Builder::kLbvh, .max_leaf_triangles = run, .pair_triangles = false})
+                      .buffer);
+      check_hits(make_scene_view(view), mesh);
+    }
   }
 }
 
