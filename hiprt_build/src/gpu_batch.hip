@@ -44,6 +44,11 @@ DeviceGeometry batch_geometry(const DeviceBatch& batch, std::size_t mesh) {
 
 Result<void> check_batch(const DeviceBatch& batch, const BuildOptions& options) {
   if (auto checked = check_options(options); !checked) return checked;
+  if (options.builder != Builder::kLbvh && options.builder != Builder::kLbvh30 && options.builder != Builder::kHploc)
+    return fail(ErrorCode::kInvalidInput, "batches are built by lbvh, lbvh30 and hploc, not by ",
+                build::name(options.builder));
+  if (options.presplit_budget > 1.0 || options.reinsertion_rounds.value_or(0) != 0)
+    return fail(ErrorCode::kInvalidInput, "batches have neither cuts nor rounds of reinsertion");
   if (options.nodes != NodeLayout::kPlanes)
     return fail(ErrorCode::kInvalidInput, "batches are written in node layout planes only");
   if (batch.first.empty() || batch.first[0] != 0)

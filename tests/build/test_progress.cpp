@@ -5,6 +5,7 @@
 #include <hiprt_build/steps/pair.h>
 #include <hiprt_build/steps/references.h>
 #include <tests/build/machine.h>
+#include <tests/build/progress_watch.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tools/names.h>
@@ -15,7 +16,6 @@
 #include <tbb/task_arena.h>
 
 #include <ctime>
-#include <set>
 #include <string>
 
 using namespace hiprt;
@@ -129,22 +129,12 @@ TEST_CASE("progress rises to the end, by calls about every 20 ms") {
   const Mesh mesh = icosphere(6);
   for (const auto& [word, builder] : tools::kBuilders) {
     CAPTURE(word);
-    double last = 0;
-    unsigned calls = 0;
-    std::set<std::string> steps;
-    const auto watch = [&](const build::Progress& progress) {
-      CHECK(progress.fraction >= last);
-      CHECK(progress.fraction <= 1);
-      last = progress.fraction;
-      steps.insert(progress.step);
-      ++calls;
-      return true;
-    };
-    const auto bvh = build::build(std::vector{mesh.view()}, {.builder = builder, .progress = watch});
+    test::ProgressWatch watch;
+    const auto bvh = build::build(std::vector{mesh.view()}, {.builder = builder, .progress = watch.callback()});
     REQUIRE(bvh.has_value());
-    CHECK(last >= 0.95);
-    for (const char* step : {"pair", "collapse", "encode", "checksum"}) CHECK(steps.count(step) == 1);
-    CHECK(calls >= steps.size());
+    CHECK(watch.last() >= 0.95);
+    for (const char* step : {"pair", "collapse", "encode", "checksum"}) CHECK(watch.steps().count(step) == 1);
+    CHECK(watch.calls() >= watch.steps().size());
     const auto cancelled =
         build::build(std::vector{mesh.view()}, {.builder = builder, .progress = [](const auto&) { return false; }});
     REQUIRE_FALSE(cancelled.has_value());

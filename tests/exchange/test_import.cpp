@@ -4,12 +4,11 @@
 
 #include <hiprt_build/statistics.h>
 #include <hiprt_device/format/validate.h>
+#include <tests/build/progress_watch.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/every_hit.h>
 #include <tests/traversal/explain.h>
-
-#include <set>
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -306,20 +305,12 @@ TEST_CASE("an import can be watched and cancelled, whichever step it is in") {
   const std::vector<Mesh> meshes{soup(200000, 1e-2, kSeed)};
   const auto views = oracle::views(meshes);
   const ExchangeBvh tree = random_tree(primitive_boxes(meshes), {4, 3}, kSeed);
-  double last = 0;
-  std::set<std::string> steps;
-  const auto watch = [&](const build::Progress& progress) {
-    CHECK(progress.fraction >= last);
-    CHECK(progress.fraction <= 1);
-    last = progress.fraction;
-    steps.insert(progress.step);
-    return true;
-  };
-  imported({.meshes = views}, tree, {.progress = watch});
-  CHECK(last > 0.9);
+  ProgressWatch watch;
+  imported({.meshes = views}, tree, {.progress = watch.callback()});
+  CHECK(watch.last() > 0.9);
   for (const std::string step : {"check", "pair", "split", "join", "order", "collapse", "encode"}) {
     CAPTURE(step);
-    CHECK(steps.count(step) == 1);
+    CHECK(watch.steps().count(step) == 1);
     const auto stop = [&](const build::Progress& progress) { return progress.step != step; };
     const auto refused = build::import_tree({.meshes = views}, tree, {.progress = stop});
     REQUIRE_FALSE(refused.has_value());

@@ -1,11 +1,8 @@
 // BVHs built on the device: the files are those of the CPU's builders, bit by bit, where both pair alike.
 
-#include <hiprt_build/gpu/build.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/validate.h>
-#include <tests/gpu/counting_allocator.h>
-#include <tests/gpu/results.h>
-#include <tests/oracle/meshes.h>
+#include <hiprt_build/steps/collapse_plan.h>
+#include <tests/gpu/build_input.h>
 #include <tests/oracle/odd_meshes.h>
 
 #include <cstdio>
@@ -18,64 +15,6 @@ using build::Builder;
 using Catch::Matchers::Contains;
 
 namespace {
-
-constexpr std::uint64_t kSeed = 20261121;
-
-/// Geometries on the host, and copies of them on the device.
-class Input {
- public:
-  explicit Input(std::vector<oracle::Mesh> meshes, std::vector<std::vector<Box>> boxes = {})
-      : meshes_(std::move(meshes)), boxes_(std::move(boxes)) {
-    for (const oracle::Mesh& mesh : meshes_) {
-      positions_.push_back(must(gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, allocator_)));
-      triangles_.push_back(must(gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, allocator_)));
-      geometries.push_back({.positions = positions_.back().data(),
-                            .triangles = triangles_.back().data(),
-                            .position_count = static_cast<std::uint32_t>(mesh.positions.size()),
-                            .primitive_count = static_cast<std::uint32_t>(mesh.triangles.size()),
-                            .mask = mesh.mask});
-    }
-    for (const std::vector<Box>& custom : boxes_) {
-      device_boxes_.push_back(must(gpu::DeviceArray<Box>::from(custom, nullptr, allocator_)));
-      // Without boxes any address says that these are custom primitives.
-      const Box* data = custom.empty() ? device_boxes_.front().data() : device_boxes_.back().data();
-      geometries.push_back({.boxes = data,
-                            .primitive_count = static_cast<std::uint32_t>(custom.size()),
-                            .type = static_cast<std::uint8_t>(device_boxes_.size())});
-    }
-    REQUIRE(hipDeviceSynchronize() == hipSuccess);
-  }
-
-  build::Buffer build_on_device(const gpu::BuildOptions& options, gpu::BuildReport* report = nullptr) {
-    const gpu::BuiltScene scene = must(gpu::build_scene(geometries, options, nullptr, allocator_));
-    if (report != nullptr) *report = scene.report;
-    return must(gpu::download_file(scene, "test_build", nullptr));
-  }
-  build::Bvh build_on_host(const build::BuildOptions& options) const {
-    const std::vector<build::TriangleMesh> views = oracle::views(meshes_);
-    std::vector<build::CustomGeometry> customs;
-    for (const std::vector<Box>& custom : boxes_)
-      customs.push_back({.boxes = custom, .type = static_cast<std::uint8_t>(customs.size() + 1)});
-    return must(build::build(build::SceneInput{views, customs}, options));
-  }
-
-  std::vector<gpu::DeviceGeometry> geometries;
-
- private:
-  CountingAllocator allocator_;
-  std::vector<oracle::Mesh> meshes_;
-  std::vector<std::vector<Box>> boxes_;
-  std::vector<gpu::DeviceArray<build::Position>> positions_;
-  std::vector<gpu::DeviceArray<build::Triangle>> triangles_;
-  std::vector<gpu::DeviceArray<Box>> device_boxes_;
-};
-
-BufferView checked_view(const build::Buffer& file) {
-  const auto summary = validate(file.bytes());
-  INFO((summary ? std::string() : to_string(summary.error())));
-  REQUIRE(summary.has_value());
-  return *open_buffer(file.bytes());
-}
 
 std::span<const std::byte> section(const build::Buffer& file, SectionKind kind) {
   const auto* entries = reinterpret_cast<const SectionEntry*>(file.bytes().data() + sizeof(FileHeader));
@@ -206,13 +145,41 @@ TEST_CASE("pairs of the device") {
   }
 }
 
+TEST_CASE("trees too deep for a ray's stack are made again by LBVH") {
+  INFO("seed " << kSeed);
+  const std::vector<oracle::Mesh> meshes[] = {{oracle::nested(130, kSeed)}, {oracle::nested(200, kSeed)}};
+  for (const std::vector<oracle::Mesh>& mesh : meshes) {
+    const bool too_deep = mesh[0].triangles.size() > 130;
+    INFO(mesh[0].triangles.size() << " triangles");
+    Input input(mesh);
+    for (const unsigned run : {1u, 8u}) {
+      gpu::BuildReport report;
+      const build::Buffer file = input.build_on_device({.max_leaf_triangles = run, .pair_triangles = false}, &report);
+      CHECK(report.status == gpu::BuildStatus::kOk);
+      CHECK(report.builder == (too_deep ? Builder::kLbvh : Builder::kHploc));
+      const BufferView view = checked_view(file);
+      // Narrow nodes alone are enough for this one.
+      if (!too_deep) CHECK(view.header->stack_bound > build::kWideStackNeed);
+      if (too_deep)
+        check_same_files(
+            file, input.build_on_host({.builder = Builder::kLbvh, .max_leaf_triangles = run, .pair_triangles = false})
+                      .buffer);
+      CHECK(check_hits(make_scene_view(view), mesh) > 100);
+    }
+  }
+}
+
 TEST_CASE("what the device cannot build is refused") {
   CountingAllocator allocator;
   const auto message = [&](const gpu::DeviceGeometry& geometry, const gpu::BuildOptions& options) {
     return error_of(gpu::build_scene({&geometry, 1}, options, nullptr, allocator)).message;
   };
   const gpu::DeviceGeometry none{};
-  CHECK_THAT(message(none, {.builder = Builder::kSah}), Contains("builder sah does not run on the GPU"));
+  CHECK_THAT(message(none, {.builder = Builder::kEmbreeHigh}), Contains("builder embree-high does not run on the GPU"));
+  CHECK_THAT(message(none, {.split_budget = 0.5}), Contains("split_budget is 0.5, allowed are 1 to 16"));
+  CHECK_THAT(message(none, {.presplit_budget = 17}), Contains("presplit_budget is 17, allowed are 1 to 16"));
+  CHECK_THAT(message(none, {.reinsertion_rounds = 1001}), Contains("reinsertion_rounds is 1001, allowed are 0 to 1000"));
+  CHECK_THAT(message(none, {.ploc_radius = 129}), Contains("ploc_radius is 129, allowed are 1 to 128"));
   CHECK_THAT(message(none, {.max_leaf_triangles = 65}), Contains("max_leaf_triangles is 65"));
   CHECK_THAT(message(none, {.nodes = static_cast<NodeLayout>(5)}), Contains("node layout 5 cannot be written"));
   CHECK_THAT(message(none, {.costs = {.leaf = 0}}), Contains("SAH costs must be positive"));

@@ -114,4 +114,18 @@ inline Mesh concentric(unsigned count, std::uint64_t seed) {
   return mesh;
 }
 
+/// @p count triangles whose boxes are cubes with the origin as a corner, the last of edge 1, 16 to every power of two:
+/// each is nearest to all those in it, so that who joins the nearest makes a chain. (Fewer to a power of two fill the
+/// cells of Morton codes too soon; of more, equal halves are joined first.)
+inline Mesh nested(unsigned count, std::uint64_t seed) {
+  Random random(seed);
+  Mesh mesh;
+  for (unsigned i = 1; i <= count; ++i) {
+    const float s = std::exp2((static_cast<float>(i) - static_cast<float>(count)) / 16);
+    append(mesh, {0, 0, s * random.uniform_float(0, 1)}, {s, s * random.uniform_float(0, 1), 0},
+           {s * random.uniform_float(0, 1), s, s});
+  }
+  return mesh;
+}
+
 }  // namespace hiprt::oracle

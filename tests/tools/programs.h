@@ -1,8 +1,10 @@
 #pragma once
-/// The tools under test, from the build folder, and small inputs for them.
+/// The tools under test, from the build folder, small inputs for them, and what a run that went well looks like.
 
 #include "run_command.h"
 #include "temp_folder.h"
+
+#include <catch2/catch.hpp>
 
 #include <array>
 #include <string>
@@ -13,6 +15,19 @@ namespace hiprt::test {
 inline const std::string kBvhBuild = HIPRT_BVHBUILD;
 inline const std::string kBvhInfo = HIPRT_BVHINFO;
 inline const std::string kBvhTrace = HIPRT_BVHTRACE;
+
+/// It ended well and had nothing to complain of.
+inline void check_good(const CommandResult& result) {
+  INFO(result.out << result.err);
+  CHECK(result.status == 0);
+  CHECK(result.err.empty());
+}
+
+/// It ended well and without a word.
+inline void check_quiet(const CommandResult& result) {
+  check_good(result);
+  CHECK(result.out.empty());
+}
 
 /// An n x n grid of quads in the plane z = @p z, each of two triangles, over [0, n] x [0, n], as OBJ.
 inline std::string grid_obj(unsigned n, float z = 0) {

@@ -13,13 +13,6 @@ using nlohmann::json;
 
 namespace {
 
-void check_quiet(const CommandResult& result) {
-  INFO(result.out << result.err);
-  CHECK(result.status == 0);
-  CHECK(result.out.empty());
-  CHECK(result.err.empty());
-}
-
 /// Status, one line that has the word, and nothing new in the folder.
 void check_failure(const TempFolder& folder, int status, const std::vector<std::string>& arguments,
                    const std::string& word) {

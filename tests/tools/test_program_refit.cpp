@@ -12,12 +12,6 @@ using nlohmann::json;
 
 namespace {
 
-void check_good(const CommandResult& result) {
-  INFO(result.out << result.err);
-  CHECK(result.status == 0);
-  CHECK(result.err.empty());
-}
-
 /// Two grids built into one file, and a moved one.
 struct Files {
   TempFolder folder;

@@ -17,13 +17,6 @@ using nlohmann::json;
 
 namespace {
 
-void check_quiet(const CommandResult& result) {
-  INFO(result.out << result.err);
-  CHECK(result.status == 0);
-  CHECK(result.out.empty());
-  CHECK(result.err.empty());
-}
-
 json json_of(const CommandResult& result) {
   INFO(result.err);
   REQUIRE(result.status == 0);

@@ -1,0 +1,88 @@
+// What a refit refuses, with the place; the file stays.
+
+#include <tests/build/refit_file.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/motions.h>
+
+using namespace hiprt;
+using namespace hiprt::oracle;
+using namespace hiprt::test;
+using build::ErrorCode;
+using build::SceneInput;
+using Catch::Contains;
+
+TEST_CASE("what cannot be refitted is refused with the place, and the file stays") {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const Mesh mesh = icosphere(3);
+  Mesh with_dropped = mesh;
+  append(with_dropped, {0, 0, 0}, {0, 0, 0}, {1, 0, 0});
+  append(with_dropped, {0, 0, 0}, {kNan, 0, 0}, {1, 0, 0});
+  for (const NodeLayout layout : kLayouts) {
+    CAPTURE(static_cast<std::uint32_t>(layout));
+    File file = built(with_dropped, {.nodes = layout});
+    const auto message = [&](const Mesh& moved) {
+      const build::Error error = refusal(file, moved);
+      CHECK(error.code == ErrorCode::kInvalidInput);
+      return error.message;
+    };
+    Mesh bad = with_dropped;
+    bad.triangles.pop_back();
+    CHECK_THAT(message(bad), Contains("mesh 0: 1281 triangles") && Contains("has 1282"));
+    bad = with_dropped;
+    bad.triangles[1100][2] = 1u << 30;
+    bad.triangles[70][1] = static_cast<std::uint32_t>(bad.positions.size());
+    CHECK_THAT(message(bad), Contains("mesh 0, triangle 70: index 648") && Contains("648 vertices"));
+    bad = with_dropped;
+    bad.positions[bad.triangles[5][1]][2] = std::numeric_limits<float>::infinity();
+    CHECK_THAT(message(bad), Contains(", triangle ") && Contains("is in the tree, but is not finite now"));
+    bad = with_dropped;
+    bad.positions[bad.triangles[1280][1]] = {0, 1, 0};
+    CHECK_THAT(message(bad), Contains("triangle 1280: was dropped") && Contains("needs a new build"));
+    bad = with_dropped;
+    bad.positions[bad.triangles[1281][1]] = {0, 1, 0};
+    CHECK_THAT(message(bad), Contains("triangle 1281: was dropped"));
+    refitted(file, with_dropped);
+  }
+}
+
+TEST_CASE("pairs whose common edge comes apart are refused; without pairs all can move") {
+  const Mesh mesh = unshared(icosphere(3)), moved = exploded(mesh, 0.5, kSeed);
+  for (const NodeLayout layout : kLayouts) {
+    CAPTURE(static_cast<std::uint32_t>(layout));
+    File paired = built(mesh, {.nodes = layout}), single = built(mesh, {.nodes = layout, .pair_triangles = false});
+    REQUIRE(paired.bvh.statistics.pairs > 500);
+    CHECK_THAT(refusal(paired, moved).message, Contains("triangle ") && Contains("has come apart"));
+    const Mesh together = twisted(mesh, 0.25);
+    refitted(paired, together);
+    check_moved(paired, together);
+    refitted(single, moved);
+    check_moved(single, moved);
+  }
+}
+
+TEST_CASE("what is no file, and options out of range") {
+  File file = built(icosphere(1));
+  const Mesh mesh = icosphere(1);
+  const std::vector meshes{mesh.view()};
+  const SceneInput scene{meshes, {}};
+  for (const double ratio : {0.0, 0.99, -1.0, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_THAT(refusal(file, scene, {.rebuild_ratio = ratio}).message,
+               Contains("rebuild_ratio is") && Contains("at least 1"));
+  for (const double slack : {-0.01, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_THAT(refusal(file, scene, {.rebuild_slack = slack}).message,
+               Contains("rebuild_slack is") && Contains("at least 0"));
+  refitted(file, scene, {.threads = 1000, .rebuild_ratio = std::numeric_limits<double>::infinity()});
+  const auto error_of = [&](std::span<std::byte> bytes) {
+    const auto result = build::refit(bytes, scene);
+    REQUIRE_FALSE(result.has_value());
+    CHECK(result.error().code == ErrorCode::kInvalidInput);
+    const auto copied = build::refit_copy(bytes, scene);
+    REQUIRE_FALSE(copied.has_value());
+    return result.error().message;
+  };
+  CHECK_THAT(error_of({}), Contains("not a BVH file"));
+  CHECK_THAT(error_of(file.bytes().first(file.bytes().size() - 1)), Contains("SizeMismatch"));
+  CHECK(build::refit(file.bytes().subspan(1), scene).error().message.find("Misaligned") != std::string::npos);
+  file.bytes()[0] = std::byte{0};
+  CHECK_THAT(error_of(file.bytes()), Contains("BadMagic"));
+}

@@ -1,0 +1,79 @@
+"""test_tidy.py ROOT: tools/tidy sees faults in sources and headers, and remembers what is clean as long as it is."""
+
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+CONFIG = "Checks: '-*,modernize-use-nullptr{}'\nWarningsAsErrors: '*'\nHeaderFilterRegex: '/tools/.*'\n"
+FAULT = "inline int* pointer() { return 0; }\n"
+CLEAN = "inline int* pointer() { return nullptr; }\n"
+
+
+class Clone:
+    def __init__(self, script, work, name):
+        self.script, self.root = script, work / name
+        self.environment = {**os.environ, "XDG_CACHE_HOME": str(work / "cache")}
+        (self.root / "build").mkdir(parents=True)
+        (self.root / "tools").mkdir()
+        self.write("tools/a.h", CLEAN)
+        self.write("tools/a.cpp", '#include "a.h"\nint main() { return pointer() == nullptr ? 0 : 1; }\n')
+        self.write("tools/b.cpp", "int b() { return 1; }\n")
+        self.write(".clang-tidy", CONFIG.format(""))
+        # Two variants of a.cpp, of which the first is looked at; what is elsewhere is not.
+        commands = [("tools/a.cpp", []), ("tools/a.cpp", ["-DNO_SUCH=("]), ("tools/b.cpp", []), ("other/c.cpp", [])]
+        entries = [{"directory": str(self.root / "build"), "file": str(self.root / file),
+                    "command": " ".join(["ccache", "/usr/bin/c++", *more, "-c", str(self.root / file)])}
+                   for file, more in commands]
+        self.write("build/compile_commands.json", json.dumps(entries))
+
+    def write(self, name, text):
+        path = self.root / name
+        path.write_text(text)
+        # Long ago: what has just been written is not remembered, because it may still change.
+        os.utime(path, (1e9, 1e9))
+
+    def expect(self, status, known, faults, said=""):
+        done = subprocess.run([self.script, self.root / "build", "tools", "--root", self.root],
+                              capture_output=True, text=True, env=self.environment)
+        counts = f"2 sources, {known} of them known to be clean, {faults} with faults\n"
+        if done.returncode != status or not done.stdout.endswith(counts) or not re.search(said, done.stdout):
+            sys.exit(f"expected status {status}, '{said}' and '{counts}', got {done.returncode}:\n"
+                     f"{done.stdout}{done.stderr}")
+
+
+def main():
+    if shutil.which("clang-tidy") is None:
+        print("SKIPPED: clang-tidy not found")
+        return 77
+    script = pathlib.Path(sys.argv[1]) / "tools/tidy"
+    with tempfile.TemporaryDirectory() as folder:
+        work = pathlib.Path(folder).resolve()
+        clone = Clone(script, work, "clone")
+        clone.expect(0, known=0, faults=0)
+        clone.expect(0, known=2, faults=0)
+        Clone(script, work, "another").expect(0, known=2, faults=0)
+        clone.write("tools/a.h", FAULT)
+        for _ in range(2):
+            clone.expect(1, known=1, faults=1, said=r"tools/a\.cpp:\n(.*\n)*.*tools/a\.h:1:\d+: error: use nullptr")
+        clone.write("tools/a.h", CLEAN)
+        clone.expect(0, known=2, faults=0)
+        clone.write(".clang-tidy", CONFIG.format(",bugprone-*"))
+        clone.expect(0, known=0, faults=0)
+        clone.write("tools/b.cpp", "int b() { return }\n")
+        clone.expect(1, known=1, faults=1, said="expected expression")
+        for arguments, message in ((["nowhere", "tools"], "nowhere/compile_commands.json"),
+                                   ([str(clone.root / "build"), "tools", "--root", str(clone.root), "--clang-tidy",
+                                     "no-such-tidy"], "no-such-tidy is not here")):
+            done = subprocess.run([script, *arguments], capture_output=True, text=True)
+            if done.returncode != 2 or message not in done.stderr:
+                sys.exit(f"expected status 2 and '{message}', got {done.returncode}: {done.stderr}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
