@@ -44,6 +44,7 @@ class Enqueuer {
     put(geometries);
     if (plan_.primitives != 0) {
       pair();
+      if (plan_.splits()) steps_.one("note_whole", note_whole, kept_.state);
       if (plan_.presplits()) presplit();
       plan_.from_top() ? split() : join();
       dispatch_layout(plan_.layout, [&](auto layout) { write<decltype(layout)>(); });

@@ -21,6 +21,7 @@ static __global__ void start(BuildState* state) {
   state->bounds.clear();
   state->centers.clear();
   state->counts = GroupCounts{};
+  state->whole = kInvalidId;
   state->root = kInvalidId;
   state->too_deep = 0;
   state->wide = WideProgress{};
@@ -97,6 +98,8 @@ static __global__ void __launch_bounds__(kBlock)
   keys[i] = reference.group.exists() ? grid.code(reference.box) : ~std::uint64_t{0};
   values[i] = i;
 }
+
+static __global__ void note_whole(BuildState* state) { state->whole = state->counts.leaves; }
 
 static __global__ void clear_centers(BuildState* state) { state->centers.clear(); }
 /// Of all references.
@@ -201,6 +204,7 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   FeatureMask features = 0;
   if (counts.leaves > counts.customs) features |= feature_bit(Feature::kTriangles);
   if (counts.customs != 0) features |= feature_bit(Feature::kCustom);
+  if (counts.leaves > state->whole) features |= feature_bit(Feature::kSplitReferences);
   const auto* records = reinterpret_cast<const GeometryRecord*>(plan.base + plan.sections[3].offset);
   for (std::uint32_t i = 0; i < plan.geometries; ++i)
     if (records[i].mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);

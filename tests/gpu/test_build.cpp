@@ -16,30 +16,6 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-std::span<const std::byte> section(const build::Buffer& file, SectionKind kind) {
-  const auto* entries = reinterpret_cast<const SectionEntry*>(file.bytes().data() + sizeof(FileHeader));
-  const SectionEntry& entry = entries[static_cast<unsigned>(kind) - 1];
-  return file.bytes().subspan(entry.offset, entry.count * entry.stride);
-}
-
-void check_same_files(const build::Buffer& device, const build::Buffer& host) {
-  checked_view(device);
-  for (const SectionKind kind :
-       {SectionKind::kNodes, SectionKind::kLeaves, SectionKind::kPrimitiveMap, SectionKind::kGeometries}) {
-    INFO("section " << static_cast<unsigned>(kind));
-    const auto a = section(device, kind), b = section(host, kind);
-    REQUIRE(a.size() == b.size());
-    CHECK(std::equal(a.begin(), a.end(), b.begin()));
-  }
-  const auto& a = *reinterpret_cast<const FileHeader*>(device.bytes().data());
-  const auto& b = *reinterpret_cast<const FileHeader*>(host.bytes().data());
-  CHECK(a.root == b.root);
-  CHECK(a.features == b.features);
-  CHECK(a.stack_bound == b.stack_bound);
-  CHECK(std::equal(a.bounds.min, a.bounds.min + 3, b.bounds.min));
-  CHECK(std::equal(a.bounds.max, a.bounds.max + 3, b.bounds.max));
-}
-
 /// Without pairs, which the host looks for in the whole mesh.
 void check_like_host(Input& input, Builder builder, NodeLayout nodes = NodeLayout::kPlanes, unsigned run = 8) {
   INFO(build::name(builder) << ", runs of " << run);
