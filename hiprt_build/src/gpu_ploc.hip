@@ -20,7 +20,7 @@ std::uint32_t launched_rounds(std::uint32_t room) {
 
 /// Tiles of a round.
 std::uint32_t most_tiles(std::uint32_t room, unsigned radius) {
-  return room <= kPlocFew ? 0 : PlocTile<kPlocBlock>::tiles(room, radius);
+  return room <= kPlocFew ? 0 : PlocTile<kPlocBlock, kPlocMostRadius>::tiles(room, radius);
 }
 
 /// The memory of a build.
@@ -29,10 +29,6 @@ void place(Pieces& pieces, std::uint32_t room, PlocJob& job) {
   job.odd = pieces.take<Cluster>(room);
   job.rounds = pieces.take<PlocRound>(launched_rounds(room) + 1);
   job.words = pieces.take<std::uint64_t>(most_tiles(room, kPlocMostRadius));
-}
-
-template <unsigned kBlock> std::size_t array_bytes(unsigned radius) {
-  return PlocTile<kBlock>::words(radius) * sizeof(std::uint32_t);
 }
 
 }  // namespace
@@ -56,19 +52,15 @@ Result<void> enqueue_ploc(const PlocInput& input, const PlocOutput& output, std:
   auto done = launch(ploc_start, std::uint64_t{std::max(tiles, rounds + 1)}, stream,
                      {.block = kPlocBlock, .name = "ploc_start"}, job, input.count, rounds, tiles);
   if (done && rounds != 0) {
-    const std::size_t bytes = array_bytes<kPlocBlock>(input.radius);
-    const auto blocks = persistent_grid(ploc_round, kPlocBlock, bytes);
+    const auto kernel = input.radius <= kPlocSmallRadius ? ploc_round<kPlocSmallRadius> : ploc_round<kPlocMostRadius>;
+    const auto blocks = persistent_grid(kernel, kPlocBlock);
     if (!blocks) return tl::unexpected(blocks.error());
     for (std::uint32_t round = 0; round < rounds && done; ++round)
-      done = launch(ploc_round, Grid{std::min(*blocks, tiles)}, stream,
-                    {.block = kPlocBlock, .dynamic_shared_bytes = bytes, .name = "ploc_round"}, job, round);
+      done = launch(kernel, Grid{std::min(*blocks, tiles)}, stream, {.block = kPlocBlock, .name = "ploc_round"}, job,
+                    round);
   }
   if (!done) return done;
-  return launch(ploc_finish, Grid{}, stream,
-                {.block = kPlocLastBlock,
-                 .dynamic_shared_bytes = array_bytes<kPlocLastBlock>(input.radius),
-                 .name = "ploc_finish"},
-                job, rounds);
+  return launch(ploc_finish, Grid{}, stream, {.block = kPlocLastBlock, .name = "ploc_finish"}, job, rounds);
 }
 
 }  // namespace hiprt::gpu

@@ -17,6 +17,8 @@ inline constexpr unsigned kPlocBlock = 256, kPlocLastBlock = 512;
 /// So many clusters and fewer are joined by one block.
 inline constexpr std::uint32_t kPlocFew = 1024;
 inline constexpr unsigned kPlocMostRadius = 128;
+/// Blocks need less shared memory up to this one.
+inline constexpr unsigned kPlocSmallRadius = 16;
 
 struct PlocLeaves {
   const LeafReference* references;
@@ -46,15 +48,20 @@ struct PlocJob {
   HIPRT_HD HIPRT_INLINE Cluster* next(const PlocProgress& now) const { return now.rounds % 2 == 0 ? even : odd; }
 };
 
-/// How a block of @p kBlock threads works on its tile. Clusters are named by their places among all, as 32-bit
-/// numbers that wrap around: those before the first are no places of clusters either.
-template <unsigned kBlock> class PlocTile {
+/// How a block of @p kBlock threads works on its tile, by a radius up to @p kMostRadius. Clusters are named by their
+/// places among all, as 32-bit numbers that wrap around: those before the first are no places of clusters either.
+template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
  public:
   /// Clusters whose nearest is looked for: the tile and the radius to either side.
   static constexpr std::uint32_t kRows = 2, kWindow = kRows * kBlock, kGroups = kWindow / WaveGroup::kLanes;
-  static_assert(kWindow > 2 * kPlocMostRadius && kGroups <= WaveGroup::kLanes);
+  static_assert(kWindow > 2 * kMostRadius && kGroups <= WaveGroup::kLanes);
+
+  /// And those around whose boxes are looked at.
+  static constexpr std::uint32_t kAll = kWindow + 2 * kMostRadius;
 
   struct Shared {
+    std::uint32_t clusters[sizeof(Cluster) / sizeof(std::uint32_t)][kAll];
+    std::uint32_t nearest[kWindow];
     std::uint32_t staying[kGroups];  ///< Bits.
     std::uint32_t first[kGroups];    ///< Where the first of them goes.
   };
@@ -64,19 +71,8 @@ template <unsigned kBlock> class PlocTile {
   HIPRT_HD static constexpr std::uint32_t tiles(std::uint32_t clusters, std::uint32_t radius) {
     return (clusters - 1) / size(radius) + 1;
   }
-  /// Of the array that the constructor takes.
-  static constexpr std::size_t words(std::uint32_t radius) {
-    return kWindow + std::size_t{kWords} * (kWindow + 2 * radius);
-  }
-
-  __device__ PlocTile(const PlocJob& job, const PlocProgress& now, std::uint32_t tile, Shared& shared,
-                      std::uint32_t* array)
-      : job_(job),
-        now_(now),
-        begin_(tile * size(job.radius)),
-        shared_(shared),
-        nearest_(array),
-        clusters_(array + kWindow) {}
+  __device__ PlocTile(const PlocJob& job, const PlocProgress& now, std::uint32_t tile, Shared& shared)
+      : job_(job), now_(now), begin_(tile * size(job.radius)), shared_(shared) {}
 
   /// @param before(group, total) called by the block's first group: the clusters that stay of the tiles before, if
   ///        @p total stay of this one.
@@ -96,42 +92,37 @@ template <unsigned kBlock> class PlocTile {
   }
 
  private:
-  static constexpr unsigned kWords = sizeof(Cluster) / sizeof(std::uint32_t);
-  using Words = std::array<std::uint32_t, kWords>;
-
-  __device__ std::uint32_t stride() const { return kWindow + 2 * job_.radius; }
   /// The place of the window's k-th cluster, and the k of a place.
   __device__ std::uint32_t place_of(std::uint32_t k) const { return begin_ - job_.radius + k; }
   __device__ std::uint32_t in_window(std::uint32_t place) const { return place - begin_ + job_.radius; }
 
   __device__ void load() const {
-    const std::uint32_t first = begin_ - 2 * job_.radius, all = stride();
+    const std::uint32_t first = begin_ - 2 * job_.radius, all = kWindow + 2 * job_.radius;
     for (std::uint32_t m = threadIdx.x; m < all; m += kBlock) {
       if (first + m >= now_.count) continue;
-      const auto words = std::bit_cast<Words>(job_.cluster(now_, first + m));
+      const Cluster mine = job_.cluster(now_, first + m);
+      const auto words = std::bit_cast<std::array<std::uint32_t, 8>>(mine);
 #pragma unroll
-      for (unsigned w = 0; w < kWords; ++w) clusters_[w * all + m] = words[w];
+      for (unsigned w = 0; w < 8; ++w) shared_.clusters[w][m] = words[w];
     }
   }
-  __device__ float number(unsigned w, std::uint32_t m) const {
-    return std::bit_cast<float>(clusters_[w * stride() + m]);
-  }
+  __device__ float number(unsigned w, std::uint32_t m) const { return std::bit_cast<float>(shared_.clusters[w][m]); }
   __device__ Box box(std::uint32_t place) const {
     const std::uint32_t m = in_window(place) + job_.radius;
     return Box{{number(0, m), number(1, m), number(2, m)}, {number(3, m), number(4, m), number(5, m)}};
   }
   __device__ Cluster cluster(std::uint32_t place) const {
     const std::uint32_t m = in_window(place) + job_.radius;
-    return Cluster{box(place), clusters_[6 * stride() + m], clusters_[7 * stride() + m]};
+    return Cluster{box(place), shared_.clusters[6][m], shared_.clusters[7][m]};
   }
 
   __device__ void find_nearest() const {
     for (std::uint32_t k = threadIdx.x; k < kWindow; k += kBlock) {
       const std::uint32_t i = place_of(k);
       if (i >= now_.count) continue;
-      nearest_[k] = now_.neighbours != 0
-                        ? ploc_neighbour(i, now_.count)
-                        : ploc_nearest(i, now_.count, job_.radius, [this](std::uint32_t j) { return box(j); });
+      shared_.nearest[k] = now_.neighbours != 0
+                               ? ploc_neighbour(i, now_.count)
+                               : ploc_nearest(i, now_.count, job_.radius, [this](std::uint32_t j) { return box(j); });
     }
   }
 
@@ -140,7 +131,7 @@ template <unsigned kBlock> class PlocTile {
     const std::uint32_t k = row * kBlock + threadIdx.x, i = place_of(k);
     PlocFate fate = PlocFate::kGoes;
     if (k >= job_.radius && k < kWindow - job_.radius && i < now_.count)
-      fate = ploc_fate(i, [this](std::uint32_t place) { return nearest_[in_window(place)]; });
+      fate = ploc_fate(i, [this](std::uint32_t place) { return shared_.nearest[in_window(place)]; });
     const WaveGroup group;
     const std::uint32_t staying = group.ballot(fate != PlocFate::kGoes);
     if (group.lane() == 0) shared_.staying[k / WaveGroup::kLanes] = staying;
@@ -161,7 +152,7 @@ template <unsigned kBlock> class PlocTile {
     const std::uint32_t k = row * kBlock + threadIdx.x, i = place_of(k), g = k / WaveGroup::kLanes;
     const std::uint32_t lower = shared_.staying[g] & ((1u << k % WaveGroup::kLanes) - 1);
     Cluster mine = cluster(i);
-    if (fate == PlocFate::kJoins) mine = join(job_.tree, mine, cluster(nearest_[k]));
+    if (fate == PlocFate::kJoins) mine = join(job_.tree, mine, cluster(shared_.nearest[k]));
     job_.next(now_)[shared_.first[g] + lane_count(lower)] = mine;
   }
 
@@ -169,11 +160,7 @@ template <unsigned kBlock> class PlocTile {
   const PlocProgress& now_;
   std::uint32_t begin_;
   Shared& shared_;
-  std::uint32_t* nearest_;   ///< [kWindow]
-  std::uint32_t* clusters_;  ///< [kWords][stride()]
 };
-
-extern __shared__ std::uint32_t ploc_array[];
 
 /// @param words how many the rounds need.
 static __global__ void __launch_bounds__(kPlocBlock)
@@ -184,9 +171,10 @@ static __global__ void __launch_bounds__(kPlocBlock)
 }
 
 /// A round over many clusters; does nothing where few are left.
-static __global__ void __launch_bounds__(kPlocBlock) ploc_round(PlocJob job, std::uint32_t round) {
-  using Tile = PlocTile<kPlocBlock>;
-  __shared__ Tile::Shared shared;
+template <unsigned kMostRadius>
+__global__ void __launch_bounds__(kPlocBlock) ploc_round(PlocJob job, std::uint32_t round) {
+  using Tile = PlocTile<kPlocBlock, kMostRadius>;
+  __shared__ typename Tile::Shared shared;
   __shared__ std::uint32_t taken;
   const PlocProgress now = job.rounds[round].before;
   PlocProgress* after = &job.rounds[round + 1].before;
@@ -201,7 +189,7 @@ static __global__ void __launch_bounds__(kPlocBlock) ploc_round(PlocJob job, std
     __syncthreads();
     const std::uint32_t tile = taken;
     if (tile >= tiles) return;
-    Tile(job, now, tile, shared, ploc_array)([&](const WaveGroup& group, std::uint32_t total) {
+    Tile(job, now, tile, shared)([&](const WaveGroup& group, std::uint32_t total) {
       const std::uint32_t before = sums.before(group, tile, total);
       if (tile == tiles - 1 && group.lane() == 0) *after = now.next(before + total);
       return before;
@@ -211,7 +199,7 @@ static __global__ void __launch_bounds__(kPlocBlock) ploc_round(PlocJob job, std
 
 /// All rounds that are left, by one block.
 static __global__ void __launch_bounds__(kPlocLastBlock) ploc_finish(PlocJob job, std::uint32_t round) {
-  using Tile = PlocTile<kPlocLastBlock>;
+  using Tile = PlocTile<kPlocLastBlock, kPlocMostRadius>;
   __shared__ Tile::Shared shared;
   __shared__ std::uint32_t left;
   PlocProgress now = job.rounds[round].before;
@@ -219,7 +207,7 @@ static __global__ void __launch_bounds__(kPlocLastBlock) ploc_finish(PlocJob job
     const std::uint32_t tiles = Tile::tiles(now.count, job.radius);
     std::uint32_t sum = 0;
     for (std::uint32_t tile = 0; tile < tiles; ++tile) {
-      Tile(job, now, tile, shared, ploc_array)([&](const WaveGroup&, std::uint32_t total) {
+      Tile(job, now, tile, shared)([&](const WaveGroup&, std::uint32_t total) {
         const std::uint32_t before = sum;
         sum += total;
         return before;

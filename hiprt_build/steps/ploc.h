@@ -41,11 +41,12 @@ HIPRT_HD HIPRT_INLINE std::uint32_t ploc_nearest(std::uint32_t i, std::uint32_t 
   const std::uint32_t begin = i > radius ? i - radius : 0;
   const std::uint32_t end = count - i > radius ? i + radius + 1 : count;
   std::uint64_t best = ~std::uint64_t{0};
-  for (std::uint32_t j = begin; j < end; ++j) {
-    if (j == i) continue;
+  const auto look = [&](std::uint32_t j) HIPRT_INLINE_LAMBDA {
     const std::uint64_t key = nearness(box, box_at(j), i, j);
     best = key < best ? key : best;
-  }
+  };
+  for (std::uint32_t j = begin; j < i; ++j) look(j);
+  for (std::uint32_t j = i + 1; j < end; ++j) look(j);
   return i ^ static_cast<std::uint32_t>(best);
 }
 
