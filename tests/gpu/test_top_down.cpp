@@ -316,4 +316,6 @@ TEST_CASE("a deep tree from the top is halved by count in time") {
   for (const unsigned spare : {0u, 3u, 40u})
     for (const double budget : {1.0, 1.7})
       check_tree(scene, budget, {.task = 33, .few = 32, .spare_levels = spare}, "deep");
+  // So much room that the limit of depth seems near early.
+  check_tree(scene, 1000.0, {.task = 33, .few = 32, .spare_levels = 40}, "room");
 }
