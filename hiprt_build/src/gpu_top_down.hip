@@ -7,6 +7,8 @@
 #include <hiprt_build/src/gpu_top_down_small.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 namespace hiprt::gpu {
 namespace {
@@ -107,12 +109,16 @@ class Enqueuer {
   template <class... Parameters>
   void persistent(const char* name, unsigned block, std::uint32_t most_blocks, void (*kernel)(Parameters...),
                   std::type_identity_t<Parameters>... arguments) {
-    if (!result_) return;
+    if (result_) start(name, block, std::min(resident(kernel, block), most_blocks), kernel, arguments...);
+  }
+  /// Asked for once: a build starts its kernels for every level.
+  template <class... Parameters> unsigned resident(void (*kernel)(Parameters...), unsigned block) {
+    const auto* address = reinterpret_cast<const void*>(kernel);
+    for (const auto& [known, blocks] : resident_)
+      if (known == address) return blocks;
     const auto blocks = persistent_grid(kernel, block);
-    if (!blocks)
-      result_ = tl::unexpected(blocks.error());
-    else
-      start(name, block, std::min(*blocks, most_blocks), kernel, arguments...);
+    if (!blocks) result_ = tl::unexpected(blocks.error());
+    return resident_.emplace_back(address, blocks ? *blocks : 1u).second;
   }
 
   void pack() {
@@ -146,6 +152,7 @@ class Enqueuer {
   TopDownTree& tree_;
   hipStream_t stream_;
   bool cuts_;
+  std::vector<std::pair<const void*, unsigned>> resident_;
   Result<void> result_{};
 };
 

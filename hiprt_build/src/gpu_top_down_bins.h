@@ -212,6 +212,7 @@ struct ObjectSplit {
   std::uint32_t axis;  ///< kNoAxis: there is none.
   std::uint32_t bin;   ///< First bin of the right side.
   float overlap;       ///< Half area of what both sides have in common.
+  std::uint32_t left;  ///< References on the left side.
 };
 
 /// As find_best_split(). Lane i has the split before bin i. @param all the range's box.
@@ -219,6 +220,7 @@ inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const Ob
   const unsigned lane = group.lane();
   LaneChoice best(Aabb::kInfinity, 0);
   float overlap = 0.0f;
+  std::uint32_t count_of_best = 0;
   for (unsigned axis = 0; axis < 3; ++axis) {
     Box right = bins.box(axis, lane), left = lane > 0 ? bins.box(axis, lane - 1) : empty_box();
     const std::uint32_t count = *bins.at(axis, 6, lane), up_to = sum_up(group, count), total = group.from(31, up_to);
@@ -230,11 +232,13 @@ inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const Ob
     if (mine.cost < best.cost) {
       best = mine;
       overlap = overlap_area(left, right);
+      count_of_best = left_count;
     }
   }
   best = best_of_lanes(group, best);
-  if (!best.exists()) return {Aabb::kInfinity, ObjectSplit::kNoAxis, 0, half_area(all)};
-  return {best.value(), best.tie >> 5, best.tie & 31u, from_lane(group, best.tie & 31u, overlap)};
+  const unsigned from = best.tie & 31u;
+  if (!best.exists()) return {Aabb::kInfinity, ObjectSplit::kNoAxis, 0, half_area(all), 0};
+  return {best.value(), best.tie >> 5, from, from_lane(group, from, overlap), group.from(from, count_of_best)};
 }
 
 // Cuts of space -------------------------------------------------------------------------------------------------------

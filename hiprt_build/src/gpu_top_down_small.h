@@ -100,7 +100,7 @@ template <bool kCuts> class SmallBuilder {
     return left ? kLeftSide : kRightSide;
   }
 
-  /// @return references on the left and on the right side.
+  /// @param right becomes the number of references on the right side. @return that on the left.
   __device__ std::uint32_t count(const SmallRange& range, const Rule& rule, std::uint32_t& right) const {
     const BinMapping mapping = lane_mapping(rule.centers);
     const std::uint32_t half = range.begin + range.size() / 2;
@@ -141,7 +141,7 @@ template <bool kCuts> class SmallBuilder {
   __device__ void choose(const SmallRange& range, Rule& rule) const {
     measure(range, rule);
     rule.way = Way::kHalves;
-    rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, Aabb::kInfinity};
+    rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, Aabb::kInfinity, 0};
     if (is_deep(range.depth(), range.limit - range.begin)) return;
     if (!range.is(SmallRange::kTryCut)) choose_objects(range, rule);
     if (kCuts && range.limit - range.begin > range.size() && rule.objects.overlap > least_overlap_)
@@ -159,8 +159,8 @@ template <bool kCuts> class SmallBuilder {
     }
     if (kCuts && range.is(SmallRange::kTryCut) && rule.way != Way::kCut) return false;
     if (rule.way == Way::kObjects) {
-      left = count(range, rule, right);
-      if (left == 0 || right == 0) rule.way = Way::kHalves;
+      left = rule.objects.left;
+      right = range.size() - left;
     }
     if (rule.way == Way::kHalves) {
       left = range.size() / 2;

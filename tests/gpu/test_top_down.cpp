@@ -3,6 +3,7 @@
 #include <hiprt_build/builders/sah.h>
 #include <hiprt_build/builders/sbvh.h>
 #include <hiprt_build/exec/group.h>
+#include <hiprt_build/gpu/device_buffer.h>
 #include <hiprt_build/src/gpu_top_down.h>
 #include <hiprt_build/steps/pair_window.h>
 #include <hiprt_build/steps/references.h>
@@ -11,8 +12,6 @@
 #include <tests/gpu/results.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
-
-#include <hiprt_build/gpu/device_buffer.h>
 
 #include <cstdio>
 #include <cstring>
@@ -38,10 +37,11 @@ struct Scene {
   std::vector<build::PrimitiveGroup> groups;
 
   explicit Scene(oracle::Mesh from, bool pair = true) : mesh(std::move(from)) {
-    const build::GeometryView view = view_of(mesh.positions.data(), mesh.triangles.data());
-    const build::PairWindow<build::HostGroup> windows{{&view, 1, view.primitives}, pair};
+    const auto views = views_of(mesh.positions.data(), mesh.triangles.data());
+    const auto primitives = static_cast<std::uint32_t>(mesh.triangles.size());
+    const build::PairWindow<build::HostGroup> windows{{views.data(), 2, primitives}, pair};
     auto shared = std::make_unique<build::PairWindow<build::HostGroup>::Shared>();
-    for (std::uint32_t w = 0; w * build::kPairWindow < view.primitives; ++w)
+    for (std::uint32_t w = 0; w * build::kPairWindow < primitives; ++w)
       windows(build::HostGroup{}, *shared, w, [&](const build::PairedPrimitive& p) {
         references.push_back(LeafReference{p.box, p.group, p.primitive});
         if (!p.group.exists()) return;
@@ -50,13 +50,20 @@ struct Scene {
       });
   }
 
-  build::GeometryView view_of(const build::Position* positions, const build::Triangle* triangles) const {
-    build::GeometryView view{};
-    view.positions = positions;
-    view.triangles = triangles;
-    view.positions_count = static_cast<std::uint32_t>(mesh.positions.size());
-    view.primitives = static_cast<std::uint32_t>(mesh.triangles.size());
-    return view;
+  /// Two geometries that share the mesh's positions.
+  std::vector<build::GeometryView> views_of(const build::Position* positions, const build::Triangle* triangles) const {
+    const auto all = static_cast<std::uint32_t>(mesh.triangles.size()), first = all / 3;
+    std::vector<build::GeometryView> views(2);
+    for (build::GeometryView& view : views) {
+      view.positions = positions;
+      view.positions_count = static_cast<std::uint32_t>(mesh.positions.size());
+    }
+    views[0].triangles = triangles;
+    views[0].primitives = first;
+    views[1].triangles = triangles + first;
+    views[1].primitives = all - first;
+    views[1].first = first;
+    return views;
   }
 };
 
@@ -83,8 +90,8 @@ Outcome build_on_device(const Scene& scene, double budget, bool cut, const gpu::
   constexpr std::size_t kGuard = 4096;
   auto positions = must(gpu::DeviceArray<build::Position>::from(scene.mesh.positions, nullptr, allocator));
   auto triangles = must(gpu::DeviceArray<build::Triangle>::from(scene.mesh.triangles, nullptr, allocator));
-  const std::vector<build::GeometryView> host_view{scene.view_of(positions.data(), triangles.data())};
-  auto view = must(gpu::DeviceArray<build::GeometryView>::from(host_view, nullptr, allocator));
+  const auto host_views = scene.views_of(positions.data(), triangles.data());
+  auto views = must(gpu::DeviceArray<build::GeometryView>::from(host_views, nullptr, allocator));
   auto input = must(gpu::DeviceArray<LeafReference>::from(scene.references, nullptr, allocator));
   auto references = must(gpu::DeviceArray<LeafReference>::make(room, nullptr, allocator));
   auto nodes = must(gpu::DeviceArray<LinkedNode>::make(room, nullptr, allocator));
@@ -94,9 +101,10 @@ Outcome build_on_device(const Scene& scene, double budget, bool cut, const gpu::
   must(nodes.fill(garbage, nullptr));
   must(results.fill(garbage, nullptr));
   must(scratch.fill(garbage, nullptr));
-  must(gpu::enqueue_top_down({{view.data(), 1, n}, input.data(), n, room, budget, cut},
+  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, room, budget, cut},
                              {references.data(), nodes.data(), results.data(), results.data() + 1}, scratch.data(),
                              nullptr, tuning));
+  REQUIRE(hipDeviceSynchronize() == hipSuccess);
   Outcome outcome;
   outcome.references = must(references.to_vector(nullptr));
   outcome.nodes = must(nodes.to_vector(nullptr));
@@ -294,4 +302,20 @@ TEST_CASE("odd meshes from the top") {
     const Scene scene(mesh);
     for (const double budget : {1.0, 2.0}) check_tree(scene, budget, kTiny, name);
   }
+}
+
+TEST_CASE("a deep tree from the top is halved by count in time") {
+  // Each four are much farther away than those before: a split takes off few.
+  oracle::Mesh mesh;
+  for (int i = -45; i <= 45; ++i)
+    for (unsigned copy = 0; copy < 4; ++copy) {
+      const auto x = static_cast<float>(std::pow(2.6, i)), y = x / 64 * static_cast<float>(copy + 1);
+      oracle::append(mesh, {x, 0, 0}, {x * 1.25f, y, 0}, {x, y, x / 8});
+    }
+  const Scene scene(mesh, false);
+  for (const unsigned spare : {0u, 3u, 40u})
+    for (const double budget : {1.0, 1.7})
+      check_tree(scene, budget, {.task = 33, .few = 32, .spare_levels = spare}, "deep");
+  // So much room that the limit of depth seems near early.
+  check_tree(scene, 1000.0, {.task = 33, .few = 32, .spare_levels = 40}, "room");
 }
