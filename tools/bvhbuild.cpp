@@ -89,9 +89,10 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kTargetLayouts)))
       ->type_name("NAME")
       ->capture_default_str();
-  app.add_option("--device", options.device,
-                 "What builds. gpu: lbvh, lbvh30 and hploc (the default there); pairs are looked for among neighbours "
-                 "only, so the tree is a little larger. auto: the GPU if there is one and it has the builder")
+  app.add_option(
+         "--device", options.device,
+         "What builds. gpu: all but embree-* and --import, by default hploc; pairs are looked for among "
+         "neighbours only, so the tree is a little larger. auto: the GPU if there is one and it has the builder")
       ->check(CLI::IsMember(words(kDeviceChoices)))
       ->type_name("NAME")
       ->capture_default_str();
@@ -257,9 +258,7 @@ build::Result<std::optional<build::ExchangeBvh>> read_tree(const Options& option
 
 /// What only the CPU can do.
 bool needs_cpu(const build::BuildOptions& wanted, bool imported) {
-  const bool on_gpu = wanted.builder == build::Builder::kLbvh || wanted.builder == build::Builder::kLbvh30 ||
-                      wanted.builder == build::Builder::kHploc;
-  return imported || !on_gpu || wanted.reinsertion_rounds.value_or(0) != 0;
+  return imported || wanted.builder > build::Builder::kHq;
 }
 
 /// The GPU's tree; nothing if the CPU is to build.
@@ -268,8 +267,8 @@ build::Result<std::optional<build::Bvh>> try_gpu(std::span<const build::Triangle
   if (choice == DeviceChoice::kCpu || (choice == DeviceChoice::kAuto && needs_cpu(wanted, imported)))
     return std::nullopt;
   if (needs_cpu(wanted, imported))
-    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
-                                       "a GPU builds lbvh, lbvh30 and hploc, without reinsertion rounds or an import"});
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kInvalidInput, "a GPU builds neither Embree's trees nor imported ones"});
   auto bvh = build_on_gpu(meshes, wanted);
   if (bvh) return std::optional<build::Bvh>(std::move(*bvh));
   if (choice == DeviceChoice::kAuto && bvh.error().code == build::ErrorCode::kNoDevice) return std::nullopt;

@@ -68,9 +68,14 @@ build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> mesh
     if (auto added = copies.add(mesh, allocator); !added) return tl::unexpected(std::move(added.error()));
   const gpu::BuildOptions wanted{.builder = options.builder,
                                  .nodes = options.nodes,
+                                 .split_budget = options.split_budget,
+                                 .presplit_budget = options.presplit_budget,
+                                 .reinsertion_rounds = options.reinsertion_rounds,
+                                 .ploc_radius = options.ploc_radius,
                                  .max_leaf_triangles = options.max_leaf_triangles,
                                  .pair_triangles = options.pair_triangles,
-                                 .costs = options.costs};
+                                 .costs = options.costs,
+                                 .progress = options.progress};
   const auto scene = gpu::build_scene(copies.geometries, wanted, nullptr, allocator);
   if (!scene) return tl::unexpected(scene.error());
   auto file = gpu::download_file(*scene, options.tool, nullptr);

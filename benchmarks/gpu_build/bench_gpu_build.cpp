@@ -21,6 +21,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <sstream>
 
 namespace hiprt::bench {
 namespace {
@@ -43,9 +44,39 @@ struct Measured {
 };
 
 Result<Builder> find_builder(const std::string& name) {
-  for (const Builder builder : {Builder::kLbvh, Builder::kLbvh30, Builder::kHploc})
+  for (const Builder builder :
+       {Builder::kLbvh, Builder::kLbvh30, Builder::kHploc, Builder::kPloc, Builder::kSah, Builder::kSbvh, Builder::kHq})
     if (name == build::name(builder)) return builder;
-  return gpu::fail(build::ErrorCode::kInvalidInput, "no builder '", name, "'; there are lbvh, lbvh30, hploc");
+  return gpu::fail(build::ErrorCode::kInvalidInput, "no builder '", name,
+                   "'; there are lbvh, lbvh30, hploc, ploc, sah, sbvh, hq");
+}
+
+/// "sbvh:split=3:rounds=8"
+Result<gpu::BuildOptions> parse_builder(const std::string& text) {
+  std::istringstream parts(text);
+  std::string part;
+  std::getline(parts, part, ':');
+  const auto builder = find_builder(part);
+  if (!builder) return tl::unexpected(builder.error());
+  gpu::BuildOptions options{.builder = *builder};
+  while (std::getline(parts, part, ':')) {
+    double value = 0;
+    char name[16] = {}, end = 0;
+    if (std::sscanf(part.c_str(), "%15[a-z]=%lf%c", name, &value, &end) != 2 || !(value >= 0 && value <= 1000))
+      return gpu::fail(build::ErrorCode::kInvalidInput, "'", part, "' is not NAME=NUMBER");
+    const std::string_view key = name;
+    if (key == "split")
+      options.split_budget = value;
+    else if (key == "presplit")
+      options.presplit_budget = value;
+    else if (key == "rounds")
+      options.reinsertion_rounds = static_cast<unsigned>(value);
+    else if (key == "radius")
+      options.ploc_radius = static_cast<unsigned>(value);
+    else
+      return gpu::fail(build::ErrorCode::kInvalidInput, "no '", key, "'; there are split, presplit, rounds, radius");
+  }
+  return options;
 }
 
 Result<NodeLayout> find_layout(const std::string& name) {
@@ -143,6 +174,13 @@ Result<double> time_refits(const Scene& scene, gpu::BuiltScene& built, unsigned 
   return median_of(repeats, stream, [&] { return gpu::enqueue_refit(parts, {&geometry, 1}, scratch->data(), stream); });
 }
 
+/// The options of a builder as part of a file's name.
+std::string file_name(std::string builder) {
+  std::replace(builder.begin(), builder.end(), ':', '_');
+  std::erase(builder, '=');
+  return builder;
+}
+
 /// Downloads, validates and measures the tree, before and after refits.
 Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const Options& options, hipStream_t stream,
                    Measured& measured) {
@@ -159,16 +197,18 @@ Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const Opt
   if (!summary) return gpu::fail(build::ErrorCode::kBackend, "not a valid tree: ", to_string(summary.error()));
   measured.sah_cost = build::measure_tree(*open_buffer(file->bytes())).sah_cost;
   if (options.save.empty()) return {};
-  return build::write_file(options.save + "/" + scene.name + "." + measured.builder + ".bvh", file->bytes());
+  return build::write_file(options.save + "/" + scene.name + "." + file_name(measured.builder) + ".bvh", file->bytes());
 }
 
 Result<Measured> measure(const Scene& scene, const std::string& builder_name, const Options& options,
                          hipStream_t stream) {
-  const auto builder = find_builder(builder_name);
-  if (!builder) return tl::unexpected(builder.error());
+  auto parsed = parse_builder(builder_name);
+  if (!parsed) return tl::unexpected(parsed.error());
+  gpu::BuildOptions& build_options = *parsed;
   const auto nodes = find_layout(options.nodes);
   if (!nodes) return tl::unexpected(nodes.error());
-  const gpu::BuildOptions build_options{.builder = *builder, .nodes = *nodes, .pair_triangles = options.pairs != 0};
+  build_options.nodes = *nodes;
+  build_options.pair_triangles = options.pairs != 0;
   const gpu::DeviceGeometry geometry = scene.geometry();
   const auto sizes = gpu::build_sizes({&geometry, 1}, build_options);
   if (!sizes) return tl::unexpected(sizes.error());
@@ -226,8 +266,8 @@ struct MeasuredBatch {
 
 Result<MeasuredBatch> measure_batch(std::uint32_t count, std::uint32_t triangles, const std::string& builder_name,
                                     const Options& options, hipStream_t stream) {
-  const auto builder = find_builder(builder_name);
-  if (!builder) return tl::unexpected(builder.error());
+  const auto build_options = parse_builder(builder_name);
+  if (!build_options) return tl::unexpected(build_options.error());
   const Ribbons ribbons(count, triangles);
   const auto scene = Scene::make("batch", ribbons.mesh);
   if (!scene) return tl::unexpected(scene.error());
@@ -235,15 +275,14 @@ Result<MeasuredBatch> measure_batch(std::uint32_t count, std::uint32_t triangles
   if (!first) return tl::unexpected(first.error());
   const gpu::DeviceGeometry all = scene->geometry();
   const gpu::DeviceBatch batch{all.positions, all.triangles, all.position_count, ribbons.first, first->data()};
-  const gpu::BuildOptions build_options{.builder = *builder};
-  const auto sizes = gpu::batch_sizes(batch, build_options);
+  const auto sizes = gpu::batch_sizes(batch, *build_options);
   if (!sizes) return tl::unexpected(sizes.error());
   auto output = gpu::DeviceBuffer::make(sizes->output, stream, Scene::allocator());
   if (!output) return tl::unexpected(output.error());
   auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, Scene::allocator());
   if (!scratch) return tl::unexpected(scratch.error());
   const auto median = median_of(options.repeats, stream, [&] {
-    return gpu::enqueue_batch(batch, build_options, output->data(), scratch->data(), stream);
+    return gpu::enqueue_batch(batch, *build_options, output->data(), scratch->data(), stream);
   });
   if (!median) return tl::unexpected(median.error());
   return MeasuredBatch{builder_name, count, triangles, *median};
@@ -364,7 +403,8 @@ int run(const Options& options, const std::vector<std::string>& paths) {
 int main(int argc, char** argv) {
   Options options;
   const std::vector<Flag> flags = {
-      list_flag("builders", "NAME,...", "builders (default lbvh,lbvh30,hploc)", options.builders),
+      list_flag("builders", "NAME[:split=X][:presplit=X][:rounds=N][:radius=N],...",
+                "builders and their options (default lbvh,lbvh30,hploc)", options.builders),
       list_flag("batches", "MESHESxTRIANGLES,...", "batches of ribbons, e.g. 20000x224", options.batches),
       number_flag("repeats", "builds of which the median is taken, after 3 others (default 15)", options.repeats, 1,
                   1000),

@@ -42,11 +42,13 @@ struct BuildOptions {
   double presplit_budget = 1.0;                  ///< As build::BuildOptions.
   std::optional<unsigned> reinsertion_rounds{};  ///< As build::BuildOptions. Unset: 8 for kHq, none for the others.
   unsigned ploc_radius = 8;                      ///< As build::BuildOptions.
-  unsigned max_leaf_triangles = 8;  ///< As build::BuildOptions.
+  unsigned max_leaf_triangles = 8;               ///< As build::BuildOptions.
   /// Put triangles that share an edge, and close custom primitives, into one leaf. Looks among 32 that follow each
   /// other in the index buffer.
   bool pair_triangles = true;
   build::SahCosts costs{};
+  /// Asked before each step, for which the host then waits: without it nothing waits. Return false to cancel.
+  build::ProgressCallback progress{};
 };
 
 /// Bytes of device memory that a build needs, whatever the primitives' positions.
@@ -80,12 +82,12 @@ static_assert(sizeof(BuildReport) == sizeof(SceneView) + 10 * sizeof(std::uint32
 /// @return kInvalidInput or kTooLarge with the number and its limit, or the runtime's error.
 Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options = {});
 
-/// Starts a build on the stream and returns: no allocation, no wait, no copy from or to the host; it can be captured in
-/// a graph. The geometries themselves are read before the call returns.
+/// Starts a build on the stream and returns: no allocation, no wait (unless options.progress is set), no copy from or
+/// to the host; it can be captured in a graph. The geometries themselves are read before the call returns.
 /// @param output sizes.output bytes on the device, aligned to 256; becomes the scene: a BVH file with gaps between its
 ///        sections, without provenance and checksum.
 /// @param scratch sizes.scratch bytes on the device, aligned to 256.
-/// @return where the report will be, in @p output; or the errors of build_sizes() and of launches.
+/// @return where the report will be, in @p output; or the errors of build_sizes() and of launches; or kCancelled.
 Result<const BuildReport*> enqueue_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
                                          std::byte* output, std::byte* scratch, hipStream_t stream);
 
@@ -103,7 +105,7 @@ struct BuiltScene {
 Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Allocator& allocator);
 
 /// Builds and compacts, with memory from the allocator.
-/// @return kInvalidInput if an index is beyond its positions, or the errors of the functions above.
+/// @return kInvalidInput if an index is beyond its positions, kCancelled, or the errors of the functions above.
 Result<BuiltScene> build_scene(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
                                hipStream_t stream, Allocator& allocator);
 

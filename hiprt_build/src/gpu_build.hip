@@ -40,6 +40,7 @@ class Enqueuer {
   }
 
   Result<void> run(std::span<const DeviceGeometry> geometries) {
+    ask("pair", 0.0);
     steps_.one("start", start, kept_.state);
     put(geometries);
     if (plan_.primitives != 0) {
@@ -47,8 +48,10 @@ class Enqueuer {
       if (plan_.splits()) steps_.one("note_whole", note_whole, kept_.state);
       if (plan_.presplits()) presplit();
       plan_.from_top() ? split() : join();
+      ask("collapse", 0.8);
       dispatch_layout(plan_.layout, [&](auto layout) { write<decltype(layout)>(); });
     }
+    ask("encode", 0.9);
     const OutputPlan plan = output_plan();
     steps_.one("finish", finish, plan, kept_.plans, kept_.state);
     if (plan_.primitives != 0)
@@ -57,6 +60,16 @@ class Enqueuer {
   }
 
  private:
+  /// Whether to go on, once the device is here.
+  void ask(const char* step, double fraction) {
+    if (!options_.progress) return;
+    steps_.then([&] { return check(hipStreamSynchronize(steps_.stream()), "hipStreamSynchronize", step); });
+    steps_.then([&]() -> Result<void> {
+      if (options_.progress(build::Progress{step, fraction})) return {};
+      return fail(ErrorCode::kCancelled, "the build was cancelled before step ", step);
+    });
+  }
+
   template <class T> T* section(unsigned i) const {
     return reinterpret_cast<T*>(output_ + layouts_.file.sections[i].offset);
   }
@@ -95,6 +108,7 @@ class Enqueuer {
   }
 
   void presplit() {
+    ask("cut", 0.1);
     references_ = transient_.parts;
     steps_.then([&] {
       return enqueue_cut(
@@ -115,6 +129,7 @@ class Enqueuer {
 
   /// The tree from the root down.
   void split() {
+    ask("split", 0.2);
     BuildState* const state = kept_.state;
     steps_.then([&] {
       return enqueue_top_down(
@@ -130,7 +145,9 @@ class Enqueuer {
   /// The tree from the leaves up.
   void join() {
     const std::uint32_t n = plan_.pieces;
+    ask("sort", 0.2);
     sort();
+    ask("tree", 0.3);
     if (plan_.finishes()) steps_.fill_bytes("nodes", kept_.nodes, n, 0xff);
     if (plan_.builder == Builder::kPloc) {
       steps_.then([&] {
@@ -168,6 +185,7 @@ class Enqueuer {
   }
 
   void finish_tree() {
+    ask("reinsert", 0.5);
     steps_.then([&] {
       return enqueue_finish_tree({tree(), plan_.room, plan_.rounds}, transient_.stage, steps_.stream());
     });

@@ -67,8 +67,7 @@ Result<void> check_range(const char* name, double value, double most) {
 
 }  // namespace
 
-Transient::Transient(Pieces& pieces, const BuildPlan& plan)
-    : references(pieces.take<LeafReference>(plan.primitives)) {
+Transient::Transient(Pieces& pieces, const BuildPlan& plan) : references(pieces.take<LeafReference>(plan.primitives)) {
   const std::uint32_t n = plan.pieces;
   if (plan.presplits()) parts = pieces.take<LeafReference>(n);
   if (!plan.from_top()) {
@@ -121,8 +120,7 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
   plan.builder = options.builder;
   plan.layout = options.nodes;
   plan.presplit_budget = whole ? 1.0 : options.presplit_budget;
-  plan.split_budget =
-      whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(kSplitBudget);
+  plan.split_budget = whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(kSplitBudget);
   plan.rounds = options.reinsertion_rounds.value_or(options.builder == Builder::kHq ? kHqRounds : 0);
   plan.radius = options.ploc_radius;
   plan.pieces = room_after(plan.primitives, plan.presplit_budget);

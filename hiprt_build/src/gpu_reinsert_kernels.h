@@ -32,7 +32,7 @@ static __global__ void __launch_bounds__(kBlock)
   if (i < looking) FindReinsertionStep<Shape>{shape.parented(), lookers, found}(i);
 }
 static __global__ void __launch_bounds__(kBlock) bid_for_places(ShapeTree shape, Lookers lookers, std::uint32_t looking,
-                                                               const Reinsertion* found, ReinsertionBids* bids) {
+                                                                const Reinsertion* found, ReinsertionBids* bids) {
   const std::uint32_t i = thread_index();
   if (i < looking) BidReinsertionStep<Shape>{shape.parented(), lookers, found, bids}(i);
 }
@@ -43,7 +43,7 @@ static __global__ void __launch_bounds__(kBlock)
   if (i < looking) GrantReinsertionStep<Shape>{shape.parented(), lookers, found, bids, granted}(i);
 }
 static __global__ void __launch_bounds__(kBlock) take_places(ShapeTree shape, Lookers lookers, std::uint32_t looking,
-                                                            const Reinsertion* found, const std::uint8_t* granted) {
+                                                             const Reinsertion* found, const std::uint8_t* granted) {
   const std::uint32_t i = thread_index();
   if (i < looking) ReinsertStep<Shape>{shape.parented(), lookers, found, granted}(i);
 }

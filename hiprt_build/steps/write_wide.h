@@ -146,8 +146,7 @@ template <class Layout> struct WideWriter {
     const std::uint32_t count = leaf_count(ref);
     bool custom = false;
     box = empty_box();
-    for (std::uint32_t k = 0; k < count; ++k)
-      custom = write_leaf(first + k, find_leaf(ref, k), k + 1 == count, box);
+    for (std::uint32_t k = 0; k < count; ++k) custom = write_leaf(first + k, find_leaf(ref, k), k + 1 == count, box);
     return make_ref(leaves_offset + std::uint64_t{first} * sizeof(Leaf),
                     custom ? NodeType::kProcedural : NodeType::kTriangle0);
   }

@@ -139,4 +139,6 @@ TEST_CASE("batches that cannot be") {
   CHECK_THAT(message({.first = falling}, {}), Contains("first[1] is 5, first[2] only 3"));
   CHECK_THAT(message({.first = one}, {}), Contains("must not be nullptr"));
   CHECK_THAT(message({.first = one}, {.nodes = NodeLayout::kFloat}), Contains("layout planes only"));
+  CHECK_THAT(message({.first = one}, {.builder = build::Builder::kSbvh}), Contains("not by sbvh"));
+  CHECK_THAT(message({.first = one}, {.presplit_budget = 2}), Contains("neither cuts nor rounds"));
 }

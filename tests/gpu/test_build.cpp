@@ -154,7 +154,8 @@ TEST_CASE("what the device cannot build is refused") {
   CHECK_THAT(message(none, {.builder = Builder::kEmbreeHigh}), Contains("builder embree-high does not run on the GPU"));
   CHECK_THAT(message(none, {.split_budget = 0.5}), Contains("split_budget is 0.5, allowed are 1 to 16"));
   CHECK_THAT(message(none, {.presplit_budget = 17}), Contains("presplit_budget is 17, allowed are 1 to 16"));
-  CHECK_THAT(message(none, {.reinsertion_rounds = 1001}), Contains("reinsertion_rounds is 1001, allowed are 0 to 1000"));
+  CHECK_THAT(message(none, {.reinsertion_rounds = 1001}),
+             Contains("reinsertion_rounds is 1001, allowed are 0 to 1000"));
   CHECK_THAT(message(none, {.ploc_radius = 129}), Contains("ploc_radius is 129, allowed are 1 to 128"));
   CHECK_THAT(message(none, {.max_leaf_triangles = 65}), Contains("max_leaf_triangles is 65"));
   CHECK_THAT(message(none, {.nodes = static_cast<NodeLayout>(5)}), Contains("node layout 5 cannot be written"));

@@ -124,6 +124,29 @@ TEST_CASE("layouts of trees with cut triangles") {
   }
 }
 
+TEST_CASE("builds are cancelled before each step, and leave nothing behind") {
+  Input input({oracle::soup(200, 0.3, kSeed)});
+  CountingAllocator allocator;
+  gpu::BuildOptions options{.builder = Builder::kHploc, .presplit_budget = 1.5, .reinsertion_rounds = 1};
+  std::vector<std::string> steps;
+  double before = 0;
+  options.progress = [&](const build::Progress& progress) {
+    CHECK(progress.fraction >= before);
+    before = progress.fraction;
+    steps.emplace_back(progress.step);
+    return true;
+  };
+  REQUIRE(gpu::build_scene(input.geometries, options, nullptr, allocator).has_value());
+  CHECK(steps == std::vector<std::string>{"pair", "cut", "sort", "tree", "reinsert", "collapse", "encode"});
+  for (const std::string& last : steps) {
+    options.progress = [&](const build::Progress& progress) { return progress.step != last; };
+    const build::Error error = error_of(gpu::build_scene(input.geometries, options, nullptr, allocator));
+    CHECK(error.code == build::ErrorCode::kCancelled);
+    CHECK(error.message == "the build was cancelled before step " + last);
+  }
+  CHECK(allocator.balance() == 0);
+}
+
 TEST_CASE("custom primitives stay whole") {
   oracle::Random random(kSeed);
   std::vector<Box> boxes(100);
