@@ -6,6 +6,8 @@
 #include <tests/build/machine.h>
 #include <tests/gpu/results.h>
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -36,6 +38,7 @@ Tree host_tree(const std::vector<Box>& boxes, unsigned radius) {
 Tree device_tree(const std::vector<Box>& boxes, std::uint32_t room, unsigned radius, std::byte noise) {
   gpu::DeviceAllocator allocator;
   std::vector<build::LeafReference> leaves;
+  leaves.reserve(room);
   for (const Box& box : boxes) leaves.push_back({box, build::PackedGroup::none(), 0});
   leaves.resize(room, {boxes.empty() ? Box{} : boxes[0], build::PackedGroup::none(), 0});
   const std::vector<std::uint32_t> count{static_cast<std::uint32_t>(boxes.size())};
@@ -51,7 +54,10 @@ Tree device_tree(const std::vector<Box>& boxes, std::uint32_t room, unsigned rad
   return Tree{must(nodes.to_vector(nullptr)), must(root.to_vector(nullptr))[0]};
 }
 
-bool same_bytes(const LinkedNode& a, const LinkedNode& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
+bool same_bytes(const LinkedNode& a, const LinkedNode& b) {
+  using Words = std::array<std::uint32_t, sizeof(LinkedNode) / 4>;
+  return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
+}
 
 void check_like_host(const std::vector<Box>& boxes, unsigned radius, std::uint32_t more_room = 0) {
   const auto count = static_cast<std::uint32_t>(boxes.size());
