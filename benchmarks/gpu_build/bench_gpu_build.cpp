@@ -64,7 +64,7 @@ Result<gpu::BuildOptions> parse_builder(const std::string& text) {
     char name[16] = {}, end = 0;
     if (std::sscanf(part.c_str(), "%15[a-z]=%lf%c", name, &value, &end) != 2 || !(value >= 0 && value <= 1000))
       return gpu::fail(build::ErrorCode::kInvalidInput, "'", part, "' is not NAME=NUMBER");
-    const std::string_view key = name;
+    const std::string key = name;
     if (key == "split")
       options.split_budget = value;
     else if (key == "presplit")
