@@ -318,3 +318,12 @@ TEST_CASE("a deep tree from the top is halved by count in time") {
   // So much room that the limit of depth seems near early.
   check_tree(scene, 1000.0, {.task = 33, .few = 32, .spare_levels = 40}, "room");
 }
+
+// Emulated it takes minutes: for GPUs.
+TEST_CASE("many references from the top") {
+  INFO("seed " << kSeed);
+  oracle::Mesh mesh = oracle::soup(150000, 0.01, kSeed);
+  oracle::append(mesh, oracle::needles(200, 300, kSeed));
+  const Scene scene(std::move(mesh));
+  for (const double budget : {1.0, 1.5}) CHECK(check_tree(scene, budget, {}, "many") < 1.01);
+}
