@@ -125,7 +125,8 @@ class Enqueuer {
     const LeafReference* from = input_.references;
     std::uint32_t* counts = memory_.piece_counts;
     start("count_references", kTaskBlock, limits_.pieces, count_references, from, input_.input, kPiece, counts);
-    start("begin_ranges", build::WaveGroup::kLanes, 1, begin_ranges, tree_, counts, limits_.pieces, input_.budget);
+    start("begin_ranges", build::WaveGroup::kLanes, 1, begin_ranges, tree_, counts, limits_.pieces,
+          cuts_ ? input_.budget : 1.0);
     start("pack_references", kTaskBlock, limits_.pieces, pack_references, tree_, from, input_.input, kPiece, counts);
   }
 

@@ -307,38 +307,29 @@ inline __device__ Parts cut_reference(const SoupView& soup, const LeafReference&
   return parts;
 }
 
-/// Most references are in one slab of each axis: only others need their corners.
+/// One axis of a reference. Most are in one slab: only others need their corners.
 inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes, const SoupView& soup,
-                                 const LeafReference& reference) {
-  int first[3], last[3];
-  bool crosses = false;
-#pragma unroll
-  for (int axis = 0; axis < 3; ++axis) {
-    first[axis] = planes.first(reference.box.min[axis], axis);
-    last[axis] = planes.last(reference.box.max[axis], axis);
-    crosses = crosses || first[axis] < last[axis];
-  }
-  Box whole = reference.box;
+                                 const LeafReference& reference, unsigned axis) {
+  const int begin = planes.first(pick(reference.box.min, axis), static_cast<int>(axis));
+  const int end = planes.last(pick(reference.box.max, axis), static_cast<int>(axis));
   LeafCorners corners{};
-  if (crosses) corners = corners_of(soup, reference);
-#pragma unroll 1
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    const int begin = axis == 0 ? first[0] : axis == 1 ? first[1] : first[2];
-    const int end = axis == 0 ? last[0] : axis == 1 ? last[1] : last[2];
-    SlabPlanes::cut(planes.plane[axis], begin, end, corners, reference.group.is_pair(), to_aabb(whole), 0,
-                    [&](int slab, const Aabb& part) {
-                      std::uint32_t low[3], high[3];
-                      for (int k = 0; k < 3; ++k) {
-                        low[k] = to_ordered(part.min[k]);
-                        high[k] = to_ordered(part.max[k]);
-                      }
-                      bins.add(axis, static_cast<unsigned>(slab), axis, low, high);
-                    });
-    bins.count(axis, 0, static_cast<unsigned>(begin));
-    bins.count(axis, 1, static_cast<unsigned>(begin < end ? end : begin));
-    rotate(whole, 1);
-    if (crosses) rotate(corners, 1);
+  Box whole = reference.box;
+  rotate(whole, axis);
+  if (begin < end) {
+    corners = corners_of(soup, reference);
+    rotate(corners, axis);
   }
+  SlabPlanes::cut(planes.plane[axis], begin, end, corners, reference.group.is_pair(), to_aabb(whole), 0,
+                  [&](int slab, const Aabb& part) {
+                    std::uint32_t low[3], high[3];
+                    for (int k = 0; k < 3; ++k) {
+                      low[k] = to_ordered(part.min[k]);
+                      high[k] = to_ordered(part.max[k]);
+                    }
+                    bins.add(axis, static_cast<unsigned>(slab), axis, low, high);
+                  });
+  bins.count(axis, 0, static_cast<unsigned>(begin));
+  bins.count(axis, 1, static_cast<unsigned>(begin < end ? end : begin));
 }
 
 /// As SpatialBins::best(). Lane i has the cut before slab i. @return infinite cost if there is none; the same in all

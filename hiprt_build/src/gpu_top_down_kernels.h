@@ -66,8 +66,10 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_space(TopDownTree tree,
     bins.clear(threadIdx.x, kTaskBlock);
     fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
     __syncthreads();
-    for_references(tree, level, range, task,
-                   [&](const LeafReference& r, std::uint32_t) { bin_slabs(bins, planes, tree.soup, r); });
+    for_references(tree, level, range, task, [&](const LeafReference& r, std::uint32_t) {
+#pragma unroll 1
+      for (unsigned axis = 0; axis < 3; ++axis) bin_slabs(bins, planes, tree.soup, r, axis);
+    });
     __syncthreads();
     tree.slab_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
     __syncthreads();

@@ -87,7 +87,10 @@ template <bool kCuts> class SmallBuilder {
     bins.clear(group_.lane(), WaveGroup::kLanes);
     fill_planes(shared_.slabs.planes, rule.box, group_.lane(), WaveGroup::kLanes);
     group_.sync();
-    for_each(range, [&](const LeafReference& r) { bin_slabs(bins, shared_.slabs.planes, tree_.soup, r); });
+    // A lane for each axis of a reference: there may be few of them, and each may cross many slabs.
+    const LeafReference* references = from(range) + range.begin;
+    for (std::uint32_t i = group_.lane(); i < 3 * range.size(); i += WaveGroup::kLanes)
+      bin_slabs(bins, shared_.slabs.planes, tree_.soup, load(references + i / 3), i % 3);
     group_.sync();
     rule.cut = best_cut(group_, bins, rule.box, range.limit - range.begin);
     if (rule.cut.cost < rule.objects.cost) rule.way = Way::kCut;
