@@ -181,23 +181,27 @@ std::string file_name(std::string builder) {
   return builder;
 }
 
-/// Downloads, validates and measures the tree, before and after refits.
+/// Downloads, validates and measures the tree, and then refits it.
 Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const Options& options, hipStream_t stream,
                    Measured& measured) {
   auto built = gpu::compact(report, stream, Scene::allocator());
   if (!built) return tl::unexpected(built.error());
   measured.report = built->report;
-  const auto refitted = time_refits(scene, *built, options.repeats, stream);
-  if (!refitted) return tl::unexpected(refitted.error());
-  measured.refit_ms = *refitted;
   const auto file = gpu::download_file(*built, "bench_gpu_build", stream);
   if (!file) return tl::unexpected(file.error());
   measured.file_bytes = file->size();
   const auto summary = validate(file->bytes());
   if (!summary) return gpu::fail(build::ErrorCode::kBackend, "not a valid tree: ", to_string(summary.error()));
   measured.sah_cost = build::measure_tree(*open_buffer(file->bytes())).sah_cost;
-  if (options.save.empty()) return {};
-  return build::write_file(options.save + "/" + scene.name + "." + file_name(measured.builder) + ".bvh", file->bytes());
+  if (!options.save.empty())
+    if (auto saved = build::write_file(options.save + "/" + scene.name + "." + file_name(measured.builder) + ".bvh",
+                                       file->bytes());
+        !saved)
+      return saved;
+  const auto refitted = time_refits(scene, *built, options.repeats, stream);
+  if (!refitted) return tl::unexpected(refitted.error());
+  measured.refit_ms = *refitted;
+  return {};
 }
 
 Result<Measured> measure(const Scene& scene, const std::string& builder_name, const Options& options,

@@ -7,6 +7,7 @@
 #include <hiprt_build/steps/references.h>
 
 #include <algorithm>
+#include <sstream>
 
 namespace hiprt::gpu {
 namespace {
@@ -60,9 +61,11 @@ std::uint64_t stage_scratch(const BuildPlan& plan) {
   return most;
 }
 
-Result<void> check_range(const char* name, double value, double most) {
+Result<void> check_range(const char* name, double value, unsigned most) {
   if (value >= 1.0 && value <= most) return {};
-  return fail(ErrorCode::kInvalidInput, name, " is ", value, ", allowed are 1 to ", most);
+  std::ostringstream text;
+  text << value;
+  return fail(ErrorCode::kInvalidInput, name, " is ", text.str(), ", allowed are 1 to ", most);
 }
 
 }  // namespace
