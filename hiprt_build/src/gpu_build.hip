@@ -135,7 +135,7 @@ class Enqueuer {
       return enqueue_top_down(
           {soup_, references_, plan_.pieces, plan_.room, plan_.split_budget, plan_.split_budget > 1.0},
           {transient_.sorted.references, kept_.nodes, &state->root, &state->counts.leaves}, transient_.stage,
-          steps_.stream());
+          steps_.stream(), plan_.tuning());
     });
     steps_.each(plan_.room, "list_primitives", list_primitives, transient_.sorted.references, plan_.room,
                 kept_.primitives);

@@ -5,6 +5,7 @@
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/src/gpu_places.h>
 #include <hiprt_build/src/gpu_state.h>
+#include <hiprt_build/src/gpu_top_down.h>
 
 #include <span>
 
@@ -25,6 +26,7 @@ struct BuildPlan {
   bool from_top() const {
     return builder == build::Builder::kSah || builder == build::Builder::kSbvh || builder == build::Builder::kHq;
   }
+  TopDownTuning tuning() const { return TopDownTuning::for_cuts(split_budget > 1.0); }
   bool presplits() const { return pieces != primitives; }
   /// Whether a primitive can be in several leaves.
   bool splits() const { return room != primitives; }

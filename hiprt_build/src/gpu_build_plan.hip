@@ -55,7 +55,7 @@ std::uint32_t room_after(std::uint32_t count, double budget) {
 std::uint64_t stage_scratch(const BuildPlan& plan) {
   std::uint64_t most = 0;
   if (plan.presplits()) most = std::max(most, cut_scratch(plan.primitives, plan.pieces));
-  if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.room, plan.split_budget > 1.0));
+  if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.room, plan.tuning()));
   if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.room));
   if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.room, plan.rounds));
   return most;

@@ -33,14 +33,17 @@ struct TopDownTuning {
   std::uint32_t few = 512;    ///< A range of so many is one wave's, with all its subtree; at least 32.
   std::uint32_t spare_levels =
       12;  ///< Of larger ranges, beyond a balanced tree's; below that they are halved by count.
+
+  /// A wave takes long for cuts: there it gets less.
+  static TopDownTuning for_cuts(bool cut) { return cut ? TopDownTuning{.few = 64} : TopDownTuning{}; }
 };
 
 /// Bytes of scratch memory, to be aligned to kDeviceAlignment.
-std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t room, bool cut, const TopDownTuning& tuning = {});
+std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t room, const TopDownTuning& tuning);
 
 /// Puts a row of launches into the stream; how many depends on the sizes alone. The input is not changed and may not
 /// share memory with the output. Two runs give the same bytes.
 Result<void> enqueue_top_down(const TopDownInput& input, const TopDownOutput& output, std::byte* scratch,
-                              hipStream_t stream, const TopDownTuning& tuning = {});
+                              hipStream_t stream, const TopDownTuning& tuning);
 
 }  // namespace hiprt::gpu

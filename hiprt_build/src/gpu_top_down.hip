@@ -159,7 +159,7 @@ class Enqueuer {
 
 }  // namespace
 
-std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t room, bool, const TopDownTuning& tuning) {
+std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t room, const TopDownTuning& tuning) {
   return Memory(nullptr, Limits(input, room, tuning), room).size;
 }
 

@@ -19,6 +19,49 @@ HIPRT_HD HIPRT_INLINE std::size_t share_of_room(std::size_t room, std::size_t le
   return wanted < room ? wanted : room;
 }
 
+/// Edges of a leaf's triangles, for their parts between planes across an axis.
+struct TriangleEdges {
+  Float4 corner[4];
+  float inverse[5];  ///< Of the edges' lengths along the axis; 0 for those across it.
+  int axis;
+  bool pair;
+
+  HIPRT_HD HIPRT_INLINE TriangleEdges(const LeafCorners& corners, bool is_pair, int along)
+      : corner{clip_detail::to_float4(corners.v[0]), clip_detail::to_float4(corners.v[1]),
+               clip_detail::to_float4(corners.v[2]), clip_detail::to_float4(corners.v[3])},
+        inverse{},
+        axis(along),
+        pair(is_pair) {
+    for (int edge = 0; edge < 5; ++edge) {
+      const float length = corner[last(edge)][axis] - corner[first(edge)][axis];
+      inverse[edge] = length != 0.0f ? 1.0f / length : 0.0f;
+    }
+  }
+  /// v0 v1, v1 v2, v2 v0, and of a pair v1 v3, v3 v2.
+  HIPRT_HD static constexpr int first(int edge) { return edge == 3 ? 1 : edge == 4 ? 3 : edge; }
+  HIPRT_HD static constexpr int last(int edge) { return edge < 3 ? (edge + 1) % 3 : edge == 3 ? 3 : 2; }
+
+  /// Of the parts between two planes; may be empty. The corners of such a part lie on edges.
+  HIPRT_HD HIPRT_INLINE Aabb between(float low, float high) const {
+    Aabb part;
+    for (int edge = 0; edge < 5; ++edge) {
+      if (edge > 2 && !pair) break;
+      const Float4 a = corner[first(edge)], d = corner[last(edge)] - a;
+      const float from = a[axis], to = corner[last(edge)][axis];
+      if ((from < to ? to : from) < low || (from < to ? from : to) > high) continue;
+      const bool across = inverse[edge] == 0.0f;
+      part.add(a + (across ? 0.0f : within_edge((low - from) * inverse[edge])) * d);
+      part.add(a + (across ? 1.0f : within_edge((high - from) * inverse[edge])) * d);
+    }
+    return part;
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE static float within_edge(float share) {
+    return share > 0.0f ? (share < 1.0f ? share : 1.0f) : 0.0f;
+  }
+};
+
 /// Planes that cut a box into slabs of the same width, on each axis.
 struct SlabPlanes {
   float plane[3][kSpatialBins + 1];  ///< [i]: between slabs i - 1 and i; never decreasing.
@@ -51,16 +94,13 @@ struct SlabPlanes {
     cut(plane[axis], begin, end, corners, pair, whole, axis, visit);
   }
   /// The same for one in slabs @p begin to @p end between the planes of a row, which lie across @p axis of the corners.
+  /// Boxes of parts are good enough to choose a cut by: they are not rounded outwards.
   template <class Visit>
   HIPRT_HD HIPRT_INLINE static void cut(const float* row, int begin, int end, const LeafCorners& corners, bool pair,
                                         const Aabb& whole, int axis, Visit&& visit) {
-    Aabb rest = whole;
-    for (int i = begin; i < end; ++i) {
-      const SplitBounds parts = split_bounds(corners, pair, rest, static_cast<unsigned>(axis), row[i + 1]);
-      visit(i, parts.left);
-      rest = parts.right;
-    }
-    visit(begin < end ? end : begin, rest);
+    if (begin >= end) return visit(begin, whole);
+    const TriangleEdges edges(corners, pair, axis);
+    for (int i = begin; i <= end; ++i) visit(i, clip_detail::intersect(edges.between(row[i], row[i + 1]), whole));
   }
 
  private:

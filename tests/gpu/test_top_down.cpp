@@ -86,7 +86,7 @@ Outcome build_on_device(const Scene& scene, double budget, bool cut, const gpu::
   CountingAllocator allocator;
   const auto n = static_cast<std::uint32_t>(scene.references.size());
   const auto room = static_cast<std::uint32_t>(build::room_for_splits(n, cut ? budget : 1.0));
-  const std::uint64_t bytes = gpu::top_down_scratch(n, room, cut, tuning);
+  const std::uint64_t bytes = gpu::top_down_scratch(n, room, tuning);
   constexpr std::size_t kGuard = 4096;
   auto positions = must(gpu::DeviceArray<build::Position>::from(scene.mesh.positions, nullptr, allocator));
   auto triangles = must(gpu::DeviceArray<build::Triangle>::from(scene.mesh.triangles, nullptr, allocator));
