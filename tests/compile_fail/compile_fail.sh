@@ -32,7 +32,8 @@ case $compiler in
     command+=(-x hip --cuda-host-only --offload-arch=gfx1030 -Wno-unused-command-line-argument)
     ;;
   nvcc)
-    command=(nvcc -x cu -std=c++20 --expt-relaxed-constexpr -arch=sm_90 "-I$root" "-I$root/cmake/hip_nvidia" -c
+    # Device code only: what nvcc's host compiler would say is g++'s.
+    command=(nvcc -x cu -std=c++20 --expt-relaxed-constexpr -arch=sm_90 "-I$root" "-I$root/cmake/hip_nvidia" -ptx
       -o /dev/null)
     ;;
 esac

@@ -2,6 +2,9 @@
 # compile_headers.sh COMPILER ARCH ROOT WORK [KERNEL...]: compiles every header of hiprt_device alone (twice in one source
 # file, so that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu, and each KERNEL.
 #
+# Whether a header stands alone is asked of one architecture, the last, and of hiprt_device's headers as device code only
+# (the other compilers see them as host code); a source with all headers and the KERNELs are compiled for all, to the end.
+#
 # COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, sm_90, ..., for hipcc one or more, gfx90a,gfx1030.
 # ROOT is the repository, WORK a folder for the generated sources, KERNEL a source file. Exit status: 0, 1 (a file
 # failed; its messages are printed) or 77 (no such compiler here).
@@ -19,8 +22,9 @@ skip() {
   exit 77
 }
 
-headers_only=()
-kernels_only=()
+device_headers=()
+runtime_headers=()
+whole=()
 strict=(-std=c++20 -Wall -Wextra -Werror "-I$root")
 case $compiler in
   g++ | clang++)
@@ -34,12 +38,12 @@ case $compiler in
     # hipcc would turn to CUDA by itself where it finds nvcc.
     export HIP_PLATFORM=amd
     suffix=hip
-    command=(hipcc "${strict[@]}" -Wno-unused-command-line-argument "--offload-arch=$arch"
-      "--rocm-device-lib-path=$libraries" -O0)
+    command=(hipcc "${strict[@]}" -Wno-unused-command-line-argument "--rocm-device-lib-path=$libraries" -O0)
     # Some errors of device code (a builtin that the GPU lacks) come with code generation only, which headers are not
     # enough for.
-    headers_only=(--cuda-device-only -fsyntax-only)
-    kernels_only=(-c -o /dev/null)
+    device_headers=("--offload-arch=${arch##*,}" --cuda-device-only -fsyntax-only)
+    runtime_headers=("${device_headers[@]}")
+    whole=("--offload-arch=$arch" -c -o /dev/null)
     ;;
   nvcc)
     nvcc=$(command -v nvcc || true)
@@ -49,7 +53,10 @@ case $compiler in
     # std::bit_cast, std::numeric_limits and the like are constexpr, which this flag lets device code call; hiprt::device
     # asks for it too. The host compiler sees text that cudafe++ wrote, with parentheses of its own.
     command=("$nvcc" -x cu -std=c++20 "-arch=$arch" --expt-relaxed-constexpr -Werror all-warnings
-      -Xcompiler=-Wall,-Wextra,-Werror,-Wno-parentheses "-I$root" "-I$root/cmake/hip_nvidia" -c -o /dev/null)
+      -Xcompiler=-Wall,-Wextra,-Werror,-Wno-parentheses "-I$root" "-I$root/cmake/hip_nvidia" -o /dev/null)
+    device_headers=(-ptx)
+    runtime_headers=(-c)
+    whole=(-c)
     ;;
   *)
     echo "compile_headers.sh: unknown compiler '$compiler'" >&2
@@ -57,22 +64,27 @@ case $compiler in
     ;;
 esac
 
-folders=("$root/hiprt_device")
-if [[ $suffix != cpp ]]; then folders+=("$root/hiprt_build/gpu"); fi
-rm -rf "$work/headers" "$work/kernels"
-mkdir -p "$work/headers" "$work/kernels"
+rm -rf "$work"/{device,runtime,whole}
+mkdir -p "$work"/{device,runtime,whole}
 count=0
-while IFS= read -r header; do
-  name=${header#"$root"/}
-  printf '#include <%s>\n#include <%s>\n' "$name" "$name" >"$work/headers/${name//\//__}.$suffix"
-  count=$((count + 1))
-done < <(find "${folders[@]}" -name '*.h' | sort)
-if [[ $count -eq 0 ]]; then
-  echo "no header found under ${folders[*]}" >&2
-  exit 1
-fi
+# add_headers KIND FOLDER
+add_headers() {
+  local header name found=$count
+  while IFS= read -r header; do
+    name=${header#"$root"/}
+    printf '#include <%s>\n#include <%s>\n' "$name" "$name" >"$work/$1/${name//\//__}.$suffix"
+    if [[ ${#whole[@]} -gt 0 ]]; then printf '#include <%s>\n' "$name" >>"$work/whole/all_headers.$suffix"; fi
+    count=$((count + 1))
+  done < <(find "$2" -name '*.h' | sort)
+  if [[ $count -eq $found ]]; then
+    echo "no header found under $2" >&2
+    exit 1
+  fi
+}
+add_headers device "$root/hiprt_device"
+if [[ $suffix != cpp ]]; then add_headers runtime "$root/hiprt_build/gpu"; fi
 for kernel in "$@"; do
-  printf '#include "%s"\n' "$kernel" >"$work/kernels/$(basename "$kernel" .hip).$suffix"
+  printf '#include "%s"\n' "$kernel" >"$work/whole/$(basename "$kernel" .hip).$suffix"
   count=$((count + 1))
 done
 
@@ -86,11 +98,12 @@ check_one() {
   fi
 }
 export -f check_one
-# compile_all FOLDER OPTION...
+# compile_all KIND OPTION...
 compile_all() {
-  find "$1" -type f | sort | xargs -P2 -I{} bash -c 'check_one "$@"' check_one {} "${command[@]}" "${@:2}"
+  find "$work/$1" -type f | sort | xargs -r -P2 -I{} bash -c 'check_one "$@"' check_one {} "${command[@]}" "${@:2}"
 }
-if ! { compile_all "$work/headers" "${headers_only[@]}" && compile_all "$work/kernels" "${kernels_only[@]}"; }; then
+if ! { compile_all device "${device_headers[@]}" && compile_all runtime "${runtime_headers[@]}" &&
+  compile_all whole "${whole[@]}"; }; then
   echo "$compiler $arch: not every header compiles alone"
   exit 1
 fi
