@@ -70,7 +70,13 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     __syncthreads();
     sort();
     __syncthreads();
-    if (m_.state.counts.leaves != 0) climb();
+    if (m_.state.counts.leaves != 0) {
+      climb(job_.hploc);
+      __syncthreads();
+      const bool again = is_too_deep();
+      __syncthreads();
+      if (again) climb_again();
+    }
     __syncthreads();
     if (m_.state.counts.leaves != 0) write();
     __syncthreads();
@@ -117,10 +123,10 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
       m_.levels[i] = boundary_level(grid.code(m_.sorted[i].box), grid.code(m_.sorted[i + 1].box), i);
   }
 
-  __device__ void climb() {
+  __device__ void climb(bool hploc) {
     const std::uint32_t leaves = m_.state.counts.leaves;
     const PlannedTree tree{{m_.sorted}, m_.nodes, {m_.plans, m_.sorted, job_.costs}, &m_.state.root};
-    if (!job_.hploc) {
+    if (!hploc) {
       for (std::uint32_t i = threadIdx.x; i < leaves; i += kThreads)
         LbvhStep<PlannedTree>{tree, leaves, m_.levels, m_.met}(i);
       return;
@@ -129,6 +135,19 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
     for (std::uint32_t i = my_group * WaveGroup::kLanes; i < leaves; i += kThreads)
       climber(WaveGroup{}, m_.clusters[my_group], i + threadIdx.x % WaveGroup::kLanes);
+  }
+
+  /// As check_depth().
+  __device__ bool is_too_deep() const {
+    const LinkedRef root = m_.state.root;
+    return (root & kLinkedLeaf) == 0 && m_.plans[root].need > kMaxStackBound;
+  }
+
+  /// As LBVH, whose trees are never too deep.
+  __device__ void climb_again() {
+    for (std::uint32_t i = threadIdx.x; i < m_.state.counts.leaves; i += kThreads) m_.met[i] = kInvalidId;
+    __syncthreads();
+    climb(false);
   }
 
   __device__ void write() {

@@ -114,6 +114,19 @@ TEST_CASE("a batch of any mixture of sizes") {
   }
 }
 
+TEST_CASE("a batch with trees too deep for a ray's stack, which are made again by LBVH") {
+  Batch batch({oracle::soup(20, 0.4, kSeed), oracle::nested(200, kSeed), oracle::nested(256, kSeed),
+               oracle::nested(130, kSeed), oracle::nested(300, kSeed)});
+  const gpu::BatchReport report = batch.build({.builder = build::Builder::kHploc});
+  CHECK(report.too_deep == 0);
+  for (const SceneView& view : batch.views()) {
+    CHECK(view.root != kInvalidRef);
+    CHECK(view.stack_bound <= 180);
+  }
+  CHECK(batch.views()[3].stack_bound > 120);
+  batch.check_hits(kSeed);
+}
+
 TEST_CASE("broken triangles in a batch are dropped and counted") {
   std::vector<oracle::Mesh> meshes{oracle::torture(60, kSeed), oracle::identical(40), oracle::concentric(50, kSeed)};
   Batch batch(meshes);
