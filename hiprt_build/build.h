@@ -67,7 +67,8 @@ struct BuildOptions {
   double presplit_budget = 1.0;
   /// 0 to 1000: rounds of reinsertion, each of an eighth of the tree's nodes. Unset: 32 for kHq, none for the others.
   std::optional<unsigned> reinsertion_rounds{};
-  /// 1 to 128, kPloc: places along the Morton curve to either side in which a cluster looks for its nearest.
+  /// 1 to 128, kPloc and kHploc (whose clusters are 32 at most): places along the Morton curve to either side in which
+  /// a cluster looks for its nearest.
   unsigned ploc_radius = 8;
   unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles, or custom primitives, in the run of leaves below one child.
   bool pair_triangles = true;       ///< Put triangles that share an edge, and close custom primitives, into one leaf.

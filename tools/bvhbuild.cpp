@@ -119,7 +119,7 @@ void add_options(CLI::App& app, Options& options) {
          "0 for others, or what goes with --quality)")
       ->check(CLI::Range(0u, 1000u))
       ->type_name("N");
-  app.add_option("--ploc-radius", options.ploc_radius, "How far ploc looks for the nearest cluster, 1 to 128")
+  app.add_option("--ploc-radius", options.ploc_radius, "How far ploc and hploc look for the nearest cluster, 1 to 128")
       ->check(CLI::Range(1u, 128u))
       ->type_name("N")
       ->capture_default_str();

@@ -47,13 +47,13 @@ void emit_lbvh(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
   engine.for_each(count, LbvhStep<Tree>{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data()});
 }
 
-void emit_hploc(CpuEngine& engine, const Tree& tree, const Sorted& sorted) {
+void emit_hploc(CpuEngine& engine, const Tree& tree, const Sorted& sorted, std::uint32_t radius) {
   using Climber = Hploc<HostGroup, Tree>;
   const std::size_t count = sorted.references.size();
   auto met = engine.allocate<std::uint32_t>(count);
   engine.fill(met.span(), kInvalidId);
   auto kept = engine.allocate<KeptCluster>(count);
-  const Climber climber{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data(), kept.data()};
+  const Climber climber{tree, static_cast<std::uint32_t>(count), sorted.levels.data(), met.data(), kept.data(), radius};
   engine.for_each(count, [&](std::size_t i) {
     Climber::Shared shared;
     climber(HostGroup{}, shared, static_cast<std::uint32_t>(i));
@@ -75,7 +75,7 @@ BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Refe
   LinkedRef root = kLinkedLeaf;
   const Tree tree{{sorted.references.data()}, nodes.data(), {counts.data()}, &root};
   if (builder == Builder::kHploc)
-    emit_hploc(engine, tree, sorted);
+    emit_hploc(engine, tree, sorted, ploc_radius);
   else if (builder == Builder::kPloc)
     emit_ploc(engine, tree, count, ploc_radius);
   else

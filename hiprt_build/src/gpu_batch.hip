@@ -119,6 +119,7 @@ Result<BatchScenes> enqueue_batch(const DeviceBatch& batch, const BuildOptions& 
                      batch.device_first,
                      options.pair_triangles && options.max_leaf_triangles > 1,
                      options.builder == Builder::kHploc,
+                     options.ploc_radius,
                      {costs.box_node, costs.leaf, costs.custom, options.max_leaf_triangles},
                      output,
                      places->nodes,

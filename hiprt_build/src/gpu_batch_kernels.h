@@ -13,6 +13,7 @@ struct BatchJob {
   std::uint32_t position_count;
   const std::uint32_t* first;  ///< Triangle of each mesh; one more at the end.
   bool pair, hploc;
+  std::uint32_t radius;
   CollapseCosts costs;
   std::byte* base;
   std::uint64_t nodes_offset, leaves_offset;  ///< Mesh i has the places of its triangles.
@@ -131,7 +132,7 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
         LbvhStep<PlannedTree>{tree, leaves, m_.levels, m_.met}(i);
       return;
     }
-    const typename Memory::Climber climber{tree, leaves, m_.levels, m_.met, m_.kept};
+    const typename Memory::Climber climber{tree, leaves, m_.levels, m_.met, m_.kept, job_.radius};
     const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
     for (std::uint32_t i = my_group * WaveGroup::kLanes; i < leaves; i += kThreads)
       climber(WaveGroup{}, m_.clusters[my_group], i + threadIdx.x % WaveGroup::kLanes);

@@ -157,7 +157,7 @@ class Enqueuer {
     } else if (plan_.builder == Builder::kHploc) {
       steps_.then([&] {
         return launch(climb_hploc, std::uint64_t{n}, steps_.stream(), {.block = kGroupBlock, .name = "climb_hploc"},
-                      tree(), transient_.sorted, transient_.kept, kept_.state);
+                      tree(), transient_.sorted, transient_.kept, plan_.radius, kept_.state);
       });
     } else {
       steps_.each(n, "climb_lbvh", climb_lbvh, tree(), transient_.sorted, kept_.state);

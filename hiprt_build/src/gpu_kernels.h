@@ -135,10 +135,11 @@ static __global__ void __launch_bounds__(kBlock)
 }
 
 static __global__ void __launch_bounds__(kGroupBlock)
-    climb_hploc(PlannedTree tree, SortedLeaves sorted, KeptCluster* kept, const BuildState* state) {
+    climb_hploc(PlannedTree tree, SortedLeaves sorted, KeptCluster* kept, std::uint32_t radius,
+                const BuildState* state) {
   using Climber = Hploc<WaveGroup, PlannedTree>;
   __shared__ Climber::Shared shared[kGroupsPerBlock];
-  const Climber climber{tree, state->counts.leaves, sorted.levels, sorted.met, kept};
+  const Climber climber{tree, state->counts.leaves, sorted.levels, sorted.met, kept, radius};
   climber(WaveGroup{}, shared[threadIdx.x / WaveGroup::kLanes], thread_index());
 }
 

@@ -14,8 +14,6 @@ namespace hiprt::build {
 inline constexpr unsigned kHplocKept = 16;
 inline constexpr unsigned kHplocClusters = 2 * kHplocKept;
 static_assert(kHplocClusters <= 32, "short_nearness()");
-/// Places to either side in which a cluster looks for its nearest.
-inline constexpr unsigned kHplocRadius = 8;
 
 /// Where clusters are kept between nodes: those of a range of leaves from its first leaf's place on.
 struct KeptCluster {
@@ -37,6 +35,7 @@ template <class Group, class Tree> struct Hploc {
   const std::uint8_t* levels;
   std::uint32_t* met;
   KeptCluster* kept;
+  std::uint32_t radius;  ///< Places to either side in which a cluster looks for its nearest.
 
   /// Climbs from leaf i; all lanes of the group call it together. @param i leaves or more: only helps.
   HIPRT_HD void operator()(const Group& group, Shared& shared, std::uint32_t i) const {
@@ -98,7 +97,7 @@ template <class Group, class Tree> struct Hploc {
     group.sync();
     group.for_each(count, [&](unsigned i) {
       const Box box = shared.clusters[i].box;
-      for (unsigned j = i + 1; j < count && j <= i + kHplocRadius; ++j) {
+      for (unsigned j = i + 1; j < count && j <= i + radius; ++j) {
         const std::uint32_t key = short_nearness(box, shared.clusters[j].box, i, j);
         group.lower(shared.nearest[i], key);
         group.lower(shared.nearest[j], key);

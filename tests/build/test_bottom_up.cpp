@@ -101,7 +101,7 @@ void run_hploc(Forest& forest, const std::vector<std::uint64_t>& codes, const st
   const auto count = static_cast<std::uint32_t>(codes.size());
   const std::vector<std::uint8_t> levels = levels_of(codes);
   std::vector<KeptCluster> kept(count);
-  const Climber climber{forest.tree(), count, levels.data(), forest.met.data(), kept.data()};
+  const Climber climber{forest.tree(), count, levels.data(), forest.met.data(), kept.data(), 8};
   for (const std::uint32_t i : order) {
     Climber::Shared shared;
     climber(HostGroup{}, shared, i);

@@ -52,6 +52,23 @@ TEST_CASE("trees of the device are those of the host, bit by bit") {
     for (const unsigned run : {1u, 2u, 64u}) check_like_host(star, builder, NodeLayout::kFloat, run);
 }
 
+TEST_CASE("trees of H-PLOC with other radii are those of the host") {
+  Input input({oracle::soup(900, 0.2, kSeed)});
+  double costs[3];
+  unsigned i = 0;
+  for (const unsigned radius : {1u, 8u, 128u}) {
+    INFO("radius " << radius);
+    const build::Buffer device =
+        input.build_on_device({.builder = Builder::kHploc, .ploc_radius = radius, .pair_triangles = false});
+    check_same_files(
+        device,
+        input.build_on_host({.builder = Builder::kHploc, .ploc_radius = radius, .pair_triangles = false}).buffer);
+    costs[i++] = build::measure_tree(checked_view(device), {}).sah_cost;
+  }
+  CHECK(costs[1] < costs[0]);
+  CHECK(costs[2] != costs[1]);
+}
+
 TEST_CASE("every layout is written on the device as on the host") {
   INFO("seed " << kSeed);
   Input star({oracle::star(3, kSeed)}), soup({oracle::soup(900, 0.2, kSeed)}),
@@ -171,6 +188,27 @@ TEST_CASE("what the device cannot build is refused") {
   CHECK_THAT(error_of(gpu::build_scene(input.geometries, {}, nullptr, allocator)).message,
              Contains("1 triangles have an index beyond"));
   CHECK(allocator.balance() == 0);
+}
+
+TEST_CASE("sizes with room for parts are known before, or refused") {
+  const build::Position position{};
+  const build::Triangle triangle{};
+  for (const Builder builder : {Builder::kHploc, Builder::kPloc, Builder::kSbvh, Builder::kHq})
+    for (const std::uint32_t count : {1u, 1000u, 1000000u, 50000000u, gpu::kMaxBuildPrimitives}) {
+      const gpu::DeviceGeometry geometry{
+          .positions = &position, .triangles = &triangle, .position_count = 1, .primitive_count = count};
+      const auto sizes =
+          gpu::build_sizes({&geometry, 1}, {.builder = builder, .presplit_budget = 1.5, .reinsertion_rounds = 2});
+      INFO(build::name(builder) << ", " << count << " triangles");
+      if (count == gpu::kMaxBuildPrimitives) {
+        CHECK_THAT(error_of(sizes).message, Contains("a node reference addresses"));
+        continue;
+      }
+      REQUIRE(sizes.has_value());
+      const std::uint64_t room = std::uint64_t{count} * 3 / 2 * (builder >= Builder::kSbvh ? 3 : 2) / 2;
+      CHECK(sizes->output >= room * 192);
+      CHECK(sizes->scratch >= room * 100);
+    }
 }
 
 TEST_CASE("sizes are known before") {
