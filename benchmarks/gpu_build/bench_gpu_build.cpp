@@ -1,5 +1,7 @@
 /// Builders on the GPU: build times, quality and memory. It needs no library that a GPU machine lacks.
 
+#include "builder_choice.h"
+
 #include <benchmarks/common/flags.h>
 #include <benchmarks/common/markdown.h>
 #include <hiprt_build/file.h>
@@ -21,7 +23,6 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <sstream>
 
 namespace hiprt::bench {
 namespace {
@@ -42,42 +43,6 @@ struct Measured {
   double min_ms = 0, median_ms = 0, max_ms = 0, sah_cost = 0, refit_ms = 0;
   gpu::BuildReport report{};
 };
-
-Result<Builder> find_builder(const std::string& name) {
-  for (const Builder builder :
-       {Builder::kLbvh, Builder::kLbvh30, Builder::kHploc, Builder::kPloc, Builder::kSah, Builder::kSbvh, Builder::kHq})
-    if (name == build::name(builder)) return builder;
-  return gpu::fail(build::ErrorCode::kInvalidInput, "no builder '", name,
-                   "'; there are lbvh, lbvh30, hploc, ploc, sah, sbvh, hq");
-}
-
-/// "sbvh:split=3:rounds=8"
-Result<gpu::BuildOptions> parse_builder(const std::string& text) {
-  std::istringstream parts(text);
-  std::string part;
-  std::getline(parts, part, ':');
-  const auto builder = find_builder(part);
-  if (!builder) return tl::unexpected(builder.error());
-  gpu::BuildOptions options{.builder = *builder};
-  while (std::getline(parts, part, ':')) {
-    double value = 0;
-    char name[16] = {}, end = 0;
-    if (std::sscanf(part.c_str(), "%15[a-z]=%lf%c", name, &value, &end) != 2 || !(value >= 0 && value <= 1000))
-      return gpu::fail(build::ErrorCode::kInvalidInput, "'", part, "' is not NAME=NUMBER");
-    const std::string key = name;
-    if (key == "split")
-      options.split_budget = value;
-    else if (key == "presplit")
-      options.presplit_budget = value;
-    else if (key == "rounds")
-      options.reinsertion_rounds = static_cast<unsigned>(value);
-    else if (key == "radius")
-      options.ploc_radius = static_cast<unsigned>(value);
-    else
-      return gpu::fail(build::ErrorCode::kInvalidInput, "no '", key, "'; there are split, presplit, rounds, radius");
-  }
-  return options;
-}
 
 Result<NodeLayout> find_layout(const std::string& name) {
   constexpr const char* kNames[] = {"float", "planes", "half", "quantized"};
@@ -172,13 +137,6 @@ Result<double> time_refits(const Scene& scene, gpu::BuiltScene& built, unsigned 
   if (!scratch) return tl::unexpected(scratch.error());
   const gpu::DeviceGeometry geometry = scene.geometry();
   return median_of(repeats, stream, [&] { return gpu::enqueue_refit(parts, {&geometry, 1}, scratch->data(), stream); });
-}
-
-/// The options of a builder as part of a file's name.
-std::string file_name(std::string builder) {
-  std::replace(builder.begin(), builder.end(), ':', '_');
-  std::erase(builder, '=');
-  return builder;
 }
 
 /// Downloads, validates and measures the tree, and then refits it.
@@ -306,7 +264,7 @@ bool run_batches(const Options& options, hipStream_t stream, nlohmann::json& res
   for (const std::string& text : options.batches)
     for (const std::string& builder : options.builders) {
       std::uint32_t count = 0, triangles = 0;
-      if (builder == "lbvh30") continue;
+      if (builder != "lbvh" && builder != "hploc") continue;
       const auto measured = parse_batch(text, count, triangles)
                                 ? measure_batch(count, triangles, builder, options, stream)
                                 : gpu::fail(build::ErrorCode::kInvalidInput, "not MESHESxTRIANGLES");
