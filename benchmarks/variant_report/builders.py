@@ -85,7 +85,7 @@ def plot_trace_times(plt, runs, folder):
     mark_yardstick(axis)
     axis.set_ylabel("time relative to PLOC")
     axis.set_title(f"Averaged normalised trace times ({', '.join(runs.averaged_scenes())})", fontsize=10)
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=8, loc="lower right", framealpha=1)
     save(figure, folder, "builders_trace_times")
     plt.close(figure)
 
@@ -114,7 +114,7 @@ def plot_opera_house(plt, runs, folder):
     make_logarithmic(axis)
     axis.set_ylabel("four-box tests per ray")
     axis.set_title("opera_house: rays at fine detail in a large hall", fontsize=10)
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=8, loc="lower right", framealpha=1)
     save(figure, folder, "builders_opera_house")
     plt.close(figure)
 
