@@ -27,7 +27,6 @@
 namespace hiprt::bench {
 namespace {
 
-using build::Builder;
 using build::Result;
 
 struct Options {

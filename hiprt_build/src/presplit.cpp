@@ -71,7 +71,8 @@ class Presplitter {
       used[chunk] = made;
     });
     const std::size_t made = engine_.exclusive_scan(std::span<std::size_t>(used));
-    return made == places ? std::move(parts) : close_up(parts.span(), first, used, made);
+    if (made == places) return parts;
+    return close_up(parts.span(), first, used, made);
   }
 
  private:

@@ -183,8 +183,9 @@ template <class Parts> struct CutStep {
     const float left = CutPlanes::longest_edge(left_box), right = CutPlanes::longest_edge(right_box);
     const float share = left + right > 0.0f ? left / (left + right) : 0.5f;
     const std::uint32_t rest = wanted - 1;
-    auto to_left = static_cast<std::uint32_t>(static_cast<float>(rest) * share + 0.5f);
-    to_left = to_left < rest ? to_left : rest;
+    const float wanted_left = static_cast<float>(rest) * share;
+    auto to_left = static_cast<std::uint32_t>(wanted_left);
+    if (to_left < rest && wanted_left - static_cast<float>(to_left) >= 0.5f) ++to_left;
     const std::uint32_t right_place = place + to_left + 1;
     parts.put(right_place, place, right_box);
     parts.set_cuts(right_place, rest - to_left);
