@@ -78,7 +78,10 @@ TEST_CASE("bvhbuild: a GPU builds what its words say; auto is the GPU for its bu
   CHECK(build_with({"--device", "gpu", "--builder", "lbvh", "--nodes", "quantized"})["layout"] == "quantized");
   CHECK(build_with({"--device", "gpu", "--quality", "fast"})["builder"] == "lbvh");
   CHECK(build_with({"--device", "auto", "--builder", "lbvh30"})["device"] == "gpu");
-  CHECK(build_with({"--device", "auto", "--builder", "sbvh"})["device"] == "cpu");
+  CHECK(build_with({"--device", "auto", "--builder", "sbvh"})["device"] == "gpu");
+  CHECK(build_with({"--device", "gpu", "--quality", "high"})["builder"] == "hq");
+  CHECK(build_with({"--device", "gpu", "--presplit-budget", "1.5", "--reinsertion-rounds", "2"})["builder"] == "hploc");
+  CHECK(build_with({"--device", "auto", "--builder", "embree-high"})["device"] == "cpu");
   CHECK(build_with({})["device"] == "cpu");
 }
 
