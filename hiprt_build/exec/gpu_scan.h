@@ -10,13 +10,18 @@
 
 namespace hiprt::build {
 
+/// The sum of the values of the lane and of the group's lower ones.
+inline __device__ std::uint32_t sum_up(const WaveGroup& group, std::uint32_t value) {
+  for (unsigned step = 1; step < WaveGroup::kLanes; step *= 2) {
+    const std::uint32_t before = group.from((group.lane() - step) % WaveGroup::kLanes, value);
+    value += group.lane() >= step ? before : 0;
+  }
+  return value;
+}
+
 /// The sum of the values of the group's lower lanes. @param total becomes that of all.
 inline __device__ std::uint32_t group_scan(const WaveGroup& group, std::uint32_t value, std::uint32_t& total) {
-  std::uint32_t sum = value;
-  for (unsigned step = 1; step < WaveGroup::kLanes; step *= 2) {
-    const std::uint32_t before = group.from((group.lane() - step) % WaveGroup::kLanes, sum);
-    sum += group.lane() >= step ? before : 0;
-  }
+  const std::uint32_t sum = sum_up(group, value);
   total = group.from(WaveGroup::kLanes - 1, sum);
   return sum - value;
 }

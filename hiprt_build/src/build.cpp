@@ -10,6 +10,7 @@
 #include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/src/build_on.h>
 #include <hiprt_build/src/check_input.h>
+#include <hiprt_build/src/check_options.h>
 #include <hiprt_build/src/provenance.h>
 #include <hiprt_build/steps/encode.h>
 #include <hiprt_build/steps/references.h>
@@ -18,33 +19,11 @@
 namespace hiprt::build {
 namespace {
 
-constexpr double kSplitBudget = 1.5;
 /// These trace fastest of all trees that were tried (decision 0013). Of the rounds, 64 lower the SAH cost of sponza by
 /// another 0.4 %, 256 no further (decision 0011).
 constexpr double kHqSplitBudget = 3.0;
 constexpr unsigned kHqRounds = 32;
 constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
-
-Result<void> check_options(const BuildOptions& options) {
-  if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
-    return tl::unexpected(
-        invalid("max_leaf_triangles is " + std::to_string(options.max_leaf_triangles) + ", allowed are 1 to 64"));
-  for (const auto& [name, budget] : {std::pair("split_budget", options.split_budget.value_or(1.0)),
-                                     std::pair("presplit_budget", options.presplit_budget)})
-    if (!(budget >= 1.0 && budget <= 16.0))
-      return tl::unexpected(invalid(name + (" is " + std::to_string(budget)) + ", allowed are 1 to 16"));
-  if (options.ploc_radius < 1 || options.ploc_radius > 128)
-    return tl::unexpected(invalid("ploc_radius is " + std::to_string(options.ploc_radius) + ", allowed are 1 to 128"));
-  if (options.reinsertion_rounds.value_or(0) > 1000)
-    return tl::unexpected(
-        invalid("reinsertion_rounds is " + std::to_string(*options.reinsertion_rounds) + ", allowed are 0 to 1000"));
-  if (!(options.costs.box_node > 0.0f) || !(options.costs.leaf > 0.0f) || !(options.costs.custom > 0.0f))
-    return tl::unexpected(invalid("SAH costs must be positive"));
-  if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
-    return tl::unexpected(invalid("node layout " + std::to_string(static_cast<std::uint32_t>(options.nodes)) +
-                                  " cannot be written; known are float, planes, half and quantized"));
-  return {};
-}
 
 /// What is built: if there is an imported tree, from that.
 struct Job {
@@ -180,7 +159,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
 Result<Bvh> run_guarded(const Job& job) {
   const BuildOptions options = complete(job.options);
   const Job complete_job{job.scene, options, job.imported};
-  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+  if (auto checked = check_ranges(options); !checked) return tl::unexpected(checked.error());
   if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
   return run_cpu("build", job.scene.meshes.size() + job.scene.customs.size(), options.threads, options.progress,
                  [&](CpuEngine& engine) { return run(engine, complete_job); });

@@ -93,8 +93,8 @@ class Enqueuer {
                           flags};
         first += geometry.primitive_count;
       }
-      steps_.block("put_geometries", GeometryChunk::kSize, put_geometries, chunk, static_cast<std::uint32_t>(begin),
-                   static_cast<std::uint32_t>(count), kept_.geometries, section<GeometryRecord>(3));
+      steps_.blocks("put_geometries", GeometryChunk::kSize, 1, put_geometries, chunk, static_cast<std::uint32_t>(begin),
+                    static_cast<std::uint32_t>(count), kept_.geometries, section<GeometryRecord>(3));
     }
   }
 

@@ -1,5 +1,6 @@
 #include <hiprt_build/src/gpu_build_plan.h>
 
+#include <hiprt_build/src/check_options.h>
 #include <hiprt_build/src/gpu_cut.h>
 #include <hiprt_build/src/gpu_ploc.h>
 #include <hiprt_build/src/gpu_reinsert.h>
@@ -7,7 +8,6 @@
 #include <hiprt_build/steps/references.h>
 
 #include <algorithm>
-#include <sstream>
 
 namespace hiprt::gpu {
 namespace {
@@ -18,7 +18,6 @@ using build::LeafPrimitives;
 using build::LeafReference;
 using build::LinkedNode;
 
-constexpr double kSplitBudget = 1.5;
 constexpr unsigned kHqRounds = 8;
 
 /// @return the number of all primitives.
@@ -59,13 +58,6 @@ std::uint64_t stage_scratch(const BuildPlan& plan) {
   if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.room));
   if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.room, plan.rounds));
   return most;
-}
-
-Result<void> check_range(const char* name, double value, unsigned most) {
-  if (value >= 1.0 && value <= most) return {};
-  std::ostringstream text;
-  text << value;
-  return fail(ErrorCode::kInvalidInput, name, " is ", text.str(), ", allowed are 1 to ", most);
 }
 
 }  // namespace
@@ -123,7 +115,8 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
   plan.builder = options.builder;
   plan.layout = options.nodes;
   plan.presplit_budget = whole ? 1.0 : options.presplit_budget;
-  plan.split_budget = whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(kSplitBudget);
+  plan.split_budget =
+      whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(build::kSplitBudget);
   plan.rounds = options.reinsertion_rounds.value_or(options.builder == Builder::kHq ? kHqRounds : 0);
   plan.radius = options.ploc_radius;
   plan.pieces = room_after(plan.primitives, plan.presplit_budget);
@@ -142,22 +135,7 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
 Result<void> check_options(const BuildOptions& options) {
   if (options.builder < Builder::kSah || options.builder > Builder::kHq)
     return fail(ErrorCode::kInvalidInput, "builder ", build::name(options.builder), " does not run on the GPU");
-  if (auto good = check_range("split_budget", options.split_budget.value_or(1.0), 16); !good) return good;
-  if (auto good = check_range("presplit_budget", options.presplit_budget, 16); !good) return good;
-  if (auto good = check_range("ploc_radius", options.ploc_radius, 128); !good) return good;
-  if (options.reinsertion_rounds.value_or(0) > 1000)
-    return fail(ErrorCode::kInvalidInput, "reinsertion_rounds is ", *options.reinsertion_rounds,
-                ", allowed are 0 to 1000");
-  if (options.nodes < NodeLayout::kFloat || options.nodes > NodeLayout::kQuantized)
-    return fail(ErrorCode::kInvalidInput, "node layout ", static_cast<std::uint32_t>(options.nodes),
-                " cannot be written; known are float, planes, half and quantized");
-  if (options.max_leaf_triangles < 1 || options.max_leaf_triangles > 64)
-    return fail(ErrorCode::kInvalidInput, "max_leaf_triangles is ", options.max_leaf_triangles,
-                ", allowed are 1 to 64");
-  const build::SahCosts& costs = options.costs;
-  if (!(costs.box_node > 0.0f) || !(costs.leaf > 0.0f) || !(costs.custom > 0.0f))
-    return fail(ErrorCode::kInvalidInput, "SAH costs must be positive");
-  return {};
+  return build::check_ranges(options);
 }
 
 Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options) {

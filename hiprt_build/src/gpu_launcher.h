@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace hiprt::gpu {
 
@@ -22,11 +24,12 @@ class Launcher {
   void one(const char* name, void (*kernel)(Parameters...), std::type_identity_t<Parameters>... arguments) {
     if (result_) result_ = launch(kernel, Grid{}, stream_, {.block = 1, .name = name}, arguments...);
   }
-  /// One block.
+  /// So many blocks of @p block threads.
   template <class... Parameters>
-  void block(const char* name, unsigned threads, void (*kernel)(Parameters...),
-             std::type_identity_t<Parameters>... arguments) {
-    if (result_) result_ = launch(kernel, Grid{}, stream_, {.block = threads, .name = name}, arguments...);
+  void blocks(const char* name, unsigned block, std::uint64_t count, void (*kernel)(Parameters...),
+              std::type_identity_t<Parameters>... arguments) {
+    const Grid grid{static_cast<unsigned>(count)};
+    if (result_) result_ = launch(kernel, grid, stream_, {.block = block, .name = name}, arguments...);
   }
   /// A thread for each of @p count.
   template <class... Parameters>
@@ -38,14 +41,8 @@ class Launcher {
   template <class... Parameters>
   void persistent(const char* name, unsigned block, std::uint64_t most_blocks, void (*kernel)(Parameters...),
                   std::type_identity_t<Parameters>... arguments) {
-    if (!result_) return;
-    const auto blocks = persistent_grid(kernel, block);
-    if (!blocks) {
-      result_ = tl::unexpected(blocks.error());
-      return;
-    }
-    const Grid grid{static_cast<unsigned>(std::min<std::uint64_t>(*blocks, most_blocks))};
-    result_ = launch(kernel, grid, stream_, {.block = block, .name = name}, arguments...);
+    if (result_)
+      blocks(name, block, std::min<std::uint64_t>(resident(kernel, block), most_blocks), kernel, arguments...);
   }
   template <class T> void fill_bytes(const char* what, T* values, std::uint64_t count, int byte) {
     if (result_ && count != 0)
@@ -57,7 +54,18 @@ class Launcher {
   }
 
  private:
+  /// Asked for once: a kernel may be started for every level of a tree.
+  template <class... Parameters> unsigned resident(void (*kernel)(Parameters...), unsigned block) {
+    const auto* address = reinterpret_cast<const void*>(kernel);
+    for (const auto& [known, blocks] : resident_)
+      if (known == address) return blocks;
+    const auto blocks = persistent_grid(kernel, block);
+    if (!blocks) result_ = tl::unexpected(blocks.error());
+    return resident_.emplace_back(address, blocks ? *blocks : 1u).second;
+  }
+
   hipStream_t stream_;
+  std::vector<std::pair<const void*, unsigned>> resident_;  ///< Blocks of each kernel that the device holds.
   Result<void> result_{};
 };
 

@@ -1,5 +1,6 @@
 #include <hiprt_build/src/gpu_ploc.h>
 
+#include <hiprt_build/src/gpu_launcher.h>
 #include <hiprt_build/src/gpu_places.h>
 #include <hiprt_build/src/gpu_ploc_kernels.h>
 
@@ -49,18 +50,15 @@ Result<void> enqueue_ploc(const PlocInput& input, const PlocOutput& output, std:
   Pieces pieces(scratch);
   place(pieces, input.room, job);
   const std::uint32_t rounds = launched_rounds(input.room), tiles = most_tiles(input.room, input.radius);
-  auto done = launch(ploc_start, std::uint64_t{std::max(tiles, rounds + 1)}, stream,
-                     {.block = kPlocBlock, .name = "ploc_start"}, job, input.count, rounds, tiles);
-  if (done && rounds != 0) {
-    const auto kernel = input.radius <= kPlocSmallRadius ? ploc_round<kPlocSmallRadius> : ploc_round<kPlocMostRadius>;
-    const auto blocks = persistent_grid(kernel, kPlocBlock);
-    if (!blocks) return tl::unexpected(blocks.error());
-    for (std::uint32_t round = 0; round < rounds && done; ++round)
-      done = launch(kernel, Grid{std::min(*blocks, tiles)}, stream, {.block = kPlocBlock, .name = "ploc_round"}, job,
-                    round);
-  }
-  if (!done) return done;
-  return launch(ploc_finish, Grid{}, stream, {.block = kPlocLastBlock, .name = "ploc_finish"}, job, rounds);
+  Launcher steps(stream);
+  const std::uint32_t first = std::max(tiles, rounds + 1);
+  steps.each(first, "ploc_start", ploc_start, job, input.count, rounds, tiles);
+  const auto round_kernel =
+      input.radius <= kPlocSmallRadius ? ploc_round<kPlocSmallRadius> : ploc_round<kPlocMostRadius>;
+  for (std::uint32_t round = 0; round < rounds; ++round)
+    steps.persistent("ploc_round", kPlocBlock, tiles, round_kernel, job, round);
+  steps.blocks("ploc_finish", kPlocLastBlock, 1, ploc_finish, job, rounds);
+  return steps.result();
 }
 
 }  // namespace hiprt::gpu

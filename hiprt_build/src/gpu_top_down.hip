@@ -1,14 +1,13 @@
 #include <hiprt_build/src/gpu_top_down.h>
 
-#include <hiprt_build/gpu/launch.h>
+#include <hiprt_build/src/gpu_launcher.h>
 #include <hiprt_build/src/gpu_places.h>
 #include <hiprt_build/src/gpu_top_down_kernels.h>
 #include <hiprt_build/src/gpu_top_down_pack.h>
 #include <hiprt_build/src/gpu_top_down_small.h>
 
 #include <algorithm>
-#include <utility>
-#include <vector>
+#include <bit>
 
 namespace hiprt::gpu {
 namespace {
@@ -61,7 +60,7 @@ struct Memory {
   }
 };
 
-/// A build on its way into a stream. Each step gives the error of the one before it.
+/// A build on its way into a stream.
 class Enqueuer {
  public:
   Enqueuer(const TopDownInput& input, const TopDownOutput& output, std::byte* scratch, hipStream_t stream,
@@ -70,7 +69,7 @@ class Enqueuer {
         limits_(input.input, input.room, tuning),
         memory_(scratch, limits_, input.room),
         tree_(memory_.tree),
-        stream_(stream),
+        steps_(stream),
         cuts_(input.cut && input.budget > 1.0) {
     tree_.soup = input.soup;
     tree_.references[1] = output.references;
@@ -83,78 +82,53 @@ class Enqueuer {
   }
 
   Result<void> run() {
-    fill("the state", tree_.state, 0, sizeof(TopDownState));
-    fill("the nodes", tree_.nodes, 0xff, std::size_t{input_.room} * sizeof(build::LinkedNode));
+    steps_.fill_bytes("the state", tree_.state, 1, 0);
+    steps_.fill_bytes("the nodes", tree_.nodes, input_.room, 0xff);
     pack();
     for (unsigned level = 0; level < limits_.levels; ++level) split(level);
     if (cuts_)
-      persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<true>, tree_);
+      steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<true>, tree_);
     else
-      persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<false>, tree_);
-    return result_;
+      steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<false>, tree_);
+    return steps_.result();
   }
 
  private:
   static std::uint32_t groups(std::uint32_t count) { return (count - 1) / kGroupsPerBlock + 1; }
 
-  void fill(const char* what, void* memory, int value, std::size_t bytes) {
-    if (result_ && bytes != 0) result_ = check(hipMemsetAsync(memory, value, bytes, stream_), "hipMemsetAsync", what);
-  }
-  template <class... Parameters>
-  void start(const char* name, unsigned block, std::uint32_t blocks, void (*kernel)(Parameters...),
-             std::type_identity_t<Parameters>... arguments) {
-    if (result_) result_ = launch(kernel, Grid{blocks}, stream_, {.block = block, .name = name}, arguments...);
-  }
-  /// Blocks that the device holds at once, or fewer that have enough to do.
-  template <class... Parameters>
-  void persistent(const char* name, unsigned block, std::uint32_t most_blocks, void (*kernel)(Parameters...),
-                  std::type_identity_t<Parameters>... arguments) {
-    if (result_) start(name, block, std::min(resident(kernel, block), most_blocks), kernel, arguments...);
-  }
-  /// Asked for once: a build starts its kernels for every level.
-  template <class... Parameters> unsigned resident(void (*kernel)(Parameters...), unsigned block) {
-    const auto* address = reinterpret_cast<const void*>(kernel);
-    for (const auto& [known, blocks] : resident_)
-      if (known == address) return blocks;
-    const auto blocks = persistent_grid(kernel, block);
-    if (!blocks) result_ = tl::unexpected(blocks.error());
-    return resident_.emplace_back(address, blocks ? *blocks : 1u).second;
-  }
-
   void pack() {
     const LeafReference* from = input_.references;
     std::uint32_t* counts = memory_.piece_counts;
-    start("count_references", kTaskBlock, limits_.pieces, count_references, from, input_.input, kPiece, counts);
-    start("begin_ranges", build::WaveGroup::kLanes, 1, begin_ranges, tree_, counts, limits_.pieces,
-          cuts_ ? input_.budget : 1.0);
-    start("pack_references", kTaskBlock, limits_.pieces, pack_references, tree_, from, input_.input, kPiece, counts);
+    steps_.blocks("count_references", kTaskBlock, limits_.pieces, count_references, from, input_.input, kPiece, counts);
+    steps_.blocks("begin_ranges", build::WaveGroup::kLanes, 1, begin_ranges, tree_, counts, limits_.pieces,
+                  cuts_ ? input_.budget : 1.0);
+    steps_.blocks("pack_references", kTaskBlock, limits_.pieces, pack_references, tree_, from, input_.input, kPiece,
+                  counts);
   }
 
   void split(unsigned level) {
     const std::uint32_t tasks = limits_.tasks, range_groups = groups(limits_.ranges);
     if (level < limits_.free_levels) {
-      persistent("bin_objects", kTaskBlock, tasks, bin_objects, tree_, level);
+      steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects, tree_, level);
       if (cuts_) {
-        persistent("choose_splits", kGroupBlock, range_groups, choose_splits<true>, tree_, level);
-        persistent("bin_space", kTaskBlock, tasks, bin_space, tree_, level);
-        persistent("choose_cuts", kGroupBlock, range_groups, choose_cuts, tree_, level);
+        steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<true>, tree_, level);
+        steps_.persistent("bin_space", kTaskBlock, tasks, bin_space, tree_, level);
+        steps_.persistent("choose_cuts", kGroupBlock, range_groups, choose_cuts, tree_, level);
       } else {
-        persistent("choose_splits", kGroupBlock, range_groups, choose_splits<false>, tree_, level);
+        steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<false>, tree_, level);
       }
-      persistent("count_sides", kTaskBlock, tasks, count_sides, tree_, level);
+      steps_.persistent("count_sides", kTaskBlock, tasks, count_sides, tree_, level);
     }
-    persistent("part_ranges", kGroupBlock, range_groups, part_ranges, tree_, level);
-    persistent("scatter_references", kTaskBlock, tasks, scatter_references, tree_, level);
+    steps_.persistent("part_ranges", kGroupBlock, range_groups, part_ranges, tree_, level);
+    steps_.persistent("scatter_references", kTaskBlock, tasks, scatter_references, tree_, level);
   }
 
   const TopDownInput& input_;
   Limits limits_;
   Memory memory_;
   TopDownTree& tree_;
-  hipStream_t stream_;
+  Launcher steps_;
   bool cuts_;
-  std::vector<std::pair<const void*, unsigned>> resident_;
-  Result<void> result_{};
 };
 
 }  // namespace

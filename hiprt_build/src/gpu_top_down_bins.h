@@ -2,6 +2,7 @@
 /// Bins of references in memory that many threads share, and the best splits of them, found by a group of lanes. All
 /// numbers in bins are integers that are lowered, raised or added to: in no order, with one result. Internal.
 
+#include <hiprt_build/exec/gpu_scan.h>
 #include <hiprt_build/src/gpu_state.h>
 #include <hiprt_build/steps/sah_bins.h>
 #include <hiprt_build/steps/soup_view.h>
@@ -60,14 +61,6 @@ inline __device__ void sum_down(const WaveGroup& group, Box& box, unsigned last,
     const Box other = from_lane(group, inside ? group.lane() + distance : group.lane(), box);
     if (inside) grow_fast(box, other);
   }
-}
-inline __device__ std::uint32_t sum_up(const WaveGroup& group, std::uint32_t value) {
-  for (unsigned distance = 1; distance < WaveGroup::kLanes; distance *= 2) {
-    const bool inside = group.lane() >= distance;
-    const std::uint32_t other = group.from(inside ? group.lane() - distance : group.lane(), value);
-    value += inside ? other : 0;
-  }
-  return value;
 }
 inline __device__ std::uint32_t sum_down(const WaveGroup& group, std::uint32_t value, unsigned last) {
   for (unsigned distance = 1; distance < last; distance *= 2) {

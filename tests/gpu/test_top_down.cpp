@@ -245,17 +245,12 @@ double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& t
   return relative;
 }
 
-oracle::Mesh first_triangles(oracle::Mesh mesh, std::size_t count) {
-  mesh.triangles.resize(count);
-  return mesh;
-}
-
 }  // namespace
 
 TEST_CASE("trees from the top of few references") {
   INFO("seed " << kSeed);
   for (const unsigned count : {0u, 1u, 2u, 3u, 8u, 9u, 32u, 33u, 40u, 41u, 97u}) {
-    const Scene scene(first_triangles(oracle::soup(std::max(count, 1u), 0.3, kSeed), count));
+    const Scene scene(oracle::first_triangles(oracle::soup(std::max(count, 1u), 0.3, kSeed), count));
     for (const double budget : {1.0, 2.0}) CHECK(check_tree(scene, budget, kTiny, "few") < 1.05);
   }
 }

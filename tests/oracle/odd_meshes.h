@@ -8,6 +8,12 @@
 
 namespace hiprt::oracle {
 
+/// @pre there are so many.
+inline Mesh first_triangles(Mesh mesh, std::size_t count) {
+  mesh.triangles.resize(count);
+  return mesh;
+}
+
 /// @p count unconnected triangles in the cube [-1, 1]^3 with edges of about @p size.
 inline Mesh soup(unsigned count, double size, std::uint64_t seed) {
   Random random(seed);

@@ -1,0 +1,46 @@
+#pragma once
+/// Ranges of the options that builds on the CPU and on the GPU share. Internal.
+
+#include <hiprt_build/build.h>
+
+#include <sstream>
+
+namespace hiprt::build {
+
+/// Of builders that cut on the way down, but for the CPU's kHq.
+inline constexpr double kSplitBudget = 1.5;
+
+namespace check_options_detail {
+
+/// What is wrong with a number; empty where nothing is.
+template <class Number> std::string fault(const char* name, Number value, Number least, Number most) {
+  if (value >= least && value <= most) return {};
+  std::ostringstream text;
+  text << name << " is " << value << ", allowed are " << least << " to " << most;
+  return text.str();
+}
+
+}  // namespace check_options_detail
+
+/// @tparam Options BuildOptions or gpu::BuildOptions.
+/// @return kInvalidInput with the option, its value and its range.
+template <class Options> Result<void> check_ranges(const Options& options) {
+  using check_options_detail::fault;
+  const SahCosts& costs = options.costs;
+  std::string faults[] = {
+      fault("max_leaf_triangles", options.max_leaf_triangles, 1u, 64u),
+      fault("split_budget", options.split_budget.value_or(1.0), 1.0, 16.0),
+      fault("presplit_budget", options.presplit_budget, 1.0, 16.0),
+      fault("ploc_radius", options.ploc_radius, 1u, 128u),
+      fault("reinsertion_rounds", options.reinsertion_rounds.value_or(0), 0u, 1000u),
+      costs.box_node > 0.0f && costs.leaf > 0.0f && costs.custom > 0.0f ? "" : "SAH costs must be positive",
+      options.nodes >= NodeLayout::kFloat && options.nodes <= NodeLayout::kQuantized
+          ? ""
+          : "node layout " + std::to_string(static_cast<std::uint32_t>(options.nodes)) +
+                " cannot be written; known are float, planes, half and quantized"};
+  for (std::string& text : faults)
+    if (!text.empty()) return tl::unexpected(Error{ErrorCode::kInvalidInput, std::move(text)});
+  return {};
+}
+
+}  // namespace hiprt::build
