@@ -1,11 +1,11 @@
 #pragma once
 /// The builder's temporary arrays, counted. Internal.
 
+#include <hiprt_build/exec/pages.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <new>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -31,7 +31,7 @@ template <class T> class ScratchArray {
  public:
   ScratchArray() = default;
   ScratchArray(MemoryLedger& ledger, std::size_t size)
-      : ledger_(&ledger), size_(size), data_(static_cast<T*>(::operator new (size * sizeof(T), std::align_val_t{64}))) {
+      : ledger_(&ledger), size_(size), data_(static_cast<T*>(allocate_pages(size * sizeof(T)))) {
     ledger.add(size * sizeof(T));
   }
   ScratchArray(ScratchArray&& other) noexcept
@@ -46,7 +46,7 @@ template <class T> class ScratchArray {
 
   void release() {
     if (data_ == nullptr) return;
-    ::operator delete (data_, std::align_val_t{64});
+    free_pages(data_, size_ * sizeof(T));
     ledger_->subtract(size_ * sizeof(T));
     data_ = nullptr;
     size_ = 0;

@@ -1,26 +1,10 @@
 #include <hiprt_build/buffer.h>
-#include <hiprt_device/format/buffer.h>
+#include <hiprt_build/exec/pages.h>
 
 #include <cstring>
-#include <new>
 #include <utility>
 
-#if defined(__linux__)
-#include <sys/mman.h>
-#endif
-
 namespace hiprt::build {
-
-namespace {
-
-/// From this size on a buffer asks for pages of this size: random accesses to a large tree wait for page tables.
-constexpr std::size_t kHugePage = std::size_t{2} << 20;
-
-constexpr std::align_val_t alignment(std::size_t size) {
-  return std::align_val_t{size >= kHugePage ? kHugePage : std::size_t{kBufferAlignment}};
-}
-
-}  // namespace
 
 Buffer::Buffer(std::size_t size) : Buffer(uninitialized(size)) {
   if (size != 0) std::memset(data_, 0, size);
@@ -29,12 +13,8 @@ Buffer::Buffer(std::size_t size) : Buffer(uninitialized(size)) {
 Buffer Buffer::uninitialized(std::size_t size) {
   Buffer buffer;
   if (size == 0) return buffer;
-  buffer.data_ = static_cast<std::byte*>(::operator new(size, alignment(size)));
+  buffer.data_ = static_cast<std::byte*>(allocate_pages(size));
   buffer.size_ = size;
-#if defined(__linux__)
-  // Advice: whether the system has such pages is its business.
-  if (size >= kHugePage) ::madvise(buffer.data_, size / kHugePage * kHugePage, MADV_HUGEPAGE);
-#endif
   return buffer;
 }
 
@@ -62,7 +42,7 @@ void Buffer::reset() noexcept {
     if (release_)
       release_(data_, size_);
     else
-      ::operator delete(data_, alignment(size_));
+      free_pages(data_, size_);
   }
   data_ = nullptr;
   size_ = 0;

@@ -12,7 +12,7 @@ ScratchArray<HalfEdge> find_partners(CpuEngine& engine, const TriangleMesh& mesh
   {
     auto table = engine.allocate<std::uint32_t>(std::bit_ceil(2 * vertices + 1));
     engine.fill(table.span(), kInvalidId);
-    engine.for_each(vertices, WeldStep{mesh.positions, table.span(), welded.span()});
+    engine.for_each(WeldStep::blocks(vertices), WeldStep{mesh.positions, table.span(), welded.span()});
   }
   auto cursor = engine.allocate<std::uint32_t>(vertices);
   engine.fill(cursor.span(), 0u);

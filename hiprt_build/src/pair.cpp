@@ -24,23 +24,28 @@ struct StayHomeStep {
   }
 };
 
-/// Step: the edge across which triangle i would like to pair, 0-2, or kNone.
+/// Step: the edge across which triangle i would like to pair, 0-2, or kNone. Choices of the round before stand unless
+/// their partner is taken: what is free becomes less only.
 struct ChooseStep {
   static constexpr std::uint8_t kNone = 3;
+  /// Of no round yet.
+  static constexpr std::uint8_t kUnknown = 4;
   const TriangleMesh& mesh;
   std::span<const HalfEdge> partner;
   std::span<const HalfEdge> mate;
   std::span<std::uint8_t> choice;
 
   void operator()(std::size_t i) const {
+    if (choice[i] == kNone || mate[i] != kInvalidId) return;
+    if (choice[i] != kUnknown && mate[partner[3 * i + choice[i]] >> 2] == kInvalidId) return;
     choice[i] = kNone;
-    if (mate[i] != kInvalidId) return;
+    const EdgeGain gains(mesh, i);
     float best_gain = 0.0f;
     HalfEdge best_edge = kInvalidId;
     for (std::uint8_t k = 0; k < 3; ++k) {
       const HalfEdge other = partner[3 * i + k];
       if (other == kInvalidId || mate[other >> 2] != kInvalidId) continue;
-      const float gain = shared_area_gain(mesh, static_cast<std::uint32_t>(i), other >> 2);
+      const float gain = gains.across(k, other);
       const HalfEdge edge = std::min(static_cast<HalfEdge>(4 * i + k), other);
       if (gain > best_gain || (gain == best_gain && edge < best_edge && gain > 0.0f)) {
         best_gain = gain;
@@ -58,7 +63,7 @@ struct ShakeHandsStep {
   std::span<HalfEdge> mate;  ///< The half-edge of the other triangle, or kInvalidId.
 
   void operator()(std::size_t i) const {
-    if (choice[i] == ChooseStep::kNone) return;
+    if (choice[i] == ChooseStep::kNone || mate[i] != kInvalidId) return;
     const HalfEdge other = partner[3 * i + choice[i]];
     const std::size_t t = other >> 2;
     if (choice[t] == (other & 3u) && partner[3 * t + choice[t]] == 4 * i + choice[i]) mate[i] = other;
@@ -77,6 +82,7 @@ ScratchArray<HalfEdge> match_triangles(CpuEngine& engine, const TriangleMesh& me
   auto partner = find_partners(engine, mesh, fate);
   if (!home.empty()) engine.for_each(mesh.triangles.size(), StayHomeStep{home, partner.span()});
   auto choice = engine.allocate<std::uint8_t>(mesh.triangles.size());
+  engine.fill(choice.span(), ChooseStep::kUnknown);
   for (int round = 0; round < kRounds; ++round) {
     engine.for_each(mesh.triangles.size(), ChooseStep{mesh, partner.span(), mate.span(), choice.span()});
     engine.for_each(mesh.triangles.size(), ShakeHandsStep{partner.span(), choice.span(), mate.span()});
@@ -109,54 +115,74 @@ struct ClassifyBoxStep {
   void operator()(std::size_t i) const { fate[i] = box_fate(boxes[i]); }
 };
 
-/// Appends groups to a result.
-class Grouping {
- public:
-  explicit Grouping(GroupedPrimitives& result) : result_(result) {}
+/// What a chunk of a geometry's primitives adds to a result.
+struct GroupCounts {
+  std::size_t groups = 0;
+  std::uint64_t pairs = 0, not_finite = 0, degenerate = 0;
 
-  /// Counts a primitive that is dropped. @return whether it is kept.
-  bool keep(std::size_t geometry, std::uint8_t fate) {
-    result_.dropped_not_finite += fate == kNotFinite ? 1 : 0;
-    result_.dropped_degenerate += fate == kDegenerate ? 1 : 0;
-    result_.dropped[geometry] += fate != kKept ? 1 : 0;
+  /// @return whether the primitive is kept.
+  bool keep(std::uint8_t fate) {
+    not_finite += fate == kNotFinite ? 1 : 0;
+    degenerate += fate == kDegenerate ? 1 : 0;
     return fate == kKept;
   }
-  void add(const PrimitiveGroup& group) {
-    result_.groups[result_.count++] = group;
-    result_.custom_count += group.is_custom() ? 1 : 0;
-    if (group.is_pair()) ++(group.is_custom() ? result_.custom_pairs : result_.pairs);
+  void add(bool pair) {
+    ++groups;
+    pairs += pair ? 1 : 0;
   }
-
- private:
-  GroupedPrimitives& result_;
+  void add_to(GroupedPrimitives& result, std::size_t geometry, bool custom) const {
+    result.count += groups;
+    result.custom_count += custom ? groups : 0;
+    (custom ? result.custom_pairs : result.pairs) += pairs;
+    result.dropped_not_finite += not_finite;
+    result.dropped_degenerate += degenerate;
+    result.dropped[geometry] += not_finite + degenerate;
+  }
 };
 
 void group_mesh(CpuEngine& engine, const TriangleMesh& mesh, std::uint32_t geometry, bool pair,
-                std::span<const std::uint32_t> home, Grouping& grouping) {
+                std::span<const std::uint32_t> home, GroupedPrimitives& result) {
   auto fate = engine.allocate<std::uint8_t>(mesh.triangles.size());
   engine.for_each(mesh.triangles.size(), ClassifyStep{mesh, fate.span()});
   const auto mate = match_triangles(engine, mesh, fate.span(), pair, home);
-  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    if (i % CpuEngine::kChunk == 0) engine.monitor().check();
-    if (grouping.keep(geometry, fate[i]) && (mate[i] == kInvalidId || mate[i] >> 2 > i))
-      grouping.add(make_group(mesh, geometry, i, mate[i]));
+  const auto leads = [&](std::size_t i) { return mate[i] == kInvalidId || mate[i] >> 2 > i; };
+  std::vector<GroupCounts> counts(CpuEngine::chunk_count(mesh.triangles.size()));
+  engine.for_quiet_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    GroupCounts mine;
+    for (std::size_t i = begin; i < end; ++i)
+      if (mine.keep(fate[i]) && leads(i)) mine.add(mate[i] != kInvalidId);
+    counts[chunk] = mine;
+  });
+  std::vector<std::size_t> first(counts.size());
+  for (std::size_t chunk = 0; chunk < counts.size(); ++chunk) {
+    first[chunk] = result.count;
+    counts[chunk].add_to(result, geometry, false);
   }
+  engine.for_quiet_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    std::size_t to = first[chunk];
+    for (std::size_t i = begin; i < end; ++i)
+      if (fate[i] == kKept && leads(i))
+        result.groups[to++] = make_group(mesh, geometry, static_cast<std::uint32_t>(i), mate[i]);
+  });
 }
 
 void group_customs(CpuEngine& engine, const CustomGeometry& custom, std::uint32_t geometry, bool pair,
-                   std::span<const std::uint32_t> home, Grouping& grouping) {
+                   std::span<const std::uint32_t> home, GroupedPrimitives& result) {
   const auto boxes = custom.boxes;
   auto fate = engine.allocate<std::uint8_t>(boxes.size());
   engine.for_each(boxes.size(), ClassifyBoxStep{boxes, fate.span()});
+  GroupCounts counts;
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
     if (i % CpuEngine::kChunk == 0) engine.monitor().check();
-    if (!grouping.keep(geometry, fate[i])) continue;
+    if (!counts.keep(fate[i])) continue;
     PrimitiveGroup group{{i, kInvalidId}, geometry & kGeometryMask, PrimitiveGroup::kCustom, 0};
     const bool has_next = i % 2 == 0 && i + 1 < boxes.size() && fate[i + 1] == kKept;
     const bool may_share = pair && has_next && (home.empty() || home[i] == home[i + 1]);
     if (may_share && share_leaf(boxes[i], boxes[i + 1])) group.primitive[1] = ++i;
-    grouping.add(group);
+    result.groups[result.count + counts.groups] = group;
+    counts.add(group.is_pair());
   }
+  counts.add_to(result, geometry, true);
 }
 
 }  // namespace
@@ -167,14 +193,13 @@ GroupedPrimitives group_primitives(CpuEngine& engine, const PrimitiveSoup& soup,
   result.dropped.resize(soup.geometries());
   result.groups = engine.allocate<PrimitiveGroup>(soup.size());
   engine.monitor().start("pair", 0.3, soup.size() * (pair ? 3 + 2 * kRounds : 1));
-  Grouping grouping(result);
   for (std::size_t g = 0; g < soup.geometries(); ++g) {
     const auto geometry = static_cast<std::uint32_t>(g);
     const auto mine = home.empty() ? home : home.subspan(soup.first[g], soup.size(g));
     if (g < soup.meshes.size())
-      group_mesh(engine, soup.meshes[g], geometry, pair, mine, grouping);
+      group_mesh(engine, soup.meshes[g], geometry, pair, mine, result);
     else
-      group_customs(engine, soup.customs[g - soup.meshes.size()], geometry, pair, mine, grouping);
+      group_customs(engine, soup.customs[g - soup.meshes.size()], geometry, pair, mine, result);
   }
   return result;
 }

@@ -12,16 +12,29 @@ namespace hiprt::build {
 /// Edge k of a triangle runs from its corner k to corner (k + 1) % 3. Number: triangle * 4 + k.
 using HalfEdge = std::uint32_t;
 
-inline float shared_area_gain(const TriangleMesh& mesh, std::uint32_t a, std::uint32_t b) {
-  Aabb box_a, box_b;
-  for (unsigned k = 0; k < 3; ++k) {
-    box_a.add(to_float4(mesh.positions[mesh.triangles[a][k]]));
-    box_b.add(to_float4(mesh.positions[mesh.triangles[b][k]]));
+/// The corners of a triangle, and what its leaf would save by taking in a neighbour.
+struct EdgeGain {
+  const TriangleMesh& mesh;
+  Float4 corners[3];
+  Aabb box;
+
+  EdgeGain(const TriangleMesh& mesh_in, std::size_t triangle) : mesh(mesh_in) {
+    for (unsigned k = 0; k < 3; ++k) box.add(corners[k] = to_float4(mesh.positions[mesh.triangles[triangle][k]]));
   }
-  const float apart = half_area(box_a) + half_area(box_b);
-  box_a.add(box_b);
-  return apart - half_area(box_a);
-}
+
+  /// Half area saved by one box for the triangle and the one that @p other belongs to: the triangle's edge k, the other
+  /// way round, whose ends need not be fetched again.
+  float across(unsigned k, HalfEdge other) const {
+    Aabb others;
+    others.add(corners[k]);
+    others.add(corners[k == 2 ? 0 : k + 1]);
+    const unsigned opposite = (other & 3u) == 0 ? 2 : (other & 3u) - 1;
+    others.add(to_float4(mesh.positions[mesh.triangles[other >> 2][opposite]]));
+    const float apart = half_area(box) + half_area(others);
+    others.add(box);
+    return apart - half_area(others);
+  }
+};
 
 /// A half-edge filed under its end with the lower welded number.
 struct FiledEdge {
@@ -104,7 +117,7 @@ struct MatchEdgesStep {
     float best = 0.0f;
     for (const FiledEdge& other : others) {
       if (other.edge >> 2 == edge >> 2) continue;
-      const float gain = others.size() == 1 ? 1.0f : shared_area_gain(mesh, edge >> 2, other.edge >> 2);
+      const float gain = others.size() == 1 ? 1.0f : EdgeGain(mesh, edge >> 2).across(edge & 3u, other.edge);
       if (!(gain > best)) continue;
       best = gain;
       partner[std::size_t{edge >> 2} * 3 + (edge & 3u)] = other.edge;
