@@ -67,6 +67,17 @@ HIPRT_HD HIPRT_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) 
 #endif
 }
 
+/// *value = replacement if it is @p expected, in no order with other memory. @return the value before.
+HIPRT_HD HIPRT_INLINE std::uint32_t compare_exchange(std::uint32_t* value, std::uint32_t expected,
+                                                     std::uint32_t replacement) {
+#if HIPRT_DEVICE_CODE
+  return atomicCAS(value, expected, replacement);
+#else
+  __atomic_compare_exchange_n(value, &expected, replacement, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED);
+  return expected;
+#endif
+}
+
 /// The value as other threads of the device have left it, not as this one has seen it before; in no order with other
 /// memory.
 template <class Integer> HIPRT_HD HIPRT_INLINE Integer load_shared(const Integer* value) {

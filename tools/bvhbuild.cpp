@@ -91,8 +91,8 @@ void add_options(CLI::App& app, Options& options) {
       ->capture_default_str();
   app.add_option(
          "--device", options.device,
-         "What builds. gpu: all but embree-* and --import, by default hploc; pairs are looked for among "
-         "neighbours only, so the tree is a little larger. auto: the GPU if there is one and it has the builder")
+         "What builds. gpu: all but embree-* and --import, by default hploc. auto: the GPU if there is one and it has "
+         "the builder")
       ->check(CLI::IsMember(words(kDeviceChoices)))
       ->type_name("NAME")
       ->capture_default_str();

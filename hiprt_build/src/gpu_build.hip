@@ -103,8 +103,12 @@ class Enqueuer {
     steps_.fill_bytes("the primitive map", section<std::uint32_t>(2), n, 0xff);
     const std::uint64_t windows = (n - 1) / build::kPairWindow + 1;
     steps_.persistent("pair_primitives", kGroupBlock, (windows - 1) / kGroupsPerBlock + 1, pair_primitives,
-                      {soup_, options_.pair_triangles && options_.max_leaf_triangles > 1}, transient_.references,
+                      {soup_, plan_.pairs}, transient_.references, transient_.pairing.singles,
                       section<GeometryRecord>(3), kept_.state);
+    if (!plan_.pairs) return;
+    steps_.then([&] {
+      return enqueue_pair_beyond(soup_, transient_.references, transient_.pairing, kept_.state, steps_.stream());
+    });
   }
 
   void presplit() {

@@ -3,6 +3,7 @@
 
 #include <hiprt_build/exec/gpu_sort.h>
 #include <hiprt_build/gpu/build.h>
+#include <hiprt_build/src/gpu_pair_beyond.h>
 #include <hiprt_build/src/gpu_places.h>
 #include <hiprt_build/src/gpu_state.h>
 #include <hiprt_build/src/gpu_top_down.h>
@@ -19,6 +20,7 @@ struct BuildPlan {
   std::uint32_t room = 0;    ///< Places for leaves: pieces, or more where the tree is cut from the top.
   build::Builder builder{};
   NodeLayout layout{};
+  bool pairs = false;                                ///< Of triangles.
   double split_budget = 1.0, presplit_budget = 1.0;  ///< 1 where there are custom primitives.
   unsigned rounds = 0, radius = 0;
   std::size_t sort_bytes = 0;
@@ -37,6 +39,7 @@ struct BuildPlan {
 /// Needed until the tree stands: lies where the wide nodes and the leaves will be, if that is enough.
 struct Transient {
   build::LeafReference* references;
+  PairBeyondScratch pairing{};  ///< Where everything below is once there are pairs.
   build::LeafReference* parts = nullptr;
   build::SortBuffers sort{};
   std::byte* sort_temp = nullptr;

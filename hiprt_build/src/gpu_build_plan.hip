@@ -64,6 +64,8 @@ std::uint64_t stage_scratch(const BuildPlan& plan) {
 
 Transient::Transient(Pieces& pieces, const BuildPlan& plan) : references(pieces.take<LeafReference>(plan.primitives)) {
   const std::uint32_t n = plan.pieces;
+  Pieces before = pieces;
+  if (plan.pairs) pairing = PairBeyondScratch::take(before, plan.primitives);
   if (plan.presplits()) parts = pieces.take<LeafReference>(n);
   if (!plan.from_top()) {
     for (unsigned i = 0; i < 2; ++i) {
@@ -79,6 +81,7 @@ Transient::Transient(Pieces& pieces, const BuildPlan& plan) : references(pieces.
     sorted.references = pieces.take<LeafReference>(n);
   }
   stage = pieces.take<std::byte>(stage_scratch(plan));
+  pieces.pass(before);
 }
 
 Kept::Kept(Pieces& pieces, const BuildPlan& plan) {
@@ -114,6 +117,7 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
   plan.geometries = geometries.size();
   plan.builder = options.builder;
   plan.layout = options.nodes;
+  plan.pairs = options.pair_triangles && options.max_leaf_triangles > 1;
   plan.presplit_budget = whole ? 1.0 : options.presplit_budget;
   plan.split_budget =
       whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(build::kSplitBudget);

@@ -37,9 +37,10 @@ static __global__ void put_geometries(GeometryChunk chunk, std::uint32_t begin, 
 }
 
 /// Leaves, their boxes and the scene's; each group of lanes takes a window after the other.
+/// @param singles the triangles that stay single, in any order; nullptr: nobody asks.
 static __global__ void __launch_bounds__(kGroupBlock)
-    pair_primitives(PairWindow<WaveGroup> windows, LeafReference* references, GeometryRecord* records,
-                    BuildState* state) {
+    pair_primitives(PairWindow<WaveGroup> windows, LeafReference* references, std::uint32_t* singles,
+                    GeometryRecord* records, BuildState* state) {
   __shared__ PairWindow<WaveGroup>::Shared shared[kGroupsPerBlock];
   __shared__ SharedBox bounds, centers;
   __shared__ GroupCounts counts;
@@ -55,7 +56,10 @@ static __global__ void __launch_bounds__(kGroupBlock)
   const std::uint32_t all = (windows.soup.primitives + kPairWindow - 1) / kPairWindow;
   for (std::uint32_t w = blockIdx.x * kGroupsPerBlock + my_group; w < all; w += gridDim.x * kGroupsPerBlock)
     windows(WaveGroup{}, shared[my_group], w, [&](const PairedPrimitive& paired) {
-      references[paired.primitive] = LeafReference{paired.box, paired.group, paired.primitive};
+      const LeafReference reference{paired.box, paired.group, paired.primitive};
+      references[paired.primitive] = reference;
+      if (singles != nullptr && PairBeyond::is_single(reference))
+        singles[fetch_add(&state->counts.singles, 1)] = paired.primitive;
       if (paired.fate != kKept) {
         fetch_add(&counts.fate[paired.fate], 1);
         atomicAdd(reinterpret_cast<unsigned long long*>(&records[paired.geometry].dropped_count), 1ull);

@@ -20,6 +20,8 @@ class Pieces {
     size_ = at + count * sizeof(T);
     return base_ == nullptr ? nullptr : reinterpret_cast<T*>(base_ + at);
   }
+  /// What is taken from here on lies behind what @p other, a copy from before, has handed out too.
+  void pass(const Pieces& other) { size_ = size_ > other.size_ ? size_ : other.size_; }
   std::uint64_t size() const { return align(size_, kDeviceAlignment); }
 
  private:

@@ -6,6 +6,7 @@
 #include <hiprt_build/steps/hploc.h>
 #include <hiprt_build/steps/lbvh.h>
 #include <hiprt_build/steps/morton.h>
+#include <hiprt_build/steps/pair_beyond.h>
 #include <hiprt_build/steps/pair_window.h>
 #include <hiprt_build/steps/write_wide.h>
 
@@ -55,9 +56,9 @@ struct SharedBox {
   }
 };
 
-/// Counts of primitives: [Fate] for those that are dropped.
+/// Counts of primitives: [Fate] for those that are dropped; singles: triangles that no window has paired.
 struct GroupCounts {
-  std::uint32_t leaves, pairs, customs, fate[4];
+  std::uint32_t leaves, pairs, customs, singles, fate[4];
 };
 
 /// How far the writing of a wide tree is.

@@ -116,7 +116,7 @@ struct ClassifyBoxStep {
 };
 
 /// What a chunk of a geometry's primitives adds to a result.
-struct GroupCounts {
+struct PrimitiveCounts {
   std::size_t groups = 0;
   std::uint64_t pairs = 0, not_finite = 0, degenerate = 0;
 
@@ -146,9 +146,9 @@ void group_mesh(CpuEngine& engine, const TriangleMesh& mesh, std::uint32_t geome
   engine.for_each(mesh.triangles.size(), ClassifyStep{mesh, fate.span()});
   const auto mate = match_triangles(engine, mesh, fate.span(), pair, home);
   const auto leads = [&](std::size_t i) { return mate[i] == kInvalidId || mate[i] >> 2 > i; };
-  std::vector<GroupCounts> counts(CpuEngine::chunk_count(mesh.triangles.size()));
+  std::vector<PrimitiveCounts> counts(CpuEngine::chunk_count(mesh.triangles.size()));
   engine.for_quiet_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    GroupCounts mine;
+    PrimitiveCounts mine;
     for (std::size_t i = begin; i < end; ++i)
       if (mine.keep(fate[i]) && leads(i)) mine.add(mate[i] != kInvalidId);
     counts[chunk] = mine;
@@ -171,7 +171,7 @@ void group_customs(CpuEngine& engine, const CustomGeometry& custom, std::uint32_
   const auto boxes = custom.boxes;
   auto fate = engine.allocate<std::uint8_t>(boxes.size());
   engine.for_each(boxes.size(), ClassifyBoxStep{boxes, fate.span()});
-  GroupCounts counts;
+  PrimitiveCounts counts;
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
     if (i % CpuEngine::kChunk == 0) engine.monitor().check();
     if (!counts.keep(fate[i])) continue;

@@ -242,4 +242,19 @@ inline Mesh grid_plane(unsigned count, unsigned axis, float height) {
   return mesh;
 }
 
+/// Every triangle with vertices of its own, in random order: what welding and pairing have to put together again.
+inline Mesh scattered(const Mesh& mesh, std::uint64_t seed) {
+  Random random(seed);
+  Mesh result;
+  std::vector<Triangle> order = mesh.triangles;
+  for (std::uint32_t i = static_cast<std::uint32_t>(order.size()) - 1; i > 0; --i)
+    std::swap(order[i], order[random.below(i + 1)]);
+  for (const Triangle& triangle : order) {
+    const auto first = static_cast<std::uint32_t>(result.positions.size());
+    for (const std::uint32_t index : triangle) result.positions.push_back(mesh.positions[index]);
+    result.triangles.push_back({first, first + 1, first + 2});
+  }
+  return result;
+}
+
 }  // namespace hiprt::oracle

@@ -25,21 +25,6 @@ std::string bytes_of(const std::vector<Mesh>& meshes, const build::BuildOptions&
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Every triangle with vertices of its own, in random order: what welding and pairing have to put together again.
-Mesh scattered(const Mesh& mesh, std::uint64_t seed) {
-  Random random(seed);
-  Mesh result;
-  std::vector<Triangle> order = mesh.triangles;
-  for (std::uint32_t i = static_cast<std::uint32_t>(order.size()) - 1; i > 0; --i)
-    std::swap(order[i], order[random.below(i + 1)]);
-  for (const Triangle& triangle : order) {
-    const auto first = static_cast<std::uint32_t>(result.positions.size());
-    for (const std::uint32_t index : triangle) result.positions.push_back(mesh.positions[index]);
-    result.triangles.push_back({first, first + 1, first + 2});
-  }
-  return result;
-}
-
 std::vector<std::vector<Mesh>> inputs() {
   return {{},
           {identical(1)},
