@@ -67,11 +67,24 @@ HIPRT_HD HIPRT_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) 
 #endif
 }
 
-/// *value = replacement if it is @p expected, in no order with other memory. @return the value before.
-HIPRT_HD HIPRT_INLINE std::uint32_t compare_exchange(std::uint32_t* value, std::uint32_t expected,
-                                                     std::uint32_t replacement) {
+/// *value = min(*value, candidate) in 64 bits, in no order with other memory.
+HIPRT_HD HIPRT_INLINE void lower(std::uint64_t* value, std::uint64_t candidate) {
 #if HIPRT_DEVICE_CODE
-  return atomicCAS(value, expected, replacement);
+  atomicMin(reinterpret_cast<unsigned long long*>(value), static_cast<unsigned long long>(candidate));
+#else
+  std::uint64_t there = __atomic_load_n(value, __ATOMIC_RELAXED);
+  while (candidate < there &&
+         !__atomic_compare_exchange_n(value, &there, candidate, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+  }
+#endif
+}
+
+/// *value = replacement if it is @p expected, in no order with other memory. @return the value before.
+HIPRT_HD HIPRT_INLINE std::uint64_t compare_exchange(std::uint64_t* value, std::uint64_t expected,
+                                                     std::uint64_t replacement) {
+#if HIPRT_DEVICE_CODE
+  return atomicCAS(reinterpret_cast<unsigned long long*>(value), static_cast<unsigned long long>(expected),
+                   static_cast<unsigned long long>(replacement));
 #else
   __atomic_compare_exchange_n(value, &expected, replacement, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED);
   return expected;

@@ -10,11 +10,12 @@ namespace hiprt::gpu {
 
 /// Memory of the step, for so many primitives.
 struct PairBeyondScratch {
-  std::uint32_t *singles, *table, *partners, *choices;
+  std::uint32_t* singles;
+  build::PairBeyond::Slot* table;
 
   static PairBeyondScratch take(Pieces& pieces, std::uint64_t primitives) {
-    return {pieces.take<std::uint32_t>(primitives), pieces.take<std::uint32_t>(build::PairBeyond::kSlots * primitives),
-            pieces.take<std::uint32_t>(3 * primitives), pieces.take<std::uint32_t>(primitives)};
+    return {pieces.take<std::uint32_t>(primitives),
+            pieces.take<build::PairBeyond::Slot>(build::PairBeyond::kSlots * primitives)};
   }
 };
 
