@@ -32,6 +32,7 @@ class AllHits {
 
  public:
   using Storage = typename Search::Storage;
+  using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
   HIPRT_HD HIPRT_INLINE AllHits(const SceneView& scene, const Ray& ray, const Storage& storage,
@@ -40,7 +41,7 @@ class AllHits {
         sorts_(kMaySort && (scene.features & feature_bit(Feature::kSplitReferences)) != 0) {}
 
   /// @return one more hit; a miss at the end; failed() (see state()) if nodes could not be visited.
-  HIPRT_HD HIPRT_INLINE Hit next_hit() {
+  HIPRT_HD HIPRT_INLINE Answer next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     if (!search_.can_go_on()) return search_.hit();
     if constexpr (kMaySort) {
@@ -55,7 +56,7 @@ class AllHits {
   HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
 
  private:
-  HIPRT_HD HIPRT_INLINE Hit next_behind() {
+  HIPRT_HD HIPRT_INLINE Answer next_behind() {
     if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
     search_.find_closest(false);
     return search_.complete_hit();

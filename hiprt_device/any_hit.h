@@ -18,6 +18,7 @@ class AnyHit {
 
  public:
   using Storage = typename Search::Storage;
+  using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
   HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const Ray& ray, const Storage& storage,
@@ -25,14 +26,14 @@ class AnyHit {
       : search_(scene, ray, storage, filter, primitives) {}
 
   /// @return one more hit in [tmin, tmax]; a miss at the end; failed() (see state()) if nodes could not be visited.
-  HIPRT_HD HIPRT_INLINE Hit next_hit() {
+  HIPRT_HD HIPRT_INLINE Answer next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     advance();
     return hit();
   }
 
   /// The last answer.
-  HIPRT_HD HIPRT_INLINE Hit hit() const { return search_.hit(); }
+  HIPRT_HD HIPRT_INLINE Answer hit() const { return search_.hit(); }
 
   /// next_hit() without its result, which hit() then has.
   HIPRT_HD HIPRT_INLINE void advance() {

@@ -25,6 +25,12 @@ HIPRT_HD HIPRT_INLINE float max_component(const Vec3& a) {
 struct Conservative {
   /// @return how far every box is widened, in scene units.
   HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds) {
+    return margin(origin, bounds, 0.0f, 0.0f);
+  }
+  /// The same for boxes of instances, whose transforms round too. @param condition, transform_reach of the file's
+  /// header. Proof of the constants: docs/decisions/0014-instances.md.
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds, float condition,
+                                            float transform_reach) {
     float reach = 0.0f, magnitude = 0.0f;
     const auto read = [&](unsigned axis, float from) {
       reach = max_of(reach, max_of(bounds.max[axis] - from, from - bounds.min[axis]));
@@ -34,13 +40,17 @@ struct Conservative {
     read(1, origin.y);
     read(2, origin.z);
     constexpr float kUnit = 0x1p-24f;
-    return kUnit * (24.0f * reach + 4.0f * (magnitude + max_component(origin)));
+    magnitude += max_component(origin);
+    const float own = 24.0f * reach + 4.0f * magnitude;
+    const float of_transforms = 84.0f * reach + 25.0f * magnitude + 28.0f * transform_reach;
+    return kUnit * (own + condition * of_transforms);
   }
 };
 
 /// Box test policy: slabs as they round. Loses hits near box faces.
 struct Plain {
   HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0.0f; }
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&, float, float) { return 0.0f; }
 };
 
 /// Overflow to infinity becomes the largest float. For rays outside the range of the guarantees (ray.h): an infinite

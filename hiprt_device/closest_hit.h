@@ -19,6 +19,7 @@ class ClosestHit {
 
  public:
   using Storage = typename Search::Storage;
+  using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
   HIPRT_HD HIPRT_INLINE ClosestHit(const SceneView& scene, const Ray& ray, const Storage& storage,
@@ -27,14 +28,14 @@ class ClosestHit {
 
   /// @return the closest hit in [tmin, tmax] behind the last one, with normal and error; a miss at the end; failed()
   /// (see state()) when it cannot be told.
-  HIPRT_HD HIPRT_INLINE Hit next_hit() {
+  HIPRT_HD HIPRT_INLINE Answer next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     advance();
     return hit();
   }
 
   /// The last answer.
-  HIPRT_HD HIPRT_INLINE Hit hit() const { return search_.complete_hit(); }
+  HIPRT_HD HIPRT_INLINE Answer hit() const { return search_.complete_hit(); }
 
   /// next_hit() without its result, which hit() then has.
   HIPRT_HD HIPRT_INLINE void advance() {

@@ -26,6 +26,7 @@ class HitSearch {
  public:
   using Storage = typename P::Stack::Storage;
   using Counter = typename P::Counter;
+  using Answer = HitOf<P::kLevels>;
 
   HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const Ray& ray, const Storage& storage, const Filter& filter,
                                   const Primitives& primitives)
@@ -43,7 +44,7 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE TraversalState state() const { return state_; }
   HIPRT_HD HIPRT_INLINE const Counter& counter() const { return counter_; }
   /// The hit at hand, without what complete_hit() adds to a triangle's.
-  HIPRT_HD HIPRT_INLINE const Hit& hit() const { return hit_; }
+  HIPRT_HD HIPRT_INLINE const Answer& hit() const { return hit_; }
 
   /// Whether asking makes sense; if not, hit() is a miss, or says that the search failed.
   HIPRT_HD HIPRT_INLINE bool can_go_on() {
@@ -59,9 +60,10 @@ class HitSearch {
     after_t_ = max_of(hit_.t, 0.0f);  // Not -0, whose bits would come last in the order of entry distances.
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
+    after_path_ = path_of(hit_);
     limit_ = finite(ray_.tmax);
     forget_hit();
-    traversal_.restart(*scene_, after_t_, storage_);
+    traversal_.restart(*scene_, ray_, after_t_, storage_);
   }
 
   /// Looks for the closest hit behind the last. @return false: the wave pauses, call again.
@@ -100,17 +102,22 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE void cancel() { traversal_.cancel(); }
 
   HIPRT_HD HIPRT_INLINE void forget_hit() {
-    hit_ = Hit{};
+    hit_ = Answer{};
     leaf_ = kInvalidRef;
   }
 
   /// The hit at hand with normal and error bound (a custom primitive has told its own).
-  HIPRT_HD HIPRT_INLINE Hit complete_hit() const {
-    Hit hit = hit_;
+  HIPRT_HD HIPRT_INLINE Answer complete_hit() const {
+    Answer hit = hit_;
     using Leaf = typename P::Layout::Leaf;
-    if (leaf_ != kInvalidRef)
-      complete<typename P::Layout>(hit, ray_, *reinterpret_cast<const Leaf*>(scene_->base + ref_offset(leaf_)),
-                                   leaf_ & 1u);
+    const auto complete_in = [&](const Ray& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
+      if (leaf_ != kInvalidRef)
+        complete<typename P::Layout>(hit, ray, *reinterpret_cast<const Leaf*>(base + ref_offset(leaf_)), leaf_ & 1u);
+    };
+    if constexpr (P::kLevels == 0)
+      complete_in(ray_, scene_->base);
+    else if (hit.found())
+      complete_along(*scene_, hit, ray_, complete_in);
     return hit;
   }
 
@@ -129,17 +136,32 @@ class HitSearch {
   /// are out.
   HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit& found) const {
     const std::uint32_t geometry = found.geometry, primitive = found.primitive;
-    const bool loses = found.at.t == limit_ &&
-                       (geometry > hit_.geometry || (geometry == hit_.geometry && primitive >= hit_.primitive));
-    const bool seen = found.at.t == after_t_ && after_primitive_ != kInvalidId &&
-                      (geometry < after_geometry_ || (geometry == after_geometry_ && primitive <= after_primitive_));
+    bool loses = found.at.t == limit_ &&
+                 (geometry > hit_.geometry || (geometry == hit_.geometry && primitive >= hit_.primitive));
+    bool seen = found.at.t == after_t_ && after_primitive_ != kInvalidId &&
+                (geometry < after_geometry_ || (geometry == after_geometry_ && primitive <= after_primitive_));
+    if constexpr (P::kLevels != 0) {
+      // Ways come first.
+      const auto& path = traversal_.path();
+      if (found.at.t == limit_ && hit_.found() && !(path == hit_.path)) loses = hit_.path < path;
+      if (found.at.t == after_t_ && after_primitive_ != kInvalidId && !(path == after_path_)) seen = path < after_path_;
+    }
     return loses || seen;
+  }
+
+  HIPRT_HD static HIPRT_INLINE InstancePath<P::kLevels> path_of(const Answer& hit) {
+    if constexpr (P::kLevels == 0)
+      return {};
+    else
+      return hit.path;
   }
 
   /// Takes the hit unless mask or filter are against it.
   HIPRT_HD HIPRT_INLINE bool accept(const LeafHit& found) {
-    if (!is_visible<P>(*scene_, ray_, found.geometry)) return false;
-    Hit candidate{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
+    if (!is_visible<P>(scene_->features, ray_, traversal_.place(*scene_).geometries[found.geometry])) return false;
+    Answer candidate;
+    static_cast<Hit&>(candidate) = Hit{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
+    if constexpr (P::kLevels != 0) candidate.path = traversal_.path();
     if (found.custom != nullptr) {
       candidate.normal = found.custom->normal;
       candidate.error = found.custom->error;
@@ -152,11 +174,11 @@ class HitSearch {
     return true;
   }
 
-  HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit& found, const Hit& candidate) const {
+  HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit& found, const Answer& candidate) const {
     bool stop = false;
     if constexpr (Primitives::kCount != 0) {
       if (found.custom != nullptr) {
-        const unsigned type = custom_type(scene_->geometries[candidate.geometry].flags);
+        const unsigned type = custom_type(traversal_.place(*scene_).geometries[candidate.geometry].flags);
         const FilterAnswer answer = primitives_.filter(type, ray_, candidate);
         if (answer == FilterAnswer::kReject) return answer;
         stop = answer == FilterAnswer::kAcceptAndStop;
@@ -189,7 +211,8 @@ class HitSearch {
   Primitives primitives_;
   Counter counter_{};
   Traversal<P, Order, kResumable> traversal_;
-  Hit hit_{};
+  Answer hit_{};
+  InstancePath<P::kLevels> after_path_{};
   float after_t_;                              ///< Hits from here on.
   std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;

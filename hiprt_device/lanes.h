@@ -3,6 +3,7 @@
 /// every compiler and the device; `SimdLanes` uses the host's vector registers. Both give the same bits: every
 /// operation is a single IEEE rounding per lane.
 
+#include <hiprt_device/format/arithmetic.h>
 #include <hiprt_device/format/half.h>
 #include <hiprt_device/memory.h>
 
@@ -20,23 +21,6 @@
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
-
-/// Correctly rounded a * b + c.
-HIPRT_HD HIPRT_INLINE float fused_multiply_add(float a, float b, float c) {
-#if HIPRT_DEVICE_CODE
-  return fmaf(a, b, c);
-#else
-  return __builtin_fmaf(a, b, c);
-#endif
-}
-
-HIPRT_HD HIPRT_INLINE double fused_multiply_add(double a, double b, double c) {
-#if HIPRT_DEVICE_CODE
-  return ::fma(a, b, c);
-#else
-  return __builtin_fma(a, b, c);
-#endif
-}
 
 /// The value of a half, from its bits; exact.
 HIPRT_HD HIPRT_INLINE float widen_half(std::uint32_t bits) {

@@ -74,6 +74,19 @@ struct Policies {
   using ClosestOrder = NearFirst;
   using AnyOrder = Unordered;
   static constexpr FeatureMask kFeatures = kFeatureSet;
+  /// Instances that may be on a ray's way to a primitive, one in the other; 0: no code for instances. Instanced<> sets
+  /// it.
+  static constexpr unsigned kLevels = 0;
+};
+
+/// Policies for scenes of instances: of objects that hold triangles and custom primitives (kMost = 1), of objects that
+/// hold instances of those (2), and so on. A scene says how many it has (SceneView::levels).
+///
+///     using Tracer = hiprt::Instanced<hiprt::Policies<>, 2>;
+template <class Base, unsigned kMost = 1> struct Instanced : Base {
+  static_assert(kMost != 0, "hiprt: Instanced: policies without levels are Base itself");
+  static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kInstances);
+  static constexpr unsigned kLevels = kMost;
 };
 
 /// Everything that a tracer asks of its policies.
@@ -84,11 +97,13 @@ concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Sta
     TraversalOrder<typename P::ClosestOrder, typename P::Stack, typename P::Lanes> &&
     TraversalOrder<typename P::AnyOrder, typename P::Stack, typename P::Lanes> && requires {
   { P::kFeatures } -> std::convertible_to<FeatureMask>;
+  { P::kLevels } -> std::convertible_to<unsigned>;
 };
 
 /// Whether a tracer with policies P can trace the scene: its layout and its features.
 template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
-  return scene.layout == P::Layout::kId && (scene.features & ~P::kFeatures) == 0;
+  const FeatureMask features = P::kLevels == 0 ? P::kFeatures & ~feature_bit(Feature::kInstances) : P::kFeatures;
+  return scene.layout == P::Layout::kId && (scene.features & ~features) == 0 && scene.levels <= P::kLevels;
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -13,10 +13,10 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// The closest hit in [tmin, tmax], or a miss.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
-HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
-                                const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
+                                 const typename P::Stack::Storage& storage) {
   ClosestHit<P> query(scene, ray, storage);
-  const Hit hit = query.next_hit();
+  const auto hit = query.next_hit();
   counter = query.counter();
   return hit;
 }
@@ -24,23 +24,23 @@ HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, typename
 /// Some hit in [tmin, tmax], without normal and error; which one depends on the tree. A miss if there is none.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
-HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
-                            const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
+                             const typename P::Stack::Storage& storage) {
   AnyHit<P> query(scene, ray, storage);
-  const Hit hit = query.next_hit();
+  const auto hit = query.next_hit();
   counter = query.counter();
   return hit;
 }
 
 /// The same without the counter.
 template <class P>
-HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto closest_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
   return ClosestHit<P>(scene, ray, storage).next_hit();
 }
 
 /// The same without the counter.
 template <class P>
-HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto any_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
   return AnyHit<P>(scene, ray, storage).next_hit();
 }
 
@@ -49,14 +49,14 @@ template <class Stack>
 concept OwnedStack = std::constructible_from<typename Stack::Storage, typename Stack::Memory&>;
 
 /// The same with a stack of the function's own.
-template <class P> HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
+template <class P> HIPRT_HD inline auto closest_hit(const SceneView& scene, const Ray& ray) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
 /// The same with a stack of the function's own.
-template <class P> HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
+template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const Ray& ray) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return any_hit<P>(scene, ray, typename P::Stack::Storage(memory));

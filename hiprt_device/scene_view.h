@@ -16,6 +16,11 @@ struct SceneView {
   FeatureMask features = 0;
   NodeLayout layout = NodeLayout::kPlanes;
   Box bounds{};
+  // Of a scene of instances; else as they are here.
+  const InstanceRecord* instances = nullptr;
+  const ObjectRecord* objects = nullptr;
+  std::uint32_t levels = 0;  ///< Instances on the longest way to a primitive.
+  float condition = 0.0f, reach = 0.0f;
 };
 
 /// @param view of a file accepted by validate() or open_buffer(); from open_buffer() alone the content is trusted.
@@ -32,6 +37,12 @@ inline SceneView make_scene_view(const BufferView& view, const std::byte* device
   scene.features = view.header->features;
   scene.layout = view.layout();
   scene.bounds = view.header->bounds;
+  if (!view.has_instances()) return scene;
+  scene.instances = reinterpret_cast<const InstanceRecord*>(base + view.instance_entry.offset);
+  scene.objects = reinterpret_cast<const ObjectRecord*>(base + view.object_entry.offset);
+  scene.levels = view.header->levels;
+  scene.condition = view.header->condition;
+  scene.reach = view.header->reach;
   return scene;
 }
 

@@ -29,6 +29,9 @@ HIPRT_HD HIPRT_INLINE NodeRef entry_ref(NodeRef entry) { return entry; }
 
 /// Stands for the next node when the stack is too small for it. In the slot of kInvalidRef, where no node can be.
 inline constexpr NodeRef kOverflowRef = kInvalidRef - 1;
+/// Stands on the stack below the nodes of an instance: the way out of it. In the same slot; no box node, no leaf.
+inline constexpr NodeRef kExitRef = make_ref(kAddressLimit, NodeType::kTriangle3);
+static_assert(!is_box(kExitRef) && kExitRef < kOverflowRef);
 /// Neither node nor leaf: kInvalidRef or kOverflowRef.
 HIPRT_HD constexpr bool is_end(NodeRef ref) { return ref >= kOverflowRef; }
 

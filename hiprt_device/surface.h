@@ -2,6 +2,7 @@
 /// What a hit tells about the surface: normal and error bound, from the triangle's vertices.
 
 #include <hiprt_device/format/layout.h>
+#include <hiprt_device/levels.h>
 #include <hiprt_device/ray.h>
 #include <hiprt_device/triangle_test.h>
 
@@ -55,6 +56,42 @@ HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::L
   read(2, ray.origin.z);
   hit.normal = surface_detail::make_normal(edge1, edge2);
   hit.error = 0x1p-24f * fused_multiply_add(20.0f, reach + extent, 4.0f * magnitude);
+}
+
+/// The hit of an object's surface as the scene sees it: its normal, in any length, and its error bound, with what the
+/// transforms of the ray, and of one that starts there, may add (docs/decisions/0014-instances.md).
+/// @param complete_in called with the ray as the object sees it, and the first byte of the object's file: sets both as
+/// the object sees them.
+template <unsigned kLevels, class Complete>
+HIPRT_HD inline void complete_along(const SceneView& scene, PathHit<kLevels>& hit, const Ray& ray,
+                                    Complete&& complete_in) {
+  constexpr float kUnit = 0x1p-24f;
+  const InstanceRecord* records[kLevels];
+  float transform_error[kLevels];  // Of the transforms into the object, there.
+  Ray local = ray;
+  unsigned depth = 0;
+  const ObjectPlace place = follow(scene, hit.path, [&](const InstanceRecord& record, const ObjectRecord&) {
+    float most = 0.0f;
+    for (const float(&row)[3] : record.linear) {
+      const auto term = [&](unsigned axis, float origin, float direction) {
+        return absolute(row[axis]) * (absolute(origin - record.translation[axis]) + absolute(hit.t * direction));
+      };
+      most = max_of(most, term(0, local.origin.x, local.direction.x) + term(1, local.origin.y, local.direction.y) +
+                              term(2, local.origin.z, local.direction.z));
+    }
+    transform_error[depth] = 10.0f * kUnit * most;
+    records[depth++] = &record;
+    local = ray_to_object(record, local);
+  });
+  complete_in(local, place.base);
+  while (depth-- > 0) {
+    const InstanceRecord& record = *records[depth];
+    const float length = max_component(hit.normal);
+    hit.normal = normal_to_scene(record, length > 0.0f ? hit.normal / length : hit.normal);
+    hit.error = static_cast<float>(LinearInverse(record).norm()) * (hit.error + transform_error[depth]);
+  }
+  if (hit.path.depth != 0)
+    hit.error += 4.0f * kUnit * (max_component(ray.origin) + absolute(hit.t) * max_component(ray.direction));
 }
 
 /// No hit is farther than the largest float: t = +inf says miss.

@@ -1,11 +1,13 @@
 #pragma once
 /// THE traversal loop: one text for every query, layout, test, stack and machine.
 
+#include <hiprt_device/levels.h>
 #include <hiprt_device/order.h>
 #include <hiprt_device/policies.h>
 #include <hiprt_device/primitive_table.h>
 
 #include <limits>
+#include <type_traits>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -48,15 +50,20 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// @param root the scene's, or kInvalidRef: nothing will be visited.
   /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
   HIPRT_HD HIPRT_INLINE Traversal(const SceneView& scene, const Ray& ray, NodeRef root, const Storage& storage)
-      : slabs_(ray, P::Boxes::margin(ray.origin, scene.bounds)),
+      : levels_(scene, ray),
+        slabs_(ray, margin(scene, ray)),
         prepared_(ray),
         tmin_(max_of(ray.tmin, 0.0f)),
         way_(storage, root),
         node_(root) {}
 
   /// Starts again at the root, for the part of the ray from tmin on.
-  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, float tmin, const Storage& storage) {
+  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const Ray& ray, float tmin, const Storage& storage) {
     tmin_ = tmin;
+    if (levels_.path().depth != 0) {
+      levels_.restart(scene, ray);
+      prepare(ray, margin(scene, ray));
+    }
     way_ = Way(storage, scene.root);
     node_ = scene.root;
     leaf_ = kInvalidRef;
@@ -92,7 +99,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
           stopped_leaf = leaf_;
           cancel();
         }
-        if (Schedule::kTogether && is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+        if (Schedule::kTogether && is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit);
       }
       if constexpr (Schedule::kTogether) {
         const bool busy = !is_end(node_);
@@ -103,13 +110,19 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
         }
         return busy ? Outcome::kPaused : outcome;
       } else {
+        if (kHasLevels && leaf_ == kOverflowRef) return outcome;
         node_ = way_.pop(limit);
+        leave_instances(scene, ray, limit);
       }
     }
   }
 
   /// Whether the stack was too small, so that parts of the tree were not visited. @pre run() returned kFinished
   HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
+
+  /// The instances that the ray is in, and the file.
+  HIPRT_HD HIPRT_INLINE decltype(auto) path() const { return levels_.path(); }
+  HIPRT_HD HIPRT_INLINE decltype(auto) place(const SceneView& scene) const { return levels_.place(scene); }
 
   /// Nothing is left to visit.
   HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
@@ -118,31 +131,51 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
   using Way = BacktrackOf<typename P::Stack, typename Order::Entry>;
+  using PreparedRay = typename P::Triangle::template PreparedRay<Lanes>;
   static constexpr bool kTestSorts = SortingBoxTest<typename P::Boxes, Layout, Lanes>;
+  static constexpr bool kHasLevels = P::kLevels != 0;
+  static_assert(!kHasLevels || (!kTestSorts && !BacktrackingStack<typename P::Stack>),
+                "hiprt: Instanced: not with a restart trail or a box test that sorts");
+
+  HIPRT_HD static HIPRT_INLINE float margin(const SceneView& scene, const Ray& ray) {
+    if constexpr (kHasLevels) return P::Boxes::margin(ray.origin, scene.bounds, scene.condition, scene.reach);
+    return P::Boxes::margin(ray.origin, scene.bounds);
+  }
+  HIPRT_HD HIPRT_INLINE void prepare(const Ray& ray, float margin) {
+    slabs_ = RaySlabs<Lanes>(ray, margin);
+    prepared_ = PreparedRay(ray);
+  }
 
   /// Through box nodes to the next run of leaves, or the end.
   HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const Ray& ray, float limit,
                                        typename P::Counter& counter) {
-    while (is_box(node_)) node_ = visit_boxes(scene, ray, limit, counter);
+    while (is_box(node_)) {
+      node_ = visit_boxes(scene, ray, limit, counter);
+      leave_instances(scene, ray, limit);
+    }
     leaf_ = node_;
   }
 
   /// The same, but beyond the first leaf as long as the schedule lets others of the group look for theirs.
   HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const Ray& ray, float limit,
                                                   typename P::Counter& counter, LaneMask group) {
-    if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+    if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit);
     // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
     for (bool go_on = group_any(group, is_end(leaf_) && is_box(node_)); go_on;) {
       if (is_box(node_)) {
         node_ = visit_boxes(scene, ray, limit, counter);
-        if (is_end(leaf_) && !is_box(node_)) take_leaf(limit);
+        if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit);
       }
       go_on = P::Schedule::search_on(group, is_end(leaf_) && is_box(node_));
     }
   }
 
-  /// @pre !is_box(node_)
-  HIPRT_HD HIPRT_INLINE void take_leaf(float limit) {
+  /// @pre !is_box(node_), and no leaf is at hand.
+  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const Ray& ray, float limit) {
+    if constexpr (kHasLevels) {
+      leave_instances(scene, ray, limit);
+      if (is_box(node_)) return;
+    }
     leaf_ = node_;
     if (!is_end(leaf_)) node_ = way_.pop(limit);
   }
@@ -160,7 +193,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   HIPRT_HD HIPRT_INLINE NodeRef visit_slabs(const SceneView& scene, float limit) {
-    const Node& node = *reinterpret_cast<const Node*>(scene.base + ref_offset(node_));
+    const Node& node = *reinterpret_cast<const Node*>(place(scene).base + ref_offset(node_));
     const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(tmin_), Lanes::uniform(limit));
     if (!hits.any()) return way_.pop(limit);
     if constexpr (Lanes::kScalar)
@@ -173,8 +206,15 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   template <class Primitives, class Visit>
   HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const Ray& ray, const float& limit,
                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
-    const std::byte* record = scene.base + ref_offset(leaf_);
+    const std::byte* record = place(scene).base + ref_offset(leaf_);
     const LeafInfo info = load_info(record);
+    if constexpr (kHasLevels) {
+      if (place(scene).instances != nullptr) {
+        leaf_ = kInvalidRef;
+        enter_instance(scene, ray, limit, counter, *reinterpret_cast<const CustomLeaf*>(record));
+        return true;
+      }
+    }
     unsigned met = 0;
     const auto offer = [&](const Candidate& at, unsigned slot, const CustomHit* custom) HIPRT_INLINE_LAMBDA {
       if constexpr (kResumable)
@@ -200,6 +240,63 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     return true;
   }
 
+  /// The way out of instances, if node_ is one. Only once no leaf is at hand, which would be the instance's.
+  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Ray& ray, float limit) {
+    if constexpr (kHasLevels) {
+      if (node_ != kExitRef) return;
+      const ObjectRecord* outside;
+      do {
+        outside = levels_.leave(scene, ray);
+        node_ = way_.pop(limit);
+      } while (node_ == kExitRef);
+      if (is_end(node_)) return;
+      const Ray& local = levels_.ray(ray);
+      prepare(local, outside == nullptr ? margin(scene, ray) : margin(*outside, local));
+    }
+  }
+
+  HIPRT_HD static HIPRT_INLINE float margin(const ObjectRecord& object, const Ray& local) {
+    return P::Boxes::margin(local.origin, object.bounds, object.condition, object.reach);
+  }
+
+  /// On with the object of an instance of the scene or the object at hand, if the ray sees it.
+  /// @param leaf has one primitive, the instance, and is alone in its run.
+  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Ray& ray, float limit,
+                                            typename P::Counter& counter, const CustomLeaf& leaf) {
+    // Elsewhere the run's box is the leaf's, which the ray meets.
+    constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
+    if (kRounded && !meets_box<Lanes>(leaf.box[0], slabs_, tmin_, limit)) return;
+    const std::uint32_t instance = leaf.info.primitive[0];
+    const InstanceRecord& record = place(scene).instances[instance];
+    if constexpr (requires { counter.on_instance(); }) counter.on_instance();
+    if ((record.mask & ray.mask) == 0 || node_ == kOverflowRef) return;
+    const Ray local = ray_to_object(record, levels_.ray(ray));
+    if (!is_traceable(local)) return;
+    if (!way_.make_room()) {
+      node_ = leaf_ = kOverflowRef;
+      return;
+    }
+    if constexpr (P::Schedule::kTogether) {
+      if (!is_end(node_)) way_.later(entry_of(node_));
+      way_.later(entry_of(kExitRef));
+      node_ = record.root;
+    } else {
+      way_.later(entry_of(kExitRef));
+      way_.later(entry_of(record.root));
+    }
+    const ObjectRecord& object = scene.objects[record.object];
+    levels_.enter(scene, instance, object, local);
+    prepare(local, margin(object, local));
+  }
+
+  /// Of a node that is visited whatever its distance.
+  HIPRT_HD static HIPRT_INLINE typename Order::Entry entry_of(NodeRef ref) {
+    if constexpr (std::is_same_v<typename Order::Entry, NodeRef>)
+      return ref;
+    else
+      return make_entry(0.0f, ref);
+  }
+
   template <class Primitives> HIPRT_HD static constexpr bool has_custom() {
     return Primitives::kCount != 0 && (P::kFeatures & feature_bit(Feature::kCustom)) != 0;
   }
@@ -213,21 +310,23 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
                                          const Primitives& primitives, const CustomLeaf& leaf, const LeafInfo& info,
                                          Offer&& offer) {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
-    const unsigned type = custom_type(scene.geometries[geometry].flags);
+    const unsigned type = custom_type(place(scene).geometries[geometry].flags);
     for (unsigned slot = 0; slot < 2; ++slot) {
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
       if (primitive == kInvalidId || !meets_box<Lanes>(leaf.box[slot], slabs_, tmin_, limit)) continue;
       const auto report = [&](const CustomHit& hit) HIPRT_INLINE_LAMBDA {
         return offer(Candidate{hit.t, hit.u, hit.v}, slot, &hit);
       };
-      if (!primitives.intersect(type, ray, max_of(ray.tmin, 0.0f), limit, PrimitiveId{geometry, primitive}, report))
+      if (!primitives.intersect(type, levels_.ray(ray), max_of(ray.tmin, 0.0f), limit, PrimitiveId{geometry, primitive},
+                                report))
         return false;
     }
     return true;
   }
 
+  Levels<P::kLevels> levels_;
   RaySlabs<Lanes> slabs_;
-  typename P::Triangle::template PreparedRay<Lanes> prepared_;
+  PreparedRay prepared_;
   float tmin_;
   Way way_;
   NodeRef node_;                ///< To visit next; kInvalidRef at the end.
@@ -235,11 +334,11 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   unsigned skip_ = 0;           ///< Hits of the record that the visitor has seen before it stopped.
 };
 
-/// Whether the ray sees the geometry.
+/// Whether the ray sees a geometry. @param features of the scene.
 template <class P>
-HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene, const Ray& ray, std::uint32_t geometry) {
+HIPRT_HD HIPRT_INLINE bool is_visible(FeatureMask features, const Ray& ray, const GeometryRecord& geometry) {
   if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
-    return (scene.features & feature_bit(Feature::kMasks)) == 0 || (scene.geometries[geometry].mask & ray.mask) != 0;
+    return (features & feature_bit(Feature::kMasks)) == 0 || (geometry.mask & ray.mask) != 0;
   return true;
 }
 

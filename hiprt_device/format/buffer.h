@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little,
 /// How a file begins, and the multiples of bytes at which its sections and the file itself lie in memory.
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
-inline constexpr std::uint16_t kVersionMinor = 1;
+inline constexpr std::uint16_t kVersionMinor = 2;
 inline constexpr std::uint64_t kSectionAlignment = 128;
 inline constexpr std::uint64_t kBufferAlignment = 256;
 /// Entries a section table may have: keeps the check of a hostile file cheap.
@@ -33,12 +33,14 @@ enum class Feature : std::uint64_t {
   kMasks = 1u << 1,            ///< Some geometry's mask is not 0xffffffff.
   kSplitReferences = 1u << 2,  ///< Some primitive is in several leaves (spatial splits).
   kCustom = 1u << 3,           ///< Custom leaves.
+  kInstances = 1u << 4,        ///< The primitives are instances of objects (instance.h).
 };
 using FeatureMask = std::uint64_t;
 HIPRT_HD constexpr FeatureMask feature_bit(Feature feature) { return static_cast<FeatureMask>(feature); }
 /// Every feature bit of this version; a file with any other is refused.
 inline constexpr FeatureMask kKnownFeatures = feature_bit(Feature::kTriangles) | feature_bit(Feature::kMasks) |
-                                              feature_bit(Feature::kSplitReferences) | feature_bit(Feature::kCustom);
+                                              feature_bit(Feature::kSplitReferences) | feature_bit(Feature::kCustom) |
+                                              feature_bit(Feature::kInstances);
 
 struct FileHeader {
   char magic[8];                ///< "HIPRTBVH"
@@ -54,7 +56,10 @@ struct FileHeader {
   std::uint32_t geometry_count;
   Box bounds;                     ///< Of all primitives; the empty box for an empty scene.
   std::uint64_t primitive_count;  ///< Sum over the geometries, dropped primitives included.
-  std::uint64_t reserved[5];
+  std::uint32_t levels;           ///< Instances on the longest way from here to a primitive; 0: there are none.
+  float condition;  ///< Of all transforms from here to a primitive: how much they magnify rounding (0014); else 0.
+  float reach;      ///< The largest distance from the origin to an object's own, all levels; else 0.
+  std::uint32_t reserved[7];
 };
 
 enum class SectionKind : std::uint32_t {
@@ -62,8 +67,11 @@ enum class SectionKind : std::uint32_t {
   kLeaves = 2,  ///< Leaves of the file's layout.
   kPrimitiveMap =
       3,  ///< uint32 per primitive (geometry by geometry): leaf number * 2 + place in it, or kInvalidId if dropped.
-  kGeometries = 4,  ///< GeometryRecord
-  kProvenance = 5,  ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
+  kGeometries = 4,   ///< GeometryRecord
+  kProvenance = 5,   ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
+  kInstances = 6,    ///< InstanceRecord; custom primitive i stands for record i.
+  kObjects = 7,      ///< ObjectRecord
+  kObjectFiles = 8,  ///< The objects' files, each at a multiple of kBufferAlignment from the start of the scene's.
 };
 
 /// Set in SectionEntry::flags: a reader that does not know the kind must refuse the file. Otherwise it skips the
@@ -101,7 +109,9 @@ static_assert(offsetof(FileHeader, features) == 16 && offsetof(FileHeader, byte_
 static_assert(offsetof(FileHeader, checksum) == 32 && offsetof(FileHeader, section_count) == 40);
 static_assert(offsetof(FileHeader, root) == 44 && offsetof(FileHeader, stack_bound) == 48);
 static_assert(offsetof(FileHeader, geometry_count) == 52 && offsetof(FileHeader, bounds) == 56);
-static_assert(offsetof(FileHeader, primitive_count) == 80 && offsetof(FileHeader, reserved) == 88);
+static_assert(offsetof(FileHeader, primitive_count) == 80 && offsetof(FileHeader, levels) == 88);
+static_assert(offsetof(FileHeader, condition) == 92 && offsetof(FileHeader, reach) == 96);
+static_assert(offsetof(FileHeader, reserved) == 100);
 static_assert(offsetof(SectionEntry, kind) == 0 && offsetof(SectionEntry, flags) == 4);
 static_assert(offsetof(SectionEntry, offset) == 8 && offsetof(SectionEntry, count) == 16);
 static_assert(offsetof(SectionEntry, stride) == 24);

@@ -56,10 +56,16 @@ enum class FormatError : std::uint32_t {
   kFeatureMismatch,  ///< A feature bit is missing, or set although nothing in the file needs it.
   kStackBound,       ///< The header's stack bound is below what a traversal can need, or above any tree's need.
   kBadProvenance,    ///< Not a JSON object in UTF-8.
+  // Instances and their objects.
+  kBadLevels,          ///< The header's levels are not what the instances need.
+  kBadTransformBound,  ///< The header's condition or reach is below what the transforms need, or not a number.
+  kBadObject,          ///< An object lies outside its section, or its record is not what its file says.
+  kBadInstance,        ///< An instance of no object before its own, or without an inverse.
+  kInstanceLeaf,       ///< A leaf of instances holds two, or is not alone in its run.
 };
 
 /// Number of enumerators.
-inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatError::kBadProvenance) + 1;
+inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatError::kInstanceLeaf) + 1;
 
 /// @return the enumerator without its k, e.g. "BadMagic".
 const char* name(FormatError error);
@@ -88,7 +94,8 @@ inline constexpr const char* kFormatErrorNames[] = {
     "BadReference", "ReferenceOrder", "SharedNode", "EmptyNode", "BadChildSlots", "BadGrid", "InexactPlane", "Unreachable", "BadBox", "BoxNotContained",
     "BadBounds", "BadChildFlags", "UnterminatedRun", "BadVertex", "BadGeometryId", "BadPrimitiveId", "BadTriangleId",
     "SplitWithoutFeature", "SplitDiffers", "SplitNotCovered", "SplitCustom", "PrimitiveMapMismatch", "DroppedCount",
-    "FeatureMismatch", "StackBound", "BadProvenance",
+    "FeatureMismatch", "StackBound", "BadProvenance", "BadLevels", "BadTransformBound", "BadObject", "BadInstance",
+    "InstanceLeaf",
 };
 // clang-format on
 static_assert(std::size(kFormatErrorNames) == kFormatErrors);

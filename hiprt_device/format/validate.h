@@ -7,6 +7,7 @@
 
 #include <hiprt_device/format/checksum.h>
 #include <hiprt_device/format/utf8.h>
+#include <hiprt_device/format/validate_instances.h>
 #include <hiprt_device/format/validate_primitives.h>
 #include <hiprt_device/format/validate_tree.h>
 #include <hiprt_device/format/view.h>
@@ -30,6 +31,8 @@ struct ValidateSummary {
   std::uint64_t dropped = 0;         ///< Primitives in no leaf.
   std::uint64_t split = 0;           ///< Primitives in more than one leaf.
   std::uint32_t depth = 0;           ///< Box nodes on the longest path.
+  std::uint64_t instances = 0;       ///< In leaves, of the scene's own tree.
+  std::uint64_t objects = 0;         ///< Of instances.
   std::uint32_t stack_need = 0;  ///< Most stack entries a depth-first traversal can have; at most the header's bound.
 };
 
@@ -57,6 +60,8 @@ inline Check check_padding(const BufferView& view) {
 /// The bit kMasks says what is there. kSplitReferences may be set though nothing is split: a builder that splits need
 /// not count. (Its absence is checked with the leaves, kTriangles and kCustom with the tree.)
 inline Check check_features(const BufferView& view) {
+  // Of instances and their objects: InstanceCheck.
+  if (view.has_instances()) return {};
   const auto has_mask = [](const GeometryRecord& geometry) { return geometry.mask != 0xffffffffu; };
   FeatureMask expected = view.header->features & ~feature_bit(Feature::kMasks);
   if (std::any_of(view.geometries.begin(), view.geometries.end(), has_mask)) expected |= feature_bit(Feature::kMasks);
@@ -65,8 +70,9 @@ inline Check check_features(const BufferView& view) {
 }
 
 /// A tree of n nodes never needs more than 3 n entries: larger bounds are refused, because readers allocate by them.
-inline Check check_stack_bound(const BufferView& view, std::uint32_t need) {
-  const std::uint64_t most = view.nodes.count * (kBranching - 1), bound = view.header->stack_bound;
+/// @param of_objects the part of the need that is not the tree's.
+inline Check check_stack_bound(const BufferView& view, std::uint32_t need, std::uint32_t of_objects) {
+  const std::uint64_t most = view.nodes.count * (kBranching - 1) + of_objects, bound = view.header->stack_bound;
   if (bound >= need && bound <= most) return {};
   return fail(FormatError::kStackBound, offsetof(FileHeader, stack_bound), bound, bound < need ? need : most);
 }
@@ -87,22 +93,64 @@ inline Check check_provenance(const BufferView& view) {
   return {};
 }
 
-template <class Layout> tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& view) {
+/// @param objects that the file's instances may name, checked; @p records of them.
+template <class Layout>
+tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& view, std::span<const BufferView> objects,
+                                                            std::span<const ObjectRecord> records) {
   const auto tree = TreeCheck<Layout>(view).run();
   if (!tree) return tl::unexpected(tree.error());
   const auto primitives = PrimitiveCheck<Layout>(view).run();
   if (!primitives) return tl::unexpected(primitives.error());
-  if (auto bound = check_stack_bound(view, tree->stack_need); !bound) return tl::unexpected(bound.error());
+  std::uint32_t need = tree->stack_need;
+  if (view.has_instances()) {
+    const auto all = InstanceCheck<Layout>(view, objects, records).run(need);
+    if (!all) return tl::unexpected(all.error());
+    need = *all;
+  }
+  if (auto bound = check_stack_bound(view, need, need - tree->stack_need); !bound) return tl::unexpected(bound.error());
   return ValidateSummary{.nodes = view.nodes.count,
                          .leaves = view.leaves.count,
                          .leaf_runs = tree->leaf_runs,
                          .leaf_triangles = primitives->leaf_triangles,
-                         .leaf_customs = primitives->leaf_customs,
+                         .leaf_customs = view.has_instances() ? 0 : primitives->leaf_customs,
                          .primitives = view.primitive_map.size(),
                          .dropped = primitives->dropped,
                          .split = primitives->split,
                          .depth = tree->depth,
-                         .stack_need = tree->stack_need};
+                         .instances = view.has_instances() ? primitives->leaf_customs : 0,
+                         .objects = view.objects.size(),
+                         .stack_need = need};
+}
+
+/// A whole file. @param objects see validate_content().
+inline tl::expected<ValidateSummary, FormatIssue> validate_file(const BufferView& view,
+                                                                std::span<const BufferView> objects,
+                                                                std::span<const ObjectRecord> records) {
+  if (const std::uint64_t sum = file_checksum(view.bytes); sum != view.header->checksum)
+    return fail(FormatError::kBadChecksum, offsetof(FileHeader, checksum), view.header->checksum, sum);
+  for (const auto check : {check_padding, check_features, check_provenance})
+    if (auto good = check(view); !good) return tl::unexpected(good.error());
+  return dispatch_layout(view.layout(),
+                         [&](auto layout) { return validate_content<decltype(layout)>(view, objects, records); });
+}
+
+/// The objects of a scene. An object's instances are of those before it. Offsets in issues are the scene's.
+inline tl::expected<std::vector<BufferView>, FormatIssue> validate_objects(const BufferView& scene) {
+  std::vector<BufferView> objects;
+  const auto in_scene = [&](FormatIssue issue, std::size_t i) {
+    issue.offset += scene.objects[i].offset;
+    return tl::unexpected<FormatIssue>(issue);
+  };
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto object = open_buffer(scene.object_file(scene.objects[i]));
+    if (!object) return in_scene(object.error(), i);
+    if (!object->objects.empty() || object->layout() != scene.layout())
+      return fail(FormatError::kBadObject, scene.objects[i].offset, object->header->layout, scene.header->layout);
+    if (auto good = validate_file(*object, objects, scene.objects); !good) return in_scene(good.error(), i);
+    if (auto record = check_object_record(scene, i, *object); !record) return tl::unexpected(record.error());
+    objects.push_back(*object);
+  }
+  return objects;
 }
 
 }  // namespace format_detail
@@ -116,11 +164,9 @@ inline tl::expected<ValidateSummary, FormatIssue> validate(std::span<const std::
   using namespace format_detail;
   const auto view = open_buffer(bytes);
   if (!view) return tl::unexpected(view.error());
-  if (const std::uint64_t sum = file_checksum(bytes); sum != view->header->checksum)
-    return fail(FormatError::kBadChecksum, offsetof(FileHeader, checksum), view->header->checksum, sum);
-  for (const auto check : {check_padding, check_features, check_provenance})
-    if (auto good = check(*view); !good) return tl::unexpected(good.error());
-  return dispatch_layout(view->layout(), [&](auto layout) { return validate_content<decltype(layout)>(*view); });
+  const auto objects = validate_objects(*view);
+  if (!objects) return tl::unexpected(objects.error());
+  return validate_file(*view, *objects, view->objects);
 }
 
 }  // namespace hiprt

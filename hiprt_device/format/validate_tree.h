@@ -34,7 +34,7 @@ template <class Layout> class TreeCheck {
       : view_(view),
         nodes_(view.records<typename Layout::Node>(view.nodes)),
         leaves_(view.records<typename Layout::Leaf>(view.leaves)),
-        allowed_(allowed(view.header->features)),
+        allowed_(allowed(view)),
         slot_(nodes_.size(), kNotReached),
         leaf_reached_(leaves_.size()) {}
 
@@ -121,6 +121,8 @@ template <class Layout> class TreeCheck {
   /// kTriangles and kCustom say what runs there are.
   Check check_features() const {
     if (below_ == allowed_) return {};
+    // What instances are of: InstanceCheck.
+    if (view_.has_instances() && below_ == 0) return {};
     const FeatureMask kinds = feature_bit(Feature::kTriangles) | feature_bit(Feature::kCustom);
     FeatureMask expected = view_.header->features & ~kinds;
     if ((below_ & kTrianglesBelow) != 0) expected |= feature_bit(Feature::kTriangles);
@@ -128,7 +130,9 @@ template <class Layout> class TreeCheck {
     return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), view_.header->features, expected);
   }
 
-  static std::uint32_t allowed(FeatureMask features) {
+  static std::uint32_t allowed(const BufferView& view) {
+    if (view.has_instances()) return kCustomBelow;
+    const FeatureMask features = view.header->features;
     return ((features & feature_bit(Feature::kTriangles)) != 0 ? kTrianglesBelow : 0u) |
            ((features & feature_bit(Feature::kCustom)) != 0 ? kCustomBelow : 0u);
   }

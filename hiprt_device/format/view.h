@@ -4,13 +4,17 @@
 
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/error.h>
+#include <hiprt_device/format/instance.h>
 #include <hiprt_device/format/layout.h>
 
 #include <tl/expected.hpp>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
+#include <iterator>
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -21,10 +25,18 @@ struct BufferView {
   std::span<const std::byte> bytes;
   const FileHeader* header = nullptr;
   SectionEntry nodes{}, leaves{}, primitive_map_entry{}, geometry_entry{}, provenance_entry{};
+  SectionEntry instance_entry{}, object_entry{}, object_file_entry{};
   std::span<const std::uint32_t> primitive_map;
   std::span<const GeometryRecord> geometries;
-  std::string_view provenance;  ///< Empty if the file has none.
+  std::string_view provenance;                ///< Empty if the file has none.
+  std::span<const InstanceRecord> instances;  ///< Empty if the file has none.
+  std::span<const ObjectRecord> objects;      ///< Empty if the file has none.
 
+  bool has_instances() const { return instance_entry.kind != 0; }
+  /// The file of an object. @pre open_buffer() accepted this one.
+  std::span<const std::byte> object_file(const ObjectRecord& object) const {
+    return bytes.subspan(static_cast<std::size_t>(object.offset), static_cast<std::size_t>(object.size));
+  }
   NodeLayout layout() const { return static_cast<NodeLayout>(header->layout); }
   /// @tparam Record the record type of the file's layout (Node or Leaf of layout.h).
   template <class Record> std::span<const Record> records(const SectionEntry& section) const {
@@ -39,12 +51,15 @@ struct KnownSection {
   bool mandatory;
   SectionEntry BufferView::*entry;
 };
-inline constexpr std::array<KnownSection, 5> kKnownSections{{
+inline constexpr std::array<KnownSection, 8> kKnownSections{{
     {SectionKind::kNodes, 0, true, &BufferView::nodes},
     {SectionKind::kLeaves, sizeof(FloatLeaf), true, &BufferView::leaves},
     {SectionKind::kPrimitiveMap, sizeof(std::uint32_t), true, &BufferView::primitive_map_entry},
     {SectionKind::kGeometries, sizeof(GeometryRecord), true, &BufferView::geometry_entry},
     {SectionKind::kProvenance, 1, false, &BufferView::provenance_entry},
+    {SectionKind::kInstances, sizeof(InstanceRecord), false, &BufferView::instance_entry},
+    {SectionKind::kObjects, sizeof(ObjectRecord), false, &BufferView::object_entry},
+    {SectionKind::kObjectFiles, 1, false, &BufferView::object_file_entry},
 }};
 
 /// Checks header, section table and geometry table, in time proportional to their sizes.
@@ -75,9 +90,9 @@ inline tl::expected<void, FormatIssue> check_header(std::span<const std::byte> b
   if ((header.features & ~kKnownFeatures) != 0)
     return fail(FormatError::kUnknownFeature, 16, header.features, kKnownFeatures);
   if (header.byte_size != bytes.size()) return fail(FormatError::kSizeMismatch, 24, header.byte_size, bytes.size());
-  for (std::uint64_t i = 0; i < 5; ++i)
+  for (std::uint64_t i = 0; i < std::size(header.reserved); ++i)
     if (header.reserved[i] != 0)
-      return fail(FormatError::kBadReservedField, offsetof(FileHeader, reserved) + 8 * i, header.reserved[i], 0);
+      return fail(FormatError::kBadReservedField, offsetof(FileHeader, reserved) + 4 * i, header.reserved[i], 0);
   const std::uint64_t room =
       std::min<std::uint64_t>(kMaxSections, (bytes.size() - sizeof(FileHeader)) / sizeof(SectionEntry));
   if (header.section_count > room) return fail(FormatError::kSectionTableRange, 40, header.section_count, room);
@@ -139,6 +154,38 @@ inline tl::expected<void, FormatIssue> check_geometries(const BufferView& view) 
   return {};
 }
 
+/// kInstances, the sections that go with it and the header's fields for it are there together, or not at all. The
+/// objects' files lie in their section. (An object's own file may do without the objects: those of the scene's file
+/// are meant.)
+inline tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) {
+  const FileHeader& header = *view.header;
+  const bool instances = (header.features & feature_bit(Feature::kInstances)) != 0;
+  if (instances != view.has_instances())
+    return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
+                header.features ^ feature_bit(Feature::kInstances));
+  if ((header.levels != 0) != instances)
+    return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, instances ? 1 : 0);
+  if (instances ? !(header.condition >= 1.0f && header.condition <= kMaxCondition) : header.condition != 0.0f)
+    return fail(FormatError::kBadTransformBound, offsetof(FileHeader, condition),
+                std::bit_cast<std::uint32_t>(header.condition), 0);
+  if (instances ? !(header.reach >= 0.0f && header.reach <= std::numeric_limits<float>::max()) : header.reach != 0.0f)
+    return fail(FormatError::kBadTransformBound, offsetof(FileHeader, reach),
+                std::bit_cast<std::uint32_t>(header.reach), 0);
+  if ((view.object_entry.kind != 0) != (view.object_file_entry.kind != 0) ||
+      (view.object_entry.kind != 0 && !instances))
+    return fail(FormatError::kMissingSection, 40, static_cast<std::uint64_t>(SectionKind::kObjects), 1);
+  std::uint64_t free = view.object_file_entry.offset;
+  const std::uint64_t end = free + view.object_file_entry.count;
+  for (const ObjectRecord& object : view.objects) {
+    const auto at = static_cast<std::uint64_t>(reinterpret_cast<const std::byte*>(&object) - view.bytes.data());
+    if (object.offset % kBufferAlignment != 0) return fail(FormatError::kBadObject, at, object.offset, free);
+    if (object.offset < free || object.offset > end || object.size > end - object.offset)
+      return fail(FormatError::kBadObject, at, object.offset, object.offset < free ? free : end);
+    free = object.offset + object.size;
+  }
+  return {};
+}
+
 }  // namespace format_detail
 
 inline tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::byte> bytes) {
@@ -166,7 +213,10 @@ inline tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::by
   view.geometries = view.records<GeometryRecord>(view.geometry_entry);
   const std::span<const char> text = view.records<char>(view.provenance_entry);
   view.provenance = {text.data(), text.size()};
-  if (auto geometries = check_geometries(view); !geometries) return tl::unexpected(geometries.error());
+  view.instances = view.records<InstanceRecord>(view.instance_entry);
+  view.objects = view.records<ObjectRecord>(view.object_entry);
+  for (const auto check : {check_geometries, check_instance_sections})
+    if (auto good = check(view); !good) return tl::unexpected(good.error());
   return view;
 }
 

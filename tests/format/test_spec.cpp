@@ -1,6 +1,7 @@
 /// FORMAT.md and the code name the same fields at the same offsets, and the same constants: no row missing, none extra.
 
 #include <hiprt_device/format/buffer.h>
+#include <hiprt_device/format/instance.h>
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/format/node.h>
 
@@ -92,13 +93,21 @@ std::vector<RecordSpec> container_records() {
   X(FileHeader, magic), X(FileHeader, version_major), X(FileHeader, version_minor), X(FileHeader, layout),      \
       X(FileHeader, features), X(FileHeader, byte_size), X(FileHeader, checksum), X(FileHeader, section_count), \
       X(FileHeader, root), X(FileHeader, stack_bound), X(FileHeader, geometry_count), X(FileHeader, bounds),    \
-      X(FileHeader, primitive_count), X(FileHeader, reserved)
+      X(FileHeader, primitive_count), X(FileHeader, levels), X(FileHeader, condition), X(FileHeader, reach),    \
+      X(FileHeader, reserved)
 #define ENTRY(X)                                                                                  \
   X(SectionEntry, kind), X(SectionEntry, flags), X(SectionEntry, offset), X(SectionEntry, count), \
       X(SectionEntry, stride)
 #define GEOMETRY(X)                                                                                         \
   X(GeometryRecord, first_primitive), X(GeometryRecord, primitive_count), X(GeometryRecord, dropped_count), \
       X(GeometryRecord, mask), X(GeometryRecord, flags)
+#define INSTANCE(X)                                                                                              \
+  X(InstanceRecord, linear), X(InstanceRecord, translation), X(InstanceRecord, object), X(InstanceRecord, mask), \
+      X(InstanceRecord, id), X(InstanceRecord, root)
+#define OBJECT(X)                                                                                            \
+  X(ObjectRecord, offset), X(ObjectRecord, size), X(ObjectRecord, geometries), X(ObjectRecord, instances),   \
+      X(ObjectRecord, features), X(ObjectRecord, bounds), X(ObjectRecord, root), X(ObjectRecord, condition), \
+      X(ObjectRecord, reach), X(ObjectRecord, stack_bound), X(ObjectRecord, levels), X(ObjectRecord, reserved)
   const auto sum = [](std::initializer_list<std::size_t> sizes) {
     std::size_t total = 0;
     for (const std::size_t size : sizes) total += size;
@@ -106,7 +115,9 @@ std::vector<RecordSpec> container_records() {
   };
   return {{"FileHeader", sizeof(FileHeader), sum({HEADER(SIZE)}), {HEADER(FIELD)}},
           {"SectionEntry", sizeof(SectionEntry), sum({ENTRY(SIZE)}), {ENTRY(FIELD)}},
-          {"GeometryRecord", sizeof(GeometryRecord), sum({GEOMETRY(SIZE)}), {GEOMETRY(FIELD)}}};
+          {"GeometryRecord", sizeof(GeometryRecord), sum({GEOMETRY(SIZE)}), {GEOMETRY(FIELD)}},
+          {"InstanceRecord", sizeof(InstanceRecord), sum({INSTANCE(SIZE)}), {INSTANCE(FIELD)}},
+          {"ObjectRecord", sizeof(ObjectRecord), sum({OBJECT(SIZE)}), {OBJECT(FIELD)}}};
 }
 
 std::vector<RecordSpec> node_records() {
@@ -152,10 +163,11 @@ struct Constant {
 std::map<std::string, std::vector<Constant>> constant_tables() {
   return {{"Section kinds",
            {CONSTANT(SectionKind, kNodes), CONSTANT(SectionKind, kLeaves), CONSTANT(SectionKind, kPrimitiveMap),
-            CONSTANT(SectionKind, kGeometries), CONSTANT(SectionKind, kProvenance)}},
+            CONSTANT(SectionKind, kGeometries), CONSTANT(SectionKind, kProvenance), CONSTANT(SectionKind, kInstances),
+            CONSTANT(SectionKind, kObjects), CONSTANT(SectionKind, kObjectFiles)}},
           {"Feature bits",
            {CONSTANT(Feature, kTriangles), CONSTANT(Feature, kMasks), CONSTANT(Feature, kSplitReferences),
-            CONSTANT(Feature, kCustom)}},
+            CONSTANT(Feature, kCustom), CONSTANT(Feature, kInstances)}},
           {"Geometry flags", {CONSTANT(hiprt, kGeometryCustom), {0xff00, "custom_type"}}},
           {"Children byte", {{0x0f, "children_mask"}, {0x30, "children_order_axis"}}},
           {"Node types",
@@ -233,9 +245,11 @@ TEST_CASE("numbers in FORMAT.md's text are the code's") {
   CHECK(kMaxSections == 64);
   CHECK(kSectionAlignment == 128);
   CHECK(kBufferAlignment == 256);
-  CHECK(kKnownFeatures == 15);
+  CHECK(kKnownFeatures == 31);
+  CHECK(kMaxCondition == std::ldexp(1.0f, 40));
+  CHECK(kInstanceStackEntries == 3);
   CHECK(kVersionMajor == 1);
-  CHECK(kVersionMinor == 1);
+  CHECK(kVersionMinor == 2);
   CHECK(TriangleId::kCustom == 0xc0);
   CHECK(custom_geometry_flags(0xff) == 0xff01);
   CHECK(custom_type(0xab01) == 0xab);

@@ -1,0 +1,260 @@
+#include <hiprt_build/instances.h>
+
+#include <hiprt_build/exec/run_cpu.h>
+#include <hiprt_build/src/check_input.h>
+#include <hiprt_device/format/checksum.h>
+#include <hiprt_device/format/instance_bounds.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+namespace hiprt::build {
+namespace {
+
+std::uint64_t align(std::uint64_t offset, std::uint64_t to) { return (offset + to - 1) / to * to; }
+
+std::string place(std::size_t group, std::size_t instance) {
+  return "group " + std::to_string(group) + ", instance " + std::to_string(instance) + ": ";
+}
+
+/// Short and exact enough to recognise.
+std::string text(double number) {
+  std::ostringstream out;
+  out << number;
+  return out.str();
+}
+
+/// An object whose file stands.
+struct ObjectParts {
+  BufferView view;
+  ObjectRecord record;
+
+  explicit ObjectParts(const BufferView& of) : view(of), record(format_detail::describe(of)) {}
+};
+
+/// A group's instances on the way into its file.
+struct Group {
+  std::vector<InstanceRecord> records;
+  std::vector<Box> boxes;
+  format_detail::InstanceNeeds needs;
+};
+
+/// The record of an instance, or what is wrong with its transform.
+Result<InstanceRecord> make_record(const Instance& instance, const ObjectRecord& object, std::size_t group,
+                                   std::size_t i) {
+  // The inverse in double, rounded once: the record's is what is traced, and all bounds are made of it.
+  double m[3][3], inverse[3][3];
+  bool finite = true;
+  for (unsigned r = 0; r < 3; ++r) {
+    for (unsigned c = 0; c < 4; ++c) finite = finite && std::isfinite(instance.to_scene.row[r][c]);
+    for (unsigned c = 0; c < 3; ++c) m[r][c] = instance.to_scene.row[r][c];
+  }
+  if (!finite) return tl::unexpected(invalid(place(group, i) + "the transform is not finite"));
+  const auto cofactor = [&](unsigned r, unsigned c) {
+    const unsigned r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
+    return m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
+  };
+  const double determinant = m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
+  InstanceRecord record{};
+  for (unsigned r = 0; r < 3; ++r) {
+    for (unsigned c = 0; c < 3; ++c) {
+      inverse[r][c] = cofactor(c, r) / determinant;
+      record.linear[r][c] = static_cast<float>(inverse[r][c]);
+      finite = finite && std::isfinite(record.linear[r][c]);
+    }
+    record.translation[r] = instance.to_scene.row[r][3];
+  }
+  record.object = instance.object;
+  record.mask = instance.mask;
+  record.id = instance.id;
+  record.root = object.root;
+  const double condition = finite ? condition_of(record) : 0.0;
+  const LinearInverse back(record);
+  if (!finite || !(condition <= double{kMaxCondition}) || !std::isfinite(back.norm()))
+    return tl::unexpected(invalid(place(group, i) + "the transform has no inverse that floats can hold: determinant " +
+                                  text(determinant) + (finite ? ", condition " + text(condition) : "")));
+  return record;
+}
+
+/// Of all files the layout, and no instances in them.
+Result<std::vector<ObjectParts>> open_files(std::span<const std::span<const std::byte>> files) {
+  std::vector<ObjectParts> objects;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::string where = "file " + std::to_string(i) + ": ";
+    const auto view = open_buffer(files[i]);
+    if (!view) return tl::unexpected(invalid(where + to_string(view.error())));
+    if (view->has_instances())
+      return tl::unexpected(invalid(where + "has instances itself: give its objects and groups in place of it"));
+    if (!objects.empty() && view->layout() != objects[0].view.layout())
+      return tl::unexpected(invalid(where + "layout " + std::to_string(view->header->layout) + ", that of file 0 is " +
+                                    std::to_string(objects[0].view.header->layout)));
+    objects.emplace_back(*view);
+  }
+  return objects;
+}
+
+Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instances,
+                            std::span<const ObjectParts> objects, InstanceBounds bounds, std::size_t number) {
+  Group group;
+  group.records.resize(instances.size());
+  group.boxes.resize(instances.size());
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if (i % CpuEngine::kChunk == 0) engine.monitor().check();
+    if (instances[i].object >= objects.size())
+      return tl::unexpected(invalid(place(number, i) + "object " + std::to_string(instances[i].object) +
+                                    ", those before the group are " + std::to_string(objects.size())));
+    const ObjectRecord& object = objects[instances[i].object].record;
+    auto record = make_record(instances[i], object, number, i);
+    if (!record) return tl::unexpected(std::move(record.error()));
+    group.records[i] = *record;
+    if (object.root != kInvalidRef) group.needs.add(*record, object);
+  }
+  if (!(group.needs.condition <= double{kMaxCondition}) ||
+      !(group.needs.reach <= double{std::numeric_limits<float>::max()}))
+    return tl::unexpected(
+        invalid("group " + std::to_string(number) + ": the transforms on the way to a primitive have a condition of " +
+                text(group.needs.condition) + " together, the limit is " + text(double{kMaxCondition})));
+  // Boxes of deep bounds take a while each.
+  const std::size_t chunk = 64;
+  engine.for_quiet_chunks(
+      instances.size(),
+      [&](std::size_t, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const BufferView& object = objects[group.records[i].object].view;
+          group.boxes[i] = dispatch_layout(object.layout(), [&](auto layout) {
+            using Bounder = format_detail::InstanceBounder<decltype(layout)>;
+            return Bounder(object, group.records[i])
+                .bounds(bounds == InstanceBounds::kPrimitives ? Bounder::kToPrimitives : static_cast<unsigned>(bounds));
+          });
+        }
+      },
+      chunk);
+  return group;
+}
+
+/// Sections that follow those of a tree.
+struct MoreSections {
+  std::span<const InstanceRecord> instances;
+  std::span<const ObjectParts> objects;  ///< Of the scene's file; else none.
+};
+
+/// The file of a tree over instances' boxes, with the instances, and for the scene all objects.
+Buffer finish_file(const BufferView& tree, const format_detail::InstanceNeeds& needs, const MoreSections& more) {
+  const FileHeader& from = *tree.header;
+  const auto* table = reinterpret_cast<const SectionEntry*>(tree.bytes.data() + sizeof(FileHeader));
+  std::vector<SectionEntry> sections(table, table + from.section_count);
+  std::uint64_t end = tree.bytes.size();
+  const auto add = [&](SectionKind kind, std::uint64_t alignment, std::uint64_t count, std::uint64_t stride) {
+    sections.push_back({static_cast<std::uint32_t>(kind), kSectionRequired, align(end, alignment), count, stride});
+    end = sections.back().offset + count * stride;
+    return sections.back().offset;
+  };
+  const std::uint64_t instances =
+      add(SectionKind::kInstances, kSectionAlignment, more.instances.size(), sizeof(InstanceRecord));
+  std::vector<ObjectRecord> objects;
+  std::uint64_t object_table = 0;
+  if (!more.objects.empty()) {
+    object_table = add(SectionKind::kObjects, kSectionAlignment, more.objects.size(), sizeof(ObjectRecord));
+    std::uint64_t files_end = align(end, kBufferAlignment);
+    const std::uint64_t files_begin = files_end;
+    for (const ObjectParts& object : more.objects) {
+      objects.push_back(object.record);
+      objects.back().offset = align(files_end, kBufferAlignment);
+      files_end = objects.back().offset + object.record.size;
+    }
+    add(SectionKind::kObjectFiles, kBufferAlignment, files_end - files_begin, 1);
+  }
+  Buffer buffer(end);
+  std::byte* bytes = buffer.bytes().data();
+  std::memcpy(bytes, tree.bytes.data(), tree.bytes.size());
+  // The table grows into the padding behind it.
+  std::memcpy(bytes + sizeof(FileHeader), sections.data(), sections.size() * sizeof(SectionEntry));
+  std::memcpy(bytes + instances, more.instances.data(), more.instances.size_bytes());
+  if (!objects.empty()) std::memcpy(bytes + object_table, objects.data(), objects.size() * sizeof(ObjectRecord));
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    std::memcpy(bytes + objects[i].offset, more.objects[i].view.bytes.data(), objects[i].size);
+  auto& header = *reinterpret_cast<FileHeader*>(bytes);
+  header.features = needs.features;
+  header.byte_size = end;
+  header.section_count = static_cast<std::uint32_t>(sections.size());
+  header.stack_bound += needs.stack;
+  header.levels = needs.levels;
+  header.condition = affine_detail::round_up(needs.condition);
+  header.reach = affine_detail::round_up(needs.reach);
+  header.checksum = file_checksum(buffer.bytes());
+  return buffer;
+}
+
+/// Builds the groups, one after the other.
+class SceneBuilder {
+ public:
+  SceneBuilder(CpuEngine& engine, const InstancedScene& scene, const InstanceOptions& options,
+               std::vector<ObjectParts> objects)
+      : engine_(engine), scene_(scene), options_(options), objects_(std::move(objects)) {}
+
+  Result<Bvh> run() {
+    for (std::size_t g = 0;; ++g) {
+      const bool last = g + 1 == scene_.groups.size();
+      const std::span<const ObjectParts> before(objects_);
+      auto group = prepare_group(engine_, scene_.groups[g], before, options_.bounds, g);
+      if (!group) return tl::unexpected(std::move(group.error()));
+      auto tree = build_tree(group->boxes, g);
+      if (!tree) return tl::unexpected(std::move(tree.error()));
+      Buffer file = finish_file(*open_buffer(tree->buffer.bytes()), group->needs,
+                                {group->records, last ? before : std::span<const ObjectParts>{}});
+      const std::uint32_t stack = reinterpret_cast<const FileHeader*>(file.bytes().data())->stack_bound;
+      if (stack > kMaxInstancedStack)
+        return tl::unexpected(Error{ErrorCode::kTooLarge, "group " + std::to_string(g) + " needs " +
+                                                              std::to_string(stack) + " stack entries, the limit is " +
+                                                              std::to_string(kMaxInstancedStack)});
+      tree->buffer = std::move(file);
+      if (last) return std::move(*tree);
+      objects_.emplace_back(*open_buffer(tree->buffer.bytes()));
+      groups_.push_back(std::move(tree->buffer));
+    }
+  }
+
+ private:
+  /// 4096 levels of instances, or trees whose boxes lie in each other.
+  static constexpr std::uint32_t kMaxInstancedStack = 1u << 16;
+
+  Result<Bvh> build_tree(std::span<const Box> boxes, std::size_t g) const {
+    BuildOptions options = options_.tree;
+    if (!objects_.empty()) options.nodes = objects_[0].view.layout();
+    options.max_leaf_triangles = 1;
+    options.pair_triangles = false;
+    if (options.progress)
+      options.progress = [&, g](const Progress& progress) {
+        return options_.tree.progress(
+            {progress.step, (static_cast<double>(g) + progress.fraction) / static_cast<double>(scene_.groups.size())});
+      };
+    const CustomGeometry instances[1] = {{.boxes = boxes}};
+    return build(SceneInput{{}, instances}, options);
+  }
+
+  CpuEngine& engine_;
+  const InstancedScene& scene_;
+  const InstanceOptions& options_;
+  std::vector<ObjectParts> objects_;
+  std::vector<Buffer> groups_;  ///< Of the objects that are groups.
+};
+
+}  // namespace
+
+Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& options) {
+  if (scene.groups.empty()) return tl::unexpected(invalid("a scene of instances has a group at least"));
+  auto objects = open_files(scene.files);
+  if (!objects) return tl::unexpected(std::move(objects.error()));
+  return run_cpu("scene", scene.groups.size(), options.tree.threads, ProgressCallback{},
+                 [&](CpuEngine& engine) { return SceneBuilder(engine, scene, options, std::move(*objects)).run(); });
+}
+
+Result<Bvh> build_instances(std::span<const std::span<const std::byte>> files, std::span<const Instance> instances,
+                            const InstanceOptions& options) {
+  const std::span<const Instance> groups[1] = {instances};
+  return build_instances(InstancedScene{files, groups}, options);
+}
+
+}  // namespace hiprt::build

@@ -1,0 +1,29 @@
+#pragma once
+/// Arithmetic that rounds the same whatever a compiler contracts.
+
+#include <hiprt_device/format/portability.h>
+
+#include <cmath>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Correctly rounded a * b + c.
+HIPRT_HD HIPRT_INLINE float fused_multiply_add(float a, float b, float c) {
+#if HIPRT_DEVICE_CODE
+  return fmaf(a, b, c);
+#else
+  return __builtin_fmaf(a, b, c);
+#endif
+}
+
+HIPRT_HD HIPRT_INLINE double fused_multiply_add(double a, double b, double c) {
+#if HIPRT_DEVICE_CODE
+  return ::fma(a, b, c);
+#else
+  return __builtin_fma(a, b, c);
+#endif
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,160 @@
+#pragma once
+/// Bounds of an instance in its scene, from the boxes of its object. Host only.
+
+#include <hiprt_device/format/affine.h>
+#include <hiprt_device/format/validate_box.h>
+#include <hiprt_device/format/view.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace hiprt::format_detail {
+
+/// Grows a box by transformed ones, from the root of an object down to where it is asked for.
+template <class Layout> class InstanceBounder {
+ public:
+  /// Levels: down to every triangle's corners, custom primitive and instance.
+  static constexpr unsigned kToPrimitives = ~0u;
+
+  /// @param slack of bounds_in_scene().
+  InstanceBounder(const BufferView& object, const InstanceRecord& record, double slack = 1.0)
+      : object_(object), record_(record), inverse_(record), slack_(slack) {}
+
+  /// @param levels of box nodes to go down; below a leaf's box only for kToPrimitives.
+  /// @param box what there is already: parts inside it are not looked into.
+  Box bounds(unsigned levels, Box box = empty_box()) {
+    result_ = box;
+    into_leaves_ = levels == kToPrimitives;
+    const Box whole = box_of(record_.root);
+    // Each is a bound: of a part's corners some may be farther than those of the whole.
+    limit_ = in_scene(whole);
+    pending_.assign(1, {record_.root, levels, whole});
+    while (!pending_.empty()) {
+      const Part part = pending_.back();
+      pending_.pop_back();
+      if (part.ref != kInvalidRef) visit(part);
+    }
+    return result_;
+  }
+
+ private:
+  struct Part {
+    NodeRef ref;
+    unsigned levels;
+    Box box;
+  };
+
+  Box in_scene(const Box& box) const { return bounds_in_scene(record_, inverse_, box, slack_); }
+
+  /// Of what an instance enters: the object, or a node or run below its root.
+  Box box_of(NodeRef ref) const {
+    const FileHeader& header = *object_.header;
+    if (ref == header.root || ref == kInvalidRef) return header.bounds;
+    Box box = empty_box();
+    if (is_box(ref)) {
+      const auto& node = at<typename Layout::Node>(ref);
+      for (unsigned c = 0; c < kBranching; ++c)
+        if (node.child[c] != kInvalidRef) grow(box, bounded(Layout::box(node, c), header.bounds));
+      return box;
+    }
+    for_each_leaf(ref, [&](const Box& content) { grow(box, content); });
+    return box;
+  }
+
+  void visit(const Part& part) {
+    const Box here = clipped(in_scene(part.box), limit_);
+    if (first_plane_outside(here, result_) == kNoPlane) return;
+    if (part.levels == 0 || (!is_box(part.ref) && !into_leaves_)) {
+      grow(result_, here);
+    } else if (is_box(part.ref)) {
+      const auto& node = at<typename Layout::Node>(part.ref);
+      for (unsigned c = 0; c < kBranching; ++c)
+        pending_.push_back({node.child[c], part.levels - 1, bounded(Layout::box(node, c), object_.header->bounds)});
+    } else {
+      // The parts of split triangles end at the run's box.
+      Box content = empty_box();
+      for_each_leaf(part.ref, [&](const Box& box) { grow(content, in_scene(box)); });
+      grow(result_, clipped(content, here));
+    }
+  }
+
+  /// visit(box) for the corners, or the boxes, of a run's primitives.
+  template <class Visit> void for_each_leaf(NodeRef ref, const Visit& visit) const {
+    for (;; ref += make_ref(kNodeGranularity, NodeType::kTriangle0)) {
+      const LeafInfo& info = at<CustomLeaf>(ref).info;
+      if (ref_type(ref) == NodeType::kProcedural) {
+        for (unsigned slot = 0; slot < 2; ++slot)
+          if (info.primitive[slot] != kInvalidId) visit(at<CustomLeaf>(ref).box[slot]);
+      } else {
+        for (unsigned v = 0; v < 4; ++v) {
+          Box corner;
+          for (unsigned axis = 0; axis < 3; ++axis)
+            corner.min[axis] = corner.max[axis] = Layout::coordinate(at<typename Layout::Leaf>(ref), v, axis);
+          visit(corner);
+        }
+      }
+      if ((info.geometry_and_flags & kLastInRun) != 0) return;
+    }
+  }
+
+  static Box clipped(Box box, const Box& to) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      box.min[axis] = std::max(box.min[axis], to.min[axis]);
+      box.max[axis] = std::min(box.max[axis], to.max[axis]);
+    }
+    return box;
+  }
+
+  template <class Record> const Record& at(NodeRef ref) const {
+    return *reinterpret_cast<const Record*>(object_.bytes.data() + ref_offset(ref));
+  }
+
+  const BufferView& object_;
+  const InstanceRecord& record_;
+  LinearInverse inverse_;
+  double slack_;
+  bool into_leaves_ = false;
+  Box limit_{};
+  Box result_{};
+  std::vector<Part> pending_;
+};
+
+/// What the transforms of a file magnify, and what its header has to say of all that is below.
+struct InstanceNeeds {
+  double condition = 1.0, reach = 0.0;
+  std::uint32_t levels = 1, stack = 0;
+  FeatureMask features = feature_bit(Feature::kInstances);
+
+  /// @param object not empty.
+  void add(const InstanceRecord& record, const ObjectRecord& object) {
+    condition = std::max(condition, condition_of(record) * (1.0 + double{object.condition}));
+    double squared = 0.0;
+    for (const float x : record.translation) squared += double{x} * double{x};
+    // norm() is at most the square root of 3 below the Euclidean one.
+    constexpr double kRoot3 = 1.7320508075688773;
+    reach = std::max(reach, std::sqrt(squared) + kRoot3 * LinearInverse(record).norm() * double{object.reach});
+    levels = std::max(levels, object.levels + 1);
+    stack = std::max(stack, object.stack_bound + kInstanceStackEntries);
+    features |= object.features;
+    if (record.mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
+  }
+};
+
+/// What a scene's file says of an object, but for where it lies.
+inline ObjectRecord describe(const BufferView& object) {
+  const FileHeader& header = *object.header;
+  ObjectRecord record{};
+  record.size = object.bytes.size();
+  record.geometries = object.geometry_entry.offset;
+  record.instances = object.has_instances() ? object.instance_entry.offset : 0;
+  record.features = header.features;
+  record.bounds = header.bounds;
+  record.root = header.root;
+  record.condition = header.condition;
+  record.reach = header.reach;
+  record.stack_bound = header.stack_bound;
+  record.levels = header.levels;
+  return record;
+}
+
+}  // namespace hiprt::format_detail

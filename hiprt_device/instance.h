@@ -1,0 +1,76 @@
+#pragma once
+/// Points, directions, normals and rays between a scene and an object that it has an instance of.
+
+#include <hiprt_device/format/affine.h>
+#include <hiprt_device/ray.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+namespace instance_detail {
+
+/// A row times a vector, rounded alike by every machine.
+HIPRT_HD HIPRT_INLINE float times(const float (&row)[3], const Vec3& v) {
+  return fused_multiply_add(row[0], v.x, fused_multiply_add(row[1], v.y, row[2] * v.z));
+}
+
+}  // namespace instance_detail
+
+/// linear * v: a direction of the scene, seen from the object.
+HIPRT_HD HIPRT_INLINE Vec3 vector_to_object(const InstanceRecord& instance, const Vec3& v) {
+  using instance_detail::times;
+  return Vec3(times(instance.linear[0], v), times(instance.linear[1], v), times(instance.linear[2], v));
+}
+
+/// linear * (p - translation). The difference comes first: far from the origin no more is lost than p has lost already.
+HIPRT_HD HIPRT_INLINE Vec3 point_to_object(const InstanceRecord& instance, const Vec3& p) {
+  const float(&origin)[3] = instance.translation;
+  return vector_to_object(instance, Vec3(p.x - origin[0], p.y - origin[1], p.z - origin[2]));
+}
+
+/// The ray as the object sees it: t, tmin, tmax and mask stay what they are, the direction's length changes.
+HIPRT_HD HIPRT_INLINE Ray ray_to_object(const InstanceRecord& instance, const Ray& ray) {
+  Ray local = ray;
+  local.origin = point_to_object(instance, ray.origin);
+  local.direction = vector_to_object(instance, ray.direction);
+  return local;
+}
+
+/// transpose(linear) * n: a normal of the object's surface, seen from the scene. Lengths change.
+HIPRT_HD HIPRT_INLINE Vec3 normal_to_scene(const InstanceRecord& instance, const Vec3& n) {
+  const float(&m)[3][3] = instance.linear;
+  const auto column = [&](unsigned c) {
+    return fused_multiply_add(m[0][c], n.x, fused_multiply_add(m[1][c], n.y, m[2][c] * n.z));
+  };
+  return Vec3(column(0), column(1), column(2));
+}
+
+/// transpose(inverse(linear)) * n: the way back.
+HIPRT_HD inline Vec3 normal_to_object(const InstanceRecord& instance, const Vec3& n) {
+  const LinearInverse inverse(instance);
+  const auto column = [&](unsigned c) {
+    return static_cast<float>(
+        fused_multiply_add(inverse.row[0][c], static_cast<double>(n.x),
+                           fused_multiply_add(inverse.row[1][c], static_cast<double>(n.y), inverse.row[2][c] * n.z)));
+  };
+  return Vec3(column(0), column(1), column(2));
+}
+
+/// inverse(linear) * v: a direction of the object, seen from the scene. In double, rounded once.
+HIPRT_HD inline Vec3 vector_to_scene(const InstanceRecord& instance, const Vec3& v) {
+  const LinearInverse inverse(instance);
+  const auto component = [&](unsigned k) { return static_cast<float>(inverse.times(k, v.x, v.y, v.z)); };
+  return Vec3(component(0), component(1), component(2));
+}
+
+/// inverse(linear) * p + translation. In double, rounded once.
+HIPRT_HD inline Vec3 point_to_scene(const InstanceRecord& instance, const Vec3& p) {
+  const LinearInverse inverse(instance);
+  const auto component = [&](unsigned k) {
+    return static_cast<float>(inverse.times(k, p.x, p.y, p.z) + instance.translation[k]);
+  };
+  return Vec3(component(0), component(1), component(2));
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

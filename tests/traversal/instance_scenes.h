@@ -1,0 +1,132 @@
+#pragma once
+/// Scenes of instances, and what a ray hits in them when every instance is tried.
+
+#include <hiprt_build/instances.h>
+#include <hiprt_device/format/validate.h>
+#include <hiprt_device/hiprt_device.h>
+#include <tests/oracle/meshes.h>
+#include <tests/oracle/odd_meshes.h>
+
+#include <catch2/catch.hpp>
+
+#include <string>
+#include <vector>
+
+namespace hiprt::checks {
+
+using build::Affine;
+using build::Instance;
+
+constexpr unsigned kMostLevels = 16;
+
+/// Rows of a rotation about an axis, times a scale per axis before it, and a translation.
+inline Affine affine(const oracle::Double3& axis, double angle, const oracle::Double3& scale,
+                     const oracle::Double3& translation) {
+  const double c = std::cos(angle), s = std::sin(angle);
+  Affine result;
+  for (unsigned row = 0; row < 3; ++row) {
+    for (unsigned column = 0; column < 3; ++column) {
+      const double cross = row == column ? 0.0 : ((column + 3 - row) % 3 == 1 ? -1.0 : 1.0) * axis[3 - row - column];
+      const double rotation = axis[row] * axis[column] * (1 - c) + (row == column ? c : 0.0) + s * cross;
+      result.row[row][column] = static_cast<float>(rotation * scale[column]);
+    }
+    result.row[row][3] = static_cast<float>(translation[row]);
+  }
+  return result;
+}
+
+/// Any: turned, mirrored at times, scaled unevenly, sheared.
+inline Affine random_affine(oracle::Random& random, double spread) {
+  const oracle::Double3 scale{random.log_uniform(0.3, 3) * (random.below(4) == 0 ? -1 : 1), random.log_uniform(0.3, 3),
+                              random.log_uniform(0.3, 3)};
+  Affine result =
+      affine(random.on_sphere(), random.uniform(0, 6.3), scale,
+             {random.uniform(-spread, spread), random.uniform(-spread, spread), random.uniform(-spread, spread)});
+  if (random.below(3) == 0)
+    for (unsigned row = 0; row < 3; ++row) result.row[row][0] += 0.7f * result.row[row][1];
+  return result;
+}
+
+/// A scene with everything that it is made of.
+struct InstanceScene {
+  std::vector<build::Buffer> files;
+  std::vector<std::vector<Instance>> groups;
+  build::Buffer file;
+
+  void add_file(const std::vector<oracle::Mesh>& meshes, NodeLayout layout) {
+    auto bvh = build::build(oracle::views(meshes), {.builder = build::Builder::kHploc, .nodes = layout});
+    REQUIRE(bvh.has_value());
+    files.push_back(std::move(bvh->buffer));
+  }
+
+  build::Result<build::Bvh> try_build(const build::InstanceOptions& options = {}) const {
+    std::vector<std::span<const std::byte>> file_spans;
+    for (const build::Buffer& object : files) file_spans.push_back(object.bytes());
+    const std::vector<std::span<const Instance>> group_spans(groups.begin(), groups.end());
+    return build::build_instances(build::InstancedScene{file_spans, group_spans}, options);
+  }
+  /// And checks the file.
+  void build(const build::InstanceOptions& options = {}) {
+    auto bvh = try_build(options);
+    INFO((bvh ? std::string() : bvh.error().message));
+    REQUIRE(bvh.has_value());
+    file = std::move(bvh->buffer);
+    const auto summary = validate(file.bytes());
+    INFO((summary ? std::string() : to_string(summary.error())));
+    REQUIRE(summary.has_value());
+  }
+
+  SceneView view() const { return make_scene_view(*open_buffer(file.bytes())); }
+};
+
+/// The closest hit of all instances, each tried: rays are transformed as the library does it, trees over instances are
+/// not asked.
+template <class P> class EveryInstance {
+ public:
+  using Answer = PathHit<P::kLevels>;
+  struct Flat : P {
+    static constexpr unsigned kLevels = 0;
+  };
+
+  EveryInstance(const InstanceScene& scene, const SceneView& view) : scene_(scene), view_(view) {}
+
+  Answer closest(const Ray& ray) {
+    best_ = {};
+    path_ = {};
+    best_.t = ray.tmax;
+    search(scene_.groups.size() - 1, ray, ray);
+    if (!best_.found()) best_.t = std::numeric_limits<float>::infinity();
+    return best_;
+  }
+
+ private:
+  void search(std::size_t group, const Ray& local, const Ray& ray) {
+    const ObjectPlace place = follow(view_, path_, [](const InstanceRecord&, const ObjectRecord&) {});
+    for (std::uint32_t i = 0; i < scene_.groups[group].size(); ++i) {
+      const Instance& instance = scene_.groups[group][i];
+      if ((instance.mask & ray.mask) == 0) continue;
+      path_.instance[path_.depth++] = i;
+      Ray inner = ray_to_object(place.instances[i], local);
+      inner.tmax = best_.t;
+      if (instance.object < scene_.files.size())
+        meet(scene_.files[instance.object], inner);
+      else
+        search(instance.object - scene_.files.size(), inner, ray);
+      path_.instance[--path_.depth] = 0;
+    }
+  }
+
+  void meet(const build::Buffer& file, const Ray& local) {
+    const Hit hit = closest_hit<Flat>(make_scene_view(*open_buffer(file.bytes())), local);
+    if (!hit.found() || (best_.found() && hit.t >= best_.t)) return;
+    static_cast<Hit&>(best_) = hit;
+    best_.path = path_;
+  }
+
+  const InstanceScene& scene_;
+  const SceneView& view_;
+  InstancePath<P::kLevels> path_{};
+  Answer best_{};
+};
+
+}  // namespace hiprt::checks
