@@ -60,7 +60,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// Starts again at the root, for the part of the ray from tmin on.
   HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const Ray& ray, float tmin, const Storage& storage) {
     tmin_ = tmin;
-    if (levels_.path().depth != 0) {
+    if constexpr (kHasLevels) {
       levels_.restart(scene, ray);
       prepare(ray, margin(scene, ray));
     }

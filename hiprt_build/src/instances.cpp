@@ -72,7 +72,7 @@ Result<InstanceRecord> make_record(const Instance& instance, const ObjectRecord&
   record.root = object.root;
   const double condition = finite ? condition_of(record) : 0.0;
   const LinearInverse back(record);
-  if (!finite || !(condition <= double{kMaxCondition}) || !std::isfinite(back.norm()))
+  if (!finite || !(condition <= double{kMaxCondition}) || !back.exists())
     return tl::unexpected(invalid(place(group, i) + "the transform has no inverse that floats can hold: determinant " +
                                   text(determinant) + (finite ? ", condition " + text(condition) : "")));
   return record;

@@ -12,7 +12,7 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The inverse of an instance's linear part. Not finite where there is none.
+/// The inverse of an instance's linear part.
 struct LinearInverse {
   double row[3][3];
   double determinant;  ///< Of the linear part.
@@ -32,6 +32,11 @@ struct LinearInverse {
       for (unsigned c = 0; c < 3; ++c) row[r][c] = cofactor(c, r) / determinant;
   }
 
+  HIPRT_HD bool exists() const {
+    double zero = 0.0;
+    for (unsigned k = 0; k < 3; ++k) zero += row[k][0] * 0.0 + row[k][1] * 0.0 + row[k][2] * 0.0;
+    return zero == 0.0;
+  }
   /// Row k times a vector.
   HIPRT_HD double times(unsigned k, double x, double y, double z) const {
     return fused_multiply_add(row[k][0], x, fused_multiply_add(row[k][1], y, row[k][2] * z));

@@ -3,12 +3,26 @@
 
 #include <hiprt_device/format/instance_bounds.h>
 
+#include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <span>
 
 namespace hiprt::format_detail {
+
+/// Every leaf holds one instance and is alone in its run.
+inline Check check_instance_leaves(const BufferView& view) {
+  if (!view.has_instances()) return {};
+  const auto leaves = view.records<CustomLeaf>(view.leaves);
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const LeafInfo& info = leaves[i].info;
+    if (info.primitive[1] != kInvalidId || (info.geometry_and_flags & kLastInRun) == 0)
+      return fail(FormatError::kInstanceLeaf,
+                  view.leaves.offset + i * sizeof(CustomLeaf) + offsetof(CustomLeaf, info) + 4, info.primitive[1],
+                  kInvalidId);
+  }
+  return {};
+}
 
 /// Instances of a file whose tree and leaves have been checked.
 /// @tparam Layout of the file and of all objects.
@@ -37,8 +51,6 @@ template <class Layout> class InstanceCheck {
  private:
   Check check_leaf(const CustomLeaf& leaf, std::uint64_t at) {
     const LeafInfo& info = leaf.info;
-    if (info.primitive[1] != kInvalidId || (info.geometry_and_flags & kLastInRun) == 0)
-      return fail(FormatError::kInstanceLeaf, at + offsetof(CustomLeaf, info), info.primitive[1], kInvalidId);
     const InstanceRecord& record = view_.instances[info.primitive[0]];
     const std::uint64_t record_at = view_.instance_entry.offset + info.primitive[0] * sizeof(InstanceRecord);
     if (record.object >= objects_.size())
@@ -52,7 +64,7 @@ template <class Layout> class InstanceCheck {
       const float x = i < 9 ? record.linear[i / 3][i % 3] : record.translation[i - 9];
       if (!std::isfinite(x)) return fail(FormatError::kBadInstance, record_at + 4 * i, float_bits(x), 0);
     }
-    if (!std::isfinite(LinearInverse(record).norm()) || !(condition_of(record) <= double{kMaxCondition}))
+    if (!LinearInverse(record).exists() || !(condition_of(record) <= double{kMaxCondition}))
       return fail(FormatError::kBadInstance, record_at, std::bit_cast<std::uint64_t>(LinearInverse(record).determinant),
                   0);
     needs_.add(record, records_[record.object]);
@@ -109,8 +121,10 @@ inline Check check_object_record(const BufferView& scene, std::size_t i, const B
   ObjectRecord expected = describe(object);
   expected.offset = scene.objects[i].offset;
   const std::uint64_t at = scene.object_entry.offset + i * sizeof(ObjectRecord);
-  if (std::memcmp(&expected, &scene.objects[i], sizeof(ObjectRecord)) != 0)
-    return fail(FormatError::kBadObject, at, scene.objects[i].size, expected.size);
+  using Words = std::array<std::uint32_t, sizeof(ObjectRecord) / 4>;
+  const auto there = std::bit_cast<Words>(scene.objects[i]), wanted = std::bit_cast<Words>(expected);
+  for (std::size_t word = 0; word < there.size(); ++word)
+    if (there[word] != wanted[word]) return fail(FormatError::kBadObject, at + 4 * word, there[word], wanted[word]);
   std::uint64_t end = i == 0 ? scene.object_file_entry.offset : scene.objects[i - 1].offset + scene.objects[i - 1].size;
   for (; end < expected.offset; ++end)
     if (scene.bytes[end] != std::byte{0})

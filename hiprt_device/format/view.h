@@ -179,8 +179,10 @@ inline tl::expected<void, FormatIssue> check_instance_sections(const BufferView&
   for (const ObjectRecord& object : view.objects) {
     const auto at = static_cast<std::uint64_t>(reinterpret_cast<const std::byte*>(&object) - view.bytes.data());
     if (object.offset % kBufferAlignment != 0) return fail(FormatError::kBadObject, at, object.offset, free);
-    if (object.offset < free || object.offset > end || object.size > end - object.offset)
+    if (object.offset < free || object.offset > end)
       return fail(FormatError::kBadObject, at, object.offset, object.offset < free ? free : end);
+    if (object.size > end - object.offset)
+      return fail(FormatError::kBadObject, at + offsetof(ObjectRecord, size), object.size, end - object.offset);
     free = object.offset + object.size;
   }
   return {};

@@ -76,5 +76,7 @@ std::vector<BadCase> content_cases();
 /// The encodings of layouts half and quantized, and custom leaves.
 std::vector<BadCase> encoding_cases();
 std::vector<BadCase> custom_cases();
+/// Instances and objects.
+std::vector<BadCase> instance_cases();
 
 }  // namespace hiprt::test

@@ -1,0 +1,101 @@
+// Scenes of instances with one thing wrong. A scene has two objects, a triangle pair and a group of one instance of it,
+// and one instance of each.
+
+#include "bad_files.h"
+
+#include <hiprt_build/instances.h>
+#include <hiprt_device/format/view.h>
+
+#include <stdexcept>
+
+namespace hiprt::test {
+
+namespace {
+
+TestFile scene_file(NodeLayout layout) {
+  const TestFile object = root_leaf_scene(layout).write();
+  const std::span<const std::byte> files[] = {object.bytes()};
+  const std::vector<build::Instance> inner{{}},
+      outer{{.object = 0, .to_scene = {{{2, 0, 0, 1}, {0, 1, 0, 0}, {0, 0, 1, 0}}}}, {.object = 1, .mask = 1, .id = 7}};
+  const std::span<const build::Instance> groups[] = {inner, outer};
+  const auto scene = build::build_instances(build::InstancedScene{files, groups});
+  if (!scene) throw std::runtime_error(scene.error().message);
+  return TestFile(scene->buffer.bytes());
+}
+
+/// Where a field lies. @param object: in that object's file; -1: in the scene's.
+using OffsetOf = std::uint64_t (*)(const BufferView&);
+std::uint64_t header(const BufferView&) { return 0; }
+std::uint64_t instances(const BufferView& view) { return view.instance_entry.offset; }
+std::uint64_t objects(const BufferView& view) { return view.object_entry.offset; }
+std::uint64_t leaves(const BufferView& view) { return view.leaves.offset; }
+
+template <class T> BadCase wrong(FormatError error, const char* what, OffsetOf section, std::uint64_t field, T value) {
+  return {error, what, [=](NodeLayout layout) {
+            TestFile file = scene_file(layout);
+            const std::uint64_t at = section(*open_buffer(file.bytes())) + field;
+            BadFile bad{std::move(file), at};
+            bad.file.put(at, value);
+            bad.file.seal();
+            return bad;
+          }};
+}
+
+/// The same in the file of object 1, whose checksum is right again too.
+template <class T>
+BadCase wrong_inside(FormatError error, const char* what, OffsetOf section, std::uint64_t field, T value) {
+  return {error, what, [=](NodeLayout layout) {
+            TestFile file = scene_file(layout);
+            const BufferView view = *open_buffer(file.bytes());
+            const std::uint64_t begin = view.objects[1].offset;
+            TestFile object(view.object_file(view.objects[1]));
+            const std::uint64_t at = section(*open_buffer(object.bytes())) + field;
+            object.put(at, value);
+            object.seal();
+            std::memcpy(file.data() + begin, object.data(), object.size());
+            file.seal();
+            return BadFile{std::move(file), begin + at};
+          }};
+}
+
+}  // namespace
+
+std::vector<BadCase> instance_cases() {
+  using E = FormatError;
+  const std::uint64_t features = offsetof(FileHeader, features), levels = offsetof(FileHeader, levels);
+  const std::uint64_t condition = offsetof(FileHeader, condition), reach = offsetof(FileHeader, reach);
+  return {
+      wrong(E::kFeatureMismatch, "instances without their bit", header, features, std::uint64_t{3}),
+      wrong(E::kFeatureMismatch, "not what objects have", header, features, std::uint64_t{0x1b}),
+      wrong(E::kFeatureMismatch, "no masks", header, features, std::uint64_t{0x11}),
+      {E::kFeatureMismatch, "the bit without instances", row_header_with<std::uint64_t>(features, 16 | 3)},
+      wrong(E::kBadLevels, "none", header, levels, 0u),
+      wrong(E::kBadLevels, "one less", header, levels, 1u),
+      {E::kBadLevels, "without instances", row_header_with(levels, 1u)},
+      wrong(E::kBadTransformBound, "a condition below what is needed", header, condition, 1.5f),
+      wrong(E::kBadTransformBound, "a condition below 1", header, condition, 0.5f),
+      wrong(E::kBadTransformBound, "a NaN condition", header, condition, std::numeric_limits<float>::quiet_NaN()),
+      wrong(E::kBadTransformBound, "reach 0", header, reach, 0.0f),
+      wrong(E::kBadTransformBound, "an infinite reach", header, reach, kInf),
+      {E::kBadTransformBound, "a condition without instances", row_header_with(condition, 1.0f)},
+      {E::kBadTransformBound, "a reach without instances", row_header_with(reach, 1.0f)},
+      wrong(E::kStackBound, "too low", header, offsetof(FileHeader, stack_bound), 2u),
+      wrong(E::kBadObject, "a reserved word", objects, offsetof(ObjectRecord, reserved), 1u),
+      wrong(E::kBadObject, "odd offset", objects, offsetof(ObjectRecord, offset), std::uint64_t{255}),
+      wrong(E::kBadObject, "outside", objects, offsetof(ObjectRecord, offset), std::uint64_t{1} << 40),
+      wrong(E::kBadObject, "too large", objects, offsetof(ObjectRecord, size), ~std::uint64_t{0}),
+      wrong(E::kBadObject, "another root", objects, offsetof(ObjectRecord, root), 8u),
+      wrong(E::kBadInstance, "of no object", instances, offsetof(InstanceRecord, object), 2u),
+      wrong(E::kBadInstance, "a root outside", instances, offsetof(InstanceRecord, root), 0x10000000u),
+      wrong(E::kBadInstance, "no root", instances, offsetof(InstanceRecord, root), kInvalidRef),
+      wrong(E::kBadInstance, "a root of the wrong kind", instances, offsetof(InstanceRecord, root), 0x37u),
+      wrong(E::kBadInstance, "an infinite row", instances, 8, kInf),
+      wrong(E::kBadInstance, "a NaN translation", instances, 36, std::numeric_limits<float>::quiet_NaN()),
+      wrong(E::kBadInstance, "no inverse", instances, 0, 0.0f),
+      wrong_inside(E::kBadInstance, "of itself", instances, offsetof(InstanceRecord, object), 1u),
+      wrong(E::kInstanceLeaf, "two instances", leaves, offsetof(CustomLeaf, info) + 4, 0u),
+      wrong_inside(E::kBadLevels, "inside", header, levels, 2u),
+  };
+}
+
+}  // namespace hiprt::test
