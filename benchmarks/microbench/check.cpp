@@ -59,7 +59,7 @@ HostAnswers::HostAnswers(const Tree& tree, std::span<const Ray> rays, Query quer
   const Box* boxes = tree.boxes.empty() ? nullptr : tree.boxes.data();
   answers_.resize(sample.size());
   std::vector<Hit> hits(sample.size());
-  run_on_cpu({&scene, query, false, boxes, sample.data(), hits.data(), answers_.data(), sample.size()});
+  run_on_cpu({&scene, query, false, scene.levels, boxes, sample.data(), hits.data(), answers_.data(), sample.size()});
   if (query != Query::kAll) std::transform(hits.begin(), hits.end(), answers_.begin(), make_answer);
 }
 

@@ -35,7 +35,7 @@ class CpuEngine final : public Engine {
   explicit CpuEngine(unsigned most_rays) : most_rays_(most_rays) {
     for (const std::string_view layout : kLayouts)
       for (const std::string_view tests : {"accurate", "fast"})
-        for (const std::string_view features : {"masks", "custom"})
+        for (const std::string_view features : {"masks", "custom", "levels32"})
           for (const NamedQuery& query : kQueries) add(layout, tests, features, query);
   }
 
@@ -74,6 +74,7 @@ class CpuEngine final : public Engine {
     const CpuJob job{.scene = &scene_,
                      .query = chosen.query,
                      .fast = chosen.name.tests == "fast",
+                     .levels = chosen.levels,
                      .boxes = boxes,
                      .rays = rays_.data(),
                      .hits = hits_.data(),
@@ -94,11 +95,14 @@ class CpuEngine final : public Engine {
 
  private:
   void add(std::string_view layout, std::string_view tests, std::string_view features, const NamedQuery& query) {
-    const bool custom = features == "custom";
-    const FeatureMask mask = custom ? kKnownFeatures : kKnownFeatures & ~feature_bit(Feature::kCustom);
+    const bool custom = features == "custom", instances = features == "levels32";
+    FeatureMask mask = kKnownFeatures;
+    if (!custom) mask &= ~feature_bit(Feature::kCustom);
+    if (!instances) mask &= ~feature_bit(Feature::kInstances);
     variants_.push_back({{query.name, layout, tests, "private", "immediate", query.order, features, "1x1"},
                          query.query,
                          mask,
+                         instances ? kCpuLevels : 0,
                          custom,
                          Resources{}});
   }

@@ -14,10 +14,14 @@
 
 namespace hiprt::bench {
 
+/// The most levels of instances.
+inline constexpr unsigned kCpuLevels = 32;
+
 struct CpuJob {
   const SceneView* scene;
   Query query;
   bool fast;         ///< Fast triangles and Plain boxes.
+  unsigned levels;   ///< Of instances; 0: a tracer without them.
   const Box* boxes;  ///< Custom primitives (BoxSet); nullptr: a tracer without them.
   const Ray* rays;
   Hit* hits;        ///< As many as rays; of Query::kClosest and kAny.

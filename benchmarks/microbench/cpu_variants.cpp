@@ -36,8 +36,13 @@ template <class P, class Primitives> void trace_all(const CpuJob& job, const Pri
   }
 }
 
+/// With instances a stack holds what all levels need.
+template <class P> struct Deep : Instanced<P, kCpuLevels> { using Stack = PrivateStack<2048>; };
+
 template <class P> void choose_primitives(const CpuJob& job) {
-  if (job.boxes == nullptr)
+  if (job.levels != 0)
+    trace_all<Deep<P>>(job, NoPrimitives{});
+  else if (job.boxes == nullptr)
     trace_all<P>(job, NoPrimitives{});
   else
     trace_all<P>(job, PrimitiveList<BoxSet>{BoxSet{job.boxes}});

@@ -25,6 +25,7 @@ struct Variant {
   VariantName name;
   Query query;
   FeatureMask features;  ///< That a scene may have.
+  unsigned levels;       ///< Of instances, that a scene may have.
   bool custom;           ///< Whether it can intersect custom primitives.
   Resources resources;
 };

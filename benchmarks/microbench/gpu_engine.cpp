@@ -57,7 +57,7 @@ class GpuEngine final : public Engine {
       const auto resources = engine->measure_resources(kernel);
       if (!resources) return tl::unexpected(resources.error());
       const bool custom = (kernel.features & feature_bit(Feature::kCustom)) != 0;
-      engine->variants_.push_back({kernel.name, kernel.query, kernel.features, custom, *resources});
+      engine->variants_.push_back({kernel.name, kernel.query, kernel.features, kernel.levels, custom, *resources});
     }
     return engine;
   }

@@ -22,8 +22,10 @@ template <class TriangleType, class BoxesType> struct Tests {
   using Boxes = BoxesType;
 };
 
-template <FeatureMask kMask, class FilterType = NoFilter, class PrimitivesType = NoPrimitives> struct FeatureSet {
+template <FeatureMask kMask, class FilterType = NoFilter, class PrimitivesType = NoPrimitives, unsigned kLevelCount = 0>
+struct FeatureSet {
   static constexpr FeatureMask kFeatures = kMask;
+  static constexpr unsigned kLevels = kLevelCount;
   using Filter = FilterType;
   using Primitives = PrimitivesType;
 };
@@ -37,6 +39,9 @@ using WithFilter = FeatureSet<kMaskBits, ExceptPrimitive>;
 using WithCustom = FeatureSet<kMaskBits | feature_bit(Feature::kCustom), NoFilter, PrimitiveList<BoxSet>>;
 using WithCustomAndFilter =
     FeatureSet<kMaskBits | feature_bit(Feature::kCustom), ExceptPrimitive, PrimitiveList<BoxSet>>;
+
+template <unsigned kLevels>
+using WithLevels = FeatureSet<kMaskBits | feature_bit(Feature::kInstances), NoFilter, NoPrimitives, kLevels>;
 
 /// Where a thread's stack is: with(job, use) calls use(storage).
 struct PrivatePlace {
@@ -114,6 +119,7 @@ struct VariantPolicies : Policies<LayoutType, typename Tests::Triangle, typename
   using AnyOrder = Order;
   using StackPlace = Place;
   using FeatureChoice = FeaturesType;
+  static constexpr unsigned kLevels = FeaturesType::kLevels;
 };
 
 __device__ HIPRT_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
@@ -205,7 +211,7 @@ template <class P, Query kQuery, unsigned kBlock, unsigned kBlocks>
 void add_kernel(std::vector<GpuKernel>& kernels, const VariantName& name) {
   using Place = typename P::StackPlace;
   kernels.push_back({name, kQuery, &trace_rays<P, kQuery, kBlock, kBlocks>, kBlock, P::Schedule::kBatchOnly,
-                     Place::kSpill, Place::kOnChip, P::kFeatures, kNeedsRayInstruction<P>});
+                     Place::kSpill, Place::kOnChip, P::kFeatures, P::kLevels, kNeedsRayInstruction<P>});
 }
 
 }  // namespace hiprt::bench

@@ -40,6 +40,7 @@ struct GpuKernel {
   SpillUse spill;
   std::uint32_t on_chip;  ///< Entries of a thread that need no global memory.
   FeatureMask features;   ///< That a scene may have.
+  unsigned levels;        ///< Of instances, that a scene may have.
   bool ray_instruction;   ///< Empty on GPUs without that of amd_ray_test.h.
 };
 

@@ -144,8 +144,8 @@ build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const fs::path
   const std::vector<Ray> rays = sets[0].rays;
   std::vector<Hit> hits(rays.size());
   const SceneView scene = make_scene_view(tree.view);
-  run_on_cpu({&scene, Query::kClosest, false, tree.boxes.empty() ? nullptr : tree.boxes.data(), rays.data(),
-              hits.data(), nullptr, rays.size()});
+  run_on_cpu({&scene, Query::kClosest, false, scene.levels, tree.boxes.empty() ? nullptr : tree.boxes.data(),
+              rays.data(), hits.data(), nullptr, rays.size()});
   const Box& bounds = scene.bounds;
   const auto extent = [&](int axis) { return bounds.max[axis] - bounds.min[axis]; };
   const float diagonal = std::hypot(extent(0), extent(1), extent(2));

@@ -131,6 +131,10 @@ Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instanc
         }
       },
       chunk);
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    if (objects[instances[i].object].record.root != kInvalidRef &&
+        format_detail::first_bad_plane(group.boxes[i]) != format_detail::kNoPlane)
+      return tl::unexpected(invalid(place(number, i) + "its bounds are beyond what floats hold"));
   return group;
 }
 
@@ -187,12 +191,37 @@ Buffer finish_file(const BufferView& tree, const format_detail::InstanceNeeds& n
   return buffer;
 }
 
+/// What is told of the groups' builds: each is a part of the whole.
+class SceneProgress {
+ public:
+  SceneProgress(const ProgressCallback& callback, std::size_t groups) : callback_(callback), groups_(groups) {}
+
+  /// Of the builder of group @p g's tree.
+  ProgressCallback of_tree(std::size_t g) {
+    if (!callback_) return {};
+    return [this, g](const Progress& progress) {
+      done_ = (static_cast<double>(g) + progress.fraction) / static_cast<double>(groups_);
+      return callback_({progress.step, done_});
+    };
+  }
+  /// Between those.
+  ProgressCallback of_bounds() {
+    if (!callback_) return {};
+    return [this](const Progress&) { return callback_({"bounds", done_}); };
+  }
+
+ private:
+  const ProgressCallback& callback_;
+  std::size_t groups_;
+  double done_ = 0.0;
+};
+
 /// Builds the groups, one after the other.
 class SceneBuilder {
  public:
   SceneBuilder(CpuEngine& engine, const InstancedScene& scene, const InstanceOptions& options,
-               std::vector<ObjectParts> objects)
-      : engine_(engine), scene_(scene), options_(options), objects_(std::move(objects)) {}
+               std::vector<ObjectParts> objects, SceneProgress& progress)
+      : engine_(engine), scene_(scene), options_(options), objects_(std::move(objects)), progress_(progress) {}
 
   Result<Bvh> run() {
     for (std::size_t g = 0;; ++g) {
@@ -220,16 +249,12 @@ class SceneBuilder {
   /// 4096 levels of instances, or trees whose boxes lie in each other.
   static constexpr std::uint32_t kMaxInstancedStack = 1u << 16;
 
-  Result<Bvh> build_tree(std::span<const Box> boxes, std::size_t g) const {
+  Result<Bvh> build_tree(std::span<const Box> boxes, std::size_t g) {
     BuildOptions options = options_.tree;
     if (!objects_.empty()) options.nodes = objects_[0].view.layout();
     options.max_leaf_triangles = 1;
     options.pair_triangles = false;
-    if (options.progress)
-      options.progress = [&, g](const Progress& progress) {
-        return options_.tree.progress(
-            {progress.step, (static_cast<double>(g) + progress.fraction) / static_cast<double>(scene_.groups.size())});
-      };
+    options.progress = progress_.of_tree(g);
     const CustomGeometry instances[1] = {{.boxes = boxes}};
     return build(SceneInput{{}, instances}, options);
   }
@@ -239,6 +264,7 @@ class SceneBuilder {
   const InstanceOptions& options_;
   std::vector<ObjectParts> objects_;
   std::vector<Buffer> groups_;  ///< Of the objects that are groups.
+  SceneProgress& progress_;
 };
 
 }  // namespace
@@ -247,8 +273,10 @@ Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& 
   if (scene.groups.empty()) return tl::unexpected(invalid("a scene of instances has a group at least"));
   auto objects = open_files(scene.files);
   if (!objects) return tl::unexpected(std::move(objects.error()));
-  return run_cpu("scene", scene.groups.size(), options.tree.threads, ProgressCallback{},
-                 [&](CpuEngine& engine) { return SceneBuilder(engine, scene, options, std::move(*objects)).run(); });
+  SceneProgress progress(options.tree.progress, scene.groups.size());
+  return run_cpu("scene", scene.groups.size(), options.tree.threads, progress.of_bounds(), [&](CpuEngine& engine) {
+    return SceneBuilder(engine, scene, options, std::move(*objects), progress).run();
+  });
 }
 
 Result<Bvh> build_instances(std::span<const std::span<const std::byte>> files, std::span<const Instance> instances,

@@ -380,3 +380,37 @@ TEST_CASE("rays that start on a surface seen through instances do not meet it ag
     CHECK(spawned > 2000);
   }
 }
+
+TEST_CASE("builds of scenes tell how far they are, can be cancelled, and give the same bytes again") {
+  const InstanceScene scene = random_scene(kSeed, NodeLayout::kPlanes, 3, 400);
+  std::vector<double> fractions;
+  build::InstanceOptions options;
+  options.tree.progress = [&](const build::Progress& progress) {
+    fractions.push_back(progress.fraction);
+    return true;
+  };
+  const auto first = scene.try_build(options), second = scene.try_build({});
+  REQUIRE(first.has_value());
+  REQUIRE(second.has_value());
+  CHECK(std::equal(first->buffer.bytes().begin(), first->buffer.bytes().end(), second->buffer.bytes().begin(),
+                   second->buffer.bytes().end()));
+  CHECK(std::is_sorted(fractions.begin(), fractions.end()));
+  CHECK(first->statistics.customs == 400);
+  for (const unsigned calls : {0u, 3u, 10u}) {
+    unsigned left = calls;
+    options.tree.progress = [&](const build::Progress&) { return left-- > 0; };
+    const auto cancelled = scene.try_build(options);
+    if (!cancelled) CHECK(cancelled.error().code == build::ErrorCode::kCancelled);
+  }
+  options.tree.progress = [](const build::Progress&) { return false; };
+  REQUIRE_FALSE(scene.try_build(options).has_value());
+}
+
+TEST_CASE("bounds beyond floats are refused") {
+  InstanceScene scene;
+  scene.add_file({oracle::placed(oracle::icosphere(1), 1e30)}, NodeLayout::kPlanes);
+  scene.groups = {{{.to_scene = {{{1e12f, 0, 0, 0}, {0, 1e12f, 0, 0}, {0, 0, 1e12f, 0}}}}}};
+  const auto bvh = scene.try_build();
+  REQUIRE_FALSE(bvh.has_value());
+  CHECK(bvh.error().message == "group 0, instance 0: its bounds are beyond what floats hold");
+}
