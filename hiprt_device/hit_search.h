@@ -36,6 +36,8 @@ class HitSearch {
         filter_(filter),
         primitives_(primitives),
         traversal_(scene, ray, is_covered() && is_traceable(ray) ? scene.root : kInvalidRef, storage),
+        hit_way_(storage, 1),
+        after_way_(storage, 2),
         after_t_(max_of(ray.tmin, 0.0f)),
         limit_(finite(ray.tmax)) {
     if (!is_covered()) state_ = TraversalState::kRefused;
@@ -44,7 +46,13 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE TraversalState state() const { return state_; }
   HIPRT_HD HIPRT_INLINE const Counter& counter() const { return counter_; }
   /// The hit at hand, without what complete_hit() adds to a triangle's.
-  HIPRT_HD HIPRT_INLINE const Answer& hit() const { return hit_; }
+  HIPRT_HD HIPRT_INLINE Answer hit() const {
+    Answer hit;
+    static_cast<Hit&>(hit) = hit_;
+    if constexpr (P::kLevels != 0)
+      if (hit_.found()) hit.path = hit_way_.path();
+    return hit;
+  }
 
   /// Whether asking makes sense; if not, hit() is a miss, or says that the search failed.
   HIPRT_HD HIPRT_INLINE bool can_go_on() {
@@ -60,7 +68,7 @@ class HitSearch {
     after_t_ = max_of(hit_.t, 0.0f);  // Not -0, whose bits would come last in the order of entry distances.
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
-    after_path_ = path_of(hit_);
+    after_way_.save(hit_way_);
     limit_ = finite(ray_.tmax);
     forget_hit();
     traversal_.restart(*scene_, ray_, after_t_, storage_);
@@ -102,13 +110,13 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE void cancel() { traversal_.cancel(); }
 
   HIPRT_HD HIPRT_INLINE void forget_hit() {
-    hit_ = Answer{};
+    hit_ = Hit{};
     leaf_ = kInvalidRef;
   }
 
   /// The hit at hand with normal and error bound (a custom primitive has told its own).
   HIPRT_HD HIPRT_INLINE Answer complete_hit() const {
-    Answer hit = hit_;
+    Answer hit = this->hit();
     using Leaf = typename P::Layout::Leaf;
     const auto complete_in = [&](const Ray& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
       if (leaf_ != kInvalidRef)
@@ -142,26 +150,23 @@ class HitSearch {
                 (geometry < after_geometry_ || (geometry == after_geometry_ && primitive <= after_primitive_));
     if constexpr (P::kLevels != 0) {
       // Ways come first.
-      const auto& path = traversal_.path();
-      if (found.at.t == limit_ && hit_.found() && !(path == hit_.path)) loses = hit_.path < path;
-      if (found.at.t == after_t_ && after_primitive_ != kInvalidId && !(path == after_path_)) seen = path < after_path_;
+      const bool ties = found.at.t == limit_ && hit_.found();
+      const bool follows = found.at.t == after_t_ && after_primitive_ != kInvalidId;
+      if (ties || follows) {
+        const auto path = traversal_.levels().path(), of_hit = hit_way_.path(), of_last = after_way_.path();
+        if (ties && !(path == of_hit)) loses = of_hit < path;
+        if (follows && !(path == of_last)) seen = path < of_last;
+      }
     }
     return loses || seen;
   }
 
-  HIPRT_HD static HIPRT_INLINE InstancePath<P::kLevels> path_of(const Answer& hit) {
-    if constexpr (P::kLevels == 0)
-      return {};
-    else
-      return hit.path;
-  }
-
   /// Takes the hit unless mask or filter are against it.
   HIPRT_HD HIPRT_INLINE bool accept(const LeafHit& found) {
-    if (!is_visible<P>(scene_->features, ray_, traversal_.place(*scene_).geometries[found.geometry])) return false;
+    if (!is_visible<P>(*scene_, traversal_.levels(), ray_, found.geometry)) return false;
     Answer candidate;
     static_cast<Hit&>(candidate) = Hit{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
-    if constexpr (P::kLevels != 0) candidate.path = traversal_.path();
+    if constexpr (P::kLevels != 0 && kAsks) candidate.path = traversal_.levels().path();
     if (found.custom != nullptr) {
       candidate.normal = found.custom->normal;
       candidate.error = found.custom->error;
@@ -170,6 +175,7 @@ class HitSearch {
     if (answer == FilterAnswer::kReject) return false;
     stopped_ = answer == FilterAnswer::kAcceptAndStop;
     hit_ = candidate;
+    hit_way_.save(traversal_.levels());
     leaf_ = found.custom == nullptr ? found.leaf : kInvalidRef;
     return true;
   }
@@ -178,7 +184,7 @@ class HitSearch {
     bool stop = false;
     if constexpr (Primitives::kCount != 0) {
       if (found.custom != nullptr) {
-        const unsigned type = custom_type(traversal_.place(*scene_).geometries[candidate.geometry].flags);
+        const unsigned type = custom_type(traversal_.levels().geometry(*scene_, candidate.geometry).flags);
         const FilterAnswer answer = primitives_.filter(type, ray_, candidate);
         if (answer == FilterAnswer::kReject) return answer;
         stop = answer == FilterAnswer::kAcceptAndStop;
@@ -204,6 +210,9 @@ class HitSearch {
     return traversal_.overflowed() ? TraversalState::kStackOverflow : TraversalState::kFinished;
   }
 
+  /// Whether somebody looks at hits on the way.
+  static constexpr bool kAsks = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
+
   const SceneView* scene_;
   Ray ray_;
   Storage storage_;
@@ -211,8 +220,8 @@ class HitSearch {
   Primitives primitives_;
   Counter counter_{};
   Traversal<P, Order, kResumable> traversal_;
-  Answer hit_{};
-  InstancePath<P::kLevels> after_path_{};
+  Hit hit_{};
+  SavedWay<P::kLevels> hit_way_, after_way_;
   float after_t_;                              ///< Hits from here on.
   std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;

@@ -76,57 +76,169 @@ HIPRT_HD HIPRT_INLINE Ray ray_along(const SceneView& scene, const InstancePath<k
   return ray;
 }
 
-/// What a traversal knows of where it is. The ray that it is given is the scene's.
+/// What a traversal knows of where it is. The ray that it is given is the scene's; it is transformed again wherever it
+/// is asked for, which gives the same bits and keeps registers free.
+/// @tparam kLevels more than 1: the way lies in memory of the stack's Storage (LevelStack).
 template <unsigned kLevels> class Levels {
  public:
-  HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Ray& ray) : place_(scene), local_(ray) {}
+  template <class Storage>
+  HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage& storage)
+      : base_(scene.base), way_(storage.ways) {}
 
-  HIPRT_HD HIPRT_INLINE const ObjectPlace& place(const SceneView&) const { return place_; }
-  /// As the object sees it.
-  HIPRT_HD HIPRT_INLINE const Ray& ray(const Ray&) const { return local_; }
-  HIPRT_HD HIPRT_INLINE const InstancePath<kLevels>& path() const { return path_; }
-
-  /// @param local the ray as the object sees it.
-  HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object,
-                                   const Ray& local) {
-    if constexpr (kLevels == 1)
-      path_.instance[0] = instance;
-    else
-      path_.instance[path_.depth] = instance;
-    ++path_.depth;
-    place_ = ObjectPlace(scene, object);
-    local_ = local;
+  /// First byte of the file that the ray is in.
+  HIPRT_HD HIPRT_INLINE const std::byte* base(const SceneView&) const { return base_; }
+  /// nullptr: the ray is in an object of triangles and custom primitives.
+  HIPRT_HD HIPRT_INLINE const InstanceRecord* instances(const SceneView& scene) const {
+    if (object_ == nullptr) return scene.instances;
+    return object_->instances == 0 ? nullptr : reinterpret_cast<const InstanceRecord*>(base_ + object_->instances);
   }
-  /// Rays are not kept on the way in: the scene's is transformed again, which gives the same bits.
-  /// @return the object outside; nullptr: the scene.
-  HIPRT_HD HIPRT_INLINE const ObjectRecord* leave(const SceneView& scene, const Ray& ray) {
-    const ObjectRecord* outside = nullptr;
-    --path_.depth;
-    local_ = ray;
-    place_ = ObjectPlace(scene);
-    if constexpr (kLevels > 1)
-      place_ = follow(scene, path_, [&](const InstanceRecord& record, const ObjectRecord& object) {
-        local_ = ray_to_object(record, local_);
-        outside = &object;
-      });
+  HIPRT_HD HIPRT_INLINE const GeometryRecord& geometry(const SceneView& scene, std::uint32_t i) const {
+    return object_ == nullptr ? scene.geometries[i]
+                              : reinterpret_cast<const GeometryRecord*>(base_ + object_->geometries)[i];
+  }
+  /// As the object sees it.
+  HIPRT_HD HIPRT_INLINE Ray ray(const SceneView& scene, const Ray& of_scene) const {
+    return ray_along(scene, path(), of_scene);
+  }
+  HIPRT_HD HIPRT_INLINE InstancePath<kLevels> path() const {
+    InstancePath<kLevels> path;
+    path.depth = depth_;
+    for (unsigned i = 0; i < depth_; ++i) path.instance[i] = way_[i];
+    return path;
+  }
+  HIPRT_HD HIPRT_INLINE std::uint32_t depth() const { return depth_; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t instance(unsigned level) const { return way_[level]; }
+
+  HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object) {
+    way_[depth_++] = instance;
+    object_ = &object;
+    base_ = scene.base + object.offset;
+  }
+  /// @return the ray as the object outside sees it.
+  HIPRT_HD HIPRT_INLINE Ray leave(const SceneView& scene, const Ray& of_scene) {
+    --depth_;
+    Ray outside = of_scene;
+    object_ = nullptr;
+    base_ = scene.base;
+    for (unsigned i = 0; i < depth_; ++i) {
+      const InstanceRecord& record = instances(scene)[way_[i]];
+      outside = ray_to_object(record, outside);
+      object_ = &scene.objects[record.object];
+      base_ = scene.base + object_->offset;
+    }
     return outside;
   }
-  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const Ray& ray) { *this = Levels(scene, ray); }
+  /// nullptr: the scene.
+  HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const { return object_; }
+  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene) {
+    base_ = scene.base;
+    object_ = nullptr;
+    depth_ = 0;
+  }
 
  private:
-  ObjectPlace place_;
-  Ray local_;
-  InstancePath<kLevels> path_{};
+  const std::byte* base_;
+  const ObjectRecord* object_ = nullptr;
+  std::uint32_t* way_;
+  std::uint32_t depth_ = 0;
+};
+
+/// One level needs one number.
+template <> class Levels<1> {
+ public:
+  template <class Storage> HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage&) : base_(scene.base) {}
+
+  HIPRT_HD HIPRT_INLINE const std::byte* base(const SceneView&) const { return base_; }
+  HIPRT_HD HIPRT_INLINE const InstanceRecord* instances(const SceneView& scene) const {
+    return depth() == 0 ? scene.instances : nullptr;
+  }
+  HIPRT_HD HIPRT_INLINE const GeometryRecord& geometry(const SceneView& scene, std::uint32_t i) const {
+    if (depth() == 0) return scene.geometries[i];
+    const ObjectRecord& object = scene.objects[scene.instances[instance_].object];
+    return reinterpret_cast<const GeometryRecord*>(base_ + object.geometries)[i];
+  }
+  HIPRT_HD HIPRT_INLINE Ray ray(const SceneView& scene, const Ray& of_scene) const {
+    return depth() == 0 ? of_scene : ray_to_object(scene.instances[instance_], of_scene);
+  }
+  HIPRT_HD HIPRT_INLINE InstancePath<1> path() const { return {depth(), {depth() == 0 ? 0 : instance_}}; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t depth() const { return instance_ == kInvalidId ? 0 : 1; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t instance(unsigned) const { return instance_; }
+  HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object) {
+    instance_ = instance;
+    base_ = scene.base + object.offset;
+  }
+  HIPRT_HD HIPRT_INLINE const Ray& leave(const SceneView& scene, const Ray& of_scene) {
+    restart(scene);
+    return of_scene;
+  }
+  HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const { return nullptr; }
+  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene) {
+    instance_ = kInvalidId;
+    base_ = scene.base;
+  }
+
+ private:
+  const std::byte* base_;
+  std::uint32_t instance_ = kInvalidId;
 };
 
 /// Of policies without levels: nothing.
 template <> class Levels<0> {
  public:
-  HIPRT_HD HIPRT_INLINE Levels(const SceneView&, const Ray&) {}
-  HIPRT_HD HIPRT_INLINE ObjectPlace place(const SceneView& scene) const { return ObjectPlace(scene); }
-  HIPRT_HD HIPRT_INLINE const Ray& ray(const Ray& of_scene) const { return of_scene; }
+  template <class Storage> HIPRT_HD HIPRT_INLINE Levels(const SceneView&, const Storage&) {}
+  HIPRT_HD HIPRT_INLINE const std::byte* base(const SceneView& scene) const { return scene.base; }
+  HIPRT_HD HIPRT_INLINE const GeometryRecord& geometry(const SceneView& scene, std::uint32_t i) const {
+    return scene.geometries[i];
+  }
+  HIPRT_HD HIPRT_INLINE const Ray& ray(const SceneView&, const Ray& of_scene) const { return of_scene; }
   HIPRT_HD HIPRT_INLINE InstancePath<0> path() const { return {}; }
-  HIPRT_HD HIPRT_INLINE void restart(const SceneView&, const Ray&) {}
+};
+
+/// A way that a search remembers: of its hit, or of the one before.
+/// @tparam kLevels more than 1: in memory of the stack's Storage.
+template <unsigned kLevels> class SavedWay {
+ public:
+  /// @param place 1 or 2: which of the stack's ways.
+  template <class Storage>
+  HIPRT_HD HIPRT_INLINE SavedWay(const Storage& storage, unsigned place) : way_(storage.ways + place * kLevels) {}
+
+  HIPRT_HD HIPRT_INLINE void save(const Levels<kLevels>& levels) {
+    depth_ = levels.depth();
+    for (unsigned i = 0; i < depth_; ++i) way_[i] = levels.instance(i);
+  }
+  HIPRT_HD HIPRT_INLINE void save(const SavedWay& other) {
+    depth_ = other.depth_;
+    for (unsigned i = 0; i < depth_; ++i) way_[i] = other.way_[i];
+  }
+  HIPRT_HD HIPRT_INLINE InstancePath<kLevels> path() const {
+    InstancePath<kLevels> path;
+    path.depth = depth_;
+    for (unsigned i = 0; i < depth_; ++i) path.instance[i] = way_[i];
+    return path;
+  }
+
+ private:
+  std::uint32_t* way_;
+  std::uint32_t depth_ = 0;
+};
+template <> class SavedWay<1> {
+ public:
+  template <class Storage> HIPRT_HD HIPRT_INLINE SavedWay(const Storage&, unsigned) {}
+  HIPRT_HD HIPRT_INLINE void save(const Levels<1>& levels) { instance_ = levels.instance(0); }
+  HIPRT_HD HIPRT_INLINE void save(const SavedWay& other) { instance_ = other.instance_; }
+  HIPRT_HD HIPRT_INLINE InstancePath<1> path() const {
+    return instance_ == kInvalidId ? InstancePath<1>{} : InstancePath<1>{1, {instance_}};
+  }
+
+ private:
+  std::uint32_t instance_ = kInvalidId;
+};
+template <> class SavedWay<0> {
+ public:
+  template <class Storage> HIPRT_HD HIPRT_INLINE SavedWay(const Storage&, unsigned) {}
+  HIPRT_HD HIPRT_INLINE void save(const Levels<0>&) {}
+  HIPRT_HD HIPRT_INLINE void save(const SavedWay&) {}
+  HIPRT_HD HIPRT_INLINE InstancePath<0> path() const { return {}; }
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -16,10 +16,12 @@
 #include <hiprt_device/order.h>
 #include <hiprt_device/scene_view.h>
 #include <hiprt_device/schedule.h>
+#include <hiprt_device/stacks/levels.h>
 #include <hiprt_device/stacks/private.h>
 #include <hiprt_device/triangle_test.h>
 
 #include <concepts>
+#include <type_traits>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -85,6 +87,8 @@ struct Policies {
 ///     using Tracer = hiprt::Instanced<hiprt::Policies<>, 2>;
 template <class Base, unsigned kMost = 1> struct Instanced : Base {
   static_assert(kMost != 0, "hiprt: Instanced: policies without levels are Base itself");
+  /// One level needs no memory but the stack's.
+  using Stack = std::conditional_t<kMost == 1, typename Base::Stack, LevelStack<typename Base::Stack, kMost>>;
   static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kInstances);
   static constexpr unsigned kLevels = kMost;
 };

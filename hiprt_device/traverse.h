@@ -50,7 +50,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// @param root the scene's, or kInvalidRef: nothing will be visited.
   /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
   HIPRT_HD HIPRT_INLINE Traversal(const SceneView& scene, const Ray& ray, NodeRef root, const Storage& storage)
-      : levels_(scene, ray),
+      : levels_(scene, storage),
         slabs_(ray, margin(scene, ray)),
         prepared_(ray),
         tmin_(max_of(ray.tmin, 0.0f)),
@@ -61,7 +61,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const Ray& ray, float tmin, const Storage& storage) {
     tmin_ = tmin;
     if constexpr (kHasLevels) {
-      levels_.restart(scene, ray);
+      levels_.restart(scene);
       prepare(ray, margin(scene, ray));
     }
     way_ = Way(storage, scene.root);
@@ -120,9 +120,8 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// Whether the stack was too small, so that parts of the tree were not visited. @pre run() returned kFinished
   HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
 
-  /// The instances that the ray is in, and the file.
-  HIPRT_HD HIPRT_INLINE decltype(auto) path() const { return levels_.path(); }
-  HIPRT_HD HIPRT_INLINE decltype(auto) place(const SceneView& scene) const { return levels_.place(scene); }
+  /// The instances that the ray is in.
+  HIPRT_HD HIPRT_INLINE const Levels<P::kLevels>& levels() const { return levels_; }
 
   /// Nothing is left to visit.
   HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
@@ -193,7 +192,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   HIPRT_HD HIPRT_INLINE NodeRef visit_slabs(const SceneView& scene, float limit) {
-    const Node& node = *reinterpret_cast<const Node*>(place(scene).base + ref_offset(node_));
+    const Node& node = *reinterpret_cast<const Node*>(levels_.base(scene) + ref_offset(node_));
     const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(tmin_), Lanes::uniform(limit));
     if (!hits.any()) return way_.pop(limit);
     if constexpr (Lanes::kScalar)
@@ -206,15 +205,15 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   template <class Primitives, class Visit>
   HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const Ray& ray, const float& limit,
                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
-    const std::byte* record = place(scene).base + ref_offset(leaf_);
-    const LeafInfo info = load_info(record);
+    const std::byte* record = levels_.base(scene) + ref_offset(leaf_);
     if constexpr (kHasLevels) {
-      if (place(scene).instances != nullptr) {
+      if (ref_type(leaf_) == NodeType::kProcedural && levels_.instances(scene) != nullptr) {
         leaf_ = kInvalidRef;
         enter_instance(scene, ray, limit, counter, *reinterpret_cast<const CustomLeaf*>(record));
         return true;
       }
     }
+    const LeafInfo info = load_info(record);
     unsigned met = 0;
     const auto offer = [&](const Candidate& at, unsigned slot, const CustomHit* custom) HIPRT_INLINE_LAMBDA {
       if constexpr (kResumable)
@@ -244,14 +243,12 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Ray& ray, float limit) {
     if constexpr (kHasLevels) {
       if (node_ != kExitRef) return;
-      const ObjectRecord* outside;
-      do {
-        outside = levels_.leave(scene, ray);
-        node_ = way_.pop(limit);
-      } while (node_ == kExitRef);
+      Ray outside = levels_.leave(scene, ray);
+      for (node_ = way_.pop(limit); node_ == kExitRef; node_ = way_.pop(limit)) outside = levels_.leave(scene, ray);
       if (is_end(node_)) return;
-      const Ray& local = levels_.ray(ray);
-      prepare(local, outside == nullptr ? margin(scene, ray) : margin(*outside, local));
+      // Outside there are instances only: no triangle is tested.
+      const ObjectRecord* object = levels_.object();
+      slabs_ = RaySlabs<Lanes>(outside, object == nullptr ? margin(scene, ray) : margin(*object, outside));
     }
   }
 
@@ -267,10 +264,10 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
     if (kRounded && !meets_box<Lanes>(leaf.box[0], slabs_, tmin_, limit)) return;
     const std::uint32_t instance = leaf.info.primitive[0];
-    const InstanceRecord& record = place(scene).instances[instance];
+    const InstanceRecord& record = levels_.instances(scene)[instance];
     if constexpr (requires { counter.on_instance(); }) counter.on_instance();
     if ((record.mask & ray.mask) == 0 || node_ == kOverflowRef) return;
-    const Ray local = ray_to_object(record, levels_.ray(ray));
+    const Ray local = ray_to_object(record, levels_.ray(scene, ray));
     if (!is_traceable(local)) return;
     if (!way_.make_room()) {
       node_ = leaf_ = kOverflowRef;
@@ -285,7 +282,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
       way_.later(entry_of(record.root));
     }
     const ObjectRecord& object = scene.objects[record.object];
-    levels_.enter(scene, instance, object, local);
+    levels_.enter(scene, instance, object);
     prepare(local, margin(object, local));
   }
 
@@ -310,15 +307,15 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
                                          const Primitives& primitives, const CustomLeaf& leaf, const LeafInfo& info,
                                          Offer&& offer) {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
-    const unsigned type = custom_type(place(scene).geometries[geometry].flags);
+    const unsigned type = custom_type(levels_.geometry(scene, geometry).flags);
     for (unsigned slot = 0; slot < 2; ++slot) {
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
       if (primitive == kInvalidId || !meets_box<Lanes>(leaf.box[slot], slabs_, tmin_, limit)) continue;
       const auto report = [&](const CustomHit& hit) HIPRT_INLINE_LAMBDA {
         return offer(Candidate{hit.t, hit.u, hit.v}, slot, &hit);
       };
-      if (!primitives.intersect(type, levels_.ray(ray), max_of(ray.tmin, 0.0f), limit, PrimitiveId{geometry, primitive},
-                                report))
+      if (!primitives.intersect(type, levels_.ray(scene, ray), max_of(ray.tmin, 0.0f), limit,
+                                PrimitiveId{geometry, primitive}, report))
         return false;
     }
     return true;
@@ -334,11 +331,13 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   unsigned skip_ = 0;           ///< Hits of the record that the visitor has seen before it stopped.
 };
 
-/// Whether the ray sees a geometry. @param features of the scene.
+/// Whether a ray sees a geometry of the file that it is in.
 template <class P>
-HIPRT_HD HIPRT_INLINE bool is_visible(FeatureMask features, const Ray& ray, const GeometryRecord& geometry) {
+HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene, const Levels<P::kLevels>& levels, const Ray& ray,
+                                      std::uint32_t geometry) {
   if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
-    return (features & feature_bit(Feature::kMasks)) == 0 || (geometry.mask & ray.mask) != 0;
+    return (scene.features & feature_bit(Feature::kMasks)) == 0 ||
+           (levels.geometry(scene, geometry).mask & ray.mask) != 0;
   return true;
 }
 

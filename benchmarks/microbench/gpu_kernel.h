@@ -120,6 +120,7 @@ struct VariantPolicies : Policies<LayoutType, typename Tests::Triangle, typename
   using StackPlace = Place;
   using FeatureChoice = FeaturesType;
   static constexpr unsigned kLevels = FeaturesType::kLevels;
+  using Stack = std::conditional_t<(kLevels > 1), LevelStack<typename Place::Stack, kLevels>, typename Place::Stack>;
 };
 
 __device__ HIPRT_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
@@ -177,11 +178,23 @@ template <Query kQuery, class Asked> __device__ HIPRT_INLINE Answer ask(Asked& q
   }
 }
 
+/// use(storage of P's stack).
+template <class P, unsigned kBlock, class Use> __device__ HIPRT_INLINE void with_storage(const GpuJob& job, Use&& use) {
+  P::StackPlace::template with<kBlock>(job, [&](const auto& storage) {
+    if constexpr (P::kLevels > 1) {
+      LevelWays<P::kLevels> ways;
+      use(typename P::Stack::Storage(storage, ways));
+    } else {
+      use(storage);
+    }
+  });
+}
+
 /// The rays of one thread.
 template <class P, Query kQuery, unsigned kBlock> __device__ HIPRT_INLINE void trace(const GpuJob& job) {
   using Choice = typename P::FeatureChoice;
   using Asked = typename QueryOf<kQuery, P, typename Choice::Filter, typename Choice::Primitives>::Type;
-  P::StackPlace::template with<kBlock>(job, [&](const auto& storage) {
+  with_storage<P, kBlock>(job, [&](const auto& storage) {
     const auto make = [&](std::uint32_t i) {
       return Asked(job.scene, load_ray(job, i), storage, make_filter<Choice>(job), make_primitives<Choice>(job));
     };

@@ -1,0 +1,50 @@
+#pragma once
+/// A traversal's stack together with the second, small one for scenes of more than one level of instances.
+
+#include <hiprt_device/stack.h>
+
+#include <cstdint>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Three ways through instances: the ray's, the hit's, and that of the hit before.
+template <unsigned kLevels> struct LevelWays { std::uint32_t instance[3 * kLevels]; };
+
+namespace stack_detail {
+
+template <class Stack, unsigned kLevels> struct LevelMemory { using Type = void; };
+template <class Stack, unsigned kLevels>
+requires requires { typename Stack::Memory; }
+struct LevelMemory<Stack, kLevels> {
+  struct Type {
+    typename Stack::Memory stack;
+    LevelWays<kLevels> ways;
+  };
+};
+
+}  // namespace stack_detail
+
+/// Any other stack, and memory for ways through @p kLevels levels. What Instanced<P, kLevels> makes of P's stack.
+///
+///     using Stack = hiprt::LevelStack<hiprt::RollingStack<8>, 4>;
+///     hiprt::LevelWays<4> ways;  // of the thread
+///     Stack::Storage storage({ring, threadIdx.x, kBlock, spill}, ways);
+template <class Stack, unsigned kLevels> struct LevelStack : Stack {
+  /// Of a stack in the thread's own memory; else void.
+  using Memory = typename stack_detail::LevelMemory<Stack, kLevels>::Type;
+
+  struct Storage : Stack::Storage {
+    std::uint32_t* ways;
+
+    HIPRT_HD HIPRT_INLINE Storage(const typename Stack::Storage& stack, LevelWays<kLevels>& memory)
+        : Stack::Storage(stack), ways(memory.instance) {}
+    template <class OwnMemory>
+    requires std::same_as<OwnMemory, Memory> HIPRT_HD HIPRT_INLINE Storage(OwnMemory& memory,
+                                                                           std::uint32_t* overflowed = nullptr)
+        : Stack::Storage(memory.stack, overflowed), ways(memory.ways.instance) {}
+  };
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt
