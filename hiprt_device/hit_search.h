@@ -150,13 +150,10 @@ class HitSearch {
                 (geometry < after_geometry_ || (geometry == after_geometry_ && primitive <= after_primitive_));
     if constexpr (P::kLevels != 0) {
       // Ways come first.
-      const bool ties = found.at.t == limit_ && hit_.found();
-      const bool follows = found.at.t == after_t_ && after_primitive_ != kInvalidId;
-      if (ties || follows) {
-        const auto path = traversal_.levels().path(), of_hit = hit_way_.path(), of_last = after_way_.path();
-        if (ties && !(path == of_hit)) loses = of_hit < path;
-        if (follows && !(path == of_last)) seen = path < of_last;
-      }
+      if (found.at.t == limit_ && hit_.found())
+        if (const int order = hit_way_.compare(traversal_.levels()); order != 0) loses = order < 0;
+      if (found.at.t == after_t_ && after_primitive_ != kInvalidId)
+        if (const int order = after_way_.compare(traversal_.levels()); order != 0) seen = order > 0;
     }
     return loses || seen;
   }

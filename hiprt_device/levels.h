@@ -216,6 +216,13 @@ template <unsigned kLevels> class SavedWay {
     for (unsigned i = 0; i < depth_; ++i) path.instance[i] = way_[i];
     return path;
   }
+  /// As the paths compare: negative if this one comes first, 0 if they are the same.
+  HIPRT_HD HIPRT_INLINE int compare(const Levels<kLevels>& levels) const {
+    const std::uint32_t depth = levels.depth();
+    for (unsigned i = 0; i < depth_ && i < depth; ++i)
+      if (way_[i] != levels.instance(i)) return way_[i] < levels.instance(i) ? -1 : 1;
+    return depth_ < depth ? -1 : depth_ > depth ? 1 : 0;
+  }
 
  private:
   std::uint32_t* way_;
@@ -228,6 +235,10 @@ template <> class SavedWay<1> {
   HIPRT_HD HIPRT_INLINE void save(const SavedWay& other) { instance_ = other.instance_; }
   HIPRT_HD HIPRT_INLINE InstancePath<1> path() const {
     return instance_ == kInvalidId ? InstancePath<1>{} : InstancePath<1>{1, {instance_}};
+  }
+  HIPRT_HD HIPRT_INLINE int compare(const Levels<1>& levels) const {
+    const std::uint32_t other = levels.instance(0);
+    return instance_ < other ? -1 : instance_ > other ? 1 : 0;
   }
 
  private:
