@@ -61,7 +61,9 @@ std::vector<SceneLevel> levels_of(const BufferView& scene, std::span<const Buffe
 
 std::string text(Count count) { return count ? std::to_string(*count) : "more than 18446744073709551615"; }
 
-std::string of_unique(Count all, std::uint64_t unique) { return text(all) + " of " + std::to_string(unique); }
+std::string both(Count all, std::uint64_t unique) {
+  return text(all) + " in instances, " + std::to_string(unique) + " in objects";
+}
 
 nlohmann::json json_of(Count count) { return count ? nlohmann::json(*count) : nlohmann::json(); }
 
@@ -103,12 +105,11 @@ SceneFigures measure_scene(const BufferView& scene) {
 void add_scene(Table& table, const SceneFigures& figures) {
   table.row("objects", std::to_string(figures.objects));
   table.row("groups", std::to_string(figures.groups) + " with the scene");
-  table.row("instances of objects", of_unique(figures.all_instances, figures.objects) + " objects");
+  table.row("instances of objects", text(figures.all_instances));
   table.row("instance records",
             std::to_string(figures.instances) + ", " + std::to_string(figures.dropped_instances) + " dropped");
-  table.row("triangles in instances", of_unique(figures.all_triangles, figures.triangles) + " in objects");
-  if (figures.customs != 0)
-    table.row("customs in instances", of_unique(figures.all_customs, figures.customs) + " in objects");
+  table.row("triangles", both(figures.all_triangles, figures.triangles));
+  if (figures.customs != 0) table.row("custom primitives", both(figures.all_customs, figures.customs));
   table.row("levels", std::to_string(figures.levels.size()));
   for (std::size_t i = 0; i < figures.levels.size(); ++i) {
     const SceneLevel& level = figures.levels[i];
