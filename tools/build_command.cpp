@@ -35,7 +35,7 @@ void add_builder_options(CLI::App& app, BuildCommand& command) {
       ->type_name("NAME")
       ->capture_default_str();
   app.add_option("--quality", command.quality,
-                 "Chooses the builder and its command. fast: lbvh, the fastest build; balanced: hploc, little slower, "
+                 "Chooses the builder and its options. fast: lbvh, the fastest build; balanced: hploc, little slower, "
                  "with faster rays; high: hq, the fastest rays. Not together with --builder")
       ->check(CLI::IsMember(words(kQualities)))
       ->type_name("WORD")

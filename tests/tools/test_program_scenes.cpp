@@ -257,6 +257,15 @@ TEST_CASE("Program scenes: what is wrong is said with its place, and nothing is 
   CHECK_THAT(own.err, Contains("one of the inputs"));
 }
 
+TEST_CASE("Program scenes: a scene is not refitted") {
+  const Files files;
+  check_quiet(run({kBvhBuild, files.scene, "-o", files.out}));
+  const CommandResult result =
+      run({kBvhBuild, files.out, "--refit", files.folder / "big.obj", "-o", files.folder / "r.bvh"});
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Contains("s.bvh: is a scene of instances"));
+}
+
 TEST_CASE("Program scenes: options that make no sense are refused") {
   const Files files;
   check_failure(files, {"big.obj"}, 2, "is a scene, which has to be the only INPUT; there are 2");
