@@ -6,6 +6,7 @@
 #include "exchange_json.h"
 #include "names.h"
 #include "report.h"
+#include "scene_figures.h"
 
 #include <hiprt_build/statistics.h>
 
@@ -19,7 +20,9 @@ using namespace hiprt::tools;
 
 constexpr ToolInfo kInfo{
     "bvhinfo",
-    "Describes a BVH file: header, sections, geometries, figures of the tree, provenance.\n"
+    "Describes a BVH file: header, sections, geometries, figures of the tree, provenance. Of a scene of instances:\n"
+    "what each level has, what is there once and as often as the scene has it, and the memory of its parts; figures\n"
+    "of the tree, --dump and --export are those of the scene's own tree, over instances.\n"
     "Header and section table are always checked; a file that fails there is refused with status 1. Figures that\n"
     "take a walk through the tree (depth, fill, SAH cost, overlap) are given only if the whole content passes\n"
     "validation; otherwise a warning says why they are missing. With --validate, --dump or --export, content that\n"
@@ -60,6 +63,12 @@ std::string section_name(std::uint32_t kind) {
       return "geometries";
     case SectionKind::kProvenance:
       return "provenance";
+    case SectionKind::kInstances:
+      return "instances";
+    case SectionKind::kObjects:
+      return "objects";
+    case SectionKind::kObjectFiles:
+      return "object files";
   }
   return "unknown kind " + std::to_string(kind);
 }
@@ -74,6 +83,7 @@ std::vector<std::string> feature_names(FeatureMask features) {
   if ((features & feature_bit(Feature::kMasks)) != 0) names.emplace_back("masks");
   if ((features & feature_bit(Feature::kSplitReferences)) != 0) names.emplace_back("split references");
   if ((features & feature_bit(Feature::kCustom)) != 0) names.emplace_back("custom primitives");
+  if ((features & feature_bit(Feature::kInstances)) != 0) names.emplace_back("instances");
   return names;
 }
 
@@ -100,18 +110,23 @@ std::string bounds_text(const Box& box) {
   return text;
 }
 
-std::string geometry_text(const GeometryRecord& geometry) {
+std::string geometry_text(const GeometryRecord& geometry, bool instances) {
   const bool custom = (geometry.flags & kGeometryCustom) != 0;
   return std::to_string(geometry.primitive_count) +
-         (custom ? " custom primitives of type " + std::to_string(custom_type(geometry.flags)) : " triangles") + ", " +
-         std::to_string(geometry.dropped_count) + " dropped";
+         (instances ? " instances"
+          : custom  ? " custom primitives of type " + std::to_string(custom_type(geometry.flags))
+                    : " triangles") +
+         ", " + std::to_string(geometry.dropped_count) + " dropped";
 }
 
-/// "triangles", or "customs" and their "type".
-nlohmann::json geometry_json(const GeometryRecord& geometry) {
-  const bool custom = (geometry.flags & kGeometryCustom) != 0;
+/// "triangles", "instances", or "customs" and their "type".
+nlohmann::json geometry_json(const GeometryRecord& geometry, bool instances) {
+  const bool custom = (geometry.flags & kGeometryCustom) != 0 && !instances;
   nlohmann::json result{{"first_primitive", geometry.first_primitive},
-                        {custom ? "customs" : "triangles", geometry.primitive_count},
+                        {instances ? "instances"
+                         : custom  ? "customs"
+                                   : "triangles",
+                         geometry.primitive_count},
                         {"dropped", geometry.dropped_count},
                         {"mask", geometry.mask}};
   if (custom) result["type"] = custom_type(geometry.flags);
@@ -129,7 +144,7 @@ void add_header(Table& table, const Options& options, const BufferView& view) {
   table.row("features", features.empty() ? "none" : features);
   table.row("bytes", bytes_text(header.byte_size));
   add_bytes_per_primitive(table, view);
-  table.row("triangles", std::to_string(count_triangles(view)));
+  if (!view.has_instances()) table.row("triangles", std::to_string(count_triangles(view)));
   if (count_customs(view) != 0) table.row("custom primitives", std::to_string(count_customs(view)));
   table.row("bounds", header.root == kInvalidRef ? "empty" : bounds_text(header.bounds));
   table.row("stack bound", std::to_string(header.stack_bound));
@@ -138,7 +153,7 @@ void add_header(Table& table, const Options& options, const BufferView& view) {
                              " bytes at " + std::to_string(s.offset));
   constexpr std::size_t kMostGeometries = 20;
   for (std::size_t i = 0; i < std::min(view.geometries.size(), kMostGeometries); ++i)
-    table.row("geometry " + std::to_string(i), geometry_text(view.geometries[i]));
+    table.row("geometry " + std::to_string(i), geometry_text(view.geometries[i], view.has_instances()));
   if (view.geometries.size() > kMostGeometries)
     table.row("more geometries", std::to_string(view.geometries.size() - kMostGeometries) + " (--json has all)");
 }
@@ -152,7 +167,7 @@ nlohmann::json header_json(const Options& options, const BufferView& view) {
                         {"offset", s.offset},
                         {"count", s.count},
                         {"stride", s.stride}});
-  for (const GeometryRecord& g : view.geometries) geometries.push_back(geometry_json(g));
+  for (const GeometryRecord& g : view.geometries) geometries.push_back(geometry_json(g, view.has_instances()));
   nlohmann::json bounds;
   if (header.root != kInvalidRef) bounds = {{"min", header.bounds.min}, {"max", header.bounds.max}};
   return {{"file", options.path},
@@ -173,6 +188,7 @@ void print_text(const Options& options, const BufferView& view, bool valid) {
   Table table;
   add_header(table, options, view);
   table.row("valid", valid ? "yes" : "no");
+  if (valid && view.has_instances()) add_scene(table, measure_scene(view));
   if (valid) add_tree(table, build::measure_tree(view));
   const auto provenance = parse_provenance(view.provenance);
   std::cout << table.text();
@@ -192,6 +208,8 @@ void print_json(const Cli& cli, const Options& options, const BufferView& view, 
                        {"byte", issue->offset},
                        {"found", issue->value},
                        {"limit", issue->limit}};
+  report["scene"] = nullptr;
+  if (issue == nullptr && view.has_instances()) report["scene"] = scene_json(measure_scene(view));
   report["tree"] = nullptr;
   if (issue == nullptr) report["tree"] = tree_json(build::measure_tree(view));
   const auto provenance = parse_provenance(view.provenance);

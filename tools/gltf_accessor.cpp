@@ -58,7 +58,8 @@ class AccessorReader {
     if (index_ < 0 || static_cast<std::size_t>(index_) >= model_.accessors.size())
       return fail("it does not exist; there are " + std::to_string(model_.accessors.size()));
     const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index_)];
-    if (accessor.type != type) return fail(components == 3 ? "it is not of type VEC3" : "it is not of type SCALAR");
+    if (accessor.type != type)
+      return fail(components == 1 ? "it is not of type SCALAR" : "it is not of type VEC" + std::to_string(components));
     const int size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
     if (size <= 0) return fail("unknown component type " + std::to_string(accessor.componentType));
     if (accessor.count > std::numeric_limits<std::uint32_t>::max())
@@ -158,6 +159,10 @@ build::Result<std::vector<build::Position>> read_positions(const tinygltf::Model
   std::vector<build::Position> positions(values->size() / 3);
   for (std::size_t i = 0; i < values->size(); ++i) positions[i / 3][i % 3] = static_cast<float>((*values)[i]);
   return positions;
+}
+
+build::Result<std::vector<double>> read_vectors(const tinygltf::Model& model, int index, unsigned components) {
+  return AccessorReader(model, index).read(components == 3 ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_VEC4, components);
 }
 
 build::Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int index) {

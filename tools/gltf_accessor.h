@@ -17,6 +17,9 @@ namespace hiprt::tools {
 /// sparse substitutions. @return kInvalidInput with the accessor's number if anything of it leaves its buffer.
 build::Result<std::vector<build::Position>> read_positions(const tinygltf::Model& model, int index);
 
+/// Reads accessor @p index as vectors of 3 or 4 components, which follow each other in the result.
+build::Result<std::vector<double>> read_vectors(const tinygltf::Model& model, int index, unsigned components);
+
 /// Reads accessor @p index as vertex numbers (SCALAR of an unsigned type).
 build::Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int index);
 

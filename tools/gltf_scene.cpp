@@ -5,50 +5,29 @@
 #include <tiny_gltf.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace hiprt::tools {
 namespace {
 
-/// A rotation of length 1. Files round theirs; what is farther off is no rotation.
-build::Result<std::array<double, 4>> unit_quaternion(std::array<double, 4> q, int index) {
-  constexpr double kTolerance = 1e-3;
-  const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  if (!(std::abs(length - 1) <= kTolerance))
-    return invalid_input("node " + std::to_string(index) + ": its rotation has the length " + std::to_string(length) +
-                         ", which may differ from 1 by 0.001 at most");
-  for (double& part : q) part /= length;
-  return q;
-}
-
 /// Sizes are as check_gltf() demands.
 build::Result<Transform> local_transform(const tinygltf::Node& node, int index) {
-  Transform result;
   if (!node.matrix.empty()) {
+    Transform result;
     for (std::size_t row = 0; row < 3; ++row)
       for (std::size_t column = 0; column < 4; ++column) result.m[row][column] = node.matrix[column * 4 + row];
     return result;
   }
-  std::array<double, 3> t{0, 0, 0}, s{1, 1, 1};
-  std::array<double, 4> q{0, 0, 0, 1};
+  Placement placement;
   const auto take = [](const std::vector<double>& from, auto& to) {
     if (from.size() == to.size()) std::copy(from.begin(), from.end(), to.begin());
   };
-  take(node.translation, t);
-  take(node.scale, s);
-  take(node.rotation, q);
-  const auto unit = unit_quaternion(q, index);
-  if (!unit) return tl::unexpected(unit.error());
-  const auto [x, y, z, w] = *unit;
-  const std::array<std::array<double, 3>, 3> r{{{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-                                                {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-                                                {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
-  for (std::size_t row = 0; row < 3; ++row) {
-    for (std::size_t column = 0; column < 3; ++column) result.m[row][column] = r[row][column] * s[column];
-    result.m[row][3] = t[row];
-  }
-  return result;
+  take(node.translation, placement.translation);
+  take(node.scale, placement.scale);
+  take(node.rotation, placement.rotation);
+  auto placed = transform_of(placement);
+  if (!placed) placed.error().message.insert(0, "node " + std::to_string(index) + ": its ");
+  return placed;
 }
 
 build::Result<std::vector<int>> roots_of(const tinygltf::Model& model) {
@@ -73,37 +52,13 @@ build::Result<std::vector<int>> roots_of(const tinygltf::Model& model) {
 
 }  // namespace
 
-build::Position Transform::operator()(const build::Position& p) const {
-  build::Position result;
-  for (std::size_t row = 0; row < 3; ++row)
-    result[row] = static_cast<float>(m[row][0] * p[0] + m[row][1] * p[1] + m[row][2] * p[2] + m[row][3]);
-  return result;
-}
-
-Transform Transform::operator*(const Transform& inner) const {
-  Transform result;
-  for (std::size_t row = 0; row < 3; ++row)
-    for (std::size_t column = 0; column < 4; ++column) {
-      double sum = column == 3 ? m[row][3] : 0;
-      for (std::size_t k = 0; k < 3; ++k) sum += m[row][k] * inner.m[k][column];
-      result.m[row][column] = sum;
-    }
-  return result;
-}
-
-bool Transform::mirrors() const {
-  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
-             m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]) <
-         0;
-}
-
-build::Result<std::vector<MeshUse>> flatten(const tinygltf::Model& model) {
+build::Result<std::vector<NodeMesh>> flatten(const tinygltf::Model& model) {
   const auto roots = roots_of(model);
   if (!roots) return tl::unexpected(roots.error());
   std::vector<std::pair<int, Transform>> stack;
   for (auto root = roots->rbegin(); root != roots->rend(); ++root) stack.emplace_back(*root, Transform{});
   std::vector<bool> seen(model.nodes.size());
-  std::vector<MeshUse> uses;
+  std::vector<NodeMesh> uses;
   while (!stack.empty()) {
     const auto [index, parent] = stack.back();
     stack.pop_back();
@@ -122,7 +77,7 @@ build::Result<std::vector<MeshUse>> flatten(const tinygltf::Model& model) {
         return invalid_input("node " + std::to_string(index) + ": mesh " + std::to_string(node.mesh) +
                              " does not exist");
       // glTF 2.0, 3.7.3.3: joints place a skinned mesh, its node does not.
-      uses.push_back({node.mesh, node.skin >= 0 ? Transform{} : to_world});
+      uses.push_back({index, node.mesh, node.skin >= 0 ? Transform{} : to_world});
     }
     for (auto child = node.children.rbegin(); child != node.children.rend(); ++child)
       stack.emplace_back(*child, to_world);

@@ -19,6 +19,9 @@ build::Result<Mesh> read_ply(std::span<const std::byte> bytes);
 build::Result<Mesh> read_stl(std::span<const std::byte> bytes);
 /// @param folder where relative names of buffers lead to.
 build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder);
+/// See load_assembly(). @param name of the file, for the names of its meshes.
+build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes, const std::filesystem::path& folder,
+                                               const std::string& name);
 /// Raw mesh, compressed with zstd or not.
 build::Result<Mesh> read_raw_mesh(std::span<const std::byte> bytes);
 

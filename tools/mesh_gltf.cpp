@@ -2,6 +2,7 @@
 
 #include "gltf_accessor.h"
 #include "gltf_check.h"
+#include "gltf_instancing.h"
 #include "gltf_scene.h"
 #include "mesh_formats.h"
 
@@ -139,30 +140,69 @@ bool has_triangles(const tinygltf::Primitive& primitive) {
          primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;
 }
 
+/// The whole document, of what is supported.
+build::Result<void> load(std::span<const std::byte> bytes, const std::filesystem::path& folder, bool instancing,
+                         tinygltf::Model& model, std::vector<std::string>& files) {
+  if (auto parsed = parse(bytes, folder, model, files); !parsed) return parsed;
+  for (const std::string& extension : model.extensionsRequired)
+    if (!harmless(extension) && !(instancing && extension == kGpuInstancing))
+      return invalid_input("it requires the extension " + extension + ", which is not supported" +
+                           (extension == kGpuInstancing ? " without instances" : ""));
+  return {};
+}
+
+/// Appends the triangles of a mesh.
+build::Result<void> append(Mesh& mesh, const tinygltf::Model& model, int index, const Transform& to_world) {
+  const auto& primitives = model.meshes[static_cast<std::size_t>(index)].primitives;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    if (interrupted()) return cancelled_error();
+    if (!has_triangles(primitives[i])) continue;
+    const auto part = read_part(model, primitives[i]);
+    if (!part)
+      return invalid_input("mesh " + std::to_string(index) + ", primitive " + std::to_string(i) + ": " +
+                           part.error().message);
+    if (auto done = append(mesh, *part, to_world); !done) return done;
+  }
+  return {};
+}
+
 }  // namespace
 
 build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder) {
   tinygltf::Model model;
   Mesh mesh;
-  if (auto parsed = parse(bytes, folder, model, mesh.files); !parsed) return tl::unexpected(parsed.error());
-  for (const std::string& extension : model.extensionsRequired)
-    if (!harmless(extension))
-      return invalid_input("it requires the extension " + extension + ", which is not supported");
+  if (auto loaded = load(bytes, folder, false, model, mesh.files); !loaded) return tl::unexpected(loaded.error());
   const auto uses = flatten(model);
   if (!uses) return tl::unexpected(uses.error());
-  for (const MeshUse& use : *uses) {
-    const auto& primitives = model.meshes[static_cast<std::size_t>(use.mesh)].primitives;
-    for (std::size_t i = 0; i < primitives.size(); ++i) {
-      if (interrupted()) return cancelled_error();
-      if (!has_triangles(primitives[i])) continue;
-      const auto part = read_part(model, primitives[i]);
-      if (!part)
-        return invalid_input("mesh " + std::to_string(use.mesh) + ", primitive " + std::to_string(i) + ": " +
-                             part.error().message);
-      if (auto done = append(mesh, *part, use.to_world); !done) return tl::unexpected(done.error());
-    }
-  }
+  for (const NodeMesh& use : *uses)
+    if (auto done = append(mesh, model, use.mesh, use.to_world); !done) return tl::unexpected(done.error());
   return mesh;
+}
+
+build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes, const std::filesystem::path& folder,
+                                               const std::string& name) {
+  tinygltf::Model model;
+  MeshAssembly result;
+  if (auto loaded = load(bytes, folder, true, model, result.files); !loaded) return tl::unexpected(loaded.error());
+  const auto nodes = flatten(model);
+  if (!nodes) return tl::unexpected(nodes.error());
+  constexpr std::size_t kNotRead = std::numeric_limits<std::size_t>::max(), kEmpty = kNotRead - 1;
+  std::vector<std::size_t> numbers(model.meshes.size(), kNotRead);
+  for (const NodeMesh& node : *nodes) {
+    std::size_t& number = numbers[static_cast<std::size_t>(node.mesh)];
+    if (number == kNotRead) {
+      Mesh mesh;
+      mesh.name = name + " mesh " + std::to_string(node.mesh);
+      if (auto done = append(mesh, model, node.mesh, Transform{}); !done) return tl::unexpected(done.error());
+      number = mesh.triangles.empty() ? kEmpty : result.meshes.size();
+      if (number != kEmpty) result.meshes.push_back(std::move(mesh));
+    }
+    if (number == kEmpty) continue;
+    const auto placements = gpu_instances(model, node.node);
+    if (!placements) return tl::unexpected(placements.error());
+    for (const Transform& placement : *placements) result.uses.push_back({number, node.to_world * placement});
+  }
+  return result;
 }
 
 }  // namespace hiprt::tools

@@ -12,6 +12,7 @@
 #include <exception>
 #include <new>
 #include <string_view>
+#include <utility>
 
 namespace hiprt::tools {
 namespace {
@@ -47,10 +48,13 @@ MeshFormat format_of_content(std::span<const std::byte> bytes) {
   return MeshFormat::kUnknown;
 }
 
+MeshFormat format_of(std::span<const std::byte> bytes, const std::filesystem::path& path) {
+  const MeshFormat format = format_of_name(path);
+  return format == MeshFormat::kUnknown ? format_of_content(bytes) : format;
+}
+
 build::Result<Mesh> read(std::span<const std::byte> bytes, const std::filesystem::path& path) {
-  MeshFormat format = format_of_name(path);
-  if (format == MeshFormat::kUnknown) format = format_of_content(bytes);
-  switch (format) {
+  switch (format_of(bytes, path)) {
     case MeshFormat::kObj:
       return read_obj(bytes);
     case MeshFormat::kPly:
@@ -86,29 +90,43 @@ std::string one_line(std::string text) {
   return shortened(text, kMostBytes);
 }
 
-build::Result<Mesh> read_checked(const std::filesystem::path& path) {
-  auto file = build::map_file(path);
-  if (!file) return tl::unexpected(file.error());
-  auto mesh = read(file->bytes(), path);
-  if (mesh)
-    if (auto checked = check_indices(*mesh); !checked) mesh = tl::unexpected(checked.error());
-  if (!mesh)
-    return tl::unexpected(build::Error{mesh.error().code, path.string() + ": " + one_line(mesh.error().message)});
+build::Result<Mesh> read_checked(std::span<const std::byte> bytes, const std::filesystem::path& path) {
+  auto mesh = read(bytes, path);
+  if (!mesh) return mesh;
+  if (auto checked = check_indices(*mesh); !checked) return tl::unexpected(checked.error());
   mesh->name = path.filename().string();
   return mesh;
 }
 
+build::Result<MeshAssembly> read_assembly(std::span<const std::byte> bytes, const std::filesystem::path& path) {
+  if (format_of(bytes, path) == MeshFormat::kGltf)
+    return read_gltf_assembly(bytes, path.parent_path(), path.filename().string());
+  auto mesh = read_checked(bytes, path);
+  if (!mesh) return tl::unexpected(mesh.error());
+  MeshAssembly result;
+  result.meshes.push_back(std::move(*mesh));
+  result.uses.push_back({0, {}});
+  return result;
+}
+
+/// read(bytes, path), with the path in front of what it says is wrong; what it throws becomes an error.
+template <class Read> auto load(const std::filesystem::path& path, const Read& read) -> decltype(read({}, path)) try {
+  auto file = build::map_file(path);
+  if (!file) return tl::unexpected(file.error());
+  auto result = read(std::as_const(*file).bytes(), path);
+  if (!result)
+    return tl::unexpected(build::Error{result.error().code, path.string() + ": " + one_line(result.error().message)});
+  return result;
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(build::Error{build::ErrorCode::kOutOfMemory, path.string() + ": not enough memory to read it"});
+} catch (const std::exception& error) {
+  return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + one_line(error.what())});
+}
+
 }  // namespace
 
-build::Result<Mesh> load_mesh(const std::filesystem::path& path) {
-  try {
-    return read_checked(path);
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kOutOfMemory, path.string() + ": not enough memory to read it"});
-  } catch (const std::exception& error) {
-    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + one_line(error.what())});
-  }
-}
+build::Result<Mesh> load_mesh(const std::filesystem::path& path) { return load(path, read_checked); }
+
+build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path) { return load(path, read_assembly); }
 
 }  // namespace hiprt::tools

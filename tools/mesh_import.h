@@ -1,6 +1,8 @@
 #pragma once
 /// Triangle meshes from files.
 
+#include "transform.h"
+
 #include <hiprt_build/error.h>
 #include <hiprt_build/input.h>
 
@@ -35,5 +37,23 @@ struct Mesh {
 /// @return kIo if the file cannot be read, kInvalidInput with path, place and limit if its content is wrong, kTooLarge,
 /// kOutOfMemory, kCancelled when interrupted() (progress.h) became true. Never throws.
 build::Result<Mesh> load_mesh(const std::filesystem::path& path);
+
+/// A use of one of a file's meshes.
+struct MeshUse {
+  std::size_t mesh;
+  Transform to_world;
+};
+
+/// The meshes of one file in their own spaces, and where the file has them.
+struct MeshAssembly {
+  std::vector<Mesh> meshes;
+  std::vector<MeshUse> uses;
+  std::vector<std::string> files;  ///< Paths of other files that were read.
+};
+
+/// As load_mesh(), but of glTF files every mesh by itself, with its uses by nodes (as often as EXT_mesh_gpu_instancing
+/// says) in the order of the file; meshes without triangles and those that no node has are left out. Other files are
+/// one mesh that is used once.
+build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path);
 
 }  // namespace hiprt::tools

@@ -2,6 +2,12 @@
 
 namespace hiprt::tools {
 
+void warn_of(const Cli& cli, const std::string& input, const Mesh& mesh) {
+  if (mesh.skipped_faces != 0)
+    cli.warn(input + ": skipped " + std::to_string(mesh.skipped_faces) + " faces with fewer than three corners");
+  if (mesh.triangles.empty()) cli.warn(input + ": no triangles in it");
+}
+
 build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, std::span<const std::string> inputs,
                                              const std::string& output, ProgressBar& bar) {
   std::vector<Mesh> meshes;
@@ -12,9 +18,7 @@ build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, std::span<const std
     if (!mesh) return tl::unexpected(mesh.error());
     bar.clear();
     if (auto checked = check_output(output, mesh->files); !checked) return tl::unexpected(checked.error());
-    if (mesh->skipped_faces != 0)
-      cli.warn(input + ": skipped " + std::to_string(mesh->skipped_faces) + " faces with fewer than three corners");
-    if (mesh->triangles.empty()) cli.warn(input + ": no triangles in it");
+    warn_of(cli, input, *mesh);
     meshes.push_back(std::move(*mesh));
   }
   return meshes;

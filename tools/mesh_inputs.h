@@ -16,6 +16,9 @@ namespace hiprt::tools {
 /// What an interrupted tool says.
 inline build::Error cancelled() { return {build::ErrorCode::kCancelled, "cancelled"}; }
 
+/// Warns of skipped faces, and of a mesh without triangles.
+void warn_of(const Cli& cli, const std::string& input, const Mesh& mesh);
+
 /// Reads all files; warns of what is skipped, and of files without triangles.
 /// @return kInvalidInput if @p output is one of the files that were read; load_mesh()'s errors.
 build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, std::span<const std::string> inputs,

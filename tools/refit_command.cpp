@@ -49,6 +49,9 @@ build::Result<void> run_refit(const Cli& cli, const RefitCommand& command) {
   if (auto checked = check_output(command.output, inputs); !checked) return checked;
   const auto file = load_bvh(command.file);
   if (!file) return tl::unexpected(file.error());
+  if (file->view.has_instances())
+    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
+                                       command.file + ": is a scene of instances, which has no triangles of its own"});
   const auto meshes = read_meshes(cli, command.moved, command.output, bar);
   if (!meshes) return tl::unexpected(meshes.error());
   const std::vector<build::TriangleMesh> moved = views(*meshes);

@@ -30,13 +30,18 @@ double bytes_per_primitive(const BufferView& view) {
 }
 
 void add_bytes_per_primitive(Table& table, const BufferView& view) {
-  const bool triangles = count_customs(view) == 0;
-  table.row(triangles ? "bytes per triangle" : "bytes per primitive", fixed(bytes_per_primitive(view), 1));
+  const char* label = view.has_instances()       ? "bytes per instance"
+                      : count_customs(view) == 0 ? "bytes per triangle"
+                                                 : "bytes per primitive";
+  table.row(label, fixed(bytes_per_primitive(view), 1));
 }
 
-std::uint64_t count_triangles(const BufferView& view) { return view.header->primitive_count - count_customs(view); }
+std::uint64_t count_triangles(const BufferView& view) {
+  return view.has_instances() ? 0 : view.header->primitive_count - count_customs(view);
+}
 
 std::uint64_t count_customs(const BufferView& view) {
+  if (view.has_instances()) return 0;
   std::uint64_t sum = 0;
   for (const GeometryRecord& geometry : view.geometries)
     if ((geometry.flags & kGeometryCustom) != 0) sum += geometry.primitive_count;

@@ -1,0 +1,36 @@
+#pragma once
+/// A scene of instances before anything is built.
+
+#include "mesh_import.h"
+
+#include <hiprt_build/instances.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// Meshes in one BVH: geometry i is meshes[i].
+struct SceneObject {
+  std::string name;                 ///< For messages.
+  std::vector<std::size_t> meshes;  ///< Indices of SceneDescription::meshes.
+};
+
+struct SceneGroup {
+  std::string place;  ///< Of its list of instances in the file, for messages: "groups.forest".
+  std::vector<build::Instance> instances;
+};
+
+/// Objects by number, as build::InstancedScene counts them: first the objects, then the groups. Groups have instances
+/// of lower numbers; the last group is the scene.
+struct SceneDescription {
+  std::string path;                ///< Of the description, for messages.
+  std::vector<std::string> files;  ///< Mesh i is in files[i]; empty if the description has the meshes itself.
+  std::vector<Mesh> meshes;        ///< What files have, read once each.
+  std::vector<SceneObject> objects;
+  std::vector<SceneGroup> groups;
+  std::uint64_t shared_objects = 0;  ///< Objects that have the meshes of another one and are that.
+};
+
+}  // namespace hiprt::tools

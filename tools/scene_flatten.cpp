@@ -1,0 +1,119 @@
+#include "scene_flatten.h"
+
+#include "mesh_formats.h"
+#include "transform.h"
+
+#include <hiprt_device/format/buffer.h>
+
+#include <new>
+#include <utility>
+
+namespace hiprt::tools {
+namespace {
+
+constexpr std::uint64_t kMostTriangles = (std::uint64_t{1} << 31) - 1;
+
+/// Sums that stop growing far above the limits.
+struct Size {
+  std::uint64_t geometries = 0, triangles = 0;
+
+  void add(const Size& other) {
+    constexpr std::uint64_t kEnough = std::uint64_t{1} << 62;
+    geometries = std::min(kEnough, geometries + other.geometries);
+    triangles = std::min(kEnough, triangles + other.triangles);
+  }
+};
+
+build::Result<void> check_size(const SceneDescription& scene) {
+  std::vector<Size> sizes;
+  for (const SceneObject& object : scene.objects) {
+    Size size;
+    for (const std::size_t mesh : object.meshes) size.add({1, scene.meshes[mesh].triangles.size()});
+    sizes.push_back(size);
+  }
+  for (const SceneGroup& group : scene.groups) {
+    Size size;
+    for (const build::Instance& instance : group.instances) size.add(sizes[instance.object]);
+    sizes.push_back(size);
+  }
+  const auto check = [&](std::uint64_t count, std::uint64_t limit, const char* noun) -> build::Result<void> {
+    if (count <= limit) return {};
+    return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, scene.path + ": flattened it has " +
+                                                                        std::to_string(count) + " " + noun +
+                                                                        ", the limit is " + std::to_string(limit)});
+  };
+  if (auto few = check(sizes.back().geometries, kMaxGeometries, "geometries"); !few) return few;
+  return check(sizes.back().triangles, kMostTriangles, "triangles");
+}
+
+/// What is on the way to an object.
+struct Step {
+  std::size_t object;
+  Transform to_scene;
+  std::uint32_t mask;
+};
+
+FlatGeometry transformed(const Mesh& mesh, const Step& step) {
+  FlatGeometry result{{}, mesh.triangles, step.mask, &mesh.name};
+  result.positions.reserve(mesh.positions.size());
+  for (const build::Position& position : mesh.positions) result.positions.push_back(step.to_scene(position));
+  if (step.to_scene.mirrors())
+    for (build::Triangle& triangle : result.triangles) std::swap(triangle[1], triangle[2]);
+  return result;
+}
+
+/// Puts a group's instances onto the stack, the first on top.
+build::Result<void> push_instances(const SceneDescription& scene, const SceneGroup& group, const Step& outer,
+                                   std::vector<Step>& stack) {
+  for (std::size_t i = group.instances.size(); i-- > 0;) {
+    const build::Instance& instance = group.instances[i];
+    const std::uint32_t both = outer.mask & instance.mask;
+    // Two masks ask for one bit each: that is one mask only if the bits of one are among the other's.
+    if (both != outer.mask && both != instance.mask)
+      return invalid_input(scene.path + ": " + group.place + "[" + std::to_string(i) +
+                           "].mask: " + std::to_string(instance.mask) + " below an instance of mask " +
+                           std::to_string(outer.mask) + " cannot be flattened, no one mask is the same as both");
+    stack.push_back({instance.object, outer.to_scene * to_double(instance.to_scene), both});
+  }
+  return {};
+}
+
+build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene) {
+  if (auto checked = check_size(scene); !checked) return tl::unexpected(checked.error());
+  std::vector<FlatGeometry> result;
+  std::vector<Step> stack{{scene.objects.size() + scene.groups.size() - 1, {}, 0xffffffffu}};
+  while (!stack.empty()) {
+    if (interrupted()) return cancelled_error();
+    const Step step = stack.back();
+    stack.pop_back();
+    if (step.object < scene.objects.size()) {
+      for (const std::size_t mesh : scene.objects[step.object].meshes)
+        result.push_back(transformed(scene.meshes[mesh], step));
+      continue;
+    }
+    const SceneGroup& group = scene.groups[step.object - scene.objects.size()];
+    if (auto pushed = push_instances(scene, group, step, stack); !pushed) return tl::unexpected(pushed.error());
+  }
+  return result;
+}
+
+}  // namespace
+
+build::Result<std::vector<FlatGeometry>> flatten_scene(const SceneDescription& scene) {
+  try {
+    return flatten(scene);
+  } catch (const std::bad_alloc&) {
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kOutOfMemory, scene.path + ": not enough memory to flatten it"});
+  }
+}
+
+std::vector<build::TriangleMesh> views(std::span<const FlatGeometry> geometries) {
+  std::vector<build::TriangleMesh> result;
+  result.reserve(geometries.size());
+  for (const FlatGeometry& geometry : geometries)
+    result.push_back({geometry.positions, geometry.triangles, geometry.mask, *geometry.name});
+  return result;
+}
+
+}  // namespace hiprt::tools

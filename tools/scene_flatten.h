@@ -1,0 +1,31 @@
+#pragma once
+/// A scene of instances as plain meshes.
+
+#include "scene_description.h"
+
+#include <hiprt_build/error.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// A mesh of an instance where the scene has it.
+struct FlatGeometry {
+  std::vector<build::Position> positions;
+  std::vector<build::Triangle> triangles;
+  std::uint32_t mask;       ///< A ray sees it iff it sees every instance on the way.
+  const std::string* name;  ///< Of the mesh in the description.
+};
+
+/// Every way from the scene to a mesh, depth first in the order of the instances. Vertices are transformed by the
+/// product of the instances' matrices, in double, and rounded once; mirrored meshes keep their outside (their
+/// triangles' second and third corners change places).
+/// @return kTooLarge with the number of triangles or geometries; kInvalidInput if no one mask stands for those on a
+/// way; kOutOfMemory; kCancelled.
+build::Result<std::vector<FlatGeometry>> flatten_scene(const SceneDescription& scene);
+
+/// As the library takes them; they stay in @p geometries.
+std::vector<build::TriangleMesh> views(std::span<const FlatGeometry> geometries);
+
+}  // namespace hiprt::tools
