@@ -87,10 +87,11 @@ GpuTraceKernel choose_triangle(Query query, const TracePolicies& policies) {
              : choose_boxes<kLevels, kPolicy, Layout, Fast>(query, policies);
 }
 
-/// Compiles nothing for policies of the other platform.
+/// Compiles nothing for policies of the other platform, and of those for instances in instances what none takes.
 template <unsigned kLevels, std::size_t kPolicy>
 GpuTraceKernel choose_layout(NodeLayout layout, Query query, const TracePolicies& policies) {
-  if constexpr (kGpuPolicies[kPolicy].architectures.starts_with(kPlatform)) {
+  constexpr GpuPolicy kThis = kGpuPolicies[kPolicy];
+  if constexpr (kThis.architectures.starts_with(kPlatform) && (kLevels <= 1 || traces_nested(kThis))) {
     switch (layout) {
       case NodeLayout::kFloat:
         return choose_triangle<kLevels, kPolicy, FloatLayout>(query, policies);

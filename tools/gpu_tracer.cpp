@@ -50,7 +50,7 @@ struct GpuTracer::State {
 
 build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool paths) const {
   const std::uint32_t bound = scene.view.stack_bound;
-  const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
+  const std::size_t chosen = choose_gpu_policy(device.architecture, bound, scene.view.levels);
   const GpuTraceKernel kernel = find_trace_kernel(chosen, scene.view.layout, scene.view.levels, query, policies);
   if (kernel == nullptr)
     return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound, " with ",
