@@ -66,8 +66,8 @@ template <unsigned kLevels, class Complete>
 HIPRT_HD inline void complete_along(const SceneView& scene, PathHit<kLevels>& hit, const Ray& ray,
                                     Complete&& complete_in) {
   constexpr float kUnit = 0x1p-24f;
-  const InstanceRecord* records[kLevels];
-  float transform_error[kLevels];  // Of the transforms into the object, there.
+  const InstanceRecord* records[kLevels] = {};
+  float transform_error[kLevels] = {};  // Of the transforms into the object, there.
   Ray local = ray;
   unsigned depth = 0;
   const ObjectPlace place = follow(scene, hit.path, [&](const InstanceRecord& record, const ObjectRecord&) {

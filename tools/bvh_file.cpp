@@ -1,6 +1,6 @@
 #include "bvh_file.h"
 
-#include "trace_job.h"
+#include "trace_limits.h"
 
 #include <hiprt_build/file.h>
 
@@ -32,10 +32,14 @@ build::Result<void> check_traceable(const std::filesystem::path& path, const Fil
     return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
                                        path.string() + ": has custom primitives, which need functors of a program of "
                                                        "yours: the tools trace triangles only"});
-  if (header.stack_bound <= kTraceStack) return {};
-  return tl::unexpected(build::Error{build::ErrorCode::kTooLarge,
-                                     path.string() + ": " + std::to_string(header.stack_bound) +
-                                         " stack entries needed, the limit is " + std::to_string(kTraceStack)});
+  const auto too_large = [&](std::uint32_t number, const char* what, unsigned limit) {
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kTooLarge,
+                     path.string() + ": " + std::to_string(number) + what + ", the limit is " + std::to_string(limit)});
+  };
+  if (header.levels > kTraceLevels) return too_large(header.levels, " levels of instances", kTraceLevels);
+  if (header.stack_bound > kTraceStack) return too_large(header.stack_bound, " stack entries needed", kTraceStack);
+  return {};
 }
 
 }  // namespace hiprt::tools

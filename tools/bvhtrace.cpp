@@ -7,15 +7,16 @@
 #include "rays_file.h"
 #include "trace_device.h"
 #include "trace_names.h"
+#include "trace_records.h"
 
 #include <hiprt_device/scene_view.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <iostream>
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -31,17 +32,23 @@ constexpr ToolInfo kInfo{
     "The BVH file is validated first. Primitives are numbered over all geometries in order. Rays that are not\n"
     "finite, have no direction or an empty range miss. For --query any the hit is the first one that was found.\n"
     "Rays: u32 count, u32 any-hit flag, count x 8 float32 {origin, tmin, direction, tmax}.\n"
-    "Hits: count x {float32 t (inf: a miss), u32 primitive (0xffffffff: a miss)}. Both little-endian.",
+    "Hits: count x {float32 t (inf: a miss), u32 primitive (0xffffffff: a miss)}.\n"
+    "Of scenes of instances primitives are numbered in each object's own file. Paths lead there: u32 count, u32 "
+    "levels,\n"
+    "count x levels x {u32 instance, u32 id}, the outermost instance first, with its number in the file that has it "
+    "and\n"
+    "the id that the program gave it; 0xffffffff behind the end, and for a miss. All little-endian.",
     "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits\n"
     "  bvhtrace scene.bvh --rays shadow.rays --hits out.hits --query any --repeat 9 --threads 1\n"
     "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits --device gpu --repeat 9\n"
-    "  bvhtrace scene.bvh --rays r.rays --hits out.hits --triangle-test fast --box-test plain --json\n"};
+    "  bvhtrace scene.bvh --rays r.rays --hits out.hits --triangle-test fast --box-test plain --json\n"
+    "  bvhtrace forest.bvh --rays r.rays --hits out.hits --paths out.paths\n"};
 
 /// Rays that one task traces: long enough to hide the scheduling, short enough to balance.
 constexpr std::size_t kBatch = 4096;
 
 struct Options {
-  std::string path, rays, hits;
+  std::string path, rays, hits, paths;
   std::string query = "auto", triangle_test = "watertight", box_test = "conservative", device = "auto";
   unsigned threads = 0, repeat = 1;
 };
@@ -50,6 +57,8 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
   app.add_option("--rays", options.rays, "The rays to trace")->required()->type_name("FILE");
   app.add_option("--hits", options.hits, "The file of hits to write")->required()->type_name("FILE");
+  app.add_option("--paths", options.paths, "The file of paths to write: the instances on the way to each hit")
+      ->type_name("FILE");
   app.add_option("--query", options.query, "auto: as the ray file's any-hit flag says")
       ->check(CLI::IsMember(words(kQueries, {"auto"})))
       ->type_name("NAME")
@@ -88,15 +97,18 @@ struct Work {
   TracePolicies policies;
   std::span<const Ray> rays;
   std::span<Hit> hits;
+  std::span<std::uint32_t> paths;  ///< scene.levels per ray.
 };
 
 /// @return seconds.
 build::Result<double> trace_on_cpu(const Work& work, const ThreadLimit& limit,
                                    const std::function<void(double)>& progress) {
   const auto start = std::chrono::steady_clock::now();
+  const std::size_t levels = work.scene.levels;
   const auto trace_batch = [&](std::size_t begin, std::size_t end) {
-    trace(work.scene, work.query, work.policies, work.rays.subspan(begin, end - begin),
-          work.hits.subspan(begin, end - begin));
+    const std::size_t count = end - begin;
+    trace(work.scene, work.query, work.policies, work.rays.subspan(begin, count), work.hits.subspan(begin, count), {},
+          work.paths.subspan(begin * levels, count * levels));
   };
   if (!parallel_batches(work.rays.size(), kBatch, limit, trace_batch, progress))
     return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled"});
@@ -109,7 +121,7 @@ build::Result<Timing> trace_all(const Options& options, const ThreadLimit& limit
   Timing timing;
   for (unsigned i = 0; i < options.repeat; ++i) {
     const auto progress = [&](double done) { bar.update("trace", (i + done) / options.repeat); };
-    const auto seconds = gpu ? gpu->trace(work.query, work.policies, work.rays, work.hits, progress)
+    const auto seconds = gpu ? gpu->trace(work.query, work.policies, work.rays, work.hits, progress, work.paths)
                              : trace_on_cpu(work, limit, progress);
     if (!seconds) return tl::unexpected(seconds.error());
     timing.seconds.push_back(*seconds);
@@ -118,25 +130,13 @@ build::Result<Timing> trace_all(const Options& options, const ThreadLimit& limit
   return timing;
 }
 
-build::Result<std::vector<HitRecord>> records_of(const BufferView& view, std::span<const Hit> hits) {
-  std::vector<HitRecord> records(hits.size(), HitRecord{std::numeric_limits<float>::infinity(), kInvalidId});
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    if (hits[i].failed())
-      return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
-                                         "the scene has features that this tracer was not compiled for"});
-    if (!hits[i].found()) continue;
-    const std::uint64_t number = view.geometries[hits[i].geometry].first_primitive + hits[i].primitive;
-    records[i] = {hits[i].t, static_cast<std::uint32_t>(number)};
-  }
-  return records;
-}
-
 struct Outcome {
   Query query;
   std::string device, device_name;
   unsigned threads;
   Timing timing;
   std::size_t rays = 0, found = 0;
+  std::uint32_t levels = 0;
 };
 
 double mrays_per_second(const Outcome& outcome) {
@@ -153,6 +153,7 @@ void print(const Cli& cli, const Options& options, const Outcome& outcome) {
   cli.print({{"file", options.path},
              {"rays", outcome.rays},
              {"hits", outcome.found},
+             {"levels", outcome.levels},
              {"query", word_of(kQueries, outcome.query)},
              {"triangle_test", options.triangle_test},
              {"box_test", options.box_test},
@@ -165,45 +166,58 @@ void print(const Cli& cli, const Options& options, const Outcome& outcome) {
              {"mrays_per_second", mrays_per_second(outcome)}});
 }
 
-/// What a hit file and the kernels can take.
-build::Result<void> check_limits(const Options& options, const FileHeader& header) {
-  if (header.primitive_count > kInvalidId)
+/// The files are not each other, and can be written.
+build::Result<void> check_outputs(const Options& options) {
+  const std::array inputs{options.path, options.rays};
+  if (auto checked = check_output(options.hits, inputs); !checked) return checked;
+  if (options.paths.empty()) return {};
+  std::error_code ignored;
+  if (std::filesystem::weakly_canonical(options.paths, ignored) ==
+      std::filesystem::weakly_canonical(options.hits, ignored))
     return tl::unexpected(
-        build::Error{build::ErrorCode::kTooLarge, options.path + ": " + std::to_string(header.primitive_count) +
-                                                      " primitives, a hit file numbers " + std::to_string(kInvalidId)});
-  return check_traceable(options.path, header);
+        build::Error{build::ErrorCode::kInvalidInput, options.paths + ": --hits and --paths are one file"});
+  return check_output(options.paths, inputs);
+}
+
+build::Result<void> write_all(const Options& options, const Work& work, Outcome& outcome) {
+  const auto records = hit_records(work.scene, work.hits, work.paths);
+  if (!records) return tl::unexpected(records.error());
+  const auto found = [](const HitRecord& hit) { return hit.primitive != kInvalidId; };
+  outcome.found = static_cast<std::size_t>(std::count_if(records->begin(), records->end(), found));
+  if (auto written = write_hits(options.hits, *records); !written || options.paths.empty()) return written;
+  return write_paths(options.paths, static_cast<std::uint32_t>(outcome.rays), work.scene.levels,
+                     path_records(work.scene, work.paths));
 }
 
 build::Result<void> run(const Cli& cli, const Options& options) {
   const InterruptGuard guard;
   const ThreadLimit limit(options.threads);
-  const std::array inputs{options.path, options.rays};
-  if (auto checked = check_output(options.hits, inputs); !checked) return checked;
+  if (auto checked = check_outputs(options); !checked) return checked;
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
-  if (auto checked = check_limits(options, *file->view.header); !checked) return checked;
+  if (auto checked = check_primitive_counts(options.path, file->view); !checked) return checked;
+  if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;
   const auto batch = read_rays(options.rays);
   if (!batch) return tl::unexpected(batch.error());
-  Outcome outcome;
-  const bool any = options.query == "auto" ? batch->any_hit : options.query == "any";
-  outcome.query = any ? Query::kAny : Query::kClosest;
-  outcome.rays = batch->rays.size();
-  outcome.threads = limit.threads();
   auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view);
   if (!gpu) return tl::unexpected(gpu.error());
+  const SceneView scene = make_scene_view(file->view);
+  const bool any = options.query == "auto" ? batch->any_hit : options.query == "any";
+  Outcome outcome;
+  outcome.query = any ? Query::kAny : Query::kClosest;
+  outcome.rays = batch->rays.size();
+  outcome.levels = scene.levels;
+  outcome.threads = limit.threads();
   outcome.device = device_word(*gpu);
   outcome.device_name = device_name(*gpu);
   std::vector<Hit> hits(batch->rays.size());
-  const SceneView scene = make_scene_view(file->view);
+  std::vector<std::uint32_t> paths(batch->rays.size() * scene.levels);
   const TracePolicies policies{value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
-  auto timing = trace_all(options, limit, *gpu, {scene, outcome.query, policies, batch->rays, hits});
+  const Work work{scene, outcome.query, policies, batch->rays, hits, paths};
+  auto timing = trace_all(options, limit, *gpu, work);
   if (!timing) return tl::unexpected(timing.error());
   outcome.timing = std::move(*timing);
-  const auto records = records_of(file->view, hits);
-  if (!records) return tl::unexpected(records.error());
-  const auto found = [](const HitRecord& hit) { return hit.primitive != kInvalidId; };
-  outcome.found = static_cast<std::size_t>(std::count_if(records->begin(), records->end(), found));
-  if (auto written = write_hits(options.hits, *records); !written) return written;
+  if (auto written = write_all(options, work, outcome); !written) return written;
   print(cli, options, outcome);
   return {};
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The kernels of gpu_kernels.hip, for C++ sources that start them.
+/// The kernels of gpu_kernels*.hip, for C++ sources that start them.
 
 #include "tracer.h"
 
@@ -25,12 +25,16 @@ struct GpuTraceJob {
   std::uint32_t spill_entries;  ///< Per thread of the grid, at spill (grid_spill()); 0 for private stacks.
   StackEntry* spill;
   GpuCounts* counts;
+  std::uint32_t* paths;  ///< scene.levels per ray; nullptr: nobody asks.
 };
 
 using GpuTraceKernel = void (*)(GpuTraceJob job);
 
 /// @param policy an index of kGpuPolicies.
-/// @return nullptr if this build's platform (AMD, NVIDIA) is not the policy's.
-GpuTraceKernel find_trace_kernel(std::size_t policy, NodeLayout layout, Query query, const TracePolicies& policies);
+/// @param levels of the scene.
+/// @return the smallest kernel that covers the scene; nullptr if this build's platform (AMD, NVIDIA) is not the
+/// policy's, or levels is above kTraceLevels.
+GpuTraceKernel find_trace_kernel(std::size_t policy, NodeLayout layout, std::uint32_t levels, Query query,
+                                 const TracePolicies& policies);
 
 }  // namespace hiprt::tools

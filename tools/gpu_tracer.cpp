@@ -21,6 +21,7 @@ struct Launch {
   GpuTraceKernel kernel;
   unsigned block, blocks;
   std::uint32_t spill_entries;
+  bool paths;  ///< Are asked for.
 };
 
 }  // namespace
@@ -35,26 +36,29 @@ struct GpuTracer::State {
   gpu::DeviceScene scene;
   gpu::DeviceArray<Ray> rays;
   gpu::DeviceArray<Hit> hits;
+  gpu::DeviceArray<std::uint32_t> paths;
   gpu::DeviceArray<GpuCounts> counts;
   gpu::DeviceArray<StackEntry> spill;
   gpu::Stopwatch watch;
 
-  build::Result<Launch> plan(Query query, const TracePolicies& policies) const;
+  build::Result<Launch> plan(Query query, const TracePolicies& policies, bool paths) const;
   build::Result<void> reserve(const Launch& launch, std::size_t count);
-  build::Result<double> trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to);
+  build::Result<double> trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to,
+                                   std::span<std::uint32_t> to_paths);
   build::Result<double> run(const Launch& launch, std::uint32_t count, GpuCounts& counted);
 };
 
-build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies) const {
+build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool paths) const {
   const std::uint32_t bound = scene.view.stack_bound;
-  const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
-  const GpuTraceKernel kernel = find_trace_kernel(chosen, scene.view.layout, query, policies);
+  const std::size_t chosen = choose_gpu_policy(device.architecture, bound, scene.view.levels);
+  const GpuTraceKernel kernel = find_trace_kernel(chosen, scene.view.layout, scene.view.levels, query, policies);
   if (kernel == nullptr)
-    return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound);
+    return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound, " with ",
+                     scene.view.levels, " levels of instances");
   const GpuPolicy& policy = kGpuPolicies[chosen];
   const auto blocks = gpu::persistent_grid(kernel, policy.block);
   if (!blocks) return tl::unexpected(blocks.error());
-  Launch launch{kernel, policy.block, *blocks, 0};
+  Launch launch{kernel, policy.block, *blocks, 0, paths};
   if (policy.stack == GpuStack::kPrivate) return launch;
   launch.spill_entries = RollingStack<kGpuRing>::spill_entries(bound);
   const std::size_t block_bytes = std::max<std::size_t>(grid_spill_bytes(policy.block, launch.spill_entries), 1);
@@ -74,13 +78,15 @@ build::Result<void> GpuTracer::State::reserve(const Launch& launch, std::size_t 
   };
   if (auto done = grow(rays, count); !done) return done;
   if (auto done = grow(hits, count); !done) return done;
+  if (auto done = grow(paths, launch.paths ? count * scene.view.levels : 0); !done) return done;
   if (auto done = grow(counts, 1); !done) return done;
   return grow(spill, std::size_t{launch.blocks} * launch.block * launch.spill_entries);
 }
 
 /// The kernel alone. @return seconds. @param counted filled once the stream has been waited for, as it has here.
 build::Result<double> GpuTracer::State::run(const Launch& launch, std::uint32_t count, GpuCounts& counted) {
-  const GpuTraceJob job{scene.view, rays.data(), hits.data(), count, launch.spill_entries, spill.data(), counts.data()};
+  const GpuTraceJob job{scene.view,           rays.data(),  hits.data(),   count,
+                        launch.spill_entries, spill.data(), counts.data(), launch.paths ? paths.data() : nullptr};
   const unsigned blocks = std::min(launch.blocks, (count - 1) / launch.block + 1);
   auto done = counts.fill(std::byte{0}, nullptr);
   if (done) done = watch.start(nullptr);
@@ -96,7 +102,8 @@ build::Result<double> GpuTracer::State::run(const Launch& launch, std::uint32_t 
   return static_cast<double>(*milliseconds) * 1e-3;
 }
 
-build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to) {
+build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to,
+                                                   std::span<std::uint32_t> to_paths) {
   GpuCounts counted{};
   auto done = rays.upload(from, nullptr);
   if (!done) return tl::unexpected(std::move(done.error()));
@@ -106,6 +113,7 @@ build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::sp
     return gpu::fail(gpu::ErrorCode::kGpu, counted.overflowed_rays, " of ", from.size(),
                      " rays needed more stack entries than the scene says, ", scene.view.stack_bound);
   done = hits.download(to, nullptr);
+  if (done && launch.paths) done = paths.download(to_paths, nullptr);
   if (done) done = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", to.size(), " hits");
   if (!done) return tl::unexpected(std::move(done.error()));
   return seconds;
@@ -134,9 +142,10 @@ GpuTracer::~GpuTracer() = default;
 const std::string& GpuTracer::device_name() const { return state_->device_name; }
 
 build::Result<double> GpuTracer::trace(Query query, const TracePolicies& policies, std::span<const Ray> rays,
-                                       std::span<Hit> hits, const std::function<void(double)>& progress) {
+                                       std::span<Hit> hits, const std::function<void(double)>& progress,
+                                       std::span<std::uint32_t> paths) {
   if (rays.empty()) return 0.0;
-  const auto launch = state_->plan(query, policies);
+  const auto launch = state_->plan(query, policies, !paths.empty());
   if (!launch) return tl::unexpected(launch.error());
   const std::size_t most = state_->options.rays_at_once;
   if (auto reserved = state_->reserve(*launch, std::min(most, rays.size())); !reserved)
@@ -145,7 +154,9 @@ build::Result<double> GpuTracer::trace(Query query, const TracePolicies& policie
   for (std::size_t begin = 0; begin < rays.size(); begin += most) {
     if (interrupted()) return gpu::fail(gpu::ErrorCode::kCancelled, "cancelled");
     const std::size_t count = std::min(most, rays.size() - begin);
-    auto part = state_->trace_part(*launch, rays.subspan(begin, count), hits.subspan(begin, count));
+    const std::size_t levels = paths.empty() ? 0 : state_->scene.view.levels;
+    auto part = state_->trace_part(*launch, rays.subspan(begin, count), hits.subspan(begin, count),
+                                   paths.subspan(begin * levels, count * levels));
     if (!part) return part;
     seconds += *part;
     if (progress) progress(static_cast<double>(begin + count) / static_cast<double>(rays.size()));

@@ -13,7 +13,8 @@
 namespace hiprt::tools {
 
 struct GpuTracerOptions {
-  /// Rays of a part, more than 0. The default fills a GPU many times over and takes 150 MB with the hits.
+  /// Rays of a part, more than 0. The default fills a GPU many times over and takes 150 MB with the hits, and 8 MB
+  /// for each level of the paths.
   std::size_t rays_at_once = std::size_t{1} << 21;
 };
 
@@ -36,10 +37,12 @@ class GpuTracer {
   /// Traces rays[i] into hits[i], part by part, so that device memory stays bounded.
   /// @param hits as many as rays: the same, bit for bit, as trace() gives.
   /// @param progress called behind every part with the finished fraction.
+  /// @param paths as for trace().
   /// @return the seconds that the device spent in kernels; kCancelled when interrupted() became true between parts;
   /// kOutOfMemory; kGpu, also when rays overflowed their stacks: their number and the stack's bound are said.
   build::Result<double> trace(Query query, const TracePolicies& policies, std::span<const Ray> rays,
-                              std::span<Hit> hits, const std::function<void(double)>& progress = {});
+                              std::span<Hit> hits, const std::function<void(double)>& progress = {},
+                              std::span<std::uint32_t> paths = {});
 
  private:
   struct State;

@@ -20,7 +20,7 @@ GpuTracer::~GpuTracer() = default;
 const std::string& GpuTracer::device_name() const { return state_->device_name; }
 
 build::Result<double> GpuTracer::trace(Query, const TracePolicies&, std::span<const Ray>, std::span<Hit>,
-                                       const std::function<void(double)>&) {
+                                       const std::function<void(double)>&, std::span<std::uint32_t>) {
   return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
 }
 

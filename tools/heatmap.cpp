@@ -39,7 +39,8 @@ void apply_heatmap(Image& image, std::span<const float> cost) {
   const HeatRange range = heat_range(cost);
   for (std::size_t i = 0; i < image.pixels.size(); ++i)
     image.pixels[i].color = viridis(cost[i] / static_cast<float>(range.top));
-  draw_legend(image, {"box + leaf tests per ray", range.top, range.clipped});
+  const char* title = image.has_instances ? "tests + instances per ray" : "box + leaf tests per ray";
+  draw_legend(image, {title, range.top, range.clipped});
 }
 
 }  // namespace hiprt::tools

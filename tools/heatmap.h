@@ -17,7 +17,7 @@ struct HeatRange {
 HeatRange heat_range(std::span<const float> cost);
 
 /// Writes viridis(cost / top) into the colours and draws the legend.
-/// @param cost tests per primary ray of each pixel, the mean of its samples.
+/// @param cost tests (of boxes and leaves) and instances per primary ray of each pixel, the mean of its samples.
 void apply_heatmap(Image& image, std::span<const float> cost);
 
 }  // namespace hiprt::tools

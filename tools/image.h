@@ -27,6 +27,8 @@ struct Pixel {
   std::uint32_t box_tests = 0;           ///< Four-box tests.
   std::uint32_t leaf_tests = 0;          ///< Tests of a leaf: one or two triangles.
   std::uint32_t triangle_tests = 0;
+  std::uint32_t instance = kInvalidId;  ///< The scene's own (index), the outermost of those on the way to the hit.
+  std::uint32_t instance_tests = 0;     ///< Instances that the ray came to, on all levels.
 };
 
 struct Image {
@@ -37,7 +39,8 @@ struct Image {
   const Pixel& at(std::uint32_t x, std::uint32_t y) const { return pixels[std::size_t{y} * width + x]; }
 
   std::uint32_t width, height;
-  std::vector<Pixel> pixels;  ///< Row by row, the top row first.
+  bool has_instances = false;  ///< Of a scene of instances.
+  std::vector<Pixel> pixels;   ///< Row by row, the top row first.
 };
 
 /// Name and value of what a file says about its origin.
@@ -52,6 +55,7 @@ using EncodeProgress = std::function<bool(double)>;
 ///   id.geometry id.primitive       uint    0xffffffff for a miss
 ///   cost.boxes cost.leaves         uint    four-box tests and leaf tests of the ray
 ///   cost.triangles                 uint    triangles (one or two per leaf) in those
+///   id.instance cost.instances     uint    only of a scene of instances
 /// The file appears whole or not at all.
 /// @return the bytes written, or kIo with path and reason.
 build::Result<std::size_t> write_exr(const std::filesystem::path& path, const Image& image,

@@ -41,12 +41,13 @@ class MemoryStream : public Imf::OStream {
 struct Channel {
   const char* name;
   Imf::PixelType type;
-  std::size_t offset;  ///< In Pixel.
+  std::size_t offset;         ///< In Pixel.
+  bool of_instances = false;  ///< Written of scenes of instances only.
 };
 
 constexpr std::size_t axis(std::size_t i) { return i * sizeof(float); }
 
-constexpr std::array<Channel, 15> kChannels{{
+constexpr std::array<Channel, 17> kChannels{{
     {"R", Imf::FLOAT, offsetof(Pixel, color) + axis(0)},
     {"G", Imf::FLOAT, offsetof(Pixel, color) + axis(1)},
     {"B", Imf::FLOAT, offsetof(Pixel, color) + axis(2)},
@@ -62,6 +63,8 @@ constexpr std::array<Channel, 15> kChannels{{
     {"cost.boxes", Imf::UINT, offsetof(Pixel, box_tests)},
     {"cost.leaves", Imf::UINT, offsetof(Pixel, leaf_tests)},
     {"cost.triangles", Imf::UINT, offsetof(Pixel, triangle_tests)},
+    {"id.instance", Imf::UINT, offsetof(Pixel, instance), true},
+    {"cost.instances", Imf::UINT, offsetof(Pixel, instance_tests), true},
 }};
 static_assert(sizeof(Vec3) == 3 * sizeof(float));
 
@@ -75,6 +78,7 @@ bool encode(MemoryStream& stream, const Image& image, const ImageAttributes& att
   // OpenEXR's frame buffers serve readers too; writing leaves the pixels alone.
   auto* base = const_cast<char*>(reinterpret_cast<const char*>(image.pixels.data()));
   for (const Channel& channel : kChannels) {
+    if (channel.of_instances && !image.has_instances) continue;
     header.channels().insert(channel.name, Imf::Channel(channel.type));
     frame.insert(channel.name,
                  Imf::Slice(channel.type, base + channel.offset, sizeof(Pixel), sizeof(Pixel) * image.width));

@@ -2,6 +2,7 @@
 
 #include <hiprt_build/file.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -14,6 +15,9 @@ static_assert(std::endian::native == std::endian::little, "files are little-endi
 
 struct RaysHeader {
   std::uint32_t count, any_hit;
+};
+struct PathsHeader {
+  std::uint32_t count, levels;
 };
 using RayRecord = std::array<float, 8>;
 
@@ -71,6 +75,25 @@ build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& pat
   return hits;
 }
 
+build::Result<PathBatch> read_paths(const std::filesystem::path& path) {
+  const auto file = build::map_file(path);
+  if (!file) return tl::unexpected(file.error());
+  const auto bytes = file->bytes();
+  PathsHeader header{};
+  if (bytes.size() < sizeof(header))
+    return invalid(path, std::to_string(bytes.size()) + " bytes are too few for a path file's header of 8");
+  std::memcpy(&header, bytes.data(), sizeof(header));
+  const std::uint64_t records = std::uint64_t{header.count} * header.levels;
+  const std::uint64_t found = (bytes.size() - sizeof(header)) / sizeof(PathRecord);
+  if (records != found || bytes.size() % sizeof(PathRecord) != 0)
+    return invalid(path, "the header says " + std::to_string(header.count) + " rays of " +
+                             std::to_string(header.levels) + " levels, 8 bytes for each, but the file has " +
+                             std::to_string(bytes.size() - sizeof(header)) + " bytes of them");
+  PathBatch batch{header.levels, std::vector<PathRecord>(static_cast<std::size_t>(records))};
+  std::memcpy(batch.paths.data(), bytes.data() + sizeof(header), bytes.size() - sizeof(header));
+  return batch;
+}
+
 build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, std::span<const Ray> rays) {
   if (rays.size() > 0xffffffffu)
     return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, path.string() + ": " + std::to_string(rays.size()) +
@@ -87,6 +110,15 @@ build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, 
 
 build::Result<void> write_hits(const std::filesystem::path& path, std::span<const HitRecord> hits) {
   return build::write_file(path, std::as_bytes(hits));
+}
+
+build::Result<void> write_paths(const std::filesystem::path& path, std::uint32_t count, std::uint32_t levels,
+                                std::span<const PathRecord> paths) {
+  const PathsHeader header{count, levels};
+  std::vector<std::byte> bytes(sizeof(header) + paths.size_bytes());
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  std::ranges::copy(std::as_bytes(paths), bytes.begin() + sizeof(header));
+  return build::write_file(path, bytes);
 }
 
 }  // namespace hiprt::tools

@@ -98,6 +98,7 @@ build::Result<Rendering> render(const SceneView& scene, const Camera& camera, co
                                 const std::function<void(double)>& progress, GpuTracer* gpu) {
   const auto start = std::chrono::steady_clock::now();
   Canvas canvas(options);
+  canvas.image.has_instances = scene.levels != 0;
   const RenderJob job{scene, options, CameraRays(camera, options.width, options.height), Studio(camera)};
   Tally tally;
   const ThreadLimit limit(options.threads);

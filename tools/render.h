@@ -19,7 +19,7 @@ enum class RenderMode {
   kAo,       ///< Clay below a soft sky: one shadow ray per sample.
   kPrimary,  ///< Clay lit from the eye.
   kNormals,  ///< 0.5 + 0.5 * normal, as display (not linear) values; a miss is black.
-  kHeatmap,  ///< Box and leaf tests of the primary rays, with a legend.
+  kHeatmap,  ///< Box and leaf tests of the primary rays, and the instances they came to, with a legend.
 };
 
 inline constexpr Names<RenderMode, 4> kRenderModes{{{"ao", RenderMode::kAo},

@@ -41,7 +41,7 @@ class Batches {
   build::Result<void> trace_on_cpu() {
     return for_each_tile([&](std::size_t i) {
       const TileRays& work = work_[i];
-      if (!work.rays.empty()) trace(job_.scene, work.query, {}, work.rays, work.hits, work.costs);
+      if (!work.rays.empty()) trace(job_.scene, work.query, {}, work.rays, work.hits, work.costs, work.paths);
     });
   }
 

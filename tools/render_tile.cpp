@@ -49,6 +49,7 @@ TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, Image& image,
   rays_.resize(count);
   hits_.resize(count);
   costs_.resize(count);
+  if (job.options.layers) paths_.resize(count * job.scene.levels);
   sky_light_.resize(count);
 }
 
@@ -65,7 +66,8 @@ void TileRenderer::make_rays(unsigned pass) {
 }
 
 TileRays TileRenderer::primary() {
-  return {Query::kClosest, rays_, hits_, counting_ ? std::span<RayCost>(costs_) : std::span<RayCost>()};
+  if (!counting_) return {Query::kClosest, rays_, hits_, {}, {}};
+  return {Query::kClosest, rays_, hits_, costs_, paths_};
 }
 
 void TileRenderer::shade(unsigned pass) {
@@ -83,7 +85,7 @@ void TileRenderer::shade(unsigned pass) {
   counts_.shadow += shadow_rays_.size();
 }
 
-TileRays TileRenderer::shadows() { return {Query::kAny, shadow_rays_, shadow_hits_, {}}; }
+TileRays TileRenderer::shadows() { return {Query::kAny, shadow_rays_, shadow_hits_, {}, {}}; }
 
 void TileRenderer::finish() {
   if (job_.options.mode == RenderMode::kAo) add_sky_light();
@@ -91,7 +93,7 @@ void TileRenderer::finish() {
 
 void TileRenderer::run() {
   const auto trace_on_cpu = [&](const TileRays& work) {
-    if (!work.rays.empty()) trace(job_.scene, work.query, {}, work.rays, work.hits, work.costs);
+    if (!work.rays.empty()) trace(job_.scene, work.query, {}, work.rays, work.hits, work.costs, work.paths);
   };
   for (unsigned pass = 0; pass < passes(job_.options) && !refused_ && !interrupted(); ++pass) {
     make_rays(pass);
@@ -128,6 +130,7 @@ void TileRenderer::store_layers() {
     pixel.box_tests = costs_[i].box_tests;
     pixel.leaf_tests = costs_[i].leaf_tests;
     pixel.triangle_tests = costs_[i].triangle_tests;
+    pixel.instance_tests = costs_[i].instance_tests;
     const Hit& hit = hits_[i];
     if (!hit.found()) continue;
     pixel.normal = facing_normal(rays_[i], hit);
@@ -135,6 +138,7 @@ void TileRenderer::store_layers() {
     pixel.depth = hit.t;
     pixel.geometry = hit.geometry;
     pixel.primitive = hit.primitive;
+    if (!paths_.empty()) pixel.instance = paths_[i * job_.scene.levels];
   }
 }
 
@@ -213,8 +217,10 @@ void TileRenderer::shade_normals() {
 
 void TileRenderer::shade_heatmap() {
   const float weight = 1.0f / static_cast<float>(job_.options.samples);
-  for (std::size_t i = 0; i < rays_.size(); ++i)
-    cost_[pixel_of(i)] += static_cast<float>(costs_[i].box_tests + costs_[i].leaf_tests) * weight;
+  for (std::size_t i = 0; i < rays_.size(); ++i) {
+    const RayCost& cost = costs_[i];
+    cost_[pixel_of(i)] += static_cast<float>(cost.box_tests + cost.leaf_tests + cost.instance_tests) * weight;
+  }
 }
 
 }  // namespace hiprt::tools

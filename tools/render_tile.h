@@ -23,12 +23,13 @@ struct Tile {
   std::uint32_t left, top, right, bottom;
 };
 
-/// Rays of a tile that are to be traced: rays[i] into hits[i], costs as for trace().
+/// Rays of a tile that are to be traced: rays[i] into hits[i], costs and paths as for trace().
 struct TileRays {
   Query query;
   std::span<const Ray> rays;
   std::span<Hit> hits;
   std::span<RayCost> costs;
+  std::span<std::uint32_t> paths;  ///< Empty unless costs are asked for.
 };
 
 /// Each pass is make_rays(), the trace of primary(), shade(), the trace of shadows(), add_shadows(); finish() is behind
@@ -89,10 +90,11 @@ class TileRenderer {
   std::vector<Ray> rays_, shadow_rays_;
   std::vector<Hit> hits_, shadow_hits_;
   std::vector<RayCost> costs_;
+  std::vector<std::uint32_t> paths_;  ///< Empty if no layers are asked for, or the scene has no instances.
   std::vector<Shadow> shadows_;
   std::vector<SkyLight> sky_light_;
   RayCounts counts_;
-  bool counting_ = false;  ///< The pass at hand needs costs_.
+  bool counting_ = false;  ///< The pass at hand needs costs_ and paths_.
   bool refused_ = false;
 };
 

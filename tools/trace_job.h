@@ -15,11 +15,9 @@ struct TraceJob {
   TracePolicies policies;
   const Ray* rays;
   Hit* hits;
-  RayCost* costs;  ///< nullptr: the work is not counted.
+  RayCost* costs;        ///< nullptr: the work is not counted.
+  std::uint32_t* paths;  ///< scene->levels per ray; nullptr: nobody asks.
   std::size_t count;
 };
-
-/// Stack entries of the kernels: a tree of 1365 levels of full nodes. The memory is touched only as far as it is used.
-inline constexpr unsigned kTraceStack = 4096;
 
 }  // namespace hiprt::tools

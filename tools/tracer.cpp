@@ -33,9 +33,9 @@ const Isa& chosen_isa() {
 }  // namespace
 
 void trace(const SceneView& scene, Query query, const TracePolicies& policies, std::span<const Ray> rays,
-           std::span<Hit> hits, std::span<RayCost> costs) {
-  chosen_isa().trace(
-      {&scene, query, policies, rays.data(), hits.data(), costs.empty() ? nullptr : costs.data(), rays.size()});
+           std::span<Hit> hits, std::span<RayCost> costs, std::span<std::uint32_t> paths) {
+  chosen_isa().trace({&scene, query, policies, rays.data(), hits.data(), costs.empty() ? nullptr : costs.data(),
+                      paths.empty() ? nullptr : paths.data(), rays.size()});
 }
 
 const char* trace_isa() { return chosen_isa().name.data(); }

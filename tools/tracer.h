@@ -20,18 +20,22 @@ struct TracePolicies {
   BoxTestKind box_test = BoxTestKind::kConservative;
 };
 
-/// Work of one ray: four-box tests, leaf tests, and the triangles (one or two per leaf) in those.
+/// Work of one ray: four-box tests, leaf tests, the triangles (one or two per leaf) in those, and the instances that it
+/// came to.
 struct RayCost {
   std::uint32_t box_tests = 0;
   std::uint32_t leaf_tests = 0;
   std::uint32_t triangle_tests = 0;
+  std::uint32_t instance_tests = 0;
 };
 
-/// Traces rays[i] into hits[i] on the calling thread.
+/// Traces rays[i] into hits[i] on the calling thread, by the smallest tracer that covers the scene. Of scenes that
+/// check_traceable() (bvh_file.h) refuses all hits are Hit::failed().
 /// @param hits as many as rays. Query::kAny: some hit of the ray, without normal and error.
 /// @param costs empty, or as many as rays: then the work is counted (a separately compiled variant).
+/// @param paths empty, or scene.levels per ray: the instances on the way to each hit (instance_paths.h).
 void trace(const SceneView& scene, Query query, const TracePolicies& policies, std::span<const Ray> rays,
-           std::span<Hit> hits, std::span<RayCost> costs = {});
+           std::span<Hit> hits, std::span<RayCost> costs = {}, std::span<std::uint32_t> paths = {});
 
 /// Name of the instruction set that trace() uses on this machine, e.g. "x86_64_v3".
 const char* trace_isa();

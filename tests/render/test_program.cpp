@@ -3,6 +3,7 @@
 #include "read_images.h"
 #include "renderer.h"
 
+#include <hiprt_build/instances.h>
 #include <hiprt_device/format/node.h>
 #include <tools/color.h>
 
@@ -68,6 +69,38 @@ TEST_CASE("bvhrender: EXR layers have their names and what is seen through the m
   CHECK(file.uint_at("id.geometry", 0, 0) == kInvalidId);
   CHECK(file.uint_at("id.primitive", 0, 0) == kInvalidId);
   CHECK(vector_at(file, {"N.X", "N.Y", "N.Z"}, 0, 0) == Vec3(0.0f));
+}
+
+TEST_CASE("bvhrender: the layers of a scene of instances say which was hit, and how many the ray came to") {
+  const TempFolder folder;
+  const auto object = build::map_file(write_squares(folder));
+  REQUIRE(object.has_value());
+  const std::vector<std::span<const std::byte>> files{object->bytes()};
+  // The first to the left, the second to the right.
+  std::vector<build::Instance> instances(2);
+  instances[0].to_scene.row[0][3] = -1.5f;
+  instances[1].to_scene.row[0][3] = 1.5f;
+  const auto scene = build::build_instances(files, instances);
+  REQUIRE(scene.has_value());
+  REQUIRE(build::write_file(folder / "i.bvh", scene->buffer.bytes()).has_value());
+  for (const std::string mode : {"ao", "primary", "normals", "heatmap"}) {
+    INFO(mode);
+    render_well({folder / "i.bvh", "-o", folder / "a.exr", "--size", "65x49", "--camera", "0,0,8/0,0,0/0,1,0/40",
+                 "--spp", "2", "--mode", mode});
+    const ExrFile file = read_exr(folder / "a.exr");
+    CHECK(names_of(file.uints) == std::set<std::string>{"id.geometry", "id.primitive", "id.instance", "cost.boxes",
+                                                        "cost.leaves", "cost.triangles", "cost.instances"});
+    for (const std::uint32_t instance : {0u, 1u}) {
+      const std::uint32_t x = instance == 0 ? 20 : 44;
+      CHECK(file.uint_at("id.instance", x, 24) == instance);
+      CHECK(file.uint_at("id.geometry", x, 24) == 0);
+      CHECK(file.uint_at("cost.instances", x, 24) == 1);
+      CHECK(vector_at(file, {"N.X", "N.Y", "N.Z"}, x, 24) == Vec3(0, 0, 1));
+      CHECK(file.at("P.Z", x, 24) == Approx(0.0).margin(1e-6));
+    }
+    CHECK(file.uint_at("id.instance", 0, 0) == kInvalidId);
+    CHECK(file.uint_at("cost.instances", 0, 0) == 0);
+  }
 }
 
 TEST_CASE("bvhrender: EXR files say where they come from, and their camera gives the picture again") {

@@ -127,14 +127,22 @@ TEST_CASE("bvhrender: pictures that cannot be written are failures that leave no
   CHECK(read_file(odd) == bytes);
 }
 
-TEST_CASE("bvhrender: a tree too deep for its stack, and custom primitives, are refused with the reason") {
+TEST_CASE(
+    "bvhrender: a tree too deep for its stack, instances in too many others, and custom primitives are refused with "
+    "the reason") {
   hiprt::FileHeader header{};
-  header.stack_bound = 5000;
+  header.stack_bound = 8193;
   const auto deep = hiprt::tools::check_traceable("deep.bvh", header);
   REQUIRE_FALSE(deep);
-  CHECK(deep.error().message == "deep.bvh: 5000 stack entries needed, the limit is 4096");
-  header.stack_bound = 4096;
+  CHECK(deep.error().message == "deep.bvh: 8193 stack entries needed, the limit is 8192");
+  header.stack_bound = 8192;
   CHECK(hiprt::tools::check_traceable("deep.bvh", header));
+  header.levels = 33;
+  const auto nested = hiprt::tools::check_traceable("dolls.bvh", header);
+  REQUIRE_FALSE(nested);
+  CHECK(nested.error().message == "dolls.bvh: 33 levels of instances, the limit is 32");
+  header.levels = 32;
+  CHECK(hiprt::tools::check_traceable("dolls.bvh", header));
   header.features = hiprt::feature_bit(hiprt::Feature::kTriangles) | hiprt::feature_bit(hiprt::Feature::kCustom);
   const auto custom = hiprt::tools::check_traceable("balls.bvh", header);
   REQUIRE_FALSE(custom);

@@ -36,6 +36,34 @@ TEST_CASE("Rays and hits: written and read back bit for bit") {
   CHECK(folder.names() == std::vector<std::string>{"a.hits", "a.rays"});
 }
 
+TEST_CASE("Paths: written and read back; sizes that do not fit are refused") {
+  const TempFolder folder;
+  const std::vector<tools::PathRecord> paths{{1, 2}, {3, 4}, {5, 6}, {0xffffffffu, 0xffffffffu}};
+  REQUIRE(tools::write_paths(folder / "a.paths", 2, 2, paths));
+  const std::string bytes = read_file(folder / "a.paths");
+  CHECK(bytes.size() == 8 + 4 * 8);
+  const auto read = tools::read_paths(folder / "a.paths");
+  REQUIRE(read);
+  CHECK(read->levels == 2);
+  REQUIRE(read->paths.size() == 4);
+  CHECK((read->paths[2].instance == 5 && read->paths[2].id == 6));
+  REQUIRE(tools::write_paths(folder / "a.paths", 7, 0, {}));
+  CHECK(tools::read_paths(folder / "a.paths")->paths.empty());
+  const auto message = [&](const std::string& content) {
+    const auto refused = tools::read_paths(folder.write("bad.paths", content));
+    REQUIRE(!refused);
+    CHECK_THAT(refused.error().message, Contains("bad.paths"));
+    return refused.error().message;
+  };
+  CHECK_THAT(message(bytes.substr(0, 7)), Contains("7 bytes are too few"));
+  CHECK_THAT(message(bytes.substr(0, 39)), Contains("2 rays of 2 levels") && Contains("31 bytes"));
+  CHECK_THAT(message(bytes + std::string(8, '\0')), Contains("40 bytes"));
+  std::string huge;
+  append(huge, 0xffffffffu, 0xffffffffu);
+  CHECK_THAT(message(huge), Contains("4294967295 rays of 4294967295 levels"));
+  CHECK_THAT(tools::write_paths(folder / "no/such/folder.paths", 0, 0, {}).error().message, Contains("folder.paths"));
+}
+
 TEST_CASE("Rays and hits: sizes and flags that do not fit are refused") {
   const TempFolder folder;
   const auto message = [&](const std::string& bytes) {

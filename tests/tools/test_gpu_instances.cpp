@@ -1,0 +1,93 @@
+/// GpuTracer in scenes of instances: hits and paths are those of trace(), bit for bit.
+
+#include <tests/traversal/instance_scenes.h>
+#include <tools/gpu_tracer.h>
+#include <tools/names.h>
+
+#include <algorithm>
+#include <bit>
+
+using namespace hiprt;
+using namespace hiprt::tools;
+using checks::InstanceScene;
+using oracle::Random;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 417;
+
+/// Groups of instances of what is before them, @p levels deep.
+InstanceScene random_scene(NodeLayout layout, unsigned levels) {
+  Random random(kSeed);
+  InstanceScene scene;
+  scene.add_file({oracle::icosphere(2)}, layout);
+  scene.add_file({oracle::soup(40, 0.5, kSeed), oracle::torus(12, 8, 0.4)}, layout);
+  for (std::uint32_t level = 0; level < levels; ++level) {
+    std::vector<build::Instance> group(8);
+    for (std::uint32_t i = 0; i < group.size(); ++i)
+      group[i] = {.object = i == 0 ? level + 1 : random.below(level + 2),
+                  .to_scene = checks::random_affine(random, 3.0),
+                  .id = 100 * level + i};
+    scene.groups.push_back(group);
+  }
+  scene.build();
+  return scene;
+}
+
+std::vector<Ray> random_rays(std::size_t count) {
+  Random random(kSeed + 1);
+  std::vector<Ray> rays(count);
+  for (Ray& ray : rays) {
+    const auto origin = random.in_cube(6.0), target = random.in_cube(3.0);
+    ray.origin = Vec3(origin[0], origin[1], origin[2]);
+    ray.direction = Vec3(target[0], target[1], target[2]) - ray.origin;
+  }
+  return rays;
+}
+
+/// Bits, so that NaN is equal to itself and 0 is not -0.
+bool same(const Hit& a, const Hit& b) {
+  using Words = std::array<std::uint32_t, sizeof(Hit) / 4>;
+  return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
+}
+
+/// @param rays_at_once of a part.
+void compare(const InstanceScene& scene, Query query, TriangleTestKind triangle_test, std::size_t rays_at_once) {
+  const BufferView view = *open_buffer(scene.file.bytes());
+  const std::vector<Ray> rays = random_rays(1500);
+  std::vector<Hit> cpu(rays.size()), gpu(rays.size()), without_paths(rays.size());
+  std::vector<std::uint32_t> cpu_paths(rays.size() * view.header->levels), gpu_paths(cpu_paths.size());
+  trace(make_scene_view(view), query, {triangle_test}, rays, cpu, {}, cpu_paths);
+  auto tracer = GpuTracer::make(view, {.rays_at_once = rays_at_once});
+  INFO((tracer ? "" : tracer.error().message));
+  REQUIRE(tracer.has_value());
+  const auto seconds = tracer->trace(query, {triangle_test}, rays, gpu, {}, gpu_paths);
+  INFO((seconds ? "" : seconds.error().message));
+  REQUIRE(seconds.has_value());
+  CHECK(std::equal(cpu.begin(), cpu.end(), gpu.begin(), same));
+  CHECK(cpu_paths == gpu_paths);
+  REQUIRE(tracer->trace(query, {triangle_test}, rays, without_paths).has_value());
+  CHECK(std::equal(cpu.begin(), cpu.end(), without_paths.begin(), same));
+  const auto hits = std::count_if(cpu.begin(), cpu.end(), [](const Hit& hit) { return hit.found(); });
+  CHECK(hits > 300);
+}
+
+}  // namespace
+
+TEST_CASE("a GPU's hits of instances, and the ways to them, are the CPU's on one level, in every layout") {
+  for (const auto& [name, layout] : kLayouts) {
+    CAPTURE(name);
+    const InstanceScene scene = random_scene(layout, 1);
+    compare(scene, Query::kClosest, TriangleTestKind::kWatertight, 1000);
+    compare(scene, Query::kAny, TriangleTestKind::kWatertight, 4000);
+  }
+}
+
+TEST_CASE("a GPU's hits of instances in instances, and the ways to them, are the CPU's") {
+  for (const unsigned levels : {2u, 5u}) {
+    CAPTURE(levels);
+    const InstanceScene scene = random_scene(NodeLayout::kPlanes, levels);
+    compare(scene, Query::kClosest, TriangleTestKind::kWatertight, 4000);
+    compare(scene, Query::kAny, TriangleTestKind::kFast, 1000);
+  }
+}
