@@ -63,7 +63,14 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, kGpuPolicies[kPol
     constexpr unsigned kBlock = kGpuPolicies[kPolicy].block;
     __shared__ StackEntry ring[kBlock * P::Stack::kEntriesPerThread];
     const Spill spill = grid_spill(job.spill, gridDim.x * kBlock, job.spill_entries, blockIdx.x * kBlock + threadIdx.x);
-    trace_all<Search>(job, {ring, threadIdx.x, kBlock, spill, &job.counts->overflowed_rays});
+    const typename StackOfPolicy<kPolicy>::Storage stack(ring, threadIdx.x, kBlock, spill,
+                                                         &job.counts->overflowed_rays);
+    if constexpr (kLevels > 1) {
+      LevelWays<kLevels> ways;
+      trace_all<Search>(job, {stack, ways});
+    } else {
+      trace_all<Search>(job, stack);
+    }
   }
 }
 
