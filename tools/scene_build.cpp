@@ -115,7 +115,7 @@ class ObjectBuilder {
 
 /// "group 2, instance 5: ..." of the library, with the description's words for the place.
 std::string in_description(const SceneDescription& scene, const std::string& message) {
-  const std::string whole = scene.path + ": " + message;
+  std::string whole = scene.path + ": " + message;
   std::string_view rest = message;
   const auto number_after = [&](std::string_view word, std::size_t& number) {
     if (!rest.starts_with(word)) return false;

@@ -77,7 +77,8 @@ void check_same_hits(const std::string& instanced, const std::string& flat) {
   REQUIRE(covers<SceneTracer>(scene));
   unsigned hits = 0;
   for (unsigned i = 0; i < 4096; ++i) {
-    Ray ray{.origin = {-8.0f + 0.251f * static_cast<float>(i % 64), -8.0f + 0.253f * static_cast<float>(i / 64), 20},
+    const unsigned column = i % 64, row = i / 64;
+    Ray ray{.origin = {-8.0f + 0.251f * static_cast<float>(column), -8.0f + 0.253f * static_cast<float>(row), 20},
             .direction = {0.05f, 0.03f, -1}};
     ray.mask = i % 3 == 0 ? 4u : i % 3 == 1 ? 1u : 0xffffffffu;
     const auto one = closest_hit<SceneTracer>(scene, ray);
