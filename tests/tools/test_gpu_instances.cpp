@@ -83,7 +83,7 @@ TEST_CASE("a GPU's hits of instances, and the ways to them, are the CPU's on one
   }
 }
 
-TEST_CASE("a GPU's hits of instances in instances, and the ways to them, are the CPU's") {
+TEST_CASE("instances in instances: a GPU's hits, and the ways to them, are the CPU's") {
   for (const unsigned levels : {2u, 5u}) {
     CAPTURE(levels);
     const InstanceScene scene = random_scene(NodeLayout::kPlanes, levels);
