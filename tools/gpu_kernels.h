@@ -33,7 +33,7 @@ using GpuTraceKernel = void (*)(GpuTraceJob job);
 /// @param policy an index of kGpuPolicies.
 /// @param levels of the scene.
 /// @return the smallest kernel that covers the scene; nullptr if this build's platform (AMD, NVIDIA) is not the
-/// policy's, or levels is above kTraceLevels.
+/// policy's, or levels is above kGpuTraceLevels.
 GpuTraceKernel find_trace_kernel(std::size_t policy, NodeLayout layout, std::uint32_t levels, Query query,
                                  const TracePolicies& policies);
 

@@ -9,8 +9,7 @@ template GpuTraceKernel find_kernel_of_levels<0>(std::size_t, NodeLayout, Query,
 GpuTraceKernel find_trace_kernel(std::size_t policy, NodeLayout layout, std::uint32_t levels, Query query,
                                  const TracePolicies& policies) {
   if (levels == 0) return find_kernel_of_levels<0>(policy, layout, query, policies);
-  if (levels == 1) return find_kernel_of_levels<1>(policy, layout, query, policies);
-  return levels <= kTraceLevels ? find_kernel_of_levels<kTraceLevels>(policy, layout, query, policies) : nullptr;
+  return levels <= kGpuTraceLevels ? find_kernel_of_levels<kGpuTraceLevels>(policy, layout, query, policies) : nullptr;
 }
 
 }  // namespace hiprt::tools

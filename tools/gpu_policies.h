@@ -34,21 +34,15 @@ inline constexpr std::array<GpuPolicy, 3> kGpuPolicies{{
     {"sm_", GpuStack::kRolling, 12, 64, 14},
 }};
 
-/// Of instances in instances: the way, too, is in memory there, and one kernel is enough for scenes of any depth.
-constexpr bool traces_nested(const GpuPolicy& policy) { return policy.stack == GpuStack::kRolling; }
-
-constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound, std::uint32_t levels) {
-  return (policy.stack == GpuStack::kRolling || stack_bound <= kGpuPrivateStack - kMostPushed) &&
-         (levels <= 1 || traces_nested(policy));
+constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound) {
+  return policy.stack == GpuStack::kRolling || stack_bound <= kGpuPrivateStack - kMostPushed;
 }
 
 /// @param architecture as gpu::Device has it.
-/// @param levels of instances.
 /// @return an index of kGpuPolicies, or its size: there is none.
-constexpr std::size_t choose_gpu_policy(std::string_view architecture, std::uint32_t stack_bound,
-                                        std::uint32_t levels) {
+constexpr std::size_t choose_gpu_policy(std::string_view architecture, std::uint32_t stack_bound) {
   for (std::size_t i = 0; i < kGpuPolicies.size(); ++i)
-    if (architecture.starts_with(kGpuPolicies[i].architectures) && fits(kGpuPolicies[i], stack_bound, levels)) return i;
+    if (architecture.starts_with(kGpuPolicies[i].architectures) && fits(kGpuPolicies[i], stack_bound)) return i;
   return kGpuPolicies.size();
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 /// The traversal on the GPU, in every combination of the policies that a user can choose, for one number of levels: a
-/// template that gpu_kernels.hip, gpu_kernels_one_level.hip and gpu_kernels_levels.hip instantiate. For GPU compilers
+/// template that gpu_kernels.hip and gpu_kernels_one_level.hip instantiate. For GPU compilers
 /// only.
 
 #include "gpu_kernels.h"
@@ -94,11 +94,11 @@ GpuTraceKernel choose_triangle(Query query, const TracePolicies& policies) {
              : choose_boxes<kLevels, kPolicy, Layout, Fast>(query, policies);
 }
 
-/// Compiles nothing for policies of the other platform, and of those for instances in instances what none takes.
+/// Compiles nothing for policies of the other platform.
 template <unsigned kLevels, std::size_t kPolicy>
 GpuTraceKernel choose_layout(NodeLayout layout, Query query, const TracePolicies& policies) {
   constexpr GpuPolicy kThis = kGpuPolicies[kPolicy];
-  if constexpr (kThis.architectures.starts_with(kPlatform) && (kLevels <= 1 || traces_nested(kThis))) {
+  if constexpr (kThis.architectures.starts_with(kPlatform)) {
     switch (layout) {
       case NodeLayout::kFloat:
         return choose_triangle<kLevels, kPolicy, FloatLayout>(query, policies);
@@ -134,7 +134,5 @@ GpuTraceKernel find_kernel_of_levels(std::size_t policy, NodeLayout layout, Quer
 
 extern template GpuTraceKernel find_kernel_of_levels<0>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of_levels<1>(std::size_t, NodeLayout, Query, const TracePolicies&);
-extern template GpuTraceKernel find_kernel_of_levels<kTraceLevels>(std::size_t, NodeLayout, Query,
-                                                                   const TracePolicies&);
 
 }  // namespace hiprt::tools

@@ -4,6 +4,7 @@
 #include "gpu_kernels.h"
 #include "gpu_policies.h"
 #include "progress.h"
+#include "trace_limits.h"
 
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_device/stacks/rolling.h>
@@ -50,7 +51,7 @@ struct GpuTracer::State {
 
 build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool paths) const {
   const std::uint32_t bound = scene.view.stack_bound;
-  const std::size_t chosen = choose_gpu_policy(device.architecture, bound, scene.view.levels);
+  const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
   const GpuTraceKernel kernel = find_trace_kernel(chosen, scene.view.layout, scene.view.levels, query, policies);
   if (kernel == nullptr)
     return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound, " with ",
@@ -122,6 +123,9 @@ build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::sp
 build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracerOptions& options) {
   auto device = usable_device();
   if (!device) return tl::unexpected(std::move(device.error()));
+  if (view.header->levels > kGpuTraceLevels)
+    return gpu::fail(gpu::ErrorCode::kNoDevice, view.header->levels, " levels of instances, the kernels are for ",
+                     kGpuTraceLevels, " at most: the CPU traces such scenes");
   auto watch = gpu::Stopwatch::make();
   if (!watch) return tl::unexpected(std::move(watch.error()));
   auto state = std::make_unique<State>(std::move(*watch));

@@ -24,7 +24,8 @@ class GpuTracer {
   /// Copies the scene to the device.
   /// @param view of a file that validate() accepts.
   /// @return kNoDevice: this build has no GPU code, there is no GPU, or its architecture is not among those that the
-  /// code was compiled for; kOutOfMemory with the bytes wanted and free; kGpu.
+  /// code was compiled for, or the scene has more levels of instances than kGpuTraceLevels; kOutOfMemory with the bytes
+  /// wanted and free; kGpu.
   static build::Result<GpuTracer> make(const BufferView& view, const GpuTracerOptions& options = {});
 
   GpuTracer(GpuTracer&&) noexcept;

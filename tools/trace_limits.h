@@ -10,4 +10,7 @@ inline constexpr unsigned kTraceStack = 8192;
 /// Levels of instances that a scene may have. Scenes without any, and with one, have smaller tracers of their own.
 inline constexpr unsigned kTraceLevels = 32;
 
+/// The same of GpuTracer.
+inline constexpr unsigned kGpuTraceLevels = 1;
+
 }  // namespace hiprt::tools

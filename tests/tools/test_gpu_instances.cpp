@@ -1,8 +1,9 @@
-/// GpuTracer in scenes of instances: hits and paths are those of trace(), bit for bit.
+/// GpuTracer in scenes of instances: hits and paths are those of trace(), bit for bit, on one level.
 
 #include <tests/traversal/instance_scenes.h>
 #include <tools/gpu_tracer.h>
 #include <tools/names.h>
+#include <tools/trace_device.h>
 
 #include <algorithm>
 #include <bit>
@@ -83,11 +84,14 @@ TEST_CASE("a GPU's hits of instances, and the ways to them, are the CPU's on one
   }
 }
 
-TEST_CASE("a GPU's hits of instances in instances, and the ways to them, are the CPU's") {
-  for (const unsigned levels : {2u, 5u}) {
-    CAPTURE(levels);
-    const InstanceScene scene = random_scene(NodeLayout::kPlanes, levels);
-    compare(scene, Query::kClosest, TriangleTestKind::kWatertight, 4000);
-    compare(scene, Query::kAny, TriangleTestKind::kFast, 1000);
-  }
+TEST_CASE("a GPU's tracer refuses instances in instances: auto is the CPU") {
+  const InstanceScene scene = random_scene(NodeLayout::kPlanes, 2);
+  const BufferView view = *open_buffer(scene.file.bytes());
+  const auto refused = choose_device(DeviceChoice::kGpu, view);
+  REQUIRE_FALSE(refused.has_value());
+  CHECK(refused.error().message ==
+        "GPU: 2 levels of instances, the kernels are for 1 at most: the CPU traces such scenes");
+  const auto automatic = choose_device(DeviceChoice::kAuto, view);
+  REQUIRE(automatic.has_value());
+  CHECK(device_word(*automatic) == "cpu");
 }

@@ -9,28 +9,22 @@ using namespace hiprt::tools;
 
 TEST_CASE("GPU policies: every architecture has one, for every tree") {
   for (const std::string_view architecture : {"gfx90a", "gfx1030", "gfx1100", "sm_90", "sm_120"})
-    for (const std::uint32_t bound : {0u, 60u, 189u, 190u, 4096u})
-      for (const std::uint32_t levels : {0u, 1u, 2u, 32u}) {
-        CAPTURE(architecture, bound, levels);
-        const std::size_t chosen = choose_gpu_policy(architecture, bound, levels);
-        REQUIRE(chosen < kGpuPolicies.size());
-        const GpuPolicy& policy = kGpuPolicies[chosen];
-        CHECK(architecture.starts_with(policy.architectures));
-        CHECK((policy.stack == GpuStack::kRolling || bound + kMostPushed <= kGpuPrivateStack));
-        CHECK((levels <= 1 || traces_nested(policy)));
-        CHECK(policy.block % 64 == 0);
-      }
-  CHECK(choose_gpu_policy("cpu", 60, 0) == kGpuPolicies.size());
+    for (const std::uint32_t bound : {0u, 60u, 189u, 190u, 4096u}) {
+      CAPTURE(architecture, bound);
+      const std::size_t chosen = choose_gpu_policy(architecture, bound);
+      REQUIRE(chosen < kGpuPolicies.size());
+      const GpuPolicy& policy = kGpuPolicies[chosen];
+      CHECK(architecture.starts_with(policy.architectures));
+      CHECK((policy.stack == GpuStack::kRolling || bound + kMostPushed <= kGpuPrivateStack));
+      CHECK(policy.block % 64 == 0);
+    }
+  CHECK(choose_gpu_policy("cpu", 60) == kGpuPolicies.size());
 }
 
-TEST_CASE(
-    "GPU policies: an H200 has private stacks, for trees that are too deep and instances in instances rolling ones; "
-    "AMD rolling ones") {
-  CHECK(kGpuPolicies[choose_gpu_policy("sm_90", 189, 0)].stack == GpuStack::kPrivate);
-  CHECK(kGpuPolicies[choose_gpu_policy("sm_90", 189, 1)].stack == GpuStack::kPrivate);
-  CHECK(kGpuPolicies[choose_gpu_policy("sm_90", 189, 2)].stack == GpuStack::kRolling);
-  CHECK(kGpuPolicies[choose_gpu_policy("sm_90", 190, 0)].stack == GpuStack::kRolling);
-  CHECK(kGpuPolicies[choose_gpu_policy("gfx1100", 10, 1)].stack == GpuStack::kRolling);
+TEST_CASE("GPU policies: an H200 has private stacks, for trees that are too deep rolling ones; AMD rolling ones") {
+  CHECK(kGpuPolicies[choose_gpu_policy("sm_90", 189)].stack == GpuStack::kPrivate);
+  CHECK(kGpuPolicies[choose_gpu_policy("sm_90", 190)].stack == GpuStack::kRolling);
+  CHECK(kGpuPolicies[choose_gpu_policy("gfx1100", 10)].stack == GpuStack::kRolling);
 }
 
 TEST_CASE("GPU policies: AMD devices run code of their own architecture, NVIDIA's of lower minor versions too") {
