@@ -97,7 +97,7 @@ TEST_CASE("one tree in every layout has the same leaves and tight boxes") {
       for (const NodeLayout layout : kLayouts) {
         CAPTURE(scene.name, build::name(builder), static_cast<std::uint32_t>(layout));
         const Built other = built(scene.mesh, {.builder = builder, .nodes = layout});
-        CHECK(other.view.header->version_minor == 1);
+        CHECK(other.view.header->version_minor == kVersionMinor);
         CHECK(leaf_bits(other.view) == leaves);
         CHECK(other.view.nodes.count == reference.view.nodes.count);
         CHECK(other.view.nodes.stride == node_size(layout));
