@@ -42,8 +42,9 @@ struct Conservative {
     constexpr float kUnit = 0x1p-24f;
     magnitude += max_component(origin);
     const float own = 24.0f * reach + 4.0f * magnitude;
-    const float of_transforms = 84.0f * reach + 25.0f * magnitude + 28.0f * transform_reach;
-    return kUnit * (own + condition * of_transforms);
+    // Not 0 times what may be infinite.
+    if (!(condition > 0.0f)) return kUnit * own;
+    return kUnit * (own + condition * (84.0f * reach + 25.0f * magnitude + 28.0f * transform_reach));
   }
 };
 

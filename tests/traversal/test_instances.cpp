@@ -414,3 +414,26 @@ TEST_CASE("bounds beyond floats are refused") {
   REQUIRE_FALSE(bvh.has_value());
   CHECK(bvh.error().message == "group 0, instance 0: its bounds are beyond what floats hold");
 }
+
+TEST_CASE("an identity instance is the scene itself, with numbers at their limits too") {
+  INFO("seed " << kSeed);
+  InstanceScene scene;
+  scene.add_file({oracle::torture(2000, kSeed), oracle::needles(500, 1e6, kSeed)}, NodeLayout::kPlanes);
+  scene.groups = {{{}}};
+  scene.build();
+  const SceneView flat = make_scene_view(*open_buffer(scene.files[0].bytes())), view = scene.view();
+  Random random(kSeed);
+  unsigned hits = 0;
+  for (unsigned i = 0; i < 4000; ++i) {
+    Ray ray = random_ray(random, 2.0);
+    ray.direction *= static_cast<float>(random.log_uniform(1e-20, 1e20));
+    ray.tmax = std::numeric_limits<float>::infinity();
+    const Hit expected = closest_hit<Policies<>>(flat, ray);
+    const auto hit = closest_hit<Tracer<PlanesLayout, 1>>(view, ray);
+    INFO("ray " << i);
+    REQUIRE(hit.found() == expected.found());
+    REQUIRE((!hit.found() || (hit.t == expected.t && hit.primitive == expected.primitive)));
+    hits += hit.found() ? 1 : 0;
+  }
+  CHECK(hits > 100);
+}
