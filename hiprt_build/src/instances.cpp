@@ -44,28 +44,21 @@ struct Group {
 /// The record of an instance, or what is wrong with its transform.
 Result<InstanceRecord> make_record(const Instance& instance, const ObjectRecord& object, std::size_t group,
                                    std::size_t i) {
-  // The inverse in double, rounded once: the record's is what is traced, and all bounds are made of it.
-  double m[3][3], inverse[3][3];
+  InstanceRecord record{};
   bool finite = true;
   for (unsigned r = 0; r < 3; ++r) {
     for (unsigned c = 0; c < 4; ++c) finite = finite && std::isfinite(instance.to_scene.row[r][c]);
-    for (unsigned c = 0; c < 3; ++c) m[r][c] = instance.to_scene.row[r][c];
-  }
-  if (!finite) return tl::unexpected(invalid(place(group, i) + "the transform is not finite"));
-  const auto cofactor = [&](unsigned r, unsigned c) {
-    const unsigned r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-    return m[r1][c1] * m[r2][c2] - m[r1][c2] * m[r2][c1];
-  };
-  const double determinant = m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
-  InstanceRecord record{};
-  for (unsigned r = 0; r < 3; ++r) {
-    for (unsigned c = 0; c < 3; ++c) {
-      inverse[r][c] = cofactor(c, r) / determinant;
-      record.linear[r][c] = static_cast<float>(inverse[r][c]);
-      finite = finite && std::isfinite(record.linear[r][c]);
-    }
+    std::copy_n(instance.to_scene.row[r], 3, record.linear[r]);
     record.translation[r] = instance.to_scene.row[r][3];
   }
+  if (!finite) return tl::unexpected(invalid(place(group, i) + "the transform is not finite"));
+  // In double, rounded once: the record's is what is traced, and all bounds are made of it.
+  const LinearInverse inverse(record);
+  for (unsigned r = 0; r < 3; ++r)
+    for (unsigned c = 0; c < 3; ++c) {
+      record.linear[r][c] = static_cast<float>(inverse.row[r][c]);
+      finite = finite && std::isfinite(record.linear[r][c]);
+    }
   record.object = instance.object;
   record.mask = instance.mask;
   record.id = instance.id;
@@ -74,7 +67,7 @@ Result<InstanceRecord> make_record(const Instance& instance, const ObjectRecord&
   const LinearInverse back(record);
   if (!finite || !(condition <= double{kMaxCondition}) || !back.exists())
     return tl::unexpected(invalid(place(group, i) + "the transform has no inverse that floats can hold: determinant " +
-                                  text(determinant) + (finite ? ", condition " + text(condition) : "")));
+                                  text(inverse.determinant) + (finite ? ", condition " + text(condition) : "")));
   return record;
 }
 
