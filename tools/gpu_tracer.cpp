@@ -42,14 +42,14 @@ struct GpuTracer::State {
   gpu::DeviceArray<StackEntry> spill;
   gpu::Stopwatch watch;
 
-  build::Result<Launch> plan(Query query, const TracePolicies& policies, bool paths) const;
+  build::Result<Launch> plan(Query query, const TracePolicies& policies, bool with_paths) const;
   build::Result<void> reserve(const Launch& launch, std::size_t count);
   build::Result<double> trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to,
                                    std::span<std::uint32_t> to_paths);
   build::Result<double> run(const Launch& launch, std::uint32_t count, GpuCounts& counted);
 };
 
-build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool paths) const {
+build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool with_paths) const {
   const std::uint32_t bound = scene.view.stack_bound;
   const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
   const GpuTraceKernel kernel = find_trace_kernel(chosen, scene.view.layout, scene.view.levels, query, policies);
@@ -59,7 +59,7 @@ build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& p
   const GpuPolicy& policy = kGpuPolicies[chosen];
   const auto blocks = gpu::persistent_grid(kernel, policy.block);
   if (!blocks) return tl::unexpected(blocks.error());
-  Launch launch{kernel, policy.block, *blocks, 0, paths};
+  Launch launch{kernel, policy.block, *blocks, 0, with_paths};
   if (policy.stack == GpuStack::kPrivate) return launch;
   launch.spill_entries = RollingStack<kGpuRing>::spill_entries(bound);
   const std::size_t block_bytes = std::max<std::size_t>(grid_spill_bytes(policy.block, launch.spill_entries), 1);

@@ -6,8 +6,10 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <array>
 #include <string>
+#include <vector>
 
 namespace hiprt::test {
 
@@ -27,6 +29,17 @@ inline void check_good(const CommandResult& result) {
 inline void check_quiet(const CommandResult& result) {
   check_good(result);
   CHECK(result.out.empty());
+}
+
+/// A failure names what is wrong, in one line, and leaves only @p names in the folder.
+inline void check_failure(const TempFolder& folder, const std::vector<std::string>& arguments, const std::string& word,
+                          const std::vector<std::string>& names) {
+  const CommandResult result = run(arguments);
+  INFO(result.err);
+  CHECK(result.status == 1);
+  CHECK_THAT(result.err, Catch::Contains(word));
+  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
+  CHECK(folder.names() == names);
 }
 
 /// An n x n grid of quads in the plane z = @p z, each of two triangles, over [0, n] x [0, n], as OBJ.

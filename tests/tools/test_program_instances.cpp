@@ -119,16 +119,6 @@ Path path_of(const Traced& traced, std::size_t ray) {
   return path;
 }
 
-void check_failure(const TempFolder& folder, const std::vector<std::string>& command, const std::string& word,
-                   const std::vector<std::string>& names) {
-  const CommandResult result = run(command);
-  INFO(result.err);
-  CHECK(result.status == 1);
-  CHECK_THAT(result.err, Contains(word));
-  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-  CHECK(folder.names() == names);
-}
-
 }  // namespace
 
 TEST_CASE("Programs: bvhtrace tells hits of instances, and the way to each, on every choice of the tracer") {

@@ -1,6 +1,7 @@
 /// bvhbuild and bvhinfo on every layout, and bvhinfo on custom primitives.
 
 #include "gltf_builder.h"
+#include "json_result.h"
 #include "programs.h"
 
 #include <hiprt_build/build.h>
@@ -15,14 +16,6 @@ using Catch::Contains;
 using nlohmann::json;
 
 namespace {
-
-json json_of(const CommandResult& result) {
-  INFO(result.err);
-  REQUIRE(result.status == 0);
-  json value = json::parse(result.out, nullptr, false);
-  REQUIRE(!value.is_discarded());
-  return value;
-}
 
 /// Records of a dump with the given key ("node", "leaf").
 std::vector<json> dumped(const std::string& bvh, const char* key) {

@@ -1,6 +1,7 @@
 /// Scenes of instances through bvhbuild and bvhinfo.
 
 #include "gltf_builder.h"
+#include "json_result.h"
 #include "programs.h"
 #include "scene_file.h"
 
@@ -24,14 +25,6 @@ namespace {
 constexpr unsigned kMostLevels = 4;
 using SceneTracer = Instanced<Policies<PlanesLayout>, kMostLevels>;
 using FlatTracer = Policies<PlanesLayout>;
-
-json json_of(const CommandResult& result) {
-  INFO(result.err);
-  REQUIRE(result.status == 0);
-  json value = json::parse(result.out, nullptr, false);
-  REQUIRE(!value.is_discarded());
-  return value;
-}
 
 /// A grid of 4 x 4 and one of 2 x 2; three groups, of which one is in both others; a mirror and masks.
 json forest() {

@@ -1,6 +1,7 @@
 /// The programs end to end: files in, files out, and nothing left behind when something is wrong.
 
 #include "gltf_builder.h"
+#include "json_result.h"
 #include "programs.h"
 
 #include <tools/rays_file.h>
@@ -16,25 +17,6 @@ using Catch::Contains;
 using nlohmann::json;
 
 namespace {
-
-json json_of(const CommandResult& result) {
-  INFO(result.err);
-  REQUIRE(result.status == 0);
-  json value = json::parse(result.out, nullptr, false);
-  REQUIRE(!value.is_discarded());
-  return value;
-}
-
-/// A failure names the file, in one line, and leaves only @p names in the folder.
-void check_failure(const TempFolder& folder, const std::vector<std::string>& arguments, const std::string& word,
-                   const std::vector<std::string>& names) {
-  const CommandResult result = run(arguments);
-  INFO(result.err);
-  CHECK(result.status == 1);
-  CHECK_THAT(result.err, Contains(word));
-  CHECK(std::count(result.err.begin(), result.err.end(), '\n') == 1);
-  CHECK(folder.names() == names);
-}
 
 Ray down(float x, float y) {
   Ray ray;

@@ -1,0 +1,21 @@
+#pragma once
+/// What a tool printed with --json.
+
+#include "run_command.h"
+
+#include <catch2/catch.hpp>
+
+#include <nlohmann/json.hpp>
+
+namespace hiprt::test {
+
+/// @return what a run that went well printed, parsed.
+inline nlohmann::json json_of(const CommandResult& result) {
+  INFO(result.err);
+  REQUIRE(result.status == 0);
+  nlohmann::json value = nlohmann::json::parse(result.out, nullptr, false);
+  REQUIRE(!value.is_discarded());
+  return value;
+}
+
+}  // namespace hiprt::test
