@@ -7,6 +7,7 @@
 ///     hiprt::build::write_file("scene.bvh", scene->buffer.bytes());
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/motion.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -14,16 +15,12 @@
 
 namespace hiprt::build {
 
-/// Rows of a 3 x 4 matrix, as glTF, OptiX and HIPRT have them: column 3 is the translation.
-struct Affine {
-  float row[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
-};
-
 struct Instance {
   std::uint32_t object = 0;  ///< See InstancedScene.
   Affine to_scene{};         ///< From the object to the scene (or group) that has the instance. Any with an inverse.
   std::uint32_t mask = 0xffffffffu;  ///< A ray sees the instance iff (ray.mask & mask) != 0.
   std::uint32_t id = 0;              ///< The program's own number (InstanceRecord::id).
+  const Motion* motion = nullptr;    ///< If any, in place of to_scene; has to live until the scene is built.
 };
 
 /// What the box of an instance in its scene's tree is made of: the boxes, transformed, of ... Smaller boxes let fewer
@@ -56,7 +53,8 @@ struct InstancedScene {
 /// Builds a scene of instances. Statistics are those of the scene's own tree: its custom primitives are instances.
 /// Instances of empty objects are counted as dropped (BuildStatistics::dropped_degenerate).
 /// @return kInvalidInput with the group and instance for an object that does not exist, a transform that is not finite
-/// or has no inverse (with its determinant); kTooLarge if the stack of a traversal would be.
+/// or has no inverse (with its determinant), also on the way from one key to the next; kTooLarge if the stack of a
+/// traversal would be.
 HIPRT_BUILD_API Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& options = {});
 
 /// The same of one group: two levels.

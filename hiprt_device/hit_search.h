@@ -125,7 +125,7 @@ class HitSearch {
     if constexpr (P::kLevels == 0)
       complete_in(ray_, scene_->base);
     else if (hit.found())
-      complete_along(*scene_, hit, ray_, complete_in);
+      complete_along<P::kMoves>(*scene_, hit, ray_, complete_in);
     return hit;
   }
 

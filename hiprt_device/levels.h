@@ -2,6 +2,7 @@
 /// Where a ray is in a scene of instances: in the scene itself or in an object, and on which way.
 
 #include <hiprt_device/instance.h>
+#include <hiprt_device/motion.h>
 #include <hiprt_device/scene_view.h>
 
 #include <type_traits>
@@ -45,24 +46,42 @@ struct ObjectPlace {
   const std::byte* base;  ///< Of its file; node references count from here.
   const GeometryRecord* geometries;
   const InstanceRecord* instances;  ///< nullptr: it has triangles and custom primitives.
+  const MotionRecord* motions;      ///< nullptr: no instance of its own moves.
 
   HIPRT_HD HIPRT_INLINE explicit ObjectPlace(const SceneView& scene)
-      : base(scene.base), geometries(scene.geometries), instances(scene.instances) {}
+      : base(scene.base), geometries(scene.geometries), instances(scene.instances), motions(scene.motions) {}
   HIPRT_HD HIPRT_INLINE ObjectPlace(const SceneView& scene, const ObjectRecord& object)
       : base(scene.base + object.offset),
         geometries(reinterpret_cast<const GeometryRecord*>(base + object.geometries)),
-        instances(object.instances == 0 ? nullptr : reinterpret_cast<const InstanceRecord*>(base + object.instances)) {}
+        instances(object.instances == 0 ? nullptr : reinterpret_cast<const InstanceRecord*>(base + object.instances)),
+        motions(object.motions == 0 ? nullptr : reinterpret_cast<const MotionRecord*>(base + object.motions)) {}
+
+  /// Instance @p i, as it is at a time.
+  /// @tparam kMoves false: instances stand still, and the record is the file's.
+  template <bool kMoves> HIPRT_HD HIPRT_INLINE decltype(auto) instance(std::uint32_t i, float time) const {
+    if constexpr (kMoves)
+      return motions == nullptr ? instances[i] : at_time(instances[i], motions[i], base, time);
+    else
+      return (instances[i]);
+  }
+  /// Its motion; nullptr: it stands still.
+  template <bool kMoves> HIPRT_HD HIPRT_INLINE const MotionRecord* motion(std::uint32_t i) const {
+    return kMoves && motions != nullptr && motions[i].count != 0 ? &motions[i] : nullptr;
+  }
 };
 
-/// visit(record, object) for the instances of a way, from the scene inwards. @return where it ends.
-template <unsigned kLevels, class Visit>
-HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstancePath<kLevels>& path, Visit&& visit) {
+/// visit(record, object, motion) for the instances of a way, from the scene inwards: as they are at a time, with their
+/// MotionRecord, nullptr for those that stand still. @return where it ends.
+/// @tparam kMoves false: for scenes where nothing moves.
+template <bool kMoves = true, unsigned kLevels, class Visit>
+HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstancePath<kLevels>& path, float time,
+                                         Visit&& visit) {
   ObjectPlace place(scene);
   if constexpr (kLevels != 0) {
     for (unsigned i = 0; i < path.depth; ++i) {
-      const InstanceRecord& record = place.instances[path.instance[i]];
-      const ObjectRecord& object = scene.objects[record.object];
-      visit(record, object);
+      const std::uint32_t instance = path.instance[i];
+      const ObjectRecord& object = scene.objects[place.instances[instance].object];
+      visit(place.template instance<kMoves>(instance, time), object, place.template motion<kMoves>(instance));
       place = ObjectPlace(scene, object);
     }
   }
@@ -70,16 +89,19 @@ HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstanceP
 }
 
 /// The ray at the end of a way.
-template <unsigned kLevels>
+template <bool kMoves = true, unsigned kLevels>
 HIPRT_HD HIPRT_INLINE Ray ray_along(const SceneView& scene, const InstancePath<kLevels>& path, Ray ray) {
-  follow(scene, path, [&](const InstanceRecord& record, const ObjectRecord&) { ray = ray_to_object(record, ray); });
+  follow<kMoves>(scene, path, ray.time, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
+    ray = ray_to_object(record, ray);
+  });
   return ray;
 }
 
 /// What a traversal knows of where it is. The ray that it is given is the scene's; it is transformed again wherever it
 /// is asked for, which gives the same bits and keeps registers free.
 /// @tparam kLevels more than 1: the way lies in memory of the stack's Storage (LevelStack).
-template <unsigned kLevels> class Levels {
+/// @tparam kMoves whether instances may move.
+template <unsigned kLevels, bool kMoves> class Levels {
  public:
   template <class Storage>
   HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage& storage)
@@ -98,7 +120,12 @@ template <unsigned kLevels> class Levels {
   }
   /// As the object sees it.
   HIPRT_HD HIPRT_INLINE Ray ray(const SceneView& scene, const Ray& of_scene) const {
-    return ray_along(scene, path(), of_scene);
+    return ray_along<kMoves>(scene, path(), of_scene);
+  }
+  /// A ray of the object at hand, as an instance of it sees it.
+  HIPRT_HD HIPRT_INLINE Ray ray_into(const SceneView& scene, std::uint32_t instance, const Ray& of_object) const {
+    const ObjectPlace place = object_ == nullptr ? ObjectPlace(scene) : ObjectPlace(scene, *object_);
+    return ray_to_object(place.template instance<kMoves>(instance, of_object.time), of_object);
   }
   HIPRT_HD HIPRT_INLINE InstancePath<kLevels> path() const {
     InstancePath<kLevels> path;
@@ -121,9 +148,8 @@ template <unsigned kLevels> class Levels {
     object_ = nullptr;
     base_ = scene.base;
     for (unsigned i = 0; i < depth_; ++i) {
-      const InstanceRecord& record = instances(scene)[way_[i]];
-      outside = ray_to_object(record, outside);
-      object_ = &scene.objects[record.object];
+      outside = ray_into(scene, way_[i], outside);
+      object_ = &scene.objects[instances(scene)[way_[i]].object];
       base_ = scene.base + object_->offset;
     }
     return outside;
@@ -144,7 +170,7 @@ template <unsigned kLevels> class Levels {
 };
 
 /// One level needs one number.
-template <> class Levels<1> {
+template <bool kMoves> class Levels<1, kMoves> {
  public:
   template <class Storage> HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage&) : base_(scene.base) {}
 
@@ -158,7 +184,10 @@ template <> class Levels<1> {
     return reinterpret_cast<const GeometryRecord*>(base_ + object.geometries)[i];
   }
   HIPRT_HD HIPRT_INLINE Ray ray(const SceneView& scene, const Ray& of_scene) const {
-    return depth() == 0 ? of_scene : ray_to_object(scene.instances[instance_], of_scene);
+    return depth() == 0 ? of_scene : ray_into(scene, instance_, of_scene);
+  }
+  HIPRT_HD HIPRT_INLINE Ray ray_into(const SceneView& scene, std::uint32_t instance, const Ray& of_scene) const {
+    return ray_to_object(ObjectPlace(scene).template instance<kMoves>(instance, of_scene.time), of_scene);
   }
   HIPRT_HD HIPRT_INLINE InstancePath<1> path() const { return {depth(), {depth() == 0 ? 0 : instance_}}; }
   HIPRT_HD HIPRT_INLINE std::uint32_t depth() const { return instance_ == kInvalidId ? 0 : 1; }
@@ -183,7 +212,7 @@ template <> class Levels<1> {
 };
 
 /// Of policies without levels: nothing.
-template <> class Levels<0> {
+template <bool kMoves> class Levels<0, kMoves> {
  public:
   template <class Storage> HIPRT_HD HIPRT_INLINE Levels(const SceneView&, const Storage&) {}
   HIPRT_HD HIPRT_INLINE const std::byte* base(const SceneView& scene) const { return scene.base; }
@@ -202,7 +231,7 @@ template <unsigned kLevels> class SavedWay {
   template <class Storage>
   HIPRT_HD HIPRT_INLINE SavedWay(const Storage& storage, unsigned place) : way_(storage.ways + place * kLevels) {}
 
-  HIPRT_HD HIPRT_INLINE void save(const Levels<kLevels>& levels) {
+  template <bool kMoves> HIPRT_HD HIPRT_INLINE void save(const Levels<kLevels, kMoves>& levels) {
     depth_ = levels.depth();
     for (unsigned i = 0; i < depth_; ++i) way_[i] = levels.instance(i);
   }
@@ -217,7 +246,7 @@ template <unsigned kLevels> class SavedWay {
     return path;
   }
   /// As the paths compare: negative if this one comes first, 0 if they are the same.
-  HIPRT_HD HIPRT_INLINE int compare(const Levels<kLevels>& levels) const {
+  template <bool kMoves> HIPRT_HD HIPRT_INLINE int compare(const Levels<kLevels, kMoves>& levels) const {
     const std::uint32_t depth = levels.depth();
     for (unsigned i = 0; i < depth_ && i < depth; ++i)
       if (way_[i] != levels.instance(i)) return way_[i] < levels.instance(i) ? -1 : 1;
@@ -231,12 +260,14 @@ template <unsigned kLevels> class SavedWay {
 template <> class SavedWay<1> {
  public:
   template <class Storage> HIPRT_HD HIPRT_INLINE SavedWay(const Storage&, unsigned) {}
-  HIPRT_HD HIPRT_INLINE void save(const Levels<1>& levels) { instance_ = levels.instance(0); }
+  template <bool kMoves> HIPRT_HD HIPRT_INLINE void save(const Levels<1, kMoves>& levels) {
+    instance_ = levels.instance(0);
+  }
   HIPRT_HD HIPRT_INLINE void save(const SavedWay& other) { instance_ = other.instance_; }
   HIPRT_HD HIPRT_INLINE InstancePath<1> path() const {
     return instance_ == kInvalidId ? InstancePath<1>{} : InstancePath<1>{1, {instance_}};
   }
-  HIPRT_HD HIPRT_INLINE int compare(const Levels<1>& levels) const {
+  template <bool kMoves> HIPRT_HD HIPRT_INLINE int compare(const Levels<1, kMoves>& levels) const {
     const std::uint32_t other = levels.instance(0);
     return instance_ < other ? -1 : instance_ > other ? 1 : 0;
   }
@@ -247,7 +278,7 @@ template <> class SavedWay<1> {
 template <> class SavedWay<0> {
  public:
   template <class Storage> HIPRT_HD HIPRT_INLINE SavedWay(const Storage&, unsigned) {}
-  HIPRT_HD HIPRT_INLINE void save(const Levels<0>&) {}
+  template <bool kMoves> HIPRT_HD HIPRT_INLINE void save(const Levels<0, kMoves>&) {}
   HIPRT_HD HIPRT_INLINE void save(const SavedWay&) {}
   HIPRT_HD HIPRT_INLINE InstancePath<0> path() const { return {}; }
 };

@@ -79,6 +79,8 @@ struct Policies {
   /// Instances that may be on a ray's way to a primitive, one in the other; 0: no code for instances. Instanced<> sets
   /// it.
   static constexpr unsigned kLevels = 0;
+  /// Whether instances may move; else no code for motion. Moving<> sets it.
+  static constexpr bool kMoves = false;
 };
 
 /// Policies for scenes of instances: of objects that hold triangles and custom primitives (kMost = 1), of objects that
@@ -93,6 +95,15 @@ template <class Base, unsigned kMost = 1> struct Instanced : Base {
   static constexpr unsigned kLevels = kMost;
 };
 
+/// Policies for scenes whose instances move (Ray::time).
+///
+///     using Tracer = hiprt::Moving<hiprt::Instanced<hiprt::Policies<>>>;
+template <class Base> struct Moving : Base {
+  static_assert(Base::kLevels != 0, "hiprt: Moving: what moves are instances: Moving<Instanced<...>>");
+  static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kMotion);
+  static constexpr bool kMoves = true;
+};
+
 /// Everything that a tracer asks of its policies.
 template <class P>
 concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Stack> &&
@@ -102,11 +113,14 @@ concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Sta
     TraversalOrder<typename P::AnyOrder, typename P::Stack, typename P::Lanes> && requires {
   { P::kFeatures } -> std::convertible_to<FeatureMask>;
   { P::kLevels } -> std::convertible_to<unsigned>;
+  { P::kMoves } -> std::convertible_to<bool>;
 };
 
 /// Whether a tracer with policies P can trace the scene: its layout and its features.
 template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
-  const FeatureMask features = P::kLevels == 0 ? P::kFeatures & ~feature_bit(Feature::kInstances) : P::kFeatures;
+  const FeatureMask without =
+      (P::kLevels == 0 ? feature_bit(Feature::kInstances) : 0) | (P::kMoves ? 0 : feature_bit(Feature::kMotion));
+  const FeatureMask features = P::kFeatures & ~without;
   return scene.layout == P::Layout::kId && (scene.features & ~features) == 0 && scene.levels <= P::kLevels;
 }
 

@@ -22,6 +22,7 @@ struct Ray {
   Vec3 direction{0.0f, 0.0f, 1.0f};
   float tmax = std::numeric_limits<float>::infinity();
   std::uint32_t mask = 0xffffffffu;  ///< Sees the geometries with (mask & geometry mask) != 0.
+  float time = 0.0f;                 ///< When: for scenes that move, in the units of their keys. Any number.
 };
 
 /// The answer to a closest-hit query. Of hits at the same t the one with the lowest geometry, then the lowest primitive

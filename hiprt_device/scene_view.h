@@ -19,7 +19,8 @@ struct SceneView {
   // Of a scene of instances; else as they are here.
   const InstanceRecord* instances = nullptr;
   const ObjectRecord* objects = nullptr;
-  std::uint32_t levels = 0;  ///< Instances on the longest way to a primitive.
+  const MotionRecord* motions = nullptr;  ///< Of the scene's own instances, if any of these moves.
+  std::uint32_t levels = 0;               ///< Instances on the longest way to a primitive.
   float condition = 0.0f, reach = 0.0f;
 };
 
@@ -40,6 +41,7 @@ inline SceneView make_scene_view(const BufferView& view, const std::byte* device
   if (!view.has_instances()) return scene;
   scene.instances = reinterpret_cast<const InstanceRecord*>(base + view.instance_entry.offset);
   scene.objects = reinterpret_cast<const ObjectRecord*>(base + view.object_entry.offset);
+  if (!view.motions.empty()) scene.motions = reinterpret_cast<const MotionRecord*>(base + view.motion_entry.offset);
   scene.levels = view.header->levels;
   scene.condition = view.header->condition;
   scene.reach = view.header->reach;

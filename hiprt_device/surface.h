@@ -33,6 +33,48 @@ HIPRT_HD HIPRT_INLINE Vec3 make_normal(const double (&edge1)[3], const double (&
   return Vec3(static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale));
 }
 
+/// An instance on the way to a hit, and what its transform may be off by.
+template <bool kMoves> class EnteredInstance {
+ public:
+  /// @param motion nullptr: it stands still. @param ray outside.
+  HIPRT_HD void enter(const InstanceRecord& record, const MotionRecord* motion, const Ray& ray, float t) {
+    if constexpr (kMoves)
+      record_ = record;
+    else
+      record_ = &record;
+    const auto way = [&](unsigned axis, float origin, float direction) {
+      return absolute(origin - record.translation[axis]) + absolute(t * direction);
+    };
+    const Vec3 from(way(0, ray.origin.x, ray.direction.x), way(1, ray.origin.y, ray.direction.y),
+                    way(2, ray.origin.z, ray.direction.z));
+    float most = 0.0f;
+    for (const float(&row)[3] : record.linear)
+      most = max_of(most, absolute(row[0]) * from.x + absolute(row[1]) * from.y + absolute(row[2]) * from.z);
+    inside_ = 10.0f * kUnit * most;
+    if constexpr (kMoves)
+      if (motion != nullptr)
+        outside_ = kUnit * (14.0f * motion->rounding * (from.x + from.y + from.z) + 6.0f * motion->farthest);
+  }
+  /// As it is at the ray's time.
+  HIPRT_HD const InstanceRecord& record() const {
+    if constexpr (kMoves)
+      return record_;
+    else
+      return *record_;
+  }
+  /// A bound of an error inside, with those of the transform.
+  HIPRT_HD float error_outside(float error) const {
+    return static_cast<float>(LinearInverse(record()).norm()) * (error + inside_) + outside_;
+  }
+
+ private:
+  static constexpr float kUnit = 0x1p-24f;
+  // What moves is nowhere in the file.
+  std::conditional_t<kMoves, InstanceRecord, const InstanceRecord*> record_{};
+  float inside_ = 0.0f;   ///< Of the ray's transform, in the object.
+  float outside_ = 0.0f;  ///< Of the place of what moves, outside.
+};
+
 }  // namespace surface_detail
 
 /// Normal and error bound from the leaf's vertices.
@@ -62,33 +104,25 @@ HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::L
 /// transforms of the ray, and of one that starts there, may add (docs/decisions/0014-instances.md).
 /// @param complete_in called with the ray as the object sees it, and the first byte of the object's file: sets both as
 /// the object sees them.
-template <unsigned kLevels, class Complete>
+/// @tparam kMoves whether instances may move.
+template <bool kMoves, unsigned kLevels, class Complete>
 HIPRT_HD inline void complete_along(const SceneView& scene, PathHit<kLevels>& hit, const Ray& ray,
                                     Complete&& complete_in) {
   constexpr float kUnit = 0x1p-24f;
-  const InstanceRecord* records[kLevels] = {};
-  float transform_error[kLevels] = {};  // Of the transforms into the object, there.
+  surface_detail::EnteredInstance<kMoves> entered[kLevels];
   Ray local = ray;
   unsigned depth = 0;
-  const ObjectPlace place = follow(scene, hit.path, [&](const InstanceRecord& record, const ObjectRecord&) {
-    float most = 0.0f;
-    for (const float(&row)[3] : record.linear) {
-      const auto term = [&](unsigned axis, float origin, float direction) {
-        return absolute(row[axis]) * (absolute(origin - record.translation[axis]) + absolute(hit.t * direction));
-      };
-      most = max_of(most, term(0, local.origin.x, local.direction.x) + term(1, local.origin.y, local.direction.y) +
-                              term(2, local.origin.z, local.direction.z));
-    }
-    transform_error[depth] = 10.0f * kUnit * most;
-    records[depth++] = &record;
+  const auto enter = [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord* motion) {
+    entered[depth++].enter(record, motion, local, hit.t);
     local = ray_to_object(record, local);
-  });
+  };
+  const ObjectPlace place = follow<kMoves>(scene, hit.path, ray.time, enter);
   complete_in(local, place.base);
   while (depth-- > 0) {
-    const InstanceRecord& record = *records[depth];
+    const InstanceRecord& record = entered[depth].record();
     const float length = max_component(hit.normal);
     hit.normal = normal_to_scene(record, length > 0.0f ? hit.normal / length : hit.normal);
-    hit.error = static_cast<float>(LinearInverse(record).norm()) * (hit.error + transform_error[depth]);
+    hit.error = entered[depth].error_outside(hit.error);
   }
   if (hit.path.depth != 0)
     hit.error += 4.0f * kUnit * (max_component(ray.origin) + absolute(hit.t) * max_component(ray.direction));

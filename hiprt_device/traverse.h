@@ -121,7 +121,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
 
   /// The instances that the ray is in.
-  HIPRT_HD HIPRT_INLINE const Levels<P::kLevels>& levels() const { return levels_; }
+  HIPRT_HD HIPRT_INLINE const Levels<P::kLevels, P::kMoves>& levels() const { return levels_; }
 
   /// Nothing is left to visit.
   HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
@@ -267,7 +267,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     const InstanceRecord& record = levels_.instances(scene)[instance];
     if constexpr (requires { counter.on_instance(); }) counter.on_instance();
     if ((record.mask & ray.mask) == 0 || node_ == kOverflowRef) return;
-    const Ray local = ray_to_object(record, levels_.ray(scene, ray));
+    const Ray local = levels_.ray_into(scene, instance, levels_.ray(scene, ray));
     if (!is_traceable(local)) return;
     if (!way_.make_room()) {
       node_ = leaf_ = kOverflowRef;
@@ -321,7 +321,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     return true;
   }
 
-  Levels<P::kLevels> levels_;
+  Levels<P::kLevels, P::kMoves> levels_;
   RaySlabs<Lanes> slabs_;
   PreparedRay prepared_;
   float tmin_;
@@ -333,8 +333,8 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
 
 /// Whether a ray sees a geometry of the file that it is in.
 template <class P>
-HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene, const Levels<P::kLevels>& levels, const Ray& ray,
-                                      std::uint32_t geometry) {
+HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene, const Levels<P::kLevels, P::kMoves>& levels,
+                                      const Ray& ray, std::uint32_t geometry) {
   if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
     return (scene.features & feature_bit(Feature::kMasks)) == 0 ||
            (levels.geometry(scene, geometry).mask & ray.mask) != 0;

@@ -8,7 +8,7 @@
 namespace hiprt::tools {
 namespace {
 
-constexpr auto kNothing = [](const InstanceRecord&, const ObjectRecord&) {};
+constexpr auto kNothing = [](const InstanceRecord&, const ObjectRecord&, const MotionRecord*) {};
 
 }  // namespace
 
@@ -38,7 +38,7 @@ build::Result<std::vector<HitRecord>> hit_records(const SceneView& scene, std::s
                                          "the scene has features that this tracer was not compiled for"});
     if (!hit.found()) continue;
     const auto path = load_path(paths.subspan(i * scene.levels, scene.levels));
-    const GeometryRecord& geometry = follow(scene, path, kNothing).geometries[hit.geometry];
+    const GeometryRecord& geometry = follow<false>(scene, path, 0.0f, kNothing).geometries[hit.geometry];
     records[i] = {hit.t, static_cast<std::uint32_t>(geometry.first_primitive + hit.primitive)};
   }
   return records;
@@ -48,11 +48,12 @@ std::vector<PathRecord> path_records(const SceneView& scene, std::span<const std
   std::vector<PathRecord> records(paths.size(), PathRecord{kInvalidId, kInvalidId});
   for (std::size_t first = 0; first < paths.size(); first += scene.levels) {
     std::size_t next = first;
-    follow(scene, load_path(paths.subspan(first, scene.levels)),
-           [&](const InstanceRecord& record, const ObjectRecord&) {
-             records[next] = {paths[next], record.id};
-             ++next;
-           });
+    // Where the instances are does not matter here.
+    follow<false>(scene, load_path(paths.subspan(first, scene.levels)), 0.0f,
+                  [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
+                    records[next] = {paths[next], record.id};
+                    ++next;
+                  });
   }
   return records;
 }

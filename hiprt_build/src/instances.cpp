@@ -2,6 +2,7 @@
 
 #include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/src/check_input.h>
+#include <hiprt_build/src/motion_segments.h>
 #include <hiprt_device/format/checksum.h>
 #include <hiprt_device/format/instance_bounds.h>
 
@@ -37,19 +38,29 @@ struct ObjectParts {
 /// A group's instances on the way into its file.
 struct Group {
   std::vector<InstanceRecord> records;
+  /// None if no instance moves. Offsets of segments count from the first.
+  std::vector<MotionRecord> motions;
+  std::vector<MotionSegment> segments;
   std::vector<Box> boxes;
   format_detail::InstanceNeeds needs;
+
+  std::span<const MotionSegment> motion_of(std::size_t i) const {
+    if (motions.empty()) return {};
+    return std::span(segments).subspan(static_cast<std::size_t>(motions[i].segments / sizeof(MotionSegment)),
+                                       motions[i].count);
+  }
 };
 
 /// The record of an instance, or what is wrong with its transform.
-Result<InstanceRecord> make_record(const Instance& instance, const ObjectRecord& object, std::size_t group,
-                                   std::size_t i) {
+/// @param to_scene Instance::to_scene, or of one that moves the first place.
+Result<InstanceRecord> make_record(const Instance& instance, const Affine& to_scene, const ObjectRecord& object,
+                                   std::size_t group, std::size_t i) {
   InstanceRecord record{};
   bool finite = true;
   for (unsigned r = 0; r < 3; ++r) {
-    for (unsigned c = 0; c < 4; ++c) finite = finite && std::isfinite(instance.to_scene.row[r][c]);
-    std::copy_n(instance.to_scene.row[r], 3, record.linear[r]);
-    record.translation[r] = instance.to_scene.row[r][3];
+    for (unsigned c = 0; c < 4; ++c) finite = finite && std::isfinite(to_scene.row[r][c]);
+    std::copy_n(to_scene.row[r], 3, record.linear[r]);
+    record.translation[r] = to_scene.row[r][3];
   }
   if (!finite) return tl::unexpected(invalid(place(group, i) + "the transform is not finite"));
   // In double, rounded once: the record's is what is traced, and all bounds are made of it.
@@ -88,6 +99,27 @@ Result<std::vector<ObjectParts>> open_files(std::span<const std::span<const std:
   return objects;
 }
 
+/// Adds instance @p i, which has a motion. @return kInvalidInput for one that cannot be.
+Result<InstanceRecord> add_motion(Group& group, const Instance& instance, const ObjectRecord& object,
+                                  std::size_t number, std::size_t i) {
+  auto parts = make_motion(*instance.motion);
+  if (!parts) return tl::unexpected(invalid(place(number, i) + parts.error().message));
+  auto record = make_record(instance, parts->first.to_scene, object, number, i);
+  if (!record || parts->segments.empty()) return record;
+  group.motions.resize(group.records.size());
+  group.motions[i] = {group.segments.size() * sizeof(MotionSegment),
+                      static_cast<std::uint32_t>(parts->segments.size()),
+                      instance.motion->kind,
+                      affine_detail::round_up(parts->magnification.rounding),
+                      affine_detail::round_up(parts->magnification.farthest),
+                      {}};
+  group.segments.insert(group.segments.end(), parts->segments.begin(), parts->segments.end());
+  if (object.root == kInvalidRef) return record;
+  group.needs.add(*record, object, parts->magnification);
+  group.needs.features |= feature_bit(Feature::kMotion);
+  return record;
+}
+
 Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instances,
                             std::span<const ObjectParts> objects, InstanceBounds bounds, std::size_t number) {
   Group group;
@@ -99,10 +131,11 @@ Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instanc
       return tl::unexpected(invalid(place(number, i) + "object " + std::to_string(instances[i].object) +
                                     ", those before the group are " + std::to_string(objects.size())));
     const ObjectRecord& object = objects[instances[i].object].record;
-    auto record = make_record(instances[i], object, number, i);
+    auto record = instances[i].motion != nullptr ? add_motion(group, instances[i], object, number, i)
+                                                 : make_record(instances[i], instances[i].to_scene, object, number, i);
     if (!record) return tl::unexpected(std::move(record.error()));
     group.records[i] = *record;
-    if (object.root != kInvalidRef) group.needs.add(*record, object);
+    if (object.root != kInvalidRef && group.motion_of(i).empty()) group.needs.add(*record, object);
   }
   if (!(group.needs.condition <= double{kMaxCondition}) ||
       !(group.needs.reach <= double{std::numeric_limits<float>::max()}))
@@ -118,7 +151,9 @@ Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instanc
           const BufferView& object = objects[group.records[i].object].view;
           group.boxes[i] = dispatch_layout(object.layout(), [&](auto layout) {
             using Bounder = format_detail::InstanceBounder<decltype(layout)>;
-            return Bounder(object, group.records[i])
+            const format_detail::InstancePlace place(group.records[i], group.motion_of(i),
+                                                     group.motions.empty() ? MotionKind{} : group.motions[i].kind);
+            return Bounder(object, place)
                 .bounds(bounds == InstanceBounds::kPrimitives ? Bounder::kToPrimitives : static_cast<unsigned>(bounds));
           });
         }
@@ -131,32 +166,57 @@ Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instanc
   return group;
 }
 
-/// Sections that follow those of a tree.
-struct MoreSections {
-  std::span<const InstanceRecord> instances;
-  std::span<const ObjectParts> objects;  ///< Of the scene's file; else none.
-};
+/// Where a tree's sections begin, the first of them.
+std::size_t first_section(const BufferView& tree) {
+  std::uint64_t first = tree.bytes.size();
+  for (const SectionEntry* section : {&tree.nodes, &tree.leaves, &tree.primitive_map_entry, &tree.geometry_entry})
+    first = std::min(first, section->offset);
+  return static_cast<std::size_t>(first);
+}
+
+/// How far they have to move for a table of that many more entries.
+std::uint64_t room_wanted(const BufferView& tree, unsigned entries) {
+  const std::uint64_t table_end =
+      sizeof(FileHeader) + (std::uint64_t{tree.header->section_count} + entries) * sizeof(SectionEntry);
+  const std::uint64_t first = first_section(tree);
+  return table_end <= first ? 0 : align(table_end - first, kSectionAlignment);
+}
+
+/// A reference to what lies @p by bytes farther back.
+NodeRef moved(NodeRef ref, std::uint64_t by) { return make_ref(ref_offset(ref) + by, ref_type(ref)); }
 
 /// The file of a tree over instances' boxes, with the instances, and for the scene all objects.
-Buffer finish_file(const BufferView& tree, const format_detail::InstanceNeeds& needs, const MoreSections& more) {
+/// @param group whose motions get their segments' place.
+/// @param all_objects of the scene's file; else none.
+Buffer finish_file(const BufferView& tree, Group& group, std::span<const ObjectParts> all_objects) {
   const FileHeader& from = *tree.header;
+  const unsigned more = 1 + (group.motions.empty() ? 0 : 2) + (all_objects.empty() ? 0 : 2);
+  const std::uint64_t shift = room_wanted(tree, more);
   const auto* table = reinterpret_cast<const SectionEntry*>(tree.bytes.data() + sizeof(FileHeader));
   std::vector<SectionEntry> sections(table, table + from.section_count);
-  std::uint64_t end = tree.bytes.size();
+  for (SectionEntry& section : sections) section.offset += shift;
+  std::uint64_t end = tree.bytes.size() + shift;
   const auto add = [&](SectionKind kind, std::uint64_t alignment, std::uint64_t count, std::uint64_t stride) {
     sections.push_back({static_cast<std::uint32_t>(kind), kSectionRequired, align(end, alignment), count, stride});
     end = sections.back().offset + count * stride;
     return sections.back().offset;
   };
   const std::uint64_t instances =
-      add(SectionKind::kInstances, kSectionAlignment, more.instances.size(), sizeof(InstanceRecord));
+      add(SectionKind::kInstances, kSectionAlignment, group.records.size(), sizeof(InstanceRecord));
+  std::uint64_t motions = 0, segments = 0;
+  if (!group.motions.empty()) {
+    motions = add(SectionKind::kMotions, kSectionAlignment, group.motions.size(), sizeof(MotionRecord));
+    segments = add(SectionKind::kMotionSegments, kSectionAlignment, group.segments.size(), sizeof(MotionSegment));
+    for (MotionRecord& motion : group.motions)
+      if (motion.count != 0) motion.segments += segments;
+  }
   std::vector<ObjectRecord> objects;
   std::uint64_t object_table = 0;
-  if (!more.objects.empty()) {
-    object_table = add(SectionKind::kObjects, kSectionAlignment, more.objects.size(), sizeof(ObjectRecord));
+  if (!all_objects.empty()) {
+    object_table = add(SectionKind::kObjects, kSectionAlignment, all_objects.size(), sizeof(ObjectRecord));
     std::uint64_t files_end = align(end, kBufferAlignment);
     const std::uint64_t files_begin = files_end;
-    for (const ObjectParts& object : more.objects) {
+    for (const ObjectParts& object : all_objects) {
       objects.push_back(object.record);
       objects.back().offset = align(files_end, kBufferAlignment);
       files_end = objects.back().offset + object.record.size;
@@ -165,21 +225,37 @@ Buffer finish_file(const BufferView& tree, const format_detail::InstanceNeeds& n
   }
   Buffer buffer(end);
   std::byte* bytes = buffer.bytes().data();
-  std::memcpy(bytes, tree.bytes.data(), tree.bytes.size());
-  // The table grows into the padding behind it.
+  std::memcpy(bytes, tree.bytes.data(), sizeof(FileHeader));
+  const std::size_t first = first_section(tree);
+  std::memcpy(bytes + first + shift, tree.bytes.data() + first, tree.bytes.size() - first);
   std::memcpy(bytes + sizeof(FileHeader), sections.data(), sections.size() * sizeof(SectionEntry));
-  std::memcpy(bytes + instances, more.instances.data(), more.instances.size_bytes());
-  if (!objects.empty()) std::memcpy(bytes + object_table, objects.data(), objects.size() * sizeof(ObjectRecord));
+  const auto put = [&](std::uint64_t at, const auto& records) {
+    const auto raw = std::as_bytes(std::span(records));
+    std::copy(raw.begin(), raw.end(), bytes + at);
+  };
+  put(instances, group.records);
+  put(motions, group.motions);
+  put(segments, group.segments);
+  put(object_table, objects);
   for (std::size_t i = 0; i < objects.size(); ++i)
-    std::memcpy(bytes + objects[i].offset, more.objects[i].view.bytes.data(), objects[i].size);
+    std::memcpy(bytes + objects[i].offset, all_objects[i].view.bytes.data(), objects[i].size);
   auto& header = *reinterpret_cast<FileHeader*>(bytes);
-  header.features = needs.features;
+  header.features = group.needs.features;
   header.byte_size = end;
   header.section_count = static_cast<std::uint32_t>(sections.size());
-  header.stack_bound += needs.stack;
-  header.levels = needs.levels;
-  header.condition = affine_detail::round_up(needs.condition);
-  header.reach = affine_detail::round_up(needs.reach);
+  header.stack_bound += group.needs.stack;
+  header.levels = group.needs.levels;
+  if (header.root != kInvalidRef) header.root = moved(header.root, shift);
+  if (shift != 0)
+    dispatch_layout(tree.layout(), [&](auto layout) {
+      using Node = typename decltype(layout)::Node;
+      auto* nodes = reinterpret_cast<Node*>(bytes + tree.nodes.offset + shift);
+      for (std::size_t i = 0; i < tree.nodes.count; ++i)
+        for (NodeRef& child : nodes[i].child)
+          if (child != kInvalidRef) child = moved(child, shift);
+    });
+  header.condition = affine_detail::round_up(group.needs.condition);
+  header.reach = affine_detail::round_up(group.needs.reach);
   header.checksum = file_checksum(buffer.bytes());
   return buffer;
 }
@@ -224,8 +300,8 @@ class SceneBuilder {
       if (!group) return tl::unexpected(std::move(group.error()));
       auto tree = build_tree(group->boxes, g);
       if (!tree) return tl::unexpected(std::move(tree.error()));
-      Buffer file = finish_file(*open_buffer(tree->buffer.bytes()), group->needs,
-                                {group->records, last ? before : std::span<const ObjectParts>{}});
+      Buffer file =
+          finish_file(*open_buffer(tree->buffer.bytes()), *group, last ? before : std::span<const ObjectParts>{});
       const std::uint32_t stack = reinterpret_cast<const FileHeader*>(file.bytes().data())->stack_bound;
       if (stack > kMaxInstancedStack)
         return tl::unexpected(Error{ErrorCode::kTooLarge, "group " + std::to_string(g) + " needs " +

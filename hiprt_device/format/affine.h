@@ -17,13 +17,18 @@ struct LinearInverse {
   double row[3][3];
   double determinant;  ///< Of the linear part.
 
-  HIPRT_HD explicit LinearInverse(const InstanceRecord& instance) {
-    const float(&m)[3][3] = instance.linear;
-    // Cyclic neighbours have the sign of the cofactor in them. The products of floats are exact.
+  HIPRT_HD explicit LinearInverse(const InstanceRecord& instance) : LinearInverse(instance.linear) {}
+
+  template <class Number> HIPRT_HD explicit LinearInverse(const Number (&m)[3][3]) {
+    // Cyclic neighbours have the sign of the cofactor in them.
     const auto cofactor = [&](unsigned r, unsigned c) {
       const unsigned r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-      return fused_multiply_add(static_cast<double>(m[r1][c1]), static_cast<double>(m[r2][c2]),
-                                -(static_cast<double>(m[r1][c2]) * static_cast<double>(m[r2][c1])));
+      const double minus = static_cast<double>(m[r1][c2]) * static_cast<double>(m[r2][c1]);
+      const double difference =
+          fused_multiply_add(static_cast<double>(m[r1][c1]), static_cast<double>(m[r2][c2]), -minus);
+      // The products of floats are exact; of doubles, what was lost comes after (Kahan).
+      if constexpr (sizeof(Number) == sizeof(float)) return difference;
+      return difference + fused_multiply_add(-static_cast<double>(m[r1][c2]), static_cast<double>(m[r2][c1]), minus);
     };
     determinant = fused_multiply_add(static_cast<double>(m[0][0]), cofactor(0, 0),
                                      fused_multiply_add(static_cast<double>(m[0][1]), cofactor(0, 1),
@@ -99,38 +104,54 @@ inline Box bounds_in_scene(const InstanceRecord& instance, const LinearInverse& 
   return result;
 }
 
+/// The longest and the shortest image of a unit vector; the shorter one is good down to 2^-20 of the longer. For the
+/// host.
+struct Stretches {
+  double longest, shortest;
+
+  explicit Stretches(const double (&m)[3][3]) {
+    double scale = 0.0;
+    for (const auto& row : m)
+      for (const double x : row) scale = std::max(scale, std::fabs(x));
+    // The eigenvalues of its transpose times itself, by Jacobi rotations.
+    double a[3][3];
+    for (unsigned r = 0; r < 3; ++r)
+      for (unsigned c = 0; c < 3; ++c) {
+        a[r][c] = 0.0;
+        for (unsigned k = 0; k < 3; ++k) a[r][c] += (m[k][r] / scale) * (m[k][c] / scale);
+      }
+    for (unsigned sweep = 0; sweep < 16; ++sweep)
+      for (unsigned p = 0; p < 2; ++p)
+        for (unsigned q = p + 1; q < 3; ++q) {
+          if (a[p][q] == 0.0) continue;
+          const double theta = 0.5 * std::atan2(2.0 * a[p][q], a[q][q] - a[p][p]);
+          const double cosine = std::cos(theta), sine = std::sin(theta);
+          for (unsigned k = 0; k < 3; ++k) {
+            const double kp = a[k][p], kq = a[k][q];
+            a[k][p] = cosine * kp - sine * kq;
+            a[k][q] = sine * kp + cosine * kq;
+          }
+          for (unsigned k = 0; k < 3; ++k) {
+            const double pk = a[p][k], qk = a[q][k];
+            a[p][k] = cosine * pk - sine * qk;
+            a[q][k] = sine * pk + cosine * qk;
+          }
+        }
+    longest = scale * std::sqrt(std::max({a[0][0], a[1][1], a[2][2], 0.0}));
+    shortest = scale * std::sqrt(std::max(0.0, std::min({a[0][0], a[1][1], a[2][2]})));
+  }
+};
+
 /// The condition number of the linear part in the Euclidean norm: the ratio of the longest to the shortest image of a
 /// unit vector. 1 for rotations, mirrors and uniform scales. For the host.
 inline double condition_of(const InstanceRecord& instance) {
-  // The eigenvalues of its transpose times itself, by Jacobi rotations.
-  double a[3][3];
-  double scale = affine_detail::norm(instance.linear);
+  double m[3][3];
   for (unsigned r = 0; r < 3; ++r)
-    for (unsigned c = 0; c < 3; ++c) {
-      a[r][c] = 0.0;
-      for (unsigned k = 0; k < 3; ++k) a[r][c] += (instance.linear[k][r] / scale) * (instance.linear[k][c] / scale);
-    }
-  for (unsigned sweep = 0; sweep < 16; ++sweep)
-    for (unsigned p = 0; p < 2; ++p)
-      for (unsigned q = p + 1; q < 3; ++q) {
-        if (a[p][q] == 0.0) continue;
-        const double theta = 0.5 * std::atan2(2.0 * a[p][q], a[q][q] - a[p][p]);
-        const double cosine = std::cos(theta), sine = std::sin(theta);
-        for (unsigned k = 0; k < 3; ++k) {
-          const double kp = a[k][p], kq = a[k][q];
-          a[k][p] = cosine * kp - sine * kq;
-          a[k][q] = sine * kp + cosine * kq;
-        }
-        for (unsigned k = 0; k < 3; ++k) {
-          const double pk = a[p][k], qk = a[q][k];
-          a[p][k] = cosine * pk - sine * qk;
-          a[q][k] = sine * pk + cosine * qk;
-        }
-      }
-  const double largest = std::max({a[0][0], a[1][1], a[2][2]}), smallest = std::min({a[0][0], a[1][1], a[2][2]});
-  // The eigenvalues are squares: the small one is lost below 2^-52 of the large one. Then the norms, which are larger.
-  if (smallest > 0x1p-40 * largest) return std::sqrt(largest / smallest);
-  return 3.0 * LinearInverse(instance).norm() * scale;
+    for (unsigned c = 0; c < 3; ++c) m[r][c] = instance.linear[r][c];
+  const Stretches stretches(m);
+  if (stretches.shortest > 0x1p-20 * stretches.longest) return stretches.longest / stretches.shortest;
+  // Then the norms, which are larger.
+  return 3.0 * LinearInverse(instance).norm() * affine_detail::norm(instance.linear);
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -34,13 +34,14 @@ enum class Feature : std::uint64_t {
   kSplitReferences = 1u << 2,  ///< Some primitive is in several leaves (spatial splits).
   kCustom = 1u << 3,           ///< Custom leaves.
   kInstances = 1u << 4,        ///< The primitives are instances of objects (instance.h).
+  kMotion = 1u << 5,           ///< Some instance moves (motion.h).
 };
 using FeatureMask = std::uint64_t;
 HIPRT_HD constexpr FeatureMask feature_bit(Feature feature) { return static_cast<FeatureMask>(feature); }
 /// Every feature bit of this version; a file with any other is refused.
 inline constexpr FeatureMask kKnownFeatures = feature_bit(Feature::kTriangles) | feature_bit(Feature::kMasks) |
                                               feature_bit(Feature::kSplitReferences) | feature_bit(Feature::kCustom) |
-                                              feature_bit(Feature::kInstances);
+                                              feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion);
 
 struct FileHeader {
   char magic[8];                ///< "HIPRTBVH"
@@ -67,11 +68,13 @@ enum class SectionKind : std::uint32_t {
   kLeaves = 2,  ///< Leaves of the file's layout.
   kPrimitiveMap =
       3,  ///< uint32 per primitive (geometry by geometry): leaf number * 2 + place in it, or kInvalidId if dropped.
-  kGeometries = 4,   ///< GeometryRecord
-  kProvenance = 5,   ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
-  kInstances = 6,    ///< InstanceRecord; custom primitive i stands for record i.
-  kObjects = 7,      ///< ObjectRecord
-  kObjectFiles = 8,  ///< The objects' files, each at a multiple of kBufferAlignment from the start of the scene's.
+  kGeometries = 4,       ///< GeometryRecord
+  kProvenance = 5,       ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
+  kInstances = 6,        ///< InstanceRecord; custom primitive i stands for record i.
+  kObjects = 7,          ///< ObjectRecord
+  kObjectFiles = 8,      ///< The objects' files, each at a multiple of kBufferAlignment from the start of the scene's.
+  kMotions = 9,          ///< MotionRecord; record i is of instance i.
+  kMotionSegments = 10,  ///< MotionSegment
 };
 
 /// Set in SectionEntry::flags: a reader that does not know the kind must refuse the file. Otherwise it skips the

@@ -10,7 +10,7 @@
 namespace hiprt {
 
 /// One instance. point' = linear * (point - translation) takes a point of the scene that has the instance to the
-/// object; directions take linear alone.
+/// object; directions take linear alone. Of an instance that moves: at its first key (motion.h).
 struct alignas(64) InstanceRecord {
   float linear[3][3];    ///< Rows; finite, and so is the inverse.
   float translation[3];  ///< Where the object's origin is in the scene; finite.
@@ -33,7 +33,8 @@ struct ObjectRecord {
   float reach;                ///< As in its header.
   std::uint32_t stack_bound;  ///< As in its header.
   std::uint32_t levels;       ///< As in its header.
-  std::uint32_t reserved[3];
+  std::uint32_t reserved;
+  std::uint64_t motions;  ///< Offset of its kMotions section in it; 0: nothing of it moves by itself.
 };
 
 static_assert(sizeof(InstanceRecord) == 64 && sizeof(ObjectRecord) == 96);
@@ -46,6 +47,7 @@ static_assert(offsetof(ObjectRecord, features) == 32 && offsetof(ObjectRecord, b
 static_assert(offsetof(ObjectRecord, root) == 64 && offsetof(ObjectRecord, condition) == 68);
 static_assert(offsetof(ObjectRecord, reach) == 72 && offsetof(ObjectRecord, stack_bound) == 76);
 static_assert(offsetof(ObjectRecord, levels) == 80 && offsetof(ObjectRecord, reserved) == 84);
+static_assert(offsetof(ObjectRecord, motions) == 88);
 
 /// Of FileHeader::condition: transforms that magnify rounding more are refused.
 inline constexpr float kMaxCondition = 0x1p40f;

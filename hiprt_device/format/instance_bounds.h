@@ -2,6 +2,7 @@
 /// Bounds of an instance in its scene, from the boxes of its object. Host only.
 
 #include <hiprt_device/format/affine.h>
+#include <hiprt_device/format/motion_bounds.h>
 #include <hiprt_device/format/validate_box.h>
 #include <hiprt_device/format/view.h>
 
@@ -10,25 +11,51 @@
 
 namespace hiprt::format_detail {
 
+/// Where an instance is, or goes: what boxes of its object become in the scene.
+class InstancePlace {
+ public:
+  /// @param segments none: it stands still. @param slack of bounds_in_scene().
+  InstancePlace(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
+                double slack = 1.0)
+      : record_(record), inverse_(record), slack_(slack) {
+    for (const MotionSegment& segment : segments) motion_.emplace_back(segment, kind);
+  }
+  /// Instance @p i of a file.
+  InstancePlace(const BufferView& view, std::size_t i, double slack = 1.0)
+      : InstancePlace(view.instances[i], view.motion_of(i), view.motions.empty() ? MotionKind{} : view.motions[i].kind,
+                      slack) {}
+
+  const InstanceRecord& record() const { return record_; }
+  /// A box that holds all images of a box of the object.
+  Box bounds(const Box& box) const {
+    return motion_.empty() ? bounds_in_scene(record_, inverse_, box, slack_) : bounds_in_motion(motion_, box, slack_);
+  }
+
+ private:
+  const InstanceRecord& record_;
+  LinearInverse inverse_;
+  std::vector<SegmentMotion> motion_;
+  double slack_;
+};
+
 /// Grows a box by transformed ones, from the root of an object down to where it is asked for.
 template <class Layout> class InstanceBounder {
  public:
   /// Levels: down to every triangle's corners, custom primitive and instance.
   static constexpr unsigned kToPrimitives = ~0u;
 
-  /// @param slack of bounds_in_scene().
-  InstanceBounder(const BufferView& object, const InstanceRecord& record, double slack = 1.0)
-      : object_(object), record_(record), inverse_(record), slack_(slack) {}
+  InstanceBounder(const BufferView& object, const InstancePlace& place) : object_(object), place_(place) {}
 
   /// @param levels of box nodes to go down; below a leaf's box only for kToPrimitives.
   /// @param box what there is already: parts inside it are not looked into.
   Box bounds(unsigned levels, Box box = empty_box()) {
     result_ = box;
     into_leaves_ = levels == kToPrimitives;
-    const Box whole = box_of(record_.root);
+    const NodeRef root = place_.record().root;
+    const Box whole = box_of(root);
     // Each is a bound: of a part's corners some may be farther than those of the whole.
     limit_ = in_scene(whole);
-    pending_.assign(1, {record_.root, levels, whole});
+    pending_.assign(1, {root, levels, whole});
     while (!pending_.empty()) {
       const Part part = pending_.back();
       pending_.pop_back();
@@ -44,7 +71,7 @@ template <class Layout> class InstanceBounder {
     Box box;
   };
 
-  Box in_scene(const Box& box) const { return bounds_in_scene(record_, inverse_, box, slack_); }
+  Box in_scene(const Box& box) const { return place_.bounds(box); }
 
   /// Of what an instance enters: the object, or a node or run below its root.
   Box box_of(NodeRef ref) const {
@@ -110,9 +137,7 @@ template <class Layout> class InstanceBounder {
   }
 
   const BufferView& object_;
-  const InstanceRecord& record_;
-  LinearInverse inverse_;
-  double slack_;
+  const InstancePlace& place_;
   bool into_leaves_ = false;
   Box limit_{};
   Box result_{};
@@ -125,14 +150,19 @@ struct InstanceNeeds {
   std::uint32_t levels = 1, stack = 0;
   FeatureMask features = feature_bit(Feature::kInstances);
 
-  /// @param object not empty.
+  /// Of an instance that stands still. @param object not empty.
   void add(const InstanceRecord& record, const ObjectRecord& object) {
-    condition = std::max(condition, condition_of(record) * (1.0 + double{object.condition}));
-    double squared = 0.0;
-    for (const float x : record.translation) squared += double{x} * double{x};
+    const float(&t)[3] = record.translation;
     // norm() is at most the square root of 3 below the Euclidean one.
     constexpr double kRoot3 = 1.7320508075688773;
-    reach = std::max(reach, std::sqrt(squared) + kRoot3 * LinearInverse(record).norm() * double{object.reach});
+    add(record, object,
+        {condition_of(record), 0.0, kRoot3 * LinearInverse(record).norm(),
+         std::hypot(double{t[0]}, double{t[1]}, double{t[2]})});
+  }
+  /// @param by how much its transforms magnify.
+  void add(const InstanceRecord& record, const ObjectRecord& object, const MotionMagnification& by) {
+    condition = std::max(condition, (by.condition + by.rounding) * (1.0 + double{object.condition}));
+    reach = std::max(reach, by.farthest + by.longest * double{object.reach});
     levels = std::max(levels, object.levels + 1);
     stack = std::max(stack, object.stack_bound + kInstanceStackEntries);
     features |= object.features;
@@ -147,6 +177,7 @@ inline ObjectRecord describe(const BufferView& object) {
   record.size = object.bytes.size();
   record.geometries = object.geometry_entry.offset;
   record.instances = object.has_instances() ? object.instance_entry.offset : 0;
+  record.motions = object.motion_entry.offset;
   record.features = header.features;
   record.bounds = header.bounds;
   record.root = header.root;

@@ -67,15 +67,84 @@ template <class Layout> class InstanceCheck {
     if (!LinearInverse(record).exists() || !(condition_of(record) <= double{kMaxCondition}))
       return fail(FormatError::kBadInstance, record_at, std::bit_cast<std::uint64_t>(LinearInverse(record).determinant),
                   0);
-    needs_.add(record, records_[record.object]);
+    if (view_.motion_of(info.primitive[0]).empty())
+      needs_.add(record, records_[record.object]);
+    else if (auto motion = check_motion(info.primitive[0]); !motion)
+      return motion;
     // Whatever is made by another compiler's arithmetic has its slack.
+    const InstancePlace place(view_, info.primitive[0], 0.0);
     const Box content =
-        InstanceBounder<Layout>(object, record, 0.0).bounds(InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
+        InstanceBounder<Layout>(object, place).bounds(InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
     if (const unsigned outside = first_plane_outside(content, leaf.box[0]); outside != kNoPlane)
       return fail(FormatError::kBoxNotContained, at + 4 * outside,
                   float_bits(side_of(content, outside / 3, outside % 3)),
                   float_bits(side_of(leaf.box[0], outside / 3, outside % 3)));
     return {};
+  }
+
+  Check check_motion(std::size_t instance) {
+    const MotionRecord& motion = view_.motions[instance];
+    const std::uint64_t at = view_.motion_entry.offset + instance * sizeof(MotionRecord);
+    if (motion.kind < MotionKind::kSlerp || motion.kind > MotionKind::kMatrix)
+      return fail(FormatError::kBadMotion, at + offsetof(MotionRecord, kind), static_cast<std::uint32_t>(motion.kind),
+                  static_cast<std::uint32_t>(MotionKind::kMatrix));
+    for (const std::uint32_t reserved : motion.reserved)
+      if (reserved != 0)
+        return fail(FormatError::kBadReservedField, at + offsetof(MotionRecord, reserved), reserved, 0);
+    MotionMagnification magnification;
+    const auto segments = view_.motion_of(instance);
+    for (std::size_t i = 0; i < segments.size(); ++i) {
+      const std::uint64_t segment_at = motion.segments + i * sizeof(MotionSegment);
+      const unsigned bad = first_bad_word(segments[i], motion.kind, i == 0 ? nullptr : &segments[i - 1]);
+      if (bad < kSegmentWords)
+        return fail(FormatError::kBadMotion, segment_at + 4 * bad, std::bit_cast<SegmentWords>(segments[i])[bad], 0);
+      if (const auto place = magnify(magnification, segments[i], motion.kind))
+        return fail(FormatError::kBadMotion, segment_at, std::bit_cast<std::uint64_t>(place->determinant), 0);
+    }
+    if (!(double{motion.rounding} >= kAlmost * magnification.rounding))
+      return fail(FormatError::kBadMotion, at + offsetof(MotionRecord, rounding), float_bits(motion.rounding),
+                  float_bits(static_cast<float>(magnification.rounding)));
+    if (!(double{motion.farthest} >= kAlmost * magnification.farthest))
+      return fail(FormatError::kBadMotion, at + offsetof(MotionRecord, farthest), float_bits(motion.farthest),
+                  float_bits(static_cast<float>(magnification.farthest)));
+    needs_.add(view_.instances[instance], records_[view_.instances[instance].object], magnification);
+    needs_.features |= feature_bit(Feature::kMotion);
+    return {};
+  }
+
+  static constexpr unsigned kSegmentWords = sizeof(MotionSegment) / 4;
+  using SegmentWords = std::array<std::uint32_t, kSegmentWords>;
+
+  /// @param before the segment in whose end this one begins, or nullptr.
+  /// @return the number of the first word that cannot be there; kSegmentWords: none.
+  static unsigned first_bad_word(const MotionSegment& segment, MotionKind kind, const MotionSegment* before) {
+    const auto words = std::bit_cast<SegmentWords>(segment);
+    const bool turns = kind != MotionKind::kMatrix;
+    const unsigned used = turns ? 29 : 26;
+    for (unsigned i = 0; i < kSegmentWords; ++i) {
+      if (i >= used && words[i] != 0) return i;
+      if (!std::isfinite(std::bit_cast<float>(words[i]))) return i;
+    }
+    const MotionSegment& s = segment;
+    if (before != nullptr && before->time[1] != s.time[0]) return 0;
+    if (!(s.time[0] < s.time[1]) || !std::isfinite(s.time[1] - s.time[0])) return 1;
+    if (!turns) return kSegmentWords;
+    constexpr double kSlack = 0x1p-20;
+    double dot = 0.0;
+    for (unsigned k = 0; k < 2; ++k) {
+      double squared = 0.0;
+      for (unsigned i = 0; i < 4; ++i) squared += double{s.turning.rotation[k][i]} * double{s.turning.rotation[k][i]};
+      if (!(std::fabs(squared - 1.0) <= kSlack)) return 8 + 4 * k;
+    }
+    for (unsigned i = 0; i < 4; ++i) dot += double{s.turning.rotation[0][i]} * double{s.turning.rotation[1][i]};
+    // At a right angle, or the shorter way.
+    if (kind == MotionKind::kSlerp ? std::fabs(dot) > kSlack : dot < -kSlack) return 12;
+    if (!(s.turning.angle >= 0.0f && double{s.turning.angle} <= 1.5707964 + kSlack)) return 16;
+    for (unsigned k = 0; k < 3; ++k)
+      if (s.turning.stretch[0][k] == 0.0f || s.turning.stretch[1][k] == 0.0f ||
+          std::signbit(s.turning.stretch[0][k]) != std::signbit(s.turning.stretch[1][k]))
+        return 23 + k;
+    return kSegmentWords;
   }
 
   /// A box node of the object, or a run's first leaf (or a later one: then a shorter run).
@@ -99,8 +168,6 @@ template <class Layout> class InstanceCheck {
       return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features, needs_.features);
     if (header.levels != needs_.levels)
       return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, needs_.levels);
-    // Other compilers' doubles differ in their last bits.
-    constexpr double kAlmost = 1.0 - 0x1p-20;
     if (!(double{header.condition} >= kAlmost * needs_.condition))
       return fail(FormatError::kBadTransformBound, offsetof(FileHeader, condition), float_bits(header.condition),
                   float_bits(static_cast<float>(needs_.condition)));
@@ -109,6 +176,9 @@ template <class Layout> class InstanceCheck {
                   float_bits(static_cast<float>(needs_.reach)));
     return {};
   }
+
+  /// Other compilers' doubles differ in their last bits.
+  static constexpr double kAlmost = 1.0 - 0x1p-20;
 
   const BufferView& view_;
   std::span<const BufferView> objects_;

@@ -6,6 +6,7 @@
 #include <hiprt_device/format/error.h>
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/format/layout.h>
+#include <hiprt_device/format/motion.h>
 
 #include <tl/expected.hpp>
 
@@ -25,14 +26,22 @@ struct BufferView {
   std::span<const std::byte> bytes;
   const FileHeader* header = nullptr;
   SectionEntry nodes{}, leaves{}, primitive_map_entry{}, geometry_entry{}, provenance_entry{};
-  SectionEntry instance_entry{}, object_entry{}, object_file_entry{};
+  SectionEntry instance_entry{}, object_entry{}, object_file_entry{}, motion_entry{}, segment_entry{};
   std::span<const std::uint32_t> primitive_map;
   std::span<const GeometryRecord> geometries;
   std::string_view provenance;                ///< Empty if the file has none.
   std::span<const InstanceRecord> instances;  ///< Empty if the file has none.
   std::span<const ObjectRecord> objects;      ///< Empty if the file has none.
+  std::span<const MotionRecord> motions;      ///< Empty if none of its instances moves.
+  std::span<const MotionSegment> segments;    ///< Of all motions.
 
   bool has_instances() const { return instance_entry.kind != 0; }
+  /// Of an instance that moves; else empty. @pre open_buffer() accepted the file.
+  std::span<const MotionSegment> motion_of(std::size_t instance) const {
+    if (motions.empty() || motions[instance].count == 0) return {};
+    const std::uint64_t first = (motions[instance].segments - segment_entry.offset) / sizeof(MotionSegment);
+    return segments.subspan(static_cast<std::size_t>(first), motions[instance].count);
+  }
   /// The file of an object. @pre open_buffer() accepted this one.
   std::span<const std::byte> object_file(const ObjectRecord& object) const {
     return bytes.subspan(static_cast<std::size_t>(object.offset), static_cast<std::size_t>(object.size));
@@ -51,7 +60,7 @@ struct KnownSection {
   bool mandatory;
   SectionEntry BufferView::*entry;
 };
-inline constexpr std::array<KnownSection, 8> kKnownSections{{
+inline constexpr std::array<KnownSection, 10> kKnownSections{{
     {SectionKind::kNodes, 0, true, &BufferView::nodes},
     {SectionKind::kLeaves, sizeof(FloatLeaf), true, &BufferView::leaves},
     {SectionKind::kPrimitiveMap, sizeof(std::uint32_t), true, &BufferView::primitive_map_entry},
@@ -60,6 +69,8 @@ inline constexpr std::array<KnownSection, 8> kKnownSections{{
     {SectionKind::kInstances, sizeof(InstanceRecord), false, &BufferView::instance_entry},
     {SectionKind::kObjects, sizeof(ObjectRecord), false, &BufferView::object_entry},
     {SectionKind::kObjectFiles, 1, false, &BufferView::object_file_entry},
+    {SectionKind::kMotions, sizeof(MotionRecord), false, &BufferView::motion_entry},
+    {SectionKind::kMotionSegments, sizeof(MotionSegment), false, &BufferView::segment_entry},
 }};
 
 /// Checks header, section table and geometry table, in time proportional to their sizes.
@@ -163,6 +174,9 @@ inline tl::expected<void, FormatIssue> check_instance_sections(const BufferView&
   if (instances != view.has_instances())
     return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
                 header.features ^ feature_bit(Feature::kInstances));
+  if (!instances && (header.features & feature_bit(Feature::kMotion)) != 0)
+    return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
+                header.features & ~feature_bit(Feature::kMotion));
   if ((header.levels != 0) != instances)
     return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, instances ? 1 : 0);
   if (instances ? !(header.condition >= 1.0f && header.condition <= kMaxCondition) : header.condition != 0.0f)
@@ -184,6 +198,31 @@ inline tl::expected<void, FormatIssue> check_instance_sections(const BufferView&
     if (object.size > end - object.offset)
       return fail(FormatError::kBadObject, at + offsetof(ObjectRecord, size), object.size, end - object.offset);
     free = object.offset + object.size;
+  }
+  return {};
+}
+
+/// Both sections or none, a record per instance, and its segments in the section. (kMotion may be set for an object's
+/// own.)
+inline tl::expected<void, FormatIssue> check_motion_sections(const BufferView& view) {
+  const bool motions = view.motion_entry.kind != 0;
+  if (motions != (view.segment_entry.kind != 0) || (motions && !view.has_instances()))
+    return fail(FormatError::kMissingSection, 40, static_cast<std::uint64_t>(SectionKind::kMotions), 1);
+  if (!motions) return {};
+  if (view.motions.size() != view.instances.size())
+    return fail(FormatError::kBadMotion, view.motion_entry.offset, view.motions.size(), view.instances.size());
+  const std::uint64_t begin = view.segment_entry.offset, end = begin + view.segments.size_bytes();
+  for (const MotionRecord& motion : view.motions) {
+    const auto at = static_cast<std::uint64_t>(reinterpret_cast<const std::byte*>(&motion) - view.bytes.data());
+    if (motion.count == 0) {
+      if (motion.segments != 0) return fail(FormatError::kBadMotion, at, motion.segments, 0);
+      continue;
+    }
+    if (motion.segments < begin || motion.segments > end || (motion.segments - begin) % sizeof(MotionSegment) != 0)
+      return fail(FormatError::kBadMotion, at, motion.segments, begin);
+    if (motion.count > (end - motion.segments) / sizeof(MotionSegment))
+      return fail(FormatError::kBadMotion, at + offsetof(MotionRecord, count), motion.count,
+                  (end - motion.segments) / sizeof(MotionSegment));
   }
   return {};
 }
@@ -217,7 +256,9 @@ inline tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::by
   view.provenance = {text.data(), text.size()};
   view.instances = view.records<InstanceRecord>(view.instance_entry);
   view.objects = view.records<ObjectRecord>(view.object_entry);
-  for (const auto check : {check_geometries, check_instance_sections})
+  view.motions = view.records<MotionRecord>(view.motion_entry);
+  view.segments = view.records<MotionSegment>(view.segment_entry);
+  for (const auto check : {check_geometries, check_instance_sections, check_motion_sections})
     if (auto good = check(view); !good) return tl::unexpected(good.error());
   return view;
 }

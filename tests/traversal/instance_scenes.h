@@ -101,12 +101,12 @@ template <class P> class EveryInstance {
 
  private:
   void search(std::size_t group, const Ray& local, const Ray& ray) {
-    const ObjectPlace place = follow(view_, path_, [](const InstanceRecord&, const ObjectRecord&) {});
+    const ObjectPlace place = follow(view_, path_, ray.time, [](const InstanceRecord&, const ObjectRecord&, const MotionRecord*) {});
     for (std::uint32_t i = 0; i < scene_.groups[group].size(); ++i) {
       const Instance& instance = scene_.groups[group][i];
       if ((instance.mask & ray.mask) == 0) continue;
       path_.instance[path_.depth++] = i;
-      Ray inner = ray_to_object(place.instances[i], local);
+      Ray inner = ray_to_object(place.instance<true>(i, ray.time), local);
       inner.tmax = best_.t;
       if (instance.object < scene_.files.size())
         meet(scene_.files[instance.object], inner);

@@ -1,0 +1,63 @@
+#pragma once
+/// Instances that move: where they are at which time. Normative text: hiprt_device/docs/FORMAT.md, why so:
+/// hiprt_device/docs/decisions/0015-motion.md.
+
+#include <hiprt_device/format/portability.h>
+
+#include <cstddef>
+#include <cstdint>
+
+namespace hiprt {
+
+/// How an instance goes from key to key.
+enum class MotionKind : std::uint32_t {
+  kSlerp = 1,   ///< Translation, scale and shear linearly, the rotation along its arc with constant speed.
+  kNlerp = 2,   ///< The same, but the rotation linearly and normalised: the same arc, faster in its middle.
+  kMatrix = 3,  ///< The matrix linearly. What turns shrinks on its way.
+};
+
+/// The motion of one instance: record i is instance i's.
+struct MotionRecord {
+  std::uint64_t segments;  ///< Offset, in the file that has the instance, of its first MotionSegment.
+  std::uint32_t count;     ///< Segments, one after the other in time; 0: the instance stands still.
+  MotionKind kind;         ///< 0 if it stands still.
+  float rounding;          ///< Of the transform at a time, as the device computes it, in units of 14 * 2^-24 (0015).
+  float farthest;          ///< Length of the longest translation of a key.
+  std::uint32_t reserved[2];
+};
+
+/// What turns, of a key and the next. A point of the object is at R * U * p + translation.
+struct TurningSegment {
+  /// Unit quaternions (x, y, z, w). kSlerp: the orientation at the first key, and the one at a right angle to it on
+  /// the arc to the second: q(s) = cos(s * angle) * rotation[0] + sin(s * angle) * rotation[1]. kNlerp: those of both
+  /// keys, q(s) = (1 - s) * rotation[0] + s * rotation[1].
+  float rotation[2][4];
+  float angle;          ///< kSlerp: of the arc between the quaternions, half of the rotation's; in [0, pi / 2].
+  float stretch[2][6];  ///< U, upper triangular: diagonal (scale), then xy, xz, yz (shear). Scales keep their signs.
+};
+
+/// From one key to the next. Before the first key and behind the last an instance stands still.
+struct alignas(128) MotionSegment {
+  float time[2];  ///< Of the keys; the second is later.
+  float translation[2][3];
+  union {
+    TurningSegment turning;  ///< kSlerp, kNlerp.
+    float linear[2][3][3];   ///< kMatrix: rows, from the object to the scene.
+  };
+  float reserved[3];
+};
+
+static_assert(sizeof(MotionRecord) == 32 && sizeof(TurningSegment) == 84 && sizeof(MotionSegment) == 128);
+static_assert(offsetof(MotionRecord, segments) == 0 && offsetof(MotionRecord, count) == 8);
+static_assert(offsetof(MotionRecord, kind) == 12 && offsetof(MotionRecord, rounding) == 16);
+static_assert(offsetof(MotionRecord, farthest) == 20 && offsetof(MotionRecord, reserved) == 24);
+static_assert(offsetof(MotionSegment, time) == 0 && offsetof(MotionSegment, translation) == 8);
+static_assert(offsetof(MotionSegment, turning) == 32 && offsetof(MotionSegment, linear) == 32);
+static_assert(offsetof(MotionSegment, reserved) == 116);
+static_assert(offsetof(TurningSegment, rotation) == 0 && offsetof(TurningSegment, angle) == 32);
+static_assert(offsetof(TurningSegment, stretch) == 36);
+
+/// Transforms that magnify rounding more are refused on the way of a moving instance: they are inverted as it goes.
+inline constexpr float kMaxMotionCondition = 0x1p20f;
+
+}  // namespace hiprt

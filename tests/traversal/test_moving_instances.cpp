@@ -1,0 +1,205 @@
+// Rays in scenes that move: what they hit does not depend on the trees over instances, at any time.
+
+#include <tests/traversal/moving_scenes.h>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+using hiprt::oracle::Random;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 20261122;
+
+template <class LayoutType, unsigned kLevels> struct Tracer : Moving<Instanced<Policies<LayoutType>, kLevels>> {};
+template <class LayoutType, unsigned kLevels> struct PostponedTracer : Tracer<LayoutType, kLevels> {
+  using Schedule = Postponed;
+};
+
+/// Groups of instances of what is before them, most of which move.
+struct MovingScene : InstanceScene {
+  std::vector<std::unique_ptr<build::Motion>> motions;
+
+  MovingScene(std::uint64_t seed, NodeLayout layout, unsigned levels, std::uint32_t instances) {
+    Random random(seed);
+    add_file({oracle::icosphere(2)}, layout);
+    add_file({oracle::soup(40, 0.5, seed), oracle::torus(12, 8, 0.4)}, layout);
+    for (unsigned level = 0; level < levels; ++level) {
+      std::vector<Instance> group(instances);
+      for (std::uint32_t i = 0; i < instances; ++i) {
+        const auto objects = static_cast<std::uint32_t>(files.size() + level);
+        group[i] = {.object = i == 0 ? objects - 1 : random.below(objects),
+                    .to_scene = random_affine(random, 3.0),
+                    .mask = random.below(6) == 0 ? 2u : 0xffffffffu};
+        if (random.below(4) == 0) continue;
+        const auto kind = static_cast<MotionKind>(1 + random.below(3));
+        motions.push_back(std::make_unique<build::Motion>(random_motion(random, kind, 1 + random.below(4), 3.0)));
+        group[i].motion = motions.back().get();
+      }
+      groups.push_back(group);
+    }
+  }
+};
+
+Ray random_ray(Random& random, double spread) {
+  Ray ray;
+  const auto origin = random.in_cube(spread), target = random.in_cube(0.6 * spread);
+  ray.origin = Vec3(origin[0], origin[1], origin[2]);
+  ray.direction = Vec3(target[0], target[1], target[2]) - ray.origin;
+  ray.time = random.uniform_float(-3, 4);
+  if (random.below(8) == 0) ray.mask = 2;
+  return ray;
+}
+
+template <class P> void check_rays(const InstanceScene& scene, std::uint64_t seed, unsigned rays) {
+  const SceneView view = scene.view();
+  REQUIRE(covers<P>(view));
+  EveryInstance<P> every(scene, view);
+  Random random(seed);
+  unsigned hits = 0;
+  for (unsigned i = 0; i < rays; ++i) {
+    const Ray ray = random_ray(random, 6.0);
+    const auto expected = every.closest(ray);
+    const auto hit = closest_hit<P>(view, ray);
+    INFO("ray " << i << " of seed " << seed);
+    REQUIRE_FALSE(hit.failed());
+    REQUIRE(hit.found() == expected.found());
+    REQUIRE(any_hit<P>(view, ray).found() == expected.found());
+    if (!hit.found()) continue;
+    ++hits;
+    REQUIRE(hit.t == expected.t);
+    REQUIRE(hit.path == expected.path);
+    REQUIRE(hit.primitive == expected.primitive);
+  }
+  CHECK(hits > rays / 20);
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("hits of what moves do not depend on trees over instances, in every layout", "", FloatLayout,
+                   PlanesLayout, HalfLayout, QuantizedLayout) {
+  for (unsigned levels = 1; levels <= 3; ++levels) {
+    MovingScene scene(kSeed + levels, TestType::kId, levels, 9);
+    scene.build();
+    CHECK((scene.view().features & feature_bit(Feature::kMotion)) != 0);
+    check_rays<Tracer<TestType, 3>>(scene, kSeed, 300);
+    check_rays<PostponedTracer<TestType, 3>>(scene, kSeed + 1, 100);
+  }
+  MovingScene scene(kSeed, TestType::kId, 1, 30);
+  scene.build();
+  check_rays<Tracer<TestType, 1>>(scene, kSeed, 500);
+  check_rays<PostponedTracer<TestType, 1>>(scene, kSeed, 200);
+}
+
+TEST_CASE("boxes of what moves hide nothing, however they are made") {
+  for (const auto bounds : {build::InstanceBounds::kRoot, build::InstanceBounds::kChildren,
+                            build::InstanceBounds::kGrandchildren, build::InstanceBounds::kPrimitives}) {
+    MovingScene scene(kSeed, NodeLayout::kPlanes, 2, 12);
+    scene.build({.bounds = bounds});
+    check_rays<Tracer<PlanesLayout, 2>>(scene, kSeed, 300);
+  }
+}
+
+TEST_CASE("before the first key and behind the last an instance stands still; at no time there is none") {
+  build::Motion motion{.keys = {turned_key(2, {0, 0, 1}, 0, {0, 0, 0}), turned_key(3, {0, 0, 1}, 1, {8, 0, 0})}};
+  InstanceScene scene;
+  scene.add_file({oracle::icosphere(1)}, NodeLayout::kPlanes);
+  scene.groups = {{{.object = 0, .motion = &motion}}};
+  scene.build();
+  const auto is_at = [&](float x, float time) {
+    return closest_hit<Tracer<PlanesLayout, 1>>(scene.view(),
+                                                {.origin = {x, 0.1f, -5}, .direction = {0, 0, 1}, .time = time})
+        .found();
+  };
+  for (const float time : {-1e30f, -1.0f, 0.0f, 2.0f}) CHECK((is_at(0, time) && !is_at(8, time)));
+  for (const float time : {3.0f, 4.0f, 1e30f, std::numeric_limits<float>::infinity()})
+    CHECK((is_at(8, time) && !is_at(0, time)));
+  CHECK((is_at(4, 2.5f) && !is_at(0, 2.5f) && !is_at(8, 2.5f)));
+  CHECK_FALSE(is_at(0, std::numeric_limits<float>::quiet_NaN()));
+}
+
+TEST_CASE("what moves is for tracers that know of motion") {
+  MovingScene moving(kSeed, NodeLayout::kPlanes, 1, 5);
+  moving.build();
+  CHECK_FALSE(covers<Instanced<Policies<>>>(moving.view()));
+  CHECK(closest_hit<Instanced<Policies<>>>(moving.view(), Ray{}).failed());
+  // And those see what stands still as others do.
+  InstanceScene still;
+  still.add_file({oracle::icosphere(2)}, NodeLayout::kPlanes);
+  Random random(kSeed);
+  still.groups.push_back(std::vector<Instance>(20));
+  for (Instance& instance : still.groups[0]) instance.to_scene = random_affine(random, 3.0);
+  const build::Motion one_key{.keys = {{.time = 5}}};
+  still.groups[0][3].motion = &one_key;
+  still.build();
+  CHECK((still.view().features & feature_bit(Feature::kMotion)) == 0);
+  for (unsigned i = 0; i < 300; ++i) {
+    const Ray ray = random_ray(random, 6.0);
+    const auto hit = closest_hit<Tracer<PlanesLayout, 1>>(still.view(), ray),
+               other = closest_hit<Instanced<Policies<>>>(still.view(), ray);
+    REQUIRE((hit.t == other.t && hit.path == other.path && hit.error == other.error && hit.normal == other.normal));
+  }
+}
+
+TEST_CASE("hits on what moves are where the textbook has it, within their error") {
+  Random random(kSeed);
+  unsigned hits = 0;
+  double most = 0.0;
+  for (unsigned i = 0; i < 60; ++i) {
+    const auto kind = static_cast<MotionKind>(1 + i % 3);
+    const build::Motion motion = random_motion(random, kind, 3, i % 2 == 0 ? 2.0 : 1e4);
+    const oracle::Mesh mesh = oracle::icosphere(2);
+    InstanceScene scene;
+    scene.add_file({mesh}, NodeLayout::kPlanes);
+    scene.groups = {{{.object = 0, .motion = &motion}}};
+    scene.build();
+    for (unsigned k = 0; k < 200; ++k) {
+      Ray ray;
+      ray.time = random.uniform_float(static_cast<double>(motion.keys.front().time),
+                                      static_cast<double>(motion.keys.back().time));
+      const Real3 center = moved(motion, ray.time, {0, 0, 0});
+      const auto from = random.on_sphere();
+      const auto at = random.in_cube(0.5);
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        ray.origin[axis] = static_cast<float>(center[axis] + 6 * from[axis]);
+        ray.direction[axis] = static_cast<float>(center[axis] + at[axis] - ray.origin[axis]);
+      }
+      const auto hit = closest_hit<Tracer<PlanesLayout, 1>>(scene.view(), ray);
+      if (!hit.found()) continue;
+      ++hits;
+      // The distance of the point from the triangle's plane, where the textbook takes its corners.
+      Real3 p[3];
+      for (unsigned c = 0; c < 3; ++c) {
+        const auto& corner = mesh.positions[mesh.triangles[hit.primitive][c]];
+        p[c] = moved(motion, ray.time, {corner[0], corner[1], corner[2]});
+      }
+      Real3 e1, e2, off;
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        e1[axis] = p[1][axis] - p[0][axis];
+        e2[axis] = p[2][axis] - p[0][axis];
+        off[axis] = Real{ray.origin[axis]} + Real{hit.t} * Real{ray.direction[axis]} - p[0][axis];
+      }
+      const Real3 normal{e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]};
+      Real along = 0, size = 0, sum = 0;
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        along += normal[axis] * off[axis];
+        size += normal[axis] * normal[axis];
+        sum += std::fabs(normal[axis]);
+      }
+      // The box of the error reaches as far along the normal as its components tell.
+      const auto distance = static_cast<double>(std::fabs(along) / std::sqrt(size));
+      const double allowed = static_cast<double>(hit.error) * static_cast<double>(sum / std::sqrt(size));
+      INFO("seed " << kSeed << ", motion " << i << ", ray " << k << ", distance " << distance << ", error "
+                   << hit.error);
+      REQUIRE(distance <= allowed);
+      most = std::max(most, distance / allowed);
+      // And a ray from there does not meet it again.
+      Ray next = ray;
+      next.direction = hit.normal;
+      next.origin = spawn_origin(ray, hit, next.direction);
+      const bool outwards = glm::dot(ray.direction, hit.normal) < 0;
+      if (outwards) REQUIRE_FALSE(closest_hit<Tracer<PlanesLayout, 1>>(scene.view(), next).found());
+    }
+  }
+  std::printf("hits on what moves: %u, at most %.3f of their error\n", hits, most);
+  CHECK(hits > 5000);
+}
