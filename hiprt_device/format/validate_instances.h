@@ -99,7 +99,11 @@ template <class Layout> class InstanceCheck {
       if (bad < kSegmentWords)
         return fail(FormatError::kBadMotion, segment_at + 4 * bad, std::bit_cast<SegmentWords>(segments[i])[bad], 0);
       if (const auto place = magnify(magnification, segments[i], motion.kind))
-        return fail(FormatError::kBadMotion, segment_at, std::bit_cast<std::uint64_t>(place->determinant), 0);
+        return fail(FormatError::kBadMotion,
+                    segment_at + (motion.kind == MotionKind::kMatrix
+                                      ? offsetof(MotionSegment, linear)
+                                      : offsetof(MotionSegment, turning) + offsetof(TurningSegment, stretch)),
+                    std::bit_cast<std::uint64_t>(place->determinant), 0);
     }
     if (!(double{motion.rounding} >= kAlmost * magnification.rounding))
       return fail(FormatError::kBadMotion, at + offsetof(MotionRecord, rounding), float_bits(motion.rounding),
@@ -139,7 +143,8 @@ template <class Layout> class InstanceCheck {
     for (unsigned i = 0; i < 4; ++i) dot += double{s.turning.rotation[0][i]} * double{s.turning.rotation[1][i]};
     // At a right angle, or the shorter way.
     if (kind == MotionKind::kSlerp ? std::fabs(dot) > kSlack : dot < -kSlack) return 12;
-    if (!(s.turning.angle >= 0.0f && double{s.turning.angle} <= 1.5707964 + kSlack)) return 16;
+    const double most = kind == MotionKind::kSlerp ? 1.5707964 + kSlack : 0.0;
+    if (!(s.turning.angle >= 0.0f && double{s.turning.angle} <= most)) return 16;
     for (unsigned k = 0; k < 3; ++k)
       if (s.turning.stretch[0][k] == 0.0f || s.turning.stretch[1][k] == 0.0f ||
           std::signbit(s.turning.stretch[0][k]) != std::signbit(s.turning.stretch[1][k]))

@@ -13,7 +13,7 @@ std::vector<BadCase> header_cases() {
       {E::kUnknownMajorVersion, "version 2", row_header_with<std::uint16_t>(8, 2)},
       {E::kUnknownLayout, "layout 0", row_header_with(12, 0u)},
       {E::kUnknownLayout, "layout 5", row_header_with(12, 5u)},
-      {E::kUnknownFeature, "bit 5", row_header_with<std::uint64_t>(16, 32 | 3)},
+      {E::kUnknownFeature, "bit 6", row_header_with<std::uint64_t>(16, 64 | 3)},
       {E::kSizeMismatch, "one byte more", row_header_with<std::uint64_t>(24, 1198)},
       {E::kBadReservedField, "header", row_header_with<std::uint64_t>(88 + 16, 1)},
       {E::kSectionTableRange, "65 sections", row_header_with(40, 65u)},

@@ -78,5 +78,6 @@ std::vector<BadCase> encoding_cases();
 std::vector<BadCase> custom_cases();
 /// Instances and objects.
 std::vector<BadCase> instance_cases();
+std::vector<BadCase> motion_cases();
 
 }  // namespace hiprt::test

@@ -23,16 +23,33 @@ TestFile scene_file(NodeLayout layout) {
   return TestFile(scene->buffer.bytes());
 }
 
+/// One object and two instances of it: the first stands still, the second moves through three keys.
+TestFile moving_file(NodeLayout layout) {
+  const TestFile object = root_leaf_scene(layout).write();
+  const std::span<const std::byte> files[] = {object.bytes()};
+  const build::Motion motion{.keys = {{.time = 0, .translation = {1, 2, 3}},
+                                      {.time = 1, .rotation = {0, 0, 1, 1}},
+                                      {.time = 3, .rotation = {1, 0, 0, 1}}}};
+  const std::vector<build::Instance> group{{}, {.motion = &motion}};
+  const auto scene = build::build_instances(files, group);
+  if (!scene) throw std::runtime_error(scene.error().message);
+  return TestFile(scene->buffer.bytes());
+}
+
 /// Where a field lies. @param object: in that object's file; -1: in the scene's.
 using OffsetOf = std::uint64_t (*)(const BufferView&);
 std::uint64_t header(const BufferView&) { return 0; }
 std::uint64_t instances(const BufferView& view) { return view.instance_entry.offset; }
 std::uint64_t objects(const BufferView& view) { return view.object_entry.offset; }
 std::uint64_t leaves(const BufferView& view) { return view.leaves.offset; }
+std::uint64_t moving(const BufferView& view) { return view.motion_entry.offset + sizeof(MotionRecord); }
+std::uint64_t segments(const BufferView& view) { return view.segment_entry.offset; }
 
-template <class T> BadCase wrong(FormatError error, const char* what, OffsetOf section, std::uint64_t field, T value) {
+template <class T>
+BadCase wrong(FormatError error, const char* what, OffsetOf section, std::uint64_t field, T value,
+              TestFile (*good)(NodeLayout) = scene_file) {
   return {error, what, [=](NodeLayout layout) {
-            TestFile file = scene_file(layout);
+            TestFile file = good(layout);
             const std::uint64_t at = section(*open_buffer(file.bytes())) + field;
             BadFile bad{std::move(file), at};
             bad.file.put(at, value);
@@ -95,6 +112,47 @@ std::vector<BadCase> instance_cases() {
       wrong_inside(E::kBadInstance, "of itself", instances, offsetof(InstanceRecord, object), 1u),
       wrong(E::kInstanceLeaf, "two instances", leaves, offsetof(CustomLeaf, info) + 4, 0u),
       wrong_inside(E::kBadLevels, "inside", header, levels, 2u),
+  };
+}
+
+std::vector<BadCase> motion_cases() {
+  using E = FormatError;
+  const auto at_record = [](const char* what, std::uint64_t field, auto value, FormatError error = E::kBadMotion) {
+    return wrong(error, what, moving, field, value, moving_file);
+  };
+  const auto in_segment = [](const char* what, std::uint64_t word, float value, unsigned segment = 0) {
+    return wrong(E::kBadMotion, what, segments, segment * sizeof(MotionSegment) + 4 * word, value, moving_file);
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  return {
+      wrong(E::kFeatureMismatch, "motion without its bit", header, offsetof(FileHeader, features), std::uint64_t{0x11},
+            moving_file),
+      {E::kFeatureMismatch, "the bit of motion without instances",
+       row_header_with<std::uint64_t>(offsetof(FileHeader, features), 32 | 3)},
+      wrong(E::kBadTransformBound, "a condition without the motion's rounding", header, offsetof(FileHeader, condition),
+            2.0f, moving_file),
+      at_record("segments before the section", 0, std::uint64_t{0}),
+      at_record("segments behind the section", 0, std::uint64_t{1} << 40),
+      at_record("too many segments", offsetof(MotionRecord, count), 3u),
+      at_record("no kind", offsetof(MotionRecord, kind), 0u),
+      at_record("an unknown kind", offsetof(MotionRecord, kind), 4u),
+      at_record("less rounding than there is", offsetof(MotionRecord, rounding), 1.0f),
+      at_record("NaN rounding", offsetof(MotionRecord, rounding), nan),
+      at_record("less far than it goes", offsetof(MotionRecord, farthest), 3.0f),
+      at_record("a reserved word", offsetof(MotionRecord, reserved), 1u, E::kBadReservedField),
+      in_segment("times in the wrong order", 1, -1.0f),
+      in_segment("a gap between segments", 0, 1.5f, 1),
+      in_segment("an infinite time", 1, kInf, 1),
+      in_segment("a NaN translation", 2, nan),
+      in_segment("a quaternion too long", 8, 0.1f),
+      in_segment("an arc not at a right angle", 12, -0.7f, 1),
+      in_segment("an angle too large", 16, 1.6f),
+      in_segment("a negative angle", 16, -0.1f),
+      in_segment("no scale", 23, 0.0f),
+      in_segment("a scale that changes its sign", 24, -1.0f),
+      in_segment("a reserved number", 29, 1.0f),
+      wrong(E::kBadMotion, "a scale too small", segments, 4 * 17, 1e-8f, moving_file),
+      wrong(E::kBoxNotContained, "a box that it leaves", leaves, 12, 0.5f, moving_file),
   };
 }
 

@@ -3,6 +3,7 @@
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/format/layout.h>
+#include <hiprt_device/format/motion.h>
 #include <hiprt_device/format/node.h>
 
 #include <catch2/catch.hpp>
@@ -62,6 +63,10 @@ template <class T> std::string type_name() {
     return "HalfBox";
   } else if constexpr (std::is_same_v<T, LeafInfo>) {
     return "LeafInfo";
+  } else if constexpr (std::is_same_v<T, TurningSegment>) {
+    return "TurningSegment";
+  } else if constexpr (std::is_enum_v<T>) {
+    return type_name<std::underlying_type_t<T>>();
   } else if constexpr (std::is_same_v<T, char>) {
     return "char";
   } else if constexpr (std::is_same_v<T, float>) {
@@ -104,10 +109,17 @@ std::vector<RecordSpec> container_records() {
 #define INSTANCE(X)                                                                                              \
   X(InstanceRecord, linear), X(InstanceRecord, translation), X(InstanceRecord, object), X(InstanceRecord, mask), \
       X(InstanceRecord, id), X(InstanceRecord, root)
-#define OBJECT(X)                                                                                            \
-  X(ObjectRecord, offset), X(ObjectRecord, size), X(ObjectRecord, geometries), X(ObjectRecord, instances),   \
-      X(ObjectRecord, features), X(ObjectRecord, bounds), X(ObjectRecord, root), X(ObjectRecord, condition), \
-      X(ObjectRecord, reach), X(ObjectRecord, stack_bound), X(ObjectRecord, levels), X(ObjectRecord, reserved)
+#define OBJECT(X)                                                                                               \
+  X(ObjectRecord, offset), X(ObjectRecord, size), X(ObjectRecord, geometries), X(ObjectRecord, instances),      \
+      X(ObjectRecord, features), X(ObjectRecord, bounds), X(ObjectRecord, root), X(ObjectRecord, condition),    \
+      X(ObjectRecord, reach), X(ObjectRecord, stack_bound), X(ObjectRecord, levels), X(ObjectRecord, reserved), \
+      X(ObjectRecord, motions)
+#define MOTION(X)                                                                                      \
+  X(MotionRecord, segments), X(MotionRecord, count), X(MotionRecord, kind), X(MotionRecord, rounding), \
+      X(MotionRecord, farthest), X(MotionRecord, reserved)
+#define SEGMENT(X) \
+  X(MotionSegment, time), X(MotionSegment, translation), X(MotionSegment, turning), X(MotionSegment, reserved)
+#define TURNING(X) X(TurningSegment, rotation), X(TurningSegment, angle), X(TurningSegment, stretch)
   const auto sum = [](std::initializer_list<std::size_t> sizes) {
     std::size_t total = 0;
     for (const std::size_t size : sizes) total += size;
@@ -117,7 +129,10 @@ std::vector<RecordSpec> container_records() {
           {"SectionEntry", sizeof(SectionEntry), sum({ENTRY(SIZE)}), {ENTRY(FIELD)}},
           {"GeometryRecord", sizeof(GeometryRecord), sum({GEOMETRY(SIZE)}), {GEOMETRY(FIELD)}},
           {"InstanceRecord", sizeof(InstanceRecord), sum({INSTANCE(SIZE)}), {INSTANCE(FIELD)}},
-          {"ObjectRecord", sizeof(ObjectRecord), sum({OBJECT(SIZE)}), {OBJECT(FIELD)}}};
+          {"ObjectRecord", sizeof(ObjectRecord), sum({OBJECT(SIZE)}), {OBJECT(FIELD)}},
+          {"MotionRecord", sizeof(MotionRecord), sum({MOTION(SIZE)}), {MOTION(FIELD)}},
+          {"MotionSegment", sizeof(MotionSegment), sum({SEGMENT(SIZE)}), {SEGMENT(FIELD)}},
+          {"TurningSegment", sizeof(TurningSegment), sum({TURNING(SIZE)}), {TURNING(FIELD)}}};
 }
 
 std::vector<RecordSpec> node_records() {
@@ -164,10 +179,12 @@ std::map<std::string, std::vector<Constant>> constant_tables() {
   return {{"Section kinds",
            {CONSTANT(SectionKind, kNodes), CONSTANT(SectionKind, kLeaves), CONSTANT(SectionKind, kPrimitiveMap),
             CONSTANT(SectionKind, kGeometries), CONSTANT(SectionKind, kProvenance), CONSTANT(SectionKind, kInstances),
-            CONSTANT(SectionKind, kObjects), CONSTANT(SectionKind, kObjectFiles)}},
+            CONSTANT(SectionKind, kObjects), CONSTANT(SectionKind, kObjectFiles), CONSTANT(SectionKind, kMotions),
+            CONSTANT(SectionKind, kMotionSegments)}},
           {"Feature bits",
            {CONSTANT(Feature, kTriangles), CONSTANT(Feature, kMasks), CONSTANT(Feature, kSplitReferences),
-            CONSTANT(Feature, kCustom), CONSTANT(Feature, kInstances)}},
+            CONSTANT(Feature, kCustom), CONSTANT(Feature, kInstances), CONSTANT(Feature, kMotion)}},
+          {"Motion kinds", {CONSTANT(MotionKind, kSlerp), CONSTANT(MotionKind, kNlerp), CONSTANT(MotionKind, kMatrix)}},
           {"Geometry flags", {CONSTANT(hiprt, kGeometryCustom), {0xff00, "custom_type"}}},
           {"Children byte", {{0x0f, "children_mask"}, {0x30, "children_order_axis"}}},
           {"Node types",
@@ -245,7 +262,7 @@ TEST_CASE("numbers in FORMAT.md's text are the code's") {
   CHECK(kMaxSections == 64);
   CHECK(kSectionAlignment == 128);
   CHECK(kBufferAlignment == 256);
-  CHECK(kKnownFeatures == 31);
+  CHECK(kKnownFeatures == 63);
   CHECK(kMaxCondition == std::ldexp(1.0f, 40));
   CHECK(kInstanceStackEntries == 3);
   CHECK(kVersionMajor == 1);

@@ -16,7 +16,7 @@ namespace {
 
 std::vector<BadCase> all_cases() {
   std::vector<BadCase> all = container_cases();
-  for (auto* part : {content_cases, encoding_cases, custom_cases, instance_cases})
+  for (auto* part : {content_cases, encoding_cases, custom_cases, instance_cases, motion_cases})
     for (BadCase& bad : part()) all.push_back(std::move(bad));
   return all;
 }
