@@ -80,6 +80,7 @@ HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstanceP
   if constexpr (kLevels != 0) {
     for (unsigned i = 0; i < path.depth; ++i) {
       const std::uint32_t instance = path.instance[i];
+      // A way goes on only where there are instances. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
       const ObjectRecord& object = scene.objects[place.instances[instance].object];
       visit(place.template instance<kMoves>(instance, time), object, place.template motion<kMoves>(instance));
       place = ObjectPlace(scene, object);

@@ -14,7 +14,6 @@
 using namespace hiprt;
 using namespace hiprt::test;
 using build::Instance;
-using Catch::Contains;
 using nlohmann::json;
 
 namespace {
@@ -32,6 +31,7 @@ struct Square {
 
 build::Buffer object(const std::vector<Square>& squares, NodeLayout layout = NodeLayout::kPlanes) {
   std::vector<build::TriangleMesh> meshes;
+  meshes.reserve(squares.size());
   for (const Square& square : squares) meshes.push_back(square.view());
   auto bvh = build::build(meshes, {.nodes = layout});
   REQUIRE(bvh.has_value());
@@ -50,6 +50,7 @@ Instance at(std::uint32_t object, float x, float y, float z, std::uint32_t id = 
 std::string write_scene(const TempFolder& folder, const std::vector<build::Buffer>& files,
                         const std::vector<std::vector<Instance>>& groups) {
   std::vector<std::span<const std::byte>> bytes;
+  bytes.reserve(files.size());
   for (const build::Buffer& file : files) bytes.push_back(file.bytes());
   const std::vector<std::span<const Instance>> spans(groups.begin(), groups.end());
   const auto bvh = build::build_instances(build::InstancedScene{bytes, spans});
