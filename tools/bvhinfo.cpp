@@ -69,6 +69,10 @@ std::string section_name(std::uint32_t kind) {
       return "objects";
     case SectionKind::kObjectFiles:
       return "object files";
+    case SectionKind::kMotions:
+      return "motions";
+    case SectionKind::kMotionSegments:
+      return "motion segments";
   }
   return "unknown kind " + std::to_string(kind);
 }
@@ -84,6 +88,7 @@ std::vector<std::string> feature_names(FeatureMask features) {
   if ((features & feature_bit(Feature::kSplitReferences)) != 0) names.emplace_back("split references");
   if ((features & feature_bit(Feature::kCustom)) != 0) names.emplace_back("custom primitives");
   if ((features & feature_bit(Feature::kInstances)) != 0) names.emplace_back("instances");
+  if ((features & feature_bit(Feature::kMotion)) != 0) names.emplace_back("motion");
   return names;
 }
 

@@ -13,6 +13,7 @@
 
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <iostream>
 #include <optional>
 #include <tuple>
@@ -42,7 +43,8 @@ constexpr ToolInfo kInfo{
     "  bvhrender bunny.bvh -o bunny.png --spp 1024 --device gpu\n"
     "  bvhrender bunny.bvh -o cost.png --mode heatmap\n"
     "  bvhrender sponza.bvh -o sponza.png --camera sponza.cam --ao-distance 30\n"
-    "  bvhrender scene.bvh -o view.png --camera '0,1,5/0,1,0/0,1,0/40'\n"};
+    "  bvhrender scene.bvh -o view.png --camera '0,1,5/0,1,0/0,1,0/40'\n"
+    "  bvhrender wheel.bvh -o blurred.png --shutter 0,0.02 --spp 256\n"};
 
 constexpr std::uint32_t kMaxSide = 32768;
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 27;
@@ -50,7 +52,7 @@ constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 27;
 struct Options {
   std::string path;
   std::vector<std::string> outputs;
-  std::string size = "1024x768", camera, mode = "ao", device = "auto";
+  std::string size = "1024x768", camera, mode = "ao", device = "auto", shutter = "0,0";
   RenderOptions render;
 };
 
@@ -94,6 +96,19 @@ std::string check_distance(const std::string& text) {
   return distance && *distance > 0.0f ? std::string() : in_quotes(text) + " is not a distance above 0";
 }
 
+/// "0,0.5"; nothing when it is malformed.
+std::optional<std::pair<float, float>> parse_shutter(const std::string& text) {
+  const std::size_t comma = text.find(',');
+  if (comma == std::string::npos) return std::nullopt;
+  const auto open = parse_real<float>(text.substr(0, comma)), close = parse_real<float>(text.substr(comma + 1));
+  if (!open || !close || !std::isfinite(*open) || !std::isfinite(*close) || *open > *close) return std::nullopt;
+  return std::pair(*open, *close);
+}
+
+std::string check_shutter(const std::string& text) {
+  return parse_shutter(text) ? std::string() : in_quotes(text) + " is not OPEN,CLOSE, two times in order";
+}
+
 /// Files are read when the command line makes sense.
 std::string check_camera(const std::string& text) {
   if (names_camera_file(text)) return {};
@@ -128,6 +143,11 @@ void add_options(CLI::App& app, Options& options) {
   add_device_option(app, options.device);
   add_threads_option(app, options.render.threads);
   app.add_option("--seed", options.render.seed, "Another seed, other noise")->type_name("N")->capture_default_str();
+  app.add_option("--shutter", options.shutter,
+                 "Times from which and until which the picture is taken, of scenes that move")
+      ->check(CLI::Validator(check_shutter, ""))
+      ->type_name("OPEN,CLOSE")
+      ->capture_default_str();
   app.add_option("--ao-distance", options.render.ao_distance,
                  "ao: surfaces farther away cast no shadow; without it all do")
       ->check(CLI::Validator(check_distance, ""))
@@ -182,6 +202,7 @@ ImageAttributes attributes_of(const Options& options, const Camera& camera) {
           {"mode", options.mode},
           {"spp", std::to_string(options.render.samples)},
           {"seed", std::to_string(options.render.seed)},
+          {"shutter", options.shutter},
           {"camera", to_text(camera)},
           {"comments",
            "N, P, Z, id and cost belong to the ray through the pixel's centre; R, G, B are the mean of spp "
@@ -249,6 +270,7 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
 build::Result<void> run(const Cli& cli, Options& options) {
   const InterruptGuard guard;
   std::tie(options.render.width, options.render.height) = *parse_size(options.size);
+  std::tie(options.render.shutter_open, options.render.shutter_close) = *parse_shutter(options.shutter);
   options.render.mode = value_of(kRenderModes, options.mode);
   options.render.layers = false;
   for (const std::string& path : options.outputs) options.render.layers |= has_extension(path, ".exr");

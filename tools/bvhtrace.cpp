@@ -42,7 +42,8 @@ constexpr ToolInfo kInfo{
     "  bvhtrace scene.bvh --rays shadow.rays --hits out.hits --query any --repeat 9 --threads 1\n"
     "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits --device gpu --repeat 9\n"
     "  bvhtrace scene.bvh --rays r.rays --hits out.hits --triangle-test fast --box-test plain --json\n"
-    "  bvhtrace forest.bvh --rays r.rays --hits out.hits --paths out.paths\n"};
+    "  bvhtrace forest.bvh --rays r.rays --hits out.hits --paths out.paths\n"
+    "  bvhtrace wheel.bvh --rays r.rays --hits out.hits --time 0.5\n"};
 
 /// Rays that one task traces: long enough to hide the scheduling, short enough to balance.
 constexpr std::size_t kBatch = 4096;
@@ -51,6 +52,7 @@ struct Options {
   std::string path, rays, hits, paths;
   std::string query = "auto", triangle_test = "watertight", box_test = "conservative", device = "auto";
   unsigned threads = 0, repeat = 1;
+  float time = 0.0f;
 };
 
 void add_options(CLI::App& app, Options& options) {
@@ -71,6 +73,7 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kBoxTests)))
       ->type_name("NAME")
       ->capture_default_str();
+  app.add_option("--time", options.time, "Of all rays, for scenes that move")->type_name("T")->capture_default_str();
   add_device_option(app, options.device);
   add_threads_option(app, options.threads);
   app.add_option("--repeat", options.repeat, "Trace N times and report the median speed")
@@ -197,8 +200,9 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_primitive_counts(options.path, file->view); !checked) return checked;
   if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;
-  const auto batch = read_rays(options.rays);
+  auto batch = read_rays(options.rays);
   if (!batch) return tl::unexpected(batch.error());
+  for (Ray& ray : batch->rays) ray.time = options.time;
   auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view);
   if (!gpu) return tl::unexpected(gpu.error());
   const SceneView scene = make_scene_view(file->view);

@@ -126,6 +126,9 @@ build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracer
   if (view.header->levels > kGpuTraceLevels)
     return gpu::fail(gpu::ErrorCode::kNoDevice, view.header->levels, " levels of instances, the kernels are for ",
                      kGpuTraceLevels, " at most: the CPU traces such scenes");
+  if ((view.header->features & feature_bit(Feature::kMotion)) != 0)
+    return gpu::fail(gpu::ErrorCode::kNoDevice,
+                     "instances that move, for which there are no kernels: the CPU traces such scenes");
   auto watch = gpu::Stopwatch::make();
   if (!watch) return tl::unexpected(std::move(watch.error()));
   auto state = std::make_unique<State>(std::move(*watch));

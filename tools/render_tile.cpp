@@ -112,15 +112,24 @@ std::size_t TileRenderer::pixel_of(std::size_t ray) const {
 void TileRenderer::make_centre_rays() {
   std::size_t next = 0;
   for (std::uint32_t y = tile_.top; y < tile_.bottom; ++y)
-    for (std::uint32_t x = tile_.left; x < tile_.right; ++x) rays_[next++] = job_.camera.ray(x + 0.5, y + 0.5);
+    for (std::uint32_t x = tile_.left; x < tile_.right; ++x) {
+      rays_[next] = job_.camera.ray(x + 0.5, y + 0.5);
+      rays_[next++].time = time_of(0.5f);
+    }
+}
+
+float TileRenderer::time_of(float part) const {
+  return (1.0f - part) * job_.options.shutter_open + part * job_.options.shutter_close;
 }
 
 void TileRenderer::make_sample_rays(std::uint32_t sample) {
   std::size_t next = 0;
   for (std::uint32_t y = tile_.top; y < tile_.bottom; ++y)
     for (std::uint32_t x = tile_.left; x < tile_.right; ++x) {
-      const auto [u, v] = PixelSampler(x, y, job_.options.seed).point(sample, SampleUse::kPixel);
-      rays_[next++] = job_.camera.ray(x + static_cast<double>(u), y + static_cast<double>(v));
+      const PixelSampler sampler(x, y, job_.options.seed);
+      const auto [u, v] = sampler.point(sample, SampleUse::kPixel);
+      rays_[next] = job_.camera.ray(x + static_cast<double>(u), y + static_cast<double>(v));
+      rays_[next++].time = time_of(sampler.point(sample, SampleUse::kTime)[0]);
     }
 }
 
@@ -175,6 +184,7 @@ void TileRenderer::shade_ao(std::uint32_t sample) {
     shadow.direction = cosine_direction(normal, u, v);
     shadow.origin = spawn_origin(rays_[i], hits_[i], shadow.direction);
     shadow.tmax = job_.options.ao_distance;
+    shadow.time = rays_[i].time;
     shadow_rays_.push_back(shadow);
     shadows_.push_back({i, job_.studio.sky(shadow.direction)});
     sky_light_[i].open += job_.studio.open_sky(normal) * weight;

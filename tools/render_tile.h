@@ -71,6 +71,8 @@ class TileRenderer {
   };
 
   void make_centre_rays();
+  /// Of a ray, this part of the time in which the shutter is open.
+  float time_of(float part) const;
   void make_sample_rays(std::uint32_t sample);
   void store_layers();
   void shade_sample(std::uint32_t sample);

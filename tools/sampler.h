@@ -48,7 +48,7 @@ inline float to_unit(std::uint32_t v) { return static_cast<float>(v >> 8) * 0x1p
 }  // namespace sampler_detail
 
 /// What a sample is used for; sets of different use are independent.
-enum class SampleUse : std::uint32_t { kPixel = 1, kDirection = 2 };
+enum class SampleUse : std::uint32_t { kPixel = 1, kDirection = 2, kTime = 3 };
 
 /// The points of one pixel: Owen-scrambled and shuffled Sobol' points (Burley, "Practical hash-based Owen scrambling",
 /// JCGT 2020). Every power of two of them is stratified.

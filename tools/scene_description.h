@@ -6,6 +6,7 @@
 #include <hiprt_build/instances.h>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -30,7 +31,8 @@ struct SceneDescription {
   std::vector<Mesh> meshes;        ///< What files have, read once each.
   std::vector<SceneObject> objects;
   std::vector<SceneGroup> groups;
-  std::uint64_t shared_objects = 0;  ///< Objects that have the meshes of another one and are that.
+  std::vector<std::unique_ptr<build::Motion>> motions;  ///< Those of instances.
+  std::uint64_t shared_objects = 0;                     ///< Objects that have the meshes of another one and are that.
 };
 
 }  // namespace hiprt::tools

@@ -76,6 +76,9 @@ SceneFigures measure_scene(const BufferView& scene) {
   const auto add_group = [&](const BufferView& group) {
     figures.instances += group.instances.size();
     figures.dropped_instances += group.instances.size() - group.leaves.count;
+    for (const MotionRecord& motion : group.motions) figures.moving_instances += motion.count != 0 ? 1 : 0;
+    figures.motion_segments += group.segments.size();
+    figures.motion_bytes += group.motions.size_bytes() + group.segments.size_bytes();
     contents.push_back(content_of_group(group, contents));
   };
   for (const ObjectRecord& record : scene.objects) {
@@ -108,6 +111,9 @@ void add_scene(Table& table, const SceneFigures& figures) {
   table.row("instances of objects", text(figures.all_instances));
   table.row("instance records",
             std::to_string(figures.instances) + ", " + std::to_string(figures.dropped_instances) + " dropped");
+  if (figures.moving_instances != 0)
+    table.row("moving instances", std::to_string(figures.moving_instances) + ", " +
+                                      std::to_string(figures.motion_segments) + " segments between their keys");
   table.row("triangles", both(figures.all_triangles, figures.triangles));
   if (figures.customs != 0) table.row("custom primitives", both(figures.all_customs, figures.customs));
   table.row("levels", std::to_string(figures.levels.size()));
@@ -120,6 +126,7 @@ void add_scene(Table& table, const SceneFigures& figures) {
   table.row("bytes of the top tree", bytes_text(figures.top_bytes));
   table.row("bytes of groups' trees", bytes_text(figures.group_bytes));
   table.row("bytes of objects", bytes_text(figures.object_bytes));
+  if (figures.moving_instances != 0) table.row("bytes of motions", bytes_text(figures.motion_bytes));
 }
 
 nlohmann::json scene_json(const SceneFigures& figures) {
@@ -131,11 +138,17 @@ nlohmann::json scene_json(const SceneFigures& figures) {
           {"instances",
            {{"records", figures.instances},
             {"dropped", figures.dropped_instances},
+            {"moving", figures.moving_instances},
+            {"motion_segments", figures.motion_segments},
             {"of_objects", json_of(figures.all_instances)}}},
           {"triangles", {{"unique", figures.triangles}, {"instantiated", json_of(figures.all_triangles)}}},
           {"customs", {{"unique", figures.customs}, {"instantiated", json_of(figures.all_customs)}}},
           {"levels", std::move(levels)},
-          {"bytes", {{"top", figures.top_bytes}, {"groups", figures.group_bytes}, {"objects", figures.object_bytes}}}};
+          {"bytes",
+           {{"top", figures.top_bytes},
+            {"groups", figures.group_bytes},
+            {"objects", figures.object_bytes},
+            {"motions", figures.motion_bytes}}}};
 }
 
 }  // namespace hiprt::tools

@@ -28,11 +28,14 @@ struct SceneFigures {
   std::uint64_t groups = 1;                  ///< With the scene itself.
   std::uint64_t instances = 0;               ///< Of all groups, each once: those in the file.
   std::uint64_t dropped_instances = 0;       ///< Of empty objects.
+  std::uint64_t moving_instances = 0;        ///< Of those in the file.
+  std::uint64_t motion_segments = 0;         ///< Of all motions; one less than keys each.
   std::uint64_t triangles = 0, customs = 0;  ///< Of all objects, each once.
   Count all_instances = 0;                   ///< Ways from the scene to an object that is no group.
   Count all_triangles = 0, all_customs = 0;  ///< As often as the scene has them.
   std::uint64_t top_bytes = 0;               ///< The scene's own tree, instances and tables.
   std::uint64_t group_bytes = 0, object_bytes = 0;
+  std::uint64_t motion_bytes = 0;  ///< Of motions; those of groups count there too.
   std::vector<SceneLevel> levels;  ///< [0]: the instances that the scene itself has.
 };
 

@@ -67,6 +67,9 @@ build::Result<void> push_instances(const SceneDescription& scene, const SceneGro
                                    std::vector<Step>& stack) {
   for (std::size_t i = group.instances.size(); i-- > 0;) {
     const build::Instance& instance = group.instances[i];
+    if (instance.motion != nullptr)
+      return invalid_input(scene.path + ": " + group.place + "[" + std::to_string(i) +
+                           "] moves, which a flat scene cannot");
     const std::uint32_t both = outer.mask & instance.mask;
     // Two masks ask for one bit each: that is one mask only if the bits of one are among the other's.
     if (both != outer.mask && both != instance.mask)

@@ -2,6 +2,7 @@
 
 #include "json_place.h"
 #include "mesh_formats.h"
+#include "names.h"
 #include "scene_order.h"
 #include "text.h"
 #include "transform.h"
@@ -23,8 +24,10 @@ using build::Instance;
 
 constexpr std::string_view kFormatName = "hiprt scene";
 constexpr std::uint32_t kKnownVersion = 1;
-/// As deep as the format is: groups, a group, an instance, rotate, axis in the document.
-constexpr std::size_t kMostLevels = 6;
+/// As deep as the format is: groups, a group, an instance, motion, keys, a key, rotate, axis in the document.
+constexpr std::size_t kMostLevels = 9;
+constexpr Names<MotionKind, 3> kInterpolations{
+    {{"slerp", MotionKind::kSlerp}, {"nlerp", MotionKind::kNlerp}, {"matrix", MotionKind::kMatrix}}};
 
 template <std::size_t N>
 void check_keys(const JsonPlace& place, const Json& object, const std::array<std::string_view, N>& known) {
@@ -58,7 +61,8 @@ Transform matrix_of(const JsonPlace& place, const Json& value) {
   return result;
 }
 
-Transform placement_of(const JsonPlace& place, const Json& instance) {
+/// @param instance or a key.
+Placement placement_of(const JsonPlace& place, const Json& instance) {
   Placement placement;
   if (const auto value = instance.find("translate"); value != instance.end())
     placement.translation = json_numbers<3>(JsonPlace(place, "translate"), *value);
@@ -69,24 +73,80 @@ Transform placement_of(const JsonPlace& place, const Json& instance) {
     else
       placement.scale = json_numbers<3>(at, *value);
   }
-  const JsonPlace at(place, "rotate");
-  if (const auto value = instance.find("rotate"); value != instance.end()) placement.rotation = rotation_of(at, *value);
+  if (const auto value = instance.find("rotate"); value != instance.end())
+    placement.rotation = rotation_of(JsonPlace(place, "rotate"), *value);
+  return placement;
+}
+
+Transform transform_of(const JsonPlace& place, const Placement& placement) {
   const auto transform = transform_of(placement);
-  if (!transform) json_fault(at, transform.error().message);
+  if (!transform) json_fault(JsonPlace(place, "rotate"), transform.error().message);
   return *transform;
 }
 
+/// @param instance or a key.
 build::Affine to_scene_of(const JsonPlace& place, const Json& instance) {
   const auto matrix = instance.find("matrix");
   if (matrix != instance.end())
     for (const char* key : {"translate", "rotate", "scale"})
       if (instance.contains(key)) json_fault(place, std::string("has both 'matrix' and '") + key + "'");
   const build::Affine affine = to_float(matrix != instance.end() ? matrix_of(JsonPlace(place, "matrix"), *matrix)
-                                                                 : placement_of(place, instance));
+                                                                 : transform_of(place, placement_of(place, instance)));
   for (const auto& row : affine.row)
     for (const float number : row)
       if (!std::isfinite(number)) json_fault(place, "its transform has numbers that single precision cannot hold");
   return affine;
+}
+
+build::MotionKey parts_of(const JsonPlace& place, const Json& key) {
+  const Placement placement = placement_of(place, key);
+  transform_of(place, placement);  // Faults of the rotation.
+  build::MotionKey result;
+  const auto round = [&](const auto& from, auto& to) {
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      to[i] = static_cast<float>(from[i]);
+      if (!std::isfinite(to[i])) json_fault(place, "it has numbers that single precision cannot hold");
+    }
+  };
+  round(placement.translation, result.translation);
+  round(placement.rotation, result.rotation);
+  round(placement.scale, result.scale);
+  if (const auto shear = key.find("shear"); shear != key.end())
+    round(json_numbers<3>(JsonPlace(place, "shear"), *shear), result.shear);
+  return result;
+}
+
+/// Keys as matrices, or in parts: all alike.
+build::Motion motion_of(const JsonPlace& place, const Json& value) {
+  json_object(place, value);
+  check_keys(place, value, std::array<std::string_view, 2>{"interpolation", "keys"});
+  build::Motion motion;
+  if (const auto name = value.find("interpolation"); name != value.end()) {
+    const JsonPlace at(place, "interpolation");
+    const std::string& word = json_string(at, *name);
+    motion.kind = value_of(kInterpolations, word);
+    if (word_of(kInterpolations, motion.kind) != word)
+      json_fault(at, in_quotes(word) + ", 'slerp', 'nlerp' or 'matrix' expected");
+  }
+  const JsonPlace keys_place(place, "keys");
+  const Json& keys = json_array(keys_place, required(place, value, "keys"));
+  if (keys.empty()) json_fault(keys_place, "0 keys, 1 or more expected");
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const JsonPlace at(keys_place, i);
+    const Json& key = json_object(at, keys[i]);
+    check_keys(at, key, std::array<std::string_view, 6>{"time", "matrix", "translate", "rotate", "scale", "shear"});
+    const auto time = static_cast<float>(json_number(JsonPlace(at, "time"), required(at, key, "time")));
+    if (key.contains("matrix") != keys[0].contains("matrix"))
+      json_fault(at, "some keys have 'matrix' and some have not");
+    if (key.contains("matrix")) {
+      if (key.contains("shear")) json_fault(at, "has both 'matrix' and 'shear'");
+      motion.matrices.push_back({time, to_scene_of(at, key)});
+    } else {
+      motion.keys.push_back(parts_of(at, key));
+      motion.keys.back().time = time;
+    }
+  }
+  return motion;
 }
 
 /// One document on its way into a description.
@@ -171,14 +231,21 @@ class Reader {
 
   Instance instance_of(const JsonPlace& place, const Json& value) {
     json_object(place, value);
-    check_keys(place, value,
-               std::array<std::string_view, 7>{"object", "matrix", "translate", "rotate", "scale", "mask", "id"});
+    check_keys(
+        place, value,
+        std::array<std::string_view, 8>{"object", "matrix", "translate", "rotate", "scale", "motion", "mask", "id"});
     Instance instance;
     const JsonPlace at(place, "object");
     Named& named = find(at, json_string(at, required(place, value, "object")));
     named.used = true;
     instance.object = static_cast<std::uint32_t>(named.group ? result_.objects.size() + named.number : named.number);
     instance.to_scene = to_scene_of(place, value);
+    if (const auto motion = value.find("motion"); motion != value.end()) {
+      for (const char* key : {"matrix", "translate", "rotate", "scale"})
+        if (value.contains(key)) json_fault(place, std::string("has both 'motion' and '") + key + "'");
+      result_.motions.push_back(std::make_unique<build::Motion>(motion_of(JsonPlace(place, "motion"), *motion)));
+      instance.motion = result_.motions.back().get();
+    }
     if (const auto mask = value.find("mask"); mask != value.end())
       instance.mask = json_uint32(JsonPlace(place, "mask"), *mask);
     if (const auto id = value.find("id"); id != value.end()) instance.id = json_uint32(JsonPlace(place, "id"), *id);

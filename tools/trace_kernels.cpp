@@ -18,6 +18,7 @@ void HIPRT_TRACE(const TraceJob& job);
 
 void HIPRT_TRACE(const TraceJob& job) {
   const std::uint32_t levels = job.scene->levels;
+  if ((job.scene->features & feature_bit(Feature::kMotion)) != 0) return trace_levels<kTraceLevels, true>(job);
   if (levels == 0) return trace_levels<0>(job);
   levels == 1 ? trace_levels<1>(job) : trace_levels<kTraceLevels>(job);
 }

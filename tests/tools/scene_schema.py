@@ -31,6 +31,10 @@ DOCUMENT = {
         "top": [
             {"object": "low", "translate": [1, 2, 3], "rotate": [0, 0, 0, 1], "scale": 2, "mask": 4294967295, "id": 7},
             {"object": "a", "rotate": {"axis": [0, 0, 1], "degrees": 45.5}, "scale": [1, 2, -3]},
+            {"object": "low", "motion": {"interpolation": "nlerp", "keys": [
+                {"time": 0, "translate": [1, 2, 3], "rotate": {"axis": [0, 0, 1], "degrees": 9}, "scale": 2},
+                {"time": 0.5, "rotate": [0, 0, 0, 1], "scale": [1, 2, 3], "shear": [0, 0.5, 0]}]}},
+            {"object": "low", "motion": {"keys": [{"time": 0, "matrix": [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1.5, 0]}]}},
             {"object": "low"},
         ],
     },
@@ -41,11 +45,12 @@ VALUES = [None, True, -1, 0, 1, 1.0, 1.5, 4294967295, 4294967296, "", "a", "top"
           [1, 2, 3, 4, 5], ["a.obj"], {}, {"object": "a"}, {"axis": [1, 0, 0], "degrees": 1}, {"axis": [1, 0], "degrees": 1}]
 # More keys, in any object.
 KEYS = {"": 1, "extra": 1, "object": "a", "scale": 2, "translate": [0, 0, 0], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0],
-        "again": ["a.obj"], "empty": []}
+        "again": ["a.obj"], "empty": [], "motion": {"keys": [{"time": 1}]}, "shear": [0, 0, 0], "time": 7}
 # What a schema does not know.
 MEANING = ["neither an object nor a group", "no instance in the scene is of it", "a cycle:", "a group expected",
            "there is an object of that name", "cannot open", "is a directory", "has no inverse", "has the length",
-           "its length is", "single precision", "unknown mesh format"]
+           "its length is", "single precision", "unknown mesh format",
+           "is not after that of the key before", "the rotation has length 0", "the scale has a 0", "changes its sign"]
 
 
 def places(value, path=()):

@@ -157,7 +157,7 @@ TEST_CASE("Scene JSON: a group in itself is refused, on any way") {
 
 TEST_CASE("Scene JSON: text that is no good JSON") {
   CHECK(contains(fault("{"), "parse error"));
-  CHECK(contains(fault(std::string(100000, '[')), "deeper than 6 levels"));
+  CHECK(contains(fault(std::string(100000, '[')), "deeper than 9 levels"));
   CHECK(fault(R"({"scene": "a", "scene": "b"})") == "an object has the key \"scene\" twice");
   CHECK(contains(fault("{\"scene\": \"\xff\"}"), "UTF-8"));
   CHECK(contains(fault(R"({"version": 1e999})"), "number overflow"));

@@ -201,8 +201,9 @@ std::vector<const InstanceRecord*> way_of(const InstanceScene& scene, const Scen
   InstancePath<kMostLevels> path;
   path.depth = static_cast<std::uint32_t>(scene.groups.size());
   std::vector<const InstanceRecord*> way;
-  follow<false>(view, path, 0.0f,
-                [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) { way.push_back(&record); });
+  follow<false>(view, path, 0.0f, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
+    way.push_back(&record);
+  });
   return way;
 }
 

@@ -159,10 +159,11 @@ TEST_CASE("hits on what moves are where the textbook has it, within their error"
       const Real3 center = moved(motion, ray.time, {0, 0, 0});
       const auto from = random.on_sphere();
       const auto at = random.in_cube(0.5);
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        ray.origin[axis] = static_cast<float>(center[axis] + 6 * from[axis]);
-        ray.direction[axis] = static_cast<float>(center[axis] + at[axis] - ray.origin[axis]);
-      }
+      const auto near_center = [&](double x, double y, double z) {
+        return Vec3(center[0] + x, center[1] + y, center[2] + z);
+      };
+      ray.origin = near_center(6 * from[0], 6 * from[1], 6 * from[2]);
+      ray.direction = near_center(at[0], at[1], at[2]) - ray.origin;
       const auto hit = closest_hit<Tracer<PlanesLayout, 1>>(scene.view(), ray);
       if (!hit.found()) continue;
       ++hits;
@@ -172,11 +173,13 @@ TEST_CASE("hits on what moves are where the textbook has it, within their error"
         const auto& corner = mesh.positions[mesh.triangles[hit.primitive][c]];
         p[c] = moved(motion, ray.time, {corner[0], corner[1], corner[2]});
       }
+      const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+      const float direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
       Real3 e1, e2, off;
       for (unsigned axis = 0; axis < 3; ++axis) {
         e1[axis] = p[1][axis] - p[0][axis];
         e2[axis] = p[2][axis] - p[0][axis];
-        off[axis] = Real{ray.origin[axis]} + Real{hit.t} * Real{ray.direction[axis]} - p[0][axis];
+        off[axis] = Real{origin[axis]} + Real{hit.t} * Real{direction[axis]} - p[0][axis];
       }
       const Real3 normal{e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]};
       Real along = 0, size = 0, sum = 0;
