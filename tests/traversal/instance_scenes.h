@@ -101,7 +101,8 @@ template <class P> class EveryInstance {
 
  private:
   void search(std::size_t group, const Ray& local, const Ray& ray) {
-    const ObjectPlace place = follow(view_, path_, ray.time, [](const InstanceRecord&, const ObjectRecord&, const MotionRecord*) {});
+    const ObjectPlace place =
+        follow(view_, path_, ray.time, [](const InstanceRecord&, const ObjectRecord&, const MotionRecord*) {});
     for (std::uint32_t i = 0; i < scene_.groups[group].size(); ++i) {
       const Instance& instance = scene_.groups[group][i];
       if ((instance.mask & ray.mask) == 0) continue;
