@@ -157,6 +157,10 @@ template <unsigned kLevels, bool kMoves> class Levels {
   }
   /// nullptr: the scene.
   HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const { return object_; }
+  /// In the scene's table; kInvalidId: the scene.
+  HIPRT_HD HIPRT_INLINE std::uint32_t object_number(const SceneView& scene) const {
+    return object_ == nullptr ? kInvalidId : static_cast<std::uint32_t>(object_ - scene.objects);
+  }
   HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene) {
     base_ = scene.base;
     object_ = nullptr;
@@ -202,6 +206,9 @@ template <bool kMoves> class Levels<1, kMoves> {
     return of_scene;
   }
   HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const { return nullptr; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t object_number(const SceneView& scene) const {
+    return depth() == 0 ? kInvalidId : scene.instances[instance_].object;
+  }
   HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene) {
     instance_ = kInvalidId;
     base_ = scene.base;
@@ -222,6 +229,7 @@ template <bool kMoves> class Levels<0, kMoves> {
   }
   HIPRT_HD HIPRT_INLINE const Ray& ray(const SceneView&, const Ray& of_scene) const { return of_scene; }
   HIPRT_HD HIPRT_INLINE InstancePath<0> path() const { return {}; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t object_number(const SceneView&) const { return kInvalidId; }
 };
 
 /// A way that a search remembers: of its hit, or of the one before.

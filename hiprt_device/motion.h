@@ -85,6 +85,26 @@ HIPRT_HD inline void invert_matrix(const MotionSegment& segment, float s, float 
 
 }  // namespace motion_detail
 
+/// The last of a row of segments that begins no later than a time, or the first.
+/// @param begin_of of a segment, growing.
+template <class BeginOf>
+HIPRT_HD HIPRT_INLINE std::uint32_t segment_at(std::uint32_t segments, float time, BeginOf&& begin_of) {
+  std::uint32_t low = 0, high = segments;
+  while (high - low > 1) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    if (begin_of(middle) <= time)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+/// How far a time is from the begin of a segment to its end: from 0 to 1. NaN if it is NaN.
+HIPRT_HD HIPRT_INLINE float part_of(float begin, float end, float time) {
+  return time <= begin ? 0.0f : time >= end ? 1.0f : (time - begin) / (end - begin);
+}
+
 /// The instance as it is at a time: a record that stands still, good for all of instance.h.
 /// @param base first byte of the file that has the instance.
 /// @param time any, not NaN: before the first key and behind the last the instance is where it is there.
@@ -93,18 +113,9 @@ HIPRT_HD HIPRT_INLINE InstanceRecord at_time(const InstanceRecord& instance, con
   InstanceRecord placed = instance;
   if (motion.count == 0) return placed;
   const auto* segments = reinterpret_cast<const MotionSegment*>(base + motion.segments);
-  // The last that begins no later, by halving.
-  std::uint32_t low = 0, high = motion.count;
-  while (high - low > 1) {
-    const std::uint32_t middle = low + (high - low) / 2;
-    if (segments[middle].time[0] <= time)
-      low = middle;
-    else
-      high = middle;
-  }
-  const MotionSegment& segment = segments[low];
-  const float begin = segment.time[0], end = segment.time[1];
-  const float s = time <= begin ? 0.0f : time >= end ? 1.0f : (time - begin) / (end - begin);
+  const MotionSegment& segment =
+      segments[segment_at(motion.count, time, [&](std::uint32_t i) { return segments[i].time[0]; })];
+  const float s = part_of(segment.time[0], segment.time[1], time);
   for (unsigned k = 0; k < 3; ++k)
     placed.translation[k] = motion_detail::between(segment.translation[0][k], segment.translation[1][k], 1.0f - s, s);
   if (motion.kind == MotionKind::kMatrix)

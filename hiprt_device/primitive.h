@@ -1,5 +1,6 @@
 #pragma once
-/// What a custom primitive tells the traversal. Ready-made ones: primitives/sphere.h, primitives/round_curve.h.
+/// What a custom primitive tells the traversal. Ready-made ones: primitives/sphere.h, primitives/round_curve.h,
+/// primitives/moving_triangle.h.
 
 #include <hiprt_device/vec.h>
 

@@ -19,8 +19,9 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Whose intersection is asked for.
 struct PrimitiveId {
-  std::uint32_t geometry;   ///< Of the scene.
-  std::uint32_t primitive;  ///< Within the geometry.
+  std::uint32_t geometry;             ///< Of the scene, or of the object that has it.
+  std::uint32_t primitive;            ///< Within the geometry.
+  std::uint32_t object = kInvalidId;  ///< In an instance: the object's number (InstanceRecord::object).
 };
 
 namespace primitive_detail {

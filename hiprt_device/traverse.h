@@ -315,7 +315,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
         return offer(Candidate{hit.t, hit.u, hit.v}, slot, &hit);
       };
       if (!primitives.intersect(type, levels_.ray(scene, ray), max_of(ray.tmin, 0.0f), limit,
-                                PrimitiveId{geometry, primitive}, report))
+                                PrimitiveId{geometry, primitive, levels_.object_number(scene)}, report))
         return false;
     }
     return true;

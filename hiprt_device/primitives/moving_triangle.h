@@ -1,0 +1,83 @@
+#pragma once
+/// Triangles whose corners move, as custom primitives: meshes that deform.
+
+#include <hiprt_device/motion.h>
+#include <hiprt_device/primitives/line.h>
+#include <hiprt_device/surface.h>
+
+namespace hiprt {
+
+/// A mesh at several times, between which its vertices move linearly; before the first and behind the last it stands
+/// still.
+struct MovingMesh {
+  const float* positions;          ///< Key k's vertex i: x, y, z from 3 * (k * vertices + i). Finite.
+  const float* times;              ///< Of the keys, each later than the one before.
+  const std::uint32_t* triangles;  ///< Three vertices each.
+  std::uint32_t vertices;
+  std::uint32_t keys;  ///< 1 or more.
+};
+
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// The payload of a geometry of moving triangles, numbered as in the mesh.
+///
+/// At a ray's time hits and misses are those of the Watertight test on a mesh whose vertices are interpolated and
+/// rounded to floats, vertex by vertex: neighbours share what they share, no ray passes between. u, v and the normal
+/// are those of a triangle of a mesh; the error bound holds for the vertices before they were rounded
+/// (docs/decisions/0015-motion.md).
+struct MovingTriangleSet {
+  MovingMesh mesh;
+
+  /// Calls report(CustomHit) where the ray meets triangle @p primitive at its time, inside [tmin, tmax].
+  /// @return false if report did.
+  template <class Report>
+  HIPRT_HD bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive, Report&& report) const {
+    FloatLeaf leaf{};
+    float magnitude = 0.0f;
+    const std::uint32_t last = mesh.keys - 1;
+    const std::uint32_t key = segment_at(last, ray.time, [&](std::uint32_t i) { return mesh.times[i]; });
+    const std::uint32_t next = key < last ? key + 1 : key;
+    const float s = key < last ? part_of(mesh.times[key], mesh.times[next], ray.time) : 0.0f;
+    for (unsigned corner = 0; corner < 3; ++corner)
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        const float from = coordinate(key, primitive, corner, axis);
+        const float to = coordinate(next, primitive, corner, axis);
+        leaf.vertex[corner][axis] = motion_detail::between(from, to, 1.0f - s, s);
+        magnitude = max_of(magnitude, max_of(absolute(from), absolute(to)));
+      }
+    for (unsigned axis = 0; axis < 3; ++axis) leaf.vertex[3][axis] = leaf.vertex[2][axis];
+    leaf.info = {{primitive, kInvalidId}, 0, TriangleId::from_rotation(0)};
+    const Watertight::PreparedRay<ArrayLanes> prepared(ray);
+    return Watertight::intersect<ArrayLanes>(leaf, leaf.info, prepared, [&](const Candidate& at, unsigned triangle) {
+      if (triangle != 0 || !(at.t >= tmin && at.t <= tmax)) return true;
+      Hit hit;
+      hit.t = at.t;
+      complete<FloatLayout>(hit, ray, leaf, 0);
+      return report(CustomHit{at.t, at.u, at.v, hit.normal, hit.error + 4.0f * 0x1p-24f * magnitude});
+    });
+  }
+
+  /// A box around triangle @p primitive at all times.
+  HIPRT_HD Box bounds(std::uint32_t primitive) const {
+    Box box = primitive_detail::empty_box();
+    for (std::uint32_t key = 0; key < mesh.keys; ++key)
+      for (unsigned corner = 0; corner < 3; ++corner)
+        for (unsigned axis = 0; axis < 3; ++axis) {
+          // Between two equal numbers a rounded one may be 2 units off.
+          const float at = coordinate(key, primitive, corner, axis), room = 0x1p-22f * absolute(at) + 0x1p-148f;
+          if (at - room < box.min[axis]) box.min[axis] = at - room;
+          if (at + room > box.max[axis]) box.max[axis] = at + room;
+        }
+    return box;
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE float coordinate(std::uint32_t key, std::uint32_t primitive, unsigned corner,
+                                         unsigned axis) const {
+    const std::uint64_t vertex = mesh.triangles[3 * static_cast<std::uint64_t>(primitive) + corner];
+    return mesh.positions[3 * (static_cast<std::uint64_t>(key) * mesh.vertices + vertex) + axis];
+  }
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt
