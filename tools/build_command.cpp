@@ -1,6 +1,7 @@
 #include "build_command.h"
 
 #include "cli.h"
+#include "shutter.h"
 #include "trace_device.h"
 
 #include <algorithm>
@@ -110,6 +111,18 @@ void add_scene_options(CLI::App& app, BuildCommand& command) {
                "Build one BVH without instances over the scene: every instance of a mesh becomes a geometry, with its "
                "triangles where the scene has them")
       ->disable_flag_override();
+  app.add_option("--shutter", command.shutter,
+                 "With --instances: read the animations of glTF files, so that nodes move between these times, in "
+                 "seconds (bvhrender --shutter takes the picture)")
+      ->check(CLI::Validator(check_shutter, ""))
+      ->type_name("OPEN,CLOSE");
+  app.add_option("--motion-keys", command.motion_keys,
+                 "Keys of what moves, evenly from OPEN to CLOSE, 2 to 4096. Rotations take the shorter way from one to "
+                 "the next")
+      ->check(CLI::Range(2u, 4096u))
+      ->type_name("N")
+      ->needs("--shutter")
+      ->capture_default_str();
   app.add_option("--instance-bounds", command.instance_bounds,
                  "What the box of an instance is made of, transformed: the object's root, the boxes of its children or "
                  "grandchildren, or all its primitives. Smaller boxes take longer to make")
@@ -129,7 +142,7 @@ void add_refit_option(CLI::App& app, BuildCommand& command) {
           ->type_name("MESH");
   for (const char* name : {"--builder", "--quality", "--import", "--nodes", "--target", "--device", "--max-leaf",
                            "--split-budget", "--presplit-budget", "--reinsertion-rounds", "--ploc-radius", "--no-pairs",
-                           "--stats", "--instances", "--flatten", "--instance-bounds"})
+                           "--stats", "--instances", "--flatten", "--shutter", "--motion-keys", "--instance-bounds"})
     refit->excludes(app.get_option(name));
 }
 
@@ -146,6 +159,8 @@ void check_command(const CLI::App& app, BuildCommand& command) {
           input + " is a scene, which " +
           (command.instances ? "--instances does not take"
                              : "has to be the only INPUT; there are " + std::to_string(command.inputs.size())));
+  if (!command.shutter.empty() && !command.instances)
+    throw CLI::ValidationError("--shutter goes with --instances; scenes of JSON have motions of their own");
   if (command.is_scene()) {
     if (!command.imported.empty()) throw CLI::ValidationError("--import takes meshes, not a scene of instances");
     return;
@@ -161,6 +176,21 @@ void check_command(const CLI::App& app, BuildCommand& command) {
 bool is_scene_json(const std::string& path) { return ends_with(path, ".json"); }
 
 bool is_scene_file(const std::string& path) { return is_scene_json(path) || ends_with(path, ".scene"); }
+
+std::vector<float> BuildCommand::motion_times() const {
+  std::vector<float> times;
+  if (shutter.empty()) return times;
+  const Shutter open = *parse_shutter(shutter);
+  if (!(open.open < open.close)) return {open.open};
+  for (unsigned i = 0; i < motion_keys; ++i) {
+    const double s = static_cast<double>(i) / (motion_keys - 1);
+    const auto time =
+        static_cast<float>((1 - s) * static_cast<double>(open.open) + s * static_cast<double>(open.close));
+    // Closer than floats are: fewer keys.
+    if (times.empty() || time > times.back()) times.push_back(time);
+  }
+  return times;
+}
 
 bool BuildCommand::is_scene() const { return instances || (inputs.size() == 1 && is_scene_file(inputs[0])); }
 

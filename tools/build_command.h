@@ -33,9 +33,13 @@ struct BuildCommand {
   std::string imported;  ///< Empty: none.
   bool instances = false, flatten = false;
   std::string instance_bounds = "grandchildren";
+  std::string shutter;  ///< Empty: animations are not read.
+  unsigned motion_keys = 2;
 
   /// Is the input a scene of instances, or to become one?
   bool is_scene() const;
+  /// The times at which to look at animations; none without --shutter.
+  std::vector<float> motion_times() const;
 };
 
 /// Adds every option of bvhbuild, and what goes with what.

@@ -5,6 +5,7 @@
 #include "progress.h"
 #include "render.h"
 #include "report.h"
+#include "shutter.h"
 #include "text.h"
 #include "trace_device.h"
 #include "trace_names.h"
@@ -13,7 +14,6 @@
 
 #include <charconv>
 #include <chrono>
-#include <cmath>
 #include <iostream>
 #include <optional>
 #include <tuple>
@@ -94,19 +94,6 @@ bool names_camera_file(const std::string& text) {
 std::string check_distance(const std::string& text) {
   const auto distance = parse_real<float>(text);
   return distance && *distance > 0.0f ? std::string() : in_quotes(text) + " is not a distance above 0";
-}
-
-/// "0,0.5"; nothing when it is malformed.
-std::optional<std::pair<float, float>> parse_shutter(const std::string& text) {
-  const std::size_t comma = text.find(',');
-  if (comma == std::string::npos) return std::nullopt;
-  const auto open = parse_real<float>(text.substr(0, comma)), close = parse_real<float>(text.substr(comma + 1));
-  if (!open || !close || !std::isfinite(*open) || !std::isfinite(*close) || *open > *close) return std::nullopt;
-  return std::pair(*open, *close);
-}
-
-std::string check_shutter(const std::string& text) {
-  return parse_shutter(text) ? std::string() : in_quotes(text) + " is not OPEN,CLOSE, two times in order";
 }
 
 /// Files are read when the command line makes sense.
@@ -270,7 +257,7 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
 build::Result<void> run(const Cli& cli, Options& options) {
   const InterruptGuard guard;
   std::tie(options.render.width, options.render.height) = *parse_size(options.size);
-  std::tie(options.render.shutter_open, options.render.shutter_close) = *parse_shutter(options.shutter);
+  options.render.shutter = *parse_shutter(options.shutter);
   options.render.mode = value_of(kRenderModes, options.mode);
   options.render.layers = false;
   for (const std::string& path : options.outputs) options.render.layers |= has_extension(path, ".exr");

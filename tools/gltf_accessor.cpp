@@ -162,7 +162,11 @@ build::Result<std::vector<build::Position>> read_positions(const tinygltf::Model
 }
 
 build::Result<std::vector<double>> read_vectors(const tinygltf::Model& model, int index, unsigned components) {
-  return AccessorReader(model, index).read(components == 3 ? TINYGLTF_TYPE_VEC3 : TINYGLTF_TYPE_VEC4, components);
+  return AccessorReader(model, index)
+      .read(components == 1   ? TINYGLTF_TYPE_SCALAR
+            : components == 3 ? TINYGLTF_TYPE_VEC3
+                              : TINYGLTF_TYPE_VEC4,
+            components);
 }
 
 build::Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int index) {

@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace hiprt::tools {
 
@@ -21,7 +22,7 @@ build::Result<Mesh> read_stl(std::span<const std::byte> bytes);
 build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder);
 /// See load_assembly(). @param name of the file, for the names of its meshes.
 build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes, const std::filesystem::path& folder,
-                                               const std::string& name);
+                                               const std::string& name, const std::vector<float>& times);
 /// Raw mesh, compressed with zstd or not.
 build::Result<Mesh> read_raw_mesh(std::span<const std::byte> bytes);
 

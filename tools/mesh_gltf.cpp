@@ -1,6 +1,7 @@
 /// glTF 2.0 and GLB through tinygltf, which parses the JSON and loads buffers; accessors and nodes are ours.
 
 #include "gltf_accessor.h"
+#include "gltf_animation.h"
 #include "gltf_check.h"
 #include "gltf_instancing.h"
 #include "gltf_scene.h"
@@ -166,6 +167,29 @@ build::Result<void> append(Mesh& mesh, const tinygltf::Model& model, int index, 
   return {};
 }
 
+/// The nodes at each time; once where they are without animations if there is no time.
+build::Result<std::vector<std::vector<NodeMesh>>> poses_of(tinygltf::Model& model, const std::vector<float>& times) {
+  std::vector<std::vector<NodeMesh>> poses;
+  const auto add = [&]() -> build::Result<void> {
+    auto nodes = flatten(model);
+    if (!nodes) return tl::unexpected(nodes.error());
+    poses.push_back(std::move(*nodes));
+    return {};
+  };
+  if (times.empty()) {
+    if (auto added = add(); !added) return tl::unexpected(added.error());
+    return poses;
+  }
+  const auto animation = Animation::read(model);
+  if (!animation) return tl::unexpected(animation.error());
+  for (const float time : times) {
+    if (interrupted()) return cancelled_error();
+    animation->pose(static_cast<double>(time), model);
+    if (auto added = add(); !added) return tl::unexpected(added.error());
+  }
+  return poses;
+}
+
 }  // namespace
 
 build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder) {
@@ -180,15 +204,17 @@ build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::files
 }
 
 build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes, const std::filesystem::path& folder,
-                                               const std::string& name) {
+                                               const std::string& name, const std::vector<float>& times) {
   tinygltf::Model model;
   MeshAssembly result;
   if (auto loaded = load(bytes, folder, true, model, result.files); !loaded) return tl::unexpected(loaded.error());
-  const auto nodes = flatten(model);
-  if (!nodes) return tl::unexpected(nodes.error());
+  const auto poses = poses_of(model, times);
+  if (!poses) return tl::unexpected(poses.error());
+  const std::vector<NodeMesh>& nodes = poses->front();
   constexpr std::size_t kNotRead = std::numeric_limits<std::size_t>::max(), kEmpty = kNotRead - 1;
   std::vector<std::size_t> numbers(model.meshes.size(), kNotRead);
-  for (const NodeMesh& node : *nodes) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const NodeMesh& node = nodes[i];
     std::size_t& number = numbers[static_cast<std::size_t>(node.mesh)];
     if (number == kNotRead) {
       Mesh mesh;
@@ -200,7 +226,13 @@ build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes,
     if (number == kEmpty) continue;
     const auto placements = gpu_instances(model, node.node);
     if (!placements) return tl::unexpected(placements.error());
-    for (const Transform& placement : *placements) result.uses.push_back({number, node.to_world * placement});
+    std::vector<Transform> keys;
+    for (const std::vector<NodeMesh>& pose : *poses) keys.push_back(pose[i].to_world);
+    const bool moves = std::any_of(keys.begin(), keys.end(), [&](const Transform& t) { return t.m != keys[0].m; });
+    for (const Transform& placement : *placements) {
+      MeshUse& use = result.uses.emplace_back(MeshUse{number, node.to_world * placement});
+      for (std::size_t k = 0; moves && k < keys.size(); ++k) use.keys.push_back(keys[k] * placement);
+    }
   }
   return result;
 }

@@ -98,9 +98,10 @@ build::Result<Mesh> read_checked(std::span<const std::byte> bytes, const std::fi
   return mesh;
 }
 
-build::Result<MeshAssembly> read_assembly(std::span<const std::byte> bytes, const std::filesystem::path& path) {
+build::Result<MeshAssembly> read_assembly(std::span<const std::byte> bytes, const std::filesystem::path& path,
+                                          const std::vector<float>& times) {
   if (format_of(bytes, path) == MeshFormat::kGltf)
-    return read_gltf_assembly(bytes, path.parent_path(), path.filename().string());
+    return read_gltf_assembly(bytes, path.parent_path(), path.filename().string(), times);
   auto mesh = read_checked(bytes, path);
   if (!mesh) return tl::unexpected(mesh.error());
   MeshAssembly result;
@@ -127,6 +128,10 @@ template <class Read> auto load(const std::filesystem::path& path, const Read& r
 
 build::Result<Mesh> load_mesh(const std::filesystem::path& path) { return load(path, read_checked); }
 
-build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path) { return load(path, read_assembly); }
+build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path, const std::vector<float>& times) {
+  return load(path, [&](std::span<const std::byte> bytes, const std::filesystem::path& from) {
+    return read_assembly(bytes, from, times);
+  });
+}
 
 }  // namespace hiprt::tools

@@ -42,6 +42,7 @@ build::Result<Mesh> load_mesh(const std::filesystem::path& path);
 struct MeshUse {
   std::size_t mesh;
   Transform to_world;
+  std::vector<Transform> keys{};  ///< Of one that moves: where it is at each of the times that were asked for.
 };
 
 /// The meshes of one file in their own spaces, and where the file has them.
@@ -54,6 +55,8 @@ struct MeshAssembly {
 /// As load_mesh(), but of glTF files every mesh by itself, with its uses by nodes (as often as EXT_mesh_gpu_instancing
 /// says) in the order of the file; meshes without triangles and those that no node has are left out. Other files are
 /// one mesh that is used once.
-build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path);
+/// @param times in seconds, at which to look at animations (all of the file at once, gltf_animation.h); none: nodes are
+/// where they are without.
+build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path, const std::vector<float>& times = {});
 
 }  // namespace hiprt::tools

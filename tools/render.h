@@ -5,6 +5,7 @@
 #include "gpu_tracer.h"
 #include "image.h"
 #include "names.h"
+#include "shutter.h"
 
 #include <hiprt_build/error.h>
 #include <hiprt_device/scene_view.h>
@@ -36,7 +37,7 @@ struct RenderOptions {
   /// How far a shadow ray looks, in scene units.
   float ao_distance = std::numeric_limits<float>::infinity();
   /// Times of the rays, spread evenly over the samples: of what moves (Ray::time). The layers' are in the middle.
-  float shutter_open = 0.0f, shutter_close = 0.0f;
+  Shutter shutter;
   unsigned threads = 0;  ///< 0: all the machine has. The picture does not depend on it.
   bool layers = true;    ///< Fill everything of the pixels; false: colours only, which spares rays.
 };

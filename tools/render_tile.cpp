@@ -119,7 +119,7 @@ void TileRenderer::make_centre_rays() {
 }
 
 float TileRenderer::time_of(float part) const {
-  return (1.0f - part) * job_.options.shutter_open + part * job_.options.shutter_close;
+  return (1.0f - part) * job_.options.shutter.open + part * job_.options.shutter.close;
 }
 
 void TileRenderer::make_sample_rays(std::uint32_t sample) {

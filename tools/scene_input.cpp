@@ -13,7 +13,8 @@ namespace {
 /// The objects of a mesh file, and their instances in the scene's only group.
 build::Result<void> add_assembly(const Cli& cli, const BuildCommand& command, const std::string& input,
                                  SceneDescription& scene) {
-  auto assembly = load_assembly(input);
+  const std::vector<float> times = command.motion_times();
+  auto assembly = load_assembly(input, times);
   if (interrupted()) return tl::unexpected(cancelled());
   if (!assembly) return tl::unexpected(assembly.error());
   if (auto checked = check_output(command.output, assembly->files); !checked) return checked;
@@ -30,6 +31,10 @@ build::Result<void> add_assembly(const Cli& cli, const BuildCommand& command, co
     instances.push_back({.object = first + static_cast<std::uint32_t>(use.mesh),
                          .to_scene = to_float(use.to_world),
                          .id = static_cast<std::uint32_t>(instances.size())});
+    if (use.keys.empty()) continue;
+    auto& motion = scene.motions.emplace_back(std::make_unique<build::Motion>());
+    for (std::size_t i = 0; i < use.keys.size(); ++i) motion->matrices.push_back({times[i], to_float(use.keys[i])});
+    instances.back().motion = motion.get();
   }
   return {};
 }
