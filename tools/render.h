@@ -37,7 +37,7 @@ struct RenderOptions {
   /// How far a shadow ray looks, in scene units.
   float ao_distance = std::numeric_limits<float>::infinity();
   /// Times of the rays, spread evenly over the samples: of what moves (Ray::time). The layers' are in the middle.
-  Shutter shutter;
+  Shutter shutter{};
   unsigned threads = 0;  ///< 0: all the machine has. The picture does not depend on it.
   bool layers = true;    ///< Fill everything of the pixels; false: colours only, which spares rays.
 };
