@@ -1,5 +1,6 @@
 // What a refit refuses, with the place; the file stays.
 
+#include <hiprt_build/instances.h>
 #include <tests/build/refit_file.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/motions.h>
@@ -43,6 +44,20 @@ TEST_CASE("what cannot be refitted is refused with the place, and the file stays
     CHECK_THAT(message(bad), Contains("triangle 1281: was dropped"));
     refitted(file, with_dropped);
   }
+}
+
+TEST_CASE("a scene of instances is not refitted") {
+  const build::Buffer object = std::move(built(icosphere(1), {}).bvh.buffer);
+  const std::vector<std::span<const std::byte>> files{object.bytes()};
+  const std::vector<build::Instance> instances(3);
+  auto scene = build::build_instances(files, instances);
+  REQUIRE(scene.has_value());
+  const std::vector<Box> boxes(3, Box{{0, 0, 0}, {1, 1, 1}});
+  const build::CustomGeometry moved[1] = {{.boxes = boxes}};
+  const auto refused = build::refit(scene->buffer.bytes(), SceneInput{{}, moved});
+  REQUIRE_FALSE(refused.has_value());
+  CHECK(refused.error().code == ErrorCode::kInvalidInput);
+  CHECK_THAT(refused.error().message, Contains("a scene of instances cannot be refitted"));
 }
 
 TEST_CASE("pairs whose common edge comes apart are refused; without pairs all can move") {
