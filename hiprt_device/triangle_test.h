@@ -84,7 +84,7 @@ struct Watertight {
       const std::uint32_t id = second ? info.triangle_ids >> 8 : info.triangle_ids;
       Candidate candidate;
       const bool met = corners.are_certain() ? finish(corners, id, ray.dz, candidate)
-                                             : finish_in_double<Lanes>(*forget(&leaf), ray, second, id, candidate);
+                                             : finish_in_double<Lanes>(read_again(leaf), ray, second, id, candidate);
       if (met && !accept(candidate, second ? 1u : 0u)) return false;
       if (!more) return true;
     }
