@@ -71,7 +71,7 @@ build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& pat
   if (bytes.size() % sizeof(HitRecord) != 0)
     return invalid(path, std::to_string(bytes.size()) + " bytes are no whole number of 8-byte hits");
   std::vector<HitRecord> hits(bytes.size() / sizeof(HitRecord));
-  std::memcpy(hits.data(), bytes.data(), bytes.size());
+  std::ranges::copy(bytes, std::as_writable_bytes(std::span{hits}).begin());
   return hits;
 }
 
@@ -90,7 +90,7 @@ build::Result<PathBatch> read_paths(const std::filesystem::path& path) {
                              std::to_string(header.levels) + " levels, 8 bytes for each, but the file has " +
                              std::to_string(bytes.size() - sizeof(header)) + " bytes of them");
   PathBatch batch{header.levels, std::vector<PathRecord>(static_cast<std::size_t>(records))};
-  std::memcpy(batch.paths.data(), bytes.data() + sizeof(header), bytes.size() - sizeof(header));
+  std::ranges::copy(bytes.subspan(sizeof(header)), std::as_writable_bytes(std::span{batch.paths}).begin());
   return batch;
 }
 
