@@ -5,11 +5,19 @@
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/steps/pair.h>
 
+#include <sstream>
 #include <string>
 
 namespace hiprt::build {
 
 inline Error invalid(std::string message) { return Error{ErrorCode::kInvalidInput, std::move(message)}; }
+
+/// A number in messages: short, and exact enough to recognise.
+inline std::string text(double number) {
+  std::ostringstream out;
+  out << number;
+  return out.str();
+}
 
 /// "mesh 3 (chair.obj)" or "custom geometry 0 (hair)"
 std::string place(const PrimitiveSoup& soup, std::size_t geometry);

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <sstream>
 
 namespace hiprt::build {
 namespace {
@@ -18,13 +17,6 @@ std::uint64_t align(std::uint64_t offset, std::uint64_t to) { return (offset + t
 
 std::string place(std::size_t group, std::size_t instance) {
   return "group " + std::to_string(group) + ", instance " + std::to_string(instance) + ": ";
-}
-
-/// Short and exact enough to recognise.
-std::string text(double number) {
-  std::ostringstream out;
-  out << number;
-  return out.str();
 }
 
 /// An object whose file stands.

@@ -19,11 +19,6 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// Both ends of a coordinate's range.
 struct MotionRange {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
-
-  void add(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
-  }
 };
 
 /// One coordinate of a point as it goes from key to key:
@@ -123,19 +118,6 @@ class SegmentMotion {
       stretch_[k][0][1] = from[3];
       stretch_[k][0][2] = from[4];
       stretch_[k][1][2] = from[5];
-    }
-  }
-
-  /// Rows of the matrix from the object to the scene, the translation last.
-  void at(double s, double (&matrix)[3][4]) const {
-    for (unsigned c = 0; c < 4; ++c) {
-      double p[3] = {};
-      if (c < 3) p[c] = 1.0;
-      for (unsigned r = 0; r < 3; ++r) {
-        const MotionCurve with = curve(r, p);
-        const double zero[3] = {};
-        matrix[r][c] = with.at(s).value - (c < 3 ? curve(r, zero).at(s).value : 0.0);
-      }
     }
   }
 

@@ -93,6 +93,12 @@ struct RecordSpec {
 
 #define SIZE(record, name) sizeof(record::name)
 
+std::size_t sum(std::initializer_list<std::size_t> sizes) {
+  std::size_t total = 0;
+  for (const std::size_t size : sizes) total += size;
+  return total;
+}
+
 std::vector<RecordSpec> container_records() {
 #define HEADER(X)                                                                                               \
   X(FileHeader, magic), X(FileHeader, version_major), X(FileHeader, version_minor), X(FileHeader, layout),      \
@@ -120,11 +126,6 @@ std::vector<RecordSpec> container_records() {
 #define SEGMENT(X) \
   X(MotionSegment, time), X(MotionSegment, translation), X(MotionSegment, turning), X(MotionSegment, reserved)
 #define TURNING(X) X(TurningSegment, rotation), X(TurningSegment, angle), X(TurningSegment, stretch)
-  const auto sum = [](std::initializer_list<std::size_t> sizes) {
-    std::size_t total = 0;
-    for (const std::size_t size : sizes) total += size;
-    return total;
-  };
   return {{"FileHeader", sizeof(FileHeader), sum({HEADER(SIZE)}), {HEADER(FIELD)}},
           {"SectionEntry", sizeof(SectionEntry), sum({ENTRY(SIZE)}), {ENTRY(FIELD)}},
           {"GeometryRecord", sizeof(GeometryRecord), sum({GEOMETRY(SIZE)}), {GEOMETRY(FIELD)}},
@@ -151,11 +152,6 @@ std::vector<RecordSpec> node_records() {
       X(QuantizedBoxNode, child), X(QuantizedBoxNode, plane), X(QuantizedBoxNode, child_flags), \
       X(QuantizedBoxNode, reserved)
 #define CUSTOM_LEAF(X) X(CustomLeaf, box), X(CustomLeaf, info)
-  const auto sum = [](std::initializer_list<std::size_t> sizes) {
-    std::size_t total = 0;
-    for (const std::size_t size : sizes) total += size;
-    return total;
-  };
   return {{"Box", sizeof(Box), sum({BOX(SIZE)}), {BOX(FIELD)}},
           {"FloatBoxNode", sizeof(FloatBoxNode), sum({FLOAT_NODE(SIZE)}), {FLOAT_NODE(FIELD)}},
           {"PlanesBoxNode", sizeof(PlanesBoxNode), sum({PLANES_NODE(SIZE)}), {PLANES_NODE(FIELD)}},

@@ -130,4 +130,42 @@ template <class P> class EveryInstance {
   Answer best_{};
 };
 
+/// Through a cube of half the edge @p spread, at any time about [-3, 4).
+inline Ray random_ray(oracle::Random& random, double spread) {
+  Ray ray;
+  const auto origin = random.in_cube(spread), target = random.in_cube(0.6 * spread);
+  ray.origin = Vec3(origin[0], origin[1], origin[2]);
+  ray.direction = Vec3(target[0], target[1], target[2]) - ray.origin;
+  ray.time = random.uniform_float(-3, 4);
+  if (random.below(4) == 0) ray.tmax = random.uniform_float(0.2, 1.2);
+  if (random.below(8) == 0) ray.mask = 2;
+  return ray;
+}
+
+/// Hits by the trees over instances are those of every instance tried, to the last bit.
+template <class P> void check_rays(const InstanceScene& scene, std::uint64_t seed, unsigned rays) {
+  const SceneView view = scene.view();
+  REQUIRE(covers<P>(view));
+  EveryInstance<P> every(scene, view);
+  oracle::Random random(seed);
+  unsigned hits = 0;
+  for (unsigned i = 0; i < rays; ++i) {
+    const Ray ray = random_ray(random, 6.0);
+    const auto expected = every.closest(ray);
+    const auto hit = closest_hit<P>(view, ray);
+    INFO("ray " << i << " of seed " << seed);
+    REQUIRE_FALSE(hit.failed());
+    REQUIRE(hit.found() == expected.found());
+    REQUIRE(any_hit<P>(view, ray).found() == expected.found());
+    if (!hit.found()) continue;
+    ++hits;
+    REQUIRE(hit.t == expected.t);
+    REQUIRE(hit.u == expected.u);
+    REQUIRE(hit.path == expected.path);
+    REQUIRE(hit.geometry == expected.geometry);
+    REQUIRE(hit.primitive == expected.primitive);
+  }
+  CHECK(hits > rays / 20);
+}
+
 }  // namespace hiprt::checks

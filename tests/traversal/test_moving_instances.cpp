@@ -40,39 +40,6 @@ struct MovingScene : InstanceScene {
   }
 };
 
-Ray random_ray(Random& random, double spread) {
-  Ray ray;
-  const auto origin = random.in_cube(spread), target = random.in_cube(0.6 * spread);
-  ray.origin = Vec3(origin[0], origin[1], origin[2]);
-  ray.direction = Vec3(target[0], target[1], target[2]) - ray.origin;
-  ray.time = random.uniform_float(-3, 4);
-  if (random.below(8) == 0) ray.mask = 2;
-  return ray;
-}
-
-template <class P> void check_rays(const InstanceScene& scene, std::uint64_t seed, unsigned rays) {
-  const SceneView view = scene.view();
-  REQUIRE(covers<P>(view));
-  EveryInstance<P> every(scene, view);
-  Random random(seed);
-  unsigned hits = 0;
-  for (unsigned i = 0; i < rays; ++i) {
-    const Ray ray = random_ray(random, 6.0);
-    const auto expected = every.closest(ray);
-    const auto hit = closest_hit<P>(view, ray);
-    INFO("ray " << i << " of seed " << seed);
-    REQUIRE_FALSE(hit.failed());
-    REQUIRE(hit.found() == expected.found());
-    REQUIRE(any_hit<P>(view, ray).found() == expected.found());
-    if (!hit.found()) continue;
-    ++hits;
-    REQUIRE(hit.t == expected.t);
-    REQUIRE(hit.path == expected.path);
-    REQUIRE(hit.primitive == expected.primitive);
-  }
-  CHECK(hits > rays / 20);
-}
-
 }  // namespace
 
 TEMPLATE_TEST_CASE("hits of what moves do not depend on trees over instances, in every layout", "", FloatLayout,

@@ -1,0 +1,189 @@
+// How exact hits in instances are, and that their error bounds hold.
+
+#include <tests/traversal/instance_scenes.h>
+
+#include <algorithm>
+#include <cstdio>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+using hiprt::oracle::Random;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 20261122;
+
+template <class LayoutType, unsigned kLevels> struct Tracer : Instanced<Policies<LayoutType>, kLevels> {};
+
+/// The exact closest hit, of the transforms and triangles as they stand in the file.
+struct ExactHit {
+  double t = std::numeric_limits<double>::infinity();
+  double margin = 0.0;     ///< Of the smallest weight: near 0 the ray passes an edge.
+  double steepness = 0.0;  ///< How far the ray gets from the triangle's plane, in the scene, per unit of t.
+};
+
+/// Woop and the like have no place here: the scalar triple products of Moller and Trumbore, in long double.
+ExactHit exact_hit(const std::vector<const InstanceRecord*>& way, const oracle::Mesh& mesh, const Ray& ray) {
+  using Real = long double;
+  using Real3 = std::array<Real, 3>;
+  const auto cross = [](const Real3& a, const Real3& b) {
+    return Real3{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  };
+  const auto dot = [](const Real3& a, const Real3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  Real3 o{ray.origin.x, ray.origin.y, ray.origin.z}, d{ray.direction.x, ray.direction.y, ray.direction.z};
+  for (const InstanceRecord* record : way) {
+    Real3 inner_o{}, inner_d{};
+    for (unsigned r = 0; r < 3; ++r)
+      for (unsigned c = 0; c < 3; ++c) {
+        inner_o[r] += Real{record->linear[r][c]} * (o[c] - Real{record->translation[c]});
+        inner_d[r] += Real{record->linear[r][c]} * d[c];
+      }
+    o = inner_o;
+    d = inner_d;
+  }
+  ExactHit best;
+  for (const oracle::Triangle& triangle : mesh.triangles) {
+    Real3 p[3];
+    for (unsigned k = 0; k < 3; ++k)
+      for (unsigned axis = 0; axis < 3; ++axis) p[k][axis] = mesh.positions[triangle[k]][axis];
+    Real3 e1, e2, s;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      e1[axis] = p[1][axis] - p[0][axis];
+      e2[axis] = p[2][axis] - p[0][axis];
+      s[axis] = o[axis] - p[0][axis];
+    }
+    const Real3 h = cross(d, e2), q = cross(s, e1);
+    const Real determinant = dot(e1, h), u = dot(s, h) / determinant, v = dot(d, q) / determinant,
+               t = dot(e2, q) / determinant;
+    const Real margin = std::min({u, v, 1 - u - v});
+    if (!(margin >= 0) || !(t >= 0) || !(t < best.t)) continue;
+    Real3 normal = cross(e1, e2);
+    const Real along = dot(normal, d);
+    for (std::size_t i = way.size(); i-- > 0;) {
+      Real3 outer{};
+      for (unsigned r = 0; r < 3; ++r)
+        for (unsigned c = 0; c < 3; ++c) outer[c] += Real{way[i]->linear[r][c]} * normal[r];
+      normal = outer;
+    }
+    best = {static_cast<double>(t), static_cast<double>(margin),
+            static_cast<double>(std::fabs(along) / std::sqrt(dot(normal, normal)))};
+  }
+  return best;
+}
+
+/// One instance in the other, @p levels of them, each this far from its scene's origin.
+InstanceScene chain(std::uint64_t seed, unsigned levels, double translation, double stretch = 1.0) {
+  Random random(seed);
+  InstanceScene scene;
+  scene.add_file({oracle::icosphere(3)}, NodeLayout::kPlanes);
+  for (unsigned level = 0; level < levels; ++level) {
+    const auto away = random.on_sphere();
+    scene.groups.push_back(
+        {{.object = level,
+          .to_scene = affine(random.on_sphere(), random.uniform(0, 6.3), {1.0, 1.0, stretch},
+                             {translation * away[0], translation * away[1], translation * away[2]})}});
+  }
+  scene.build();
+  return scene;
+}
+
+/// Where the chain's innermost origin is in the scene.
+Vec3 innermost(const InstanceScene& scene) {
+  Vec3 p(0.0f);
+  for (const auto& group : scene.groups) {
+    const auto& m = group[0].to_scene.row;
+    const auto row = [&](unsigned r) {
+      return static_cast<float>(double{m[r][0]} * p.x + double{m[r][1]} * p.y + double{m[r][2]} * p.z + m[r][3]);
+    };
+    p = Vec3(row(0), row(1), row(2));
+  }
+  return p;
+}
+
+std::vector<const InstanceRecord*> way_of(const InstanceScene& scene, const SceneView& view) {
+  InstancePath<kMostLevels> path;
+  path.depth = static_cast<std::uint32_t>(scene.groups.size());
+  std::vector<const InstanceRecord*> way;
+  follow<false>(view, path, 0.0f, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
+    way.push_back(&record);
+  });
+  return way;
+}
+
+/// Rays from the scene at a sphere that may be far away: what is found, how exact t is, and whether the error bounds
+/// hold. @return the median and the largest error of t in 2^-24 of it, and the largest part of a bound that is used up.
+std::array<double, 3> check_exactness(const InstanceScene& scene, std::uint64_t seed, unsigned rays) {
+  using P = Tracer<PlanesLayout, kMostLevels>;
+  const SceneView view = scene.view();
+  const auto way = way_of(scene, view);
+  const oracle::Mesh mesh = oracle::icosphere(3);
+  const Vec3 center = innermost(scene);
+  Random random(seed);
+  std::vector<double> errors;
+  double tightest = 0.0;
+  for (unsigned i = 0; i < rays; ++i) {
+    const auto from = random.on_sphere();
+    const auto at = random.in_cube(0.7);
+    const auto away = random.uniform_float(3, 10);
+    Ray ray;
+    ray.origin = center + away * Vec3(from[0], from[1], from[2]);
+    ray.direction = center + Vec3(at[0], at[1], at[2]) - ray.origin;
+    const ExactHit exact = exact_hit(way, mesh, ray);
+    const auto hit = closest_hit<P>(view, ray);
+    // Another facet at an edge, which the rounded ray passes on the other side, lies in the same place but for that.
+    if (exact.margin < 1e-3) continue;
+    INFO("ray " << i << ", exact t " << exact.t);
+    REQUIRE(hit.found());
+    const double distance = std::fabs(double{hit.t} - exact.t);
+    REQUIRE(distance * exact.steepness <= 1.7321 * double{hit.error});
+    tightest = std::max(tightest, distance * exact.steepness / double{hit.error});
+    errors.push_back(distance / exact.t * 0x1p24);
+  }
+  REQUIRE(errors.size() > rays / 3);
+  std::sort(errors.begin(), errors.end());
+  return std::array{errors[errors.size() / 2], errors.back(), tightest};
+}
+
+}  // namespace
+
+TEST_CASE("t is exact far from the origin, on many levels and through uneven scales") {
+  const auto report = [](const char* what, const std::array<double, 3>& errors) {
+    std::printf("error of t, in 2^-24 of it: %-28s median %6.2f, largest %6.1f; of the bound %.4f\n", what, errors[0],
+                errors[1], errors[2]);
+    return errors[0];
+  };
+  CHECK(report("translation 1", check_exactness(chain(kSeed, 1, 1), kSeed, 2000)) < 1);
+  CHECK(report("translation 1e3", check_exactness(chain(kSeed, 1, 1e3), kSeed, 2000)) < 1);
+  CHECK(report("translation 1e5", check_exactness(chain(kSeed, 1, 1e5), kSeed, 2000)) < 1);
+  CHECK(report("16 levels, 1 each", check_exactness(chain(kSeed, 16, 1), kSeed, 2000)) < 12);
+  CHECK(report("scale 1e-3 along an axis", check_exactness(chain(kSeed, 1, 1, 1e-3), kSeed, 2000)) < 50);
+}
+
+TEST_CASE("rays that start on a surface seen through instances do not meet it again") {
+  for (const double translation : {1.0, 1e3, 1e5}) {
+    const InstanceScene scene = chain(kSeed + 1, 2, translation);
+    using P = Tracer<PlanesLayout, 2>;
+    const SceneView view = scene.view();
+    const Vec3 center = innermost(scene);
+    Random random(kSeed);
+    unsigned spawned = 0;
+    for (unsigned i = 0; i < 5000; ++i) {
+      const auto from = random.on_sphere(), out = random.on_sphere();
+      const auto at = random.in_cube(0.6);
+      Ray ray;
+      ray.origin = center + 4.0f * Vec3(from[0], from[1], from[2]);
+      ray.direction = center + Vec3(at[0], at[1], at[2]) - ray.origin;
+      const auto hit = closest_hit<P>(view, ray);
+      if (!hit.found()) continue;
+      Ray next;
+      next.direction = Vec3(out[0], out[1], out[2]);
+      if (glm::dot(next.direction, hit.normal) < 0) next.direction = -next.direction;
+      next.origin = spawn_origin(ray, hit, next.direction);
+      // Outside a ball there is nothing.
+      REQUIRE(glm::dot(ray.direction, hit.normal) < 0);
+      REQUIRE_FALSE(closest_hit<P>(view, next).found());
+      ++spawned;
+    }
+    CHECK(spawned > 2000);
+  }
+}
