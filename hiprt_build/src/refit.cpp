@@ -202,6 +202,8 @@ Result<RefitStatistics> run(CpuEngine& engine, std::span<std::byte> file, const 
                             const RefitOptions& options, bool& writing) {
   const auto view = open_buffer(file);
   if (!view) return tl::unexpected(invalid("not a BVH file to refit: " + to_string(view.error())));
+  if (view->has_instances())
+    return tl::unexpected(invalid("a scene of instances cannot be refitted, only its objects' files can"));
   const PrimitiveSoup soup(moved);
   if (auto checked = check_geometries(*view, soup); !checked) return tl::unexpected(checked.error());
   return dispatch_layout(view->layout(), [&](auto layout) {
