@@ -20,7 +20,9 @@ struct Instance {
   Affine to_scene{};         ///< From the object to the scene (or group) that has the instance. Any with an inverse.
   std::uint32_t mask = 0xffffffffu;  ///< A ray sees the instance iff (ray.mask & mask) != 0.
   std::uint32_t id = 0;              ///< The program's own number (InstanceRecord::id).
-  const Motion* motion = nullptr;    ///< If any, in place of to_scene; has to live until the scene is built.
+  /// Intersection filters are not asked about what is in it: all hits count (InstanceFlags::kNoFilter).
+  bool without_filter = false;
+  const Motion* motion = nullptr;  ///< If any, in place of to_scene; has to live until the scene is built.
 };
 
 /// What the box of an instance in its scene's tree is made of: the boxes, transformed, of ... Smaller boxes let fewer
@@ -38,6 +40,10 @@ struct InstanceOptions {
   /// taken; leaves hold one instance.
   BuildOptions tree{.builder = Builder::kHploc, .reinsertion_rounds = 8};
   InstanceBounds bounds = InstanceBounds::kGrandchildren;
+  /// Leaves that the trees may have per instance, 1 to 16 on average: the instances with the largest boxes are opened,
+  /// that is they are in several leaves, from which rays enter parts of the object (Benthin et al. 2017, "Improved
+  /// two-level BVHs using partial re-braiding"). For instances that overlap. Hits are the same.
+  double opening_budget = 1.0;
 };
 
 /// Objects by number: first the files, then the groups.
@@ -50,7 +56,8 @@ struct InstancedScene {
   std::span<const std::span<const Instance>> groups;
 };
 
-/// Builds a scene of instances. Statistics are those of the scene's own tree: its custom primitives are instances.
+/// Builds a scene of instances. Statistics are those of the scene's own tree: its custom primitives are instances, or
+/// parts of opened ones.
 /// Instances of empty objects are counted as dropped (BuildStatistics::dropped_degenerate).
 /// @return kInvalidInput with the group and instance for an object that does not exist, a transform that is not finite
 /// or has no inverse (with its determinant), also on the way from one key to the next; kTooLarge if the stack of a

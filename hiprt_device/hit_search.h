@@ -178,6 +178,8 @@ class HitSearch {
   }
 
   HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit& found, const Answer& candidate) const {
+    if constexpr (P::kLevels != 0 && kAsks)
+      if (traversal_.levels().without_filter(*scene_)) return FilterAnswer::kAccept;
     bool stop = false;
     if constexpr (Primitives::kCount != 0) {
       if (found.custom != nullptr) {

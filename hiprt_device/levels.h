@@ -137,6 +137,16 @@ template <unsigned kLevels, bool kMoves> class Levels {
   HIPRT_HD HIPRT_INLINE std::uint32_t depth() const { return depth_; }
   HIPRT_HD HIPRT_INLINE std::uint32_t instance(unsigned level) const { return way_[level]; }
 
+  /// An instance on the way has InstanceFlags::kNoFilter.
+  HIPRT_HD HIPRT_INLINE bool without_filter(const SceneView& scene) const {
+    ObjectPlace place(scene);
+    for (unsigned i = 0; i < depth_; ++i) {
+      const InstanceRecord& record = place.instances[way_[i]];
+      if ((record.flags & InstanceFlags::kNoFilter) != 0) return true;
+      place = ObjectPlace(scene, scene.objects[record.object]);
+    }
+    return false;
+  }
   HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object) {
     way_[depth_++] = instance;
     object_ = &object;
@@ -197,6 +207,9 @@ template <bool kMoves> class Levels<1, kMoves> {
   HIPRT_HD HIPRT_INLINE InstancePath<1> path() const { return {depth(), {depth() == 0 ? 0 : instance_}}; }
   HIPRT_HD HIPRT_INLINE std::uint32_t depth() const { return instance_ == kInvalidId ? 0 : 1; }
   HIPRT_HD HIPRT_INLINE std::uint32_t instance(unsigned) const { return instance_; }
+  HIPRT_HD HIPRT_INLINE bool without_filter(const SceneView& scene) const {
+    return depth() != 0 && (scene.instances[instance_].flags & InstanceFlags::kNoFilter) != 0;
+  }
   HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object) {
     instance_ = instance;
     base_ = scene.base + object.offset;

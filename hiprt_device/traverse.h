@@ -257,7 +257,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   /// On with the object of an instance of the scene or the object at hand, if the ray sees it.
-  /// @param leaf has one primitive, the instance, and is alone in its run.
+  /// @param leaf has one primitive, the instance, or a part of it, and is alone in its run.
   HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Ray& ray, float limit,
                                             typename P::Counter& counter, const CustomLeaf& leaf) {
     // Elsewhere the run's box is the leaf's, which the ray meets.
@@ -276,10 +276,10 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     if constexpr (P::Schedule::kTogether) {
       if (!is_end(node_)) way_.later(entry_of(node_));
       way_.later(entry_of(kExitRef));
-      node_ = record.root;
+      node_ = entered_ref(leaf.info);
     } else {
       way_.later(entry_of(kExitRef));
-      way_.later(entry_of(record.root));
+      way_.later(entry_of(entered_ref(leaf.info)));
     }
     const ObjectRecord& object = scene.objects[record.object];
     levels_.enter(scene, instance, object);

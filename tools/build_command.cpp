@@ -111,6 +111,14 @@ void add_scene_options(CLI::App& app, BuildCommand& command) {
                "Build one BVH without instances over the scene: every instance of a mesh becomes a geometry, with its "
                "triangles where the scene has them")
       ->disable_flag_override();
+  app.add_option(
+         "--opening-budget", command.opening_budget,
+         "Leaves that trees over instances may have per instance, 1 to 16 on average: the largest instances are "
+         "opened, and rays enter parts of their objects. For instances that overlap")
+      ->check(CLI::Range(1.0, 16.0))
+      ->type_name("X")
+      ->excludes("--flatten")
+      ->capture_default_str();
   app.add_option("--shutter", command.shutter,
                  "With --instances: read the animations of glTF files, so that nodes move between these times, in "
                  "seconds (bvhrender --shutter takes the picture)")
@@ -140,9 +148,10 @@ void add_refit_option(CLI::App& app, BuildCommand& command) {
                      "geometry, in their order. Says whether a rebuild is advised")
           ->allow_extra_args(false)
           ->type_name("MESH");
-  for (const char* name : {"--builder", "--quality", "--import", "--nodes", "--target", "--device", "--max-leaf",
-                           "--split-budget", "--presplit-budget", "--reinsertion-rounds", "--ploc-radius", "--no-pairs",
-                           "--stats", "--instances", "--flatten", "--shutter", "--motion-keys", "--instance-bounds"})
+  for (const char* name :
+       {"--builder", "--quality", "--import", "--nodes", "--target", "--device", "--max-leaf", "--split-budget",
+        "--presplit-budget", "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats", "--instances",
+        "--flatten", "--shutter", "--motion-keys", "--opening-budget", "--instance-bounds"})
     refit->excludes(app.get_option(name));
 }
 
@@ -165,7 +174,7 @@ void check_command(const CLI::App& app, BuildCommand& command) {
     if (!command.imported.empty()) throw CLI::ValidationError("--import takes meshes, not a scene of instances");
     return;
   }
-  for (const char* name : {"--flatten", "--instance-bounds"})
+  for (const char* name : {"--flatten", "--instance-bounds", "--opening-budget"})
     if (app.get_option(name)->count() != 0)
       throw CLI::ValidationError(std::string(name) +
                                  " takes a scene of instances: a .json or .scene file, or --instances");

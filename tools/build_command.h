@@ -33,6 +33,7 @@ struct BuildCommand {
   std::string imported;  ///< Empty: none.
   bool instances = false, flatten = false;
   std::string instance_bounds = "grandchildren";
+  double opening_budget = build::InstanceOptions{}.opening_budget;
   std::string shutter;  ///< Empty: animations are not read.
   unsigned motion_keys = 2;
 

@@ -69,7 +69,17 @@ bool is_custom(const BufferView& view, const LeafInfo& info) {
   return (view.geometries[info.geometry_and_flags & kGeometryMask].flags & kGeometryCustom) != 0;
 }
 
+json instance_leaf_json(const BufferView& view, const CustomLeaf& leaf, std::size_t index) {
+  json result = leaf_json(view, leaf.info, index);
+  result["instance"] = leaf.info.primitive[0];
+  result["enters"] = entered_ref(leaf.info);
+  result["min"] = leaf.box[0].min;
+  result["max"] = leaf.box[0].max;
+  return result;
+}
+
 json custom_leaf_json(const BufferView& view, const CustomLeaf& leaf, std::size_t index) {
+  if (view.has_instances()) return instance_leaf_json(view, leaf, index);
   json customs = json::array();
   for (unsigned i = 0; i < 2; ++i)
     if (leaf.info.primitive[i] != kInvalidId)

@@ -138,6 +138,7 @@ build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const bu
   for (const build::Buffer& file : files) objects.push_back(file.bytes());
   for (const SceneGroup& group : scene.groups) groups.emplace_back(group.instances);
   build::InstanceOptions options;
+  options.opening_budget = command.opening_budget;
   options.bounds = value_of(kInstanceBounds, command.instance_bounds);
   options.tree.nodes = build_options(command, tool, {}).nodes;
   options.tree.threads = command.threads;

@@ -14,10 +14,10 @@ Count sum(Count a, Count b) {
   return result;
 }
 
-/// Calls visit(object) for every instance in a leaf: the format promises nothing of others.
+/// Calls visit(object) for every instance in a leaf, opened ones once: the format promises nothing of others.
 template <class Visit> void for_each_instance(const BufferView& view, Visit&& visit) {
-  for (const CustomLeaf& leaf : view.records<CustomLeaf>(view.leaves))
-    visit(std::size_t{view.instances[leaf.info.primitive[0]].object});
+  for (std::size_t i = 0; i < view.instances.size(); ++i)
+    if (view.primitive_map[i] != kInvalidId) visit(std::size_t{view.instances[i].object});
 }
 
 /// What an object has, with all that is below it.
@@ -75,7 +75,8 @@ SceneFigures measure_scene(const BufferView& scene) {
   std::vector<Content> contents;
   const auto add_group = [&](const BufferView& group) {
     figures.instances += group.instances.size();
-    figures.dropped_instances += group.instances.size() - group.leaves.count;
+    figures.dropped_instances += group.geometries[0].dropped_count;
+    figures.opened_parts += group.leaves.count + group.geometries[0].dropped_count - group.instances.size();
     for (const MotionRecord& motion : group.motions) figures.moving_instances += motion.count != 0 ? 1 : 0;
     figures.motion_segments += group.segments.size();
     figures.motion_bytes += group.motions.size_bytes() + group.segments.size_bytes();
@@ -111,6 +112,8 @@ void add_scene(Table& table, const SceneFigures& figures) {
   table.row("instances of objects", text(figures.all_instances));
   table.row("instance records",
             std::to_string(figures.instances) + ", " + std::to_string(figures.dropped_instances) + " dropped");
+  if (figures.opened_parts != 0)
+    table.row("leaves of opened instances", std::to_string(figures.opened_parts) + " more");
   if (figures.moving_instances != 0)
     table.row("moving instances", std::to_string(figures.moving_instances) + ", " +
                                       std::to_string(figures.motion_segments) + " segments between their keys");
@@ -138,6 +141,7 @@ nlohmann::json scene_json(const SceneFigures& figures) {
           {"instances",
            {{"records", figures.instances},
             {"dropped", figures.dropped_instances},
+            {"opened", figures.opened_parts},
             {"moving", figures.moving_instances},
             {"motion_segments", figures.motion_segments},
             {"of_objects", json_of(figures.all_instances)}}},

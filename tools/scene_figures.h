@@ -28,6 +28,7 @@ struct SceneFigures {
   std::uint64_t groups = 1;                  ///< With the scene itself.
   std::uint64_t instances = 0;               ///< Of all groups, each once: those in the file.
   std::uint64_t dropped_instances = 0;       ///< Of empty objects.
+  std::uint64_t opened_parts = 0;            ///< Leaves of instances more than instances.
   std::uint64_t moving_instances = 0;        ///< Of those in the file.
   std::uint64_t motion_segments = 0;         ///< Of all motions; one less than keys each.
   std::uint64_t triangles = 0, customs = 0;  ///< Of all objects, each once.

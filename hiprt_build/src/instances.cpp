@@ -7,8 +7,10 @@
 #include <hiprt_device/format/instance_bounds.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <queue>
 
 namespace hiprt::build {
 namespace {
@@ -27,13 +29,21 @@ struct ObjectParts {
   explicit ObjectParts(const BufferView& of) : view(of), record(format_detail::describe(of)) {}
 };
 
+/// What a leaf is for.
+struct InstancePart {
+  std::uint32_t instance;
+  NodeRef ref;         ///< Where rays enter the object; kInvalidRef: it is empty.
+  unsigned depth = 0;  ///< Of that, below its root.
+};
+
 /// A group's instances on the way into its file.
 struct Group {
   std::vector<InstanceRecord> records;
   /// None if no instance moves. Offsets of segments count from the first.
   std::vector<MotionRecord> motions;
   std::vector<MotionSegment> segments;
-  std::vector<Box> boxes;
+  std::vector<InstancePart> parts;
+  std::vector<Box> boxes;  ///< Of the parts.
   format_detail::InstanceNeeds needs;
 
   std::span<const MotionSegment> motion_of(std::size_t i) const {
@@ -45,8 +55,7 @@ struct Group {
 
 /// The record of an instance, or what is wrong with its transform.
 /// @param to_scene Instance::to_scene, or of one that moves the first place.
-Result<InstanceRecord> make_record(const Instance& instance, const Affine& to_scene, const ObjectRecord& object,
-                                   std::size_t group, std::size_t i) {
+Result<InstanceRecord> make_record(const Instance& instance, const Affine& to_scene, std::size_t group, std::size_t i) {
   InstanceRecord record{};
   bool finite = true;
   for (unsigned r = 0; r < 3; ++r) {
@@ -65,7 +74,7 @@ Result<InstanceRecord> make_record(const Instance& instance, const Affine& to_sc
   record.object = instance.object;
   record.mask = instance.mask;
   record.id = instance.id;
-  record.root = object.root;
+  record.flags = instance.without_filter ? InstanceFlags::kNoFilter : 0;
   const double condition = finite ? condition_of(record) : 0.0;
   const LinearInverse back(record);
   if (!finite || !(condition <= double{kMaxCondition}) || !back.exists())
@@ -96,7 +105,7 @@ Result<InstanceRecord> add_motion(Group& group, const Instance& instance, const 
                                   std::size_t number, std::size_t i) {
   auto parts = make_motion(*instance.motion);
   if (!parts) return tl::unexpected(invalid(place(number, i) + parts.error().message));
-  auto record = make_record(instance, parts->first.to_scene, object, number, i);
+  auto record = make_record(instance, parts->first.to_scene, number, i);
   if (!record || parts->segments.empty()) return record;
   group.motions.resize(group.records.size());
   group.motions[i] = {group.segments.size() * sizeof(MotionSegment),
@@ -112,11 +121,106 @@ Result<InstanceRecord> add_motion(Group& group, const Instance& instance, const 
   return record;
 }
 
+/// The parts that leaves are for, and their boxes.
+class PartBoxes {
+ public:
+  PartBoxes(Group& group, std::span<const ObjectParts> objects, InstanceBounds bounds)
+      : group_(group), objects_(objects), bounds_(bounds) {}
+
+  /// One part per instance.
+  void make(CpuEngine& engine) {
+    const std::size_t count = group_.records.size();
+    group_.parts.resize(count);
+    group_.boxes.resize(count);
+    // Boxes of deep bounds take a while each.
+    constexpr std::size_t kChunk = 64;
+    engine.for_quiet_chunks(
+        count,
+        [&](std::size_t, std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) {
+            group_.parts[i] = {static_cast<std::uint32_t>(i), objects_[group_.records[i].object].record.root};
+            group_.boxes[i] = box_of(group_.parts[i]);
+          }
+        },
+        kChunk);
+  }
+
+  /// Puts the children of the parts with the largest boxes into their places, until there are @p budget times as many
+  /// as instances.
+  void open(CpuEngine& engine, double budget) {
+    const auto most = static_cast<std::size_t>(budget * static_cast<double>(group_.records.size()));
+    std::priority_queue<std::pair<float, std::size_t>> largest;
+    const auto offer = [&](std::size_t i) {
+      const InstancePart& part = group_.parts[i];
+      if (part.ref != kInvalidRef && is_box(part.ref) && part.depth < kMostOpenedLevels)
+        largest.emplace(half_area(group_.boxes[i]), i);
+    };
+    for (std::size_t i = 0; i < group_.parts.size(); ++i) offer(i);
+    while (!largest.empty() && group_.parts.size() + kBranching - 1 <= most) {
+      if (group_.parts.size() % 256 == 0) engine.monitor().check();
+      const std::size_t opened = largest.top().second;
+      largest.pop();
+      const InstancePart part = group_.parts[opened];
+      bool first = true;
+      for (const NodeRef child : children_of(part)) {
+        if (child == kInvalidRef) continue;
+        const std::size_t at = first ? opened : group_.parts.size();
+        if (!first) {
+          group_.parts.emplace_back();
+          group_.boxes.emplace_back();
+        }
+        first = false;
+        group_.parts[at] = {part.instance, child, part.depth + 1};
+        group_.boxes[at] = box_of(group_.parts[at]);
+        offer(at);
+      }
+    }
+  }
+
+ private:
+  static float half_area(const Box& box) {
+    const float x = box.max[0] - box.min[0], y = box.max[1] - box.min[1], z = box.max[2] - box.min[2];
+    return x * y + y * z + z * x;
+  }
+
+  const BufferView& object_of(const InstancePart& part) const {
+    return objects_[group_.records[part.instance].object].view;
+  }
+
+  std::array<NodeRef, kBranching> children_of(const InstancePart& part) const {
+    const BufferView& object = object_of(part);
+    return dispatch_layout(object.layout(), [&](auto layout) {
+      using Node = typename decltype(layout)::Node;
+      const auto& node = *reinterpret_cast<const Node*>(object.bytes.data() + ref_offset(part.ref));
+      std::array<NodeRef, kBranching> children;
+      std::copy_n(node.child, kBranching, children.begin());
+      return children;
+    });
+  }
+
+  Box box_of(const InstancePart& part) const {
+    if (part.ref == kInvalidRef) return format_detail::empty_box();
+    const BufferView& object = object_of(part);
+    return dispatch_layout(object.layout(), [&](auto layout) {
+      using Bounder = format_detail::InstanceBounder<decltype(layout)>;
+      const std::size_t i = part.instance;
+      const format_detail::InstancePlace place(group_.records[i], group_.motion_of(i),
+                                               group_.motions.empty() ? MotionKind{} : group_.motions[i].kind);
+      return Bounder(object, place)
+          .bounds(part.ref,
+                  bounds_ == InstanceBounds::kPrimitives ? Bounder::kToPrimitives : static_cast<unsigned>(bounds_));
+    });
+  }
+
+  Group& group_;
+  std::span<const ObjectParts> objects_;
+  InstanceBounds bounds_;
+};
+
 Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instances,
-                            std::span<const ObjectParts> objects, InstanceBounds bounds, std::size_t number) {
+                            std::span<const ObjectParts> objects, const InstanceOptions& options, std::size_t number) {
   Group group;
   group.records.resize(instances.size());
-  group.boxes.resize(instances.size());
   for (std::size_t i = 0; i < instances.size(); ++i) {
     if (i % CpuEngine::kChunk == 0) engine.monitor().check();
     if (instances[i].object >= objects.size())
@@ -124,7 +228,7 @@ Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instanc
                                     ", those before the group are " + std::to_string(objects.size())));
     const ObjectRecord& object = objects[instances[i].object].record;
     auto record = instances[i].motion != nullptr ? add_motion(group, instances[i], object, number, i)
-                                                 : make_record(instances[i], instances[i].to_scene, object, number, i);
+                                                 : make_record(instances[i], instances[i].to_scene, number, i);
     if (!record) return tl::unexpected(std::move(record.error()));
     group.records[i] = *record;
     if (object.root != kInvalidRef && group.motion_of(i).empty()) group.needs.add(*record, object);
@@ -134,27 +238,12 @@ Result<Group> prepare_group(CpuEngine& engine, std::span<const Instance> instanc
     return tl::unexpected(
         invalid("group " + std::to_string(number) + ": the transforms on the way to a primitive have a condition of " +
                 text(group.needs.condition) + " together, the limit is " + text(double{kMaxCondition})));
-  // Boxes of deep bounds take a while each.
-  const std::size_t chunk = 64;
-  engine.for_quiet_chunks(
-      instances.size(),
-      [&](std::size_t, std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const BufferView& object = objects[group.records[i].object].view;
-          group.boxes[i] = dispatch_layout(object.layout(), [&](auto layout) {
-            using Bounder = format_detail::InstanceBounder<decltype(layout)>;
-            const format_detail::InstancePlace place(group.records[i], group.motion_of(i),
-                                                     group.motions.empty() ? MotionKind{} : group.motions[i].kind);
-            return Bounder(object, place)
-                .bounds(bounds == InstanceBounds::kPrimitives ? Bounder::kToPrimitives : static_cast<unsigned>(bounds));
-          });
-        }
-      },
-      chunk);
+  PartBoxes boxes(group, objects, options.bounds);
+  boxes.make(engine);
   for (std::size_t i = 0; i < instances.size(); ++i)
-    if (objects[instances[i].object].record.root != kInvalidRef &&
-        format_detail::first_bad_plane(group.boxes[i]) != format_detail::kNoPlane)
+    if (group.parts[i].ref != kInvalidRef && format_detail::first_bad_plane(group.boxes[i]) != format_detail::kNoPlane)
       return tl::unexpected(invalid(place(number, i) + "its bounds are beyond what floats hold"));
+  boxes.open(engine, options.opening_budget);
   return group;
 }
 
@@ -176,6 +265,36 @@ std::uint64_t room_wanted(const BufferView& tree, unsigned entries) {
 
 /// A reference to what lies @p by bytes farther back.
 NodeRef moved(NodeRef ref, std::uint64_t by) { return make_ref(ref_offset(ref) + by, ref_type(ref)); }
+
+/// Leaves, map and counts of a tree over parts, as those of one over instances.
+void name_instances(std::byte* bytes, const Group& group, std::span<SectionEntry> sections) {
+  const auto section = [&](SectionKind kind) -> SectionEntry& {
+    return *std::find_if(sections.begin(), sections.end(),
+                         [&](const SectionEntry& entry) { return entry.kind == static_cast<std::uint32_t>(kind); });
+  };
+  SectionEntry& map_section = section(SectionKind::kPrimitiveMap);
+  const SectionEntry &leaf_section = section(SectionKind::kLeaves),
+                     &geometry_section = section(SectionKind::kGeometries);
+  const std::span leaves(reinterpret_cast<CustomLeaf*>(bytes + leaf_section.offset),
+                         static_cast<std::size_t>(leaf_section.count));
+  for (CustomLeaf& leaf : leaves) {
+    const InstancePart& part = group.parts[leaf.info.primitive[0]];
+    leaf.info.primitive[0] = part.instance;
+    leaf.info.primitive[1] = part.ref;
+  }
+  if (group.parts.size() == group.records.size()) return;
+  const std::span map(reinterpret_cast<std::uint32_t*>(bytes + map_section.offset), group.parts.size());
+  std::vector<std::uint32_t> by_instance(group.records.size(), kInvalidId);
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    std::uint32_t& leaf = by_instance[group.parts[i].instance];
+    if (leaf == kInvalidId) leaf = map[i];
+  }
+  std::fill(map.begin(), map.end(), 0u);
+  std::copy(by_instance.begin(), by_instance.end(), map.begin());
+  map_section.count = by_instance.size();
+  reinterpret_cast<GeometryRecord*>(bytes + geometry_section.offset)->primitive_count = by_instance.size();
+  reinterpret_cast<FileHeader*>(bytes)->primitive_count = by_instance.size();
+}
 
 /// The file of a tree over instances' boxes, with the instances, and for the scene all objects.
 /// @param group whose motions get their segments' place.
@@ -220,6 +339,7 @@ Buffer finish_file(const BufferView& tree, Group& group, std::span<const ObjectP
   std::memcpy(bytes, tree.bytes.data(), sizeof(FileHeader));
   const std::size_t first = first_section(tree);
   std::memcpy(bytes + first + shift, tree.bytes.data() + first, tree.bytes.size() - first);
+  name_instances(bytes, group, sections);
   std::memcpy(bytes + sizeof(FileHeader), sections.data(), sections.size() * sizeof(SectionEntry));
   const auto put = [&](std::uint64_t at, const auto& records) {
     const auto raw = std::as_bytes(std::span(records));
@@ -288,7 +408,7 @@ class SceneBuilder {
     for (std::size_t g = 0;; ++g) {
       const bool last = g + 1 == scene_.groups.size();
       const std::span<const ObjectParts> before(objects_);
-      auto group = prepare_group(engine_, scene_.groups[g], before, options_.bounds, g);
+      auto group = prepare_group(engine_, scene_.groups[g], before, options_, g);
       if (!group) return tl::unexpected(std::move(group.error()));
       auto tree = build_tree(group->boxes, g);
       if (!tree) return tl::unexpected(std::move(tree.error()));
@@ -331,6 +451,8 @@ class SceneBuilder {
 }  // namespace
 
 Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& options) {
+  if (!(options.opening_budget >= 1.0 && options.opening_budget <= 16.0))
+    return tl::unexpected(invalid("opening_budget is " + text(options.opening_budget) + ", 1 to 16 expected"));
   if (scene.groups.empty()) return tl::unexpected(invalid("a scene of instances has a group at least"));
   auto objects = open_files(scene.files);
   if (!objects) return tl::unexpected(std::move(objects.error()));

@@ -47,7 +47,8 @@ template <class Layout> class TreeMeter {
     const bool custom = ref_type(ref) == NodeType::kProcedural;
     for (const auto* leaf = quality_.run(ref);; ++leaf) {
       const LeafInfo& info = leaf->info;
-      (custom ? result_.leaf_customs : result_.leaf_triangles) += info.primitive[1] == kInvalidId ? 1 : 2;
+      (custom ? result_.leaf_customs : result_.leaf_triangles) +=
+          info.primitive[1] == kInvalidId || view_.has_instances() ? 1 : 2;
       if (custom) ++result_.custom_leaves;
       if ((info.geometry_and_flags & kLastInRun) != 0) return;
     }

@@ -17,8 +17,21 @@ struct alignas(64) InstanceRecord {
   std::uint32_t object;  ///< Index in the object table.
   std::uint32_t mask;    ///< A ray sees the instance iff (ray.mask & mask) != 0.
   std::uint32_t id;      ///< The program's own number.
-  NodeRef root;          ///< Where rays enter the object: its root, or a node or run below (an opened instance).
+  std::uint32_t flags;   ///< InstanceFlags; others zero.
 };
+
+/// Of InstanceRecord::flags.
+struct InstanceFlags {
+  /// Intersection filters are not asked about hits in the instance: all count (opaque geometry, where others are not).
+  static constexpr std::uint32_t kNoFilter = 1;
+  static constexpr std::uint32_t kKnown = kNoFilter;
+};
+
+/// Where a leaf of instances lets rays into the object: its root, or one of the nodes and runs that an opened instance
+/// is in as many leaves for.
+HIPRT_HD inline NodeRef entered_ref(const LeafInfo& info) { return info.primitive[1]; }
+/// How far below an object's root that may be, in box nodes.
+inline constexpr unsigned kMostOpenedLevels = 16;
 
 /// One object: a BVH file that the scene's file holds whole. What a ray needs of it stands here too.
 struct ObjectRecord {
@@ -40,7 +53,7 @@ struct ObjectRecord {
 static_assert(sizeof(InstanceRecord) == 64 && sizeof(ObjectRecord) == 96);
 static_assert(offsetof(InstanceRecord, linear) == 0 && offsetof(InstanceRecord, translation) == 36);
 static_assert(offsetof(InstanceRecord, object) == 48 && offsetof(InstanceRecord, mask) == 52);
-static_assert(offsetof(InstanceRecord, id) == 56 && offsetof(InstanceRecord, root) == 60);
+static_assert(offsetof(InstanceRecord, id) == 56 && offsetof(InstanceRecord, flags) == 60);
 static_assert(offsetof(ObjectRecord, offset) == 0 && offsetof(ObjectRecord, size) == 8);
 static_assert(offsetof(ObjectRecord, geometries) == 16 && offsetof(ObjectRecord, instances) == 24);
 static_assert(offsetof(ObjectRecord, features) == 32 && offsetof(ObjectRecord, bounds) == 40);

@@ -25,7 +25,6 @@ class InstancePlace {
       : InstancePlace(view.instances[i], view.motion_of(i), view.motions.empty() ? MotionKind{} : view.motions[i].kind,
                       slack) {}
 
-  const InstanceRecord& record() const { return record_; }
   /// A box that holds all images of a box of the object.
   Box bounds(const Box& box) const {
     return motion_.empty() ? bounds_in_scene(record_, inverse_, box, slack_) : bounds_in_motion(motion_, box, slack_);
@@ -46,12 +45,12 @@ template <class Layout> class InstanceBounder {
 
   InstanceBounder(const BufferView& object, const InstancePlace& place) : object_(object), place_(place) {}
 
+  /// @param root what rays enter: the object's root, or a node or run below.
   /// @param levels of box nodes to go down; below a leaf's box only for kToPrimitives.
   /// @param box what there is already: parts inside it are not looked into.
-  Box bounds(unsigned levels, Box box = empty_box()) {
+  Box bounds(NodeRef root, unsigned levels, Box box = empty_box()) {
     result_ = box;
     into_leaves_ = levels == kToPrimitives;
-    const NodeRef root = place_.record().root;
     const Box whole = box_of(root);
     // Each is a bound: of a part's corners some may be farther than those of the whole.
     limit_ = in_scene(whole);
@@ -110,8 +109,8 @@ template <class Layout> class InstanceBounder {
     for (;; ref += make_ref(kNodeGranularity, NodeType::kTriangle0)) {
       const LeafInfo& info = at<CustomLeaf>(ref).info;
       if (ref_type(ref) == NodeType::kProcedural) {
-        for (unsigned slot = 0; slot < 2; ++slot)
-          if (info.primitive[slot] != kInvalidId) visit(at<CustomLeaf>(ref).box[slot]);
+        visit(at<CustomLeaf>(ref).box[0]);
+        if (!object_.has_instances() && info.primitive[1] != kInvalidId) visit(at<CustomLeaf>(ref).box[1]);
       } else {
         for (unsigned v = 0; v < 4; ++v) {
           Box corner;

@@ -3,23 +3,28 @@
 
 #include <hiprt_device/format/instance_bounds.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <span>
+#include <utility>
+#include <vector>
 
 namespace hiprt::format_detail {
 
-/// Every leaf holds one instance and is alone in its run.
+/// Every leaf is alone in its run.
 inline Check check_instance_leaves(const BufferView& view) {
   if (!view.has_instances()) return {};
   const auto leaves = view.records<CustomLeaf>(view.leaves);
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     const LeafInfo& info = leaves[i].info;
-    if (info.primitive[1] != kInvalidId || (info.geometry_and_flags & kLastInRun) == 0)
+    if ((info.geometry_and_flags & kLastInRun) == 0)
       return fail(FormatError::kInstanceLeaf,
-                  view.leaves.offset + i * sizeof(CustomLeaf) + offsetof(CustomLeaf, info) + 4, info.primitive[1],
-                  kInvalidId);
+                  view.leaves.offset + i * sizeof(CustomLeaf) + offsetof(CustomLeaf, info) +
+                      offsetof(LeafInfo, geometry_and_flags),
+                  info.geometry_and_flags, info.geometry_and_flags | kLastInRun);
   }
   return {};
 }
@@ -44,6 +49,7 @@ template <class Layout> class InstanceCheck {
     for (std::size_t i = 0; i < leaves.size(); ++i)
       if (auto leaf = check_leaf(leaves[i], view_.leaves.offset + i * sizeof(CustomLeaf)); !leaf)
         return tl::unexpected(leaf.error());
+    if (auto parts = check_parts(leaves); !parts) return tl::unexpected(parts.error());
     if (auto header = check_header_fields(); !header) return tl::unexpected(header.error());
     return stack_need + needs_.stack;
   }
@@ -57,8 +63,11 @@ template <class Layout> class InstanceCheck {
       return fail(FormatError::kBadInstance, record_at + offsetof(InstanceRecord, object), record.object,
                   objects_.size());
     const BufferView& object = objects_[record.object];
-    if (!names_part(object, record.root))
-      return fail(FormatError::kBadInstance, record_at + offsetof(InstanceRecord, root), record.root,
+    if ((record.flags & ~InstanceFlags::kKnown) != 0)
+      return fail(FormatError::kBadReservedField, record_at + offsetof(InstanceRecord, flags), record.flags,
+                  InstanceFlags::kKnown);
+    if (!may_be_part(object, entered_ref(info)))
+      return fail(FormatError::kBadInstance, at + offsetof(CustomLeaf, info) + 4, entered_ref(info),
                   object.header->root);
     for (unsigned i = 0; i < 12; ++i) {
       const float x = i < 9 ? record.linear[i / 3][i % 3] : record.translation[i - 9];
@@ -73,8 +82,8 @@ template <class Layout> class InstanceCheck {
       return motion;
     // Whatever is made by another compiler's arithmetic has its slack.
     const InstancePlace place(view_, info.primitive[0], 0.0);
-    const Box content =
-        InstanceBounder<Layout>(object, place).bounds(InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
+    const Box content = InstanceBounder<Layout>(object, place)
+                            .bounds(entered_ref(info), InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
     if (const unsigned outside = first_plane_outside(content, leaf.box[0]); outside != kNoPlane)
       return fail(FormatError::kBoxNotContained, at + 4 * outside,
                   float_bits(side_of(content, outside / 3, outside % 3)),
@@ -152,8 +161,52 @@ template <class Layout> class InstanceCheck {
     return kSegmentWords;
   }
 
-  /// A box node of the object, or a run's first leaf (or a later one: then a shorter run).
-  static bool names_part(const BufferView& object, NodeRef ref) {
+  /// The leaves of an instance together let rays into all of its object, each into a part of its own.
+  Check check_parts(std::span<const CustomLeaf> leaves) const {
+    std::vector<std::uint32_t> order(leaves.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto key = [&](std::uint32_t i) { return std::pair(leaves[i].info.primitive[0], i); };
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+      const std::uint32_t instance = leaves[order[begin]].info.primitive[0];
+      std::vector<NodeRef> parts;
+      for (; end < order.size() && leaves[order[end]].info.primitive[0] == instance; ++end)
+        parts.push_back(entered_ref(leaves[order[end]].info));
+      std::sort(parts.begin(), parts.end());
+      const BufferView& object = objects_[view_.instances[instance].object];
+      if (!is_whole(object, parts))
+        return fail(FormatError::kBadInstance,
+                    view_.leaves.offset + order[begin] * sizeof(CustomLeaf) + offsetof(CustomLeaf, info) + 4, parts[0],
+                    object.header->root);
+    }
+    return {};
+  }
+
+  /// @param parts sorted.
+  static bool is_whole(const BufferView& object, std::span<const NodeRef> parts) {
+    struct Step {
+      NodeRef ref;
+      unsigned depth;
+    };
+    std::size_t found = 0;
+    std::vector<Step> pending{{object.header->root, 0}};
+    while (!pending.empty()) {
+      const auto [ref, depth] = pending.back();
+      pending.pop_back();
+      if (std::binary_search(parts.begin(), parts.end(), ref)) {
+        ++found;
+        continue;
+      }
+      if (!is_box(ref) || depth == kMostOpenedLevels) return false;
+      const auto& node = *reinterpret_cast<const typename Layout::Node*>(object.bytes.data() + ref_offset(ref));
+      for (const NodeRef child : node.child)
+        if (child != kInvalidRef) pending.push_back({child, depth + 1});
+    }
+    return found == parts.size();
+  }
+
+  /// A box node of the object, or a run's first leaf (or a later one: check_parts() knows).
+  static bool may_be_part(const BufferView& object, NodeRef ref) {
     if (ref == object.header->root && ref != kInvalidRef) return true;
     const SectionEntry& section = is_box(ref) ? object.nodes : object.leaves;
     const std::uint64_t offset = ref_offset(ref);

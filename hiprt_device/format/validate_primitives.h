@@ -77,9 +77,9 @@ template <class Layout> class PrimitiveCheck {
     return view_.geometries[leaf.info.geometry_and_flags & kGeometryMask].first_primitive +
            leaf.info.primitive[triangle];
   }
-  /// Triangle or custom primitive.
-  static bool has_primitive(const Leaf& leaf, unsigned which) {
-    return which == 0 || leaf.info.primitive[1] != kInvalidId;
+  /// Triangle or custom primitive. (A leaf of instances has one; its other number is entered_ref().)
+  bool has_primitive(const Leaf& leaf, unsigned which) const {
+    return which == 0 || (!view_.has_instances() && leaf.info.primitive[1] != kInvalidId);
   }
 
   Check check_leaf(const LeafPlace& place) {
@@ -188,7 +188,7 @@ template <class Layout> class PrimitiveCheck {
     const std::uint64_t primitive = number(leaf, triangle);
     ++(kCustom ? summary_.leaf_customs : summary_.leaf_triangles);
     if (view_.primitive_map[primitive] == index * 2 + triangle) mapped_.insert(primitive);
-    if (!reached_.insert(primitive)) return {};
+    if (!reached_.insert(primitive) || view_.has_instances()) return {};
     if (kCustom || !splits_allowed_)
       return fail(kCustom ? FormatError::kSplitCustom : FormatError::kSplitWithoutFeature,
                   leaf_offset(index) + kInfo + 4 * triangle, leaf.info.primitive[triangle], 1);

@@ -79,6 +79,7 @@ BadCase wrong_inside(FormatError error, const char* what, OffsetOf section, std:
 
 std::vector<BadCase> instance_cases() {
   using E = FormatError;
+  constexpr std::uint64_t kWayIn = offsetof(CustomLeaf, info) + 4;
   const std::uint64_t features = offsetof(FileHeader, features), levels = offsetof(FileHeader, levels);
   const std::uint64_t condition = offsetof(FileHeader, condition), reach = offsetof(FileHeader, reach);
   return {
@@ -103,14 +104,15 @@ std::vector<BadCase> instance_cases() {
       wrong(E::kBadObject, "too large", objects, offsetof(ObjectRecord, size), ~std::uint64_t{0}),
       wrong(E::kBadObject, "another root", objects, offsetof(ObjectRecord, root), 8u),
       wrong(E::kBadInstance, "of no object", instances, offsetof(InstanceRecord, object), 2u),
-      wrong(E::kBadInstance, "a root outside", instances, offsetof(InstanceRecord, root), 0x10000000u),
-      wrong(E::kBadInstance, "no root", instances, offsetof(InstanceRecord, root), kInvalidRef),
-      wrong(E::kBadInstance, "a root of the wrong kind", instances, offsetof(InstanceRecord, root), 0x37u),
+      wrong(E::kBadInstance, "a way in outside", leaves, kWayIn, 0x10000000u),
+      wrong(E::kBadInstance, "no way in", leaves, kWayIn, kInvalidRef),
+      wrong(E::kBadInstance, "a way in of the wrong kind", leaves, kWayIn, 0x37u),
+      wrong(E::kBadReservedField, "an unknown flag", instances, offsetof(InstanceRecord, flags), 2u),
       wrong(E::kBadInstance, "an infinite row", instances, 8, kInf),
       wrong(E::kBadInstance, "a NaN translation", instances, 36, std::numeric_limits<float>::quiet_NaN()),
       wrong(E::kBadInstance, "no inverse", instances, 0, 0.0f),
       wrong_inside(E::kBadInstance, "of itself", instances, offsetof(InstanceRecord, object), 1u),
-      wrong(E::kInstanceLeaf, "two instances", leaves, offsetof(CustomLeaf, info) + 4, 0u),
+      wrong(E::kInstanceLeaf, "more than one in a run", leaves, offsetof(CustomLeaf, info) + 8, 0u),
       wrong_inside(E::kBadLevels, "inside", header, levels, 2u),
   };
 }

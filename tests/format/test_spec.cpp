@@ -114,7 +114,7 @@ std::vector<RecordSpec> container_records() {
       X(GeometryRecord, mask), X(GeometryRecord, flags)
 #define INSTANCE(X)                                                                                              \
   X(InstanceRecord, linear), X(InstanceRecord, translation), X(InstanceRecord, object), X(InstanceRecord, mask), \
-      X(InstanceRecord, id), X(InstanceRecord, root)
+      X(InstanceRecord, id), X(InstanceRecord, flags)
 #define OBJECT(X)                                                                                               \
   X(ObjectRecord, offset), X(ObjectRecord, size), X(ObjectRecord, geometries), X(ObjectRecord, instances),      \
       X(ObjectRecord, features), X(ObjectRecord, bounds), X(ObjectRecord, root), X(ObjectRecord, condition),    \
@@ -181,6 +181,7 @@ std::map<std::string, std::vector<Constant>> constant_tables() {
            {CONSTANT(Feature, kTriangles), CONSTANT(Feature, kMasks), CONSTANT(Feature, kSplitReferences),
             CONSTANT(Feature, kCustom), CONSTANT(Feature, kInstances), CONSTANT(Feature, kMotion)}},
           {"Motion kinds", {CONSTANT(MotionKind, kSlerp), CONSTANT(MotionKind, kNlerp), CONSTANT(MotionKind, kMatrix)}},
+          {"Instance flags", {CONSTANT(InstanceFlags, kNoFilter)}},
           {"Geometry flags", {CONSTANT(hiprt, kGeometryCustom), {0xff00, "custom_type"}}},
           {"Children byte", {{0x0f, "children_mask"}, {0x30, "children_order_axis"}}},
           {"Node types",
