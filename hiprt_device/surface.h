@@ -33,7 +33,7 @@ HIPRT_HD HIPRT_INLINE Vec3 make_normal(const double (&edge1)[3], const double (&
   return Vec3(static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale));
 }
 
-/// An instance on the way to a hit, and what its transform may be off by.
+/// An instance on the way to a hit, and what its transform may be off by. Bounds too are the same bits everywhere.
 template <bool kMoves> class EnteredInstance {
  public:
   /// @param motion nullptr: it stands still. @param ray outside.
@@ -49,11 +49,13 @@ template <bool kMoves> class EnteredInstance {
                     way(2, ray.origin.z, ray.direction.z));
     float most = 0.0f;
     for (const float(&row)[3] : record.linear)
-      most = max_of(most, absolute(row[0]) * from.x + absolute(row[1]) * from.y + absolute(row[2]) * from.z);
+      most = max_of(most, fused_multiply_add(absolute(row[0]), from.x,
+                                             fused_multiply_add(absolute(row[1]), from.y, absolute(row[2]) * from.z)));
     inside_ = 10.0f * kUnit * most;
     if constexpr (kMoves)
       if (motion != nullptr)
-        outside_ = kUnit * (14.0f * motion->rounding * (from.x + from.y + from.z) + 6.0f * motion->farthest);
+        outside_ =
+            kUnit * fused_multiply_add(14.0f * motion->rounding, from.x + from.y + from.z, 6.0f * motion->farthest);
   }
   /// As it is at the ray's time.
   HIPRT_HD const InstanceRecord& record() const {
@@ -64,7 +66,7 @@ template <bool kMoves> class EnteredInstance {
   }
   /// A bound of an error inside, with those of the transform.
   HIPRT_HD float error_outside(float error) const {
-    return static_cast<float>(LinearInverse(record()).norm()) * (error + inside_) + outside_;
+    return fused_multiply_add(static_cast<float>(LinearInverse(record()).norm()), error + inside_, outside_);
   }
 
  private:
@@ -125,7 +127,9 @@ HIPRT_HD inline void complete_along(const SceneView& scene, PathHit<kLevels>& hi
     hit.error = entered[depth].error_outside(hit.error);
   }
   if (hit.path.depth != 0)
-    hit.error += 4.0f * kUnit * (max_component(ray.origin) + absolute(hit.t) * max_component(ray.direction));
+    hit.error = fused_multiply_add(
+        4.0f * kUnit, fused_multiply_add(absolute(hit.t), max_component(ray.direction), max_component(ray.origin)),
+        hit.error);
 }
 
 /// No hit is farther than the largest float: t = +inf says miss.
