@@ -35,9 +35,11 @@ class AllHits {
   using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
+  /// @param counter goes on from what it is.
   HIPRT_HD HIPRT_INLINE AllHits(const SceneView& scene, const Ray& ray, const Storage& storage,
-                                const Filter& filter = {}, const Primitives& primitives = {})
-      : search_(scene, ray, storage, filter, primitives),
+                                const Filter& filter = {}, const Primitives& primitives = {},
+                                const typename P::Counter& counter = {})
+      : search_(scene, ray, storage, filter, primitives, counter),
         sorts_(kMaySort && (scene.features & feature_bit(Feature::kSplitReferences)) != 0) {}
 
   /// @return one more hit; a miss at the end; failed() (see state()) if nodes could not be visited.

@@ -21,9 +21,11 @@ class AnyHit {
   using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
+  /// @param counter goes on from what it is.
   HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const Ray& ray, const Storage& storage,
-                               const Filter& filter = {}, const Primitives& primitives = {})
-      : search_(scene, ray, storage, filter, primitives) {}
+                               const Filter& filter = {}, const Primitives& primitives = {},
+                               const typename P::Counter& counter = {})
+      : search_(scene, ray, storage, filter, primitives, counter) {}
 
   /// @return one more hit in [tmin, tmax]; a miss at the end; failed() (see state()) if nodes could not be visited.
   HIPRT_HD HIPRT_INLINE Answer next_hit() {

@@ -22,9 +22,11 @@ class ClosestHit {
   using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
+  /// @param counter goes on from what it is.
   HIPRT_HD HIPRT_INLINE ClosestHit(const SceneView& scene, const Ray& ray, const Storage& storage,
-                                   const Filter& filter = {}, const Primitives& primitives = {})
-      : search_(scene, ray, storage, filter, primitives) {}
+                                   const Filter& filter = {}, const Primitives& primitives = {},
+                                   const typename P::Counter& counter = {})
+      : search_(scene, ray, storage, filter, primitives, counter) {}
 
   /// @return the closest hit in [tmin, tmax] behind the last one, with normal and error; a miss at the end; failed()
   /// (see state()) when it cannot be told.

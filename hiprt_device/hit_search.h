@@ -29,12 +29,13 @@ class HitSearch {
   using Answer = HitOf<P::kLevels>;
 
   HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const Ray& ray, const Storage& storage, const Filter& filter,
-                                  const Primitives& primitives)
+                                  const Primitives& primitives, const Counter& counter)
       : scene_(&scene),
         ray_(ray),
         storage_(storage),
         filter_(filter),
         primitives_(primitives),
+        counter_(counter),
         traversal_(scene, ray, is_covered() && is_traceable(ray) ? scene.root : kInvalidRef, storage),
         hit_way_(storage, 1),
         after_way_(storage, 2),
@@ -217,7 +218,7 @@ class HitSearch {
   Storage storage_;
   Filter filter_;
   Primitives primitives_;
-  Counter counter_{};
+  Counter counter_;
   Traversal<P, Order, kResumable> traversal_;
   Hit hit_{};
   SavedWay<P::kLevels> hit_way_, after_way_;

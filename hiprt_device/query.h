@@ -11,22 +11,24 @@ inline namespace HIPRT_ISA_NAMESPACE {
 // P is a PolicySet: the queries check that. Of constraints here compilers would tell behind a list of all overloads.
 
 /// The closest hit in [tmin, tmax], or a miss.
+/// @param counter goes on from what it is: zero it for the work of one ray.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
 HIPRT_HD inline auto closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
                                  const typename P::Stack::Storage& storage) {
-  ClosestHit<P> query(scene, ray, storage);
+  ClosestHit<P> query(scene, ray, storage, {}, {}, counter);
   const auto hit = query.next_hit();
   counter = query.counter();
   return hit;
 }
 
 /// Some hit in [tmin, tmax], without normal and error; which one depends on the tree. A miss if there is none.
+/// @param counter goes on from what it is: zero it for the work of one ray.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
 HIPRT_HD inline auto any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
                              const typename P::Stack::Storage& storage) {
-  AnyHit<P> query(scene, ray, storage);
+  AnyHit<P> query(scene, ray, storage, {}, {}, counter);
   const auto hit = query.next_hit();
   counter = query.counter();
   return hit;

@@ -99,7 +99,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
           stopped_leaf = leaf_;
           cancel();
         }
-        if (Schedule::kTogether && is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit);
+        if (Schedule::kTogether && is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
       }
       if constexpr (Schedule::kTogether) {
         const bool busy = !is_end(node_);
@@ -112,7 +112,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
       } else {
         if (kHasLevels && leaf_ == kOverflowRef) return outcome;
         node_ = way_.pop(limit);
-        leave_instances(scene, ray, limit);
+        leave_instances(scene, ray, limit, counter);
       }
     }
   }
@@ -133,6 +133,8 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   using PreparedRay = typename P::Triangle::template PreparedRay<Lanes>;
   static constexpr bool kTestSorts = SortingBoxTest<typename P::Boxes, Layout, Lanes>;
   static constexpr bool kHasLevels = P::kLevels != 0;
+  static constexpr bool kObserved = TraversalObserver<typename P::Counter>;
+  static_assert(!kObserved || !kTestSorts, "hiprt: an observer's tracer cannot have a box test that sorts");
   static_assert(!kHasLevels || (!kTestSorts && !BacktrackingStack<typename P::Stack>),
                 "hiprt: Instanced: not with a restart trail or a box test that sorts");
 
@@ -150,7 +152,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
                                        typename P::Counter& counter) {
     while (is_box(node_)) {
       node_ = visit_boxes(scene, ray, limit, counter);
-      leave_instances(scene, ray, limit);
+      leave_instances(scene, ray, limit, counter);
     }
     leaf_ = node_;
   }
@@ -158,21 +160,22 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// The same, but beyond the first leaf as long as the schedule lets others of the group look for theirs.
   HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const Ray& ray, float limit,
                                                   typename P::Counter& counter, LaneMask group) {
-    if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit);
+    if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
     // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
     for (bool go_on = group_any(group, is_end(leaf_) && is_box(node_)); go_on;) {
       if (is_box(node_)) {
         node_ = visit_boxes(scene, ray, limit, counter);
-        if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit);
+        if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
       }
       go_on = P::Schedule::search_on(group, is_end(leaf_) && is_box(node_));
     }
   }
 
   /// @pre !is_box(node_), and no leaf is at hand.
-  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const Ray& ray, float limit) {
+  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const Ray& ray, float limit,
+                                       typename P::Counter& counter) {
     if constexpr (kHasLevels) {
-      leave_instances(scene, ray, limit);
+      leave_instances(scene, ray, limit, counter);
       if (is_box(node_)) return;
     }
     leaf_ = node_;
@@ -187,13 +190,21 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
       const SortedChildren met = P::Boxes::template intersect<Layout>(scene, node_, ray, slabs_, limit);
       return met.child[0] == kInvalidRef ? way_.pop(limit) : Order::next(met, way_);
     } else {
-      return visit_slabs(scene, limit);
+      return visit_slabs(scene, limit, counter);
     }
   }
 
-  HIPRT_HD HIPRT_INLINE NodeRef visit_slabs(const SceneView& scene, float limit) {
+  HIPRT_HD HIPRT_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
     const Node& node = *reinterpret_cast<const Node*>(levels_.base(scene) + ref_offset(node_));
     const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(tmin_), Lanes::uniform(limit));
+    if constexpr (kObserved) {
+      NodeVisit visit{levels_.base(scene), node_, {}, {}};
+      for (unsigned i = 0; i < kBranching; ++i) {
+        visit.met[i] = hits.hit(i);
+        visit.enter[i] = Lanes::get(hits.enter, i);
+      }
+      counter.on_node(visit);
+    }
     if (!hits.any()) return way_.pop(limit);
     if constexpr (Lanes::kScalar)
       return Order::next(load_words(node.child).word, hits, way_);
@@ -206,6 +217,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const Ray& ray, const float& limit,
                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
     const std::byte* record = levels_.base(scene) + ref_offset(leaf_);
+    if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
     if constexpr (kHasLevels) {
       if (ref_type(leaf_) == NodeType::kProcedural && levels_.instances(scene) != nullptr) {
         leaf_ = kInvalidRef;
@@ -216,6 +228,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     const LeafInfo info = load_info(record);
     unsigned met = 0;
     const auto offer = [&](const Candidate& at, unsigned slot, const CustomHit* custom) HIPRT_INLINE_LAMBDA {
+      if constexpr (kObserved) counter.on_candidate(slot, at.t);
       if constexpr (kResumable)
         if (met++ < skip_) return true;
       const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
@@ -240,11 +253,16 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   /// The way out of instances, if node_ is one. Only once no leaf is at hand, which would be the instance's.
-  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Ray& ray, float limit) {
+  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Ray& ray, float limit,
+                                             typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       if (node_ != kExitRef) return;
-      Ray outside = levels_.leave(scene, ray);
-      for (node_ = way_.pop(limit); node_ == kExitRef; node_ = way_.pop(limit)) outside = levels_.leave(scene, ray);
+      const auto leave = [&]() HIPRT_INLINE_LAMBDA {
+        if constexpr (kObserved) counter.on_exit();
+        return levels_.leave(scene, ray);
+      };
+      Ray outside = leave();
+      for (node_ = way_.pop(limit); node_ == kExitRef; node_ = way_.pop(limit)) outside = leave();
       if (is_end(node_)) return;
       // Outside there are instances only: no triangle is tested.
       const ObjectRecord* object = levels_.object();
@@ -282,6 +300,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
       way_.later(entry_of(entered_ref(leaf.info)));
     }
     const ObjectRecord& object = scene.objects[record.object];
+    if constexpr (kObserved) counter.on_enter(instance);
     levels_.enter(scene, instance, object);
     prepare(local, margin(object, local));
   }
