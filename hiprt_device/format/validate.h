@@ -97,9 +97,9 @@ inline Check check_provenance(const BufferView& view) {
 template <class Layout>
 tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& view, std::span<const BufferView> objects,
                                                             std::span<const ObjectRecord> records) {
+  if (auto single = check_instance_leaves(view); !single) return tl::unexpected(single.error());
   const auto tree = TreeCheck<Layout>(view).run();
   if (!tree) return tl::unexpected(tree.error());
-  if (auto single = check_instance_leaves(view); !single) return tl::unexpected(single.error());
   const auto primitives = PrimitiveCheck<Layout>(view).run();
   if (!primitives) return tl::unexpected(primitives.error());
   std::uint32_t need = tree->stack_need;

@@ -106,7 +106,7 @@ std::vector<BadCase> instance_cases() {
       wrong(E::kBadInstance, "of no object", instances, offsetof(InstanceRecord, object), 2u),
       wrong(E::kBadInstance, "a way in outside", leaves, kWayIn, 0x10000000u),
       wrong(E::kBadInstance, "no way in", leaves, kWayIn, kInvalidRef),
-      wrong(E::kBadInstance, "a way in of the wrong kind", leaves, kWayIn, 0x37u),
+      wrong(E::kBadInstance, "a way in of the wrong kind", leaves, kWayIn, 0x36u),
       wrong(E::kBadReservedField, "an unknown flag", instances, offsetof(InstanceRecord, flags), 2u),
       wrong(E::kBadInstance, "an infinite row", instances, 8, kInf),
       wrong(E::kBadInstance, "a NaN translation", instances, 36, std::numeric_limits<float>::quiet_NaN()),
