@@ -26,6 +26,25 @@ for name in trace_times build_times_and_cost opera_house; do
 done
 holds "$work/results/summary.md" '## Builders' '| cost of the object |' '# Benchmarks of' '- command:' '## Tracing' '## Building' '## Validation' '| planes_sah '
 
+# Large scenes are as large as they say, and valid.
+for name in island stadium swarm; do
+  expect 0 "" "$build/benchmarks/make_scene" "$name" "$work/scenes"
+done
+expect 2 "usage: make_scene" "$build/benchmarks/make_scene" moon "$work/scenes"
+for name in island.scene stadium.mesh swarm.json swarm_still.json; do
+  expect 0 "" "$build/tools/bvhbuild" "$work/scenes/$name" -o "$work/scenes/${name%.*}.bvh"
+  expect 0 "" "$build/tools/bvhinfo" --validate "$work/scenes/${name%.*}.bvh"
+  "$build/tools/bvhinfo" --json "$work/scenes/${name%.*}.bvh" >"$work/scenes/${name%.*}.info"
+done
+python3 - "$work/scenes" <<'PYTHON' || fault "a large scene is not what it should be"
+import json, sys
+scene = lambda name: json.load(open(f"{sys.argv[1]}/{name}.info"))["scene"]
+island, swarm, still = scene("island"), scene("swarm"), scene("swarm_still")
+assert island["triangles"]["unique"] >= 1_000_000 and island["triangles"]["instantiated"] >= 30_000_000_000, island
+assert len(island["levels"]) == 3, island["levels"]
+assert swarm["instances"]["moving"] == 10_000 and still["instances"]["moving"] == 0, (swarm, still)
+PYTHON
+
 expect 1 "" "$source/run" --quick "--build=$build" "--output=$work/results"
 expect 2 "" "$source/run" --unknown
 expect 2 "none of trace" "$source/run" --only=trace,nothing

@@ -27,7 +27,7 @@ set(hiprt_values_tests accurate=Tests<Watertight,Conservative> fast=Tests<Fast,P
 set(hiprt_values_orders sorted=NearFirst nearest=NearestFirst stored=Unordered tested=AsTested)
 set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMasks filter=WithFilter custom=WithCustom
   custom-filter=WithCustomAndFilter levels1=WithLevels<1> levels2=WithLevels<2> levels8=WithLevels<8>
-  levels32=WithLevels<32>)
+  levels32=WithLevels<32> moving1=WithMotion<1> moving2=WithMotion<2> moving8=WithMotion<8>)
 set(hiprt_values_blocks 64x1 64x10 64x12 64x14 64x16 128x7 128x8)
 
 # What an axis is when a selection does not name it.
@@ -49,7 +49,7 @@ set(hiprt_selections_small
   "orders=nearest blocks=128x7 queries=closest"
   "features=triangles,splits,filter,custom schedules=postponed queries=closest"
   "features=custom schedules=batch12v0 queries=any"
-  "features=levels1,levels8 schedules=postponed queries=closest"
+  "features=levels1,levels8,moving2 schedules=postponed queries=closest"
   "features=custom schedules=postponed queries=all"
   "layouts=float tests=watertight-hardware queries=closest"
   "layouts=half tests=hardware schedules=immediate queries=closest")
@@ -63,7 +63,7 @@ set(hiprt_selections_full
   "layouts=planes,quantized schedules=postponed,batch12 tests=fast queries=closest orders=nearest"
   "layouts=planes,quantized schedules=postponed,batch12 tests=fast queries=any orders=sorted"
   "layouts=* schedules=postponed,batch12 features=triangles,splits,masks,filter,custom"
-  "layouts=planes,quantized schedules=postponed,batch12 features=levels1,levels2,levels8,levels32"
+  "layouts=planes,quantized schedules=postponed,batch12 features=levels1,levels2,levels8,levels32,moving1,moving2"
   "layouts=planes,quantized schedules=postponed,batch1,batch12 blocks=*"
   "layouts=planes,quantized stacks=rolling schedules=batch12 blocks=*"
   "layouts=* queries=all schedules=immediate,postponed features=triangles,masks"
@@ -139,7 +139,7 @@ function(hiprt_can_be variable)
   endif()
   # A restart trail needs children by distance where a hit shortens the ray, else in a stable order.
   hiprt_usual_order(usual)
-  if(stack STREQUAL "restart" AND features MATCHES "^levels")
+  if(stack STREQUAL "restart" AND features MATCHES "^(levels|moving)")
     return()
   endif()
   if(stack STREQUAL "restart" AND NOT order STREQUAL "sorted" AND NOT (order STREQUAL "stored" AND usual STREQUAL "stored"))

@@ -155,7 +155,44 @@ SceneDescription arrange(FileScene scene) {
   return result;
 }
 
+/// A file's bytes, from the front.
+class Writer {
+ public:
+  template <class T> void put(const T& value) { put(std::span(&value, 1)); }
+  template <class T> void put(std::span<const T> values) {
+    const auto bytes = std::as_bytes(values);
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  }
+  std::span<const std::byte> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
 }  // namespace
+
+build::Result<void> write_scene_binary(const std::filesystem::path& path, const SceneDescription& scene) {
+  Writer file;
+  file.put(kMagic);
+  file.put(static_cast<std::uint32_t>(scene.objects.size() + scene.groups.size()));
+  for (const SceneObject& object : scene.objects) {
+    const Mesh& mesh = scene.meshes[object.meshes.front()];
+    file.put(std::uint32_t{0});
+    file.put(static_cast<std::uint32_t>(mesh.positions.size()));
+    file.put(static_cast<std::uint32_t>(mesh.triangles.size()));
+    file.put(std::span<const build::Position>(mesh.positions));
+    file.put(std::span<const build::Triangle>(mesh.triangles));
+  }
+  for (const SceneGroup& group : scene.groups) {
+    file.put(std::uint32_t{1});
+    file.put(static_cast<std::uint32_t>(group.instances.size()));
+    for (const Instance& instance : group.instances) {
+      file.put(instance.object);
+      file.put(instance.to_scene);
+    }
+  }
+  return build::write_file(path, file.bytes());
+}
 
 build::Result<SceneDescription> read_scene_binary(const std::filesystem::path& path) {
   const auto file = build::map_file(path);

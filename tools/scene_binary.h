@@ -20,4 +20,9 @@ namespace hiprt::tools {
 /// @return kIo, kCancelled, kOutOfMemory, or kInvalidInput with the object and the limit.
 build::Result<SceneDescription> read_scene_binary(const std::filesystem::path& path);
 
+/// Writes a scene; masks and ids are not stored. The old file or the whole new one is there afterwards.
+/// @pre every object has one mesh, and nothing moves.
+/// @return kIo with path and reason.
+build::Result<void> write_scene_binary(const std::filesystem::path& path, const SceneDescription& scene);
+
 }  // namespace hiprt::tools

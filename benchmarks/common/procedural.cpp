@@ -1,5 +1,8 @@
 #include "procedural.h"
 
+#include "mesh_parts.h"
+#include "random.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,8 +10,6 @@
 
 namespace hiprt::bench {
 namespace {
-
-constexpr double kTurn = 2.0 * std::numbers::pi;
 
 double ground_height(double x, double z) {
   double height = 0, size = 4, frequency = 0.06;
@@ -25,27 +26,8 @@ build::Position position(double x, double y, double z) {
   return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
 }
 
-/// Two triangles per cell of a grid of columns x rows cells, whose corners are the positions from @p first on.
-void add_grid_triangles(tools::Mesh& mesh, std::uint32_t first, std::uint32_t columns, std::uint32_t rows) {
-  for (std::uint32_t row = 0; row < rows; ++row)
-    for (std::uint32_t column = 0; column < columns; ++column) {
-      const std::uint32_t a = first + row * (columns + 1) + column, b = a + columns + 1;
-      mesh.triangles.push_back({a, b, a + 1});
-      mesh.triangles.push_back({a + 1, b, b + 1});
-    }
-}
-
 constexpr std::uint32_t kSegments = 16, kRings = 9;
 constexpr std::uint32_t kSphereTriangles = 2 * kSegments * kRings;
-
-/// Random numbers whose bits the standard prescribes.
-class Random {
- public:
-  double between(double low, double high) { return low + (high - low) * 0x1p-32 * static_cast<double>(bits_()); }
-
- private:
-  std::mt19937 bits_;
-};
 
 /// A sphere with three radii, turned around the y axis. Its poles are slightly open, so that no triangle is degenerate.
 void add_sphere(tools::Mesh& mesh, Random& random) {

@@ -23,6 +23,9 @@ inline constexpr std::uint32_t kPrimitiveBits = 0xffff0000u;
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// When ray i of a set is traced, in scenes that move: in [0, 1), neighbours at different times, as motion blur has it.
+HIPRT_HD HIPRT_INLINE float ray_time(std::uint32_t i) { return static_cast<float>(i * 0x9e3779b1u >> 8) * 0x1p-24f; }
+
 HIPRT_HD HIPRT_INLINE std::uint32_t id_of(const Hit& hit) { return hit.primitive + hit.geometry * 0x9e3779b1u; }
 
 HIPRT_HD HIPRT_INLINE Answer make_answer(const Hit& hit) { return {hit.t, hit.found() ? id_of(hit) : kInvalidId}; }

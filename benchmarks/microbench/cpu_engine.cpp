@@ -35,7 +35,7 @@ class CpuEngine final : public Engine {
   explicit CpuEngine(unsigned most_rays) : most_rays_(most_rays) {
     for (const std::string_view layout : kLayouts)
       for (const std::string_view tests : {"accurate", "fast"})
-        for (const std::string_view features : {"masks", "custom", "levels32"})
+        for (const std::string_view features : {"masks", "custom", "moving32"})
           for (const NamedQuery& query : kQueries) add(layout, tests, features, query);
   }
 
@@ -95,10 +95,10 @@ class CpuEngine final : public Engine {
 
  private:
   void add(std::string_view layout, std::string_view tests, std::string_view features, const NamedQuery& query) {
-    const bool custom = features == "custom", instances = features == "levels32";
+    const bool custom = features == "custom", instances = features == "moving32";
     FeatureMask mask = kKnownFeatures;
     if (!custom) mask &= ~feature_bit(Feature::kCustom);
-    if (!instances) mask &= ~feature_bit(Feature::kInstances);
+    if (!instances) mask &= ~(feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion));
     variants_.push_back({{query.name, layout, tests, "private", "immediate", query.order, features, "1x1"},
                          query.query,
                          mask,

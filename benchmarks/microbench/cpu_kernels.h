@@ -21,7 +21,7 @@ struct CpuJob {
   const SceneView* scene;
   Query query;
   bool fast;         ///< Fast triangles and Plain boxes.
-  unsigned levels;   ///< Of instances; 0: a tracer without them.
+  unsigned levels;   ///< Of instances; 0: a tracer without them, else of what moves too.
   const Box* boxes;  ///< Custom primitives (BoxSet); nullptr: a tracer without them.
   const Ray* rays;
   Hit* hits;        ///< As many as rays; of Query::kClosest and kAny.

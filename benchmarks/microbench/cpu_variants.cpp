@@ -37,7 +37,9 @@ template <class P, class Primitives> void trace_all(const CpuJob& job, const Pri
 }
 
 /// With instances a stack holds what all levels need.
-template <class P> struct Deep : Instanced<P, kCpuLevels> { using Stack = LevelStack<PrivateStack<2048>, kCpuLevels>; };
+template <class P> struct Deep : Moving<Instanced<P, kCpuLevels>> {
+  using Stack = LevelStack<PrivateStack<2048>, kCpuLevels>;
+};
 
 template <class P> void choose_primitives(const CpuJob& job) {
   if (job.levels != 0)

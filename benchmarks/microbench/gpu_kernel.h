@@ -22,10 +22,12 @@ template <class TriangleType, class BoxesType> struct Tests {
   using Boxes = BoxesType;
 };
 
-template <FeatureMask kMask, class FilterType = NoFilter, class PrimitivesType = NoPrimitives, unsigned kLevelCount = 0>
+template <FeatureMask kMask, class FilterType = NoFilter, class PrimitivesType = NoPrimitives, unsigned kLevelCount = 0,
+          bool kMotion = false>
 struct FeatureSet {
   static constexpr FeatureMask kFeatures = kMask;
   static constexpr unsigned kLevels = kLevelCount;
+  static constexpr bool kMoves = kMotion;
   using Filter = FilterType;
   using Primitives = PrimitivesType;
 };
@@ -42,6 +44,9 @@ using WithCustomAndFilter =
 
 template <unsigned kLevels>
 using WithLevels = FeatureSet<kMaskBits | feature_bit(Feature::kInstances), NoFilter, NoPrimitives, kLevels>;
+template <unsigned kLevels>
+using WithMotion = FeatureSet<kMaskBits | feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion), NoFilter,
+                              NoPrimitives, kLevels, true>;
 
 /// Where a thread's stack is: with(job, use) calls use(storage).
 struct PrivatePlace {
@@ -120,6 +125,7 @@ struct VariantPolicies : Policies<LayoutType, typename Tests::Triangle, typename
   using StackPlace = Place;
   using FeatureChoice = FeaturesType;
   static constexpr unsigned kLevels = FeaturesType::kLevels;
+  static constexpr bool kMoves = FeaturesType::kMoves;
   using Stack = std::conditional_t<(kLevels > 1), LevelStack<typename Place::Stack, kLevels>, typename Place::Stack>;
 };
 
@@ -130,7 +136,8 @@ __device__ HIPRT_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
           a.as_float(3),
           {b.as_float(0), b.as_float(1), b.as_float(2)},
           b.as_float(3),
-          0xffffffffu};
+          0xffffffffu,
+          ray_time(i)};
 }
 
 template <class Choice> __device__ HIPRT_INLINE typename Choice::Filter make_filter(const GpuJob& job) {

@@ -84,6 +84,10 @@ std::vector<Ray> primary_rays(const tools::Camera& camera, const PictureSize& si
   return result;
 }
 
+void set_times(std::vector<Ray>& rays) {
+  for (std::size_t i = 0; i < rays.size(); ++i) rays[i].time = ray_time(static_cast<std::uint32_t>(i));
+}
+
 }  // namespace
 
 std::string scene_of(const fs::path& path) {
@@ -131,6 +135,7 @@ std::vector<fs::path> find_rays(const fs::path& folder, const std::string& scene
 build::Result<RayBuffer> load_rays(const fs::path& path) {
   auto batch = tools::read_rays(path);
   if (!batch) return tl::unexpected(batch.error());
+  set_times(batch->rays);
   return RayBuffer{middle_of(path), batch->any_hit, "in the order of " + path.filename().string(),
                    std::move(batch->rays)};
 }
@@ -141,6 +146,7 @@ build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const fs::path
   if (!camera) return tl::unexpected(camera.error());
   const std::string order = "generated, pixel by pixel, row by row";
   std::vector<RayBuffer> sets{{"primary", false, order, primary_rays(*camera, size)}};
+  set_times(sets[0].rays);
   const std::vector<Ray> rays = sets[0].rays;
   std::vector<Hit> hits(rays.size());
   const SceneView scene = make_scene_view(tree.view);
@@ -154,6 +160,7 @@ build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const fs::path
   sets.push_back({"ao", true, order, cosine_rays(rays, hits, 0.1f * diagonal, 1)});
   sets.push_back({"shadow", true, order, rays_to(light, rays, hits)});
   sets.push_back({"diffuse", false, order, cosine_rays(rays, hits, std::numeric_limits<float>::infinity(), 2)});
+  for (RayBuffer& set : sets) set_times(set.rays);
   return sets;
 }
 

@@ -2,6 +2,7 @@
 /// procedural.LAYOUT.bvh, and procedural_boxes.LAYOUT.bvh with boxes as custom primitives among the triangles.
 
 #include "../common/procedural.h"
+#include "../common/random.h"
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
@@ -10,7 +11,6 @@
 #include <cstring>
 #include <filesystem>
 #include <iostream>
-#include <random>
 #include <string_view>
 
 namespace hiprt::bench {
@@ -27,10 +27,8 @@ constexpr NamedLayout kLayouts[] = {{"float", NodeLayout::kFloat},
 
 /// Cubes above the ground.
 std::vector<Box> make_boxes(std::uint32_t count) {
-  std::mt19937 random;
-  const auto between = [&](double low, double high) {
-    return static_cast<float>(low + (high - low) * 0x1p-32 * static_cast<double>(random()));
-  };
+  Random random;
+  const auto between = [&](double low, double high) { return static_cast<float>(random.between(low, high)); };
   std::vector<Box> boxes;
   for (std::uint32_t i = 0; i < count; ++i) {
     const float center[3] = {between(-kGroundHalf, kGroundHalf), between(0.0, 10.0),

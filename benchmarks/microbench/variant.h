@@ -17,7 +17,7 @@ struct VariantName {
   std::string_view schedule;  ///< immediate, postponed, batchN, batchNvM: WholeWave<N, M> through trace_batch()
   std::string_view order;     ///< sorted: NearFirst, nearest: NearestFirst, stored: Unordered, tested: AsTested
   std::string_view features;  ///< triangles, splits, masks, filter, custom, custom-filter, levelsN: with
-                              ///< that many levels of instances
+                              ///< that many levels of instances; movingN: which may move
   std::string_view blocks;    ///< 64x14: threads of a block x least blocks of a multiprocessor; CPU: 1x1
 };
 

@@ -1,0 +1,39 @@
+#pragma once
+/// What procedural meshes are put together from.
+
+#include <tools/mesh_import.h>
+
+#include <glm/glm.hpp>
+
+#include <cstdint>
+#include <span>
+
+namespace hiprt::bench {
+
+using Point = glm::dvec3;
+
+inline constexpr double kTurn = 6.283185307179586476925;
+
+/// Adds a vertex. @return its number.
+std::uint32_t add_vertex(tools::Mesh& mesh, const Point& p);
+
+/// Two triangles per cell of a grid of columns x rows cells, whose corners are the vertices from @p first on, row by
+/// row.
+void add_grid_triangles(tools::Mesh& mesh, std::uint32_t first, std::uint32_t columns, std::uint32_t rows);
+
+/// A ring of a tube.
+struct Ring {
+  Point center;
+  double radius;
+};
+
+/// A tube of @p sides sides along two or more rings, which are at right angles to the way; open at both ends.
+void add_tube(tools::Mesh& mesh, std::span<const Ring> rings, std::uint32_t sides);
+
+/// Two unit vectors at right angles to a direction and each other.
+struct Frame {
+  Point right, up;
+  explicit Frame(const Point& direction);
+};
+
+}  // namespace hiprt::bench

@@ -1,0 +1,123 @@
+/// make_scene NAME DIR: large scenes that need no file, for bvhbuild and the other tools.
+///   island   island.scene, island.cam    three levels of instances, more than 30 thousand million triangles
+///   stadium  stadium.mesh, stadium.cam   a teapot in a stadium, 2 million triangles
+///   swarm    swarm.json, swarm_still.json, swarm.mesh, swarm.cam
+///                                        10,000 instances that fly and turn between the times 0 and 1, and the same
+///                                        where they are halfway
+
+#include "../common/island.h"
+#include "../common/mesh_parts.h"
+#include "../common/random.h"
+#include "../common/stadium.h"
+
+#include <hiprt_build/file.h>
+#include <tools/scene_binary.h>
+
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace hiprt::bench {
+namespace {
+
+build::Result<void> write_camera(const std::filesystem::path& path, const tools::Camera& camera) {
+  const std::string text = tools::to_text(camera) + "\n";
+  return build::write_file(path, std::as_bytes(std::span(text)));
+}
+
+build::Result<void> write_mesh(const std::filesystem::path& path, const tools::Mesh& mesh) {
+  const std::uint32_t counts[2] = {static_cast<std::uint32_t>(mesh.positions.size()),
+                                   static_cast<std::uint32_t>(mesh.triangles.size())};
+  std::vector<std::byte> bytes;
+  const auto put = [&](std::span<const std::byte> part) { bytes.insert(bytes.end(), part.begin(), part.end()); };
+  put(std::as_bytes(std::span(counts)));
+  put(std::as_bytes(std::span(mesh.positions)));
+  put(std::as_bytes(std::span(mesh.triangles)));
+  return build::write_file(path, bytes);
+}
+
+/// A torus around y.
+tools::Mesh torus() {
+  constexpr std::uint32_t kAround = 96, kAcross = 32;
+  tools::Mesh mesh;
+  for (std::uint32_t row = 0; row <= kAround; ++row)
+    for (std::uint32_t column = 0; column <= kAcross; ++column) {
+      const double a = kTurn * (row % kAround) / kAround, b = kTurn * (column % kAcross) / kAcross;
+      const double r = 1.0 + 0.4 * std::cos(b);
+      add_vertex(mesh, {r * std::cos(a), 0.4 * std::sin(b), r * std::sin(a)});
+    }
+  add_grid_triangles(mesh, 0, kAcross, kAround);
+  return mesh;
+}
+
+nlohmann::json scene_json(nlohmann::json instances) {
+  return {{"format", "hiprt scene"},
+          {"version", 1},
+          {"scene", "swarm"},
+          {"objects", {{"torus", {"swarm.mesh"}}}},
+          {"groups", {{"swarm", std::move(instances)}}}};
+}
+
+build::Result<void> write_swarm(const std::filesystem::path& folder) {
+  constexpr std::uint32_t kCount = 10'000;
+  constexpr double kHalf = 45, kFlight = 1.5, kMostDegrees = 40;
+  Random random(3);
+  auto moving = nlohmann::json::array(), still = nlohmann::json::array();
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    const auto point = [&](double half) {
+      return std::array{random.between(-half, half), random.between(-half, half), random.between(-half, half)};
+    };
+    const auto at = point(kHalf), by = point(kFlight), axis = point(1.0);
+    const double first = random.between(0, 360), turn = random.between(-kMostDegrees, kMostDegrees);
+    const auto key = [&](double part) {
+      return nlohmann::json{{"translate", {at[0] + part * by[0], at[1] + part * by[1], at[2] + part * by[2]}},
+                            {"rotate", {{"axis", axis}, {"degrees", first + part * turn}}}};
+    };
+    nlohmann::json half = key(0.5), begin = key(0), end = key(1);
+    begin["time"] = 0;
+    end["time"] = 1;
+    half["object"] = "torus";
+    still.push_back(std::move(half));
+    moving.push_back({{"object", "torus"}, {"motion", {{"keys", {std::move(begin), std::move(end)}}}}});
+  }
+  const auto write_json = [&](const char* name, nlohmann::json instances) {
+    const std::string text = scene_json(std::move(instances)).dump();
+    return build::write_file(folder / name, std::as_bytes(std::span(text)));
+  };
+  if (auto done = write_mesh(folder / "swarm.mesh", torus()); !done) return done;
+  if (auto done = write_camera(folder / "swarm.cam", {.eye = {0, 20, 120}, .fov_degrees = 45}); !done) return done;
+  if (auto done = write_json("swarm.json", std::move(moving)); !done) return done;
+  return write_json("swarm_still.json", std::move(still));
+}
+
+build::Result<void> write(std::string_view name, const std::filesystem::path& folder) {
+  if (name == "island") {
+    if (auto done = write_camera(folder / "island.cam", island_camera()); !done) return done;
+    return tools::write_scene_binary(folder / "island.scene", island());
+  }
+  if (name == "swarm") return write_swarm(folder);
+  if (auto done = write_camera(folder / "stadium.cam", stadium_camera()); !done) return done;
+  return write_mesh(folder / "stadium.mesh", stadium());
+}
+
+}  // namespace
+}  // namespace hiprt::bench
+
+int main(int argc, char** argv) {
+  const std::string_view name = argc == 3 ? argv[1] : "";
+  if (name != "island" && name != "stadium" && name != "swarm") {
+    std::cerr << "usage: make_scene island|stadium|swarm DIR\n";
+    return 2;
+  }
+  std::error_code ignored;
+  std::filesystem::create_directories(argv[2], ignored);
+  const auto written = hiprt::bench::write(name, argv[2]);
+  if (!written) std::cerr << "make_scene: " << written.error().message << "\n";
+  return written ? 0 : 1;
+}
