@@ -12,12 +12,6 @@ namespace {
 
 using nlohmann::json;
 
-/// Where a reference leads: a node or the first leaf of a run.
-json target_json(const BufferView& view, NodeRef ref) {
-  const SectionEntry& section = is_box(ref) ? view.nodes : view.leaves;
-  return {{"ref", ref}, {is_box(ref) ? "node" : "leaf", (ref_offset(ref) - section.offset) / section.stride}};
-}
-
 template <class Layout> json node_json(const BufferView& view, const typename Layout::Node& node, std::size_t index) {
   json children = json::array();
   for (unsigned i = 0; i < kBranching; ++i) {
@@ -26,6 +20,7 @@ template <class Layout> json node_json(const BufferView& view, const typename La
     const Box stated = Layout::box(node, i);
     const Box box = Layout::kId == NodeLayout::kHalf ? bounded(stated, view.header->bounds) : stated;
     json child = target_json(view, node.child[i]);
+    child["ref"] = node.child[i];
     child["min"] = box.min;
     child["max"] = box.max;
     children.push_back(std::move(child));
@@ -121,6 +116,11 @@ void write_node(const json& record, std::ostream& out) {
 void write_leaf(const json& record, std::ostream& out) {
   out << "leaf " << record["leaf"] << " @" << record["byte"] << " geometry " << record["geometry"]
       << (record["last"].get<bool>() ? " last of run\n" : "\n");
+  if (record.contains("instance")) {
+    out << "  instance " << record["instance"] << " enters " << record["enters"] << " " << point_text(record["min"])
+        << " - " << point_text(record["max"]) << "\n";
+    return;
+  }
   if (record.contains("customs")) {
     for (const json& custom : record["customs"])
       out << "  custom primitive " << custom["primitive"] << " " << point_text(custom["min"]) << " - "
@@ -135,6 +135,11 @@ void write_leaf(const json& record, std::ostream& out) {
 }
 
 }  // namespace
+
+json target_json(const BufferView& view, NodeRef ref) {
+  const SectionEntry& section = is_box(ref) ? view.nodes : view.leaves;
+  return {{is_box(ref) ? "node" : "leaf", (ref_offset(ref) - section.offset) / section.stride}};
+}
 
 void dump_text(const BufferView& view, std::ostream& out) {
   for_each_record(view, out, [&](const json& record) {

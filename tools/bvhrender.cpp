@@ -28,20 +28,26 @@ constexpr ToolInfo kInfo{
     "Renders a picture of a BVH file, as OpenEXR or PNG. The BVH file is validated first.\n"
     "EXR layers: R G B linear colour; of the ray through the pixel's centre N (unit normal facing the camera),\n"
     "P (position), Z (distance along the ray, inf: a miss), id.geometry and id.primitive (4294967295: a miss),\n"
-    "cost.boxes, cost.leaves and cost.triangles (tests: four boxes; a leaf; its one or two triangles). Of a scene of\n"
+    "cost.boxes, cost.leaves and cost.triangles (tests: four boxes; a leaf; its one or two triangles), cost.steps "
+    "(both\n"
+    "kinds of tests, and instances), cost.fill (part of the tested leaves' places for triangles that is used). Of a "
+    "scene of\n"
     "instances also id.instance (the scene's own, by number) and cost.instances (those that the ray came to); "
     "geometry\n"
     "and primitive are then those of the object that was hit.\n"
     "PNG: 8-bit sRGB; colours above 1 are compressed (Reinhard, extended).\n"
     "Modes: ao (clay below a soft sky), primary (lit from the eye), normals (0.5 + 0.5 n), heatmap (tests per ray, "
     "and\n"
-    "the instances that it came to).\n"
+    "the instances that it came to, with a histogram), bvh (the boxes --level steps below the scene's, and leaves "
+    "above;\n"
+    "id.primitive is then the box; those of instances' objects stand as their instances do, at the shutter's middle).\n"
     "The picture depends on the seed, never on the device or the number of threads. Tests are counted on the CPU: for\n"
     "the cost layers of an EXR file the rays through the centres are traced there, and all rays of heatmap.",
     "  bvhrender bunny.bvh -o bunny.png\n"
     "  bvhrender bunny.bvh -o bunny.exr -o bunny.png --size 1920x1080 --spp 256\n"
     "  bvhrender bunny.bvh -o bunny.png --spp 1024 --device gpu\n"
     "  bvhrender bunny.bvh -o cost.png --mode heatmap\n"
+    "  bvhrender bunny.bvh -o boxes.png --mode bvh --level 4\n"
     "  bvhrender sponza.bvh -o sponza.png --camera sponza.cam --ao-distance 30\n"
     "  bvhrender scene.bvh -o view.png --camera '0,1,5/0,1,0/0,1,0/40'\n"
     "  bvhrender wheel.bvh -o blurred.png --shutter 0,0.02 --spp 256\n"};
@@ -49,10 +55,13 @@ constexpr ToolInfo kInfo{
 constexpr std::uint32_t kMaxSide = 32768;
 constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 27;
 
+constexpr unsigned kDefaultLevel = 3;
+
 struct Options {
   std::string path;
   std::vector<std::string> outputs;
   std::string size = "1024x768", camera, mode = "ao", device = "auto", shutter = "0,0";
+  std::optional<unsigned> level;  ///< Of --mode bvh.
   RenderOptions render;
 };
 
@@ -127,6 +136,11 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kRenderModes)))
       ->type_name("NAME")
       ->capture_default_str();
+  app.add_option("--level", options.level,
+                 "bvh: whose boxes are drawn; 0: the scene's, 1: those of the root's children, and so on (default: " +
+                     std::to_string(kDefaultLevel) + ")")
+      ->check(CLI::Range(0u, 100000u))
+      ->type_name("K");
   add_device_option(app, options.device);
   add_threads_option(app, options.render.threads);
   app.add_option("--seed", options.render.seed, "Another seed, other noise")->type_name("N")->capture_default_str();
@@ -183,10 +197,16 @@ build::Result<Rendering> render_with_bar(const BufferView& view, const Camera& c
   return render(make_scene_view(view), camera, options, progress, gpu ? &*gpu : nullptr);
 }
 
+/// "ao", or "bvh, level 3".
+std::string described_mode(const Options& options) {
+  if (options.render.mode != RenderMode::kBoxes) return options.mode;
+  return options.mode + ", level " + std::to_string(options.level.value_or(kDefaultLevel));
+}
+
 ImageAttributes attributes_of(const Options& options, const Camera& camera) {
   return {{"software", tool_version(kInfo)},
           {"scene", options.path},
-          {"mode", options.mode},
+          {"mode", described_mode(options)},
           {"spp", std::to_string(options.render.samples)},
           {"seed", std::to_string(options.render.seed)},
           {"shutter", options.shutter},
@@ -194,6 +214,36 @@ ImageAttributes attributes_of(const Options& options, const Camera& camera) {
           {"comments",
            "N, P, Z, id and cost belong to the ray through the pixel's centre; R, G, B are the mean of spp "
            "samples, linear, sRGB primaries. Z is the distance from the eye along the ray, inf for a miss."}};
+}
+
+/// What is looked at: the scene, or the boxes of its tree.
+struct Subject {
+  std::optional<TreeBoxes> boxes;
+  build::Buffer buffer;  ///< Of their BVH.
+  BufferView view;
+};
+
+build::Result<Subject> choose_subject(const Options& options, const BufferView& scene) {
+  Subject subject{{}, {}, scene};
+  if (options.render.mode != RenderMode::kBoxes) return subject;
+  const Shutter& shutter = options.render.shutter;
+  auto boxes = boxes_of_level(scene, options.level.value_or(kDefaultLevel), 0.5f * shutter.open + 0.5f * shutter.close);
+  if (!boxes) return fail(boxes.error().code, options.path + ": " + boxes.error().message);
+  subject.boxes = std::move(*boxes);
+  ProgressBar bar;
+  const build::TriangleMesh mesh{.positions = subject.boxes->corners, .triangles = subject.boxes->triangles};
+  build::BuildOptions how{.builder = build::Builder::kHploc, .threads = options.render.threads};
+  how.progress = [&](const build::Progress& progress) {
+    bar.update("boxes", progress.fraction);
+    return !interrupted();
+  };
+  auto bvh = build::build({&mesh, 1}, how);
+  if (!bvh) return tl::unexpected(std::move(bvh.error()));
+  subject.buffer = std::move(bvh->buffer);
+  const auto view = open_buffer(std::as_const(subject.buffer).bytes());
+  if (!view) return fail(build::ErrorCode::kInvalidInput, to_string(view.error()));
+  subject.view = *view;
+  return subject;
 }
 
 struct Written {
@@ -230,6 +280,8 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
               << ": " << rendering.rays.primary + rendering.rays.shadow << " rays in " << fixed(rendering.seconds, 2)
               << " s, " << fixed(mrays_per_second(rendering), 2) << " Mrays/s with shading (" << device_word(gpu) << " "
               << device_name(gpu) << ")\n";
+    if (render.mode == RenderMode::kHeatmap)
+      std::cout << fixed(rendering.mean_steps, 1) << " tests and instances per ray\n";
     for (const Written& output : outputs) std::cout << output.path << "  " << bytes_text(output.bytes) << "\n";
     return;
   }
@@ -251,7 +303,8 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
              {"shadow_rays", rendering.rays.shadow},
              {"rays_on_gpu", rendering.rays.on_gpu},
              {"seconds", rendering.seconds},
-             {"mrays_per_second", mrays_per_second(rendering)}});
+             {"mrays_per_second", mrays_per_second(rendering)},
+             {"steps_per_ray", render.mode == RenderMode::kHeatmap ? nlohmann::json(rendering.mean_steps) : nullptr}});
 }
 
 build::Result<void> run(const Cli& cli, Options& options) {
@@ -265,12 +318,16 @@ build::Result<void> run(const Cli& cli, Options& options) {
     if (auto checked = check_output(output, std::span(&options.path, 1)); !checked) return checked;
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
-  if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;
+  if (options.render.mode != RenderMode::kBoxes)
+    if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;
   const auto camera = choose_camera(options, file->view.header->bounds);
   if (!camera) return tl::unexpected(camera.error());
-  auto gpu = choose_tracer(options, file->view);
+  const auto subject = choose_subject(options, file->view);
+  if (!subject) return tl::unexpected(subject.error());
+  if (subject->boxes) options.render.boxes = &*subject->boxes;
+  auto gpu = choose_tracer(options, subject->view);
   if (!gpu) return tl::unexpected(gpu.error());
-  const auto rendering = render_with_bar(file->view, *camera, options.render, *gpu);
+  const auto rendering = render_with_bar(subject->view, *camera, options.render, *gpu);
   if (!rendering) return tl::unexpected(rendering.error());
   const auto outputs = write_all(options, *camera, rendering->image);
   if (!outputs) return tl::unexpected(outputs.error());
@@ -284,5 +341,9 @@ int main(int argc, char** argv) {
   Options options;
   Cli cli(kInfo);
   add_options(cli.app(), options);
+  cli.app().callback([&] {
+    if (options.level && value_of(kRenderModes, options.mode) != RenderMode::kBoxes)
+      throw CLI::ValidationError("--level is of --mode bvh");
+  });
   return cli.run(argc, argv, [&] { return run(cli, options); });
 }

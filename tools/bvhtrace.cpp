@@ -2,6 +2,7 @@
 
 #include "bvh_file.h"
 #include "cli.h"
+#include "explain.h"
 #include "parallel.h"
 #include "progress.h"
 #include "rays_file.h"
@@ -37,13 +38,17 @@ constexpr ToolInfo kInfo{
     "levels,\n"
     "count x levels x {u32 instance, u32 id}, the outermost instance first, with its number in the file that has it "
     "and\n"
-    "the id that the program gave it; 0xffffffff behind the end, and for a miss. All little-endian.",
+    "the id that the program gave it; 0xffffffff behind the end, and for a miss. All little-endian.\n"
+    "--explain N prints the way of ray N (from 0) through the tree instead: the nodes and leaves that it comes to, "
+    "the\n"
+    "children whose boxes it meets, the primitives and instances, and what becomes of them.",
     "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits\n"
     "  bvhtrace scene.bvh --rays shadow.rays --hits out.hits --query any --repeat 9 --threads 1\n"
     "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits --device gpu --repeat 9\n"
     "  bvhtrace scene.bvh --rays r.rays --hits out.hits --triangle-test fast --box-test plain --json\n"
     "  bvhtrace forest.bvh --rays r.rays --hits out.hits --paths out.paths\n"
-    "  bvhtrace wheel.bvh --rays r.rays --hits out.hits --time 0.5\n"};
+    "  bvhtrace wheel.bvh --rays r.rays --hits out.hits --time 0.5\n"
+    "  bvhtrace scene.bvh --rays scene.primary.rays --explain 1234\n"};
 
 /// Rays that one task traces: long enough to hide the scheduling, short enough to balance.
 constexpr std::size_t kBatch = 4096;
@@ -53,14 +58,20 @@ struct Options {
   std::string query = "auto", triangle_test = "watertight", box_test = "conservative", device = "auto";
   unsigned threads = 0, repeat = 1;
   float time = 0.0f;
+  std::optional<std::uint64_t> explained;
 };
 
 void add_options(CLI::App& app, Options& options) {
   app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
   app.add_option("--rays", options.rays, "The rays to trace")->required()->type_name("FILE");
-  app.add_option("--hits", options.hits, "The file of hits to write")->required()->type_name("FILE");
+  app.add_option("--hits", options.hits, "The file of hits to write")->type_name("FILE");
   app.add_option("--paths", options.paths, "The file of paths to write: the instances on the way to each hit")
       ->type_name("FILE");
+  app.add_option("--explain", options.explained, "Print the way of this ray through the tree, and write nothing")
+      ->excludes("--hits")
+      ->excludes("--paths")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
   app.add_option("--query", options.query, "auto: as the ray file's any-hit flag says")
       ->check(CLI::IsMember(words(kQueries, {"auto"})))
       ->type_name("NAME")
@@ -80,6 +91,14 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(1u, 1000000u))
       ->type_name("N")
       ->capture_default_str();
+  app.get_option("--explain")->excludes("--repeat");
+}
+
+/// What the command line's parser cannot say.
+void check_options(const Options& options) {
+  if (options.hits.empty() && !options.explained) throw CLI::RequiredError("--hits (or --explain)");
+  if (options.explained && value_of(kDeviceChoices, options.device) == DeviceChoice::kGpu)
+    throw CLI::ValidationError("--explain follows the ray on the CPU: --device auto or cpu, please");
 }
 
 struct Timing {
@@ -192,10 +211,36 @@ build::Result<void> write_all(const Options& options, const Work& work, Outcome&
                      path_records(work.scene, work.paths));
 }
 
+Query query_of(const Options& options, const RayBatch& batch) {
+  const bool any = options.query == "auto" ? batch.any_hit : options.query == "any";
+  return any ? Query::kAny : Query::kClosest;
+}
+
+TracePolicies policies_of(const Options& options) {
+  return {value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
+}
+
+build::Result<void> explain_one(const Cli& cli, const Options& options, const BufferView& view, const RayBatch& batch) {
+  const std::uint64_t number = *options.explained;
+  if (number >= batch.rays.size())
+    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
+                                       options.rays + ": has " + std::to_string(batch.rays.size()) +
+                                           " rays, numbered from 0: there is no ray " + std::to_string(number)});
+  const Ray& ray = batch.rays[static_cast<std::size_t>(number)];
+  const Explanation explanation = explain(make_scene_view(view), query_of(options, batch), policies_of(options), ray);
+  const nlohmann::json told = explanation_json(view, ray, explanation);
+  if (cli.json())
+    cli.print(told);
+  else
+    std::cout << explanation_text(told);
+  return {};
+}
+
 build::Result<void> run(const Cli& cli, const Options& options) {
   const InterruptGuard guard;
   const ThreadLimit limit(options.threads);
-  if (auto checked = check_outputs(options); !checked) return checked;
+  if (!options.explained)
+    if (auto checked = check_outputs(options); !checked) return checked;
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_primitive_counts(options.path, file->view); !checked) return checked;
@@ -203,12 +248,12 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   auto batch = read_rays(options.rays);
   if (!batch) return tl::unexpected(batch.error());
   for (Ray& ray : batch->rays) ray.time = options.time;
+  if (options.explained) return explain_one(cli, options, file->view, *batch);
   auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view);
   if (!gpu) return tl::unexpected(gpu.error());
   const SceneView scene = make_scene_view(file->view);
-  const bool any = options.query == "auto" ? batch->any_hit : options.query == "any";
   Outcome outcome;
-  outcome.query = any ? Query::kAny : Query::kClosest;
+  outcome.query = query_of(options, *batch);
   outcome.rays = batch->rays.size();
   outcome.levels = scene.levels;
   outcome.threads = limit.threads();
@@ -216,8 +261,7 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   outcome.device_name = device_name(*gpu);
   std::vector<Hit> hits(batch->rays.size());
   std::vector<std::uint32_t> paths(batch->rays.size() * scene.levels);
-  const TracePolicies policies{value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
-  const Work work{scene, outcome.query, policies, batch->rays, hits, paths};
+  const Work work{scene, outcome.query, policies_of(options), batch->rays, hits, paths};
   auto timing = trace_all(options, limit, *gpu, work);
   if (!timing) return tl::unexpected(timing.error());
   outcome.timing = std::move(*timing);
@@ -232,5 +276,6 @@ int main(int argc, char** argv) {
   Options options;
   Cli cli(kInfo);
   add_options(cli.app(), options);
+  cli.app().callback([&] { check_options(options); });
   return cli.run(argc, argv, [&] { return run(cli, options); });
 }

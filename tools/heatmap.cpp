@@ -37,10 +37,14 @@ HeatRange heat_range(std::span<const float> cost) {
 
 void apply_heatmap(Image& image, std::span<const float> cost) {
   const HeatRange range = heat_range(cost);
-  for (std::size_t i = 0; i < image.pixels.size(); ++i)
-    image.pixels[i].color = viridis(cost[i] / static_cast<float>(range.top));
+  std::array<std::uint64_t, kLegendParts> histogram{};
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    const float part = cost[i] / static_cast<float>(range.top);
+    image.pixels[i].color = viridis(part);
+    ++histogram[std::min(static_cast<std::size_t>(part * static_cast<float>(kLegendParts)), kLegendParts - 1)];
+  }
   const char* title = image.has_instances ? "tests + instances per ray" : "box + leaf tests per ray";
-  draw_legend(image, {title, range.top, range.clipped});
+  draw_legend(image, {title, range.top, range.clipped, histogram});
 }
 
 }  // namespace hiprt::tools

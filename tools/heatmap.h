@@ -16,7 +16,8 @@ struct HeatRange {
 /// @param cost per pixel, not negative.
 HeatRange heat_range(std::span<const float> cost);
 
-/// Writes viridis(cost / top) into the colours and draws the legend.
+/// Writes viridis(cost / top) into the colours and draws the legend with a histogram of
+/// the pixels' costs.
 /// @param cost tests (of boxes and leaves) and instances per primary ray of each pixel, the mean of its samples.
 void apply_heatmap(Image& image, std::span<const float> cost);
 

@@ -29,6 +29,8 @@ struct Pixel {
   std::uint32_t triangle_tests = 0;
   std::uint32_t instance = kInvalidId;  ///< The scene's own (index), the outermost of those on the way to the hit.
   std::uint32_t instance_tests = 0;     ///< Instances that the ray came to, on all levels.
+  std::uint32_t steps = 0;              ///< Of the traversal: both kinds of tests, and instances.
+  float leaf_fill = 0.0f;               ///< Triangles that the tested leaves had, of two each.
 };
 
 struct Image {
@@ -55,6 +57,8 @@ using EncodeProgress = std::function<bool(double)>;
 ///   id.geometry id.primitive       uint    0xffffffff for a miss
 ///   cost.boxes cost.leaves         uint    four-box tests and leaf tests of the ray
 ///   cost.triangles                 uint    triangles (one or two per leaf) in those
+///   cost.steps                     uint    of the traversal: both kinds of tests, and instances
+///   cost.fill                      float   part of the places for triangles that was used: two per leaf; 0: no leaf
 ///   id.instance cost.instances     uint    only of a scene of instances
 /// The file appears whole or not at all.
 /// @return the bytes written, or kIo with path and reason.

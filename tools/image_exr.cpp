@@ -47,7 +47,7 @@ struct Channel {
 
 constexpr std::size_t axis(std::size_t i) { return i * sizeof(float); }
 
-constexpr std::array<Channel, 17> kChannels{{
+constexpr std::array<Channel, 19> kChannels{{
     {"R", Imf::FLOAT, offsetof(Pixel, color) + axis(0)},
     {"G", Imf::FLOAT, offsetof(Pixel, color) + axis(1)},
     {"B", Imf::FLOAT, offsetof(Pixel, color) + axis(2)},
@@ -63,6 +63,8 @@ constexpr std::array<Channel, 17> kChannels{{
     {"cost.boxes", Imf::UINT, offsetof(Pixel, box_tests)},
     {"cost.leaves", Imf::UINT, offsetof(Pixel, leaf_tests)},
     {"cost.triangles", Imf::UINT, offsetof(Pixel, triangle_tests)},
+    {"cost.steps", Imf::UINT, offsetof(Pixel, steps)},
+    {"cost.fill", Imf::FLOAT, offsetof(Pixel, leaf_fill)},
     {"id.instance", Imf::UINT, offsetof(Pixel, instance), true},
     {"cost.instances", Imf::UINT, offsetof(Pixel, instance_tests), true},
 }};

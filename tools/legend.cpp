@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <string>
 
 namespace hiprt::tools {
@@ -47,11 +48,14 @@ constexpr std::array kFont{
 };
 
 // The panel's layout in cells.
-constexpr std::uint32_t kPadding = 4, kBarHeight = 10, kBarWidth = 160, kGap = 3, kTick = 2;
+constexpr std::uint32_t kPadding = 4, kBarHeight = 10, kBarWidth = 160, kGap = 3, kTick = 2, kColumns = 20;
 /// Room for half of the numbers below both ends of the bar.
 constexpr std::uint32_t kSide = 16;
 constexpr std::uint32_t kPanelWidth = kBarWidth + 2 * kSide;
 constexpr std::uint32_t kPanelHeight = 2 * kPadding + 2 * kGlyphHeight + 2 * kGap + kBarHeight;
+/// With a histogram: its columns, and a gap.
+constexpr std::uint32_t kHistogramHeight = kColumns + kGap;
+static_assert(kBarWidth % kLegendParts == 0);
 constexpr std::uint32_t kMargin = 4;
 
 constexpr Vec3 kInk{0.9f};
@@ -78,6 +82,21 @@ class Canvas {
     for (const char character : text) {
       glyph(x, y, character);
       x += kAdvance;
+    }
+  }
+  /// Columns whose heights are as the counts' square roots (few pixels count, too); what is there at all is seen.
+  void histogram(std::uint32_t x, std::uint32_t bottom, std::span<const std::uint64_t> counts) {
+    const double most = static_cast<double>(*std::max_element(counts.begin(), counts.end()));
+    const auto width = static_cast<std::uint32_t>(kBarWidth / counts.size());
+    for (std::size_t i = 0; i < counts.size(); ++i) {
+      const auto height = static_cast<std::uint32_t>(
+          std::ceil(kColumns * size_ * std::sqrt(static_cast<double>(counts[i]) / std::max(most, 1.0))));
+      const Vec3 color = viridis((static_cast<float>(i) + 0.5f) / static_cast<float>(counts.size()));
+      for (std::uint32_t row = 0; row < height; ++row)
+        for (std::uint32_t column = 0; column < width * size_; ++column)
+          image_
+              .at(left_ + (x + static_cast<std::uint32_t>(i) * width) * size_ + column, top_ + bottom * size_ - 1 - row)
+              .color = color;
     }
   }
   /// A bar of the colour map, pixel by pixel.
@@ -108,30 +127,33 @@ class Canvas {
 
 std::optional<LegendArea> draw_legend(Image& image, const LegendScale& scale) {
   const std::uint32_t room_x = image.width / (kPanelWidth + 2 * kMargin);
-  const std::uint32_t room_y = image.height / (kPanelHeight + 2 * kMargin);
+  const std::uint32_t columns = scale.histogram.empty() ? 0 : kHistogramHeight;
+  const std::uint32_t panel = kPanelHeight + columns;
+  const std::uint32_t room_y = image.height / (panel + 2 * kMargin);
   if (room_x == 0 || room_y == 0) return std::nullopt;
   const std::uint32_t size = std::min({room_x, room_y, std::max(1u, std::min(image.width / 400, image.height / 300))});
-  const std::uint32_t left = kMargin * size, top = image.height - (kMargin + kPanelHeight) * size;
-  constexpr std::uint32_t kBarTop = kPadding + kGlyphHeight + kGap, kBarEnd = kBarTop + kBarHeight;
+  const std::uint32_t left = kMargin * size, top = image.height - (kMargin + panel) * size;
+  const std::uint32_t bar_top = kPadding + kGlyphHeight + kGap + columns, bar_end = bar_top + kBarHeight;
   Canvas canvas(image, left, top, size);
-  canvas.darken(kPanelWidth, kPanelHeight);
+  canvas.darken(kPanelWidth, panel);
   canvas.text(kSide, kPadding, scale.title);
-  canvas.bar(kSide, kBarTop);
+  if (!scale.histogram.empty()) canvas.histogram(kSide, bar_top - kGap, scale.histogram);
+  canvas.bar(kSide, bar_top);
   for (unsigned tick = 0; tick <= 4; ++tick) {
     const std::string number = std::to_string(scale.top / 4 * tick);
     const std::uint32_t x = kSide + (kBarWidth - 1) * tick / 4;
-    canvas.fill(x, kBarEnd, 1, kTick, kInk);
+    canvas.fill(x, bar_end, 1, kTick, kInk);
     const bool plus = tick == 4 && scale.clipped;
-    canvas.text(x - std::min(x, text_width(number) / 2), kBarEnd + kGap, plus ? number + "+" : number);
+    canvas.text(x - std::min(x, text_width(number) / 2), bar_end + kGap, plus ? number + "+" : number);
   }
   return LegendArea{left,
                     top,
                     left + kPanelWidth * size,
-                    top + kPanelHeight * size,
+                    top + panel * size,
                     left + kSide * size,
-                    top + kBarTop * size,
+                    top + bar_top * size,
                     left + (kSide + kBarWidth) * size,
-                    top + kBarEnd * size};
+                    top + bar_end * size};
 }
 
 }  // namespace hiprt::tools

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <numeric>
 #include <vector>
 
 namespace hiprt::tools {
@@ -110,7 +111,9 @@ build::Result<Rendering> render(const SceneView& scene, const Camera& camera, co
         build::Error{build::ErrorCode::kInvalidInput, "the scene has features that this tracer was not compiled for"});
   if (options.mode == RenderMode::kHeatmap) apply_heatmap(canvas.image, canvas.cost);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  return Rendering{std::move(canvas.image), tally.rays(), limit.threads(), seconds.count()};
+  const double steps = std::accumulate(canvas.cost.begin(), canvas.cost.end(), 0.0);
+  return Rendering{std::move(canvas.image), tally.rays(), limit.threads(), seconds.count(),
+                   steps / static_cast<double>(std::max<std::size_t>(canvas.cost.size(), 1))};
 }
 
 }  // namespace hiprt::tools

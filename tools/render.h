@@ -6,6 +6,7 @@
 #include "image.h"
 #include "names.h"
 #include "shutter.h"
+#include "tree_boxes.h"
 
 #include <hiprt_build/error.h>
 #include <hiprt_device/scene_view.h>
@@ -21,12 +22,14 @@ enum class RenderMode {
   kPrimary,  ///< Clay lit from the eye.
   kNormals,  ///< 0.5 + 0.5 * normal, as display (not linear) values; a miss is black.
   kHeatmap,  ///< Box and leaf tests of the primary rays, and the instances they came to, with a legend.
+  kBoxes,    ///< The boxes of a tree: a colour each, with dark edges (RenderOptions::boxes).
 };
 
-inline constexpr Names<RenderMode, 4> kRenderModes{{{"ao", RenderMode::kAo},
+inline constexpr Names<RenderMode, 5> kRenderModes{{{"ao", RenderMode::kAo},
                                                     {"primary", RenderMode::kPrimary},
                                                     {"normals", RenderMode::kNormals},
-                                                    {"heatmap", RenderMode::kHeatmap}}};
+                                                    {"heatmap", RenderMode::kHeatmap},
+                                                    {"bvh", RenderMode::kBoxes}}};
 
 struct RenderOptions {
   RenderMode mode = RenderMode::kAo;
@@ -38,8 +41,9 @@ struct RenderOptions {
   float ao_distance = std::numeric_limits<float>::infinity();
   /// Times of the rays, spread evenly over the samples: of what moves (Ray::time). The layers' are in the middle.
   Shutter shutter{};
-  unsigned threads = 0;  ///< 0: all the machine has. The picture does not depend on it.
-  bool layers = true;    ///< Fill everything of the pixels; false: colours only, which spares rays.
+  const TreeBoxes* boxes = nullptr;  ///< Of RenderMode::kBoxes: the scene is the BVH of their triangles.
+  unsigned threads = 0;              ///< 0: all the machine has. The picture does not depend on it.
+  bool layers = true;                ///< Fill everything of the pixels; false: colours only, which spares rays.
 };
 
 struct RayCounts {
@@ -51,7 +55,8 @@ struct Rendering {
   Image image;
   RayCounts rays;
   unsigned threads;
-  double seconds;  ///< Ray generation, traversal and shading together.
+  double seconds;           ///< Ray generation, traversal and shading together.
+  double mean_steps = 0.0;  ///< RenderMode::kHeatmap: what its colours stand for, per ray.
 };
 
 /// @param gpu traces the rays, but for those whose work is counted; nullptr: the CPU does. The pixels are the same.

@@ -41,6 +41,15 @@ std::uint32_t sample_of(const RenderOptions& options, unsigned pass) {
   return has_centre_pass(options) ? pass - 1 : pass;
 }
 
+/// A colour for a number: hues in steps of the golden ratio, which keeps those of near numbers apart.
+Vec3 color_of(std::size_t number) {
+  constexpr double kGoldenStep = 0.61803398874989485;
+  const double turns = static_cast<double>(number) * kGoldenStep;
+  const auto hue = static_cast<float>(turns - std::floor(turns));
+  const auto channel = [&](float shift) { return 0.62f + 0.33f * std::cos(kTwoPi * (hue + shift)); };
+  return linear_from_srgb(Vec3(channel(0.0f), channel(1.0f / 3.0f), channel(2.0f / 3.0f)));
+}
+
 }  // namespace
 
 TileRenderer::TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost)
@@ -136,10 +145,14 @@ void TileRenderer::make_sample_rays(std::uint32_t sample) {
 void TileRenderer::store_layers() {
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     Pixel& pixel = image_.pixels[pixel_of(i)];
-    pixel.box_tests = costs_[i].box_tests;
-    pixel.leaf_tests = costs_[i].leaf_tests;
-    pixel.triangle_tests = costs_[i].triangle_tests;
-    pixel.instance_tests = costs_[i].instance_tests;
+    const RayCost& cost = costs_[i];
+    pixel.box_tests = cost.box_tests;
+    pixel.leaf_tests = cost.leaf_tests;
+    pixel.triangle_tests = cost.triangle_tests;
+    pixel.instance_tests = cost.instance_tests;
+    pixel.steps = cost.box_tests + cost.leaf_tests + cost.instance_tests;
+    if (cost.leaf_tests != 0)
+      pixel.leaf_fill = static_cast<float>(cost.triangle_tests) / (2.0f * static_cast<float>(cost.leaf_tests));
     const Hit& hit = hits_[i];
     if (!hit.found()) continue;
     pixel.normal = facing_normal(rays_[i], hit);
@@ -147,6 +160,8 @@ void TileRenderer::store_layers() {
     pixel.depth = hit.t;
     pixel.geometry = hit.geometry;
     pixel.primitive = hit.primitive;
+    if (job_.options.boxes != nullptr)
+      pixel.primitive = static_cast<std::uint32_t>(TreeBoxes::box_of_triangle(hit.primitive));
     if (!paths_.empty()) pixel.instance = paths_[i * job_.scene.levels];
   }
 }
@@ -161,6 +176,8 @@ void TileRenderer::shade_sample(std::uint32_t sample) {
       return shade_normals();
     case RenderMode::kHeatmap:
       return shade_heatmap();
+    case RenderMode::kBoxes:
+      return shade_boxes();
   }
 }
 
@@ -222,6 +239,40 @@ void TileRenderer::shade_normals() {
     if (!hits_[i].found()) continue;
     const Vec3 display = glm::clamp(facing_normal(rays_[i], hits_[i]) * 0.5f + 0.5f, 0.0f, 1.0f);
     image_.pixels[pixel_of(i)].color += linear_from_srgb(display) * weight;
+  }
+}
+
+/// Half a line's width, or less, from an edge of the side that was hit, as the picture shows it.
+bool TileRenderer::is_on_edge(const Hit& hit) const {
+  constexpr double kHalfWidth = 0.8;
+  const TreeBoxes& boxes = *job_.options.boxes;
+  const auto corner = [&](unsigned k) {
+    const build::Position& p = boxes.corners[boxes.triangles[hit.primitive][k]];
+    return Vec3d(p[0], p[1], p[2]);
+  };
+  const Vec3d first = corner(0), along_u = corner(1) - first, along_v = corner(2) - first;
+  const auto position = [&](double u, double v) {
+    return job_.camera.project(Vec3(first + along_u * u + along_v * v));
+  };
+  const auto u = static_cast<double>(hit.u), v = static_cast<double>(hit.v);
+  const auto here = position(u, v);
+  for (const auto& edge : {position(0.0, v), position(u, 0.0)})
+    if (edge.in_front && std::hypot(edge.x - here.x, edge.y - here.y) <= kHalfWidth) return true;
+  return false;
+}
+
+void TileRenderer::shade_boxes() {
+  constexpr float kAmbient = 0.35f, kInk = 0.02f;
+  const float weight = 1.0f / static_cast<float>(job_.options.samples);
+  for (std::size_t i = 0; i < rays_.size(); ++i) {
+    Vec3 color = backdrop_of(i);
+    if (hits_[i].found()) {
+      const float cosine = std::max(0.0f, -glm::dot(facing_normal(rays_[i], hits_[i]), rays_[i].direction));
+      color = is_on_edge(hits_[i])
+                  ? Vec3(kInk)
+                  : color_of(TreeBoxes::box_of_triangle(hits_[i].primitive)) * (kAmbient + (1.0f - kAmbient) * cosine);
+    }
+    image_.pixels[pixel_of(i)].color += color * weight;
   }
 }
 

@@ -80,6 +80,8 @@ class TileRenderer {
   void shade_primary();
   void shade_normals();
   void shade_heatmap();
+  void shade_boxes();
+  bool is_on_edge(const Hit& hit) const;
   void add_sky_light();
   std::size_t pixel_of(std::size_t ray) const;
   Vec3 backdrop_of(std::size_t ray) const;

@@ -18,6 +18,7 @@ struct TraceJob {
   RayCost* costs;        ///< nullptr: the work is not counted.
   std::uint32_t* paths;  ///< scene->levels per ray; nullptr: nobody asks.
   std::size_t count;
+  StepSink sink;  ///< Without take: nobody asks. With it costs are counted.
 };
 
 }  // namespace hiprt::tools

@@ -18,7 +18,9 @@ void HIPRT_TRACE(const TraceJob& job);
 
 void HIPRT_TRACE(const TraceJob& job) {
   const std::uint32_t levels = job.scene->levels;
-  if ((job.scene->features & feature_bit(Feature::kMotion)) != 0) return trace_levels<kTraceLevels, true>(job);
+  const bool moves = (job.scene->features & feature_bit(Feature::kMotion)) != 0;
+  if (moves || job.sink.take != nullptr || (levels != 0 && job.costs != nullptr))
+    return trace_levels<kTraceLevels, true>(job);
   if (levels == 0) return trace_levels<0>(job);
   levels == 1 ? trace_levels<1>(job) : trace_levels<kTraceLevels>(job);
 }

@@ -14,10 +14,30 @@
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// Counts, and tells who asks of every step. Of tracers that are not for speed.
+struct StepCounter : WorkCounter {
+  StepSink sink;
+
+  void on_node(const NodeVisit& visit) const { tell({TraceStep::Kind::kNode, visit, 0, 0}); }
+  void on_leaf_at(const std::byte* base, NodeRef leaf) const {
+    tell({TraceStep::Kind::kLeaf, {base, leaf, {}, {}}, 0, 0});
+  }
+  void on_candidate(unsigned slot, float t) const { tell({TraceStep::Kind::kCandidate, {}, slot, t}); }
+  void on_enter(std::uint32_t instance) const { tell({TraceStep::Kind::kEnter, {}, instance, 0}); }
+  void on_exit() const { tell({TraceStep::Kind::kExit, {}, 0, 0}); }
+
+ private:
+  void tell(const TraceStep& step) const {
+    if (sink.take != nullptr) sink.take(sink.to, step);
+  }
+};
+static_assert(TraversalObserver<StepCounter>);
+
 template <class P> void trace_with(const TraceJob& job) {
   typename P::Stack::Memory stack;
   for (std::size_t i = 0; i < job.count; ++i) {
     typename P::Counter counter;
+    if constexpr (requires { counter.sink; }) counter.sink = job.sink;
     const auto hit = job.query == Query::kClosest ? closest_hit<P>(*job.scene, job.rays[i], counter, stack)
                                                   : any_hit<P>(*job.scene, job.rays[i], counter, stack);
     job.hits[i] = hit;
@@ -41,8 +61,12 @@ void trace_counting(const TraceJob& job) {
 
 template <unsigned kLevels, bool kMoves, class Layout, class Triangle, class Boxes>
 void choose_counter(const TraceJob& job) {
-  job.costs == nullptr ? trace_counting<kLevels, kMoves, Layout, Triangle, Boxes, NoCounter>(job)
-                       : trace_counting<kLevels, kMoves, Layout, Triangle, Boxes, WorkCounter>(job);
+  // Of the tracers of instances one counts: the largest, which covers all scenes.
+  if constexpr (kLevels == 0 || kMoves) {
+    using Counting = std::conditional_t<kMoves, StepCounter, WorkCounter>;
+    if (job.costs != nullptr) return trace_counting<kLevels, kMoves, Layout, Triangle, Boxes, Counting>(job);
+  }
+  trace_counting<kLevels, kMoves, Layout, Triangle, Boxes, NoCounter>(job);
 }
 
 template <unsigned kLevels, bool kMoves, class Layout, class Triangle> void choose_boxes(const TraceJob& job) {
@@ -56,7 +80,8 @@ template <unsigned kLevels, bool kMoves, class Layout> void choose_triangle(cons
                                                               : choose_boxes<kLevels, kMoves, Layout, Fast>(job);
 }
 
-/// @pre the scene has kLevels levels at most, and moves only if kMoves.
+/// @pre the scene has kLevels levels at most, and moves only if kMoves; work is counted only without levels or if
+/// kMoves, and steps are told only if kMoves.
 template <unsigned kLevels, bool kMoves = false> void trace_levels(const TraceJob& job) {
   dispatch_layout(job.scene->layout, [&](auto layout) { choose_triangle<kLevels, kMoves, decltype(layout)>(job); });
 }

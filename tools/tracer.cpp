@@ -34,8 +34,20 @@ const Isa& chosen_isa() {
 
 void trace(const SceneView& scene, Query query, const TracePolicies& policies, std::span<const Ray> rays,
            std::span<Hit> hits, std::span<RayCost> costs, std::span<std::uint32_t> paths) {
-  chosen_isa().trace({&scene, query, policies, rays.data(), hits.data(), costs.empty() ? nullptr : costs.data(),
-                      paths.empty() ? nullptr : paths.data(), rays.size()});
+  chosen_isa().trace({&scene,
+                      query,
+                      policies,
+                      rays.data(),
+                      hits.data(),
+                      costs.empty() ? nullptr : costs.data(),
+                      paths.empty() ? nullptr : paths.data(),
+                      rays.size(),
+                      {}});
+}
+
+void trace_steps(const SceneView& scene, Query query, const TracePolicies& policies, const Ray& ray, Hit& hit,
+                 RayCost& cost, std::span<std::uint32_t> path, const StepSink& sink) {
+  chosen_isa().trace({&scene, query, policies, &ray, &hit, &cost, path.empty() ? nullptr : path.data(), 1, sink});
 }
 
 const char* trace_isa() { return chosen_isa().name.data(); }

@@ -2,6 +2,7 @@
 /// Batches of rays through the traversal of hiprt_device, with the policies chosen at run time and the machine's best
 /// instruction set. The traversal itself is compiled once per instruction set (trace_kernels.cpp).
 
+#include <hiprt_device/counter.h>
 #include <hiprt_device/format/view.h>
 #include <hiprt_device/ray.h>
 #include <hiprt_device/scene_view.h>
@@ -29,6 +30,27 @@ struct RayCost {
   std::uint32_t instance_tests = 0;
 };
 
+/// One of a tracer's steps (TraversalObserver).
+struct TraceStep {
+  enum class Kind {
+    kNode,       ///< It tested the boxes of visit.node's children.
+    kLeaf,       ///< It looked into visit.node, a leaf.
+    kCandidate,  ///< The line meets the leaf's primitive `number` (0 or 1) at t.
+    kEnter,      ///< It went into the leaf's instance `number`, of the file that has the leaf.
+    kExit        ///< It came out of that again.
+  };
+  Kind kind;
+  NodeVisit visit;
+  std::uint32_t number;
+  float t;
+};
+
+/// Who is told of them.
+struct StepSink {
+  void (*take)(void* to, const TraceStep& step) = nullptr;
+  void* to = nullptr;
+};
+
 /// Traces rays[i] into hits[i] on the calling thread, by the smallest tracer that covers the scene. Of scenes that
 /// check_traceable() (bvh_file.h) refuses all hits are Hit::failed().
 /// @param hits as many as rays. Query::kAny: some hit of the ray, without normal and error.
@@ -36,6 +58,10 @@ struct RayCost {
 /// @param paths empty, or scene.levels per ray: the instances on the way to each hit (instance_paths.h).
 void trace(const SceneView& scene, Query query, const TracePolicies& policies, std::span<const Ray> rays,
            std::span<Hit> hits, std::span<RayCost> costs = {}, std::span<std::uint32_t> paths = {});
+
+/// The same for one ray, step by step.
+void trace_steps(const SceneView& scene, Query query, const TracePolicies& policies, const Ray& ray, Hit& hit,
+                 RayCost& cost, std::span<std::uint32_t> path, const StepSink& sink);
 
 /// Name of the instruction set that trace() uses on this machine, e.g. "x86_64_v3".
 const char* trace_isa();

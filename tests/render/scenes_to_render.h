@@ -39,7 +39,7 @@ inline tools::Rendering render_or_fail(const Scene& scene, const tools::Camera& 
 
 /// Every bit of every pixel, colours and layers.
 inline bool same_bytes(const tools::Image& a, const tools::Image& b) {
-  static_assert(sizeof(tools::Pixel) == 17 * 4, "no padding");
+  static_assert(sizeof(tools::Pixel) == 19 * 4, "no padding");
   return a.pixels.size() == b.pixels.size() &&
          std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(tools::Pixel)) == 0;
 }

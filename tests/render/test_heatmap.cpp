@@ -65,6 +65,32 @@ TEST_CASE("Heat map: pixels have their cost's colour, the legend its bar and its
   CHECK(equal(image.at(320, 100).color, viridis(25.0f / 32.0f)));
 }
 
+TEST_CASE("Legend: columns are as high as their counts' square roots, and nothing that is there is lost") {
+  std::vector<std::uint64_t> counts(kLegendParts, 0);
+  counts[0] = 1000;
+  counts[1] = 250;
+  counts[2] = 1;
+  for (const auto& [width, height] : {std::pair{200u, 71u}, {1920u, 1080u}}) {
+    Image image(width, height);
+    const auto area = draw_legend(image, {"tests", 40, false, counts});
+    REQUIRE(area.has_value());
+    const std::uint32_t column = (area->bar_right - area->bar_left) / kLegendParts, size = column / 4;
+    const auto column_height = [&](std::uint32_t i) {
+      const Vec3 color = viridis((static_cast<float>(i) + 0.5f) / kLegendParts);
+      std::uint32_t rows = 0;
+      for (std::uint32_t y = area->top; y < area->bar_top; ++y)
+        rows += equal(image.at(area->bar_left + i * column + column / 2, y).color, color) ? 1 : 0;
+      return rows;
+    };
+    CHECK(column_height(0) == 20 * size);
+    CHECK(column_height(1) == 10 * size);
+    CHECK((column_height(2) >= 1 && column_height(2) <= size));
+    CHECK(column_height(3) == 0);
+  }
+  Image low(200, 70);
+  CHECK_FALSE(draw_legend(low, {"tests", 40, false, counts}));
+}
+
 TEST_CASE("Legend: a dark panel at the bottom left with the whole colour map and light text") {
   for (const auto& [width, height] : {std::pair{640u, 480u}, {1920u, 1080u}, {200u, 48u}, {4000u, 60u}}) {
     Image image(width, height);

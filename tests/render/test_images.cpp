@@ -46,8 +46,8 @@ TEST_CASE("EXR: every channel of every pixel comes back, misses and attributes t
   const ExrFile file = read_exr(folder / "a.exr");
   CHECK(file.width == 5);
   CHECK(file.height == 3);
-  CHECK(file.floats.size() == 10);
-  CHECK(file.uints.size() == 5);
+  CHECK(file.floats.size() == 11);
+  CHECK(file.uints.size() == 6);
   CHECK(file.attributes.at("software") == "bvhrender 1");
   CHECK(file.attributes.at("camera") == "x/y");
   for (std::uint32_t y = 0; y < 3; ++y)

@@ -42,9 +42,10 @@ TEST_CASE("bvhrender: EXR layers have their names and what is seen through the m
   const ExrFile file = read_exr(folder / "a.exr");
   CHECK(file.width == 65);
   CHECK(file.height == 49);
-  CHECK(names_of(file.floats) == std::set<std::string>{"R", "G", "B", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "Z"});
-  CHECK(names_of(file.uints) ==
-        std::set<std::string>{"id.geometry", "id.primitive", "cost.boxes", "cost.leaves", "cost.triangles"});
+  CHECK(names_of(file.floats) ==
+        std::set<std::string>{"R", "G", "B", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "Z", "cost.fill"});
+  CHECK(names_of(file.uints) == std::set<std::string>{"id.geometry", "id.primitive", "cost.boxes", "cost.leaves",
+                                                      "cost.triangles", "cost.steps"});
   // The middle: the back square at the edge that its triangles share.
   CHECK(file.at("Z", 32, 24) == 4.0f);
   CHECK(vector_at(file, {"P.X", "P.Y", "P.Z"}, 32, 24) == Vec3(0, 0, 0));
@@ -54,6 +55,9 @@ TEST_CASE("bvhrender: EXR layers have their names and what is seen through the m
   CHECK(file.uint_at("cost.boxes", 32, 24) > 0);
   CHECK(file.uint_at("cost.leaves", 32, 24) > 0);
   CHECK(file.uint_at("cost.triangles", 32, 24) > 0);
+  CHECK(file.uint_at("cost.steps", 32, 24) == file.uint_at("cost.boxes", 32, 24) + file.uint_at("cost.leaves", 32, 24));
+  CHECK(file.at("cost.fill", 32, 24) == 1.0f);  // Both squares are pairs.
+  CHECK(file.at("cost.fill", 0, 0) == 0.0f);
   // Half of the height is tan(20 degrees) * 4 in the plane z = 0, * 3 in the plane z = 1.
   const double pixels = 24.5 / std::tan(20.0 / 180.0 * 3.14159265358979323846);
   const auto column = [&](double x, double depth) { return static_cast<std::uint32_t>(32.5 + x / depth * pixels); };
@@ -89,7 +93,8 @@ TEST_CASE("bvhrender: the layers of a scene of instances say which was hit, and 
                  "--spp", "2", "--mode", mode});
     const ExrFile file = read_exr(folder / "a.exr");
     CHECK(names_of(file.uints) == std::set<std::string>{"id.geometry", "id.primitive", "id.instance", "cost.boxes",
-                                                        "cost.leaves", "cost.triangles", "cost.instances"});
+                                                        "cost.leaves", "cost.triangles", "cost.steps",
+                                                        "cost.instances"});
     for (const std::uint32_t instance : {0u, 1u}) {
       const std::uint32_t x = instance == 0 ? 20 : 44;
       CHECK(file.uint_at("id.instance", x, 24) == instance);
