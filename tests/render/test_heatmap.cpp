@@ -74,7 +74,7 @@ TEST_CASE("Legend: columns are as high as their counts' square roots, and nothin
     Image image(width, height);
     const auto area = draw_legend(image, {"tests", 40, false, counts});
     REQUIRE(area.has_value());
-    const std::uint32_t column = (area->bar_right - area->bar_left) / kLegendParts, size = column / 4;
+    const std::uint32_t column = (area->bar_right - area->bar_left) / std::uint32_t{kLegendParts}, size = column / 4;
     const auto column_height = [&](std::uint32_t i) {
       const Vec3 color = viridis((static_cast<float>(i) + 0.5f) / kLegendParts);
       std::uint32_t rows = 0;
