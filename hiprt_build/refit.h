@@ -46,8 +46,9 @@ struct RefitStatistics {
 ///
 /// @param file aligned to 128 bytes; open_buffer() and validate() accept it (the content is not checked again).
 /// @param moved as many geometries as the file has, of the same kinds and types, with the same numbers of primitives,
-/// in the same order; masks and names do not matter. Triangles that were dropped must still be ones that are dropped
-/// (input.h). A triangle in the tree whose corners now coincide stays there: no ray hits it.
+/// in the same order, and of shapes as many points and the same segments; masks and names do not matter. Triangles that
+/// were dropped must still be ones that are dropped (input.h). A triangle in the tree whose corners now coincide stays
+/// there: no ray hits it.
 /// @return kInvalidInput, with the place: the file is none, or the scene another one; an index past the vertices; a
 /// primitive in the tree that is not finite now, or whose box is inverted, or beyond what layout quantized holds; one
 /// that is not in the tree and now would be; two triangles of one leaf whose common edge has come apart. These need a

@@ -79,6 +79,15 @@ HIPRT_HD HIPRT_INLINE void lower(std::uint64_t* value, std::uint64_t candidate) 
 #endif
 }
 
+/// *value |= bits, in no order with other memory.
+HIPRT_HD HIPRT_INLINE void set_bits(std::uint32_t* value, std::uint32_t bits) {
+#if HIPRT_DEVICE_CODE
+  atomicOr(value, bits);
+#else
+  __atomic_fetch_or(value, bits, __ATOMIC_RELAXED);
+#endif
+}
+
 /// *value = replacement if it is @p expected, in no order with other memory. @return the value before.
 HIPRT_HD HIPRT_INLINE std::uint64_t compare_exchange(std::uint64_t* value, std::uint64_t expected,
                                                      std::uint64_t replacement) {

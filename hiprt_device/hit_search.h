@@ -13,7 +13,8 @@ enum class TraversalState {
   kHit,            ///< The last next_hit() found a hit; the next goes on behind it.
   kFinished,       ///< There are no more hits.
   kStackOverflow,  ///< The stack was too small: parts of the tree were not visited, hits may be missing.
-  kRefused,  ///< The policies do not cover the scene (covers()), or it has custom primitives and the query has none.
+  kRefused,  ///< The policies do not cover the scene (covers()), or it has custom primitives and the query has none
+             ///< (or a set whose own covers(scene) says no).
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -132,6 +133,8 @@ class HitSearch {
 
  private:
   HIPRT_HD HIPRT_INLINE bool is_covered() const {
+    if constexpr (requires { primitives_.covers(*scene_); })
+      if (!primitives_.covers(*scene_)) return false;
     return covers<P>(*scene_) && (Primitives::kCount != 0 || (scene_->features & feature_bit(Feature::kCustom)) == 0);
   }
 

@@ -4,6 +4,7 @@
 #include <hiprt_device/instance.h>
 #include <hiprt_device/motion.h>
 #include <hiprt_device/scene_view.h>
+#include <hiprt_device/stacks/levels.h>
 
 #include <type_traits>
 
@@ -89,24 +90,15 @@ HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstanceP
   return place;
 }
 
-/// The ray at the end of a way.
-template <bool kMoves = true, unsigned kLevels>
-HIPRT_HD HIPRT_INLINE Ray ray_along(const SceneView& scene, const InstancePath<kLevels>& path, Ray ray) {
-  follow<kMoves>(scene, path, ray.time, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
-    ray = ray_to_object(record, ray);
-  });
-  return ray;
-}
-
-/// What a traversal knows of where it is. The ray that it is given is the scene's; it is transformed again wherever it
-/// is asked for, which gives the same bits and keeps registers free.
-/// @tparam kLevels more than 1: the way lies in memory of the stack's Storage (LevelStack).
+/// What a traversal knows of where it is.
+/// @tparam kLevels more than 1: the way, and the ray as each object on it sees it, lie in memory of the stack's Storage
+/// (LevelStack): to follow the way again would be a chain of loads that wait for each other.
 /// @tparam kMoves whether instances may move.
 template <unsigned kLevels, bool kMoves> class Levels {
  public:
   template <class Storage>
   HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage& storage)
-      : base_(scene.base), way_(storage.ways) {}
+      : base_(scene.base), way_(storage.ways), entered_(storage.entered) {}
 
   /// First byte of the file that the ray is in.
   HIPRT_HD HIPRT_INLINE const std::byte* base(const SceneView&) const { return base_; }
@@ -120,8 +112,13 @@ template <unsigned kLevels, bool kMoves> class Levels {
                               : reinterpret_cast<const GeometryRecord*>(base_ + object_->geometries)[i];
   }
   /// As the object sees it.
-  HIPRT_HD HIPRT_INLINE Ray ray(const SceneView& scene, const Ray& of_scene) const {
-    return ray_along<kMoves>(scene, path(), of_scene);
+  HIPRT_HD HIPRT_INLINE Ray ray(const SceneView&, const Ray& of_scene) const {
+    Ray ray = of_scene;
+    if (depth_ == 0) return ray;
+    const EnteredObject& at = entered_[depth_ - 1];
+    ray.origin = Vec3(at.origin[0], at.origin[1], at.origin[2]);
+    ray.direction = Vec3(at.direction[0], at.direction[1], at.direction[2]);
+    return ray;
   }
   /// A ray of the object at hand, as an instance of it sees it.
   HIPRT_HD HIPRT_INLINE Ray ray_into(const SceneView& scene, std::uint32_t instance, const Ray& of_object) const {
@@ -147,23 +144,22 @@ template <unsigned kLevels, bool kMoves> class Levels {
     }
     return false;
   }
-  HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object) {
-    way_[depth_++] = instance;
+  /// @param local the ray as the object sees it.
+  HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object,
+                                   const Ray& local) {
+    way_[depth_] = instance;
+    entered_[depth_++] = {&object,
+                          {local.origin.x, local.origin.y, local.origin.z},
+                          {local.direction.x, local.direction.y, local.direction.z}};
     object_ = &object;
     base_ = scene.base + object.offset;
   }
   /// @return the ray as the object outside sees it.
   HIPRT_HD HIPRT_INLINE Ray leave(const SceneView& scene, const Ray& of_scene) {
     --depth_;
-    Ray outside = of_scene;
-    object_ = nullptr;
-    base_ = scene.base;
-    for (unsigned i = 0; i < depth_; ++i) {
-      outside = ray_into(scene, way_[i], outside);
-      object_ = &scene.objects[instances(scene)[way_[i]].object];
-      base_ = scene.base + object_->offset;
-    }
-    return outside;
+    object_ = depth_ == 0 ? nullptr : entered_[depth_ - 1].object;
+    base_ = scene.base + (depth_ == 0 ? 0 : object_->offset);
+    return ray(scene, of_scene);
   }
   /// nullptr: the scene.
   HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const { return object_; }
@@ -181,6 +177,7 @@ template <unsigned kLevels, bool kMoves> class Levels {
   const std::byte* base_;
   const ObjectRecord* object_ = nullptr;
   std::uint32_t* way_;
+  EnteredObject* entered_;
   std::uint32_t depth_ = 0;
 };
 
@@ -210,7 +207,8 @@ template <bool kMoves> class Levels<1, kMoves> {
   HIPRT_HD HIPRT_INLINE bool without_filter(const SceneView& scene) const {
     return depth() != 0 && (scene.instances[instance_].flags & InstanceFlags::kNoFilter) != 0;
   }
-  HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object) {
+  HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object,
+                                   const Ray&) {
     instance_ = instance;
     base_ = scene.base + object.offset;
   }

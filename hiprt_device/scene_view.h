@@ -22,6 +22,8 @@ struct SceneView {
   const MotionRecord* motions = nullptr;  ///< Of the scene's own instances, if any of these moves.
   std::uint32_t levels = 0;               ///< Instances on the longest way to a primitive.
   float condition = 0.0f, reach = 0.0f;
+  /// Offset in the file of what SceneShapes reads: kShapes; of a scene of instances kObjectShapes. 0: there is none.
+  std::uint64_t shapes = 0;
 };
 
 /// @param view of a file accepted by validate() or open_buffer(); from open_buffer() alone the content is trusted.
@@ -38,6 +40,7 @@ inline SceneView make_scene_view(const BufferView& view, const std::byte* device
   scene.features = view.header->features;
   scene.layout = view.layout();
   scene.bounds = view.header->bounds;
+  scene.shapes = view.has_instances() ? view.object_shape_entry.offset : view.shape_entry.offset;
   if (!view.has_instances()) return scene;
   scene.instances = reinterpret_cast<const InstanceRecord*>(base + view.instance_entry.offset);
   scene.objects = reinterpret_cast<const ObjectRecord*>(base + view.object_entry.offset);

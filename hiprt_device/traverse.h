@@ -301,8 +301,12 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     }
     const ObjectRecord& object = scene.objects[record.object];
     if constexpr (kObserved) counter.on_enter(instance);
-    levels_.enter(scene, instance, object);
-    prepare(local, margin(object, local));
+    levels_.enter(scene, instance, object, local);
+    // In a group of instances no triangle is tested.
+    if (P::kLevels > 1 && object.instances != 0)
+      slabs_ = RaySlabs<Lanes>(local, margin(object, local));
+    else
+      prepare(local, margin(object, local));
   }
 
   /// Of a node that is visited whatever its distance.

@@ -21,7 +21,8 @@ bool ends_with(std::string name, std::string_view ending) {
 
 void add_file_options(CLI::App& app, BuildCommand& command) {
   app.add_option("INPUT", command.inputs,
-                 "Mesh files, one geometry each; or one scene of instances, .json or .scene; with --refit a BVH file")
+                 "Files of meshes or shapes, one geometry each; or one scene of instances, .json or .scene; with "
+                 "--refit a BVH file")
       ->required()
       ->type_name("FILE");
   app.add_option("-o,--output", command.output, "The BVH file to write")->required()->type_name("FILE");
@@ -142,12 +143,12 @@ void add_scene_options(CLI::App& app, BuildCommand& command) {
 
 /// --refit, which goes with none of the options of a build.
 void add_refit_option(CLI::App& app, BuildCommand& command) {
-  CLI::Option* refit =
-      app.add_option("--refit", command.moved,
-                     "Do not build: write INPUT, a BVH file, with its triangles where they are in this mesh. Once per "
-                     "geometry, in their order. Says whether a rebuild is advised")
-          ->allow_extra_args(false)
-          ->type_name("MESH");
+  CLI::Option* refit = app.add_option("--refit", command.moved,
+                                      "Do not build: write INPUT, a BVH file, with its triangles or shapes where they "
+                                      "are in this file. Once per "
+                                      "geometry, in their order. Says whether a rebuild is advised")
+                           ->allow_extra_args(false)
+                           ->type_name("MESH");
   for (const char* name :
        {"--builder", "--quality", "--import", "--nodes", "--target", "--device", "--max-leaf", "--split-budget",
         "--presplit-budget", "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats", "--instances",

@@ -1,5 +1,5 @@
 #pragma once
-/// BVHs of meshes as bvhbuild's command line asks for them, on the CPU or the GPU.
+/// BVHs of meshes and shapes as bvhbuild's command line asks for them, on the CPU or the GPU.
 
 #include "build_command.h"
 
@@ -21,7 +21,7 @@ struct Built {
 bool may_use_gpu(const BuildCommand& command);
 
 /// @param options of build_options(). @param tree to take in place of a builder's.
-build::Result<Built> build_meshes(std::span<const build::TriangleMesh> meshes, const BuildCommand& command,
+build::Result<Built> build_meshes(const build::SceneInput& scene, const BuildCommand& command,
                                   build::BuildOptions options, const std::optional<build::ExchangeBvh>& tree = {});
 
 }  // namespace hiprt::tools

@@ -15,12 +15,25 @@ std::uint64_t peak_memory_bytes() {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-double mtriangles_per_second(const build::BuildStatistics& s) {
-  return s.total_seconds > 0 ? static_cast<double>(s.triangles) / s.total_seconds * 1e-6 : 0.0;
+/// Triangles and custom primitives, in millions.
+double millions(const build::BuildStatistics& s) { return static_cast<double>(s.triangles + s.customs) * 1e-6; }
+
+double mprimitives_per_second(const build::BuildStatistics& s) {
+  return s.total_seconds > 0 ? millions(s) / s.total_seconds : 0.0;
 }
 
-double mtriangles_per_second(const BuiltScene& built) {
-  return built.object_seconds > 0 ? static_cast<double>(built.objects.triangles) / built.object_seconds * 1e-6 : 0.0;
+double mprimitives_per_second(const BuiltScene& built) {
+  return built.object_seconds > 0 ? millions(built.objects) / built.object_seconds : 0.0;
+}
+
+std::string speed_text(double mprimitives, const build::BuildStatistics& s) {
+  return fixed(mprimitives, 3) + (s.customs == 0 ? " Mtriangles/s" : " Mprimitives/s");
+}
+
+void add_customs(Table& table, const build::BuildStatistics& s) {
+  if (s.customs == 0) return;
+  table.row("spheres and segments of curves", std::to_string(s.customs));
+  table.row("pairs of those", std::to_string(s.custom_pairs));
 }
 
 std::string dropped_text(const build::BuildStatistics& s) {
@@ -45,6 +58,7 @@ std::string report_text(const std::string& output, const Built& built, const Buf
   table.row("device", built.on_gpu ? "gpu" : "cpu");
   table.row("geometries", std::to_string(view.geometries.size()));
   table.row("triangles", std::to_string(s.triangles));
+  add_customs(table, s);
   table.row("dropped", dropped_text(s));
   table.row("pairs", std::to_string(s.pairs));
   add_tree(table, build::measure_tree(view));
@@ -53,7 +67,7 @@ std::string report_text(const std::string& output, const Built& built, const Buf
                                  fixed(s.tree_seconds, 3) + ", collapse " + fixed(s.collapse_seconds, 3) + ", encode " +
                                  fixed(s.encode_seconds, 3));
   table.row("time to write", fixed(seconds.write, 3) + " s");
-  table.row("build speed", fixed(mtriangles_per_second(s), 3) + " Mtriangles/s");
+  table.row("build speed", speed_text(mprimitives_per_second(s), s));
   table.row("builder's peak memory", bytes_text(s.scratch_bytes_peak));
   table.row("process's peak memory", bytes_text(peak_memory_bytes()));
   return table.text();
@@ -71,6 +85,7 @@ nlohmann::json report_json(const std::string& output, const Built& built, const 
           {"device", built.on_gpu ? "gpu" : "cpu"},
           {"geometries", view.geometries.size()},
           {"triangles", s.triangles},
+          {"customs", s.customs},
           {"dropped", dropped_json(s)},
           {"pairs", s.pairs},
           {"tree", tree_json(build::measure_tree(view))},
@@ -82,7 +97,7 @@ nlohmann::json report_json(const std::string& output, const Built& built, const 
             {"encode", s.encode_seconds},
             {"build", s.total_seconds},
             {"write", seconds.write}}},
-          {"mtriangles_per_second", mtriangles_per_second(s)},
+          {"mtriangles_per_second", mprimitives_per_second(s)},
           {"peak_bytes", {{"builder", s.scratch_bytes_peak}, {"process", peak_memory_bytes()}}}};
 }
 
@@ -94,7 +109,6 @@ std::string report_text(const std::string& output, const SceneDescription& descr
   table.row("layout", word_of(kLayouts, view.layout()));
   table.row("builder of objects", build::name(built.builder));
   table.row("device", built.on_gpu ? "gpu" : "cpu");
-
   table.row("mesh files read", std::to_string(description.files.size()));
   table.row("objects named twice", std::to_string(description.shared_objects));
   add_scene(table, measure_scene(view));
@@ -105,7 +119,7 @@ std::string report_text(const std::string& output, const SceneDescription& descr
   table.row("time to build objects", fixed(built.object_seconds, 3) + " s");
   table.row("time to build trees over instances", fixed(built.instance_seconds, 3) + " s");
   table.row("time to write", fixed(seconds.write, 3) + " s");
-  table.row("build speed of objects", fixed(mtriangles_per_second(built), 3) + " Mtriangles/s");
+  table.row("build speed of objects", speed_text(mprimitives_per_second(built), built.objects));
   table.row("process's peak memory", bytes_text(peak_memory_bytes()));
   return table.text();
 }
@@ -121,6 +135,7 @@ nlohmann::json report_json(const std::string& output, const SceneDescription& de
           {"shared_objects", description.shared_objects},
           {"scene", scene_json(measure_scene(view))},
           {"triangles", built.objects.triangles},
+          {"customs", built.objects.customs},
           {"dropped", dropped_json(built.objects)},
           {"pairs", built.objects.pairs},
           {"tree", tree_json(build::measure_tree(view))},
@@ -129,7 +144,7 @@ nlohmann::json report_json(const std::string& output, const SceneDescription& de
             {"objects", built.object_seconds},
             {"instances", built.instance_seconds},
             {"write", seconds.write}}},
-          {"mtriangles_per_second", mtriangles_per_second(built)},
+          {"mtriangles_per_second", mprimitives_per_second(built)},
           {"peak_bytes", {{"process", peak_memory_bytes()}}}};
 }
 

@@ -8,6 +8,31 @@
 
 namespace hiprt::tools {
 
+namespace {
+
+/// Whether the file says of all its custom primitives what they are.
+bool are_shapes(const BufferView& file) {
+  for (std::size_t i = 0; i < file.geometries.size(); ++i)
+    if ((file.geometries[i].flags & kGeometryCustom) != 0 &&
+        (file.shapes.empty() || file.shapes[i].kind == ShapeKind::kNone))
+      return false;
+  return true;
+}
+
+/// The same of a file or of all objects of a scene.
+bool has_shapes_only(const BufferView& view) {
+  if (!view.has_instances()) return are_shapes(view);
+  for (std::size_t i = 0; i < view.objects.size(); ++i) {
+    const BufferView object = *open_buffer(view.object_file(view.objects[i]));
+    const bool told = !view.object_shapes.empty() && view.object_shapes[i] != 0;
+    if (object.has_instances() || (object.header->features & feature_bit(Feature::kCustom)) == 0) continue;
+    if (!told || !are_shapes(object)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 build::Error format_error(const std::filesystem::path& path, const FormatIssue& issue) {
   return {build::ErrorCode::kInvalidInput, path.string() + ": not a valid BVH file: " + to_string(issue)};
 }
@@ -27,11 +52,12 @@ build::Result<BvhFile> load_bvh(const std::filesystem::path& path) {
   return file;
 }
 
-build::Result<void> check_traceable(const std::filesystem::path& path, const FileHeader& header) {
-  if (header.features & feature_bit(Feature::kCustom))
+build::Result<void> check_traceable(const std::filesystem::path& path, const BufferView& view) {
+  const FileHeader& header = *view.header;
+  if ((header.features & feature_bit(Feature::kCustom)) != 0 && !has_shapes_only(view))
     return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
                                        path.string() + ": has custom primitives, which need functors of a program of "
-                                                       "yours: the tools trace triangles only"});
+                                                       "yours: the tools trace triangles, spheres and curves only"});
   const auto too_large = [&](std::uint32_t number, const char* what, unsigned limit) {
     return tl::unexpected(
         build::Error{build::ErrorCode::kTooLarge,

@@ -24,9 +24,10 @@ build::Result<BvhFile> open_bvh(const std::filesystem::path& path);
 /// Checks everything (hiprt::validate()): the file may be traversed.
 build::Result<BvhFile> load_bvh(const std::filesystem::path& path);
 
-/// Whether trace() and GpuTracer can trace a file. @return kInvalidInput: it has custom primitives, or some object has;
-/// kTooLarge with the path, the levels of instances or stack entries needed, and the limit (trace_limits.h).
-build::Result<void> check_traceable(const std::filesystem::path& path, const FileHeader& header);
+/// Whether trace() can trace a file. @return kInvalidInput: it has custom primitives, or some object has, that are no
+/// shapes (spheres and curves, which the file holds); kTooLarge with the path, the levels of instances or stack entries
+/// needed, and the limit (trace_limits.h).
+build::Result<void> check_traceable(const std::filesystem::path& path, const BufferView& view);
 
 /// "scene.bvh: not a valid BVH file: BadMagic at byte 0: ..."
 build::Error format_error(const std::filesystem::path& path, const FormatIssue& issue);

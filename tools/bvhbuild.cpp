@@ -12,6 +12,7 @@
 #include "scene_build.h"
 #include "scene_flatten.h"
 #include "scene_input.h"
+#include "shape_inputs.h"
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exec/stopwatch.h>
@@ -28,12 +29,14 @@ using namespace hiprt::tools;
 
 constexpr ToolInfo kInfo{
     "bvhbuild",
-    "Builds one BVH file over triangle meshes: OBJ, PLY, STL, glTF 2.0/GLB, raw .mesh and .mesh.zst.\n"
-    "Every input file becomes one geometry, in the order of the command line; all nodes of a glTF file and all\n"
-    "objects of an OBJ file are one geometry, triangles numbered in the file's order.\n"
+    "Builds one BVH file over triangle meshes: OBJ, PLY, STL, glTF 2.0/GLB, raw .mesh and .mesh.zst; and over shapes:\n"
+    "strands of .hair, spheres of .xyzr, which the file then holds.\n"
+    "Every input file becomes one geometry, in the order of the command line, those of shapes behind the meshes; all\n"
+    "nodes of a glTF file and all objects of an OBJ file are one geometry, triangles numbered in the file's order.\n"
     "Triangles that are not finite or have two corners in one place are dropped: they keep their number, and a\n"
     "warning says how many there are.\n"
-    "A .json or .scene file describes a scene of instances: objects made of meshes, and groups of their instances on\n"
+    "A .json or .scene file describes a scene of instances: objects of meshes and shapes, and groups of their "
+    "instances on\n"
     "any number of levels. tools/scene.schema.json says what is in a .json, tools/scene_binary.h what in a .scene.",
     "  bvhbuild bunny.obj -o bunny.bvh\n"
     "  bvhbuild room.glb chair.ply -o scene.bvh --quality high --stats\n"
@@ -41,15 +44,21 @@ constexpr ToolInfo kInfo{
     "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"
     "  bvhbuild forest.json -o forest.bvh --instance-bounds primitives --stats\n"
     "  bvhbuild city.glb -o city.bvh --instances\n"
+    "  bvhbuild wig.hair head.obj -o wig.bvh --quality fast --stats\n"
     "  bvhbuild bunny.obj -o mine.bvh --import tree.json\n"
     "  bvhbuild frame1.bvh --refit frame2.obj -o frame2.bvh\n"};
 
 void warn_dropped(const Cli& cli, const build::BuildStatistics& statistics) {
   const std::uint64_t not_finite = statistics.dropped_not_finite, degenerate = statistics.dropped_degenerate;
   if (not_finite + degenerate == 0) return;
-  cli.warn("dropped " + std::to_string(not_finite + degenerate) + " of " + std::to_string(statistics.triangles) +
-           " triangles: " + std::to_string(not_finite) + " with a corner that is not finite, " +
-           std::to_string(degenerate) + " with two corners in one place");
+  const std::string dropped = "dropped " + std::to_string(not_finite + degenerate) + " of ";
+  if (statistics.customs == 0)
+    cli.warn(dropped + std::to_string(statistics.triangles) + " triangles: " + std::to_string(not_finite) +
+             " with a corner that is not finite, " + std::to_string(degenerate) + " with two corners in one place");
+  else
+    cli.warn(dropped + std::to_string(statistics.triangles + statistics.customs) +
+             " primitives: " + std::to_string(not_finite) + " with a corner or a box that is not finite, " +
+             std::to_string(degenerate) + " with two corners in one place or a radius of 0");
 }
 
 /// What build() takes the tree from; none without --import.
@@ -78,13 +87,13 @@ build::Result<void> write_and_report(const Cli& cli, const BuildCommand& command
   return {};
 }
 
-/// Builds one BVH; calls release() when the meshes are not needed any more.
+/// Builds one BVH; calls release() when the scene is not needed any more.
 template <class Release>
-build::Result<void> build_flat(const Cli& cli, const BuildCommand& command, std::span<const build::TriangleMesh> meshes,
+build::Result<void> build_flat(const Cli& cli, const BuildCommand& command, const build::SceneInput& scene,
                                const std::optional<build::ExchangeBvh>& tree, double read_seconds, ProgressBar& bar,
                                const Release& release) {
   const std::string tool = tool_version(kInfo);
-  const auto built = build_meshes(meshes, command, build_options(command, tool, shown_by(bar)), tree);
+  const auto built = build_meshes(scene, command, build_options(command, tool, shown_by(bar)), tree);
   bar.clear();
   if (!built) return tl::unexpected(built.error());
   release();
@@ -103,11 +112,23 @@ build::Result<void> build_flat(const Cli& cli, const BuildCommand& command, std:
 
 build::Result<void> run_meshes(const Cli& cli, const BuildCommand& command, ProgressBar& bar) {
   build::Stopwatch watch;
-  auto meshes = read_meshes(cli, command.inputs, command.output, bar);
+  std::vector<std::string> mesh_files, shape_files;
+  for (const std::string& input : command.inputs) (is_shape_file(input) ? shape_files : mesh_files).push_back(input);
+  auto meshes = read_meshes(cli, mesh_files, command.output, bar);
   if (!meshes) return tl::unexpected(meshes.error());
+  auto sets = read_shapes(cli, shape_files, command.output, bar);
+  if (!sets) return tl::unexpected(sets.error());
+  auto shapes = ShapeGeometries::make(pointers(*sets), command.threads);
+  if (!shapes) return tl::unexpected(shapes.error());
   const auto tree = read_tree(command, bar);
   if (!tree) return tl::unexpected(tree.error());
-  return build_flat(cli, command, views(*meshes), *tree, watch.lap(), bar, [&] { meshes->clear(); });
+  const std::vector<build::TriangleMesh> mesh_views = views(*meshes);
+  const auto release = [&] {
+    meshes->clear();
+    shapes = ShapeGeometries{};
+    sets->clear();
+  };
+  return build_flat(cli, command, {mesh_views, shapes->customs()}, *tree, watch.lap(), bar, release);
 }
 
 build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, ProgressBar& bar) {
@@ -118,7 +139,8 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
     auto geometries = flatten_scene(*scene);
     if (interrupted()) return tl::unexpected(cancelled());
     if (!geometries) return tl::unexpected(geometries.error());
-    return build_flat(cli, command, views(*geometries), std::nullopt, watch.lap(), bar, [&] { geometries->clear(); });
+    const std::vector<build::TriangleMesh> mesh_views = views(*geometries);
+    return build_flat(cli, command, {mesh_views, {}}, std::nullopt, watch.lap(), bar, [&] { geometries->clear(); });
   }
   const double read_seconds = watch.lap();
   const std::string tool = tool_version(kInfo);

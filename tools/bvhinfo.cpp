@@ -73,6 +73,14 @@ std::string section_name(std::uint32_t kind) {
       return "motions";
     case SectionKind::kMotionSegments:
       return "motion segments";
+    case SectionKind::kShapes:
+      return "shapes";
+    case SectionKind::kShapePoints:
+      return "points of shapes";
+    case SectionKind::kCurveSegments:
+      return "segments of curves";
+    case SectionKind::kObjectShapes:
+      return "objects' shapes";
   }
   return "unknown kind " + std::to_string(kind);
 }
@@ -115,17 +123,33 @@ std::string bounds_text(const Box& box) {
   return text;
 }
 
-std::string geometry_text(const GeometryRecord& geometry, bool instances) {
+ShapeKind shape_of(const BufferView& view, std::size_t geometry) {
+  return view.shapes.empty() ? ShapeKind::kNone : view.shapes[geometry].kind;
+}
+
+/// "custom primitives of type 7", "spheres of type 0", "segments of curves of type 1, 12 points".
+std::string custom_text(const BufferView& view, std::size_t i) {
+  const ShapeKind shape = shape_of(view, i);
+  const std::string type = " of type " + std::to_string(custom_type(view.geometries[i].flags));
+  if (shape == ShapeKind::kSpheres) return "spheres" + type;
+  if (shape != ShapeKind::kCurves) return "custom primitives" + type;
+  return "segments of curves" + type + ", " + std::to_string(view.shapes[i].point_count) + " points";
+}
+
+std::string geometry_text(const BufferView& view, std::size_t i) {
+  const GeometryRecord& geometry = view.geometries[i];
   const bool custom = (geometry.flags & kGeometryCustom) != 0;
-  return std::to_string(geometry.primitive_count) +
-         (instances ? " instances"
-          : custom  ? " custom primitives of type " + std::to_string(custom_type(geometry.flags))
-                    : " triangles") +
+  return std::to_string(geometry.primitive_count) + " " +
+         (view.has_instances() ? "instances"
+          : custom             ? custom_text(view, i)
+                               : "triangles") +
          ", " + std::to_string(geometry.dropped_count) + " dropped";
 }
 
-/// "triangles", "instances", or "customs" and their "type".
-nlohmann::json geometry_json(const GeometryRecord& geometry, bool instances) {
+/// "triangles", "instances", or "customs" and their "type"; "shapes" and "points" if the file says what those are.
+nlohmann::json geometry_json(const BufferView& view, std::size_t i) {
+  const GeometryRecord& geometry = view.geometries[i];
+  const bool instances = view.has_instances();
   const bool custom = (geometry.flags & kGeometryCustom) != 0 && !instances;
   nlohmann::json result{{"first_primitive", geometry.first_primitive},
                         {instances ? "instances"
@@ -135,6 +159,10 @@ nlohmann::json geometry_json(const GeometryRecord& geometry, bool instances) {
                         {"dropped", geometry.dropped_count},
                         {"mask", geometry.mask}};
   if (custom) result["type"] = custom_type(geometry.flags);
+  const ShapeKind shape = shape_of(view, i);
+  if (shape == ShapeKind::kNone) return result;
+  result["shapes"] = shape == ShapeKind::kCurves ? "curves" : "spheres";
+  result["points"] = view.shapes[i].point_count;
   return result;
 }
 
@@ -158,7 +186,7 @@ void add_header(Table& table, const Options& options, const BufferView& view) {
                              " bytes at " + std::to_string(s.offset));
   constexpr std::size_t kMostGeometries = 20;
   for (std::size_t i = 0; i < std::min(view.geometries.size(), kMostGeometries); ++i)
-    table.row("geometry " + std::to_string(i), geometry_text(view.geometries[i], view.has_instances()));
+    table.row("geometry " + std::to_string(i), geometry_text(view, i));
   if (view.geometries.size() > kMostGeometries)
     table.row("more geometries", std::to_string(view.geometries.size() - kMostGeometries) + " (--json has all)");
 }
@@ -172,7 +200,7 @@ nlohmann::json header_json(const Options& options, const BufferView& view) {
                         {"offset", s.offset},
                         {"count", s.count},
                         {"stride", s.stride}});
-  for (const GeometryRecord& g : view.geometries) geometries.push_back(geometry_json(g, view.has_instances()));
+  for (std::size_t i = 0; i < view.geometries.size(); ++i) geometries.push_back(geometry_json(view, i));
   nlohmann::json bounds;
   if (header.root != kInvalidRef) bounds = {{"min", header.bounds.min}, {"max", header.bounds.max}};
   return {{"file", options.path},

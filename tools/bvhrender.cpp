@@ -2,6 +2,8 @@
 
 #include "bvh_file.h"
 #include "cli.h"
+#include "compare_command.h"
+#include "path_command.h"
 #include "progress.h"
 #include "render.h"
 #include "report.h"
@@ -50,10 +52,9 @@ constexpr ToolInfo kInfo{
     "  bvhrender bunny.bvh -o boxes.png --mode bvh --level 4\n"
     "  bvhrender sponza.bvh -o sponza.png --camera sponza.cam --ao-distance 30\n"
     "  bvhrender scene.bvh -o view.png --camera '0,1,5/0,1,0/0,1,0/40'\n"
-    "  bvhrender wheel.bvh -o blurred.png --shutter 0,0.02 --spp 256\n"};
-
-constexpr std::uint32_t kMaxSide = 32768;
-constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 27;
+    "  bvhrender wheel.bvh -o blurred.png --shutter 0,0.02 --spp 256\n"
+    "  bvhrender house.bvh -o house.exr --integrator path --materials house.glb --environment sky.exr --spp 1024\n"
+    "  bvhrender bunny.bvh -o bunny.png --spp 16 --compare bunny.exr --difference flip.png\n"};
 
 constexpr unsigned kDefaultLevel = 3;
 
@@ -63,6 +64,8 @@ struct Options {
   std::string size = "1024x768", camera, mode = "ao", device = "auto", shutter = "0,0";
   std::optional<unsigned> level;  ///< Of --mode bvh.
   RenderOptions render;
+  CompareCommand compare;
+  PathCommand paths;
 };
 
 bool has_extension(const std::string& path, std::string_view extension) {
@@ -153,6 +156,8 @@ void add_options(CLI::App& app, Options& options) {
                  "ao: surfaces farther away cast no shadow; without it all do")
       ->check(CLI::Validator(check_distance, ""))
       ->type_name("D");
+  options.compare.add_options(app);
+  options.paths.add_options(app);
 }
 
 tl::unexpected<build::Error> fail(build::ErrorCode code, std::string message) {
@@ -190,15 +195,9 @@ build::Result<std::optional<GpuTracer>> choose_tracer(const Options& options, co
   return std::nullopt;
 }
 
-build::Result<Rendering> render_with_bar(const BufferView& view, const Camera& camera, const RenderOptions& options,
-                                         std::optional<GpuTracer>& gpu) {
-  ProgressBar bar;
-  const auto progress = [&](double done) { bar.update("render", done); };
-  return render(make_scene_view(view), camera, options, progress, gpu ? &*gpu : nullptr);
-}
-
 /// "ao", or "bvh, level 3".
 std::string described_mode(const Options& options) {
+  if (options.paths.chosen()) return "path";
   if (options.render.mode != RenderMode::kBoxes) return options.mode;
   return options.mode + ", level " + std::to_string(options.level.value_or(kDefaultLevel));
 }
@@ -251,13 +250,15 @@ struct Written {
   std::size_t bytes;
 };
 
-build::Result<std::vector<Written>> write_all(const Options& options, const Camera& camera, const Image& image) {
+/// @param stops whether interrupted() ends it.
+build::Result<std::vector<Written>> write_all(const Options& options, const Camera& camera, const Image& image,
+                                              bool stops) {
   std::vector<Written> written;
   ProgressBar bar;
   for (const std::string& path : options.outputs) {
     const auto progress = [&](double done) {
       bar.update("encode", done);
-      return !interrupted();
+      return !(stops && interrupted());
     };
     const auto bytes = has_extension(path, ".exr") ? write_exr(path, image, attributes_of(options, camera), progress)
                                                    : write_png(path, image, progress);
@@ -267,8 +268,27 @@ build::Result<std::vector<Written>> write_all(const Options& options, const Came
   return written;
 }
 
+build::Result<Rendering> render_with_bar(const Options& options, const BufferView& view, const Camera& camera,
+                                         std::optional<GpuTracer>& gpu) {
+  ProgressBar bar;
+  GpuTracer* const tracer = gpu ? &*gpu : nullptr;
+  if (options.paths.chosen()) {
+    // What cannot be written now is told of at the end.
+    const auto keep = [&](const Rendering& so_far) {
+      static_cast<void>(write_all(options, camera, so_far.image, /*stops=*/true));
+    };
+    return options.paths.render(view, camera, options.render, tracer, bar, keep);
+  }
+  const auto progress = [&](double done) { bar.update("render", done); };
+  return render(make_scene_view(view), camera, options.render, progress, tracer);
+}
+
+std::uint64_t rays_of(const Rendering& rendering) {
+  return rendering.rays.primary + rendering.rays.secondary + rendering.rays.shadow;
+}
+
 double mrays_per_second(const Rendering& rendering) {
-  const auto rays = static_cast<double>(rendering.rays.primary + rendering.rays.shadow);
+  const auto rays = static_cast<double>(rays_of(rendering));
   return rendering.seconds > 0 ? rays / rendering.seconds * 1e-6 : 0.0;
 }
 
@@ -276,13 +296,14 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
            const std::optional<GpuTracer>& gpu, const std::vector<Written>& outputs) {
   const RenderOptions& render = options.render;
   if (!cli.json()) {
-    std::cout << render.width << " x " << render.height << " pixels, " << render.samples << " samples, " << options.mode
-              << ": " << rendering.rays.primary + rendering.rays.shadow << " rays in " << fixed(rendering.seconds, 2)
+    std::cout << render.width << " x " << render.height << " pixels, " << rendering.samples << " samples, "
+              << described_mode(options) << ": " << rays_of(rendering) << " rays in " << fixed(rendering.seconds, 2)
               << " s, " << fixed(mrays_per_second(rendering), 2) << " Mrays/s with shading (" << device_word(gpu) << " "
               << device_name(gpu) << ")\n";
     if (render.mode == RenderMode::kHeatmap)
       std::cout << fixed(rendering.mean_steps, 1) << " tests and instances per ray\n";
     for (const Written& output : outputs) std::cout << output.path << "  " << bytes_text(output.bytes) << "\n";
+    std::cout << options.compare.text();
     return;
   }
   nlohmann::json files = nlohmann::json::array();
@@ -291,8 +312,8 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
              {"outputs", files},
              {"width", render.width},
              {"height", render.height},
-             {"mode", options.mode},
-             {"spp", render.samples},
+             {"mode", options.paths.chosen() ? "path" : options.mode},
+             {"spp", rendering.samples},
              {"seed", render.seed},
              {"camera", to_text(camera)},
              {"device", device_word(gpu)},
@@ -300,10 +321,12 @@ void print(const Cli& cli, const Options& options, const Camera& camera, const R
              {"threads", rendering.threads},
              {"instruction_set", trace_isa()},
              {"primary_rays", rendering.rays.primary},
+             {"secondary_rays", rendering.rays.secondary},
              {"shadow_rays", rendering.rays.shadow},
              {"rays_on_gpu", rendering.rays.on_gpu},
              {"seconds", rendering.seconds},
              {"mrays_per_second", mrays_per_second(rendering)},
+             {"comparison", options.compare.json()},
              {"steps_per_ray", render.mode == RenderMode::kHeatmap ? nlohmann::json(rendering.mean_steps) : nullptr}});
 }
 
@@ -316,10 +339,13 @@ build::Result<void> run(const Cli& cli, Options& options) {
   for (const std::string& path : options.outputs) options.render.layers |= has_extension(path, ".exr");
   for (const std::string& output : options.outputs)
     if (auto checked = check_output(output, std::span(&options.path, 1)); !checked) return checked;
+  if (auto ready = options.compare.prepare(options.render.width, options.render.height, options.path, options.outputs);
+      !ready)
+    return ready;
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
   if (options.render.mode != RenderMode::kBoxes)
-    if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;
+    if (auto checked = check_traceable(options.path, file->view); !checked) return checked;
   const auto camera = choose_camera(options, file->view.header->bounds);
   if (!camera) return tl::unexpected(camera.error());
   const auto subject = choose_subject(options, file->view);
@@ -327,10 +353,19 @@ build::Result<void> run(const Cli& cli, Options& options) {
   if (subject->boxes) options.render.boxes = &*subject->boxes;
   auto gpu = choose_tracer(options, subject->view);
   if (!gpu) return tl::unexpected(gpu.error());
-  const auto rendering = render_with_bar(subject->view, *camera, options.render, *gpu);
+  if (options.paths.chosen())
+    if (auto ready = options.paths.prepare(subject->view, *camera, options.render, options.outputs); !ready)
+      return ready;
+  const auto rendering = render_with_bar(options, subject->view, *camera, *gpu);
   if (!rendering) return tl::unexpected(rendering.error());
-  const auto outputs = write_all(options, *camera, rendering->image);
+  const bool whole = rendering->samples == options.render.samples;
+  const auto outputs = write_all(options, *camera, rendering->image, whole);
   if (!outputs) return tl::unexpected(outputs.error());
+  if (!whole)
+    return fail(build::ErrorCode::kCancelled, "cancelled: " + options.outputs[0] + " has " +
+                                                  std::to_string(rendering->samples) + " of " +
+                                                  std::to_string(options.render.samples) + " samples");
+  if (auto compared = options.compare.run(rendering->image, options.render.threads); !compared) return compared;
   print(cli, options, *camera, *rendering, *gpu, *outputs);
   return {};
 }
@@ -344,6 +379,7 @@ int main(int argc, char** argv) {
   cli.app().callback([&] {
     if (options.level && value_of(kRenderModes, options.mode) != RenderMode::kBoxes)
       throw CLI::ValidationError("--level is of --mode bvh");
+    options.paths.check(cli.app());
   });
   return cli.run(argc, argv, [&] { return run(cli, options); });
 }

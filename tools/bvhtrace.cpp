@@ -220,6 +220,18 @@ TracePolicies policies_of(const Options& options) {
   return {value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
 }
 
+/// Of scenes with shapes there is one tracer.
+build::Result<void> check_policies(const Options& options, const FileHeader& header) {
+  const TracePolicies policies = policies_of(options), accurate;
+  if ((header.features & feature_bit(Feature::kCustom)) == 0 ||
+      (policies.triangle_test == accurate.triangle_test && policies.box_test == accurate.box_test))
+    return {};
+  return tl::unexpected(
+      build::Error{build::ErrorCode::kInvalidInput,
+                   options.path + ": has spheres or curves, which are traced with --triangle-test watertight and "
+                                  "--box-test conservative only"});
+}
+
 build::Result<void> explain_one(const Cli& cli, const Options& options, const BufferView& view, const RayBatch& batch) {
   const std::uint64_t number = *options.explained;
   if (number >= batch.rays.size())
@@ -244,12 +256,13 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   const auto file = load_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_primitive_counts(options.path, file->view); !checked) return checked;
-  if (auto checked = check_traceable(options.path, *file->view.header); !checked) return checked;
+  if (auto checked = check_traceable(options.path, file->view); !checked) return checked;
+  if (auto checked = check_policies(options, *file->view.header); !checked) return checked;
   auto batch = read_rays(options.rays);
   if (!batch) return tl::unexpected(batch.error());
   for (Ray& ray : batch->rays) ray.time = options.time;
   if (options.explained) return explain_one(cli, options, file->view, *batch);
-  auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view);
+  auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view, policies_of(options));
   if (!gpu) return tl::unexpected(gpu.error());
   const SceneView scene = make_scene_view(file->view);
   Outcome outcome;

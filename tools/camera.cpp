@@ -49,14 +49,6 @@ CameraRays::CameraRays(const Camera& camera, std::uint32_t width, std::uint32_t 
   up_ = basis.up;
 }
 
-Ray CameraRays::ray(double x, double y) const {
-  const Vec3d direction = forward_ + (right_ * (x - half_width_) + up_ * (half_height_ - y)) / pixels_per_tangent_;
-  Ray ray;
-  ray.origin = Vec3(eye_);
-  ray.direction = Vec3(glm::normalize(direction));
-  return ray;
-}
-
 CameraRays::Position CameraRays::project(const Vec3d& point) const {
   const Vec3d offset = point - eye_;
   const double depth = glm::dot(offset, forward_);
@@ -185,6 +177,28 @@ tl::expected<std::vector<double>, std::string> parse_part(std::string_view part,
   return numbers;
 }
 
+/// Of eye, at, up, fov and light, which is empty where the text has none.
+tl::expected<std::array<std::vector<double>, 5>, std::string> parse_parts(std::string_view text) {
+  struct Part {
+    std::string_view label;
+    std::size_t numbers;
+  };
+  constexpr std::array<Part, 5> kParts{{{"eye", 3}, {"at", 3}, {"up", 3}, {"fov", 1}, {"light", 3}}};
+  const std::vector<std::string_view> parts = split(text, "/");
+  if (parts.size() != 4 && parts.size() != 5)
+    return tl::unexpected("expected eye/at/up/fov, four parts separated by '/', got " + std::to_string(parts.size()) +
+                          " in " + in_quotes(trimmed(text)));
+  std::array<std::vector<double>, 5> values;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    auto numbers = parse_part(parts[i], kParts[i].label, kParts[i].numbers);
+    if (!numbers) return tl::unexpected(numbers.error());
+    values[i] = std::move(*numbers);
+  }
+  return values;
+}
+
+Vec3d vector_of(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
 }  // namespace
 
 tl::expected<Camera, std::string> checked(const Camera& camera) {
@@ -202,23 +216,16 @@ tl::expected<Camera, std::string> checked(const Camera& camera) {
 }
 
 tl::expected<Camera, std::string> parse_camera(std::string_view text) {
-  struct Part {
-    std::string_view label;
-    std::size_t numbers;
-  };
-  constexpr std::array<Part, 5> kParts{{{"eye", 3}, {"at", 3}, {"up", 3}, {"fov", 1}, {"light", 3}}};
-  const std::vector<std::string_view> parts = split(text, "/");
-  if (parts.size() != 4 && parts.size() != 5)
-    return tl::unexpected("expected eye/at/up/fov, four parts separated by '/', got " + std::to_string(parts.size()) +
-                          " in " + in_quotes(trimmed(text)));
-  std::array<std::vector<double>, 5> values;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    auto numbers = parse_part(parts[i], kParts[i].label, kParts[i].numbers);
-    if (!numbers) return tl::unexpected(numbers.error());
-    values[i] = std::move(*numbers);
-  }
-  const auto vector = [](const std::vector<double>& v) { return Vec3d(v[0], v[1], v[2]); };
-  return checked({vector(values[0]), vector(values[1]), vector(values[2]), values[3][0]});
+  const auto values = parse_parts(text);
+  if (!values) return tl::unexpected(values.error());
+  return checked({vector_of((*values)[0]), vector_of((*values)[1]), vector_of((*values)[2]), (*values)[3][0]});
+}
+
+tl::expected<std::optional<Vec3d>, std::string> parse_light(std::string_view text) {
+  const auto values = parse_parts(text);
+  if (!values) return tl::unexpected(values.error());
+  const std::vector<double>& light = (*values)[4];
+  return light.empty() ? std::nullopt : std::optional(vector_of(light));
 }
 
 std::string to_text(const Camera& camera) {

@@ -7,6 +7,7 @@
 #include <tl/expected.hpp>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -30,9 +31,13 @@ tl::expected<Camera, std::string> checked(const Camera& camera);
 
 /// Reads "ex,ey,ez/ax,ay,az/ux,uy,uz/fov" or the text of a .cam file:
 /// "eye ex ey ez / at ax ay az / up ux uy uz / fov [/ light lx ly lz]".
-/// Numbers are separated by commas or white space, the labels may be left out, and a light is checked and ignored.
+/// Numbers are separated by commas or white space, the labels may be left out, and a light is checked and ignored
+/// (parse_light() has it).
 /// @return what is wrong, naming the part and the text, e.g. "eye: expected 3 numbers, got 2 in '1,2'".
 tl::expected<Camera, std::string> parse_camera(std::string_view text);
+
+/// The light of such a text, if it has one. @return the errors of parse_camera() but those of the camera as a whole.
+tl::expected<std::optional<Vec3d>, std::string> parse_light(std::string_view text);
 
 /// The camera as parse_camera() reads it, every digit kept.
 std::string to_text(const Camera& camera);
@@ -51,7 +56,13 @@ class CameraRays {
 
   /// @param x, y position in pixels; the centre of the first pixel is (0.5, 0.5).
   /// @return a ray of unit direction from the eye, tmin 0, tmax infinite.
-  Ray ray(double x, double y) const;
+  HIPRT_HD Ray ray(double x, double y) const {
+    const Vec3d direction = forward_ + (right_ * (x - half_width_) + up_ * (half_height_ - y)) / pixels_per_tangent_;
+    Ray ray;
+    ray.origin = Vec3(eye_);
+    ray.direction = Vec3(glm::normalize(direction));
+    return ray;
+  }
 
   /// @return the position in pixels where a point in front of the eye is seen.
   struct Position {

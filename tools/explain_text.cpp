@@ -119,7 +119,8 @@ class Teller {
       if (info.primitive[slot] == kInvalidId) continue;
       json primitive{{"primitive", info.primitive[slot]}, {"verdict", "not met"}};
       for (const TraceStep& candidate : candidates)
-        if (candidate.number == slot) {
+        // Of the crossings of a sphere or curve the one that counts.
+        if (candidate.number == slot && primitive["verdict"] != "closest so far") {
           primitive["t"] = number(candidate.t);
           primitive["verdict"] = verdict(view.geometries[geometry], candidate.t);
         }

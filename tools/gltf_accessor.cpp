@@ -164,6 +164,7 @@ build::Result<std::vector<build::Position>> read_positions(const tinygltf::Model
 build::Result<std::vector<double>> read_vectors(const tinygltf::Model& model, int index, unsigned components) {
   return AccessorReader(model, index)
       .read(components == 1   ? TINYGLTF_TYPE_SCALAR
+            : components == 2 ? TINYGLTF_TYPE_VEC2
             : components == 3 ? TINYGLTF_TYPE_VEC3
                               : TINYGLTF_TYPE_VEC4,
             components);

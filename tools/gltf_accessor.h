@@ -17,7 +17,7 @@ namespace hiprt::tools {
 /// sparse substitutions. @return kInvalidInput with the accessor's number if anything of it leaves its buffer.
 build::Result<std::vector<build::Position>> read_positions(const tinygltf::Model& model, int index);
 
-/// Reads accessor @p index as numbers, or vectors of 3 or 4 components, which follow each other in the result.
+/// Reads accessor @p index as numbers, or vectors of 2 to 4 components, which follow each other in the result.
 build::Result<std::vector<double>> read_vectors(const tinygltf::Model& model, int index, unsigned components);
 
 /// Reads accessor @p index as vertex numbers (SCALAR of an unsigned type).

@@ -205,8 +205,12 @@ class Checker {
 
 }  // namespace
 
+build::Result<std::string_view> gltf_json(std::span<const std::byte> file) {
+  return json_of({reinterpret_cast<const char*>(file.data()), file.size()});
+}
+
 build::Result<void> check_gltf(std::span<const std::byte> file) {
-  const auto text = json_of({reinterpret_cast<const char*>(file.data()), file.size()});
+  const auto text = gltf_json(file);
   if (!text) return tl::unexpected(text.error());
   if (auto done = check_depth(*text); !done) return done;
   try {

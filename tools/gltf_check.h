@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string_view>
 
 namespace hiprt::tools {
 
@@ -16,5 +17,8 @@ inline constexpr std::size_t kMaxJsonLevels = 256;
 /// @param file a whole .gltf or .glb file.
 /// @return kInvalidInput with the place, e.g. "mesh 0, primitive 1: ...".
 build::Result<void> check_gltf(std::span<const std::byte> file);
+
+/// The JSON text of a .gltf or .glb file. @return kInvalidInput: truncated, or of another version.
+build::Result<std::string_view> gltf_json(std::span<const std::byte> file);
 
 }  // namespace hiprt::tools

@@ -3,6 +3,7 @@
 #include "gpu_device.h"
 
 #include <hiprt_build/gpu/build.h>
+#include <hiprt_build/gpu/event.h>
 
 #include <chrono>
 
@@ -55,6 +56,32 @@ build::BuildStatistics statistics(const gpu::BuildReport& report, std::span<cons
   return result;
 }
 
+/// As gpu::build_scene(). @param seconds what the device takes from the first kernel to the last.
+build::Result<gpu::BuiltScene> timed_build(std::span<const gpu::DeviceGeometry> geometries,
+                                           const gpu::BuildOptions& options, gpu::Allocator& allocator,
+                                           double& seconds) {
+  const auto sizes = gpu::build_sizes(geometries, options);
+  if (!sizes) return tl::unexpected(sizes.error());
+  auto output = gpu::DeviceBuffer::make(sizes->output, nullptr, allocator);
+  if (!output) return tl::unexpected(std::move(output.error()));
+  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, nullptr, allocator);
+  if (!scratch) return tl::unexpected(std::move(scratch.error()));
+  auto watch = gpu::Stopwatch::make();
+  if (!watch) return tl::unexpected(std::move(watch.error()));
+  if (auto started = watch->start(nullptr); !started) return tl::unexpected(std::move(started.error()));
+  const auto report = gpu::enqueue_build(geometries, options, output->data(), scratch->data(), nullptr);
+  if (!report) return tl::unexpected(report.error());
+  if (auto stopped = watch->stop(nullptr); !stopped) return tl::unexpected(std::move(stopped.error()));
+  const auto milliseconds = watch->milliseconds();
+  if (!milliseconds) return tl::unexpected(milliseconds.error());
+  seconds = static_cast<double>(*milliseconds) * 1e-3;
+  auto scene = gpu::compact(*report, nullptr, allocator);
+  if (scene && scene->report.status == gpu::BuildStatus::kBadIndex)
+    return gpu::fail(build::ErrorCode::kInvalidInput, scene->report.bad_indices,
+                     " triangles have an index beyond their mesh's positions");
+  return scene;
+}
+
 }  // namespace
 
 build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> meshes,
@@ -76,11 +103,13 @@ build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> mesh
                                  .pair_triangles = options.pair_triangles,
                                  .costs = options.costs,
                                  .progress = options.progress};
-  const auto scene = gpu::build_scene(copies.geometries, wanted, nullptr, allocator);
+  double device_seconds = 0;
+  const auto scene = timed_build(copies.geometries, wanted, allocator, device_seconds);
   if (!scene) return tl::unexpected(scene.error());
   auto file = gpu::download_file(*scene, options.tool, nullptr);
   if (!file) return tl::unexpected(std::move(file.error()));
   build::Bvh bvh{std::move(*file), statistics(scene->report, meshes)};
+  bvh.statistics.tree_seconds = device_seconds;
   const auto sizes = gpu::build_sizes(copies.geometries, wanted);
   bvh.statistics.scratch_bytes_peak = sizes ? sizes->output + sizes->scratch : 0;
   bvh.statistics.total_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

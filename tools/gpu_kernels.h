@@ -25,16 +25,19 @@ struct GpuTraceJob {
   std::uint32_t spill_entries;  ///< Per thread of the grid, at spill (grid_spill()); 0 for private stacks.
   StackEntry* spill;
   GpuCounts* counts;
-  std::uint32_t* paths;  ///< scene.levels per ray; nullptr: nobody asks.
+  std::uint32_t* paths;    ///< scene.levels per ray; nullptr: nobody asks.
+  const PathScene* holes;  ///< Of materials (CutOut), for kernels that ask.
 };
 
 using GpuTraceKernel = void (*)(GpuTraceJob job);
 
 /// @param policy an index of kGpuPolicies.
-/// @param levels of the scene.
 /// @return the smallest kernel that covers the scene; nullptr if this build's platform (AMD, NVIDIA) is not the
-/// policy's, or levels is above kGpuTraceLevels.
-GpuTraceKernel find_trace_kernel(std::size_t policy, NodeLayout layout, std::uint32_t levels, Query query,
+/// policy's, or for tests other than the default ones where kGpuChoiceLevels (trace_limits.h) says that there are none.
+GpuTraceKernel find_trace_kernel(std::size_t policy, const SceneView& scene, Query query,
                                  const TracePolicies& policies);
+
+/// The same of kernels for materials with holes, with the default policies.
+GpuTraceKernel find_kernel_through_holes(std::size_t policy, const SceneView& scene, Query query);
 
 }  // namespace hiprt::tools

@@ -25,13 +25,14 @@ struct GpuPolicy {
   unsigned block;        ///< Threads of a block, a multiple of 64: waves are whole.
   /// What the compiler makes room for in registers. NVIDIA: blocks per multiprocessor; AMD: waves per SIMD.
   unsigned min_blocks;
+  unsigned min_blocks_of_levels;  ///< The same where there is more than one level of instances, or motion.
 };
 
 /// The first that fits is taken. sm_, private stack: measured on an H200 (sm_90). The others are not measured.
 inline constexpr std::array<GpuPolicy, 3> kGpuPolicies{{
-    {"gfx", GpuStack::kRolling, 16, 64, 1},
-    {"sm_", GpuStack::kPrivate, 12, 64, 14},
-    {"sm_", GpuStack::kRolling, 12, 64, 14},
+    {"gfx", GpuStack::kRolling, 16, 64, 1, 1},
+    {"sm_", GpuStack::kPrivate, 12, 64, 14, 12},
+    {"sm_", GpuStack::kRolling, 12, 64, 14, 12},
 }};
 
 constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound) {

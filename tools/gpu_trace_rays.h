@@ -1,11 +1,11 @@
 #pragma once
 /// The traversal on the GPU, in every combination of the policies that a user can choose, for one number of levels: a
-/// template that gpu_kernels.hip and gpu_kernels_one_level.hip instantiate. For GPU compilers
-/// only.
+/// template that gpu_kernels.hip and others of its name instantiate. For GPU compilers only.
 
 #include "gpu_kernels.h"
 #include "gpu_policies.h"
 #include "instance_paths.h"
+#include "trace_limits.h"
 
 #include <hiprt_device/batch.h>
 #include <hiprt_device/format/layout.h>
@@ -34,15 +34,30 @@ struct FlatPolicies : Policies<Layout, Triangle, Boxes, StackOfPolicy<kPolicy>> 
   using Schedule = WholeWave<kGpuPolicies[kPolicy].fetch_below>;
 };
 
-template <unsigned kLevels, class Flat> struct PoliciesOfLevels { using Type = Instanced<Flat, kLevels>; };
-template <class Flat> struct PoliciesOfLevels<0, Flat> { using Type = Flat; };
+template <unsigned kLevels, bool kMoves, class Flat> struct PoliciesOfLevels { using Type = Instanced<Flat, kLevels>; };
+template <unsigned kLevels, class Flat> struct PoliciesOfLevels<kLevels, true, Flat> {
+  using Type = Moving<Instanced<Flat, kLevels>>;
+};
+template <class Flat> struct PoliciesOfLevels<0, false, Flat> { using Type = Flat; };
+
+template <class Filter> __device__ HIPRT_INLINE Filter make_filter(const GpuTraceJob& job) {
+  if constexpr (std::is_same_v<Filter, NoFilter>)
+    return {};
+  else
+    return {job.holes};
+}
+
+constexpr unsigned least_resident(const GpuPolicy& policy, bool levels) {
+  return levels ? policy.min_blocks_of_levels : policy.min_blocks;
+}
 
 /// @param storage of this lane's stack.
-template <class Search>
+template <class Search, class Filter>
 __device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Search::Storage& storage) {
   trace_batch(
       job.count, &job.counts->next_ray,
-      [&](std::uint32_t i) HIPRT_INLINE_LAMBDA { return Search(job.scene, job.rays[i], storage); },
+      [&](std::uint32_t i)
+          HIPRT_INLINE_LAMBDA { return Search(job.scene, job.rays[i], storage, make_filter<Filter>(job)); },
       [&](std::uint32_t i, const Search& search) HIPRT_INLINE_LAMBDA {
         const auto hit = search.hit();
         job.hits[i] = hit;
@@ -51,14 +66,16 @@ __device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Se
       });
 }
 
-template <unsigned kLevels, std::size_t kPolicy, class Layout, class Triangle, class Boxes, Query kQuery>
-__global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, kGpuPolicies[kPolicy].min_blocks)
+template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy, class Layout, class Triangle, class Boxes,
+          Query kQuery>
+__global__ void __launch_bounds__(kGpuPolicies[kPolicy].block,
+                                  least_resident(kGpuPolicies[kPolicy], kLevels > 1 || kMoves))
     trace_rays(GpuTraceJob job) {
-  using P = typename PoliciesOfLevels<kLevels, FlatPolicies<kPolicy, Layout, Triangle, Boxes>>::Type;
-  using Search = std::conditional_t<kQuery == Query::kClosest, ClosestHit<P>, AnyHit<P>>;
+  using P = typename PoliciesOfLevels<kLevels, kMoves, FlatPolicies<kPolicy, Layout, Triangle, Boxes>>::Type;
+  using Search = std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter>, AnyHit<P, Filter>>;
   if constexpr (kGpuPolicies[kPolicy].stack == GpuStack::kPrivate) {
     typename P::Stack::Memory memory;
-    trace_all<Search>(job, {memory, &job.counts->overflowed_rays});
+    trace_all<Search, Filter>(job, {memory, &job.counts->overflowed_rays});
   } else {
     constexpr unsigned kBlock = kGpuPolicies[kPolicy].block;
     __shared__ StackEntry ring[kBlock * P::Stack::kEntriesPerThread];
@@ -67,72 +84,84 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, kGpuPolicies[kPol
                                                          &job.counts->overflowed_rays);
     if constexpr (kLevels > 1) {
       LevelWays<kLevels> ways;
-      trace_all<Search>(job, {stack, ways});
+      trace_all<Search, Filter>(job, {stack, ways});
     } else {
-      trace_all<Search>(job, stack);
+      trace_all<Search, Filter>(job, stack);
     }
   }
 }
 
-template <unsigned kLevels, std::size_t kPolicy, class Layout, class Triangle, class Boxes>
+template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy, class Layout, class Triangle, class Boxes>
 GpuTraceKernel choose_query(Query query) {
-  return query == Query::kClosest ? &trace_rays<kLevels, kPolicy, Layout, Triangle, Boxes, Query::kClosest>
-                                  : &trace_rays<kLevels, kPolicy, Layout, Triangle, Boxes, Query::kAny>;
+  return query == Query::kClosest
+             ? &trace_rays<kLevels, kMoves, Filter, kPolicy, Layout, Triangle, Boxes, Query::kClosest>
+             : &trace_rays<kLevels, kMoves, Filter, kPolicy, Layout, Triangle, Boxes, Query::kAny>;
 }
 
-template <unsigned kLevels, std::size_t kPolicy, class Layout, class Triangle>
+template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy, class Layout, class Triangle>
 GpuTraceKernel choose_boxes(Query query, const TracePolicies& policies) {
   return policies.box_test == BoxTestKind::kConservative
-             ? choose_query<kLevels, kPolicy, Layout, Triangle, Conservative>(query)
-             : choose_query<kLevels, kPolicy, Layout, Triangle, Plain>(query);
+             ? choose_query<kLevels, kMoves, Filter, kPolicy, Layout, Triangle, Conservative>(query)
+             : choose_query<kLevels, kMoves, Filter, kPolicy, Layout, Triangle, Plain>(query);
 }
 
-template <unsigned kLevels, std::size_t kPolicy, class Layout>
+template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy, class Layout>
 GpuTraceKernel choose_triangle(Query query, const TracePolicies& policies) {
-  return policies.triangle_test == TriangleTestKind::kWatertight
-             ? choose_boxes<kLevels, kPolicy, Layout, Watertight>(query, policies)
-             : choose_boxes<kLevels, kPolicy, Layout, Fast>(query, policies);
+  if constexpr (kLevels > kGpuChoiceLevels || kMoves || !std::is_same_v<Filter, NoFilter>)
+    return policies == TracePolicies{}
+               ? choose_query<kLevels, kMoves, Filter, kPolicy, Layout, Watertight, Conservative>(query)
+               : nullptr;
+  else
+    return policies.triangle_test == TriangleTestKind::kWatertight
+               ? choose_boxes<kLevels, kMoves, Filter, kPolicy, Layout, Watertight>(query, policies)
+               : choose_boxes<kLevels, kMoves, Filter, kPolicy, Layout, Fast>(query, policies);
 }
 
 /// Compiles nothing for policies of the other platform.
-template <unsigned kLevels, std::size_t kPolicy>
+template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy>
 GpuTraceKernel choose_layout(NodeLayout layout, Query query, const TracePolicies& policies) {
   constexpr GpuPolicy kThis = kGpuPolicies[kPolicy];
   if constexpr (kThis.architectures.starts_with(kPlatform)) {
     switch (layout) {
       case NodeLayout::kFloat:
-        return choose_triangle<kLevels, kPolicy, FloatLayout>(query, policies);
+        return choose_triangle<kLevels, kMoves, Filter, kPolicy, FloatLayout>(query, policies);
       case NodeLayout::kPlanes:
-        return choose_triangle<kLevels, kPolicy, PlanesLayout>(query, policies);
+        return choose_triangle<kLevels, kMoves, Filter, kPolicy, PlanesLayout>(query, policies);
       case NodeLayout::kHalf:
-        return choose_triangle<kLevels, kPolicy, HalfLayout>(query, policies);
+        return choose_triangle<kLevels, kMoves, Filter, kPolicy, HalfLayout>(query, policies);
       case NodeLayout::kQuantized:
-        return choose_triangle<kLevels, kPolicy, QuantizedLayout>(query, policies);
+        return choose_triangle<kLevels, kMoves, Filter, kPolicy, QuantizedLayout>(query, policies);
     }
   }
   return nullptr;
 }
 
-template <unsigned kLevels, std::size_t... kIndices>
+template <unsigned kLevels, bool kMoves, class Filter, std::size_t... kIndices>
 GpuTraceKernel choose_policy(std::index_sequence<kIndices...>, std::size_t policy, NodeLayout layout, Query query,
                              const TracePolicies& policies) {
   GpuTraceKernel kernel = nullptr;
-  static_cast<void>(
-      ((kIndices == policy && (kernel = choose_layout<kLevels, kIndices>(layout, query, policies)) != nullptr) || ...));
+  static_cast<void>(((kIndices == policy && (kernel = choose_layout<kLevels, kMoves, Filter, kIndices>(
+                                                 layout, query, policies)) != nullptr) ||
+                     ...));
   return kernel;
 }
 
 }  // namespace gpu_kernels
 
-/// As find_trace_kernel(), for scenes of kLevels levels at most.
-template <unsigned kLevels>
+/// As find_trace_kernel(), for scenes of kLevels levels at most, which move only if kMoves.
+/// @tparam Filter asked about hits; with the default tests only.
+template <unsigned kLevels, bool kMoves = false, class Filter = NoFilter>
 GpuTraceKernel find_kernel_of_levels(std::size_t policy, NodeLayout layout, Query query,
                                      const TracePolicies& policies) {
-  return gpu_kernels::choose_policy<kLevels>(std::make_index_sequence<kGpuPolicies.size()>(), policy, layout, query,
-                                             policies);
+  return gpu_kernels::choose_policy<kLevels, kMoves, Filter>(std::make_index_sequence<kGpuPolicies.size()>(), policy,
+                                                             layout, query, policies);
 }
 
 extern template GpuTraceKernel find_kernel_of_levels<0>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of_levels<1>(std::size_t, NodeLayout, Query, const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of_levels<kTraceLevels>(std::size_t, NodeLayout, Query,
+                                                                   const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of_levels<kTraceLevels, true>(std::size_t, NodeLayout, Query,
+                                                                         const TracePolicies&);
 
 }  // namespace hiprt::tools

@@ -4,7 +4,6 @@
 #include "gpu_kernels.h"
 #include "gpu_policies.h"
 #include "progress.h"
-#include "trace_limits.h"
 
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_device/stacks/rolling.h>
@@ -42,17 +41,20 @@ struct GpuTracer::State {
   gpu::DeviceArray<StackEntry> spill;
   gpu::Stopwatch watch;
 
-  build::Result<Launch> plan(Query query, const TracePolicies& policies, bool with_paths) const;
+  build::Result<Launch> plan(Query query, const TracePolicies& policies, bool with_paths, bool holes = false) const;
   build::Result<void> reserve(const Launch& launch, std::size_t count);
   build::Result<double> trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to,
                                    std::span<std::uint32_t> to_paths);
+  build::Result<void> start(const Launch& launch, const DeviceRays& rays, const PathScene* holes);
   build::Result<double> run(const Launch& launch, std::uint32_t count, GpuCounts& counted);
 };
 
-build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool with_paths) const {
+build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool with_paths,
+                                             bool holes) const {
   const std::uint32_t bound = scene.view.stack_bound;
   const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
-  const GpuTraceKernel kernel = find_trace_kernel(chosen, scene.view.layout, scene.view.levels, query, policies);
+  const GpuTraceKernel kernel = holes ? find_kernel_through_holes(chosen, scene.view, query)
+                                      : find_trace_kernel(chosen, scene.view, query, policies);
   if (kernel == nullptr)
     return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound, " with ",
                      scene.view.levels, " levels of instances");
@@ -84,16 +86,19 @@ build::Result<void> GpuTracer::State::reserve(const Launch& launch, std::size_t 
   return grow(spill, std::size_t{launch.blocks} * launch.block * launch.spill_entries);
 }
 
+build::Result<void> GpuTracer::State::start(const Launch& launch, const DeviceRays& work, const PathScene* holes) {
+  const GpuTraceJob job{scene.view,   work.rays,     work.hits,  work.count, launch.spill_entries,
+                        spill.data(), counts.data(), work.paths, holes};
+  const unsigned blocks = std::min(launch.blocks, (work.count - 1) / launch.block + 1);
+  return gpu::launch(launch.kernel, gpu::Grid{.x = blocks}, nullptr, {.block = launch.block, .name = "trace_rays"},
+                     job);
+}
+
 /// The kernel alone. @return seconds. @param counted filled once the stream has been waited for, as it has here.
 build::Result<double> GpuTracer::State::run(const Launch& launch, std::uint32_t count, GpuCounts& counted) {
-  const GpuTraceJob job{scene.view,           rays.data(),  hits.data(),   count,
-                        launch.spill_entries, spill.data(), counts.data(), launch.paths ? paths.data() : nullptr};
-  const unsigned blocks = std::min(launch.blocks, (count - 1) / launch.block + 1);
   auto done = counts.fill(std::byte{0}, nullptr);
   if (done) done = watch.start(nullptr);
-  if (done)
-    done =
-        gpu::launch(launch.kernel, gpu::Grid{.x = blocks}, nullptr, {.block = launch.block, .name = "trace_rays"}, job);
+  if (done) done = start(launch, {rays.data(), hits.data(), launch.paths ? paths.data() : nullptr, count}, nullptr);
   if (done) done = watch.stop(nullptr);
   if (done) done = counts.download(std::span(&counted, 1), nullptr);
   if (done) done = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", "trace_rays, ", count, " rays");
@@ -123,12 +128,15 @@ build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::sp
 build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracerOptions& options) {
   auto device = usable_device();
   if (!device) return tl::unexpected(std::move(device.error()));
-  if (view.header->levels > kGpuTraceLevels)
-    return gpu::fail(gpu::ErrorCode::kNoDevice, view.header->levels, " levels of instances, the kernels are for ",
-                     kGpuTraceLevels, " at most: the CPU traces such scenes");
-  if ((view.header->features & feature_bit(Feature::kMotion)) != 0)
+  if ((view.header->features & feature_bit(Feature::kCustom)) != 0)
     return gpu::fail(gpu::ErrorCode::kNoDevice,
-                     "instances that move, for which there are no kernels: the CPU traces such scenes");
+                     "spheres or curves, for which there are no kernels: the CPU traces such scenes");
+  const SceneView on_host = make_scene_view(view);
+  if (find_trace_kernel(choose_gpu_policy(device->architecture, on_host.stack_bound), on_host, Query::kClosest,
+                        options.policies) == nullptr)
+    return gpu::fail(gpu::ErrorCode::kNoDevice, on_host.levels,
+                     " levels of instances, or instances that move, for which there are the watertight and "
+                     "conservative tests only: the CPU has the others");
   auto watch = gpu::Stopwatch::make();
   if (!watch) return tl::unexpected(std::move(watch.error()));
   auto state = std::make_unique<State>(std::move(*watch));
@@ -147,6 +155,18 @@ GpuTracer& GpuTracer::operator=(GpuTracer&&) noexcept = default;
 GpuTracer::~GpuTracer() = default;
 
 const std::string& GpuTracer::device_name() const { return state_->device_name; }
+
+const SceneView& GpuTracer::scene() const { return state_->scene.view; }
+
+build::Result<void> GpuTracer::trace_on_device(Query query, const DeviceRays& rays, const PathScene* holes) {
+  if (rays.count == 0) return {};
+  const auto launch = state_->plan(query, {}, rays.paths != nullptr, holes != nullptr);
+  if (!launch) return tl::unexpected(launch.error());
+  auto done = state_->reserve(*launch, 0);
+  if (done) done = state_->counts.fill(std::byte{0}, nullptr);
+  if (done) done = state_->start(*launch, rays, holes);
+  return done;
+}
 
 build::Result<double> GpuTracer::trace(Query query, const TracePolicies& policies, std::span<const Ray> rays,
                                        std::span<Hit> hits, const std::function<void(double)>& progress,

@@ -6,6 +6,7 @@ namespace hiprt::tools {
 
 struct GpuTracer::State {
   std::string device_name;
+  SceneView scene;
 };
 
 build::Result<GpuTracer> GpuTracer::make(const BufferView&, const GpuTracerOptions&) {
@@ -18,6 +19,12 @@ GpuTracer& GpuTracer::operator=(GpuTracer&&) noexcept = default;
 GpuTracer::~GpuTracer() = default;
 
 const std::string& GpuTracer::device_name() const { return state_->device_name; }
+
+const SceneView& GpuTracer::scene() const { return state_->scene; }
+
+build::Result<void> GpuTracer::trace_on_device(Query, const DeviceRays&, const PathScene*) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
+}
 
 build::Result<double> GpuTracer::trace(Query, const TracePolicies&, std::span<const Ray>, std::span<Hit>,
                                        const std::function<void(double)>&, std::span<std::uint32_t>) {

@@ -16,6 +16,10 @@
 
 namespace hiprt::tools {
 
+/// The largest pictures that are made and read.
+inline constexpr std::uint32_t kMaxSide = 32768;
+inline constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 27;
+
 /// Colour is the mean of the pixel's samples; the rest belongs to the one ray through the pixel's centre.
 struct Pixel {
   Vec3 color{0.0f};                                      ///< Linear light, sRGB primaries.
@@ -33,6 +37,15 @@ struct Pixel {
   float leaf_fill = 0.0f;               ///< Triangles that the tested leaves had, of two each.
 };
 
+/// What a path tracer knows of a pixel beyond that. All but the variances belongs to the ray through its centre.
+struct ShadingPixel {
+  Vec3 albedo{0.0f};             ///< Base colour; 0 for a miss.
+  Vec3 normal{0.0f};             ///< Unit, for shading, facing the camera; 0 for a miss.
+  float u = 0.0f, v = 0.0f;      ///< Texture coordinates.
+  Vec3 variance{0.0f};           ///< Of the samples, per channel.
+  Vec3 relative_variance{0.0f};  ///< That over the squared mean.
+};
+
 struct Image {
   Image(std::uint32_t image_width, std::uint32_t image_height)
       : width(image_width), height(image_height), pixels(std::size_t{image_width} * image_height) {}
@@ -41,8 +54,9 @@ struct Image {
   const Pixel& at(std::uint32_t x, std::uint32_t y) const { return pixels[std::size_t{y} * width + x]; }
 
   std::uint32_t width, height;
-  bool has_instances = false;  ///< Of a scene of instances.
-  std::vector<Pixel> pixels;   ///< Row by row, the top row first.
+  bool has_instances = false;         ///< Of a scene of instances.
+  std::vector<Pixel> pixels;          ///< Row by row, the top row first.
+  std::vector<ShadingPixel> shading;  ///< The same of a path tracer; else empty.
 };
 
 /// Name and value of what a file says about its origin.
@@ -60,6 +74,9 @@ using EncodeProgress = std::function<bool(double)>;
 ///   cost.steps                     uint    of the traversal: both kinds of tests, and instances
 ///   cost.fill                      float   part of the places for triangles that was used: two per leaf; 0: no leaf
 ///   id.instance cost.instances     uint    only of a scene of instances
+///   Albedo.R Albedo.G Albedo.B   Ns.X Ns.Y Ns.Z   u v   Variance.R Variance.G Variance.B   RelativeVariance.R
+///   RelativeVariance.G RelativeVariance.B           float   only with Image::shading, under the names of pbrt-v4's
+///                                                           GBuffer film
 /// The file appears whole or not at all.
 /// @return the bytes written, or kIo with path and reason.
 build::Result<std::size_t> write_exr(const std::filesystem::path& path, const Image& image,

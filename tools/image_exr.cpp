@@ -68,6 +68,22 @@ constexpr std::array<Channel, 19> kChannels{{
     {"id.instance", Imf::UINT, offsetof(Pixel, instance), true},
     {"cost.instances", Imf::UINT, offsetof(Pixel, instance_tests), true},
 }};
+constexpr std::array<Channel, 14> kShadingChannels{{
+    {"Albedo.R", Imf::FLOAT, offsetof(ShadingPixel, albedo) + axis(0)},
+    {"Albedo.G", Imf::FLOAT, offsetof(ShadingPixel, albedo) + axis(1)},
+    {"Albedo.B", Imf::FLOAT, offsetof(ShadingPixel, albedo) + axis(2)},
+    {"Ns.X", Imf::FLOAT, offsetof(ShadingPixel, normal) + axis(0)},
+    {"Ns.Y", Imf::FLOAT, offsetof(ShadingPixel, normal) + axis(1)},
+    {"Ns.Z", Imf::FLOAT, offsetof(ShadingPixel, normal) + axis(2)},
+    {"u", Imf::FLOAT, offsetof(ShadingPixel, u)},
+    {"v", Imf::FLOAT, offsetof(ShadingPixel, v)},
+    {"Variance.R", Imf::FLOAT, offsetof(ShadingPixel, variance) + axis(0)},
+    {"Variance.G", Imf::FLOAT, offsetof(ShadingPixel, variance) + axis(1)},
+    {"Variance.B", Imf::FLOAT, offsetof(ShadingPixel, variance) + axis(2)},
+    {"RelativeVariance.R", Imf::FLOAT, offsetof(ShadingPixel, relative_variance) + axis(0)},
+    {"RelativeVariance.G", Imf::FLOAT, offsetof(ShadingPixel, relative_variance) + axis(1)},
+    {"RelativeVariance.B", Imf::FLOAT, offsetof(ShadingPixel, relative_variance) + axis(2)},
+}};
 static_assert(sizeof(Vec3) == 3 * sizeof(float));
 
 /// @return false when progress said so.
@@ -77,14 +93,18 @@ bool encode(MemoryStream& stream, const Image& image, const ImageAttributes& att
   header.compression() = Imf::ZIP_COMPRESSION;
   for (const auto& [name, value] : attributes) header.insert(name, Imf::StringAttribute(value));
   Imf::FrameBuffer frame;
-  // OpenEXR's frame buffers serve readers too; writing leaves the pixels alone.
-  auto* base = const_cast<char*>(reinterpret_cast<const char*>(image.pixels.data()));
-  for (const Channel& channel : kChannels) {
-    if (channel.of_instances && !image.has_instances) continue;
+  const auto add = [&](const Channel& channel, const auto& pixels) {
+    using Element = typename std::decay_t<decltype(pixels)>::value_type;
+    // OpenEXR's frame buffers serve readers too; writing leaves the pixels alone.
+    auto* base = const_cast<char*>(reinterpret_cast<const char*>(pixels.data()));
     header.channels().insert(channel.name, Imf::Channel(channel.type));
     frame.insert(channel.name,
-                 Imf::Slice(channel.type, base + channel.offset, sizeof(Pixel), sizeof(Pixel) * image.width));
-  }
+                 Imf::Slice(channel.type, base + channel.offset, sizeof(Element), sizeof(Element) * image.width));
+  };
+  for (const Channel& channel : kChannels)
+    if (image.has_instances || !channel.of_instances) add(channel, image.pixels);
+  if (!image.shading.empty())
+    for (const Channel& channel : kShadingChannels) add(channel, image.shading);
   Imf::OutputFile file(stream, header, /*numThreads=*/0);
   file.setFrameBuffer(frame);
   constexpr std::uint32_t kRows = 16;  // Of a ZIP block.

@@ -1,5 +1,6 @@
 #include "color.h"
 #include "image.h"
+#include "png_message.h"
 
 #include <hiprt_build/file.h>
 
@@ -16,7 +17,8 @@ namespace {
 /// A PNG file in memory, row by row. libpng reports errors by longjmp(), over frames without destructors only.
 class PngEncoder {
  public:
-  PngEncoder() : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, on_error, on_warning)) {
+  PngEncoder()
+      : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, &message_, PngMessage::on_error, PngMessage::on_warning)) {
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
   }
   PngEncoder(const PngEncoder&) = delete;
@@ -44,14 +46,9 @@ class PngEncoder {
   }
 
   std::span<const std::byte> bytes() const { return std::as_bytes(std::span(file_)); }
-  const char* message() const { return message_; }
+  const char* message() const { return message_.text(); }
 
  private:
-  static void on_error(png_structp png, png_const_charp message) {
-    *static_cast<const char**>(png_get_error_ptr(png)) = message;
-    png_longjmp(png, 1);
-  }
-  static void on_warning(png_structp, png_const_charp) {}
   static void on_bytes(png_structp png, png_bytep bytes, std::size_t size) {
     if (!append(*static_cast<std::vector<unsigned char>*>(png_get_io_ptr(png)), bytes, size))
       png_error(png, "not enough memory");
@@ -63,7 +60,7 @@ class PngEncoder {
     return false;
   }
 
-  const char* message_ = "libpng does not start";
+  PngMessage message_;
   std::vector<unsigned char> file_;
   png_structp png_ = nullptr;
   png_infop info_ = nullptr;

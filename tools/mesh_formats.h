@@ -18,11 +18,13 @@ namespace hiprt::tools {
 build::Result<Mesh> read_obj(std::span<const std::byte> bytes);
 build::Result<Mesh> read_ply(std::span<const std::byte> bytes);
 build::Result<Mesh> read_stl(std::span<const std::byte> bytes);
-/// @param folder where relative names of buffers lead to.
-build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder);
+/// @param folder where relative names of buffers lead to. @param library see load_mesh().
+build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder,
+                              MaterialLibrary* library);
 /// See load_assembly(). @param name of the file, for the names of its meshes.
 build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes, const std::filesystem::path& folder,
-                                               const std::string& name, const std::vector<float>& times);
+                                               const std::string& name, const std::vector<float>& times,
+                                               MaterialLibrary* library);
 /// Raw mesh, compressed with zstd or not.
 build::Result<Mesh> read_raw_mesh(std::span<const std::byte> bytes);
 

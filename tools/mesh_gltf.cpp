@@ -1,9 +1,10 @@
 /// glTF 2.0 and GLB through tinygltf, which parses the JSON and loads buffers; accessors and nodes are ours.
 
-#include "gltf_accessor.h"
 #include "gltf_animation.h"
 #include "gltf_check.h"
 #include "gltf_instancing.h"
+#include "gltf_material.h"
+#include "gltf_part.h"
 #include "gltf_scene.h"
 #include "mesh_formats.h"
 
@@ -12,7 +13,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <numeric>
+#include <optional>
 #include <string_view>
 #include <system_error>
 
@@ -73,98 +74,53 @@ bool harmless(std::string_view extension) {
          extension.starts_with("KHR_materials_");
 }
 
-/// Calls emit(a, b, c) for every triangle of a list, strip or fan of n corners (glTF 2.0, 3.7.2.1).
-template <class Emit> void for_each_triangle(int mode, std::size_t n, Emit&& emit) {
-  if (mode == TINYGLTF_MODE_TRIANGLES)
-    for (std::size_t i = 0; i + 3 <= n; i += 3) emit(i, i + 1, i + 2);
-  if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
-    for (std::size_t i = 0; i + 3 <= n; ++i) emit(i, i + 1 + i % 2, i + 2 - i % 2);
-  if (mode == TINYGLTF_MODE_TRIANGLE_FAN)
-    for (std::size_t i = 1; i + 2 <= n; ++i) emit(i, i + 1, 0);
-}
-
-/// The triangles of one primitive in its own space.
-struct Part {
-  std::vector<build::Position> positions;
-  std::vector<build::Triangle> triangles;
+/// A file, and what its surfaces look like if that is asked for.
+struct Document {
+  tinygltf::Model model;
+  std::optional<GltfMaterials> materials;
 };
 
-/// Can n corners be what the mode says (glTF 2.0, 3.7.2.1)?
-build::Result<void> check_corners(int mode, std::size_t n) {
-  if (mode == TINYGLTF_MODE_TRIANGLES && n % 3 != 0)
-    return invalid_input(std::to_string(n) + " corners, but a list of triangles needs a multiple of 3");
-  if (mode != TINYGLTF_MODE_TRIANGLES && n < 3)
-    return invalid_input(std::to_string(n) + " corners, but a strip or fan needs at least 3");
-  return {};
-}
-
-build::Result<Part> read_part(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
-  const auto position = primitive.attributes.find("POSITION");
-  if (position == primitive.attributes.end()) return Part{};
-  auto positions = read_positions(model, position->second);
-  if (!positions) return tl::unexpected(positions.error());
-  std::vector<std::uint32_t> corners;
-  if (primitive.indices >= 0) {
-    auto indices = read_indices(model, primitive.indices);
-    if (!indices) return tl::unexpected(indices.error());
-    corners = std::move(*indices);
-    const auto wrong = std::find_if(corners.begin(), corners.end(), [&](auto c) { return c >= positions->size(); });
-    if (wrong != corners.end())
-      return invalid_input("accessor " + std::to_string(primitive.indices) + ": vertex " + std::to_string(*wrong) +
-                           ", but the primitive has only " + std::to_string(positions->size()));
-  } else {
-    corners.resize(positions->size());
-    std::iota(corners.begin(), corners.end(), 0u);
-  }
-  if (auto checked = check_corners(primitive.mode, corners.size()); !checked) return tl::unexpected(checked.error());
-  Part part{std::move(*positions), {}};
-  for_each_triangle(primitive.mode, corners.size(), [&](std::size_t a, std::size_t b, std::size_t c) {
-    part.triangles.push_back({corners[a], corners[b], corners[c]});
-  });
-  return part;
-}
-
-build::Result<void> append(Mesh& mesh, const Part& part, const Transform& to_world) {
-  if (part.positions.size() > std::numeric_limits<std::uint32_t>::max() - mesh.positions.size())
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kTooLarge, "all nodes together have more than 4294967295 vertices"});
-  const auto base = static_cast<std::uint32_t>(mesh.positions.size());
-  for (const build::Position& position : part.positions) mesh.positions.push_back(to_world(position));
-  const bool mirrored = to_world.mirrors();
-  for (const build::Triangle& t : part.triangles)
-    mesh.triangles.push_back({base + t[0], base + t[mirrored ? 2 : 1], base + t[mirrored ? 1 : 2]});
-  return {};
-}
-
-bool has_triangles(const tinygltf::Primitive& primitive) {
-  return primitive.mode == TINYGLTF_MODE_TRIANGLES || primitive.mode == TINYGLTF_MODE_TRIANGLE_STRIP ||
-         primitive.mode == TINYGLTF_MODE_TRIANGLE_FAN;
-}
-
 /// The whole document, of what is supported.
+/// @param library nullptr: materials are not asked for.
 build::Result<void> load(std::span<const std::byte> bytes, const std::filesystem::path& folder, bool instancing,
-                         tinygltf::Model& model, std::vector<std::string>& files) {
-  if (auto parsed = parse(bytes, folder, model, files); !parsed) return parsed;
-  for (const std::string& extension : model.extensionsRequired)
+                         MaterialLibrary* library, Document& document, std::vector<std::string>& files) {
+  if (auto parsed = parse(bytes, folder, document.model, files); !parsed) return parsed;
+  for (const std::string& extension : document.model.extensionsRequired)
     if (!harmless(extension) && !(instancing && extension == kGpuInstancing))
       return invalid_input("it requires the extension " + extension + ", which is not supported" +
                            (extension == kGpuInstancing ? " without instances" : ""));
+  if (library == nullptr) return {};
+  const auto json = gltf_json(bytes);
+  if (!json) return tl::unexpected(json.error());
+  document.materials.emplace(nlohmann::json::parse(*json), document.model, folder, *library);
   return {};
 }
 
 /// Appends the triangles of a mesh.
-build::Result<void> append(Mesh& mesh, const tinygltf::Model& model, int index, const Transform& to_world) {
-  const auto& primitives = model.meshes[static_cast<std::size_t>(index)].primitives;
+build::Result<void> append(Mesh& mesh, Document& document, int index, const Transform& to_world) {
+  const auto number = static_cast<std::size_t>(index);
+  const auto& primitives = document.model.meshes[number].primitives;
+  const bool surfaces = document.materials.has_value();
+  if (surfaces && !mesh.surface) mesh.surface.emplace();
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     if (interrupted()) return cancelled_error();
     if (!has_triangles(primitives[i])) continue;
-    const auto part = read_part(model, primitives[i]);
+    const auto part = read_part(document.model, primitives[i], surfaces);
     if (!part)
       return invalid_input("mesh " + std::to_string(index) + ", primitive " + std::to_string(i) + ": " +
                            part.error().message);
-    if (auto done = append(mesh, *part, to_world); !done) return done;
+    build::Result<std::uint32_t> material = 0;
+    if (surfaces && !part->triangles.empty()) material = document.materials->of_primitive(number, i);
+    if (!material) return tl::unexpected(material.error());
+    if (auto done = append(mesh, *part, to_world, *material); !done) return done;
   }
   return {};
+}
+
+void add_image_files(const Document& document, std::vector<std::string>& files) {
+  if (!document.materials) return;
+  const std::vector<std::string>& images = document.materials->files();
+  files.insert(files.end(), images.begin(), images.end());
 }
 
 /// The nodes at each time; once where they are without animations if there is no time.
@@ -192,22 +148,29 @@ build::Result<std::vector<std::vector<NodeMesh>>> poses_of(tinygltf::Model& mode
 
 }  // namespace
 
-build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder) {
-  tinygltf::Model model;
+build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder,
+                              MaterialLibrary* library) {
+  Document document;
   Mesh mesh;
-  if (auto loaded = load(bytes, folder, false, model, mesh.files); !loaded) return tl::unexpected(loaded.error());
-  const auto uses = flatten(model);
+  if (auto loaded = load(bytes, folder, false, library, document, mesh.files); !loaded)
+    return tl::unexpected(loaded.error());
+  const auto uses = flatten(document.model);
   if (!uses) return tl::unexpected(uses.error());
+  if (library != nullptr) mesh.surface.emplace();  // Also of a file without nodes.
   for (const NodeMesh& use : *uses)
-    if (auto done = append(mesh, model, use.mesh, use.to_world); !done) return tl::unexpected(done.error());
+    if (auto done = append(mesh, document, use.mesh, use.to_world); !done) return tl::unexpected(done.error());
+  add_image_files(document, mesh.files);
   return mesh;
 }
 
 build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes, const std::filesystem::path& folder,
-                                               const std::string& name, const std::vector<float>& times) {
-  tinygltf::Model model;
+                                               const std::string& name, const std::vector<float>& times,
+                                               MaterialLibrary* library) {
+  Document document;
+  tinygltf::Model& model = document.model;
   MeshAssembly result;
-  if (auto loaded = load(bytes, folder, true, model, result.files); !loaded) return tl::unexpected(loaded.error());
+  if (auto loaded = load(bytes, folder, true, library, document, result.files); !loaded)
+    return tl::unexpected(loaded.error());
   const auto poses = poses_of(model, times);
   if (!poses) return tl::unexpected(poses.error());
   const std::vector<NodeMesh>& nodes = poses->front();
@@ -219,7 +182,7 @@ build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes,
     if (number == kNotRead) {
       Mesh mesh;
       mesh.name = name + " mesh " + std::to_string(node.mesh);
-      if (auto done = append(mesh, model, node.mesh, Transform{}); !done) return tl::unexpected(done.error());
+      if (auto done = append(mesh, document, node.mesh, Transform{}); !done) return tl::unexpected(done.error());
       number = mesh.triangles.empty() ? kEmpty : result.meshes.size();
       if (number != kEmpty) result.meshes.push_back(std::move(mesh));
     }
@@ -234,6 +197,7 @@ build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes,
       for (std::size_t k = 0; moves && k < keys.size(); ++k) use.keys.push_back(keys[k] * placement);
     }
   }
+  add_image_files(document, result.files);
   return result;
 }
 

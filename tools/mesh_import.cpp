@@ -53,7 +53,8 @@ MeshFormat format_of(std::span<const std::byte> bytes, const std::filesystem::pa
   return format == MeshFormat::kUnknown ? format_of_content(bytes) : format;
 }
 
-build::Result<Mesh> read(std::span<const std::byte> bytes, const std::filesystem::path& path) {
+build::Result<Mesh> read(std::span<const std::byte> bytes, const std::filesystem::path& path,
+                         MaterialLibrary* library) {
   switch (format_of(bytes, path)) {
     case MeshFormat::kObj:
       return read_obj(bytes);
@@ -62,7 +63,7 @@ build::Result<Mesh> read(std::span<const std::byte> bytes, const std::filesystem
     case MeshFormat::kStl:
       return read_stl(bytes);
     case MeshFormat::kGltf:
-      return read_gltf(bytes, path.parent_path());
+      return read_gltf(bytes, path.parent_path(), library);
     case MeshFormat::kRaw:
       return read_raw_mesh(bytes);
     case MeshFormat::kUnknown:
@@ -90,8 +91,9 @@ std::string one_line(std::string text) {
   return shortened(text, kMostBytes);
 }
 
-build::Result<Mesh> read_checked(std::span<const std::byte> bytes, const std::filesystem::path& path) {
-  auto mesh = read(bytes, path);
+build::Result<Mesh> read_checked(std::span<const std::byte> bytes, const std::filesystem::path& path,
+                                 MaterialLibrary* library) {
+  auto mesh = read(bytes, path, library);
   if (!mesh) return mesh;
   if (auto checked = check_indices(*mesh); !checked) return tl::unexpected(checked.error());
   mesh->name = path.filename().string();
@@ -99,10 +101,10 @@ build::Result<Mesh> read_checked(std::span<const std::byte> bytes, const std::fi
 }
 
 build::Result<MeshAssembly> read_assembly(std::span<const std::byte> bytes, const std::filesystem::path& path,
-                                          const std::vector<float>& times) {
+                                          const std::vector<float>& times, MaterialLibrary* library) {
   if (format_of(bytes, path) == MeshFormat::kGltf)
-    return read_gltf_assembly(bytes, path.parent_path(), path.filename().string(), times);
-  auto mesh = read_checked(bytes, path);
+    return read_gltf_assembly(bytes, path.parent_path(), path.filename().string(), times, library);
+  auto mesh = read_checked(bytes, path, library);
   if (!mesh) return tl::unexpected(mesh.error());
   MeshAssembly result;
   result.meshes.push_back(std::move(*mesh));
@@ -126,11 +128,16 @@ template <class Read> auto load(const std::filesystem::path& path, const Read& r
 
 }  // namespace
 
-build::Result<Mesh> load_mesh(const std::filesystem::path& path) { return load(path, read_checked); }
-
-build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path, const std::vector<float>& times) {
+build::Result<Mesh> load_mesh(const std::filesystem::path& path, MaterialLibrary* library) {
   return load(path, [&](std::span<const std::byte> bytes, const std::filesystem::path& from) {
-    return read_assembly(bytes, from, times);
+    return read_checked(bytes, from, library);
+  });
+}
+
+build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path, const std::vector<float>& times,
+                                          MaterialLibrary* library) {
+  return load(path, [&](std::span<const std::byte> bytes, const std::filesystem::path& from) {
+    return read_assembly(bytes, from, times, library);
   });
 }
 

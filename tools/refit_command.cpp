@@ -5,6 +5,7 @@
 #include "names.h"
 #include "parallel.h"
 #include "report.h"
+#include "shape_inputs.h"
 
 #include <hiprt_build/file.h>
 #include <hiprt_build/refit.h>
@@ -52,10 +53,17 @@ build::Result<void> run_refit(const Cli& cli, const RefitCommand& command) {
   if (file->view.has_instances())
     return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
                                        command.file + ": is a scene of instances, which has no triangles of its own"});
-  const auto meshes = read_meshes(cli, command.moved, command.output, bar);
+  std::vector<std::string> mesh_files, shape_files;
+  for (const std::string& input : command.moved) (is_shape_file(input) ? shape_files : mesh_files).push_back(input);
+  const auto meshes = read_meshes(cli, mesh_files, command.output, bar);
   if (!meshes) return tl::unexpected(meshes.error());
+  const auto sets = read_shapes(cli, shape_files, command.output, bar);
+  if (!sets) return tl::unexpected(sets.error());
+  const auto shapes = ShapeGeometries::make(pointers(*sets), command.threads);
+  if (!shapes) return tl::unexpected(shapes.error());
   const std::vector<build::TriangleMesh> moved = views(*meshes);
-  auto bvh = build::refit_copy(file->view.bytes, {moved, {}}, {.threads = command.threads, .progress = shown_by(bar)});
+  auto bvh = build::refit_copy(file->view.bytes, {moved, shapes->customs()},
+                               {.threads = command.threads, .progress = shown_by(bar)});
   bar.clear();
   if (interrupted()) return tl::unexpected(cancelled());
   if (!bvh) return tl::unexpected(bvh.error());

@@ -112,8 +112,9 @@ build::Result<Rendering> render(const SceneView& scene, const Camera& camera, co
   if (options.mode == RenderMode::kHeatmap) apply_heatmap(canvas.image, canvas.cost);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const double steps = std::accumulate(canvas.cost.begin(), canvas.cost.end(), 0.0);
-  return Rendering{std::move(canvas.image), tally.rays(), limit.threads(), seconds.count(),
-                   steps / static_cast<double>(std::max<std::size_t>(canvas.cost.size(), 1))};
+  return Rendering{std::move(canvas.image), tally.rays(),
+                   limit.threads(),         seconds.count(),
+                   options.samples,         steps / static_cast<double>(std::max<std::size_t>(canvas.cost.size(), 1))};
 }
 
 }  // namespace hiprt::tools

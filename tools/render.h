@@ -48,15 +48,17 @@ struct RenderOptions {
 
 struct RayCounts {
   std::uint64_t primary = 0, shadow = 0;
-  std::uint64_t on_gpu = 0;  ///< Of both.
+  std::uint64_t on_gpu = 0;     ///< Of all.
+  std::uint64_t secondary = 0;  ///< Of paths, behind their first surface.
 };
 
 struct Rendering {
   Image image;
   RayCounts rays;
   unsigned threads;
-  double seconds;           ///< Ray generation, traversal and shading together.
-  double mean_steps = 0.0;  ///< RenderMode::kHeatmap: what its colours stand for, per ray.
+  double seconds;             ///< Ray generation, traversal and shading together.
+  std::uint32_t samples = 0;  ///< Of every pixel.
+  double mean_steps = 0.0;    ///< RenderMode::kHeatmap: what its colours stand for, per ray.
 };
 
 /// @param gpu traces the rays, but for those whose work is counted; nullptr: the CPU does. The pixels are the same.

@@ -1,6 +1,7 @@
 #include "render_tile.h"
 
 #include "color.h"
+#include "frame.h"
 #include "progress.h"
 #include "sampler.h"
 
@@ -12,27 +13,12 @@
 namespace hiprt::tools {
 namespace {
 
-constexpr float kTwoPi = 6.28318530717958647692f;
-
 /// The hit's unit normal on the ray's side. In double, because the squares of small triangles' normals vanish in float.
 Vec3 facing_normal(const Ray& ray, const Hit& hit) {
   const Vec3d normal(hit.normal);
   const double length = glm::length(normal);
   if (!(length > 0.0 && std::isfinite(length))) return -ray.direction;
   return Vec3(normal / (glm::dot(normal, Vec3d(ray.direction)) > 0.0 ? -length : length));
-}
-
-/// A direction around the unit vector @p normal with a density proportional to the cosine, from a point of [0, 1)^2.
-/// The frame is that of Duff et al., "Building an orthonormal basis, revisited" (JCGT 2017).
-Vec3 cosine_direction(const Vec3& normal, float u, float v) {
-  const float sign = std::copysign(1.0f, normal.z);
-  const float a = -1.0f / (sign + normal.z);
-  const float b = normal.x * normal.y * a;
-  const Vec3 tangent(1.0f + sign * normal.x * normal.x * a, sign * b, -sign * normal.x);
-  const Vec3 bitangent(b, sign + normal.y * normal.y * a, -normal.y);
-  const float radius = std::sqrt(u), angle = kTwoPi * v;
-  return tangent * (radius * std::cos(angle)) + bitangent * (radius * std::sin(angle)) +
-         normal * std::sqrt(std::max(0.0f, 1.0f - u));
 }
 
 bool has_centre_pass(const RenderOptions& options) { return options.samples == 1 || options.layers; }
@@ -46,7 +32,7 @@ Vec3 color_of(std::size_t number) {
   constexpr double kGoldenStep = 0.61803398874989485;
   const double turns = static_cast<double>(number) * kGoldenStep;
   const auto hue = static_cast<float>(turns - std::floor(turns));
-  const auto channel = [&](float shift) { return 0.62f + 0.33f * std::cos(kTwoPi * (hue + shift)); };
+  const auto channel = [&](float shift) { return 0.62f + 0.33f * std::cos(2.0f * kPi * (hue + shift)); };
   return linear_from_srgb(Vec3(channel(0.0f), channel(1.0f / 3.0f), channel(2.0f / 3.0f)));
 }
 
@@ -198,7 +184,7 @@ void TileRenderer::shade_ao(std::uint32_t sample) {
     const auto [u, v] = sampler.point(sample, SampleUse::kDirection);
     const Vec3 normal = facing_normal(rays_[i], hits_[i]);
     Ray shadow;
-    shadow.direction = cosine_direction(normal, u, v);
+    shadow.direction = Frame(normal).to_world(cosine_direction(u, v));
     shadow.origin = spawn_origin(rays_[i], hits_[i], shadow.direction);
     shadow.tmax = job_.options.ao_distance;
     shadow.time = rays_[i].time;

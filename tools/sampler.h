@@ -1,6 +1,8 @@
 #pragma once
 /// Well-spread pseudo-random points that depend on nothing but pixel, sample number and seed.
 
+#include <hiprt_device/format/portability.h>
+
 #include <array>
 #include <cstdint>
 
@@ -8,7 +10,7 @@ namespace hiprt::tools {
 
 namespace sampler_detail {
 
-inline std::uint32_t reverse_bits(std::uint32_t v) {
+HIPRT_HD inline std::uint32_t reverse_bits(std::uint32_t v) {
   v = (v >> 16) | (v << 16);
   v = ((v & 0x00ff00ffu) << 8) | ((v >> 8) & 0x00ff00ffu);
   v = ((v & 0x0f0f0f0fu) << 4) | ((v >> 4) & 0x0f0f0f0fu);
@@ -17,7 +19,7 @@ inline std::uint32_t reverse_bits(std::uint32_t v) {
 }
 
 /// A bijection of 32-bit words with good avalanche (the finaliser of MurmurHash3).
-inline std::uint32_t mix(std::uint32_t v) {
+HIPRT_HD inline std::uint32_t mix(std::uint32_t v) {
   v = (v ^ (v >> 16)) * 0x85ebca6bu;
   v = (v ^ (v >> 13)) * 0xc2b2ae35u;
   return v ^ (v >> 16);
@@ -25,7 +27,7 @@ inline std::uint32_t mix(std::uint32_t v) {
 
 /// Owen's nested uniform scramble, through the hash of Laine and Karras, "Stratified sampling for stochastic
 /// transparency" (2011), whose carries only run upwards, on reversed bits.
-inline std::uint32_t owen_scramble(std::uint32_t v, std::uint32_t seed) {
+HIPRT_HD inline std::uint32_t owen_scramble(std::uint32_t v, std::uint32_t seed) {
   v = reverse_bits(v) + seed;
   v ^= v * 0x6c50b47cu;
   v ^= v * 0xb82f1e52u;
@@ -35,7 +37,7 @@ inline std::uint32_t owen_scramble(std::uint32_t v, std::uint32_t seed) {
 }
 
 /// Second dimension of Sobol's sequence; the first is reverse_bits().
-inline std::uint32_t sobol_second(std::uint32_t index) {
+HIPRT_HD inline std::uint32_t sobol_second(std::uint32_t index) {
   std::uint32_t result = 0;
   for (std::uint32_t direction = 0x80000000u; index != 0; index >>= 1, direction ^= direction >> 1)
     if ((index & 1u) != 0) result ^= direction;
@@ -43,22 +45,27 @@ inline std::uint32_t sobol_second(std::uint32_t index) {
 }
 
 /// The upper 24 bits as a number in [0, 1).
-inline float to_unit(std::uint32_t v) { return static_cast<float>(v >> 8) * 0x1p-24f; }
+HIPRT_HD inline float to_unit(std::uint32_t v) { return static_cast<float>(v >> 8) * 0x1p-24f; }
 
 }  // namespace sampler_detail
 
 /// What a sample is used for; sets of different use are independent.
-enum class SampleUse : std::uint32_t { kPixel = 1, kDirection = 2, kTime = 3 };
+enum class SampleUse : std::uint32_t {
+  kPixel = 1,
+  kDirection = 2,
+  kTime = 3,
+  kBounce = 16  ///< Of a path's bounce b: this + 4 b and the three behind it.
+};
 
 /// The points of one pixel: Owen-scrambled and shuffled Sobol' points (Burley, "Practical hash-based Owen scrambling",
 /// JCGT 2020). Every power of two of them is stratified.
 class PixelSampler {
  public:
-  PixelSampler(std::uint32_t x, std::uint32_t y, std::uint32_t seed)
+  HIPRT_HD PixelSampler(std::uint32_t x, std::uint32_t y, std::uint32_t seed)
       : hash_(sampler_detail::mix(x ^ sampler_detail::mix(y ^ sampler_detail::mix(seed)))) {}
 
   /// @return a point of [0, 1)^2.
-  std::array<float, 2> point(std::uint32_t sample, SampleUse use) const {
+  HIPRT_HD std::array<float, 2> point(std::uint32_t sample, SampleUse use) const {
     using namespace sampler_detail;
     const std::uint32_t seed = mix(hash_ ^ (static_cast<std::uint32_t>(use) * 0x9e3779b9u));
     const std::uint32_t index = owen_scramble(sample, seed);

@@ -3,6 +3,7 @@
 #include "build_meshes.h"
 #include "mesh_inputs.h"
 #include "parallel.h"
+#include "shape_inputs.h"
 
 #include <hiprt_build/exec/stopwatch.h>
 
@@ -16,9 +17,10 @@ namespace {
 /// Smaller objects are built by one thread each: more would wait for each other.
 constexpr std::uint64_t kSmallObject = 1u << 17;
 
-std::uint64_t triangles_of(const SceneDescription& scene, const SceneObject& object) {
+std::uint64_t primitives_of(const SceneDescription& scene, const SceneObject& object) {
   std::uint64_t sum = 0;
   for (const std::size_t mesh : object.meshes) sum += scene.meshes[mesh].triangles.size();
+  for (const std::size_t set : object.shapes) sum += scene.shapes[set].size();
   return sum;
 }
 
@@ -31,11 +33,19 @@ std::vector<build::TriangleMesh> views_of(const SceneDescription& scene, const S
   return result;
 }
 
+build::Result<ShapeGeometries> shapes_of(const SceneDescription& scene, const SceneObject& object, unsigned threads) {
+  std::vector<const ShapeSet*> sets;
+  for (const std::size_t i : object.shapes) sets.push_back(&scene.shapes[i]);
+  return ShapeGeometries::make(sets, threads);
+}
+
 void add(build::BuildStatistics& sum, const build::BuildStatistics& s) {
   sum.triangles += s.triangles;
+  sum.customs += s.customs;
   sum.dropped_not_finite += s.dropped_not_finite;
   sum.dropped_degenerate += s.dropped_degenerate;
   sum.pairs += s.pairs;
+  sum.custom_pairs += s.custom_pairs;
   sum.nodes += s.nodes;
   sum.leaves += s.leaves;
   sum.scratch_bytes_peak = std::max(sum.scratch_bytes_peak, s.scratch_bytes_peak);
@@ -56,7 +66,7 @@ class ObjectBuilder {
     std::vector<std::size_t> small;
     const bool one_by_one = may_use_gpu(command_) || limit_.threads() == 1;
     for (std::size_t i = 0; i < files_.size() && !failed_; ++i) {
-      if (!one_by_one && triangles_of(scene_, scene_.objects[i]) < kSmallObject)
+      if (!one_by_one && primitives_of(scene_, scene_.objects[i]) < kSmallObject)
         small.push_back(i);
       else
         build_one(i, command_.threads);
@@ -81,7 +91,7 @@ class ObjectBuilder {
     const SceneObject& object = scene_.objects[i];
     build::BuildOptions options = build_options(command_, tool_, [](const build::Progress&) { return !interrupted(); });
     options.threads = threads;
-    auto built = build_meshes(views_of(scene_, object), command_, options);
+    auto built = build_object(object, options);
     const std::lock_guard lock(reporting_);
     if (!built) {
       if (failed_ && i > failed_object_) return;
@@ -96,6 +106,13 @@ class ObjectBuilder {
     other_builder_ += built->bvh.statistics.builder != built->builder ? 1 : 0;
     files_[i] = std::move(built->bvh.buffer);
     bar_.update("objects", static_cast<double>(++done_) / static_cast<double>(files_.size()));
+  }
+
+  build::Result<Built> build_object(const SceneObject& object, const build::BuildOptions& options) const {
+    const auto shapes = shapes_of(scene_, object, options.threads);
+    if (!shapes) return tl::unexpected(shapes.error());
+    const std::vector<build::TriangleMesh> meshes = views_of(scene_, object);
+    return build_meshes({meshes, shapes->customs()}, command_, options);
   }
 
   const SceneDescription& scene_;
@@ -160,6 +177,7 @@ build::Result<BuiltScene> build_scene(SceneDescription& scene, const BuildComman
   const auto files = ObjectBuilder(scene, command, tool, bar).run(result);
   if (!files) return tl::unexpected(files.error());
   scene.meshes.clear();
+  scene.shapes.clear();
   result.object_seconds = watch.lap();
   auto bvh = join(scene, *files, command, tool, bar);
   if (!bvh) return tl::unexpected(std::move(bvh.error()));

@@ -21,7 +21,8 @@ struct BuiltScene {
   double object_seconds = 0, instance_seconds = 0;
 };
 
-/// Builds the objects, small ones many at a time, then the trees over instances. The meshes of @p scene are given up.
+/// Builds the objects, small ones many at a time, then the trees over instances. The meshes and shapes of @p scene are
+/// given up.
 /// @param tool for the provenance.
 build::Result<BuiltScene> build_scene(SceneDescription& scene, const BuildCommand& command, std::string_view tool,
                                       ProgressBar& bar);

@@ -2,6 +2,7 @@
 /// A scene of instances before anything is built.
 
 #include "mesh_import.h"
+#include "shape_import.h"
 
 #include <hiprt_build/instances.h>
 
@@ -12,10 +13,11 @@
 
 namespace hiprt::tools {
 
-/// Meshes in one BVH: geometry i is meshes[i].
+/// Meshes and shapes in one BVH: geometry i is meshes[i], geometry meshes.size() + i is shapes[i].
 struct SceneObject {
-  std::string name;                 ///< For messages.
-  std::vector<std::size_t> meshes;  ///< Indices of SceneDescription::meshes.
+  std::string name;                   ///< For messages.
+  std::vector<std::size_t> meshes;    ///< Indices of SceneDescription::meshes.
+  std::vector<std::size_t> shapes{};  ///< Indices of SceneDescription::shapes.
 };
 
 struct SceneGroup {
@@ -29,6 +31,7 @@ struct SceneDescription {
   std::string path;                ///< Of the description, for messages.
   std::vector<std::string> files;  ///< Mesh i is in files[i]; empty if the description has the meshes itself.
   std::vector<Mesh> meshes;        ///< What files have, read once each.
+  std::vector<ShapeSet> shapes;    ///< Those of files: before they are read with their paths only.
   std::vector<SceneObject> objects;
   std::vector<SceneGroup> groups;
   std::vector<std::unique_ptr<build::Motion>> motions;  ///< Those of instances.

@@ -1,7 +1,6 @@
 #include "scene_flatten.h"
 
 #include "mesh_formats.h"
-#include "transform.h"
 
 #include <hiprt_device/format/buffer.h>
 
@@ -53,8 +52,9 @@ struct Step {
   std::uint32_t mask;
 };
 
-FlatGeometry transformed(const Mesh& mesh, const Step& step) {
-  FlatGeometry result{{}, mesh.triangles, step.mask, &mesh.name};
+FlatGeometry transformed(const SceneDescription& scene, std::size_t number, const Step& step) {
+  const Mesh& mesh = scene.meshes[number];
+  FlatGeometry result{{}, mesh.triangles, step.mask, &mesh.name, number, step.to_scene};
   result.positions.reserve(mesh.positions.size());
   for (const build::Position& position : mesh.positions) result.positions.push_back(step.to_scene(position));
   if (step.to_scene.mirrors())
@@ -82,6 +82,10 @@ build::Result<void> push_instances(const SceneDescription& scene, const SceneGro
 }
 
 build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene) {
+  for (const SceneObject& object : scene.objects)
+    if (!object.shapes.empty())
+      return invalid_input(scene.path + ": " + object.name +
+                           " has spheres or curves, which cannot be flattened: a transform may make them other shapes");
   if (auto checked = check_size(scene); !checked) return tl::unexpected(checked.error());
   std::vector<FlatGeometry> result;
   std::vector<Step> stack{{scene.objects.size() + scene.groups.size() - 1, {}, 0xffffffffu}};
@@ -90,8 +94,7 @@ build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene) 
     const Step step = stack.back();
     stack.pop_back();
     if (step.object < scene.objects.size()) {
-      for (const std::size_t mesh : scene.objects[step.object].meshes)
-        result.push_back(transformed(scene.meshes[mesh], step));
+      for (const std::size_t mesh : scene.objects[step.object].meshes) result.push_back(transformed(scene, mesh, step));
       continue;
     }
     const SceneGroup& group = scene.groups[step.object - scene.objects.size()];

@@ -2,6 +2,7 @@
 /// A scene of instances as plain meshes.
 
 #include "scene_description.h"
+#include "transform.h"
 
 #include <hiprt_build/error.h>
 
@@ -16,13 +17,15 @@ struct FlatGeometry {
   std::vector<build::Triangle> triangles;
   std::uint32_t mask;       ///< A ray sees it iff it sees every instance on the way.
   const std::string* name;  ///< Of the mesh in the description.
+  std::size_t mesh;         ///< Its number there.
+  Transform to_scene;       ///< What the vertices were transformed by.
 };
 
 /// Every way from the scene to a mesh, depth first in the order of the instances. Vertices are transformed by the
 /// product of the instances' matrices, in double, and rounded once; mirrored meshes keep their outside (their
 /// triangles' second and third corners change places).
 /// @return kTooLarge with the number of triangles or geometries; kInvalidInput if no one mask stands for those on a
-/// way; kOutOfMemory; kCancelled.
+/// way, or an object has shapes; kOutOfMemory; kCancelled.
 build::Result<std::vector<FlatGeometry>> flatten_scene(const SceneDescription& scene);
 
 /// As the library takes them; they stay in @p geometries.

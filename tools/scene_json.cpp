@@ -3,6 +3,7 @@
 #include "json_place.h"
 #include "mesh_formats.h"
 #include "names.h"
+#include "scene_json_shapes.h"
 #include "scene_order.h"
 #include "text.h"
 #include "transform.h"
@@ -24,7 +25,8 @@ using build::Instance;
 
 constexpr std::string_view kFormatName = "hiprt scene";
 constexpr std::uint32_t kKnownVersion = 1;
-/// As deep as the format is: groups, a group, an instance, motion, keys, a key, rotate, axis in the document.
+/// As deep as the format is: groups, a group, an instance, motion, keys, a key, rotate, axis in the document. (Of
+/// shapes: objects, an object, its part, curves, a strand, a point.)
 constexpr std::size_t kMostLevels = 9;
 constexpr Names<MotionKind, 3> kInterpolations{
     {{"slerp", MotionKind::kSlerp}, {"nlerp", MotionKind::kNlerp}, {"matrix", MotionKind::kMatrix}}};
@@ -192,33 +194,57 @@ class Reader {
   }
 
   void read_objects(const Json& objects) {
-    std::map<std::vector<std::size_t>, std::size_t> known;
+    std::map<std::pair<std::vector<std::size_t>, std::vector<std::size_t>>, std::size_t> known;
     for (const auto& [name, files] : objects.items()) {
       const JsonPlace place(objects_place_, name);
       if (name.empty()) json_fault(place, "a name is empty");
-      json_array(place, files);
-      if (files.empty()) json_fault(place, "0 mesh files, 1 or more expected");
-      std::vector<std::size_t> meshes;
-      for (std::size_t i = 0; i < files.size(); ++i) meshes.push_back(mesh_of(JsonPlace(place, i), files[i]));
-      const auto [same, is_new] = known.emplace(meshes, result_.objects.size());
+      if (!files.is_object()) json_array(place, files);
+      if (files.empty()) json_fault(place, "0 files or shapes, 1 or more expected");
+      SceneObject object{name, {}, {}};
+      if (files.is_object()) add_shapes(place, files, object);
+      for (std::size_t i = 0; files.is_array() && i < files.size(); ++i)
+        add_part(JsonPlace(place, i), files[i], object);
+      const auto [same, is_new] = known.emplace(std::pair(object.meshes, object.shapes), result_.objects.size());
       if (is_new)
-        result_.objects.push_back({name, std::move(meshes)});
+        result_.objects.push_back(std::move(object));
       else
         ++result_.shared_objects;
       names_.emplace(name, Named{false, same->second});
     }
   }
 
-  /// The number of a mesh file; the same for all ways to write its path.
-  std::size_t mesh_of(const JsonPlace& place, const Json& value) {
+  /// A file of a mesh or of shapes, or shapes themselves.
+  void add_part(const JsonPlace& place, const Json& value, SceneObject& object) {
+    if (value.is_object()) return add_shapes(place, value, object);
+    if (!value.is_string()) json_fault(place, "a path, or an object with 'spheres' or 'curves' expected");
     const std::string& text = json_string(place, value);
     if (text.empty()) json_fault(place, "a path is empty");
     const std::filesystem::path path = (folder_ / text).lexically_normal();
+    if (is_shape_file(text))
+      object.shapes.push_back(number_of(path, shape_files_, [&] {
+        result_.shapes.push_back({.path = path.string()});
+        return result_.shapes.size() - 1;
+      }));
+    else
+      object.meshes.push_back(number_of(path, files_, [&] {
+        result_.files.push_back(path.string());
+        return result_.files.size() - 1;
+      }));
+  }
+
+  void add_shapes(const JsonPlace& place, const Json& value, SceneObject& object) {
+    object.shapes.push_back(result_.shapes.size());
+    result_.shapes.push_back(shapes_of_json(place, value));
+  }
+
+  /// The number of a file, of add() if it is new; the same for all ways to write its path.
+  template <class Add>
+  static std::size_t number_of(const std::filesystem::path& path, std::unordered_map<std::string, std::size_t>& known,
+                               const Add& add) {
     std::error_code ignored;
     const auto resolved = std::filesystem::weakly_canonical(path, ignored);
-    const auto [found, is_new] =
-        files_.emplace(resolved.empty() ? path.string() : resolved.string(), result_.files.size());
-    if (is_new) result_.files.push_back(path.string());
+    const auto [found, is_new] = known.try_emplace(resolved.empty() ? path.string() : resolved.string());
+    if (is_new) found->second = add();
     return found->second;
   }
 
@@ -298,7 +324,7 @@ class Reader {
   SceneDescription& result_;
   const JsonPlace root_{}, objects_place_{root_, "objects"}, groups_place_{root_, "groups"};
   std::unordered_map<std::string, Named> names_;
-  std::unordered_map<std::string, std::size_t> files_;  ///< Numbers of mesh files by resolved path.
+  std::unordered_map<std::string, std::size_t> files_, shape_files_;  ///< Numbers by resolved path.
   std::vector<const std::string*> group_names_;
   std::vector<std::vector<Instance>> groups_;  ///< As the document has them; objects' numbers: see order_groups().
 };

@@ -10,9 +10,10 @@ void add_device_option(CLI::App& app, std::string& device) {
       ->capture_default_str();
 }
 
-build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view) {
+build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
+                                                      const TracePolicies& policies) {
   if (choice == DeviceChoice::kCpu) return std::nullopt;
-  auto gpu = GpuTracer::make(view);
+  auto gpu = GpuTracer::make(view, {.policies = policies});
   if (gpu) return std::optional<GpuTracer>(std::move(*gpu));
   if (choice == DeviceChoice::kAuto && gpu.error().code == build::ErrorCode::kNoDevice) return std::nullopt;
   return tl::unexpected(build::Error{gpu.error().code, "GPU: " + gpu.error().message});

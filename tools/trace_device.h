@@ -19,10 +19,11 @@ inline constexpr Names<DeviceChoice, 3> kDeviceChoices{
 /// Adds --device auto|cpu|gpu.
 void add_device_option(CLI::App& app, std::string& device);
 
-/// @param view of a file that validate() accepts.
+/// @param view of a file that validate() accepts. @param policies that rays will be traced with.
 /// @return the GPU with the scene on it, or nothing: the CPU traces. kAuto takes the GPU if there is one that this
 /// build has code for. kGpu: kNoDevice with the reason. Other errors of GpuTracer::make() for both.
-build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view);
+build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
+                                                      const TracePolicies& policies = {});
 
 /// "cpu" or "gpu".
 std::string device_word(const std::optional<GpuTracer>& gpu);

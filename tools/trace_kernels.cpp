@@ -19,6 +19,14 @@ void HIPRT_TRACE(const TraceJob& job);
 void HIPRT_TRACE(const TraceJob& job) {
   const std::uint32_t levels = job.scene->levels;
   const bool moves = (job.scene->features & feature_bit(Feature::kMotion)) != 0;
+  if (job.holes != nullptr) {
+    if (levels == 0) return trace_through_holes<0, false>(job);
+    return levels == 1 && !moves ? trace_through_holes<1, false>(job) : trace_through_holes<kTraceLevels, true>(job);
+  }
+  if ((job.scene->features & feature_bit(Feature::kCustom)) != 0) {
+    const bool plain = levels == 0 && job.sink.take == nullptr && job.costs == nullptr;
+    return plain ? trace_shapes<0, false>(job) : trace_shapes<kTraceLevels, true>(job);
+  }
   if (moves || job.sink.take != nullptr || (levels != 0 && job.costs != nullptr))
     return trace_levels<kTraceLevels, true>(job);
   if (levels == 0) return trace_levels<0>(job);

@@ -8,6 +8,7 @@
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/primitives/scene_shapes.h>
 
 #include <type_traits>
 
@@ -33,16 +34,35 @@ struct StepCounter : WorkCounter {
 };
 static_assert(TraversalObserver<StepCounter>);
 
-template <class P> void trace_with(const TraceJob& job) {
+/// A query's first answer. @param counter gets its work.
+template <class Asked, class Primitives, class Stack, class Counter>
+auto first_hit(const SceneView& scene, const Ray& ray, Stack& stack, Counter& counter) {
+  const auto ask = [&](const Primitives& primitives) {
+    Asked query(scene, ray, stack, {}, primitives, counter);
+    const auto hit = query.next_hit();
+    counter = query.counter();
+    return hit;
+  };
+  if constexpr (std::is_same_v<Primitives, SceneShapes>)
+    return ask(SceneShapes(scene));
+  else
+    return ask({});
+}
+
+template <class P, class Primitives = NoPrimitives> void trace_with(const TraceJob& job) {
   typename P::Stack::Memory stack;
   for (std::size_t i = 0; i < job.count; ++i) {
     typename P::Counter counter;
     if constexpr (requires { counter.sink; }) counter.sink = job.sink;
-    const auto hit = job.query == Query::kClosest ? closest_hit<P>(*job.scene, job.rays[i], counter, stack)
-                                                  : any_hit<P>(*job.scene, job.rays[i], counter, stack);
+    using Closest = ClosestHit<P, NoFilter, Primitives>;
+    using Any = AnyHit<P, NoFilter, Primitives>;
+    const Ray& ray = job.rays[i];
+    const auto hit = job.query == Query::kClosest ? first_hit<Closest, Primitives>(*job.scene, ray, stack, counter)
+                                                  : first_hit<Any, Primitives>(*job.scene, ray, stack, counter);
     job.hits[i] = hit;
     if constexpr (requires { counter.box_tests; })
-      job.costs[i] = {counter.box_tests, counter.leaf_tests, counter.triangle_tests, counter.instance_tests};
+      if (job.costs != nullptr)
+        job.costs[i] = {counter.box_tests, counter.leaf_tests, counter.triangle_tests, counter.instance_tests};
     if constexpr (P::kLevels != 0)
       if (job.paths != nullptr) store_path(hit, job.paths + i * job.scene->levels, job.scene->levels);
   }
@@ -86,6 +106,29 @@ template <unsigned kLevels, bool kMoves = false> void trace_levels(const TraceJo
   dispatch_layout(job.scene->layout, [&](auto layout) { choose_triangle<kLevels, kMoves, decltype(layout)>(job); });
 }
 
+/// Rays pass through the holes of materials; with the default policies.
+/// @pre as for trace_levels().
+template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob& job);
+
+extern template void trace_through_holes<0, false>(const TraceJob& job);
+extern template void trace_through_holes<1, false>(const TraceJob& job);
+extern template void trace_through_holes<kTraceLevels, true>(const TraceJob& job);
+/// Of scenes with shapes: the accurate tests only. @pre kLevels and kMoves as for trace_levels(); work is counted and
+/// steps are told if kMoves.
+template <unsigned kLevels, bool kMoves> void trace_shapes(const TraceJob& job) {
+  dispatch_layout(job.scene->layout, [&](auto layout) {
+    using Counter = std::conditional_t<kMoves, StepCounter, NoCounter>;
+    using Flat = Policies<decltype(layout), Watertight, Conservative, PrivateStack<kTraceStack + kMostPushed>,
+                          DefaultLanes, Counter>;
+    if constexpr (kLevels == 0)
+      trace_with<Flat, SceneShapes>(job);
+    else
+      trace_with<Moving<Instanced<Flat, kLevels>>, SceneShapes>(job);
+  });
+}
+
+extern template void trace_shapes<0, false>(const TraceJob& job);
+extern template void trace_shapes<kTraceLevels, true>(const TraceJob& job);
 extern template void trace_levels<0>(const TraceJob& job);
 extern template void trace_levels<1>(const TraceJob& job);
 extern template void trace_levels<kTraceLevels>(const TraceJob& job);

@@ -10,7 +10,8 @@ inline constexpr unsigned kTraceStack = 8192;
 /// Levels of instances that a scene may have. Scenes without any, and with one, have smaller tracers of their own.
 inline constexpr unsigned kTraceLevels = 32;
 
-/// The same of GpuTracer.
-inline constexpr unsigned kGpuTraceLevels = 1;
+/// Above this many levels, and where instances move, GpuTracer has the default tests only: kernels take long to
+/// compile.
+inline constexpr unsigned kGpuChoiceLevels = 0;
 
 }  // namespace hiprt::tools

@@ -42,12 +42,28 @@ void trace(const SceneView& scene, Query query, const TracePolicies& policies, s
                       costs.empty() ? nullptr : costs.data(),
                       paths.empty() ? nullptr : paths.data(),
                       rays.size(),
+                      nullptr,
+                      {}});
+}
+
+void trace(const PathScene& scene, Query query, std::span<const Ray> rays, std::span<Hit> hits,
+           std::span<std::uint32_t> paths) {
+  chosen_isa().trace({&scene.view,
+                      query,
+                      {},
+                      rays.data(),
+                      hits.data(),
+                      nullptr,
+                      paths.empty() ? nullptr : paths.data(),
+                      rays.size(),
+                      &scene,
                       {}});
 }
 
 void trace_steps(const SceneView& scene, Query query, const TracePolicies& policies, const Ray& ray, Hit& hit,
                  RayCost& cost, std::span<std::uint32_t> path, const StepSink& sink) {
-  chosen_isa().trace({&scene, query, policies, &ray, &hit, &cost, path.empty() ? nullptr : path.data(), 1, sink});
+  chosen_isa().trace(
+      {&scene, query, policies, &ray, &hit, &cost, path.empty() ? nullptr : path.data(), 1, nullptr, sink});
 }
 
 const char* trace_isa() { return chosen_isa().name.data(); }

@@ -12,6 +12,8 @@
 
 namespace hiprt::tools {
 
+struct PathScene;
+
 enum class Query { kClosest, kAny };
 enum class TriangleTestKind { kWatertight, kFast };
 enum class BoxTestKind { kConservative, kPlain };
@@ -19,6 +21,8 @@ enum class BoxTestKind { kConservative, kPlain };
 struct TracePolicies {
   TriangleTestKind triangle_test = TriangleTestKind::kWatertight;
   BoxTestKind box_test = BoxTestKind::kConservative;
+
+  friend bool operator==(const TracePolicies&, const TracePolicies&) = default;
 };
 
 /// Work of one ray: four-box tests, leaf tests, the triangles (one or two per leaf) in those, and the instances that it
@@ -52,12 +56,18 @@ struct StepSink {
 };
 
 /// Traces rays[i] into hits[i] on the calling thread, by the smallest tracer that covers the scene. Of scenes that
-/// check_traceable() (bvh_file.h) refuses all hits are Hit::failed().
+/// check_traceable() (bvh_file.h) refuses all hits are Hit::failed(). Scenes with spheres and curves are traced with
+/// the default policies, whatever @p policies say.
 /// @param hits as many as rays. Query::kAny: some hit of the ray, without normal and error.
 /// @param costs empty, or as many as rays: then the work is counted (a separately compiled variant).
 /// @param paths empty, or scene.levels per ray: the instances on the way to each hit (instance_paths.h).
 void trace(const SceneView& scene, Query query, const TracePolicies& policies, std::span<const Ray> rays,
            std::span<Hit> hits, std::span<RayCost> costs = {}, std::span<std::uint32_t> paths = {});
+
+/// The same with the default policies, but where a material of the scene says that a triangle is not there (CutOut)
+/// rays pass.
+void trace(const PathScene& scene, Query query, std::span<const Ray> rays, std::span<Hit> hits,
+           std::span<std::uint32_t> paths = {});
 
 /// The same for one ray, step by step.
 void trace_steps(const SceneView& scene, Query query, const TracePolicies& policies, const Ray& ray, Hit& hit,

@@ -2,6 +2,7 @@
 
 #include "mesh_formats.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hiprt::tools {
@@ -28,6 +29,29 @@ bool Transform::mirrors() const {
   return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
              m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]) <
          0;
+}
+
+NormalTransform::NormalTransform(const Transform& transform) {
+  double largest = 0;
+  for (const auto& row : transform.m)
+    for (std::size_t column = 0; column < 3; ++column) largest = std::max(largest, std::abs(row[column]));
+  if (!(largest > 0 && std::isfinite(largest))) return;
+  // The inverse, transposed, is the cofactors divided by the determinant, of which the sign is enough here.
+  const double sign = transform.mirrors() ? -1 : 1;
+  const auto at = [&](std::size_t row, std::size_t column) { return transform.m[row % 3][column % 3] / largest; };
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t column = 0; column < 3; ++column)
+      m_[row][column] = sign * (at(row + 1, column + 1) * at(row + 2, column + 2) -
+                                at(row + 1, column + 2) * at(row + 2, column + 1));
+}
+
+std::array<float, 3> NormalTransform::operator()(const std::array<float, 3>& normal) const {
+  std::array<double, 3> n{};
+  for (std::size_t row = 0; row < 3; ++row)
+    for (std::size_t column = 0; column < 3; ++column) n[row] += m_[row][column] * static_cast<double>(normal[column]);
+  const double length = std::hypot(n[0], n[1], n[2]);
+  if (!(length > 0 && std::isfinite(length))) return {0, 0, 0};
+  return {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length), static_cast<float>(n[2] / length)};
 }
 
 Transform to_double(const build::Affine& affine) {

@@ -21,6 +21,18 @@ struct Transform {
   bool mirrors() const;
 };
 
+/// Takes normals where a transform takes surfaces: its inverse, transposed. Outsides stay outside, also where it
+/// mirrors, and where it makes surfaces flat.
+class NormalTransform {
+ public:
+  explicit NormalTransform(const Transform& transform);
+  /// @return of length 1; 0 if @p normal is 0 or not finite, or if nothing of it is left.
+  std::array<float, 3> operator()(const std::array<float, 3>& normal) const;
+
+ private:
+  std::array<std::array<double, 3>, 3> m_{};
+};
+
 Transform to_double(const build::Affine& affine);
 /// Every number rounded; those that are too large become infinite.
 build::Affine to_float(const Transform& transform);

@@ -1,6 +1,8 @@
 /// Builders on the GPU: build times, quality and memory. It needs no library that a GPU machine lacks.
 
 #include "builder_choice.h"
+#include "instances.h"
+#include "median.h"
 
 #include <benchmarks/common/flags.h>
 #include <benchmarks/common/markdown.h>
@@ -8,7 +10,6 @@
 #include <hiprt_build/gpu/batch.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/device.h>
-#include <hiprt_build/gpu/event.h>
 #include <hiprt_build/gpu/refit.h>
 #include <hiprt_build/statistics.h>
 #include <hiprt_device/format/validate.h>
@@ -31,9 +32,9 @@ using build::Result;
 
 struct Options {
   std::vector<std::string> builders{"lbvh", "lbvh30", "hploc"};
-  std::vector<std::string> batches;
+  std::vector<std::string> batches, instances;
   std::string json, save, nodes = "planes";
-  unsigned repeats = 15, pairs = 1;
+  unsigned repeats = 15, pairs = 1, graphs = 0;
 };
 
 struct Measured {
@@ -108,25 +109,6 @@ Result<void> time_builds(const Scene& scene, const gpu::BuildOptions& options, u
   }
   std::sort(milliseconds.begin(), milliseconds.end());
   return {};
-}
-
-/// The median of so many runs of enqueue(), after three others.
-template <class Enqueue> Result<double> median_of(unsigned repeats, hipStream_t stream, const Enqueue& enqueue) {
-  auto watch = gpu::Stopwatch::make();
-  if (!watch) return tl::unexpected(watch.error());
-  std::vector<double> times;
-  for (unsigned i = 0; i < repeats + 3; ++i) {
-    auto done = watch->start(stream);
-    if (!done) return tl::unexpected(done.error());
-    const auto made = enqueue();
-    if (!made) return tl::unexpected(made.error());
-    if (done = watch->stop(stream); !done) return tl::unexpected(done.error());
-    const auto took = watch->milliseconds();
-    if (!took) return tl::unexpected(took.error());
-    if (i >= 3) times.push_back(double{*took});
-  }
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
 }
 
 /// Around the same vertices, which takes as long as around others.
@@ -319,15 +301,10 @@ std::string table(const std::vector<Measured>& all) {
   return result.text();
 }
 
-int run(const Options& options, const std::vector<std::string>& paths) {
-  hipStream_t stream = nullptr;
-  const auto device = gpu::current_device();
-  if (!device || hipStreamCreateWithFlags(&stream, hipStreamNonBlocking) != hipSuccess) {
-    std::cerr << "bench_gpu_build: " << (device ? "no stream" : device.error().message) << "\n";
-    return 1;
-  }
+/// Prints a table. @return false after an error.
+bool run_scenes(const Options& options, const std::vector<std::string>& paths, hipStream_t stream,
+                nlohmann::json& results) {
   std::vector<Measured> all;
-  nlohmann::json results = nlohmann::json::array();
   bool good = true;
   for (const std::string& path : paths) {
     const auto mesh = read_scene(path);
@@ -345,14 +322,26 @@ int run(const Options& options, const std::vector<std::string>& paths) {
     }
   }
   if (!all.empty()) std::cout << table(all);
-  nlohmann::json batches = nlohmann::json::array();
+  return good;
+}
+
+int run(const Options& options, const std::vector<std::string>& paths) {
+  hipStream_t stream = nullptr;
+  const auto device = gpu::current_device();
+  if (!device || hipStreamCreateWithFlags(&stream, hipStreamNonBlocking) != hipSuccess) {
+    std::cerr << "bench_gpu_build: " << (device ? "no stream" : device.error().message) << "\n";
+    return 1;
+  }
+  const auto none = nlohmann::json::array();
+  nlohmann::json results = none, batches = none, instances = none;
+  bool good = run_scenes(options, paths, stream, results);
   good = run_batches(options, stream, batches) && good;
+  const InstanceBench bench{options.instances, options.builders, options.repeats, options.graphs != 0};
+  good = run_instances(bench, stream, instances) && good;
   if (!options.json.empty()) {
-    const nlohmann::json document = {{"device", device->name},
-                                     {"commit", HIPRT_BENCH_COMMIT},
-                                     {"repeats", options.repeats},
-                                     {"results", results},
-                                     {"batches", batches}};
+    const nlohmann::json document = {{"device", device->name},     {"commit", HIPRT_BENCH_COMMIT},
+                                     {"repeats", options.repeats}, {"results", results},
+                                     {"batches", batches},         {"instances", instances}};
     std::ofstream file(options.json);
     file << document.dump(1) << "\n";
     good = good && file.good();
@@ -367,6 +356,8 @@ int main(int argc, char** argv) {
       list_flag("builders", "NAME[:split=X][:presplit=X][:rounds=N][:radius=N],...",
                 "builders and their options (default lbvh,lbvh30,hploc)", options.builders),
       list_flag("batches", "MESHESxTRIANGLES,...", "batches of ribbons, e.g. 20000x224", options.batches),
+      list_flag("instances", "COUNT,...", "trees over so many instances of one object, e.g. 10000", options.instances),
+      number_flag("graphs", "1: those in graphs too, 0: not (default)", options.graphs, 0, 1),
       number_flag("repeats", "builds of which the median is taken, after 3 others (default 15)", options.repeats, 1,
                   1000),
       number_flag("pairs", "1: pairs of triangles (default), 0: none", options.pairs, 0, 1),
@@ -376,7 +367,7 @@ int main(int argc, char** argv) {
   const std::string fault = take_flags(argc, argv, flags);
   const std::vector<std::string> paths(argv + 1, argv + argc);
   const bool help = !paths.empty() && (paths[0] == "--help" || paths[0] == "-h");
-  if (!fault.empty() || help || (paths.empty() && options.batches.empty())) {
+  if (!fault.empty() || help || (paths.empty() && options.batches.empty() && options.instances.empty())) {
     (help ? std::cout : std::cerr) << (fault.empty() ? "" : "bench_gpu_build: " + fault + "\n")
                                    << "usage: bench_gpu_build [FLAG...] SCENE.mesh...\n"
                                    << describe(flags);

@@ -1,10 +1,12 @@
-/// make_scene NAME DIR: large scenes that need no file, for bvhbuild and the other tools.
+/// make_scene NAME DIR [--strands N]: large scenes that need no file, for bvhbuild and the other tools.
+///   hair     hair.hair, head.mesh, hair.cam    a head of 100,000 strands, or N
 ///   island   island.scene, island.cam    three levels of instances, more than 30 thousand million triangles
 ///   stadium  stadium.mesh, stadium.cam   a teapot in a stadium, 2 million triangles
 ///   swarm    swarm.json, swarm_still.json, swarm.mesh, swarm.cam
 ///                                        10,000 instances that fly and turn between the times 0 and 1, and the same
 ///                                        where they are halfway
 
+#include "../common/hair.h"
 #include "../common/island.h"
 #include "../common/mesh_parts.h"
 #include "../common/random.h"
@@ -12,6 +14,8 @@
 
 #include <hiprt_build/file.h>
 #include <tools/scene_binary.h>
+#include <tools/shape_import.h>
+#include <tools/text.h>
 
 #include <nlohmann/json.hpp>
 
@@ -96,7 +100,16 @@ build::Result<void> write_swarm(const std::filesystem::path& folder) {
   return write_json("swarm_still.json", std::move(still));
 }
 
-build::Result<void> write(std::string_view name, const std::filesystem::path& folder) {
+build::Result<void> write_hair(const std::filesystem::path& folder, std::uint32_t strands) {
+  const Hair head = hair(strands);
+  if (auto done = write_camera(folder / "hair.cam", hair_camera()); !done) return done;
+  if (auto done = write_mesh(folder / "head.mesh", hair_head()); !done) return done;
+  return build::write_file(folder / "hair.hair",
+                           tools::hair_file(head.strands, head.points, "make_scene hair, units: cm"));
+}
+
+build::Result<void> write(std::string_view name, const std::filesystem::path& folder, std::uint32_t strands) {
+  if (name == "hair") return write_hair(folder, strands);
   if (name == "island") {
     if (auto done = write_camera(folder / "island.cam", island_camera()); !done) return done;
     return tools::write_scene_binary(folder / "island.scene", island());
@@ -110,14 +123,19 @@ build::Result<void> write(std::string_view name, const std::filesystem::path& fo
 }  // namespace hiprt::bench
 
 int main(int argc, char** argv) {
-  const std::string_view name = argc == 3 ? argv[1] : "";
-  if (name != "island" && name != "stadium" && name != "swarm") {
-    std::cerr << "usage: make_scene island|stadium|swarm DIR\n";
+  constexpr std::int64_t kUsualStrands = 100'000, kMostStrands = 500'000'000;
+  const std::string_view name = argc == 3 || argc == 5 ? argv[1] : "";
+  const bool counted = argc == 5 && name == "hair" && argv[3] == std::string_view("--strands");
+  const auto strands = counted ? hiprt::tools::parse_integer(argv[4]) : kUsualStrands;
+  const bool known = name == "hair" || (argc == 3 && (name == "island" || name == "stadium" || name == "swarm"));
+  if (!known || (argc == 5 && !counted) || !strands || *strands < 1 || *strands > kMostStrands) {
+    std::cerr << "usage: make_scene island|stadium|swarm DIR\n       make_scene hair DIR [--strands N], 1 to "
+              << kMostStrands << "\n";
     return 2;
   }
   std::error_code ignored;
   std::filesystem::create_directories(argv[2], ignored);
-  const auto written = hiprt::bench::write(name, argv[2]);
+  const auto written = hiprt::bench::write(name, argv[2], static_cast<std::uint32_t>(*strands));
   if (!written) std::cerr << "make_scene: " << written.error().message << "\n";
   return written ? 0 : 1;
 }

@@ -51,6 +51,7 @@ std::uint64_t refit_scratch(const SceneParts& scene);
 
 /// Starts a refit on the stream and returns: no allocation, no wait; it can be captured in a graph. Primitives that
 /// were dropped stay dropped. (The CPU's refit refuses scenes where one of them could be hit now; this one cannot see.)
+/// Of a scene with shapes boxes move and points do not: the report's view has no shapes (SceneView::shapes is 0).
 /// @param moved as many geometries as the scene has, of the same kinds, with the same numbers of primitives.
 /// @param scratch refit_scratch() bytes, aligned to 256; the report will be there.
 /// @return where the report will be; kInvalidInput, or the errors of launches.

@@ -131,6 +131,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
   const BuildOptions& options = job.options;
   const PrimitiveSoup soup(job.scene);
   if (auto indices = check_indices(engine, soup); !indices) return tl::unexpected(indices.error());
+  if (auto shapes = check_shapes(engine, soup); !shapes) return tl::unexpected(shapes.error());
   CheckedTree checked;
   if (job.imported != nullptr) {
     auto good = check_tree(engine, *job.imported, soup);

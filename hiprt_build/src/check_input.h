@@ -31,6 +31,9 @@ Result<void> check_sizes(const SceneInput& scene);
 /// Finds the first index past the vertices.
 Result<void> check_indices(CpuEngine& engine, const PrimitiveSoup& soup);
 
+/// Of geometries with shapes: as many as boxes, good ones (shape_boxes()), and each inside its box.
+Result<void> check_shapes(CpuEngine& engine, const PrimitiveSoup& soup);
+
 /// Finds the first coordinate that a quantized node cannot hold.
 Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped);
 

@@ -15,31 +15,57 @@ namespace {
 constexpr std::uint32_t kTaskNodes = 1024;
 /// Bytes that are cleared or summed up in less than a millisecond.
 constexpr std::size_t kPiece = std::size_t{1} << 20;
-constexpr unsigned kSections = 5;
+/// Of every file, and those that come with shapes.
+constexpr unsigned kSections = 5, kShapeSections = 3;
 
 std::uint64_t align(std::uint64_t offset) {
   return (offset + kSectionAlignment - 1) / kSectionAlignment * kSectionAlignment;
 }
 
-/// Places of the sections, in the order of SectionKind.
+/// Elements of the sections.
+struct FileCounts {
+  std::uint64_t nodes, leaves, primitives = 0, geometries = 0, text = 0;
+  std::uint64_t shape_points = 0, curve_segments = 0;
+  bool shapes = false;  ///< There are sections of shapes.
+};
+
+/// Places of the sections: those of every file in the order of SectionKind, then those of shapes.
 struct FilePlan {
-  SectionEntry section[kSections];
+  SectionEntry section[kSections + kShapeSections];
+  std::uint32_t count = 0;
   std::uint64_t byte_size = 0;
 
-  FilePlan(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves, std::uint64_t primitives,
-           std::uint64_t geometries, std::uint64_t text) {
-    const std::uint64_t counts[kSections] = {nodes, leaves, primitives, geometries, text};
-    const std::uint64_t strides[kSections] = {node_size(layout), sizeof(FloatLeaf), sizeof(std::uint32_t),
-                                              sizeof(GeometryRecord), 1};
-    byte_size = sizeof(FileHeader) + kSections * sizeof(SectionEntry);
-    for (std::uint32_t i = 0; i < kSections; ++i) {
-      const auto kind = static_cast<SectionKind>(i + 1);
-      section[i] = SectionEntry{i + 1, kind == SectionKind::kProvenance ? 0 : kSectionRequired, align(byte_size),
-                                counts[i], strides[i]};
-      byte_size = section[i].offset + counts[i] * strides[i];
-    }
+  FilePlan(NodeLayout layout, const FileCounts& counts) {
+    byte_size = sizeof(FileHeader) + (kSections + (counts.shapes ? kShapeSections : 0)) * sizeof(SectionEntry);
+    add(SectionKind::kNodes, counts.nodes, node_size(layout));
+    add(SectionKind::kLeaves, counts.leaves, sizeof(FloatLeaf));
+    add(SectionKind::kPrimitiveMap, counts.primitives, sizeof(std::uint32_t));
+    add(SectionKind::kGeometries, counts.geometries, sizeof(GeometryRecord));
+    add(SectionKind::kProvenance, counts.text, 1, 0);
+    if (!counts.shapes) return;
+    add(SectionKind::kShapes, counts.geometries, sizeof(ShapeRecord), 0);
+    add(SectionKind::kShapePoints, counts.shape_points, sizeof(ShapePoint), 0);
+    add(SectionKind::kCurveSegments, counts.curve_segments, sizeof(std::uint32_t), 0);
+  }
+
+ private:
+  void add(SectionKind kind, std::uint64_t elements, std::uint64_t stride, std::uint32_t flags = kSectionRequired) {
+    const SectionEntry entry{static_cast<std::uint32_t>(kind), flags, align(byte_size), elements, stride};
+    section[count++] = entry;
+    byte_size = entry.offset + elements * stride;
   }
 };
+
+FileCounts count_elements(const EncodeInput& input, std::uint64_t nodes) {
+  FileCounts counts{nodes, input.tree.references.size(), input.soup.size(), input.soup.geometries(),
+                    input.provenance.size()};
+  for (const CustomGeometry& custom : input.soup.customs) {
+    counts.shapes = counts.shapes || custom.shapes.kind != ShapeKind::kNone;
+    counts.shape_points += custom.shapes.points.size();
+    counts.curve_segments += custom.shapes.segments.size();
+  }
+  return counts;
+}
 
 /// What a parent needs to know of a child.
 struct Subtree {
@@ -188,6 +214,24 @@ FeatureMask write_geometries(const EncodeInput& input, GeometryRecord* records) 
   return features;
 }
 
+/// The sections of shapes, if there are any.
+void write_shapes(CpuEngine& engine, const PrimitiveSoup& soup, const FilePlan& plan, std::byte* bytes) {
+  if (plan.count == kSections) return;
+  auto* record = reinterpret_cast<ShapeRecord*>(bytes + plan.section[kSections].offset) + soup.meshes.size();
+  std::uint64_t points = plan.section[kSections + 1].offset, segments = plan.section[kSections + 2].offset;
+  for (const CustomGeometry& custom : soup.customs) {
+    const Shapes& shapes = custom.shapes;
+    const bool curves = shapes.kind == ShapeKind::kCurves;
+    if (shapes.kind != ShapeKind::kNone)
+      *record = {points, curves ? segments : 0, static_cast<std::uint32_t>(shapes.points.size()), shapes.kind, {}};
+    ++record;
+    engine.copy(shapes.points, std::span(reinterpret_cast<ShapePoint*>(bytes + points), shapes.points.size()));
+    engine.copy(shapes.segments, std::span(reinterpret_cast<std::uint32_t*>(bytes + segments), shapes.segments.size()));
+    points += shapes.points.size_bytes();
+    segments += shapes.segments.size_bytes();
+  }
+}
+
 FileHeader make_header(const EncodeInput& input, const FilePlan& plan, const Subtree& root, FeatureMask features) {
   FileHeader header{};
   std::copy_n(kMagic, sizeof(kMagic), header.magic);
@@ -200,7 +244,7 @@ FileHeader make_header(const EncodeInput& input, const FilePlan& plan, const Sub
   if (references > input.grouped.count) features |= feature_bit(Feature::kSplitReferences);
   header.features = features;
   header.byte_size = plan.byte_size;
-  header.section_count = kSections;
+  header.section_count = plan.count;
   header.root = root.child.ref;
   header.stack_bound = root.stack_need;
   header.geometry_count = static_cast<std::uint32_t>(input.soup.geometries());
@@ -224,7 +268,7 @@ template <class Layout> double exchange_slack(CpuEngine& engine, const FilePlan&
 }  // namespace
 
 Result<void> check_addresses(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves) {
-  const std::uint64_t end = FilePlan(layout, nodes, leaves, 0, 0, 0).section[1].offset + leaves * sizeof(FloatLeaf);
+  const std::uint64_t end = FilePlan(layout, {nodes, leaves}).section[1].offset + leaves * sizeof(FloatLeaf);
   if (end <= kAddressLimit) return {};
   return tl::unexpected(Error{
       ErrorCode::kTooLarge, std::to_string(nodes) + " nodes and " + std::to_string(leaves) + " leaves end at byte " +
@@ -236,7 +280,7 @@ Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
   const std::uint64_t nodes = leaves == 0 || input.wide.is_run(0) ? 0 : input.wide.node_count(0);
   if (auto addresses = check_addresses(input.layout, nodes, leaves); !addresses)
     return tl::unexpected(addresses.error());
-  const FilePlan plan(input.layout, nodes, leaves, input.soup.size(), input.soup.geometries(), input.provenance.size());
+  const FilePlan plan(input.layout, count_elements(input, nodes));
   engine.monitor().start("encode", 0.95, leaves);
   engine.ledger().add(plan.byte_size);
   Buffer buffer = Buffer::uninitialized(plan.byte_size);
@@ -248,7 +292,8 @@ Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
       input.layout, [&](auto layout) { return Encoder<decltype(layout)>(engine, input, plan, bytes).run(); });
   const FeatureMask features =
       write_geometries(input, reinterpret_cast<GeometryRecord*>(bytes + plan.section[3].offset));
-  std::memcpy(bytes + sizeof(FileHeader), plan.section, sizeof(plan.section));
+  write_shapes(engine, input.soup, plan, bytes);
+  std::memcpy(bytes + sizeof(FileHeader), plan.section, plan.count * sizeof(SectionEntry));
   auto& header = *reinterpret_cast<FileHeader*>(bytes);
   header = make_header(input, plan, root, features);
   std::byte* provenance = bytes + plan.section[4].offset;

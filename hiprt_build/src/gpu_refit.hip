@@ -130,8 +130,16 @@ SceneParts parts_of(BuiltScene& scene) {
 }
 
 SceneParts parts_of(DeviceScene& scene, const BufferView& view) {
-  return {scene.buffer.data(), view.layout(),     view.header->root,     view.nodes.offset,          view.nodes.count,
-          view.leaves.offset,  view.leaves.count, scene.view.geometries, view.header->geometry_count};
+  std::byte* base = scene.buffer.data() + (scene.view.base - scene.buffer.data());
+  return {base,
+          view.layout(),
+          view.header->root,
+          view.nodes.offset,
+          view.nodes.count,
+          view.leaves.offset,
+          view.leaves.count,
+          scene.view.geometries,
+          view.header->geometry_count};
 }
 
 std::uint64_t refit_scratch(const SceneParts& scene) {

@@ -61,7 +61,8 @@ std::string make_provenance(Monitor& monitor, const SceneInput& scene, const Bui
     geometries.push_back({{"name", std::string(custom.name)},
                           {"customs", custom.boxes.size()},
                           {"type", custom.type},
-                          {"xxh3", hash(monitor, custom.boxes, std::span(&custom.mask, 1))}});
+                          {"xxh3", hash(monitor, custom.boxes, std::span(&custom.mask, 1), custom.shapes.points,
+                                        custom.shapes.segments)}});
   const Json document = {{"tool", options.tool.empty() ? "hiprt_build" : std::string(options.tool)},
                          {"library", std::string("hiprt ") + version()},
                          {"builder", name(options.builder)},

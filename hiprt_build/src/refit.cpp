@@ -48,6 +48,35 @@ Result<void> check_geometries(const BufferView& view, const PrimitiveSoup& soup)
   return {};
 }
 
+/// The moved shapes are the file's, with other points: what their primitives are stays.
+Result<void> check_same_shapes(const BufferView& view, const PrimitiveSoup& soup) {
+  for (std::size_t g = soup.meshes.size(); g < soup.geometries(); ++g) {
+    const Shapes& shapes = soup.customs[g - soup.meshes.size()].shapes;
+    const ShapeKind kind = view.shapes.empty() ? ShapeKind::kNone : view.shapes[g].kind;
+    const auto kind_text = [](ShapeKind k) {
+      return k == ShapeKind::kSpheres  ? "spheres"
+             : k == ShapeKind::kCurves ? "curves"
+                                       : "custom primitives without shapes";
+    };
+    if (shapes.kind != kind)
+      return tl::unexpected(invalid(place(soup, g) + ": " + kind_text(shapes.kind) +
+                                    ", but in the file to refit they are " + kind_text(kind)));
+    if (kind == ShapeKind::kNone) continue;
+    if (shapes.points.size() != view.shapes[g].point_count)
+      return tl::unexpected(invalid(place(soup, g) + ": " + std::to_string(shapes.points.size()) +
+                                    " points of shapes, but the file to refit has " +
+                                    std::to_string(view.shapes[g].point_count)));
+    const auto segments = view.segments_of(g);
+    const auto [here, there] =
+        std::mismatch(shapes.segments.begin(), shapes.segments.end(), segments.begin(), segments.end());
+    if (here != shapes.segments.end())
+      return tl::unexpected(invalid(place(soup, g) + ": segment " + std::to_string(here - shapes.segments.begin()) +
+                                    " begins at point " + std::to_string(*here) + ", but in the file to refit at " +
+                                    std::to_string(*there)));
+  }
+  return {};
+}
+
 const char* reason(MoveFault fault, bool custom) {
   switch (fault) {
     case MoveFault::kNotFinite:
@@ -150,6 +179,8 @@ template <class Layout> class Refit {
  private:
   Result<void> check() {
     if (auto indices = check_indices(engine_, soup_); !indices) return indices;
+    if (auto shapes = check_shapes(engine_, soup_); !shapes) return shapes;
+    if (auto same = check_same_shapes(view_, soup_); !same) return same;
     if (auto leaves = check_leaves(engine_, view_, soup_, geometries_); !leaves) return leaves;
     return check_dropped(engine_, view_, soup_, geometries_);
   }
@@ -159,6 +190,12 @@ template <class Layout> class Refit {
     engine_.for_each(view_.leaves.count, MoveLeafStep<Layout>{file_});
     engine_.for_each(view_.nodes.count, RefitNodeStep<Layout>{file_});
     if (file_.header->root != kInvalidRef) MoveBoundsStep<Layout>{file_}(0);
+    for (std::size_t c = 0; c < soup_.customs.size(); ++c) {
+      const std::span<const ShapePoint> points = soup_.customs[c].shapes.points;
+      if (points.empty()) continue;
+      const ShapeRecord& record = view_.shapes[soup_.meshes.size() + c];
+      engine_.copy(points, std::span(reinterpret_cast<ShapePoint*>(bytes_.data() + record.points), points.size()));
+    }
   }
 
   TreeQuality<Layout> quality(const SahCosts& costs) const {

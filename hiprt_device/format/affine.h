@@ -5,9 +5,9 @@
 #include <hiprt_device/format/arithmetic.h>
 #include <hiprt_device/format/instance.h>
 
-#include <algorithm>
+#include <bit>
 #include <cmath>
-#include <limits>
+#include <cstdint>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -60,59 +60,71 @@ struct LinearInverse {
 
 namespace affine_detail {
 
-/// The nearest floats that are no larger, and no smaller.
-inline float round_down(double x) {
-  const auto nearest = static_cast<float>(x);
-  return static_cast<double>(nearest) <= x ? nearest : std::nextafter(nearest, -std::numeric_limits<float>::infinity());
-}
-inline float round_up(double x) {
-  const auto nearest = static_cast<float>(x);
-  return static_cast<double>(nearest) >= x ? nearest : std::nextafter(nearest, std::numeric_limits<float>::infinity());
+HIPRT_HD inline double larger(double a, double b) { return a < b ? b : a; }
+HIPRT_HD inline double smaller(double a, double b) { return b < a ? b : a; }
+
+/// The next float towards +infinity. @param x not +infinity or NaN.
+HIPRT_HD inline float next_above(float x) {
+  if (x == 0.0f) return 0x1p-149f;
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  return std::bit_cast<float>(x > 0.0f ? bits + 1 : bits - 1);
 }
 
-inline double norm(const float (&m)[3][3]) {
+/// The nearest floats that are no larger, and no smaller.
+HIPRT_HD inline float round_up(double x) {
+  const auto nearest = static_cast<float>(x);
+  return static_cast<double>(nearest) < x ? next_above(nearest) : nearest;
+}
+HIPRT_HD inline float round_down(double x) { return -round_up(-x); }
+
+HIPRT_HD inline double norm(const float (&m)[3][3]) {
   double largest = 0.0;
-  for (const auto& row : m)
-    largest = std::max(largest, std::fabs(double{row[0]}) + std::fabs(double{row[1]}) + std::fabs(double{row[2]}));
+  for (const auto& row : m) {
+    double sum = 0.0;
+    for (const float x : row) sum += LinearInverse::size(static_cast<double>(x));
+    largest = larger(largest, sum);
+  }
   return largest;
 }
 
 }  // namespace affine_detail
 
-/// A box that holds all points whose images in the object lie in @p box: for the host.
+/// A box that holds all points whose images in the object lie in @p box.
 /// @param slack 1 for builders; less for who checks a box that another compiler's builder has made.
-inline Box bounds_in_scene(const InstanceRecord& instance, const LinearInverse& inverse, const Box& box,
-                           double slack = 1.0) {
+HIPRT_HD inline Box bounds_in_scene(const InstanceRecord& instance, const LinearInverse& inverse, const Box& box,
+                                    double slack = 1.0) {
   using namespace affine_detail;
   const double magnification = inverse.norm();
   // The inverse is off by a few units of 2^-53, times the condition; its products and sums by as much without it.
   const double unit = 0x1p-48 * (1.0 + magnification * norm(instance.linear)) * magnification;
   double size = 0.0;
-  for (unsigned c = 0; c < 3; ++c) size += std::max(std::fabs(double{box.min[c]}), std::fabs(double{box.max[c]}));
+  for (unsigned c = 0; c < 3; ++c) size += larger(LinearInverse::size(box.min[c]), LinearInverse::size(box.max[c]));
   Box result;
   for (unsigned r = 0; r < 3; ++r) {
-    double low = instance.translation[r], high = low;
+    const double origin = instance.translation[r];
+    double low = origin, high = origin;
     for (unsigned c = 0; c < 3; ++c) {
-      const double a = inverse.row[r][c] * double{box.min[c]}, b = inverse.row[r][c] * double{box.max[c]};
-      low += std::min(a, b);
-      high += std::max(a, b);
+      const double a = inverse.row[r][c] * static_cast<double>(box.min[c]),
+                   b = inverse.row[r][c] * static_cast<double>(box.max[c]);
+      low += smaller(a, b);
+      high += larger(a, b);
     }
-    const double pad = slack * (unit * size + 0x1p-50 * std::fabs(double{instance.translation[r]}));
+    const double pad = slack * (unit * size + 0x1p-50 * LinearInverse::size(origin));
     result.min[r] = round_down(low - pad);
     result.max[r] = round_up(high + pad);
   }
   return result;
 }
 
-/// The longest and the shortest image of a unit vector; the shorter one is good down to 2^-20 of the longer. For the
-/// host.
+/// The longest and the shortest image of a unit vector; the shorter one is good down to 2^-20 of the longer.
 struct Stretches {
   double longest, shortest;
 
-  explicit Stretches(const double (&m)[3][3]) {
+  HIPRT_HD explicit Stretches(const double (&m)[3][3]) {
+    using affine_detail::larger, affine_detail::smaller;
     double scale = 0.0;
     for (const auto& row : m)
-      for (const double x : row) scale = std::max(scale, std::fabs(x));
+      for (const double x : row) scale = larger(scale, LinearInverse::size(x));
     // The eigenvalues of its transpose times itself, by Jacobi rotations.
     double a[3][3];
     for (unsigned r = 0; r < 3; ++r)
@@ -120,31 +132,41 @@ struct Stretches {
         a[r][c] = 0.0;
         for (unsigned k = 0; k < 3; ++k) a[r][c] += (m[k][r] / scale) * (m[k][c] / scale);
       }
-    for (unsigned sweep = 0; sweep < 16; ++sweep)
-      for (unsigned p = 0; p < 2; ++p)
-        for (unsigned q = p + 1; q < 3; ++q) {
-          if (a[p][q] == 0.0) continue;
-          const double theta = 0.5 * std::atan2(2.0 * a[p][q], a[q][q] - a[p][p]);
-          const double cosine = std::cos(theta), sine = std::sin(theta);
-          for (unsigned k = 0; k < 3; ++k) {
-            const double kp = a[k][p], kq = a[k][q];
-            a[k][p] = cosine * kp - sine * kq;
-            a[k][q] = sine * kp + cosine * kq;
-          }
-          for (unsigned k = 0; k < 3; ++k) {
-            const double pk = a[p][k], qk = a[q][k];
-            a[p][k] = cosine * pk - sine * qk;
-            a[q][k] = sine * pk + cosine * qk;
-          }
-        }
-    longest = scale * std::sqrt(std::max({a[0][0], a[1][1], a[2][2], 0.0}));
-    shortest = scale * std::sqrt(std::max(0.0, std::min({a[0][0], a[1][1], a[2][2]})));
+    bool turned = true;
+    for (unsigned sweep = 0; sweep < 16 && turned; ++sweep) {
+      turned = rotate(a, 0, 1);
+      turned = rotate(a, 0, 2) || turned;
+      turned = rotate(a, 1, 2) || turned;
+    }
+    longest = scale * ::sqrt(larger(larger(a[0][0], a[1][1]), larger(a[2][2], 0.0)));
+    shortest = scale * ::sqrt(larger(0.0, smaller(smaller(a[0][0], a[1][1]), a[2][2])));
+  }
+
+ private:
+  /// Makes an element 0 (Rutishauser 1966, without trigonometry). @return whether it was not as good as that already.
+  HIPRT_HD static bool rotate(double (&a)[3][3], unsigned p, unsigned q) {
+    if (!(LinearInverse::size(a[p][q]) > 0x1p-60 * ::sqrt(LinearInverse::size(a[p][p] * a[q][q])))) return false;
+    const double cotangent = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);  // Of twice the angle.
+    const double tangent =
+        (cotangent < 0.0 ? -1.0 : 1.0) / (LinearInverse::size(cotangent) + ::sqrt(cotangent * cotangent + 1.0));
+    const double cosine = 1.0 / ::sqrt(tangent * tangent + 1.0), sine = tangent * cosine;
+    for (unsigned k = 0; k < 3; ++k) {
+      const double kp = a[k][p], kq = a[k][q];
+      a[k][p] = cosine * kp - sine * kq;
+      a[k][q] = sine * kp + cosine * kq;
+    }
+    for (unsigned k = 0; k < 3; ++k) {
+      const double pk = a[p][k], qk = a[q][k];
+      a[p][k] = cosine * pk - sine * qk;
+      a[q][k] = sine * pk + cosine * qk;
+    }
+    return true;
   }
 };
 
 /// The condition number of the linear part in the Euclidean norm: the ratio of the longest to the shortest image of a
-/// unit vector. 1 for rotations, mirrors and uniform scales. For the host.
-inline double condition_of(const InstanceRecord& instance) {
+/// unit vector. 1 for rotations, mirrors and uniform scales.
+HIPRT_HD inline double condition_of(const InstanceRecord& instance) {
   double m[3][3];
   for (unsigned r = 0; r < 3; ++r)
     for (unsigned c = 0; c < 3; ++c) m[r][c] = instance.linear[r][c];

@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little,
 /// How a file begins, and the multiples of bytes at which its sections and the file itself lie in memory.
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
-inline constexpr std::uint16_t kVersionMinor = 2;
+inline constexpr std::uint16_t kVersionMinor = 3;
 inline constexpr std::uint64_t kSectionAlignment = 128;
 inline constexpr std::uint64_t kBufferAlignment = 256;
 /// Entries a section table may have: keeps the check of a hostile file cheap.
@@ -75,6 +75,10 @@ enum class SectionKind : std::uint32_t {
   kObjectFiles = 8,      ///< The objects' files, each at a multiple of kBufferAlignment from the start of the scene's.
   kMotions = 9,          ///< MotionRecord; record i is of instance i.
   kMotionSegments = 10,  ///< MotionSegment
+  kShapes = 11,          ///< ShapeRecord; record i is of geometry i.
+  kShapePoints = 12,     ///< ShapePoint
+  kCurveSegments = 13,   ///< uint32 per segment: its first point, counted from the geometry's first.
+  kObjectShapes = 14,    ///< uint64 per object: offset of kShapes in its file, or 0.
 };
 
 /// Set in SectionEntry::flags: a reader that does not know the kind must refuse the file. Otherwise it skips the

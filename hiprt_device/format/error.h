@@ -63,10 +63,12 @@ enum class FormatError : std::uint32_t {
   kBadInstance,        ///< An instance of no object before its own, or without an inverse.
   kInstanceLeaf,       ///< A leaf of instances holds two, or is not alone in its run.
   kBadMotion,  ///< The keys of a motion are not in their section, no numbers, not in order, or cannot be inverted.
+  kBadShape,   ///< A geometry's shapes are not in their section, or not as many as its primitives; or a point or a
+               ///< segment is none.
 };
 
 /// Number of enumerators.
-inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatError::kBadMotion) + 1;
+inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatError::kBadShape) + 1;
 
 /// @return the enumerator without its k, e.g. "BadMagic".
 const char* name(FormatError error);
@@ -96,7 +98,7 @@ inline constexpr const char* kFormatErrorNames[] = {
     "BadBounds", "BadChildFlags", "UnterminatedRun", "BadVertex", "BadGeometryId", "BadPrimitiveId", "BadTriangleId",
     "SplitWithoutFeature", "SplitDiffers", "SplitNotCovered", "SplitCustom", "PrimitiveMapMismatch", "DroppedCount",
     "FeatureMismatch", "StackBound", "BadProvenance", "BadLevels", "BadTransformBound", "BadObject", "BadInstance",
-    "InstanceLeaf", "BadMotion",
+    "InstanceLeaf", "BadMotion", "BadShape",
 };
 // clang-format on
 static_assert(std::size(kFormatErrorNames) == kFormatErrors);

@@ -1,5 +1,5 @@
 #pragma once
-/// Bounds of an instance in its scene, from the boxes of its object. Host only.
+/// Bounds of an instance in its scene, from the boxes of its object.
 
 #include <hiprt_device/format/affine.h>
 #include <hiprt_device/format/motion_bounds.h>
@@ -37,26 +37,77 @@ class InstancePlace {
   double slack_;
 };
 
+/// The same of one that stands still, on a GPU too.
+struct StillPlace {
+  const InstanceRecord& record;
+  LinearInverse inverse;
+
+  HIPRT_HD explicit StillPlace(const InstanceRecord& of) : record(of), inverse(of) {}
+  HIPRT_HD Box bounds(const Box& box) const { return bounds_in_scene(record, inverse, box); }
+};
+
+/// What is needed to know of an object's file.
+struct BoundedObject {
+  const std::byte* base;
+  NodeRef root;
+  Box bounds;
+  bool has_instances;
+
+  HIPRT_HD BoundedObject(const std::byte* file, const ObjectRecord& record)
+      : base(file), root(record.root), bounds(record.bounds), has_instances(record.instances != 0) {}
+  // NOLINTNEXTLINE(google-explicit-constructor): it is one.
+  BoundedObject(const BufferView& view)
+      : base(view.bytes.data()),
+        root(view.header->root),
+        bounds(view.header->bounds),
+        has_instances(view.has_instances()) {}
+};
+
+/// A node or run whose box is to be looked at, and how many levels below.
+struct PendingPart {
+  NodeRef ref;
+  unsigned levels;
+  Box box;
+};
+
+/// A vector of so many elements at most, without an allocation.
+template <class T, unsigned kMost> class ShortStack {
+ public:
+  HIPRT_HD bool empty() const { return size_ == 0; }
+  HIPRT_HD void clear() { size_ = 0; }
+  HIPRT_HD void push_back(const T& value) { values_[size_++] = value; }
+  HIPRT_HD const T& back() const { return values_[size_ - 1]; }
+  HIPRT_HD void pop_back() { --size_; }
+
+ private:
+  T values_[kMost];
+  unsigned size_ = 0;
+};
+/// Of PendingPart, for bounds from up to @p kLevels levels.
+template <unsigned kLevels> using FewParts = ShortStack<PendingPart, 1 + (kBranching - 1) * kLevels>;
+
 /// Grows a box by transformed ones, from the root of an object down to where it is asked for.
-template <class Layout> class InstanceBounder {
+/// @tparam Place InstancePlace or StillPlace. @tparam Pending memory for parts: FewParts where there are no vectors.
+template <class Layout, class Place = InstancePlace, class Pending = std::vector<PendingPart>> class InstanceBounder {
  public:
   /// Levels: down to every triangle's corners, custom primitive and instance.
   static constexpr unsigned kToPrimitives = ~0u;
 
-  InstanceBounder(const BufferView& object, const InstancePlace& place) : object_(object), place_(place) {}
+  HIPRT_HD InstanceBounder(const BoundedObject& object, const Place& place) : object_(object), place_(place) {}
 
   /// @param root what rays enter: the object's root, or a node or run below.
   /// @param levels of box nodes to go down; below a leaf's box only for kToPrimitives.
   /// @param box what there is already: parts inside it are not looked into.
-  Box bounds(NodeRef root, unsigned levels, Box box = empty_box()) {
+  HIPRT_HD Box bounds(NodeRef root, unsigned levels, Box box = empty_box()) {
     result_ = box;
     into_leaves_ = levels == kToPrimitives;
     const Box whole = box_of(root);
     // Each is a bound: of a part's corners some may be farther than those of the whole.
     limit_ = in_scene(whole);
-    pending_.assign(1, {root, levels, whole});
+    pending_.clear();
+    pending_.push_back({root, levels, whole});
     while (!pending_.empty()) {
-      const Part part = pending_.back();
+      const PendingPart part = pending_.back();
       pending_.pop_back();
       if (part.ref != kInvalidRef) visit(part);
     }
@@ -64,30 +115,23 @@ template <class Layout> class InstanceBounder {
   }
 
  private:
-  struct Part {
-    NodeRef ref;
-    unsigned levels;
-    Box box;
-  };
-
-  Box in_scene(const Box& box) const { return place_.bounds(box); }
+  HIPRT_HD Box in_scene(const Box& box) const { return place_.bounds(box); }
 
   /// Of what an instance enters: the object, or a node or run below its root.
-  Box box_of(NodeRef ref) const {
-    const FileHeader& header = *object_.header;
-    if (ref == header.root || ref == kInvalidRef) return header.bounds;
+  HIPRT_HD Box box_of(NodeRef ref) const {
+    if (ref == object_.root || ref == kInvalidRef) return object_.bounds;
     Box box = empty_box();
     if (is_box(ref)) {
       const auto& node = at<typename Layout::Node>(ref);
       for (unsigned c = 0; c < kBranching; ++c)
-        if (node.child[c] != kInvalidRef) grow(box, bounded(Layout::box(node, c), header.bounds));
+        if (node.child[c] != kInvalidRef) grow(box, bounded(Layout::box(node, c), object_.bounds));
       return box;
     }
     for_each_leaf(ref, [&](const Box& content) { grow(box, content); });
     return box;
   }
 
-  void visit(const Part& part) {
+  HIPRT_HD void visit(const PendingPart& part) {
     const Box here = clipped(in_scene(part.box), limit_);
     if (first_plane_outside(here, result_) == kNoPlane) return;
     if (part.levels == 0 || (!is_box(part.ref) && !into_leaves_)) {
@@ -95,7 +139,7 @@ template <class Layout> class InstanceBounder {
     } else if (is_box(part.ref)) {
       const auto& node = at<typename Layout::Node>(part.ref);
       for (unsigned c = 0; c < kBranching; ++c)
-        pending_.push_back({node.child[c], part.levels - 1, bounded(Layout::box(node, c), object_.header->bounds)});
+        pending_.push_back({node.child[c], part.levels - 1, bounded(Layout::box(node, c), object_.bounds)});
     } else {
       // The parts of split triangles end at the run's box.
       Box content = empty_box();
@@ -105,12 +149,12 @@ template <class Layout> class InstanceBounder {
   }
 
   /// visit(box) for the corners, or the boxes, of a run's primitives.
-  template <class Visit> void for_each_leaf(NodeRef ref, const Visit& visit) const {
+  template <class Visit> HIPRT_HD void for_each_leaf(NodeRef ref, const Visit& visit) const {
     for (;; ref += make_ref(kNodeGranularity, NodeType::kTriangle0)) {
       const LeafInfo& info = at<CustomLeaf>(ref).info;
       if (ref_type(ref) == NodeType::kProcedural) {
         visit(at<CustomLeaf>(ref).box[0]);
-        if (!object_.has_instances() && info.primitive[1] != kInvalidId) visit(at<CustomLeaf>(ref).box[1]);
+        if (!object_.has_instances && info.primitive[1] != kInvalidId) visit(at<CustomLeaf>(ref).box[1]);
       } else {
         for (unsigned v = 0; v < 4; ++v) {
           Box corner;
@@ -123,24 +167,24 @@ template <class Layout> class InstanceBounder {
     }
   }
 
-  static Box clipped(Box box, const Box& to) {
+  HIPRT_HD static Box clipped(Box box, const Box& to) {
     for (unsigned axis = 0; axis < 3; ++axis) {
-      box.min[axis] = std::max(box.min[axis], to.min[axis]);
-      box.max[axis] = std::min(box.max[axis], to.max[axis]);
+      if (box.min[axis] < to.min[axis]) box.min[axis] = to.min[axis];
+      if (to.max[axis] < box.max[axis]) box.max[axis] = to.max[axis];
     }
     return box;
   }
 
-  template <class Record> const Record& at(NodeRef ref) const {
-    return *reinterpret_cast<const Record*>(object_.bytes.data() + ref_offset(ref));
+  template <class Record> HIPRT_HD const Record& at(NodeRef ref) const {
+    return *reinterpret_cast<const Record*>(object_.base + ref_offset(ref));
   }
 
-  const BufferView& object_;
-  const InstancePlace& place_;
+  BoundedObject object_;
+  const Place& place_;
   bool into_leaves_ = false;
   Box limit_{};
   Box result_{};
-  std::vector<Part> pending_;
+  Pending pending_{};
 };
 
 /// What the transforms of a file magnify, and what its header has to say of all that is below.
@@ -150,20 +194,20 @@ struct InstanceNeeds {
   FeatureMask features = feature_bit(Feature::kInstances);
 
   /// Of an instance that stands still. @param object not empty.
-  void add(const InstanceRecord& record, const ObjectRecord& object) {
-    const float(&t)[3] = record.translation;
+  HIPRT_HD void add(const InstanceRecord& record, const ObjectRecord& object) {
+    const double x = record.translation[0], y = record.translation[1], z = record.translation[2];
     // norm() is at most the square root of 3 below the Euclidean one.
     constexpr double kRoot3 = 1.7320508075688773;
     add(record, object,
-        {condition_of(record), 0.0, kRoot3 * LinearInverse(record).norm(),
-         std::hypot(double{t[0]}, double{t[1]}, double{t[2]})});
+        {condition_of(record), 0.0, kRoot3 * LinearInverse(record).norm(), ::sqrt(x * x + y * y + z * z)});
   }
   /// @param by how much its transforms magnify.
-  void add(const InstanceRecord& record, const ObjectRecord& object, const MotionMagnification& by) {
-    condition = std::max(condition, (by.condition + by.rounding) * (1.0 + double{object.condition}));
-    reach = std::max(reach, by.farthest + by.longest * double{object.reach});
-    levels = std::max(levels, object.levels + 1);
-    stack = std::max(stack, object.stack_bound + kInstanceStackEntries);
+  HIPRT_HD void add(const InstanceRecord& record, const ObjectRecord& object, const MotionMagnification& by) {
+    using affine_detail::larger;
+    condition = larger(condition, (by.condition + by.rounding) * (1.0 + static_cast<double>(object.condition)));
+    reach = larger(reach, by.farthest + by.longest * static_cast<double>(object.reach));
+    if (levels < object.levels + 1) levels = object.levels + 1;
+    if (stack < object.stack_bound + kInstanceStackEntries) stack = object.stack_bound + kInstanceStackEntries;
     features |= object.features;
     if (record.mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
   }

@@ -9,6 +9,7 @@
 #include <hiprt_device/format/utf8.h>
 #include <hiprt_device/format/validate_instances.h>
 #include <hiprt_device/format/validate_primitives.h>
+#include <hiprt_device/format/validate_shapes.h>
 #include <hiprt_device/format/validate_tree.h>
 #include <hiprt_device/format/view.h>
 
@@ -33,6 +34,7 @@ struct ValidateSummary {
   std::uint32_t depth = 0;           ///< Box nodes on the longest path.
   std::uint64_t instances = 0;       ///< In leaves, of the scene's own tree.
   std::uint64_t objects = 0;         ///< Of instances.
+  std::uint64_t shape_points = 0;    ///< Of spheres and curves, of the file's own geometries.
   std::uint32_t stack_need = 0;  ///< Most stack entries a depth-first traversal can have; at most the header's bound.
 };
 
@@ -102,6 +104,7 @@ tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& vi
   if (!tree) return tl::unexpected(tree.error());
   const auto primitives = PrimitiveCheck<Layout>(view).run();
   if (!primitives) return tl::unexpected(primitives.error());
+  if (auto shapes = ShapeCheck<Layout>(view).run(); !shapes) return tl::unexpected(shapes.error());
   std::uint32_t need = tree->stack_need;
   if (view.has_instances()) {
     const auto all = InstanceCheck<Layout>(view, objects, records).run(need);
@@ -120,6 +123,7 @@ tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& vi
                          .depth = tree->depth,
                          .instances = view.has_instances() ? primitives->leaf_customs : 0,
                          .objects = view.objects.size(),
+                         .shape_points = view.shape_points.size(),
                          .stack_need = need};
 }
 

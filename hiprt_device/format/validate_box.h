@@ -1,5 +1,5 @@
 #pragma once
-/// Boxes, coordinates and their places in a record, as validate() needs them. Host only.
+/// Boxes, coordinates and their places in a record, as validate() needs them.
 
 #include <hiprt_device/format/error.h>
 #include <hiprt_device/format/layout.h>
@@ -46,22 +46,27 @@ inline std::span<const std::uint32_t> reserved_words(const QuantizedBoxNode& nod
 inline std::uint64_t float_bits(float value) { return std::bit_cast<std::uint32_t>(value); }
 
 /// min = +inf, max = -inf: the neutral element of grow(), and the box of an absent child.
-inline Box empty_box() {
+HIPRT_HD inline Box empty_box() {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
 }
 
-inline float side_of(const Box& box, unsigned side, unsigned axis) { return side == 0 ? box.min[axis] : box.max[axis]; }
+HIPRT_HD inline float side_of(const Box& box, unsigned side, unsigned axis) {
+  return side == 0 ? box.min[axis] : box.max[axis];
+}
+
+HIPRT_HD inline bool is_finite(float x) { return x - x == 0.0f; }
 
 /// Planes of a box are numbered side * 3 + axis (0-5); 6 stands for none.
 inline constexpr unsigned kNoPlane = 6;
 
 /// @return the first plane that is not finite, or exceeds its finite opposite.
-inline unsigned first_bad_plane(const Box& box) {
+HIPRT_HD inline unsigned first_bad_plane(const Box& box) {
   for (unsigned plane = 0; plane < 6; ++plane) {
     const bool inverted = box.min[plane % 3] > box.max[plane % 3];
-    const bool finite = std::isfinite(side_of(box, plane / 3, plane % 3));
-    if (!finite || (inverted && std::isfinite(side_of(box, 1 - plane / 3, plane % 3)))) return plane;
+    if (!is_finite(side_of(box, plane / 3, plane % 3)) ||
+        (inverted && is_finite(side_of(box, 1 - plane / 3, plane % 3))))
+      return plane;
   }
   return kNoPlane;
 }
@@ -84,7 +89,7 @@ inline unsigned first_different_plane(const Box& a, const Box& b) {
 }
 
 /// @return the first plane of @p inner outside @p outer. A NaN is outside.
-inline unsigned first_plane_outside(const Box& inner, const Box& outer) {
+HIPRT_HD inline unsigned first_plane_outside(const Box& inner, const Box& outer) {
   for (unsigned axis = 0; axis < 3; ++axis) {
     if (!(outer.min[axis] <= inner.min[axis])) return axis;
     if (!(inner.max[axis] <= outer.max[axis])) return 3 + axis;
@@ -92,7 +97,7 @@ inline unsigned first_plane_outside(const Box& inner, const Box& outer) {
   return kNoPlane;
 }
 
-inline void grow(Box& box, const Box& other) {
+HIPRT_HD inline void grow(Box& box, const Box& other) {
   for (unsigned axis = 0; axis < 3; ++axis) {
     if (other.min[axis] < box.min[axis]) box.min[axis] = other.min[axis];
     if (other.max[axis] > box.max[axis]) box.max[axis] = other.max[axis];

@@ -244,8 +244,12 @@ template <class Layout> class InstanceCheck {
   InstanceNeeds needs_;
 };
 
-/// Object @p i's record says what its file does; nothing is between the files but zeros.
+/// Object @p i's record says what its file does, and so does the scene of its shapes; nothing is between the files but
+/// zeros.
 inline Check check_object_record(const BufferView& scene, std::size_t i, const BufferView& object) {
+  if (!scene.object_shapes.empty() && scene.object_shapes[i] != object.shape_entry.offset)
+    return fail(FormatError::kBadShape, scene.object_shape_entry.offset + i * sizeof(std::uint64_t),
+                scene.object_shapes[i], object.shape_entry.offset);
   ObjectRecord expected = describe(object);
   expected.offset = scene.objects[i].offset;
   const std::uint64_t at = scene.object_entry.offset + i * sizeof(ObjectRecord);

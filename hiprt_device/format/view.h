@@ -7,6 +7,7 @@
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/format/motion.h>
+#include <hiprt_device/format/shape.h>
 
 #include <tl/expected.hpp>
 
@@ -27,13 +28,18 @@ struct BufferView {
   const FileHeader* header = nullptr;
   SectionEntry nodes{}, leaves{}, primitive_map_entry{}, geometry_entry{}, provenance_entry{};
   SectionEntry instance_entry{}, object_entry{}, object_file_entry{}, motion_entry{}, segment_entry{};
+  SectionEntry shape_entry{}, shape_point_entry{}, curve_segment_entry{}, object_shape_entry{};
   std::span<const std::uint32_t> primitive_map;
   std::span<const GeometryRecord> geometries;
-  std::string_view provenance;                ///< Empty if the file has none.
-  std::span<const InstanceRecord> instances;  ///< Empty if the file has none.
-  std::span<const ObjectRecord> objects;      ///< Empty if the file has none.
-  std::span<const MotionRecord> motions;      ///< Empty if none of its instances moves.
-  std::span<const MotionSegment> segments;    ///< Of all motions.
+  std::string_view provenance;                    ///< Empty if the file has none.
+  std::span<const InstanceRecord> instances;      ///< Empty if the file has none.
+  std::span<const ObjectRecord> objects;          ///< Empty if the file has none.
+  std::span<const MotionRecord> motions;          ///< Empty if none of its instances moves.
+  std::span<const MotionSegment> segments;        ///< Of all motions.
+  std::span<const ShapeRecord> shapes;            ///< Empty if the file does not say what its custom primitives are.
+  std::span<const ShapePoint> shape_points;       ///< Of all shapes.
+  std::span<const std::uint32_t> curve_segments;  ///< Of all curves.
+  std::span<const std::uint64_t> object_shapes;   ///< Per object its shapes' offset; empty if none has shapes.
 
   bool has_instances() const { return instance_entry.kind != 0; }
   /// Of an instance that moves; else empty. @pre open_buffer() accepted the file.
@@ -41,6 +47,19 @@ struct BufferView {
     if (motions.empty() || motions[instance].count == 0) return {};
     const std::uint64_t first = (motions[instance].segments - segment_entry.offset) / sizeof(MotionSegment);
     return segments.subspan(static_cast<std::size_t>(first), motions[instance].count);
+  }
+  /// Points of a geometry; empty if it has no shapes. @pre open_buffer() accepted the file.
+  std::span<const ShapePoint> points_of(std::size_t geometry) const {
+    if (shapes.empty() || shapes[geometry].kind == ShapeKind::kNone) return {};
+    const std::uint64_t first = (shapes[geometry].points - shape_point_entry.offset) / sizeof(ShapePoint);
+    return shape_points.subspan(static_cast<std::size_t>(first), shapes[geometry].point_count);
+  }
+  /// First points of a geometry's segments; empty unless it is one of curves. @pre open_buffer() accepted the file.
+  std::span<const std::uint32_t> segments_of(std::size_t geometry) const {
+    if (shapes.empty() || shapes[geometry].kind != ShapeKind::kCurves) return {};
+    const std::uint64_t first = (shapes[geometry].segments - curve_segment_entry.offset) / sizeof(std::uint32_t);
+    return curve_segments.subspan(static_cast<std::size_t>(first),
+                                  static_cast<std::size_t>(geometries[geometry].primitive_count));
   }
   /// The file of an object. @pre open_buffer() accepted this one.
   std::span<const std::byte> object_file(const ObjectRecord& object) const {
@@ -60,7 +79,7 @@ struct KnownSection {
   bool mandatory;
   SectionEntry BufferView::*entry;
 };
-inline constexpr std::array<KnownSection, 10> kKnownSections{{
+inline constexpr std::array<KnownSection, 14> kKnownSections{{
     {SectionKind::kNodes, 0, true, &BufferView::nodes},
     {SectionKind::kLeaves, sizeof(FloatLeaf), true, &BufferView::leaves},
     {SectionKind::kPrimitiveMap, sizeof(std::uint32_t), true, &BufferView::primitive_map_entry},
@@ -71,6 +90,10 @@ inline constexpr std::array<KnownSection, 10> kKnownSections{{
     {SectionKind::kObjectFiles, 1, false, &BufferView::object_file_entry},
     {SectionKind::kMotions, sizeof(MotionRecord), false, &BufferView::motion_entry},
     {SectionKind::kMotionSegments, sizeof(MotionSegment), false, &BufferView::segment_entry},
+    {SectionKind::kShapes, sizeof(ShapeRecord), false, &BufferView::shape_entry},
+    {SectionKind::kShapePoints, sizeof(ShapePoint), false, &BufferView::shape_point_entry},
+    {SectionKind::kCurveSegments, sizeof(std::uint32_t), false, &BufferView::curve_segment_entry},
+    {SectionKind::kObjectShapes, sizeof(std::uint64_t), false, &BufferView::object_shape_entry},
 }};
 
 /// Checks header, section table and geometry table, in time proportional to their sizes.
@@ -227,6 +250,64 @@ inline tl::expected<void, FormatIssue> check_motion_sections(const BufferView& v
   return {};
 }
 
+/// A range of @p count records at @p offset, in a section. @return kBadShape at the field at fault.
+inline tl::expected<void, FormatIssue> check_shape_range(const SectionEntry& section, std::uint64_t offset,
+                                                         std::uint64_t offset_at, std::uint64_t count,
+                                                         std::uint64_t count_at) {
+  const std::uint64_t end = section.offset + section.count * section.stride;
+  if (offset < section.offset || offset > end || (offset - section.offset) % section.stride != 0)
+    return fail(FormatError::kBadShape, offset_at, offset, section.offset);
+  const std::uint64_t room = (end - offset) / section.stride;
+  if (count > room) return fail(FormatError::kBadShape, count_at, count, room);
+  return {};
+}
+
+/// What one geometry's record says: of custom geometries only, in their sections, and as many as there are primitives.
+inline tl::expected<void, FormatIssue> check_shape_record(const BufferView& view, std::size_t i) {
+  const ShapeRecord& shape = view.shapes[i];
+  const GeometryRecord& geometry = view.geometries[i];
+  const std::uint64_t at = view.shape_entry.offset + i * sizeof(ShapeRecord);
+  const std::uint64_t count_at = at + offsetof(ShapeRecord, point_count);
+  for (const std::uint32_t& word : shape.reserved)
+    if (word != 0) return fail(FormatError::kBadReservedField, at + offsetof(ShapeRecord, reserved), word, 0);
+  const bool custom = (geometry.flags & kGeometryCustom) != 0;
+  if (shape.kind > ShapeKind::kCurves || (shape.kind != ShapeKind::kNone && !custom))
+    return fail(FormatError::kBadShape, at + offsetof(ShapeRecord, kind), static_cast<std::uint32_t>(shape.kind),
+                custom ? static_cast<std::uint32_t>(ShapeKind::kCurves) : 0);
+  if (shape.kind == ShapeKind::kNone && shape.points != 0) return fail(FormatError::kBadShape, at, shape.points, 0);
+  if (shape.kind == ShapeKind::kNone && shape.point_count != 0)
+    return fail(FormatError::kBadShape, count_at, shape.point_count, 0);
+  if (shape.kind != ShapeKind::kCurves && shape.segments != 0)
+    return fail(FormatError::kBadShape, at + offsetof(ShapeRecord, segments), shape.segments, 0);
+  if (shape.kind == ShapeKind::kNone) return {};
+  if (auto range = check_shape_range(view.shape_point_entry, shape.points, at, shape.point_count, count_at); !range)
+    return range;
+  if (shape.kind == ShapeKind::kCurves)
+    return check_shape_range(view.curve_segment_entry, shape.segments, at + offsetof(ShapeRecord, segments),
+                             geometry.primitive_count, at + offsetof(ShapeRecord, segments));
+  if (shape.point_count == geometry.primitive_count) return {};
+  return fail(FormatError::kBadShape, count_at, shape.point_count, geometry.primitive_count);
+}
+
+/// The three sections of shapes or none of them, and a record per geometry; or, of a scene of instances, a number per
+/// object.
+inline tl::expected<void, FormatIssue> check_shape_sections(const BufferView& view) {
+  const bool shapes = view.shape_entry.kind != 0;
+  if (shapes != (view.shape_point_entry.kind != 0) || shapes != (view.curve_segment_entry.kind != 0) ||
+      (shapes && view.has_instances()))
+    return fail(FormatError::kMissingSection, 40, static_cast<std::uint64_t>(SectionKind::kShapes), 1);
+  if (view.object_shape_entry.kind != 0 && view.object_entry.kind == 0)
+    return fail(FormatError::kMissingSection, 40, static_cast<std::uint64_t>(SectionKind::kObjects), 1);
+  if (view.object_shape_entry.kind != 0 && view.object_shapes.size() != view.objects.size())
+    return fail(FormatError::kBadShape, view.object_shape_entry.offset, view.object_shapes.size(), view.objects.size());
+  if (!shapes) return {};
+  if (view.shapes.size() != view.geometries.size())
+    return fail(FormatError::kBadShape, view.shape_entry.offset, view.shapes.size(), view.geometries.size());
+  for (std::size_t i = 0; i < view.shapes.size(); ++i)
+    if (auto good = check_shape_record(view, i); !good) return good;
+  return {};
+}
+
 }  // namespace format_detail
 
 inline tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::byte> bytes) {
@@ -258,7 +339,11 @@ inline tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::by
   view.objects = view.records<ObjectRecord>(view.object_entry);
   view.motions = view.records<MotionRecord>(view.motion_entry);
   view.segments = view.records<MotionSegment>(view.segment_entry);
-  for (const auto check : {check_geometries, check_instance_sections, check_motion_sections})
+  view.shapes = view.records<ShapeRecord>(view.shape_entry);
+  view.shape_points = view.records<ShapePoint>(view.shape_point_entry);
+  view.curve_segments = view.records<std::uint32_t>(view.curve_segment_entry);
+  view.object_shapes = view.records<std::uint64_t>(view.object_shape_entry);
+  for (const auto check : {check_geometries, check_instance_sections, check_motion_sections, check_shape_sections})
     if (auto good = check(view); !good) return tl::unexpected(good.error());
   return view;
 }

@@ -6,6 +6,7 @@
 /// that a compiler that contracts finds nothing to contract.
 
 #include <hiprt_device/box_test.h>
+#include <hiprt_device/format/shape.h>
 #include <hiprt_device/primitive.h>
 #include <hiprt_device/ray.h>
 
@@ -152,35 +153,8 @@ HIPRT_HD HIPRT_INLINE bool intersect_ball(const Ray& ray, float tmin, float tmax
   return report_at(-half_chord) && report_at(half_chord);
 }
 
-/// The float next to a finite one.
-HIPRT_HD HIPRT_INLINE float next_after(float a, bool up) {
-  if (a == 0.0f) return up ? 0x1p-149f : -0x1p-149f;
-  const auto bits = std::bit_cast<std::uint32_t>(a);
-  return std::bit_cast<float>((a > 0.0f) == up ? bits + 1u : bits - 1u);
-}
-
-/// center - radius rounded down, or center + radius rounded up.
-HIPRT_HD HIPRT_INLINE float side(float center, float radius, bool up) {
-  const float step = up ? radius : -radius;
-  const float sum = center + step;
-  if (!is_finite(sum)) return sum;
-  // TwoSum (Knuth): the rounding error of the sum, exactly.
-  const float added = sum - center;
-  const float error = (center - (sum - added)) + (step - added);
-  return (up ? error > 0.0f : error < 0.0f) ? next_after(sum, up) : sum;
-}
-
-/// The box of what is never hit.
-HIPRT_HD HIPRT_INLINE Box empty_box() {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-}
-
-/// The smallest box of floats around a ball; infinite where floats end.
-HIPRT_HD HIPRT_INLINE Box ball_bounds(const float (&center)[3], float radius) {
-  return {{side(center[0], radius, false), side(center[1], radius, false), side(center[2], radius, false)},
-          {side(center[0], radius, true), side(center[1], radius, true), side(center[2], radius, true)}};
-}
+using shape_detail::ball_bounds;
+using shape_detail::empty_box;
 
 }  // namespace primitive_detail
 }  // namespace HIPRT_ISA_NAMESPACE

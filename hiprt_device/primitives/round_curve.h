@@ -6,21 +6,12 @@
 namespace hiprt {
 
 /// A point of a curve's axis.
-struct CurveVertex {
-  float position[3];
-  float radius;
-};
-static_assert(sizeof(CurveVertex) == 16);
+using CurveVertex = ShapePoint;
 
 inline namespace HIPRT_ISA_NAMESPACE {
 namespace primitive_detail {
 
-HIPRT_HD HIPRT_INLINE bool is_valid(const CurveVertex& vertex) {
-  return is_finite(vertex.position) && vertex.radius >= 0.0f && is_finite(vertex.radius);
-}
-HIPRT_HD HIPRT_INLINE bool is_valid(const CurveVertex& a, const CurveVertex& b) {
-  return is_valid(a) && is_valid(b) && (a.radius > 0.0f || b.radius > 0.0f);
-}
+using shape_detail::is_valid;
 
 /// Certain that the ray's line misses the infinite cylinder around the segment. In float, because most segments of hair
 /// whose boxes a ray meets are missed, and the double precision of many GPUs is slow. Whether it answers in a case of
@@ -119,17 +110,7 @@ struct RoundCurveSet {
   }
 
   /// The smallest box of floats around the segment; empty for a segment that is never hit.
-  HIPRT_HD static Box bounds(const CurveVertex& a, const CurveVertex& b) {
-    using namespace primitive_detail;
-    if (!is_valid(a, b)) return empty_box();
-    Box box = ball_bounds(a.position, a.radius);
-    const Box other = ball_bounds(b.position, b.radius);
-    for (int axis = 0; axis < 3; ++axis) {
-      box.min[axis] = box.min[axis] < other.min[axis] ? box.min[axis] : other.min[axis];
-      box.max[axis] = box.max[axis] > other.max[axis] ? box.max[axis] : other.max[axis];
-    }
-    return box;
-  }
+  HIPRT_HD static Box bounds(const CurveVertex& a, const CurveVertex& b) { return curve_bounds(a, b); }
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -1,6 +1,7 @@
 #pragma once
 /// A traversal's stack together with the second, small one for scenes of more than one level of instances.
 
+#include <hiprt_device/format/instance.h>
 #include <hiprt_device/stack.h>
 
 #include <cstdint>
@@ -8,8 +9,17 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Three ways through instances: the ray's, the hit's, and that of the hit before.
-template <unsigned kLevels> struct LevelWays { std::uint32_t instance[3 * kLevels]; };
+/// An object that a ray is in, and the ray as the object sees it.
+struct EnteredObject {
+  const ObjectRecord* object;
+  float origin[3], direction[3];
+};
+
+/// Three ways through instances: the ray's, the hit's, and that of the hit before; and what is on the ray's way.
+template <unsigned kLevels> struct LevelWays {
+  EnteredObject entered[kLevels];
+  std::uint32_t instance[3 * kLevels];
+};
 
 namespace stack_detail {
 
@@ -36,13 +46,14 @@ template <class Stack, unsigned kLevels> struct LevelStack : Stack {
 
   struct Storage : Stack::Storage {
     std::uint32_t* ways;
+    EnteredObject* entered;
 
     HIPRT_HD HIPRT_INLINE Storage(const typename Stack::Storage& stack, LevelWays<kLevels>& memory)
-        : Stack::Storage(stack), ways(memory.instance) {}
+        : Stack::Storage(stack), ways(memory.instance), entered(memory.entered) {}
     template <class OwnMemory>
     requires std::same_as<OwnMemory, Memory> HIPRT_HD HIPRT_INLINE Storage(OwnMemory& memory,
                                                                            std::uint32_t* overflowed = nullptr)
-        : Stack::Storage(memory.stack, overflowed), ways(memory.ways.instance) {}
+        : Stack::Storage(memory.stack, overflowed), ways(memory.ways.instance), entered(memory.ways.entered) {}
   };
 };
 

@@ -79,5 +79,7 @@ std::vector<BadCase> custom_cases();
 /// Instances and objects.
 std::vector<BadCase> instance_cases();
 std::vector<BadCase> motion_cases();
+/// Spheres and curves.
+std::vector<BadCase> shape_cases();
 
 }  // namespace hiprt::test

@@ -5,6 +5,7 @@
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/format/motion.h>
 #include <hiprt_device/format/node.h>
+#include <hiprt_device/format/shape.h>
 
 #include <catch2/catch.hpp>
 
@@ -125,6 +126,10 @@ std::vector<RecordSpec> container_records() {
       X(MotionRecord, farthest), X(MotionRecord, reserved)
 #define SEGMENT(X) \
   X(MotionSegment, time), X(MotionSegment, translation), X(MotionSegment, turning), X(MotionSegment, reserved)
+#define SHAPE(X)                                                                                       \
+  X(ShapeRecord, points), X(ShapeRecord, segments), X(ShapeRecord, point_count), X(ShapeRecord, kind), \
+      X(ShapeRecord, reserved)
+#define POINT(X) X(ShapePoint, position), X(ShapePoint, radius)
 #define TURNING(X) X(TurningSegment, rotation), X(TurningSegment, angle), X(TurningSegment, stretch)
   return {{"FileHeader", sizeof(FileHeader), sum({HEADER(SIZE)}), {HEADER(FIELD)}},
           {"SectionEntry", sizeof(SectionEntry), sum({ENTRY(SIZE)}), {ENTRY(FIELD)}},
@@ -133,6 +138,8 @@ std::vector<RecordSpec> container_records() {
           {"ObjectRecord", sizeof(ObjectRecord), sum({OBJECT(SIZE)}), {OBJECT(FIELD)}},
           {"MotionRecord", sizeof(MotionRecord), sum({MOTION(SIZE)}), {MOTION(FIELD)}},
           {"MotionSegment", sizeof(MotionSegment), sum({SEGMENT(SIZE)}), {SEGMENT(FIELD)}},
+          {"ShapeRecord", sizeof(ShapeRecord), sum({SHAPE(SIZE)}), {SHAPE(FIELD)}},
+          {"ShapePoint", sizeof(ShapePoint), sum({POINT(SIZE)}), {POINT(FIELD)}},
           {"TurningSegment", sizeof(TurningSegment), sum({TURNING(SIZE)}), {TURNING(FIELD)}}};
 }
 
@@ -176,10 +183,12 @@ std::map<std::string, std::vector<Constant>> constant_tables() {
            {CONSTANT(SectionKind, kNodes), CONSTANT(SectionKind, kLeaves), CONSTANT(SectionKind, kPrimitiveMap),
             CONSTANT(SectionKind, kGeometries), CONSTANT(SectionKind, kProvenance), CONSTANT(SectionKind, kInstances),
             CONSTANT(SectionKind, kObjects), CONSTANT(SectionKind, kObjectFiles), CONSTANT(SectionKind, kMotions),
-            CONSTANT(SectionKind, kMotionSegments)}},
+            CONSTANT(SectionKind, kMotionSegments), CONSTANT(SectionKind, kShapes), CONSTANT(SectionKind, kShapePoints),
+            CONSTANT(SectionKind, kCurveSegments), CONSTANT(SectionKind, kObjectShapes)}},
           {"Feature bits",
            {CONSTANT(Feature, kTriangles), CONSTANT(Feature, kMasks), CONSTANT(Feature, kSplitReferences),
             CONSTANT(Feature, kCustom), CONSTANT(Feature, kInstances), CONSTANT(Feature, kMotion)}},
+          {"Shape kinds", {CONSTANT(ShapeKind, kNone), CONSTANT(ShapeKind, kSpheres), CONSTANT(ShapeKind, kCurves)}},
           {"Motion kinds", {CONSTANT(MotionKind, kSlerp), CONSTANT(MotionKind, kNlerp), CONSTANT(MotionKind, kMatrix)}},
           {"Instance flags", {CONSTANT(InstanceFlags, kNoFilter)}},
           {"Geometry flags", {CONSTANT(hiprt, kGeometryCustom), {0xff00, "custom_type"}}},
@@ -263,7 +272,7 @@ TEST_CASE("numbers in FORMAT.md's text are the code's") {
   CHECK(kMaxCondition == std::ldexp(1.0f, 40));
   CHECK(kInstanceStackEntries == 3);
   CHECK(kVersionMajor == 1);
-  CHECK(kVersionMinor == 2);
+  CHECK(kVersionMinor == 3);
   CHECK(TriangleId::kCustom == 0xc0);
   CHECK(custom_geometry_flags(0xff) == 0xff01);
   CHECK(custom_type(0xab01) == 0xab);

@@ -2,6 +2,7 @@
 
 #include "bad_files.h"
 #include "safe_walk.h"
+#include "shape_files.h"
 
 #include <hiprt_device/format/validate.h>
 
@@ -16,7 +17,7 @@ namespace {
 
 std::vector<BadCase> all_cases() {
   std::vector<BadCase> all = container_cases();
-  for (auto* part : {content_cases, encoding_cases, custom_cases, instance_cases, motion_cases})
+  for (auto* part : {content_cases, encoding_cases, custom_cases, instance_cases, motion_cases, shape_cases})
     for (BadCase& bad : part()) all.push_back(std::move(bad));
   return all;
 }
@@ -69,6 +70,53 @@ TEST_CASE("good files with custom primitives pass and are counted") {
   REQUIRE(custom_root);
   CHECK(custom_root->leaf_triangles == 0);
   CHECK(custom_root->leaf_customs == 1);
+}
+
+TEST_CASE("good files with shapes pass, and every shape is where it was put") {
+  const NodeLayout layout = every_layout();
+  const TestFile file = shape_file(layout);
+  const auto summary = validate(file.bytes());
+  INFO((summary ? "" : to_string(summary.error())));
+  REQUIRE(summary);
+  CHECK(summary->shape_points == 10);
+  CHECK(summary->dropped == 2);
+  const BufferView view = *open_buffer(file.bytes());
+  REQUIRE(view.shapes.size() == 4);
+  CHECK(view.shapes[0].kind == ShapeKind::kNone);
+  CHECK(view.shapes[1].kind == ShapeKind::kSpheres);
+  CHECK(view.shapes[2].kind == ShapeKind::kCurves);
+  CHECK(view.shapes[3].kind == ShapeKind::kNone);
+  REQUIRE(view.points_of(1).size() == 3);
+  CHECK(view.points_of(1)[1].position[0] == 6);
+  CHECK(view.points_of(1)[1].radius == 0.5f);
+  REQUIRE(view.points_of(2).size() == 7);
+  CHECK(view.points_of(2)[3].position[1] == 4);
+  const auto segments = view.segments_of(2);
+  CHECK(std::vector(segments.begin(), segments.end()) == std::vector<std::uint32_t>{0, 1, 3, 5});
+  CHECK(view.points_of(0).empty());
+  CHECK(view.points_of(3).empty());
+  CHECK(view.segments_of(1).empty());
+
+  const TestFile scene = shape_scene_file(layout);
+  const auto whole = validate(scene.bytes());
+  INFO((whole ? "" : to_string(whole.error())));
+  REQUIRE(whole);
+  const BufferView top = *open_buffer(scene.bytes());
+  REQUIRE(top.object_shapes.size() == 2);
+  CHECK(top.object_shapes[0] == 0);
+  CHECK(top.object_shapes[1] == open_buffer(top.object_file(top.objects[1]))->shape_entry.offset);
+}
+
+TEST_CASE("a scene's table of its objects' shapes may be missing: older builders write none") {
+  TestFile scene = shape_scene_file(NodeLayout::kPlanes);
+  const BufferView view = *open_buffer(scene.bytes());
+  for (std::uint32_t i = 0; i < view.header->section_count; ++i) {
+    const std::uint64_t at = sizeof(FileHeader) + i * sizeof(SectionEntry);
+    if (scene.get<std::uint32_t>(at) == static_cast<std::uint32_t>(SectionKind::kObjectShapes)) scene.put(at, 4711u);
+  }
+  scene.seal();
+  CHECK(validate(scene.bytes()));
+  CHECK(open_buffer(scene.bytes())->object_shapes.empty());
 }
 
 TEST_CASE("half planes may be infinite where coordinates are beyond the largest half") {

@@ -7,10 +7,12 @@
 
 #include <hiprt_device/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/primitives/scene_shapes.h>
 
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <type_traits>
 
 using namespace hiprt;
 
@@ -36,6 +38,16 @@ void check_hit(const BufferView& view, const Ray& ray, const Hit& hit) {
           "hit outside the ray's interval");
 }
 
+/// By the file's spheres and curves, if it has any.
+template <bool kAny> Hit hit_with_shapes(const SceneView& scene, const Ray& ray) {
+  return dispatch_layout(scene.layout, [&](auto layout) -> Hit {
+    using P = Policies<decltype(layout)>;
+    using Query = std::conditional_t<kAny, AnyHit<P, NoFilter, SceneShapes>, ClosestHit<P, NoFilter, SceneShapes>>;
+    PrivateStack<>::Memory stack;
+    return Query(scene, ray, stack, {}, SceneShapes(scene)).next_hit();
+  });
+}
+
 void trace(const BufferView& view, std::uint64_t seed) {
   const SceneView scene = make_scene_view(view);
   fuzz::RaySource rays(scene.bounds, seed);
@@ -44,6 +56,10 @@ void trace(const BufferView& view, std::uint64_t seed) {
     const Hit closest = closest_hit(scene, ray), any = any_hit(scene, ray);
     check_hit(view, ray, closest);
     check_hit(view, ray, any);
+    const Hit shape = hit_with_shapes<false>(scene, ray), any_shape = hit_with_shapes<true>(scene, ray);
+    check_hit(view, ray, shape);
+    check_hit(view, ray, any_shape);
+    require(shape.found() == any_shape.found(), "closest and any hit of shapes disagree");
     // Until its first hit a closest-hit query tests what an any-hit query tests.
     require(closest.found() == any.found(), "closest and any hit disagree");
     require(closest.failed() == any.failed(), "only one query refuses the scene");

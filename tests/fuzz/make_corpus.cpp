@@ -1,5 +1,6 @@
 /// Writes seed files for fuzz_bvh into the folder given as argument.
 
+#include "../format/shape_files.h"
 #include "../format/test_scene.h"
 
 #include <cstdio>
@@ -19,8 +20,11 @@ int main(int count, char** arguments) {
   for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized})
     for (auto* make : {row_scene, split_scene, root_leaf_scene, empty_scene, custom_scene, custom_root_scene})
       scenes.push_back(make(layout));
-  for (const TestScene& scene : scenes) {
-    const TestFile seed = scene.write();
+  std::vector<TestFile> seeds;
+  for (const TestScene& scene : scenes) seeds.push_back(scene.write());
+  for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized})
+    for (auto* make : {shape_file, shape_scene_file}) seeds.push_back(make(layout));
+  for (const TestFile& seed : seeds) {
     std::ofstream file(std::string(arguments[1]) + "/seed-" + std::to_string(number++) + ".bvh", std::ios::binary);
     file.write(reinterpret_cast<const char*>(seed.data()), static_cast<std::streamsize>(seed.size()));
     good = good && file.flush();

@@ -1,6 +1,7 @@
 // Work captured in a graph: launched again and again it gives the bytes that it gives on a stream.
 
 #include <hiprt_build/gpu/batch.h>
+#include <hiprt_build/gpu/instances.h>
 #include <hiprt_build/gpu/refit.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>
@@ -105,15 +106,15 @@ Bytes download(const gpu::DeviceBuffer& buffer) {
   return bytes;
 }
 
-/// The graph of work(stream), launched twice while the mesh moves, leaves result() as the work itself does. It is
+/// The graph of work(stream), launched twice while what it reads moves, leaves result() as the work itself does. It is
 /// captured before anything has run. @param clear brings all memory into the state that the work begins with.
-template <class Work, class Clear, class Result>
-void check_graph(MovingMesh& mesh, const Work& work, const Clear& clear, const Result& result) {
+template <class Moving, class Work, class Clear, class Result>
+void check_graph(Moving& moving, const Work& work, const Clear& clear, const Result& result) {
   const Stream stream;
   const Graph graph(stream, work);
   std::vector<Bytes> wanted;
   for (const double turn : {0.5, -1.5}) {
-    mesh.move(turn);
+    moving.move(turn);
     clear();
     graph.launch(stream);
     stream.wait();
@@ -212,4 +213,58 @@ TEST_CASE("a refit in a graph") {
     return download(scene.buffer);
   };
   check_graph(mesh, work, clear, refitted);
+}
+
+namespace {
+
+/// Instances on the device that go along x.
+class MovingInstances {
+ public:
+  MovingInstances() : instances_(must(gpu::DeviceArray<gpu::DeviceInstance>::make(kCount, nullptr, allocator_))) {
+    move(0);
+  }
+  static constexpr std::uint32_t kCount = 100;
+
+  gpu::DeviceInstances view() const { return {instances_.data(), kCount}; }
+  void move(double by) {
+    std::vector<gpu::DeviceInstance> instances(kCount);
+    for (std::uint32_t i = 0; i < kCount; ++i)
+      instances[i].to_scene.row[0][3] = static_cast<float>(by * (i % 10) + 3 * i);
+    must(instances_.upload(instances, nullptr));
+    REQUIRE(hipDeviceSynchronize() == hipSuccess);
+  }
+
+ private:
+  CountingAllocator allocator_;
+  gpu::DeviceArray<gpu::DeviceInstance> instances_;
+};
+
+}  // namespace
+
+TEST_CASE("a tree over instances in a graph") {
+  const auto object = must(build::build(oracle::views({oracle::star(4, kSeed)})));
+  const std::vector<std::span<const std::byte>> files{object.buffer.bytes()};
+  const std::vector<build::Instance> one(1);
+  const build::Bvh file = must(build::build_instances(files, one));
+  const BufferView view = *open_buffer(file.buffer.bytes());
+  const gpu::BuildSizes sizes = must(gpu::instance_sizes(gpu::objects_in(view), MovingInstances::kCount));
+  CountingAllocator allocator;
+  gpu::DeviceScene scene = must(gpu::upload_scene(view, nullptr, allocator, sizes.output));
+  auto scratch = must(gpu::DeviceBuffer::make(sizes.scratch, nullptr, allocator));
+  const gpu::SceneObjects objects = gpu::objects_of(scene, view);
+  MovingInstances instances;
+  const gpu::InstanceReport* report = nullptr;
+  const auto work = [&](hipStream_t stream) {
+    report = must(gpu::enqueue_instances(objects, instances.view(), {}, scene.buffer.data(), scratch.data(), stream));
+  };
+  const auto clear = [&] {
+    must(scratch.fill(std::byte{0xa5}, nullptr));
+    REQUIRE(hipDeviceSynchronize() == hipSuccess);
+  };
+  const auto made = [&] {
+    const gpu::InstanceReport read = must(gpu::read_report(report, objects, nullptr));
+    const build::Buffer buffer = must(gpu::download_file(read, objects, nullptr));
+    return Bytes(buffer.bytes().begin(), buffer.bytes().end());
+  };
+  check_graph(instances, work, clear, made);
 }

@@ -116,6 +116,9 @@ TEST_CASE("Camera: text is read in every accepted form") {
     CHECK(camera->up == Vec3d(0, 1, 0));
     CHECK(camera->fov_degrees == 40);
   }
+  CHECK_FALSE(parse_light("1,2,3/4,5,6/0,1,0/40").value().has_value());
+  CHECK(parse_light("eye 1 2 3 / at 4 5 6 / up 0 1 0 / 40 / light 7 8 9\n").value() == Vec3d(7, 8, 9));
+  CHECK_THAT(parse_light("1,2,3/4,5,6/0,1,0/40/1,2").error(), Contains("light: expected 3 numbers"));
   const Camera odd{{0.1, -2e-20, 3e9}, {1.0 / 3, 0, 0}, {0, -1, 0.5}, 12.3456789012345};
   const auto again = parse_camera(to_text(odd));
   REQUIRE(again.has_value());

@@ -131,20 +131,24 @@ TEST_CASE(
     "bvhrender: a tree too deep for its stack, instances in too many others, and custom primitives are refused with "
     "the reason") {
   hiprt::FileHeader header{};
+  hiprt::BufferView view;
+  view.header = &header;
   header.stack_bound = 8193;
-  const auto deep = hiprt::tools::check_traceable("deep.bvh", header);
+  const auto deep = hiprt::tools::check_traceable("deep.bvh", view);
   REQUIRE_FALSE(deep);
   CHECK(deep.error().message == "deep.bvh: 8193 stack entries needed, the limit is 8192");
   header.stack_bound = 8192;
-  CHECK(hiprt::tools::check_traceable("deep.bvh", header));
+  CHECK(hiprt::tools::check_traceable("deep.bvh", view));
   header.levels = 33;
-  const auto nested = hiprt::tools::check_traceable("dolls.bvh", header);
+  const auto nested = hiprt::tools::check_traceable("dolls.bvh", view);
   REQUIRE_FALSE(nested);
   CHECK(nested.error().message == "dolls.bvh: 33 levels of instances, the limit is 32");
   header.levels = 32;
-  CHECK(hiprt::tools::check_traceable("dolls.bvh", header));
+  CHECK(hiprt::tools::check_traceable("dolls.bvh", view));
   header.features = hiprt::feature_bit(hiprt::Feature::kTriangles) | hiprt::feature_bit(hiprt::Feature::kCustom);
-  const auto custom = hiprt::tools::check_traceable("balls.bvh", header);
+  const hiprt::GeometryRecord balls{0, 1, 0, 0xffffffffu, hiprt::custom_geometry_flags(0)};
+  view.geometries = {&balls, 1};
+  const auto custom = hiprt::tools::check_traceable("balls.bvh", view);
   REQUIRE_FALSE(custom);
   CHECK_THAT(custom.error().message, Catch::Contains("balls.bvh: has custom primitives"));
 }

@@ -25,7 +25,8 @@ DOCUMENT = {
     "$schema": "scene.schema.json",
     "format": "hiprt scene",
     "version": 1,
-    "objects": {"a": ["a.obj"], "b": ["a.obj", "b.obj"]},
+    "objects": {"a": ["a.obj"], "b": ["a.obj", "b.obj", {"spheres": [[0, 0, 0, 1], [1, 0, 0, 0.5]]}, "c.xyzr"],
+                "c": {"curves": [[[0, 0, 0, 1], [1, 0, 0, 0]]]}},
     "groups": {
         "low": [{"object": "a", "matrix": [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1.5, 0]}, {"object": "b", "mask": 3}],
         "top": [
@@ -36,16 +37,17 @@ DOCUMENT = {
                 {"time": 0.5, "rotate": [0, 0, 0, 1], "scale": [1, 2, 3], "shear": [0, 0.5, 0]}]}},
             {"object": "low", "motion": {"keys": [{"time": 0, "matrix": [1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1.5, 0]}]}},
             {"object": "low"},
+            {"object": "c"},
         ],
     },
     "scene": "top",
 }
 # In place of any value.
 VALUES = [None, True, -1, 0, 1, 1.0, 1.5, 4294967295, 4294967296, "", "a", "top", [], [1], [1, 2, 3], [1, 0, 0, 0],
-          [1, 2, 3, 4, 5], ["a.obj"], {}, {"object": "a"}, {"axis": [1, 0, 0], "degrees": 1}, {"axis": [1, 0], "degrees": 1}]
+          [1, 2, 3, 4, 5], [[1, 2, 3, 4]], ["a.obj"], {"spheres": [[1, 2, 3, 4]]}, {}, {"object": "a"}, {"axis": [1, 0, 0], "degrees": 1}, {"axis": [1, 0], "degrees": 1}]
 # More keys, in any object.
 KEYS = {"": 1, "extra": 1, "object": "a", "scale": 2, "translate": [0, 0, 0], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0],
-        "again": ["a.obj"], "empty": [], "motion": {"keys": [{"time": 1}]}, "shear": [0, 0, 0], "time": 7}
+        "again": ["a.obj"], "empty": [], "spheres": [[0, 0, 0, 1]], "curves": [[[0, 0, 0, 1], [0, 0, 1, 1]]], "motion": {"keys": [{"time": 1}]}, "shear": [0, 0, 0], "time": 7}
 # What a schema does not know.
 MEANING = ["neither an object nor a group", "no instance in the scene is of it", "a cycle:", "a group expected",
            "there is an object of that name", "cannot open", "is a directory", "has no inverse", "has the length",
@@ -123,6 +125,7 @@ def main():
         folder = Path(name)
         for mesh in ("a.obj", "b.obj"):
             (folder / mesh).write_text(TRIANGLE, encoding="utf-8")
+        (folder / "c.xyzr").write_text("0 0 0 1\n", encoding="utf-8")
         faults = list(pool.map(lambda item: fault(bvhbuild, validator, folder, *item), enumerate(documents)))
     faults = [text for text in faults if text]
     for text in faults:

@@ -1,4 +1,4 @@
-/// GpuTracer in scenes of instances: hits and paths are those of trace(), bit for bit, on one level.
+/// GpuTracer in scenes of instances: hits and paths are those of trace(), bit for bit, on any levels and in motion.
 
 #include <tests/traversal/instance_scenes.h>
 #include <tools/gpu_tracer.h>
@@ -18,7 +18,11 @@ namespace {
 constexpr std::uint64_t kSeed = 417;
 
 /// Groups of instances of what is before them, @p levels deep.
-InstanceScene random_scene(NodeLayout layout, unsigned levels) {
+/// @param moves whether every third of them does.
+InstanceScene random_scene(NodeLayout layout, unsigned levels, bool moves = false) {
+  static const build::Motion kMotion{.keys = {{.time = 0, .translation = {1, 0, 2}},
+                                              {.time = 0.4f, .rotation = {0, 0.6f, 0.8f, 1}, .scale = {1, 2, 1}},
+                                              {.time = 1, .translation = {0, -2, 0}, .rotation = {1, 0, 0, 0}}}};
   Random random(kSeed);
   InstanceScene scene;
   scene.add_file({oracle::icosphere(2)}, layout);
@@ -28,7 +32,8 @@ InstanceScene random_scene(NodeLayout layout, unsigned levels) {
     for (std::uint32_t i = 0; i < group.size(); ++i)
       group[i] = {.object = i == 0 ? level + 1 : random.below(level + 2),
                   .to_scene = checks::random_affine(random, 3.0),
-                  .id = 100 * level + i};
+                  .id = 100 * level + i,
+                  .motion = moves && i % 3 == 1 ? &kMotion : nullptr};
     scene.groups.push_back(group);
   }
   scene.build();
@@ -42,6 +47,7 @@ std::vector<Ray> random_rays(std::size_t count) {
     const auto origin = random.in_cube(6.0), target = random.in_cube(3.0);
     ray.origin = Vec3(origin[0], origin[1], origin[2]);
     ray.direction = Vec3(target[0], target[1], target[2]) - ray.origin;
+    ray.time = random.uniform_float(-0.1, 1.1);
   }
   return rays;
 }
@@ -84,14 +90,23 @@ TEST_CASE("a GPU's hits of instances, and the ways to them, are the CPU's on one
   }
 }
 
-TEST_CASE("a GPU's tracer refuses instances in instances: auto is the CPU") {
+TEST_CASE("a GPU's hits on many levels, and of what moves, are the CPU's") {
+  compare(random_scene(NodeLayout::kPlanes, 3), Query::kClosest, TriangleTestKind::kWatertight, 4000);
+  compare(random_scene(NodeLayout::kQuantized, 2), Query::kAny, TriangleTestKind::kWatertight, 4000);
+  compare(random_scene(NodeLayout::kFloat, 2, true), Query::kClosest, TriangleTestKind::kWatertight, 4000);
+  compare(random_scene(NodeLayout::kPlanes, 1, true), Query::kAny, TriangleTestKind::kWatertight, 4000);
+}
+
+TEST_CASE("a GPU's tracer refuses other tests on many levels: auto is the CPU") {
   const InstanceScene scene = random_scene(NodeLayout::kPlanes, 2);
   const BufferView view = *open_buffer(scene.file.bytes());
-  const auto refused = choose_device(DeviceChoice::kGpu, view);
+  const TracePolicies fast{.triangle_test = TriangleTestKind::kFast};
+  const auto refused = choose_device(DeviceChoice::kGpu, view, fast);
   REQUIRE_FALSE(refused.has_value());
   CHECK(refused.error().message ==
-        "GPU: 2 levels of instances, the kernels are for 1 at most: the CPU traces such scenes");
-  const auto automatic = choose_device(DeviceChoice::kAuto, view);
+        "GPU: 2 levels of instances, or instances that move, for which there are the watertight and conservative tests "
+        "only: the CPU has the others");
+  const auto automatic = choose_device(DeviceChoice::kAuto, view, fast);
   REQUIRE(automatic.has_value());
   CHECK(device_word(*automatic) == "cpu");
 }

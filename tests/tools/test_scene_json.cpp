@@ -135,8 +135,9 @@ TEST_CASE("Scene JSON: what is wrong is said with its place") {
   CHECK(fault_with("/groups/trunk", json::array()) == "groups.trunk: there is an object of that name");
   CHECK(fault_with("/groups/", json::array()) == "groups[\"\"]: a name is empty");
   CHECK(fault_with("/objects/house", "a.obj") == "objects.house: \"a.obj\", an array expected");
-  CHECK(fault_with("/objects/house", json::array()) == "objects.house: 0 mesh files, 1 or more expected");
-  CHECK(fault_with("/objects/house/0", 5) == "objects.house[0]: 5, a string expected");
+  CHECK(fault_with("/objects/house", json::array()) == "objects.house: 0 files or shapes, 1 or more expected");
+  CHECK(fault_with("/objects/house/0", 5) ==
+        "objects.house[0]: a path, or an object with 'spheres' or 'curves' expected");
   CHECK(fault_with("/objects/spare", {"a.obj"}) == "objects.spare: no instance in the scene is of it");
   CHECK(fault_with("/scene", "none") == "scene: 'none' is neither an object nor a group");
   CHECK(fault_with("/scene", "tree") == "scene: 'tree' is an object, a group expected");
@@ -176,4 +177,46 @@ TEST_CASE("Scene JSON: many levels") {
   const SceneDescription scene = read(document.dump());
   REQUIRE(scene.groups.size() == kLevels);
   for (unsigned i = 0; i < kLevels; ++i) REQUIRE(scene.groups[i].instances[0].object == i);
+}
+
+TEST_CASE("Scene JSON: spheres, curves and files of shapes") {
+  json document = json::parse(kForest);
+  document["objects"]["tree"] = {
+      "a.ply", {{"spheres", {{1, 2, 3, 0.5}}}}, "sub/wig.hair", {{"curves", {{{0, 0, 0, 1}, {1, 0, 0, 0}}}}}};
+  document["objects"]["house"] = {
+      {"curves", {{{0, 0, 0, 1}, {1, 0, 0, 0}, {2, 0, 0, 1}}, {{0, 0, 0, 1}, {1, 0, 0, 2}}}}};
+  document["objects"]["trunk"] = {"./sub/../sub/wig.hair"};
+  const SceneDescription scene = read(document.dump());
+  REQUIRE(scene.shapes.size() == 4);
+  REQUIRE(scene.objects.size() == 3);
+  CHECK(scene.objects[0].shapes == std::vector<std::size_t>{0});
+  CHECK(scene.shapes[0].name == "objects.house");
+  CHECK(scene.shapes[0].kind == ShapeKind::kCurves);
+  CHECK(scene.shapes[0].strands == 2);
+  CHECK(scene.shapes[0].segments == std::vector<std::uint32_t>{0, 1, 3});
+  CHECK(scene.shapes[0].points[4].radius == 2);
+  CHECK(scene.objects[1].meshes == std::vector<std::size_t>{0});
+  CHECK(scene.objects[1].shapes == std::vector<std::size_t>{1, 2, 3});
+  CHECK(scene.shapes[1].kind == ShapeKind::kSpheres);
+  CHECK(scene.shapes[1].name == "objects.tree[1]");
+  CHECK(scene.shapes[2].path.ends_with("/sub/wig.hair"));
+  CHECK(scene.objects[2].shapes == std::vector<std::size_t>{2});
+  CHECK(scene.files.size() == 1);
+}
+
+TEST_CASE("Scene JSON: shapes that are none are refused with the place") {
+  const auto with = [](const std::string& text) { return fault_with("/objects/tree", json::parse(text)); };
+  CHECK(with(R"({"curves": [[[0,0,0,1],[1,0,0,1]], [[0,0,0,1],[1,0,0,1]], [[-1,0,0,-1],[0,0,0,1]]]})") ==
+        "objects.tree.curves[2][0]: radius -1");
+  CHECK(with(R"(["a.obj", {"spheres": [[0, 0, 0, 1], [0, 1e39, 0, 1]]}])") == "objects.tree[1].spheres[1]: y is inf");
+  CHECK(with(R"({"spheres": [[0, 0, 0]]})") == "objects.tree.spheres[0]: 3 numbers, 4 expected");
+  CHECK(with(R"({"spheres": []})") == "objects.tree.spheres: 0 spheres, 1 or more expected");
+  CHECK(with(R"({"curves": []})") == "objects.tree.curves: 0 strands, 1 or more expected");
+  CHECK(with(R"({"curves": [[[0, 0, 0, 1]]]})") == "objects.tree.curves[0]: 1 points, 2 or more expected");
+  CHECK(with(R"({"curves": [[[0, 0, 0, 1], 7]]})") == "objects.tree.curves[0][1]: 7, an array expected");
+  CHECK(with(R"({"cones": []})") == "objects.tree: unknown key 'cones'");
+  CHECK(with(R"({"curves": [], "spheres": []})") == "objects.tree: either 'spheres' or 'curves' expected");
+  CHECK(with(R"({})") == "objects.tree: 0 files or shapes, 1 or more expected");
+  CHECK(with(R"([{}])") == "objects.tree[0]: either 'spheres' or 'curves' expected");
+  CHECK(with(R"([7])") == "objects.tree[0]: a path, or an object with 'spheres' or 'curves' expected");
 }

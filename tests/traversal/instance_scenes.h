@@ -77,6 +77,30 @@ struct InstanceScene {
   }
 
   SceneView view() const { return make_scene_view(*open_buffer(file.bytes())); }
+
+  /// visit(file, the ray as it sees it) for every way of two levels at most to a file.
+  template <class Visit> void for_each_way(const SceneView& of, const Ray& ray, Visit&& visit) const {
+    follow_all(of, groups.size() - 1, {}, ray, visit);
+  }
+
+ private:
+  template <class Visit>
+  void follow_all(const SceneView& of, std::size_t group, InstancePath<2> path, const Ray& ray, Visit& visit) const {
+    for (std::uint32_t i = 0; i < groups[group].size(); ++i) {
+      path.instance[path.depth++] = i;
+      const std::uint32_t object = groups[group][i].object;
+      if (object >= files.size()) {
+        follow_all(of, object - files.size(), path, ray, visit);
+      } else {
+        Ray local = ray;
+        follow(of, path, ray.time, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
+          local = ray_to_object(record, local);
+        });
+        visit(object, local);
+      }
+      --path.depth;
+    }
+  }
 };
 
 /// The closest hit of all instances, each tried: rays are transformed as the library does it, trees over instances are

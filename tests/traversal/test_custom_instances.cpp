@@ -58,30 +58,14 @@ struct SphereScene : InstanceScene {
   /// The closest hit, every sphere of every way tried; the normal as the object has it.
   Hit closest(const SceneView& view, const Ray& ray) const {
     Hit best;
-    InstancePath<2> path;
-    search(view, groups.size() - 1, path, ray, best);
+    for_each_way(view, ray, [&](std::uint32_t object, const Ray& local) {
+      for (std::uint32_t k = 0; k < spheres[object].size(); ++k)
+        SphereSet{spheres[object].data()}.intersect(local, 0, std::min(best.t, ray.tmax), k, [&](const CustomHit& hit) {
+          if (hit.t < best.t) best = {hit.t, hit.u, hit.v, 0, k, hit.normal, hit.error};
+          return true;
+        });
+    });
     return best;
-  }
-
- private:
-  void search(const SceneView& view, std::size_t group, InstancePath<2> path, const Ray& ray, Hit& best) const {
-    for (std::uint32_t i = 0; i < groups[group].size(); ++i) {
-      path.instance[path.depth++] = i;
-      const std::uint32_t object = groups[group][i].object;
-      if (object >= files.size()) {
-        search(view, object - files.size(), path, ray, best);
-      } else {
-        const Ray local = ray_along(view, path, ray);
-        for (std::uint32_t k = 0; k < spheres[object].size(); ++k)
-          SphereSet{spheres[object].data()}.intersect(local, 0, std::min(best.t, ray.tmax), k,
-                                                      [&](const CustomHit& hit) {
-                                                        if (hit.t < best.t)
-                                                          best = {hit.t, hit.u, hit.v, 0, k, hit.normal, hit.error};
-                                                        return true;
-                                                      });
-      }
-      --path.depth;
-    }
   }
 };
 

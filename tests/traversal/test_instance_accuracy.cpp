@@ -187,3 +187,72 @@ TEST_CASE("rays that start on a surface seen through instances do not meet it ag
     CHECK(spawned > 2000);
   }
 }
+
+TEST_CASE("numbers are rounded to the floats that lie beyond, at every magnitude") {
+  using affine_detail::round_down, affine_detail::round_up;
+  Random random(kSeed);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity(), kMax = std::numeric_limits<float>::max();
+  for (unsigned i = 0; i < 100000; ++i) {
+    const float x = random.any_float();
+    if (!std::isfinite(x)) continue;
+    const double above = std::nextafter(double{x}, double{kInfinity}),
+                 below = std::nextafter(double{x}, -double{kInfinity});
+    INFO("seed " << kSeed << ", float " << x);
+    REQUIRE(round_up(x) == x);
+    REQUIRE(round_down(x) == x);
+    REQUIRE(round_up(above) == std::nextafter(x, kInfinity));
+    REQUIRE(round_up(below) == x);
+    REQUIRE(round_down(below) == std::nextafter(x, -kInfinity));
+    REQUIRE(round_down(above) == x);
+  }
+  for (const double tiny : {5e-324, 1e-60}) {
+    CHECK(round_up(tiny) == 0x1p-149f);
+    CHECK(round_up(-tiny) == 0.0f);
+    CHECK(round_down(-tiny) == -0x1p-149f);
+    CHECK(round_down(tiny) == 0.0f);
+  }
+  CHECK(round_up(1e300) == kInfinity);
+  CHECK(round_down(1e300) == kMax);
+  CHECK(round_up(-1e300) == -kMax);
+  CHECK(round_down(-1e300) == -kInfinity);
+}
+
+TEST_CASE("stretches are the singular values of matrices made of them") {
+  Random random(kSeed);
+  double worst = 0.0;
+  for (unsigned i = 0; i < 20000; ++i) {
+    // Rotations in double, with scales between, of which two may be equal.
+    const auto rotation = [&](double(&m)[3][3]) {
+      const auto x = random.on_sphere(), other = random.on_sphere();
+      const double along = x[0] * other[0] + x[1] * other[1] + x[2] * other[2];
+      double length = 0.0;
+      for (unsigned k = 0; k < 3; ++k) {
+        m[0][k] = x[k];
+        m[1][k] = other[k] - along * x[k];
+        length += m[1][k] * m[1][k];
+      }
+      for (double& y : m[1]) y /= std::sqrt(length);
+      for (unsigned k = 0; k < 3; ++k)
+        m[2][k] = m[0][(k + 1) % 3] * m[1][(k + 2) % 3] - m[0][(k + 2) % 3] * m[1][(k + 1) % 3];
+      return length > 1e-6;
+    };
+    double first[3][3], second[3][3], product[3][3];
+    if (!rotation(first) || !rotation(second)) continue;
+    const double size = random.log_uniform(1e-20, 1e20);
+    double scale[3] = {size, size * random.log_uniform(1e-3, 1), 0};
+    scale[2] = i % 3 == 0 ? scale[1] : size * random.log_uniform(1e-3, 1);
+    for (unsigned r = 0; r < 3; ++r)
+      for (unsigned c = 0; c < 3; ++c) {
+        product[r][c] = 0.0;
+        for (unsigned k = 0; k < 3; ++k) product[r][c] += first[k][r] * scale[k] * second[k][c];
+      }
+    const Stretches stretches(product);
+    INFO("seed " << kSeed << ", matrix " << i);
+    REQUIRE(stretches.longest == Approx(size).epsilon(1e-12));
+    const double shortest = std::min(scale[1], scale[2]), error = std::fabs(stretches.shortest / shortest - 1);
+    // Half of the digits go into the square.
+    worst = std::max(worst, error * shortest * shortest / (size * size));
+  }
+  std::printf("shortest stretch: off by at most %.2g of the longest, squared\n", worst);
+  CHECK(worst < 1e-14);
+}

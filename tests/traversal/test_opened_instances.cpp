@@ -34,15 +34,6 @@ struct OverlappingScene : InstanceScene {
   }
 };
 
-Ray random_ray(Random& random) {
-  Ray ray;
-  const auto origin = random.in_cube(6), target = random.in_cube(2);
-  ray.origin = Vec3(origin[0], origin[1], origin[2]);
-  ray.direction = Vec3(target[0], target[1], target[2]) - ray.origin;
-  ray.time = random.uniform_float(-0.2, 1.2);
-  return ray;
-}
-
 template <class P> std::vector<PathHit<P::kLevels>> all_hits(const SceneView& scene, const Ray& ray) {
   typename P::Stack::Memory memory;
   AllHits<P> query(scene, ray, typename P::Stack::Storage(memory));
@@ -77,7 +68,7 @@ TEMPLATE_TEST_CASE("opened instances give the same hits, each once", "", FloatLa
     Random random(kSeed);
     unsigned hits = 0;
     for (unsigned i = 0; i < 300; ++i) {
-      const Ray ray = random_ray(random);
+      const Ray ray = random_ray(random, 6.0);
       const auto first = closest_hit<P>(a, ray), second = closest_hit<P>(b, ray);
       INFO("seed " << kSeed << ", ray " << i << ", levels " << levels);
       REQUIRE((first.t == second.t && first.path == second.path && first.primitive == second.primitive));
@@ -124,7 +115,7 @@ TEST_CASE("filters are not asked about instances without them") {
   Random random(kSeed);
   unsigned hits = 0;
   for (unsigned i = 0; i < 300; ++i) {
-    const Ray ray = random_ray(random);
+    const Ray ray = random_ray(random, 6.0);
     P::Stack::Memory memory;
     const auto hit = ClosestHit<P, RejectAll>(scene.view(), ray, P::Stack::Storage(memory)).next_hit();
     if (!hit.found()) continue;

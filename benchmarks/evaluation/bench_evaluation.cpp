@@ -1,0 +1,232 @@
+/// The evaluation of the HIPRT paper: build time, tree quality, and the rays of a path tracer; see --help.
+
+#include "contest.h"
+
+#include <benchmarks/common/program.h>
+
+#include <embree3/rtcore_config.h>
+#include <hiprt_build/file.h>
+#include <tools/gpu_tracer.h>
+#include <tools/names.h>
+#include <tools/progress.h>
+
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <fstream>
+#include <iostream>
+#include <span>
+#include <string_view>
+
+namespace hiprt::bench {
+namespace {
+
+constexpr int kFailure = 1, kUsage = 2;
+
+constexpr std::string_view kDescription =
+    R"(bench_evaluation: the evaluation of Meister et al., "HIPRT: A Ray Tracing Framework in HIP" (2024).
+
+usage: bench_evaluation [FLAG...]
+
+Per scene, builder and form: build time, SAH cost, size, and the time of each wave of rays of a path tracer (one sample
+per pixel): primary, secondary (diffuse bounces) and shadow rays, made here from the scene's camera. Forms: flat (what
+instances have, transformed, in one tree), two_level (one tree over instances of objects) and deep (groups as the scene
+has them, if they are deeper than that). Embree traces the same rays in the same process, on a CPU.
+Times on a CPU are those of all threads, on a GPU its own: builds without copies and allocations, traces without copies;
+trees over instances are built by the CPU. Everybody builds and traces in turn, for several rounds; medians count.
+Every answer is compared. Exit status: 0; 1 when something failed or our tracers answered otherwise; 2 for a wrong
+command line.
+
+)";
+
+struct CommandLine {
+  std::string device = "cpu", json, markdown, commit = HIPRT_BENCH_COMMIT;
+  unsigned threads = 0;
+  bool help = false;
+  SceneChoice scenes;
+  ContestOptions contest;
+};
+
+/// As list_flag(), of known words. @param none the word for an empty list, if there is one.
+Flag words_flag(std::string_view name, std::string help, std::vector<std::string>& values,
+                const std::vector<std::string>& known, const std::string& none = {}) {
+  std::string all;
+  for (const std::string& word : known) all += (all.empty() ? "" : ",") + word;
+  return {name, "NAME,...", std::move(help) + " (of " + all + (none.empty() ? "" : "; or " + none) + ")",
+          [&values, known, none, all](std::string_view text) -> std::string {
+            std::vector<std::string> given;
+            if (!none.empty() && text == none) {
+              values.clear();
+              return {};
+            }
+            if (std::string fault = list_flag("", "", "", given).set(text); !fault.empty()) return fault;
+            for (const std::string& word : given) {
+              if (std::find(known.begin(), known.end(), word) == known.end()) return "'" + word + "' is none of " + all;
+              if (std::count(given.begin(), given.end(), word) > 1) return "'" + word + "' is there twice";
+            }
+            values = given;
+            return {};
+          }};
+}
+
+std::vector<Flag> make_flags(CommandLine& line) {
+  ContestOptions& contest = line.contest;
+  std::vector<Flag> flags = line.scenes.flags();
+  const std::vector<Flag> more{
+      {"device", "cpu|gpu", "who builds and traces (cpu)",
+       [&line](std::string_view text) -> std::string {
+         if (text != "cpu" && text != "gpu") return "expected cpu or gpu";
+         line.device = text;
+         return {};
+       }},
+      words_flag("builders", "lbvh,ploc,hploc,sah,sbvh,hq", contest.builders, tools::words(tools::kBuilders)),
+      words_flag("peers", "Embree's modes, on a CPU; all", contest.peers, embree_modes(), "none"),
+      words_flag("forms", "all that a scene has", contest.forms, form_names()),
+      number_flag("width", "of the picture", contest.picture.width, 1, 16384),
+      number_flag("height", "of the picture", contest.picture.height, 1, 16384),
+      number_flag("bounces", "diffuse ones", contest.picture.bounces, 0, 16),
+      number_flag("build-rounds", "times that everybody builds", contest.build_rounds, 1, 1000),
+      number_flag("rounds", "times that everybody traces each wave", contest.rounds, 1, 1000),
+      number_flag("threads", "of the CPU; 0: all", line.threads, 0, 4096),
+      number_flag("most-triangles", "of the flat form; larger scenes have instances only", contest.most_triangles, 1,
+                  2'000'000'000),
+      number_flag("most-differing", "rays in a million of which an accurate tracer may answer otherwise",
+                  contest.most_differing, 0, 1'000'000),
+      text_flag("json", "FILE", "writes everything there", line.json),
+      text_flag("markdown", "FILE", "writes the tables there too", line.markdown),
+      text_flag("commit", "TEXT", "of the sources, for the JSON (when CMake ran)", line.commit)};
+  flags.insert(flags.end(), more.begin(), more.end());
+  return flags;
+}
+
+std::string cpu_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string text; std::getline(file, text);)
+    if (text.starts_with("model name")) return text.substr(std::min(text.size(), text.find(':') + 2));
+  return "unknown";
+}
+
+nlohmann::json machine_json() {
+  utsname system{};
+  uname(&system);
+  std::array<double, 3> load{};
+  const int known = getloadavg(load.data(), 3);
+  return {{"cpu", cpu_name()},
+          {"system", std::string(system.sysname) + " " + system.release},
+          {"load_average", known == 3 ? nlohmann::json(load) : nlohmann::json()}};
+}
+
+/// @param name of the GPU; empty on a CPU.
+nlohmann::json make_context(const CommandLine& line, const std::string& command, const std::string& name,
+                            unsigned threads) {
+  char date[32] = "";
+  const std::time_t now = std::time(nullptr);
+  std::strftime(date, sizeof(date), "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&now));
+  const ContestOptions& contest = line.contest;
+  return {
+      {"format", kEvaluationFormat},
+      {"commit", line.commit},
+      {"command", command},
+      {"date", date},
+      {"machine", machine_json()},
+      {"device",
+       {{"kind", line.device},
+        {"name", name.empty() ? cpu_name() : name},
+        {"threads", threads},
+        {"instruction_set", tools::trace_isa()}}},
+      {"versions", {{"compiler", compiler_name()}, {"hiprt", build::version()}, {"embree", RTC_VERSION_STRING}}},
+      {"picture",
+       {{"width", contest.picture.width}, {"height", contest.picture.height}, {"bounces", contest.picture.bounces}}},
+      {"rounds", {{"build", contest.build_rounds}, {"trace", contest.rounds}}},
+      {"scenes", nlohmann::json::array()},
+      {"faults", nlohmann::json::array()}};
+}
+
+int fail(const std::string& message, int status) {
+  std::cerr << "bench_evaluation: " << message << "\n";
+  return status;
+}
+
+/// The GPU's name, by a tracer of one triangle; empty for a CPU.
+build::Result<std::string> device_name(const CommandLine& line) {
+  if (line.device == "cpu") return std::string();
+  const std::array<build::Position, 3> positions{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
+  const std::array<build::Triangle, 1> triangles{{{0, 1, 2}}};
+  const build::TriangleMesh mesh{.positions = positions, .triangles = triangles};
+  const auto bvh = build::build({&mesh, 1});
+  if (!bvh) return tl::unexpected(bvh.error());
+  const auto tracer = tools::GpuTracer::make(*open_buffer(bvh->buffer.bytes()));
+  if (!tracer) return tl::unexpected(build::Error{tracer.error().code, "--device=gpu: " + tracer.error().message});
+  return tracer->device_name();
+}
+
+build::Result<void> write_text(const std::string& path, const std::string& text) {
+  if (path.empty()) return {};
+  return build::write_file(path, std::as_bytes(std::span(text)));
+}
+
+/// Everything so far is written after each scene: what is measured is not lost.
+build::Result<void> add_scene(const CommandLine& line, const SceneRecord& scene, nlohmann::json& json,
+                              std::string& markdown) {
+  json["scenes"].push_back(to_json(scene));
+  for (const std::string& fault : scene.faults) {
+    std::cerr << "bench_evaluation: wrong answers: " << fault << "\n";
+    json["faults"].push_back(fault);
+  }
+  const std::string text = to_markdown(scene);
+  std::cout << text << std::flush;
+  markdown += text;
+  if (auto written = write_text(line.json, json.dump(1) + "\n"); !written) return written;
+  return write_text(line.markdown, markdown);
+}
+
+int measure(const CommandLine& line, const std::string& command) {
+  const auto names = find_source_scenes(line.scenes);
+  if (!names) return fail(names.error().message, kUsage);
+  for (const std::string& path : {line.json, line.markdown})
+    if (const auto can = path.empty() ? build::Result<void>{} : build::check_writable(path); !can)
+      return fail(can.error().message, kFailure);
+  const tools::ThreadLimit limit(line.threads);
+  const auto gpu = device_name(line);
+  if (!gpu) return fail(gpu.error().message, kFailure);
+  nlohmann::json json = make_context(line, command, *gpu, limit.threads());
+  std::string markdown;
+  for (const std::string& name : *names) {
+    tools::ProgressBar bar;
+    bar.update((name + ": read").c_str(), 0);
+    const auto scene = load_source_scene(line.scenes, name);
+    if (!scene) return fail(scene.error().message, kFailure);
+    const auto record =
+        run_contest(**scene, line.contest, {line.device == "gpu", limit},
+                    [&](const char* step, double done) { bar.update((name + ": " + step).c_str(), done); });
+    bar.clear();
+    if (!record) return fail(record.error().message, kFailure);
+    if (auto added = add_scene(line, *record, json, markdown); !added) return fail(added.error().message, kFailure);
+  }
+  return json["faults"].empty() ? 0 : kFailure;
+}
+
+int run(int argc, char** argv) {
+  std::string command = "bench_evaluation";
+  CommandLine line;
+  for (const char* argument : std::span(argv, static_cast<std::size_t>(argc)).subspan(1)) {
+    command += std::string(" ") + argument;
+    line.help |= std::string_view(argument) == "--help" || std::string_view(argument) == "-h";
+  }
+  const std::vector<Flag> flags = make_flags(line);
+  if (line.help) {
+    std::cout << kDescription << describe(flags);
+    return 0;
+  }
+  if (const std::string fault = take_flags(argc, argv, flags); !fault.empty())
+    return fail(fault + " (see --help)", kUsage);
+  if (argc > 1) return fail("unknown argument '" + std::string(argv[1]) + "' (see --help)", kUsage);
+  return measure(line, command);
+}
+
+}  // namespace
+}  // namespace hiprt::bench
+
+int main(int argc, char** argv) { return hiprt::bench::run(argc, argv); }

@@ -1,0 +1,173 @@
+#include "competitor.h"
+#include "host_trace.h"
+
+#include <benchmarks/common/rounds.h>
+
+#include <hiprt_build/instances.h>
+#include <hiprt_build/statistics.h>
+#include <hiprt_device/format/view.h>
+#include <tools/gpu_builder.h>
+#include <tools/gpu_tracer.h>
+#include <tools/names.h>
+#include <tools/trace_limits.h>
+
+#include <utility>
+
+namespace hiprt::bench {
+namespace {
+
+/// Our trees, in the host's memory once they are built.
+class HiprtCompetitor : public Competitor {
+ public:
+  HiprtCompetitor(const std::string& name, const Form& form, const tools::ThreadLimit& limit)
+      : Competitor("hiprt", name, form), limit_(limit), kind_(tools::value_of(tools::kBuilders, name)) {}
+
+  build::Result<BuildSeconds> build() override {
+    if (auto can = check_form(); !can) return tl::unexpected(std::move(can.error()));
+    BuildSeconds seconds;
+    auto bvh = form().levels == 0 ? build_flat(seconds) : build_instanced(seconds);
+    if (!bvh) return tl::unexpected(std::move(bvh.error()));
+    file_ = std::move(bvh->buffer);
+    buffer_view_ = *open_buffer(std::as_const(file_).bytes());
+    view_ = make_scene_view(buffer_view_);
+    return seconds;
+  }
+
+  TreeFigures figures() const override {
+    TreeFigures figures{file_.size(), {}};
+    if (form().levels == 0) figures.sah_cost = build::measure_tree(buffer_view_).sah_cost;
+    return figures;
+  }
+
+  const SceneView* view() const override { return &view_; }
+
+ protected:
+  /// Can such a form be traced? Asked before anything is built.
+  virtual build::Result<void> check_form() const { return {}; }
+  /// One tree over meshes. @param seconds that it took are added; by several threads at a time.
+  virtual build::Result<build::Bvh> build_meshes(std::span<const build::TriangleMesh> meshes, unsigned threads,
+                                                 double& seconds) const = 0;
+  /// Trees of all objects. @param seconds that they take together.
+  virtual build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const = 0;
+
+  build::Builder kind() const { return kind_; }
+  const BufferView& buffer_view() const { return buffer_view_; }
+  const tools::ThreadLimit& limit() const { return limit_; }
+
+ private:
+  build::Result<build::Bvh> build_flat(BuildSeconds& seconds) const {
+    return build_meshes(tools::views(form().geometries), limit_.threads(), seconds.objects);
+  }
+
+  build::Result<build::Bvh> build_instanced(BuildSeconds& seconds) const {
+    std::vector<build::Buffer> files(form().source->objects.size());
+    if (auto built = build_objects(files, seconds.objects); !built) return tl::unexpected(std::move(built.error()));
+    std::vector<std::span<const std::byte>> objects;
+    objects.reserve(files.size());
+    std::vector<std::span<const build::Instance>> groups;
+    for (const build::Buffer& file : files) objects.push_back(file.bytes());
+    for (const tools::SceneGroup& group : form().groups) groups.emplace_back(group.instances);
+    build::InstanceOptions options;
+    options.tree.threads = limit_.threads();
+    std::optional<build::Result<build::Bvh>> bvh;
+    seconds.instances = time_of([&] {
+      bvh.emplace(build::build_instances(build::InstancedScene{objects, groups}, options));
+    });
+    return std::move(*bvh);
+  }
+
+  const tools::ThreadLimit& limit_;
+  build::Builder kind_;
+  build::Buffer file_;
+  BufferView buffer_view_{};
+  SceneView view_{};
+};
+
+class CpuCompetitor : public HiprtCompetitor {
+ public:
+  using HiprtCompetitor::HiprtCompetitor;
+
+  build::Result<void> prepare() override { return {}; }
+  build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) override {
+    return trace_on_host(*view(), any_hit, rays, hits, limit());
+  }
+
+ protected:
+  build::Result<build::Bvh> build_meshes(std::span<const build::TriangleMesh> meshes, unsigned threads,
+                                         double& seconds) const override {
+    std::optional<build::Result<build::Bvh>> bvh;
+    seconds = time_of([&] { bvh.emplace(build::build(meshes, {.builder = kind(), .threads = threads})); });
+    return std::move(*bvh);
+  }
+
+  build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const override {
+    build::Result<void> done;
+    seconds = time_of([&] {
+      done = for_each_object(form(), limit(), [&](std::size_t i, unsigned threads) -> build::Result<void> {
+        double ignored = 0;
+        auto bvh = build_meshes(form().object(i), threads, ignored);
+        if (!bvh) return tl::unexpected(std::move(bvh.error()));
+        files[i] = std::move(bvh->buffer);
+        return {};
+      });
+    });
+    return done;
+  }
+};
+
+class GpuCompetitor : public HiprtCompetitor {
+ public:
+  using HiprtCompetitor::HiprtCompetitor;
+
+  build::Result<void> prepare() override {
+    auto tracer = tools::GpuTracer::make(buffer_view());
+    if (!tracer) return tl::unexpected(std::move(tracer.error()));
+    tracer_.emplace(std::move(*tracer));
+    return {};
+  }
+
+  build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) override {
+    return tracer_->trace(any_hit ? tools::Query::kAny : tools::Query::kClosest, {}, rays, hits);
+  }
+
+ protected:
+  build::Result<void> check_form() const override {
+    if (form().levels <= tools::kTraceLevels) return {};
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kNoDevice, std::to_string(form().levels) +
+                                                      " levels of instances, the GPU's kernels are for " +
+                                                      std::to_string(tools::kTraceLevels) + " at most"});
+  }
+
+  build::Result<build::Bvh> build_meshes(std::span<const build::TriangleMesh> meshes, unsigned,
+                                         double& seconds) const override {
+    auto bvh = tools::build_on_gpu(meshes, {.builder = kind()});
+    if (bvh) seconds = bvh->statistics.tree_seconds;
+    return bvh;
+  }
+
+  build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const override {
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      double one = 0;
+      auto bvh = build_meshes(form().object(i), 0, one);
+      if (!bvh)
+        return tl::unexpected(
+            build::Error{bvh.error().code, form().source->objects[i].name + ": " + bvh.error().message});
+      seconds += one;
+      files[i] = std::move(bvh->buffer);
+    }
+    return {};
+  }
+
+ private:
+  std::optional<tools::GpuTracer> tracer_;
+};
+
+}  // namespace
+
+std::unique_ptr<Competitor> make_hiprt(const std::string& name, const Form& form, const Machine& machine) {
+  if (machine.gpu) return std::make_unique<GpuCompetitor>(name, form, machine.limit);
+  return std::make_unique<CpuCompetitor>(name, form, machine.limit);
+}
+
+}  // namespace hiprt::bench

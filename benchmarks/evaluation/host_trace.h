@@ -1,0 +1,24 @@
+#pragma once
+/// Rays on all threads of the CPU.
+
+#include <hiprt_device/scene_view.h>
+#include <tools/parallel.h>
+#include <tools/tracer.h>
+
+#include <functional>
+#include <span>
+
+namespace hiprt::bench {
+
+/// Rays that one task traces: long enough to hide the scheduling, short enough to balance.
+inline constexpr std::size_t kRayBatch = 4096;
+
+/// Calls @p trace(rays, hits) for all rays, a batch at a time. @return seconds.
+double trace_batches(std::span<const Ray> rays, std::span<Hit> hits, const tools::ThreadLimit& limit,
+                     const std::function<void(std::span<const Ray>, std::span<Hit>)>& trace);
+
+/// By tools::trace() with the default policies. @return seconds.
+double trace_on_host(const SceneView& scene, bool any_hit, std::span<const Ray> rays, std::span<Hit> hits,
+                     const tools::ThreadLimit& limit);
+
+}  // namespace hiprt::bench

@@ -1,0 +1,117 @@
+#include "record.h"
+
+#include <benchmarks/common/markdown.h>
+#include <benchmarks/common/rounds.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+namespace hiprt::bench {
+namespace {
+
+constexpr std::array<const char*, 3> kKinds{"primary", "secondary", "shadow"};
+
+nlohmann::json wave_json(const TracedWave& wave) {
+  return {{"name", wave.name},
+          {"seconds", median(wave.seconds)},
+          {"rounds", wave.seconds},
+          {"differing_rays", wave.differing},
+          {"inexact_rays", wave.inexact}};
+}
+
+nlohmann::json build_json(const Entry& entry) {
+  std::vector<double> all, objects, instances;
+  for (const BuildSeconds& seconds : entry.builds) {
+    all.push_back(seconds.all());
+    objects.push_back(seconds.objects);
+    instances.push_back(seconds.instances);
+  }
+  return {{"seconds", median(all)},
+          {"object_seconds", median(objects)},
+          {"instance_seconds", median(instances)},
+          {"rounds", all}};
+}
+
+nlohmann::json entry_json(const Entry& entry) {
+  nlohmann::json json{{"tracer", entry.tracer},          {"builder", entry.builder},     {"form", entry.form},
+                      {"build", build_json(entry)},      {"bytes", entry.figures.bytes}, {"sah_cost", nullptr},
+                      {"waves", nlohmann::json::array()}};
+  if (entry.figures.sah_cost) json["sah_cost"] = *entry.figures.sah_cost;
+  for (const TracedWave& wave : entry.waves) json["waves"].push_back(wave_json(wave));
+  return json;
+}
+
+const WaveRecord& record_of(const SceneRecord& scene, const TracedWave& wave) {
+  return *std::find_if(scene.waves.begin(), scene.waves.end(),
+                       [&](const WaveRecord& record) { return record.name == wave.name; });
+}
+
+}  // namespace
+
+nlohmann::json to_json(const SceneRecord& scene) {
+  const auto list = nlohmann::json::array();
+  nlohmann::json json{{"name", scene.name}, {"source", scene.source}, {"light", scene.light}, {"forms", list},
+                      {"waves", list},      {"entries", list},        {"missing", list}};
+  for (const FormRecord& form : scene.forms)
+    json["forms"].push_back(
+        {{"name", form.name}, {"levels", form.levels}, {"triangles", form.triangles}, {"instances", form.instances}});
+  for (const WaveRecord& wave : scene.waves)
+    json["waves"].push_back({{"name", wave.name},
+                             {"kind", wave.kind},
+                             {"any_hit", wave.any_hit},
+                             {"rays", wave.rays},
+                             {"hits", wave.hits}});
+  for (const Entry& entry : scene.entries) json["entries"].push_back(entry_json(entry));
+  for (const Missing& missing : scene.missing)
+    json["missing"].push_back(
+        {{"tracer", missing.tracer}, {"builder", missing.builder}, {"form", missing.form}, {"why", missing.why}});
+  return json;
+}
+
+double sample_seconds(const SceneRecord& scene, const Entry& entry, const std::string& kind) {
+  double sum = 0;
+  for (const TracedWave& wave : entry.waves)
+    if (kind.empty() || record_of(scene, wave).kind == kind) sum += median(wave.seconds);
+  return sum;
+}
+
+double mrays_per_second(const SceneRecord& scene, const Entry& entry, const std::string& kind) {
+  std::uint64_t rays = 0;
+  for (const WaveRecord& wave : scene.waves)
+    if (wave.kind == kind) rays += wave.rays;
+  if (rays == 0) return std::numeric_limits<double>::quiet_NaN();
+  return 1e-6 * static_cast<double>(rays) / sample_seconds(scene, entry, kind);
+}
+
+double build_seconds(const Entry& entry) {
+  std::vector<double> all;
+  for (const BuildSeconds& seconds : entry.builds) all.push_back(seconds.all());
+  return median(all);
+}
+
+std::string to_markdown(const SceneRecord& scene) {
+  MarkdownTable table({"tracer", "builder", "form", "build ms", "SAH cost", "MB", "primary Mrays/s", "secondary",
+                       "shadow", "sample ms", "differing rays"});
+  for (const Entry& entry : scene.entries) {
+    std::uint64_t differing = 0;
+    for (const TracedWave& wave : entry.waves) differing += wave.differing;
+    std::vector<std::string> row{entry.tracer,
+                                 entry.builder,
+                                 entry.form,
+                                 format_number(1e3 * build_seconds(entry), 2),
+                                 entry.figures.sah_cost ? format_number(*entry.figures.sah_cost, 1) : "",
+                                 format_number(1e-6 * static_cast<double>(entry.figures.bytes), 1)};
+    for (const char* kind : kKinds) row.push_back(format_number(mrays_per_second(scene, entry, kind), 2));
+    row.push_back(format_number(1e3 * sample_seconds(scene, entry), 2));
+    row.push_back(std::to_string(differing));
+    table.add(std::move(row));
+  }
+  std::string text = "## " + scene.name + "\n\n" + table.text();
+  for (const Missing& missing : scene.missing)
+    text += "Not measured: " + missing.tracer + (missing.tracer.empty() ? "" : " ") + missing.builder +
+            (missing.builder.empty() ? "" : " ") + missing.form + ": " + missing.why + "\n\n";
+  return text;
+}
+
+}  // namespace hiprt::bench

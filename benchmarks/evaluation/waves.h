@@ -1,0 +1,35 @@
+#pragma once
+/// The rays of one sample of a path tracer, wave by wave, as the scene's camera asks them.
+
+#include "scene_source.h"
+
+#include <hiprt_device/scene_view.h>
+#include <tools/parallel.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace hiprt::bench {
+
+struct Picture {
+  unsigned width = 960, height = 540;
+  unsigned bounces = 2;
+};
+
+/// Rays that are traced in one go.
+struct Wave {
+  std::string name;  ///< "primary", "bounce N" (from 1), "shadow N" (of bounce N; 0: of the primary hits).
+  std::string kind;  ///< "primary", "secondary" or "shadow".
+  bool any_hit = false;
+  std::vector<Ray> rays;
+};
+
+/// One ray per pixel; from every hit a shadow ray to the light or, without one, into the sky (cosine-weighted), and a
+/// diffuse ray (cosine-weighted, spawn_origin()), which is the next bounce. Rays keep the order of the pixels. Waves
+/// without rays are left out.
+/// @param scene of a form of the same picture, which says what the rays hit.
+std::vector<Wave> make_waves(const SceneView& scene, const SourceScene& source, const Picture& picture,
+                             const tools::ThreadLimit& limit);
+
+}  // namespace hiprt::bench

@@ -1,0 +1,1 @@
+"""What plot_evaluation.py makes of JSON of bench_evaluation."""

@@ -1,0 +1,175 @@
+"""The charts of a scene."""
+
+from . import numbers
+from .curves import crossovers, sample_counts
+from .runs import FORMS, YARDSTICK
+from .svg import Picture, Scale, spread
+
+OPACITY = {"flat": 1, "two_level": 0.6, "deep": 0.3}
+
+
+# A builder has the same colour on every page: its place in svg.SERIES. Others share the last.
+COLORS = [("hiprt", "lbvh"), ("hiprt", "ploc"), ("hiprt", "hploc"), ("hiprt", "sah"), ("hiprt", "sbvh"), ("hiprt", "hq"),
+          ("embree", "default"), ("embree", "high"), ("embree", "robust")]
+
+
+def series(entry):
+    return COLORS.index(entry.key()) if entry.key() in COLORS else len(COLORS)
+
+
+def time_label(value):
+    for unit, name in [(1, "s"), (1e-3, "ms"), (1e-6, "µs")]:
+        if value >= 0.999 * unit:
+            return f"{value / unit:,.0f} {name}".replace(",", "\u202f")
+    return f"{value * 1e6:g} µs"
+
+
+def sample_label(value):
+    for unit, name in [(1e6, " M"), (1e3, " k"), (1, "")]:
+        if value >= unit:
+            return f"{value / unit:g}{name}"
+    return f"{value:g}"
+
+
+def frame(picture, across, up, x_label, y_label, label_y):
+    """Axes, grid and their words."""
+    for value in up.ticks():
+        y = up.place(value)
+        picture.line(across.start, y, across.end, y, "grid")
+        picture.text(across.start - 6, y + 4, label_y(value), "small", "end")
+    for value in across.ticks():
+        x = across.place(value)
+        picture.line(x, up.start, x, up.end, "grid")
+        picture.text(x, up.start + 16, sample_label(value), "small", "middle")
+    picture.line(across.start, up.start, across.end, up.start, "axis")
+    picture.text((across.start + across.end) / 2, up.start + 34, x_label, "small", "middle")
+    picture.text(8, 16, y_label, "head")
+
+
+def end_labels(picture, places, entries, across, up):
+    """Names behind the curves' ends, moved apart."""
+    for entry, place, moved in zip(entries, places, spread(places, 14, up.end + 4, up.start)):
+        picture.parts.append(f'<line x1="{across.end:.1f}" y1="{place:.1f}" x2="{across.end + 10:.1f}" y2="{moved:.1f}" '
+                             f'stroke="var(--series{series(entry)})"/>')
+        picture.text(across.end + 13, moved + 4, entry.name())
+
+
+def time_to_image(scene, form):
+    """Build + samples x sample, log-log."""
+    entries, counts = scene.of_form(form), sample_counts(scene, form)
+    picture = Picture(560, 360, f"{scene.name}, {FORMS[form]}: time to image over samples per pixel")
+    times = [entry.image_seconds(n) for entry in entries for n in (counts[0], counts[-1])]
+    across = Scale(counts[0], counts[-1], 60, 440, True)
+    up = Scale(min(times) / 1.2, max(times) * 1.2, 310, 34, True)
+    frame(picture, across, up, "samples per pixel", "time to image", time_label)
+    for entry in entries:
+        points = [(across.place(n), up.place(entry.image_seconds(n))) for n in counts]
+        words = f"{entry.name()}: build {numbers.seconds(entry.build_seconds)}, then {numbers.seconds(entry.sample_seconds())} per sample"
+        picture.curve(points, series(entry), words, entry.tracer != "hiprt")
+    end_labels(picture, [up.place(entry.image_seconds(counts[-1])) for entry in entries], entries, across, up)
+    return picture
+
+
+def relative_time_to_image(scene, form):
+    """The same, relative to PLOC's: where a curve passes 1 is a crossover. None where PLOC was not measured."""
+    yardstick = scene.entry(form, YARDSTICK)
+    if yardstick is None:
+        return None
+    entries, counts = scene.of_form(form), sample_counts(scene, form)
+    counts = [counts[0] * (counts[-1] / counts[0]) ** (i / 160) for i in range(161)]
+    ratio = lambda entry, n: entry.image_seconds(n) / yardstick.image_seconds(n)  # noqa: E731
+    ends = [ratio(entry, counts[-1]) for entry in entries]
+    low = min(0.5, 0.95 * min(ratio(entry, n) for entry in entries for n in counts))
+    top = max(2.0, 1.1 * max(ends))
+    picture = Picture(560, 360, f"{scene.name}, {FORMS[form]}: time to image relative to {YARDSTICK}")
+    across, up = Scale(counts[0], counts[-1], 60, 440, True), Scale(low, top, 310, 34, False)
+    frame(picture, across, up, "samples per pixel", f"relative to {YARDSTICK}", lambda value: f"{value:g}")
+    for entry in entries:
+        points = [(across.place(n), up.place(ratio(entry, n))) for n in counts if ratio(entry, n) <= top]
+        picture.curve(points, series(entry), entry.name(), entry.tracer != "hiprt")
+    for slow, fast, (samples, _, _) in crossovers(scene, form):
+        if fast is yardstick and counts[0] <= samples <= counts[-1]:
+            words = f"{slow.name()} is ahead of {YARDSTICK} from {numbers.samples(samples)} samples on"
+            picture.dot(across.place(samples), up.place(1), series(slow), words)
+    end_labels(picture, [up.place(end) for end in ends], entries, across, up)
+    return picture
+
+
+def trace_bars(scene):
+    """Average time of a wave by kind, a row per builder, a bar per form."""
+    forms = [form for form in FORMS if scene.of_form(form)]
+    rows = list({entry.key(): entry for entry in scene.entries}.values())
+    kinds = scene.kinds()
+    bar, left, panel = 12, 120, 300
+    row = bar * len(forms) + 8
+    picture = Picture(left + panel * len(kinds), 52 + row * len(rows) + 8, f"{scene.name}: average time per wave")
+    draw_form_legend(picture, forms)
+    for i, entry in enumerate(rows):
+        picture.text(left - 8, 52 + row * i + (row - 8) / 2 + 4, entry.name(), "", "end")
+    for k, kind in enumerate(kinds):
+        largest = max(scene.wave_seconds(entry, kind) for entry in scene.entries)
+        scale = Scale(0, largest, left + panel * k, left + panel * (k + 1) - 78, False)
+        picture.text(scale.start, 42, f"{kind} ({len(scene.wave_names(kind))} x)", "head")
+        for i, key in enumerate(entry.key() for entry in rows):
+            for f, form in enumerate(forms):
+                entry = scene.entry(form, key[1], key[0])
+                if entry is None:
+                    continue
+                value = scene.wave_seconds(entry, kind)
+                y = 52 + row * i + bar * f
+                words = f"{entry.name()}, {FORMS[form]}, {kind}: {numbers.seconds(value)} per wave"
+                picture.bar(scale.start, y, scale.place(value) - scale.start, bar - 2, series(entry), OPACITY[form], words)
+                picture.text(scale.place(value) + 5, y + bar - 3, numbers.seconds(value), "small")
+    return picture
+
+
+def draw_form_legend(picture, forms):
+    x = 8
+    for form in forms:
+        picture.bar(x, 8, 14, 11, 6, OPACITY[form], FORMS[form])
+        picture.text(x + 19, 18, FORMS[form], "small")
+        x += 30 + 7 * len(FORMS[form])
+
+
+def build_bars(scene):
+    """Build times, logarithmic: a row per builder, a bar per form."""
+    forms = [form for form in FORMS if scene.of_form(form)]
+    rows = list({entry.key(): entry for entry in scene.entries}.values())
+    times = [entry.build_seconds for entry in scene.entries]
+    bar, left = 12, 120
+    row = bar * len(forms) + 8
+    bottom = 52 + row * len(rows)
+    picture = Picture(left + 900, bottom + 24, f"{scene.name}: build time")
+    draw_form_legend(picture, forms)
+    scale = Scale(min(times) / 3, 1.2 * max(times), left, left + 820, True)
+    for value in scale.ticks():
+        picture.line(scale.place(value), 40, scale.place(value), bottom, "grid")
+        picture.text(scale.place(value), bottom + 16, time_label(value), "small", "middle")
+    for i, key in enumerate(entry.key() for entry in rows):
+        for f, form in enumerate(forms):
+            entry = scene.entry(form, key[1], key[0])
+            if entry is None:
+                continue
+            y = 52 + row * i + bar * f
+            words = f"{entry.name()}, {FORMS[form]}: {numbers.seconds(entry.build_seconds)}"
+            picture.bar(scale.start, y, scale.place(entry.build_seconds) - scale.start, bar - 2, series(entry),
+                        OPACITY[form], words)
+            picture.text(scale.place(entry.build_seconds) + 5, y + bar - 3, numbers.seconds(entry.build_seconds), "small")
+        picture.text(left - 8, 52 + row * i + (row - 8) / 2 + 4, rows[i].name(), "", "end")
+    return picture
+
+
+def charts(scene):
+    """(name of the file, caption, picture) of a scene."""
+    found = [("trace_times", "Average time per wave, by kind of rays.", trace_bars(scene)),
+             ("build_times", "Build time (logarithmic).", build_bars(scene))]
+    for form in FORMS:
+        if not scene.of_form(form):
+            continue
+        found.append((f"time_to_image_{form}", f"Time to image, {FORMS[form]}: build, then all waves of each sample.",
+                      time_to_image(scene, form)))
+        relative = relative_time_to_image(scene, form)
+        if relative:
+            found.append((f"time_to_image_relative_{form}",
+                          f"The same, {FORMS[form]}, relative to {YARDSTICK}'s; rings are crossovers.", relative))
+    return found

@@ -1,0 +1,127 @@
+"""One page that needs nothing else."""
+
+import html
+
+from . import tables
+from .charts import charts
+from .runs import FORMS
+from .svg import STYLE, variables
+
+CSS = """
+:root { color-scheme: light dark; LIGHT }
+@media (prefers-color-scheme: dark) { :root { DARK } }
+* { box-sizing: border-box }
+body { margin: 0; background: var(--paper); color: var(--ink); font: 15px/1.5 system-ui, -apple-system, "Segoe UI", sans-serif }
+main, nav { max-width: 1200px; margin: 0 auto; padding: 0 24px }
+nav { padding-top: 16px; display: flex; flex-wrap: wrap; gap: 4px 16px; font-size: 14px }
+a { color: var(--link) }
+h1 { font-size: 28px; line-height: 1.2; margin: 24px 0 8px }
+h2 { font-size: 22px; margin: 48px 0 8px; padding-top: 16px; border-top: 2px solid var(--line) }
+h3 { font-size: 16px; margin: 28px 0 0 }
+p { max-width: 78ch; margin: 8px 0 }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: 2px 16px; margin: 12px 0 }
+dt { color: var(--soft) }
+dd { margin: 0; overflow-wrap: anywhere }
+code { font: 12px ui-monospace, "SF Mono", Menlo, monospace; overflow-wrap: anywhere }
+figure { margin: 16px 0; min-width: 0 }
+figcaption { font-weight: 600; margin-bottom: 6px }
+.charts { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 480px), 1fr)); gap: 0 32px }
+.charts .wide { grid-column: 1 / -1 }
+svg { display: block; width: 100%; height: auto }
+.scroll { overflow-x: auto }
+table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums }
+th, td { padding: 4px 10px; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap }
+thead th { vertical-align: bottom; white-space: normal; color: var(--soft); font-weight: 600 }
+tbody th, thead th:first-child { text-align: left; font-weight: 500 }
+.part th { background: var(--shade); font-weight: 600 }
+tbody tr:hover td, tbody tr:hover th { background: var(--shade) }
+.command { margin: 4px 0 0; color: var(--soft); max-width: none }
+.faults { border-left: 4px solid #c62828; padding: 4px 16px }
+ul { padding-left: 20px }
+@media print { nav { display: none } figure { break-inside: avoid } }
+"""
+
+METHOD = """<p>One sample per pixel of a path tracer gives the rays, wave by wave: primary rays; from every hit a shadow ray
+to the scene's light (or into the sky) and a diffuse ray, which is the next bounce (secondary rays). Each wave is traced by
+itself. <em>flat</em>: what instances have, transformed, in one tree. <em>two-level</em>: one tree over instances of objects;
+of a scene without instances the whole is one instance, which shows what that costs. <em>deep</em>: groups in groups, as the
+scene has them. Everybody builds and traces in turn; figures are medians over the rounds.</p>"""
+CPU_METHOD = """<p>Times are those of all threads together. Embree is asked ray by ray (rtcIntersect1, rtcOccluded1), as hiprt is;
+its build time is that of rtcCommitScene. SAH cost: one cost function for all of hiprt's flat trees (bvhinfo).</p>"""
+GPU_METHOD = """<p>Build times are the GPU's, from meshes there to a tree there, without copies and allocations; trees over instances are
+built by the CPU of the machine, and count. Trace times are the kernels'. SAH cost: one cost function for all flat trees.</p>"""
+
+
+def facts(evaluation):
+    entries = [("device", evaluation.device_name)]
+    if evaluation.device == "cpu":
+        entries.append(("threads", f"{evaluation.threads}, kernels for {evaluation.isa}"))
+    else:
+        entries.append(("CPU of the machine", evaluation.cpu))
+    load = ", ".join(f"{value:g}" for value in evaluation.load)
+    entries += [("picture", f"{evaluation.width} x {evaluation.height}"),
+                ("rounds", f"{evaluation.build_rounds} builds, {evaluation.trace_rounds} traces"),
+                ("system", evaluation.system + (f"; load average at the start {load}" if load else "")),
+                ("versions", ", ".join(f"{key} {value}" for key, value in evaluation.versions.items())),
+                ("commit", evaluation.commit), ("date", evaluation.date), ("command", evaluation.command)]
+    rows = "".join(f"<dt>{html.escape(name)}</dt><dd>{wrap(name, value)}</dd>" for name, value in entries)
+    return f"<dl>{rows}</dl>"
+
+
+def busy(evaluation):
+    """Words of warning where other programs ran."""
+    if evaluation.device != "cpu" or not evaluation.load or evaluation.load[0] < 0.5 * evaluation.threads:
+        return ""
+    return ('<div class="faults"><strong>The machine was busy with other work when this began</strong><p>(load average '
+            f"{evaluation.load[0]:g} on {evaluation.threads} threads). Times are much longer than on an idle machine; those of "
+            "the same round may still be compared, roughly.</p></div>")
+
+
+def wrap(name, value):
+    words = html.escape(str(value))
+    return f"<code>{words}</code>" if name == "command" else words
+
+
+def missing(scene):
+    """Lines of what was not measured; those of one reason together."""
+    reasons = {}
+    for entry in scene.missing:
+        who = " ".join(part for part in [entry["tracer"], entry["builder"]] if part)
+        reasons.setdefault((FORMS.get(entry["form"], entry["form"]), entry["why"]), []).append(who)
+    lines = "".join(f"<li>{html.escape(form)}{html.escape(': ' + ', '.join(filter(None, names)) if any(names) else '')}: "
+                    f"{html.escape(why)}</li>" for (form, why), names in reasons.items())
+    return f"<h3>Not measured</h3><ul>{lines}</ul>" if lines else ""
+
+
+def chart_figures(scene):
+    text = ""
+    for name, caption, picture in charts(scene):
+        wide = ' class="chart wide"' if picture.width > 700 else ' class="chart"'
+        text += f'<figure{wide} id="{scene.name}-{name}"><figcaption>{html.escape(caption)}</figcaption>{picture.inline()}</figure>'
+    return f'<div class="charts">{text}</div>'
+
+
+def scene_section(evaluation, scene):
+    parts = [tables.builders(evaluation, scene), chart_figures(scene), tables.crossover_table(evaluation, scene),
+             tables.levels_price(evaluation, scene), tables.waves(evaluation, scene), missing(scene)]
+    return (f'<section id="{scene.name}"><h2>{html.escape(scene.name)}</h2><p>{html.escape(scene.source)}</p>'
+            + "".join(parts) + "</section>")
+
+
+def fault_list(evaluation):
+    if not evaluation.faults:
+        return "<p>No tracer of hiprt answered a ray otherwise than it must.</p>"
+    lines = "".join(f"<li>{html.escape(fault)}</li>" for fault in evaluation.faults)
+    return f'<div class="faults"><strong>Wrong answers</strong><ul>{lines}</ul></div>'
+
+
+def page(evaluation):
+    css = CSS.replace("LIGHT", variables(0)).replace("DARK", variables(1)) + STYLE
+    title = f"hiprt: evaluation on {evaluation.device_name}"
+    links = "".join(f'<a href="#{scene.name}">{html.escape(scene.name)}</a>' for scene in evaluation.scenes)
+    return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
+            f'<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
+            f"<title>{html.escape(title)}</title><style>{css}</style></head><body><nav>{links}</nav><main>"
+            f"<h1>{html.escape(title)}</h1>{facts(evaluation)}{METHOD}{GPU_METHOD if evaluation.device == 'gpu' else CPU_METHOD}"
+            f"{busy(evaluation)}{fault_list(evaluation)}{tables.overview(evaluation)}"
+            + "".join(scene_section(evaluation, scene) for scene in evaluation.scenes) + "</main></body></html>\n")

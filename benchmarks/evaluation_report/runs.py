@@ -1,0 +1,163 @@
+"""What bench_evaluation measured."""
+
+import shlex
+import statistics
+
+from variant_report.json_file import load
+
+FORMAT = "hiprt bench_evaluation 1"
+KINDS = ["primary", "secondary", "shadow"]
+FORMS = {"flat": "flat", "two_level": "two-level", "deep": "deep"}
+# Builders that others are compared with.
+YARDSTICK = "ploc"
+# Flags that do not change what is measured.
+OUTPUTS = ("--json=", "--markdown=")
+
+
+class Entry:
+    """One builder's trees of one form, and the rays through them."""
+
+    def __init__(self, part, waves):
+        self.tracer = part.name("tracer")
+        self.builder = part.name("builder")
+        self.form = part.name("form")
+        build = part.member("build")
+        self.build_seconds = build.number("seconds", positive=True)
+        self.object_seconds = build.number("object_seconds")
+        self.instance_seconds = build.number("instance_seconds")
+        self.bytes = part.number("bytes")
+        self.sah_cost = None if part.member("sah_cost").value is None else part.number("sah_cost", positive=True)
+        self.waves = {}
+        self.rounds = {}
+        self.differing = self.inexact = 0
+        for wave in part.members("waves"):
+            name = wave.name("name")
+            if name not in waves:
+                raise wave.fault(f"no wave of the scene is called {name!r}")
+            self.waves[name] = wave.number("seconds", positive=True)
+            self.rounds[name] = [round_.expect("a number") for round_ in wave.members("rounds")]
+            if not self.rounds[name]:
+                raise wave.member("rounds").fault("nothing was measured")
+            self.differing += wave.number("differing_rays")
+            self.inexact += wave.number("inexact_rays")
+        for name in waves:
+            if name not in self.waves:
+                raise part.fault(f"has no wave {name!r}")
+
+    def name(self):
+        return self.builder if self.tracer == "hiprt" else f"Embree {self.builder}"
+
+    def key(self):
+        return (self.tracer, self.builder)
+
+    def sample_seconds(self):
+        """All waves of one sample per pixel."""
+        return sum(self.waves.values())
+
+    def round_seconds(self):
+        """The same by round."""
+        return [sum(rounds) for rounds in zip(*self.rounds.values())]
+
+    def image_seconds(self, samples):
+        return self.build_seconds + samples * self.sample_seconds()
+
+
+class Scene:
+    def __init__(self, part):
+        self.name = part.name("name")
+        if not self.name.replace("_", "").replace("-", "").replace(".", "").isalnum():
+            raise part.member("name").fault(f"{self.name!r} cannot be part of a file's name")
+        self.source = part.name("source")
+        self.light = part.name("light")
+        self.forms = {form.name("name"): {key: form.number(key) for key in ["levels", "triangles", "instances"]}
+                      for form in part.members("forms")}
+        self.waves = {}
+        for wave in part.members("waves"):
+            kind = wave.name("kind")
+            if kind not in KINDS:
+                raise wave.member("kind").fault(f"{kind!r} is none of {', '.join(KINDS)}")
+            self.waves[wave.name("name")] = {"kind": kind, "rays": wave.number("rays", positive=True),
+                                             "hits": wave.number("hits")}
+        self.entries = [Entry(entry, self.waves) for entry in part.members("entries")]
+        for entry, place in zip(self.entries, part.members("entries")):
+            if entry.form not in self.forms:
+                raise place.member("form").fault(f"the scene has no form {entry.form!r}")
+        self.missing = [{key: missing.text(key) for key in ["tracer", "builder", "form", "why"]}
+                        for missing in part.members("missing")]
+        if not self.entries or not self.waves:
+            raise part.fault("nothing was measured")
+
+    def of_form(self, form):
+        return [entry for entry in self.entries if entry.form == form]
+
+    def entry(self, form, builder, tracer="hiprt"):
+        """None if it was not measured."""
+        return next((e for e in self.of_form(form) if e.key() == (tracer, builder)), None)
+
+    def kinds(self):
+        return [kind for kind in KINDS if any(wave["kind"] == kind for wave in self.waves.values())]
+
+    def wave_names(self, kind):
+        return [name for name, wave in self.waves.items() if wave["kind"] == kind]
+
+    def rays(self, kind=None):
+        return sum(wave["rays"] for wave in self.waves.values() if kind in (None, wave["kind"]))
+
+    def seconds(self, entry, kind):
+        """Of all waves of a kind."""
+        return sum(entry.waves[name] for name in self.wave_names(kind))
+
+    def wave_seconds(self, entry, kind):
+        """Of a wave of a kind, on average."""
+        return self.seconds(entry, kind) / len(self.wave_names(kind))
+
+    def mrays_s(self, entry, kind):
+        return 1e-6 * self.rays(kind) / self.seconds(entry, kind)
+
+
+class Evaluation:
+    """A file of bench_evaluation."""
+
+    def __init__(self, path):
+        file = load(path, FORMAT, "bench_evaluation")
+        self.path = path
+        self.commit, self.date = file.name("commit"), file.name("date")
+        self.command = " ".join(word for word in file.name("command").split() if not word.startswith(OUTPUTS))
+        machine, device, versions = (file.member(key) for key in ["machine", "device", "versions"])
+        self.cpu, self.system = machine.name("cpu"), machine.name("system")
+        load_average = machine.member("load_average").value
+        self.load = [round(value, 2) for value in load_average] if isinstance(load_average, list) else []
+        self.device, self.device_name = device.name("kind"), device.name("name")
+        self.threads, self.isa = device.number("threads"), device.name("instruction_set")
+        self.versions = {key: versions.name(key) for key in ["compiler", "hiprt", "embree"]}
+        picture, rounds = file.member("picture"), file.member("rounds")
+        self.width, self.height = picture.number("width", positive=True), picture.number("height", positive=True)
+        self.build_rounds, self.trace_rounds = rounds.number("build"), rounds.number("trace")
+        self.scenes = [Scene(part) for part in file.members("scenes")]
+        self.faults = [fault.expect("text") for fault in file.members("faults")]
+        names = [scene.name for scene in self.scenes]
+        if not names:
+            raise file.member("scenes").fault("nothing was measured")
+        if len(set(names)) != len(names):
+            raise file.member("scenes").fault("a scene is there twice")
+
+    def forms(self):
+        return [form for form in FORMS if any(scene.of_form(form) for scene in self.scenes)]
+
+    def keys(self):
+        """(tracer, builder), in the order in which they were asked for."""
+        found = {entry.key(): entry for scene in self.scenes for entry in scene.entries}
+        return sorted(found, key=lambda key: key[0] != "hiprt")
+
+    def command_of(self, scene):
+        """What measures one scene again."""
+        words = [word for word in self.command.split() if not word.startswith("--scene=")]
+        return " ".join([*words, f"--scene={shlex.quote(scene.name)}"])
+
+
+def quartiles(values):
+    """The lower and the upper one."""
+    if len(values) < 2:
+        return values[0], values[0]
+    first, _, third = statistics.quantiles(values, n=4, method="inclusive")
+    return first, third

@@ -1,0 +1,165 @@
+"""The tables of the page."""
+
+import html
+import math
+
+from variant_report.runs import geometric_mean
+
+from . import numbers
+from .curves import FAST, SLOW, crossover
+from .runs import FORMS, YARDSTICK
+
+
+class Cell:
+    """Words of a table; strong: the best of its column."""
+
+    def __init__(self, words, strong=False, hint=""):
+        self.words, self.strong, self.hint = words, strong, hint
+
+    def html(self, kind):
+        words = html.escape(str(self.words))
+        hint = f' title="{html.escape(self.hint)}"' if self.hint else ""
+        return f"<{kind}{hint}>{f'<strong>{words}</strong>' if self.strong else words}</{kind}>"
+
+
+def as_cell(value):
+    return value if isinstance(value, Cell) else Cell(value)
+
+
+def table(caption, head, rows, command=None):
+    """rows: lists of words or cells, the first a heading; a row of one cell is a heading of its own. command: what
+    measures it again."""
+    text = "<thead><tr>" + "".join(as_cell(cell).html("th") for cell in head) + "</tr></thead><tbody>"
+    for row in rows:
+        if len(row) == 1:
+            text += f'<tr class="part"><th colspan="{len(head)}">{html.escape(str(row[0]))}</th></tr>'
+            continue
+        text += "<tr>" + as_cell(row[0]).html("th") + "".join(as_cell(cell).html("td") for cell in row[1:]) + "</tr>"
+    beside = f'<p class="command"><code>{html.escape(command)}</code></p>' if command else ""
+    return (f'<figure class="table"><figcaption>{html.escape(caption)}</figcaption>'
+            f'<div class="scroll"><table>{text}</tbody></table></div>{beside}</figure>')
+
+
+def ratios(evaluation, form, key, figure):
+    """Of the scenes where both were measured: a builder's figure relative to the yardstick's."""
+    found = []
+    for scene in evaluation.scenes:
+        entry, base = scene.entry(form, key[1], key[0]), scene.entry(form, YARDSTICK)
+        values = [figure(scene, e) if e else None for e in (entry, base)]
+        if None not in values:
+            found.append(values[0] / values[1])
+    return found
+
+
+def overview(evaluation):
+    """Geometric means over the scenes; empty without the yardstick."""
+    figures = [("build time", lambda scene, e: e.build_seconds), ("SAH cost", lambda scene, e: e.sah_cost),
+               ("bytes", lambda scene, e: e.bytes or None)]
+    for kind in evaluation.scenes[0].kinds():
+        figures.append((kind, lambda scene, e, kind=kind: scene.seconds(e, kind) if kind in scene.kinds() else None))
+    figures.append(("one sample", lambda scene, e: e.sample_seconds()))
+    rows = []
+    for form in evaluation.forms():
+        scenes = [scene for scene in evaluation.scenes if scene.entry(form, YARDSTICK)]
+        if not scenes:
+            continue
+        rows.append([f"{FORMS[form]}: {', '.join(scene.name for scene in scenes)}"])
+        for key in evaluation.keys():
+            if any(scene.entry(form, key[1], key[0]) for scene in scenes):
+                means = [geometric_mean(ratios(evaluation, form, key, figure)) for _, figure in figures]
+                name = key[1] if key[0] == "hiprt" else f"Embree {key[1]}"
+                rows.append([name, *(numbers.significant(mean) for mean in means)])
+    if not rows:
+        return ""
+    return table(f"Times, cost and size relative to {YARDSTICK} of the same form: geometric means over scenes, less is better",
+                 ["", *(name for name, _ in figures)], rows, evaluation.command)
+
+
+def best(entries, figure):
+    values = [value for value in map(figure, entries) if value is not None]
+    return min(values) if values else None
+
+
+def builders(evaluation, scene):
+    kinds = scene.kinds()
+    head = ["builder", "build", "of it instances", "SAH cost", "MB", *(f"{kind}, ms per wave (Mrays/s)" for kind in kinds),
+            "one sample, ms", "differing rays"]
+    rows = []
+    for form in FORMS:
+        entries = scene.of_form(form)
+        if not entries:
+            continue
+        facts = scene.forms[form]
+        instances = f", {numbers.count(facts['instances'])} instance{'s'[:facts['instances'] != 1]}" if facts["instances"] else ""
+        rows.append([f"{FORMS[form]}: {numbers.count(facts['triangles'])} triangles{instances}"])
+        bounds = {figure: best(entries, figure) for figure in
+                  [lambda e: e.build_seconds, lambda e: e.sah_cost, lambda e: e.sample_seconds()]}
+        rows += [builder_row(scene, entry, kinds, entries, list(bounds.values())) for entry in entries]
+    return table("Builders: medians; the best of each form is bold", head, rows, evaluation.command_of(scene))
+
+
+def builder_row(scene, entry, kinds, entries, bounds):
+    fastest, cheapest, quickest = bounds
+    cells = [entry.name(), Cell(numbers.seconds(entry.build_seconds), entry.build_seconds == fastest),
+             numbers.seconds(entry.instance_seconds) if entry.instance_seconds else "",
+             Cell(numbers.significant(entry.sah_cost), entry.sah_cost is not None and entry.sah_cost == cheapest),
+             numbers.megabytes(entry.bytes)]
+    for kind in kinds:
+        value = scene.wave_seconds(entry, kind)
+        words = f"{numbers.significant(1e3 * value)} ({numbers.significant(scene.mrays_s(entry, kind))})"
+        cells.append(Cell(words, value == best(entries, lambda e: scene.wave_seconds(e, kind))))
+    cells.append(Cell(numbers.significant(1e3 * entry.sample_seconds()), entry.sample_seconds() == quickest))
+    cells.append(Cell(str(entry.differing), False, f"of {scene.rays()} rays; to the last bit: {entry.inexact}"))
+    return cells
+
+
+def crossover_table(evaluation, scene):
+    rows = []
+    for form in FORMS:
+        part = []
+        for slow in SLOW:
+            entry = scene.entry(form, slow)
+            pairs = [(entry, scene.entry(form, fast)) for fast in FAST]
+            if entry and any(fast for _, fast in pairs):
+                part.append([slow, *(crossover_words(crossover(entry, fast)) if fast else "" for _, fast in pairs)])
+        if part:
+            rows += [[FORMS[form]], *part]
+    if not rows:
+        return ""
+    return table("Crossover: samples per pixel from which the slower build has the image first (quartiles of the rounds)",
+                 ["against", *FAST], rows, evaluation.command_of(scene))
+
+
+def crossover_words(found):
+    """With a range where there is one."""
+    samples, least, most = found
+    if not math.isfinite(samples) or samples == 0 or not math.isfinite(least):
+        return numbers.samples(samples)
+    return f"{numbers.samples(samples)} ({numbers.samples(least)} to {numbers.samples(most)})"
+
+
+def levels_price(evaluation, scene):
+    """What levels of instances cost."""
+    kinds, rows = scene.kinds(), []
+    for form in ["two_level", "deep"]:
+        pairs = [(entry, scene.entry("flat", entry.builder, entry.tracer)) for entry in scene.of_form(form)]
+        pairs = [(entry, flat) for entry, flat in pairs if flat]
+        if pairs:
+            rows.append([FORMS[form]])
+        for entry, flat in pairs:
+            traced = [numbers.significant(scene.seconds(entry, kind) / scene.seconds(flat, kind)) for kind in kinds]
+            whole = entry.sample_seconds() / flat.sample_seconds()
+            rows.append([entry.name(), numbers.significant(entry.build_seconds / flat.build_seconds),
+                         numbers.significant(entry.bytes / flat.bytes) if flat.bytes else "", *traced,
+                         numbers.significant(whole)])
+    if not rows:
+        return ""
+    return table("Instances relative to the flat tree of the same builder", ["", "build time", "bytes", *kinds, "one sample"],
+                 rows, evaluation.command_of(scene))
+
+
+def waves(evaluation, scene):
+    rows = [[name, wave["kind"], f"{wave['rays']:,}".replace(",", "\u202f"), f"{100 * wave['hits'] / wave['rays']:.1f}"]
+            for name, wave in scene.waves.items()]
+    return table(f"Waves of one sample: rays (light: {scene.light})", ["wave", "kind", "rays", "hits %"], rows,
+                 evaluation.command_of(scene))

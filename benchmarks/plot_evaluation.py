@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+"""Turns JSON of bench_evaluation into one page and its plots. See --help."""
+
+import os
+import sys
+
+from evaluation_report.charts import charts
+from evaluation_report.page import page
+from evaluation_report.runs import Evaluation
+from variant_report.json_file import InputError
+from variant_report.script import Parser, write_together
+
+DESCRIPTION = """Writes report.html (tables and plots on one page that needs nothing else) and every plot as SCENE.PLOT.svg
+from JSON of bench_evaluation, of any device. Python's standard library is all it needs. Exit status: 0, 1 when a file
+cannot be read or written or holds something else (nothing is written then), 2 for a wrong argument."""
+
+
+def write_report(evaluation, folder):
+    def write(name, text):
+        # Text of the JSON, such as a command, may hold what has no encoding.
+        with open(os.path.join(folder, name), "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(text)
+
+    write("report.html", page(evaluation))
+    for scene in evaluation.scenes:
+        for name, _, picture in charts(scene):
+            write(f"{scene.name}.{name}.svg", picture.standalone())
+
+
+def main():
+    parser = Parser(prog="plot_evaluation.py", description=DESCRIPTION)
+    parser.add_argument("json", help="file of bench_evaluation --json; compressed ones end in .xz")
+    parser.add_argument("--output", default=".", help="folder for what is written (.)")
+    arguments = parser.parse_args()
+    try:
+        evaluation = Evaluation(arguments.json)
+        write_together("plot_evaluation", arguments.output, lambda folder: write_report(evaluation, folder))
+    except InputError as error:
+        print(f"plot_evaluation.py: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,18 @@
+#include <hiprt_build/src/instance_fault.h>
+
+#include <hiprt_build/src/check_input.h>
+
+namespace hiprt::build {
+
+std::string describe_fault(TransformFault fault, double determinant, double condition) {
+  if (fault == TransformFault::kNotFinite) return "the transform is not finite";
+  return "the transform has no inverse that floats can hold: determinant " + text(determinant) +
+         (condition != 0.0 ? ", condition " + text(condition) : "");
+}
+
+std::string describe_condition(double condition) {
+  return "the transforms on the way to a primitive have a condition of " + text(condition) +
+         " together, the limit is " + text(double{kMaxCondition});
+}
+
+}  // namespace hiprt::build

@@ -1,0 +1,181 @@
+#include <hiprt_build/src/instance_group.h>
+
+#include <hiprt_build/src/check_input.h>
+#include <hiprt_build/src/instance_fault.h>
+#include <hiprt_build/src/motion_segments.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <queue>
+
+namespace hiprt::build {
+namespace {
+
+std::string place(std::size_t group, std::size_t instance) {
+  return "group " + std::to_string(group) + ", instance " + std::to_string(instance) + ": ";
+}
+
+/// The record of an instance, or what is wrong with its transform.
+/// @param to_scene Instance::to_scene, or of one that moves the first place.
+Result<InstanceRecord> make_record(const Instance& instance, const Affine& to_scene, std::size_t group, std::size_t i) {
+  MadeInstance made = make_instance(to_scene.row);
+  if (made.fault != TransformFault::kNone)
+    return tl::unexpected(invalid(place(group, i) + describe_fault(made.fault, made.determinant, made.condition)));
+  made.record.object = instance.object;
+  made.record.mask = instance.mask;
+  made.record.id = instance.id;
+  made.record.flags = instance.without_filter ? InstanceFlags::kNoFilter : 0;
+  return made.record;
+}
+
+/// Adds instance @p i, which has a motion. @return kInvalidInput for one that cannot be.
+Result<InstanceRecord> add_motion(InstanceGroup& group, const Instance& instance, const ObjectRecord& object,
+                                  std::size_t number, std::size_t i) {
+  auto parts = make_motion(*instance.motion);
+  if (!parts) return tl::unexpected(invalid(place(number, i) + parts.error().message));
+  auto record = make_record(instance, parts->first.to_scene, number, i);
+  if (!record || parts->segments.empty()) return record;
+  group.motions.resize(group.records.size());
+  group.motions[i] = {group.segments.size() * sizeof(MotionSegment),
+                      static_cast<std::uint32_t>(parts->segments.size()),
+                      instance.motion->kind,
+                      affine_detail::round_up(parts->magnification.rounding),
+                      affine_detail::round_up(parts->magnification.farthest),
+                      {}};
+  group.segments.insert(group.segments.end(), parts->segments.begin(), parts->segments.end());
+  if (object.root == kInvalidRef) return record;
+  group.needs.add(*record, object, parts->magnification);
+  group.needs.features |= feature_bit(Feature::kMotion);
+  return record;
+}
+
+/// The parts that leaves are for, and their boxes.
+class PartBoxes {
+ public:
+  PartBoxes(InstanceGroup& group, std::span<const ObjectParts> objects, InstanceBounds bounds)
+      : group_(group), objects_(objects), bounds_(bounds) {}
+
+  /// One part per instance.
+  void make(CpuEngine& engine) {
+    const std::size_t count = group_.records.size();
+    group_.parts.resize(count);
+    group_.boxes.resize(count);
+    // Boxes of deep bounds take a while each.
+    constexpr std::size_t kChunk = 64;
+    engine.for_quiet_chunks(
+        count,
+        [&](std::size_t, std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i) {
+            group_.parts[i] = {static_cast<std::uint32_t>(i), objects_[group_.records[i].object].record.root};
+            group_.boxes[i] = box_of(group_.parts[i]);
+          }
+        },
+        kChunk);
+  }
+
+  /// Puts the children of the parts with the largest boxes into their places, until there are @p budget times as many
+  /// as instances.
+  void open(CpuEngine& engine, double budget) {
+    const auto most = static_cast<std::size_t>(budget * static_cast<double>(group_.records.size()));
+    std::priority_queue<std::pair<float, std::size_t>> largest;
+    const auto offer = [&](std::size_t i) {
+      const InstancePart& part = group_.parts[i];
+      if (part.ref != kInvalidRef && is_box(part.ref) && part.depth < kMostOpenedLevels)
+        largest.emplace(half_area(group_.boxes[i]), i);
+    };
+    for (std::size_t i = 0; i < group_.parts.size(); ++i) offer(i);
+    while (!largest.empty() && group_.parts.size() + kBranching - 1 <= most) {
+      if (group_.parts.size() % 256 == 0) engine.monitor().check();
+      const std::size_t opened = largest.top().second;
+      largest.pop();
+      const InstancePart part = group_.parts[opened];
+      bool first = true;
+      for (const NodeRef child : children_of(part)) {
+        if (child == kInvalidRef) continue;
+        const std::size_t at = first ? opened : group_.parts.size();
+        if (!first) {
+          group_.parts.emplace_back();
+          group_.boxes.emplace_back();
+        }
+        first = false;
+        group_.parts[at] = {part.instance, child, part.depth + 1};
+        group_.boxes[at] = box_of(group_.parts[at]);
+        offer(at);
+      }
+    }
+  }
+
+ private:
+  static float half_area(const Box& box) {
+    const float x = box.max[0] - box.min[0], y = box.max[1] - box.min[1], z = box.max[2] - box.min[2];
+    return x * y + y * z + z * x;
+  }
+
+  const BufferView& object_of(const InstancePart& part) const {
+    return objects_[group_.records[part.instance].object].view;
+  }
+
+  std::array<NodeRef, kBranching> children_of(const InstancePart& part) const {
+    const BufferView& object = object_of(part);
+    return dispatch_layout(object.layout(), [&](auto layout) {
+      using Node = typename decltype(layout)::Node;
+      const auto& node = *reinterpret_cast<const Node*>(object.bytes.data() + ref_offset(part.ref));
+      std::array<NodeRef, kBranching> children;
+      std::copy_n(node.child, kBranching, children.begin());
+      return children;
+    });
+  }
+
+  Box box_of(const InstancePart& part) const {
+    if (part.ref == kInvalidRef) return format_detail::empty_box();
+    const BufferView& object = object_of(part);
+    return dispatch_layout(object.layout(), [&](auto layout) {
+      using Bounder = format_detail::InstanceBounder<decltype(layout)>;
+      const std::size_t i = part.instance;
+      const format_detail::InstancePlace place(group_.records[i], group_.motion_of(i),
+                                               group_.motions.empty() ? MotionKind{} : group_.motions[i].kind);
+      return Bounder(object, place)
+          .bounds(part.ref,
+                  bounds_ == InstanceBounds::kPrimitives ? Bounder::kToPrimitives : static_cast<unsigned>(bounds_));
+    });
+  }
+
+  InstanceGroup& group_;
+  std::span<const ObjectParts> objects_;
+  InstanceBounds bounds_;
+};
+
+}  // namespace
+
+Result<InstanceGroup> prepare_instances(CpuEngine& engine, std::span<const Instance> instances,
+                                        std::span<const ObjectParts> objects, const InstanceOptions& options,
+                                        std::size_t number) {
+  InstanceGroup group;
+  group.records.resize(instances.size());
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    if (i % CpuEngine::kChunk == 0) engine.monitor().check();
+    if (instances[i].object >= objects.size())
+      return tl::unexpected(invalid(place(number, i) + "object " + std::to_string(instances[i].object) +
+                                    ", those before the group are " + std::to_string(objects.size())));
+    const ObjectRecord& object = objects[instances[i].object].record;
+    auto record = instances[i].motion != nullptr ? add_motion(group, instances[i], object, number, i)
+                                                 : make_record(instances[i], instances[i].to_scene, number, i);
+    if (!record) return tl::unexpected(std::move(record.error()));
+    group.records[i] = *record;
+    if (object.root != kInvalidRef && group.motion_of(i).empty()) group.needs.add(*record, object);
+  }
+  if (!(group.needs.condition <= double{kMaxCondition}) ||
+      !(group.needs.reach <= double{std::numeric_limits<float>::max()}))
+    return tl::unexpected(
+        invalid("group " + std::to_string(number) + ": " + describe_condition(group.needs.condition)));
+  PartBoxes boxes(group, objects, options.bounds);
+  boxes.make(engine);
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    if (group.parts[i].ref != kInvalidRef && format_detail::first_bad_plane(group.boxes[i]) != format_detail::kNoPlane)
+      return tl::unexpected(invalid(place(number, i) + "its bounds are beyond what floats hold"));
+  boxes.open(engine, options.opening_budget);
+  return group;
+}
+
+}  // namespace hiprt::build

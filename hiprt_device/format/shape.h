@@ -1,0 +1,111 @@
+#pragma once
+/// Shapes: what custom primitives are, where the file says so. Normative text: hiprt_device/docs/FORMAT.md, why so:
+/// hiprt_device/docs/decisions/0016-shapes-in-files.md. How rays meet them: primitives/scene_shapes.h.
+
+#include <hiprt_device/format/node.h>
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace hiprt {
+
+/// What the primitives of a geometry are.
+enum class ShapeKind : std::uint32_t {
+  kNone = 0,     ///< Triangles, or custom primitives of which only the program knows.
+  kSpheres = 1,  ///< Primitive i is the sphere of point i.
+  kCurves = 2,   ///< Primitive i is the round linear curve from point segment[i] to the next one.
+};
+
+/// A sphere, or a point of a curve's axis.
+struct ShapePoint {
+  float position[3];  ///< Finite.
+  float radius;       ///< Finite, at least 0.
+};
+
+/// Where the points of one geometry are: record i is geometry i's.
+struct ShapeRecord {
+  std::uint64_t points;       ///< Offset in the file of its first ShapePoint; 0: it has no shapes.
+  std::uint64_t segments;     ///< kCurves: offset in the file of its first segment's number; else 0.
+  std::uint32_t point_count;  ///< Points, one after the other.
+  ShapeKind kind;
+  std::uint32_t reserved[2];
+};
+
+static_assert(sizeof(ShapePoint) == 16 && sizeof(ShapeRecord) == 32);
+static_assert(offsetof(ShapePoint, position) == 0 && offsetof(ShapePoint, radius) == 12);
+static_assert(offsetof(ShapeRecord, points) == 0 && offsetof(ShapeRecord, segments) == 8);
+static_assert(offsetof(ShapeRecord, point_count) == 16 && offsetof(ShapeRecord, kind) == 20);
+static_assert(offsetof(ShapeRecord, reserved) == 24);
+
+namespace shape_detail {
+
+/// Comparisons of bits, which fast-math leaves alone.
+HIPRT_HD HIPRT_INLINE bool is_finite(float a) { return (std::bit_cast<std::uint32_t>(a) & 0x7f800000u) != 0x7f800000u; }
+HIPRT_HD HIPRT_INLINE bool is_finite(const float (&a)[3]) {
+  return is_finite(a[0]) && is_finite(a[1]) && is_finite(a[2]);
+}
+
+/// The float next to a finite one.
+HIPRT_HD HIPRT_INLINE float next_after(float a, bool up) {
+  if (a == 0.0f) return up ? 0x1p-149f : -0x1p-149f;
+  const auto bits = std::bit_cast<std::uint32_t>(a);
+  return std::bit_cast<float>((a > 0.0f) == up ? bits + 1u : bits - 1u);
+}
+
+/// center - radius rounded down, or center + radius rounded up.
+HIPRT_HD HIPRT_INLINE float side(float center, float radius, bool up) {
+  const float step = up ? radius : -radius;
+  const float sum = center + step;
+  if (!is_finite(sum)) return sum;
+  // TwoSum (Knuth): the rounding error of the sum, exactly.
+  const float added = sum - center;
+  const float error = (center - (sum - added)) + (step - added);
+  return (up ? error > 0.0f : error < 0.0f) ? next_after(sum, up) : sum;
+}
+
+/// The box of what is never hit.
+HIPRT_HD HIPRT_INLINE Box empty_box() {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+}
+
+/// The smallest box of floats around a ball; infinite where floats end.
+HIPRT_HD HIPRT_INLINE Box ball_bounds(const float (&center)[3], float radius) {
+  return {{side(center[0], radius, false), side(center[1], radius, false), side(center[2], radius, false)},
+          {side(center[0], radius, true), side(center[1], radius, true), side(center[2], radius, true)}};
+}
+
+/// What a ShapePoint must be.
+HIPRT_HD HIPRT_INLINE bool is_valid(const ShapePoint& point) {
+  return is_finite(point.position) && point.radius >= 0.0f && is_finite(point.radius);
+}
+
+/// Whether a curve between two points is ever hit.
+HIPRT_HD HIPRT_INLINE bool is_valid(const ShapePoint& a, const ShapePoint& b) {
+  return is_valid(a) && is_valid(b) && (a.radius > 0.0f || b.radius > 0.0f);
+}
+
+}  // namespace shape_detail
+
+/// The smallest box of floats around a sphere; empty for one that is never hit, as its radius is 0.
+HIPRT_HD HIPRT_INLINE Box sphere_bounds(const ShapePoint& point) {
+  using namespace shape_detail;
+  return is_valid(point) && point.radius > 0.0f ? ball_bounds(point.position, point.radius) : empty_box();
+}
+
+/// The smallest box of floats around a round linear curve; empty for one that is never hit, as both radii are 0.
+HIPRT_HD HIPRT_INLINE Box curve_bounds(const ShapePoint& a, const ShapePoint& b) {
+  using namespace shape_detail;
+  if (!is_valid(a, b)) return empty_box();
+  Box box = ball_bounds(a.position, a.radius);
+  const Box other = ball_bounds(b.position, b.radius);
+  for (int axis = 0; axis < 3; ++axis) {
+    box.min[axis] = box.min[axis] < other.min[axis] ? box.min[axis] : other.min[axis];
+    box.max[axis] = box.max[axis] > other.max[axis] ? box.max[axis] : other.max[axis];
+  }
+  return box;
+}
+
+}  // namespace hiprt

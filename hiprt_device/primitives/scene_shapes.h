@@ -1,0 +1,70 @@
+#pragma once
+/// Spheres and round linear curves as a scene's file has them.
+
+#include <hiprt_device/primitive_table.h>
+#include <hiprt_device/primitives/round_curve.h>
+#include <hiprt_device/primitives/sphere.h>
+#include <hiprt_device/scene_view.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// The shapes of a scene's file and of its objects' files: a PrimitiveSet that needs nothing but the scene.
+///
+///     hiprt::ClosestHit<P, hiprt::NoFilter, hiprt::SceneShapes> query(scene, ray, stack, {},
+///     hiprt::SceneShapes(scene));
+///
+/// It answers for all custom types. In a PrimitiveList it is the functor of one, beside functors of the program's own:
+/// PrimitiveList<SceneShapes, Grass>. Queries refuse a scene with custom primitives whose file has no shapes at all
+/// (Hit::failed()); custom geometries without shapes in a file that has some are never hit.
+/// What the hits are: SphereSet, RoundCurveSet.
+class SceneShapes {
+ public:
+  static constexpr unsigned kCount = 256;
+
+  HIPRT_HD HIPRT_INLINE explicit SceneShapes(const SceneView& scene)
+      : base_(scene.base), objects_(scene.objects), shapes_(scene.shapes) {}
+
+  /// Whether the file has what is asked for.
+  HIPRT_HD HIPRT_INLINE bool covers(const SceneView& scene) const {
+    return shapes_ != 0 || (scene.features & feature_bit(Feature::kCustom)) == 0;
+  }
+
+  /// As a PrimitiveSet.
+  template <class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const Ray& ray, float tmin, float tmax, PrimitiveId id,
+                                       Report&& report) const {
+    return intersect(ray, tmin, tmax, id, report);
+  }
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
+
+  /// As a functor of a PrimitiveList.
+  template <class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(const Ray& ray, float tmin, float tmax, PrimitiveId id, Report&& report) const {
+    if (shapes_ == 0) return true;
+    const std::byte* file = base_;
+    std::uint64_t records = shapes_;
+    if (id.object != kInvalidId) {
+      file += objects_[id.object].offset;
+      records = reinterpret_cast<const std::uint64_t*>(base_ + shapes_)[id.object];
+      if (records == 0) return true;
+    }
+    const ShapeRecord& shape = reinterpret_cast<const ShapeRecord*>(file + records)[id.geometry];
+    const std::byte* points = file + shape.points;
+    if (shape.kind == ShapeKind::kCurves)
+      return RoundCurveSet{reinterpret_cast<const CurveVertex*>(points),
+                           reinterpret_cast<const std::uint32_t*>(file + shape.segments)}
+          .intersect(ray, tmin, tmax, id.primitive, report);
+    if (shape.kind == ShapeKind::kSpheres)
+      return SphereSet{reinterpret_cast<const Sphere*>(points)}.intersect(ray, tmin, tmax, id.primitive, report);
+    return true;
+  }
+
+ private:
+  const std::byte* base_;
+  const ObjectRecord* objects_;
+  std::uint64_t shapes_;
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,109 @@
+#pragma once
+/// Scenes with materials for the tests of the path tracer.
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/instances.h>
+#include <tests/oracle/meshes.h>
+#include <tools/path_trace.h>
+
+#include <catch2/catch.hpp>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hiprt::test {
+
+/// A square of side 2 in the plane y = 0, seen from above and below; texture coordinates from 0 to 1 along x and z.
+inline oracle::Mesh floor_square(float half = 1.0f) {
+  oracle::Mesh mesh;
+  mesh.positions = {{-half, 0, -half}, {half, 0, -half}, {half, 0, half}, {-half, 0, half}};
+  mesh.triangles = {{0, 2, 1}, {0, 3, 2}};
+  return mesh;
+}
+
+/// Meshes with one material each.
+struct PathTestScene {
+  build::Buffer file;
+  tools::SceneSurfaces surfaces;
+
+  BufferView view() const { return *open_buffer(file.bytes()); }
+};
+
+inline tools::GeometrySurface surface_of(const oracle::Mesh& mesh, std::uint32_t material) {
+  tools::GeometrySurface surface;
+  surface.triangles = mesh.triangles;
+  surface.materials.assign(mesh.triangles.size(), material);
+  return surface;
+}
+
+/// Geometry i has material i.
+inline PathTestScene flat_scene(const std::vector<oracle::Mesh>& meshes, std::vector<tools::Material> materials) {
+  auto bvh = build::build(oracle::views(meshes));
+  REQUIRE(bvh.has_value());
+  PathTestScene scene{std::move(bvh->buffer), {{}, std::move(materials), {{}}}};
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) scene.surfaces.objects[0].push_back(surface_of(meshes[i], i));
+  return scene;
+}
+
+/// Object i has material i; @p instances of those, in one group.
+inline PathTestScene instanced_scene(const std::vector<oracle::Mesh>& meshes, std::vector<tools::Material> materials,
+                                     const std::vector<build::Instance>& instances) {
+  std::vector<build::Buffer> files;
+  PathTestScene scene{{}, {{}, std::move(materials), {}}};
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) {
+    const std::vector<oracle::Mesh> one{meshes[i]};
+    auto bvh = build::build(oracle::views(one));
+    REQUIRE(bvh.has_value());
+    files.push_back(std::move(bvh->buffer));
+    scene.surfaces.objects.push_back({surface_of(meshes[i], i)});
+  }
+  std::vector<std::span<const std::byte>> spans;
+  spans.reserve(files.size());
+  for (const build::Buffer& file : files) spans.push_back(file.bytes());
+  auto bvh = build::build_instances(spans, instances);
+  INFO((bvh ? std::string() : bvh.error().message));
+  REQUIRE(bvh.has_value());
+  scene.file = std::move(bvh->buffer);
+  return scene;
+}
+
+/// @param sky of every direction.
+inline tools::PathData data_of(const PathTestScene& scene, const std::function<Vec3(const Vec3&)>& sky) {
+  auto data = tools::make_path_data(scene.view(), &scene.surfaces, tools::make_sky(sky, 32), {}, 0.5f);
+  INFO((data ? std::string() : data.error().message));
+  REQUIRE(data.has_value());
+  return std::move(*data);
+}
+
+inline Vec3 black(const Vec3&) { return Vec3(0.0f); }
+
+inline tools::PathPicture trace_well(const PathTestScene& scene, const tools::PathData& data,
+                                     const tools::Camera& camera, const tools::PathOptions& options) {
+  const BufferView view = scene.view();
+  auto picture = tools::trace_paths(make_scene_view(view), data, camera, options);
+  INFO((picture ? std::string() : picture.error().message));
+  REQUIRE(picture.has_value());
+  for (const tools::PathSum& sum : picture->sums) REQUIRE(sum.lost == 0);
+  return std::move(*picture);
+}
+
+/// The mean of all pixels.
+inline glm::dvec3 mean_of(const tools::PathPicture& picture) {
+  glm::dvec3 sum(0.0);
+  double samples = 0.0;
+  for (const tools::PathSum& pixel : picture.sums) {
+    sum += glm::dvec3(pixel.sum);
+    samples += pixel.samples;
+  }
+  return sum / samples;
+}
+
+inline bool same_sums(const tools::PathPicture& a, const tools::PathPicture& b) {
+  return a.sums.size() == b.sums.size() &&
+         std::equal(a.sums.begin(), a.sums.end(), b.sums.begin(), [](const auto& x, const auto& y) {
+           return x.sum == y.sum && x.squares == y.squares && x.samples == y.samples && x.lost == y.lost;
+         });
+}
+
+}  // namespace hiprt::test

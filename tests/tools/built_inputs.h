@@ -1,0 +1,81 @@
+#pragma once
+/// BVHs of files, built by bvhbuild's own code, and the surfaces of the same files.
+
+#include "gltf_builder.h"
+
+#include <tools/build_meshes.h>
+#include <tools/mesh_inputs.h>
+#include <tools/scene_build.h>
+#include <tools/scene_flatten.h>
+#include <tools/scene_input.h>
+#include <tools/surface_load.h>
+
+#include <catch2/catch.hpp>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hiprt::test {
+
+inline constexpr tools::ToolInfo kTestTool{"test", "", ""};
+
+/// What a Result has; fails the test case otherwise.
+template <class T> T value_of(build::Result<T> result) {
+  if (!result) FAIL(result.error().message);
+  return std::move(*result);
+}
+
+inline build::Buffer build_geometries(std::span<const build::TriangleMesh> meshes, const tools::BuildCommand& command) {
+  return std::move(
+      value_of(tools::build_meshes({meshes, {}}, command, tools::build_options(command, "test", {}))).bvh.buffer);
+}
+
+/// As bvhbuild builds them; no file is written.
+inline build::Buffer build_inputs(tools::BuildCommand command) {
+  command.output = (std::filesystem::temp_directory_path() / "hiprt-not-written.bvh").string();
+  const tools::Cli cli(kTestTool);
+  tools::ProgressBar bar(false);
+  if (!command.is_scene()) {
+    const auto meshes = value_of(tools::read_meshes(cli, command.inputs, command.output, bar));
+    return build_geometries(tools::views(meshes), command);
+  }
+  auto scene = value_of(tools::read_scene(cli, command, bar));
+  if (!command.flatten) return std::move(value_of(tools::build_scene(scene, command, "test", bar)).file);
+  const auto geometries = value_of(tools::flatten_scene(scene));
+  return build_geometries(tools::views(geometries), command);
+}
+
+inline BufferView view_of(const build::Buffer& file) {
+  const auto view = open_buffer(file.bytes());
+  if (!view) FAIL(to_string(view.error()));
+  return *view;
+}
+
+/// Surfaces of the files that a BVH was just built of.
+inline tools::SceneSurfaces surfaces_of(const tools::BuildCommand& command) {
+  const build::Buffer file = build_inputs(command);
+  return value_of(tools::load_surfaces(command.inputs, view_of(file)));
+}
+
+/// The same of one glTF file without instances.
+inline tools::SceneSurfaces surfaces_of(const TempFolder& folder, const GltfBuilder& b) {
+  tools::BuildCommand command;
+  command.inputs = {folder.write("a.glb", b.glb()).string()};
+  return surfaces_of(command);
+}
+
+/// How a file is refused that has what a BVH needs.
+inline std::string surface_fault(const TempFolder& folder, const GltfBuilder& b) {
+  tools::BuildCommand command;
+  command.inputs = {folder.write("a.glb", b.glb()).string()};
+  const build::Buffer file = build_inputs(command);
+  const auto surfaces = tools::load_surfaces(command.inputs, view_of(file));
+  if (surfaces) FAIL("accepted");
+  INFO(surfaces.error().message);
+  CHECK(surfaces.error().message.find('\n') == std::string::npos);
+  CHECK(surfaces.error().message.find("a.glb: ") != std::string::npos);
+  return surfaces.error().message;
+}
+
+}  // namespace hiprt::test

@@ -1,0 +1,270 @@
+// Spheres and curves that a file holds: the hits are those of asking every shape, and of the exact oracle.
+
+#include <hiprt_build/shapes.h>
+#include <hiprt_device/primitives/scene_shapes.h>
+#include <tests/oracle/ray_round_cone.h>
+#include <tests/traversal/moving_scenes.h>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+using hiprt::oracle::Random;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 20261123;
+
+/// Shapes of one object: a mesh, spheres, curves.
+struct ShapeObject {
+  oracle::Mesh mesh;
+  std::vector<ShapePoint> balls, axes;
+  std::vector<std::uint32_t> segments;
+
+  explicit ShapeObject(std::uint64_t seed, unsigned count) : mesh(oracle::soup(4, 1, seed)) {
+    Random random(seed);
+    const auto point = [&](const oracle::Position& at, double radius) {
+      return ShapePoint{{at[0], at[1], at[2]}, static_cast<float>(radius)};
+    };
+    for (unsigned i = 0; i < count; ++i) balls.push_back(point(random.in_cube(1), random.log_uniform(0.01, 0.3)));
+    balls.push_back(point(random.in_cube(1), 0));
+    std::vector<std::uint32_t> points;
+    for (unsigned strand = 0; strand < count; ++strand) {
+      oracle::Position at = random.in_cube(1);
+      points.push_back(2 + random.below(4));
+      for (unsigned i = 0; i < points.back(); ++i) {
+        axes.push_back(point(at, random.below(6) == 0 ? 0 : random.log_uniform(0.003, 0.1)));
+        const oracle::Position step = random.in_cube(0.4);
+        for (std::size_t axis = 0; axis < 3; ++axis) at[axis] += step[axis];
+      }
+    }
+    segments = build::strand_segments(points);
+  }
+
+  build::Shapes spheres() const { return {ShapeKind::kSpheres, balls, {}}; }
+  build::Shapes curves() const { return {ShapeKind::kCurves, axes, segments}; }
+
+  build::Buffer build(NodeLayout layout, build::Builder builder) const {
+    const auto sphere_boxes = build::shape_boxes(spheres()), curve_boxes = build::shape_boxes(curves());
+    REQUIRE((sphere_boxes.has_value() && curve_boxes.has_value()));
+    const std::vector<oracle::Mesh> meshes{mesh};
+    const auto views = oracle::views(meshes);
+    const build::CustomGeometry customs[] = {{.boxes = *curve_boxes, .type = 200, .shapes = curves()},
+                                             {.boxes = *sphere_boxes, .shapes = spheres()}};
+    auto bvh = build::build(build::SceneInput{views, customs}, {.builder = builder, .nodes = layout});
+    INFO((bvh ? std::string() : bvh.error().message));
+    REQUIRE(bvh.has_value());
+    const auto valid = validate(bvh->buffer.bytes());
+    INFO((valid ? std::string() : to_string(valid.error())));
+    REQUIRE(valid.has_value());
+    return std::move(bvh->buffer);
+  }
+
+  /// The closest shape that a ray meets, each of them asked; geometry 0 is the mesh, which others ask.
+  void search(const Ray& ray, Hit& best) const {
+    const auto take = [&](std::uint32_t geometry, std::uint32_t i) {
+      return [&best, geometry, i](const CustomHit& hit) {
+        if (hit.t < best.t) best = {hit.t, hit.u, hit.v, geometry, i, hit.normal, hit.error};
+        return true;
+      };
+    };
+    for (std::uint32_t i = 0; i < segments.size(); ++i)
+      RoundCurveSet{axes.data(), segments.data()}.intersect(ray, std::max(ray.tmin, 0.0f), std::min(best.t, ray.tmax),
+                                                            i, take(1, i));
+    for (std::uint32_t i = 0; i < balls.size(); ++i)
+      SphereSet{reinterpret_cast<const Sphere*>(balls.data())}.intersect(ray, std::max(ray.tmin, 0.0f),
+                                                                         std::min(best.t, ray.tmax), i, take(2, i));
+  }
+};
+
+template <class P> auto closest(const SceneView& view, const Ray& ray) {
+  typename P::Stack::Memory memory;
+  const SceneShapes shapes(view);
+  return ClosestHit<P, NoFilter, SceneShapes>(view, ray, typename P::Stack::Storage(memory), {}, shapes).next_hit();
+}
+template <class P> auto any(const SceneView& view, const Ray& ray) {
+  typename P::Stack::Memory memory;
+  const SceneShapes shapes(view);
+  return AnyHit<P, NoFilter, SceneShapes>(view, ray, typename P::Stack::Storage(memory), {}, shapes).next_hit();
+}
+
+/// A query that has no other primitives answers for the mesh.
+template <class Layout> void check_flat(build::Builder builder) {
+  using P = Policies<Layout>;
+  const ShapeObject object(kSeed, 30);
+  const build::Buffer file = object.build(Layout::kId, builder);
+  const SceneView view = make_scene_view(*open_buffer(file.bytes()));
+  const std::vector<oracle::Mesh> meshes{object.mesh};
+  const auto mesh = build::build(oracle::views(meshes), {.nodes = Layout::kId});
+  const SceneView mesh_view = make_scene_view(*open_buffer(mesh->buffer.bytes()));
+  Random random(kSeed + 1);
+  unsigned hits = 0, curves = 0, spheres = 0;
+  for (unsigned i = 0; i < 20000; ++i) {
+    Ray ray = random_ray(random, 2);
+    ray.mask = 0xffffffffu;
+    Hit expected = closest_hit<P>(mesh_view, ray);
+    object.search(ray, expected);
+    const Hit hit = closest<P>(view, ray);
+    INFO("seed " << kSeed + 1 << ", ray " << i);
+    REQUIRE(any<P>(view, ray).found() == expected.found());
+    REQUIRE(hit.found() == expected.found());
+    if (!hit.found()) continue;
+    ++hits;
+    curves += hit.geometry == 1 ? 1 : 0;
+    spheres += hit.geometry == 2 ? 1 : 0;
+    REQUIRE((hit.t == expected.t && hit.u == expected.u && hit.v == expected.v));
+    REQUIRE((hit.geometry == expected.geometry && hit.primitive == expected.primitive));
+    REQUIRE((hit.normal == expected.normal && hit.error == expected.error));
+  }
+  CHECK(hits > 4000);
+  CHECK(curves > 500);
+  CHECK(spheres > 500);
+}
+
+/// Objects 0 and 1 of shapes in groups of instances, some of which move.
+struct ShapeScene : InstanceScene {
+  std::vector<ShapeObject> objects;
+  std::vector<build::Buffer> meshes;  ///< Of all objects.
+  build::Motion motion{.keys = {{.time = 0}, {.time = 1, .translation = {1, 2, 0}, .rotation = {1, 0, 0, 1}}}};
+
+  explicit ShapeScene(unsigned levels) {
+    Random random(kSeed + 7);
+    for (unsigned i = 0; i < 2; ++i) {
+      objects.emplace_back(kSeed + i, 4 + 3 * i);
+      files.push_back(objects.back().build(NodeLayout::kPlanes, build::Builder::kHploc));
+    }
+    const oracle::Mesh mesh_only = oracle::soup(3, 1, kSeed);
+    add_file({mesh_only}, NodeLayout::kPlanes);
+    for (const oracle::Mesh& mesh : {objects[0].mesh, objects[1].mesh, mesh_only})
+      meshes.push_back(std::move(build::build(oracle::views({mesh}))->buffer));
+    for (unsigned level = 0; level < levels; ++level) {
+      groups.emplace_back(8);
+      for (Instance& instance : groups.back()) {
+        instance = {.object = random.below(static_cast<std::uint32_t>(3 + level)),
+                    .to_scene = random_affine(random, 3)};
+        if (random.below(3) == 0) instance.motion = &motion;
+      }
+      groups.back()[0].object = level == 0 ? 0 : 2 + level;
+    }
+    InstanceScene::build();
+  }
+
+  /// The closest of all ways; t, geometry and primitive count.
+  Hit closest_of_all(const SceneView& view, const Ray& ray) const {
+    Hit best;
+    for_each_way(view, ray, [&](std::uint32_t object, const Ray& local) {
+      const Hit hit = closest_hit(make_scene_view(*open_buffer(meshes[object].bytes())), local);
+      if (hit.t < best.t) best = hit;
+      if (object < 2) objects[object].search(local, best);
+    });
+    return best;
+  }
+};
+
+template <class P> void check_instances(unsigned levels) {
+  const ShapeScene scene(levels);
+  const SceneView view = scene.view();
+  Random random(kSeed + levels);
+  unsigned hits = 0, of_shapes = 0;
+  for (unsigned i = 0; i < 3000; ++i) {
+    Ray ray = random_ray(random, 6);
+    ray.mask = 0xffffffffu;
+    const Hit expected = scene.closest_of_all(view, ray);
+    const auto hit = closest<P>(view, ray);
+    INFO("seed " << kSeed + levels << ", ray " << i);
+    REQUIRE(hit.found() == expected.found());
+    if (!hit.found()) continue;
+    ++hits;
+    of_shapes += hit.geometry != 0 ? 1 : 0;
+    REQUIRE(hit.t == expected.t);
+    REQUIRE((hit.geometry == expected.geometry && hit.primitive == expected.primitive));
+  }
+  CHECK(hits > 250);
+  CHECK(of_shapes > 100);
+}
+
+/// The plane z = 0.5.
+struct Plane {
+  template <class Report> bool intersect(const Ray& ray, float, float, std::uint32_t, Report&& report) const {
+    return report(CustomHit{(0.5f - ray.origin.z) / ray.direction.z, 0, 0, Vec3(0, 0, 1), 0});
+  }
+};
+
+}  // namespace
+
+TEST_CASE("shapes in a file are hit as they are by themselves, in every layout") {
+  check_flat<PlanesLayout>(build::Builder::kSah);
+  check_flat<QuantizedLayout>(build::Builder::kLbvh);
+}
+
+TEST_CASE("shapes in instances, in motion and on two levels") {
+  check_instances<Moving<Instanced<Policies<>, 1>>>(1);
+  check_instances<Moving<Instanced<Policies<>, 2>>>(2);
+}
+
+TEST_CASE("exact arithmetic finds the crossings that a file's shapes give") {
+  const ShapeObject object(kSeed + 3, 20);
+  const build::Buffer file = object.build(NodeLayout::kPlanes, build::Builder::kSah);
+  const SceneView view = make_scene_view(*open_buffer(file.bytes()));
+  Random random(kSeed + 4);
+  unsigned hits = 0;
+  for (unsigned i = 0; i < 400; ++i) {
+    const auto from = random.in_cube(2), to = random.in_cube(1);
+    Ray ray;
+    ray.origin = Vec3(from[0], from[1], from[2]);
+    ray.direction = Vec3(to[0], to[1], to[2]) - ray.origin;
+    const auto hit = closest<Policies<>>(view, ray);
+    const auto line = [&](const ShapePoint& a, const ShapePoint& b) {
+      oracle::LineAndBalls balls{};
+      for (int k = 0; k < 3; ++k) {
+        const auto axis = static_cast<std::size_t>(k);
+        balls.origin[axis] = ray.origin[k];
+        balls.direction[axis] = ray.direction[k];
+        balls.p0[axis] = a.position[k];
+        balls.p1[axis] = b.position[k];
+      }
+      balls.r0 = a.radius;
+      balls.r1 = b.radius;
+      return balls;
+    };
+    if (!hit.found() || hit.geometry == 0) continue;
+    ++hits;
+    const ShapePoint* a =
+        hit.geometry == 2 ? &object.balls[hit.primitive] : &object.axes[object.segments[hit.primitive]];
+    const auto crossings = oracle::cross_exactly(line(*a, hit.geometry == 2 ? *a : a[1]));
+    INFO("seed " << kSeed + 4 << ", ray " << i);
+    REQUIRE(crossings.has_value());
+    const double enter = crossings->enter.get_d(), exit = crossings->exit.get_d(), t = hit.t;
+    REQUIRE(std::min(std::fabs(enter - t), std::fabs(exit - t)) <= 1e-6);
+  }
+  CHECK(hits > 100);
+}
+
+TEST_CASE("queries refuse custom primitives of which the file does not tell") {
+  const std::vector<Box> boxes{{{-1, -1, -1}, {1, 1, 1}}};
+  const build::CustomGeometry customs[] = {{.boxes = boxes}};
+  const auto bvh = build::build(build::SceneInput{{}, customs});
+  REQUIRE(bvh.has_value());
+  const SceneView view = make_scene_view(*open_buffer(bvh->buffer.bytes()));
+  const Ray ray{.origin = {0, 0, 5}, .direction = {0, 0, -1}};
+  CHECK(closest<Policies<>>(view, ray).failed());
+  CHECK(any<Policies<>>(view, ray).failed());
+}
+
+TEST_CASE("a program's own primitives beside a file's shapes") {
+  const ShapePoint balls[] = {{{5, 0, 0}, 1}};
+  const build::Shapes spheres{ShapeKind::kSpheres, balls, {}};
+  const auto ball_boxes = build::shape_boxes(spheres);
+  const std::vector<Box> own{{{-1, -1, 0.5f}, {1, 1, 0.5f}}};
+  const build::CustomGeometry customs[] = {{.boxes = *ball_boxes, .type = 0, .shapes = spheres},
+                                           {.boxes = own, .type = 1}};
+  const auto bvh = build::build(build::SceneInput{{}, customs});
+  REQUIRE(bvh.has_value());
+  const SceneView view = make_scene_view(*open_buffer(bvh->buffer.bytes()));
+  using Both = PrimitiveList<SceneShapes, Plane>;
+  const auto t = [&](float x) {
+    const Ray ray{.origin = {x, 0, 5}, .direction = {0, 0, -1}};
+    PrivateStack<>::Memory memory;
+    return ClosestHit<Policies<>, NoFilter, Both>(view, ray, memory, {}, Both(SceneShapes(view), Plane{})).next_hit().t;
+  };
+  CHECK(t(5) == 4.0f);
+  CHECK(t(0) == 4.5f);
+}

@@ -1,0 +1,9 @@
+// The traversal on the GPU of scenes of more than one level of instances.
+
+#include "gpu_trace_rays.h"
+
+namespace hiprt::tools {
+
+template GpuTraceKernel find_kernel_of_levels<kTraceLevels>(std::size_t, NodeLayout, Query, const TracePolicies&);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,9 @@
+// The traversal on the GPU of scenes whose instances move.
+
+#include "gpu_trace_rays.h"
+
+namespace hiprt::tools {
+
+template GpuTraceKernel find_kernel_of_levels<kTraceLevels, true>(std::size_t, NodeLayout, Query, const TracePolicies&);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,17 @@
+#pragma once
+/// Mesh files as a scene of instances.
+
+#include "mesh_import.h"
+#include "scene_description.h"
+
+#include <vector>
+
+namespace hiprt::tools {
+
+/// Appends the meshes of a file, each as an object of its own, and their uses to the scene's first group, with their
+/// numbers there as ids.
+/// @param times that the file was loaded with.
+/// @pre the scene has the group.
+void add_assembly(SceneDescription& scene, MeshAssembly assembly, const std::vector<float>& times);
+
+}  // namespace hiprt::tools

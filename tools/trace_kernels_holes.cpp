@@ -1,0 +1,48 @@
+/// The traversal of scenes whose materials have holes.
+
+#include "path_surface.h"
+#include "trace_kernels.h"
+
+namespace hiprt::tools {
+inline namespace HIPRT_ISA_NAMESPACE {
+namespace {
+
+template <class Query>
+auto first_hit(const SceneView& scene, const Ray& ray, const typename Query::Storage& storage, const CutOut& filter) {
+  return Query(scene, ray, storage, filter).next_hit();
+}
+
+template <class P> void trace_filtered(const TraceJob& job) {
+  typename P::Stack::Memory memory;
+  const typename P::Stack::Storage stack(memory);
+  const CutOut filter{job.holes};
+  for (std::size_t i = 0; i < job.count; ++i) {
+    const auto hit = job.query == Query::kClosest
+                         ? first_hit<ClosestHit<P, CutOut>>(*job.scene, job.rays[i], stack, filter)
+                         : first_hit<AnyHit<P, CutOut>>(*job.scene, job.rays[i], stack, filter);
+    job.hits[i] = hit;
+    if constexpr (P::kLevels != 0)
+      if (job.paths != nullptr) store_path(hit, job.paths + i * job.scene->levels, job.scene->levels);
+  }
+}
+
+}  // namespace
+
+template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob& job) {
+  dispatch_layout(job.scene->layout, [&](auto layout) {
+    using Flat = Policies<decltype(layout), Watertight, Conservative, PrivateStack<kTraceStack + kMostPushed>>;
+    if constexpr (kMoves)
+      trace_filtered<Moving<Instanced<Flat, kLevels>>>(job);
+    else if constexpr (kLevels != 0)
+      trace_filtered<Instanced<Flat, kLevels>>(job);
+    else
+      trace_filtered<Flat>(job);
+  });
+}
+
+template void trace_through_holes<0, false>(const TraceJob& job);
+template void trace_through_holes<1, false>(const TraceJob& job);
+template void trace_through_holes<kTraceLevels, true>(const TraceJob& job);
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt::tools
