@@ -19,7 +19,7 @@ set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeW
   batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)
 # Triangle and box test; 'hardware' stands for AMD's ray instruction.
 set(hiprt_values_tests accurate=Tests<Watertight,Conservative> fast=Tests<Fast,Plain>
-  watertight-plain=Tests<Watertight,Plain> fast-conservative=Tests<Fast,Conservative>
+  reference=Tests<Reference,Conservative> watertight-plain=Tests<Watertight,Plain> fast-conservative=Tests<Fast,Conservative>
   watertight-hardware=Tests<Watertight,HardwareBoxes> fast-hardware=Tests<Fast,HardwareBoxes>
   hardware=Tests<HardwareTriangle,HardwareBoxes> hardware-conservative=Tests<HardwareTriangle,Conservative>
   hardware-plain=Tests<HardwareTriangle,Plain>)

@@ -157,6 +157,13 @@ struct ArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float max(const Float& a, Uniform b) {
     return map([&](int i) HIPRT_INLINE_LAMBDA { return larger(a.lane[i], b); });
   }
+  HIPRT_HD static HIPRT_INLINE Float magnitude(const Float& a) {
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return __builtin_fabsf(a.lane[i]); });
+  }
+  /// NaN: see larger().
+  HIPRT_HD static HIPRT_INLINE float largest(const Float& a) {
+    return larger(larger(a.lane[0], a.lane[1]), larger(a.lane[2], a.lane[3]));
+  }
   template <int A, int B, int C, int D> HIPRT_HD static HIPRT_INLINE Float shuffle(const Float& a) {
     return {{a.lane[A], a.lane[B], a.lane[C], a.lane[D]}};
   }
@@ -221,6 +228,11 @@ struct SimdLanes {
 #endif
   static HIPRT_INLINE Float min(Float a, Float b) { return _mm_min_ps(a, b); }
   static HIPRT_INLINE Float max(Float a, Float b) { return _mm_max_ps(a, b); }
+  static HIPRT_INLINE Float magnitude(Float a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
+  static HIPRT_INLINE float largest(Float a) {
+    const Float two = _mm_max_ps(a, _mm_movehl_ps(a, a));
+    return _mm_cvtss_f32(_mm_max_ss(two, shuffle<1, 1, 1, 1>(two)));
+  }
   template <int A, int B, int C, int D> static HIPRT_INLINE Float shuffle(Float a) {
     return _mm_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
   }

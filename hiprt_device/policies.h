@@ -56,7 +56,7 @@ concept WorkCounting = requires(T counter) {
 };
 
 /// @tparam LayoutPolicy FloatLayout, PlanesLayout, HalfLayout or QuantizedLayout: must be the scene's.
-/// @tparam TrianglePolicy Watertight or Fast.
+/// @tparam TrianglePolicy Watertight, Fast or Reference (exact_triangle_test.h).
 /// @tparam BoxPolicy Conservative or Plain. (HardwareBoxes: see HardwarePolicies in amd_ray_test.h.)
 /// @tparam StackPolicy where the traversal keeps the nodes it has yet to visit (stack.h, stacks/).
 /// @tparam LanesPolicy SimdLanes (host) or ArrayLanes: same hits.

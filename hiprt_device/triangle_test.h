@@ -26,42 +26,41 @@ template <class T> HIPRT_HD HIPRT_INLINE void to_mesh_order(T (&value)[3], std::
   value[2] = choose(two == 0, a, choose(two == 1, b, c));
 }
 
-/// Watertight test (Woop, Benthin, Wald 2013): the ray becomes the z axis of a sheared space, edge functions are
-/// differences of products after Kahan with explicit fused multiply-adds, whose sign is exact as long as nothing
-/// underflows or overflows; where that cannot be ruled out (or an edge function is zero) the signs are decided again in
-/// double precision, where products of floats are exact. Every vertex is sheared the same way in every triangle, so a
-/// ray cannot pass between neighbours. Results do not depend on how triangles were paired, rotated or laid out.
-struct Watertight {
-  template <class Lanes> struct PreparedRay {
-    unsigned z;                                  ///< Axis of the largest direction component.
-    typename Lanes::Uniform ox, oy, oz, sx, sy;  ///< Origin and shear: direction x / z and y / z.
-    float dz;
-
-    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray) {
-      const float ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
-      z = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
-      dz = component(ray.direction, z);
-      sx = Lanes::uniform(component(ray.direction, x()) / dz);
-      sy = Lanes::uniform(component(ray.direction, y()) / dz);
-      ox = Lanes::uniform(component(ray.origin, x()));
-      oy = Lanes::uniform(component(ray.origin, y()));
-      oz = Lanes::uniform(component(ray.origin, z));
+/// Which triangles of a leaf a line meets, from the signs of edge functions in a space where the ray is the z axis
+/// (Woop, Benthin, Wald 2013). Edge functions are differences of products after Kahan with explicit fused
+/// multiply-adds, whose sign is exact as long as nothing underflows or overflows. Every vertex is sheared the same way
+/// in every triangle. Results do not depend on how triangles were paired, rotated or laid out.
+/// @tparam Test the policy: PreparedRay, a ShearedRay; uncertainty(sheared vertices, ray), up to which an edge
+/// function's sign may be another than the one to decide by; and finish(), which looks closer and makes the candidate.
+template <class Test> struct ShearedTriangleTest {
+  /// A leaf's vertices in the ray's sheared space.
+  template <class Lanes> struct Sheared {
+    typename Lanes::Float x, y, z;
+    template <class Leaf, class Ray>
+    HIPRT_HD HIPRT_INLINE Sheared(const Leaf& leaf, const Ray& ray)
+        : z(Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz)) {
+      x = Lanes::fnma(ray.sx, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x()), ray.ox));
+      y = Lanes::fnma(ray.sy, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y()), ray.oy));
     }
-    /// The other axes, 1, 2, 0 and 2, 0, 1 for z = 0, 1, 2: from two bits each.
-    HIPRT_HD HIPRT_INLINE unsigned x() const { return 0b00'10'01u >> 2 * z & 3u; }
-    HIPRT_HD HIPRT_INLINE unsigned y() const { return 0b01'00'10u >> 2 * z & 3u; }
-    /// By selection: indexing a vector at run time would move it to memory on a GPU.
-    HIPRT_HD static HIPRT_INLINE float component(const Vec3& v, unsigned axis) {
-      return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+  };
+
+  /// In stored order.
+  struct Corners {
+    float weight[3];  ///< Edge function opposite to the corner, unnormalised.
+    float z[3];
+    float uncertainty;
+
+    HIPRT_HD HIPRT_INLINE bool are_certain() const {
+      return absolute(weight[0]) > uncertainty && absolute(weight[1]) > uncertainty &&
+             absolute(weight[2]) > uncertainty;
     }
   };
 
   /// Calls accept(candidate, triangle) for each of the leaf's triangles that the line meets, triangle 0 first;
   /// stops when it returns false. @return false if it was stopped.
   /// @param info the leaf's.
-  template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
-                                              Accept&& accept) {
+  template <class Lanes, class Leaf, class Ray, class Accept>
+  HIPRT_HD static HIPRT_INLINE bool meet(const Leaf& leaf, const LeafInfo& info, const Ray& ray, Accept&& accept) {
     using Float = typename Lanes::Float;
     const Sheared<Lanes> at(leaf, ray);
     // Lanes: edges v0 v1, v1 v3, v3 v2, v2 v0 around both triangles; then the shared edge v1 v2 and back.
@@ -71,7 +70,8 @@ struct Watertight {
     const Float shared = difference_of_products<Lanes>(
         Lanes::template shuffle<1, 2, 1, 2>(at.x), Lanes::template shuffle<2, 1, 2, 1>(at.y),
         Lanes::template shuffle<1, 2, 1, 2>(at.y), Lanes::template shuffle<2, 1, 2, 1>(at.x));
-    const EdgeSigns<Lanes> signs(around, shared);
+    const float uncertainty = Test::template uncertainty<Lanes>(at, ray);
+    const EdgeSigns<Lanes> signs(around, shared, uncertainty);
     const bool meets0 = signs.meets0(), meets1 = signs.meets1();
     if (!meets0 && !meets1) return true;
     const float e0 = Lanes::get(around, 0), e1 = Lanes::get(around, 1), e2 = Lanes::get(around, 2),
@@ -80,28 +80,54 @@ struct Watertight {
     // One text for both triangles: the lanes of a wave do the first hit of their leaves together, whichever it is.
     for (bool second = !meets0, more = meets0 && meets1;; second = true, more = false) {
       const Corners corners{{choose(second, e2, s0), choose(second, s1, e3), choose(second, e1, e0)},
-                            {choose(second, z1, z0), choose(second, z3, z1), z2}};
+                            {choose(second, z1, z0), choose(second, z3, z1), z2},
+                            uncertainty};
       const std::uint32_t id = second ? info.triangle_ids >> 8 : info.triangle_ids;
       Candidate candidate;
-      const bool met = corners.are_certain() ? finish(corners, id, ray.dz, candidate)
-                                             : finish_in_double<Lanes>(read_again(leaf), ray, second, id, candidate);
-      if (met && !accept(candidate, second ? 1u : 0u)) return false;
+      if (Test::template finish<Lanes>(corners, leaf, ray, second, id, candidate) &&
+          !accept(candidate, second ? 1u : 0u))
+        return false;
       if (!more) return true;
     }
   }
 
- private:
+ protected:
   /// An edge function beyond this cannot have lost its sign to underflow: one of its products is beyond 2^-100, so
   /// the error term of Kahan's method is exact.
-  static constexpr float kCertain = 0x1p-98f;
+  static constexpr float kTiny = 0x1p-98f;
 
+  HIPRT_HD static HIPRT_INLINE void finish_in_float(Corners corners, std::uint32_t id, float dz, Candidate& result) {
+    to_mesh_order(corners.weight, id);
+    to_mesh_order(corners.z, id);
+    const float(&w)[3] = corners.weight;
+    const float reciprocal = 1.0f / (w[0] + w[1] + w[2]);
+    result.u = w[1] * reciprocal;
+    result.v = w[2] * reciprocal;
+    const float depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
+                                           fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
+    result.t = depth / dz;
+  }
+
+  /// The triangle's corners in the mesh's order. @param of a value per vertex of the leaf.
+  template <class Lanes>
+  HIPRT_HD static HIPRT_INLINE void corners_of(const typename Lanes::Float& of, bool second, std::uint32_t id,
+                                               float (&corner)[3]) {
+    const float v0 = Lanes::get(of, 0), v1 = Lanes::get(of, 1), v2 = Lanes::get(of, 2), v3 = Lanes::get(of, 3);
+    corner[0] = choose(second, v1, v0);
+    corner[1] = choose(second, v3, v1);
+    corner[2] = v2;
+    to_mesh_order(corner, id);
+  }
+
+ private:
   /// The signs of both triangles' edge functions, as bits: edges around the leaf, then the shared edge and back.
   template <class Lanes> class EdgeSigns {
    public:
-    HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared) {
-      const auto tiny = Lanes::all(kCertain), minus_tiny = Lanes::all(-kCertain);
-      positive_ = Lanes::greater(around, tiny) | Lanes::greater(shared, tiny) << 4;
-      negative_ = Lanes::greater(minus_tiny, around) | Lanes::greater(minus_tiny, shared) << 4;
+    HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared,
+                                    float uncertainty) {
+      const auto least = Lanes::all(uncertainty), most = Lanes::all(-uncertainty);
+      positive_ = Lanes::greater(around, least) | Lanes::greater(shared, least) << 4;
+      negative_ = Lanes::greater(most, around) | Lanes::greater(most, shared) << 4;
     }
     /// No edge function is certainly positive, or none certainly negative.
     HIPRT_HD HIPRT_INLINE bool meets0() const { return (positive_ & kEdges0) == 0 || (negative_ & kEdges0) == 0; }
@@ -116,40 +142,22 @@ struct Watertight {
   template <class Lanes>
   requires(Lanes::kScalar) class EdgeSigns<Lanes> {
    public:
-    HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared)
+    HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared,
+                                    float uncertainty)
         : first_{Lanes::get(around, 0), Lanes::get(around, 3), Lanes::get(shared, 0)},
-          second_{Lanes::get(around, 1), Lanes::get(around, 2), Lanes::get(shared, 1)} {}
+          second_{Lanes::get(around, 1), Lanes::get(around, 2), Lanes::get(shared, 1)},
+          uncertainty_(uncertainty) {}
     HIPRT_HD HIPRT_INLINE bool meets0() const { return meets(first_); }
     HIPRT_HD HIPRT_INLINE bool meets1() const { return meets(second_); }
 
    private:
-    HIPRT_HD static HIPRT_INLINE bool meets(const float (&edge)[3]) {
-      const bool positive = (edge[0] > kCertain) | (edge[1] > kCertain) | (edge[2] > kCertain);
-      const bool negative = (edge[0] < -kCertain) | (edge[1] < -kCertain) | (edge[2] < -kCertain);
+    HIPRT_HD HIPRT_INLINE bool meets(const float (&edge)[3]) const {
+      const float least = uncertainty_, most = -uncertainty_;
+      const bool positive = (edge[0] > least) | (edge[1] > least) | (edge[2] > least);
+      const bool negative = (edge[0] < most) | (edge[1] < most) | (edge[2] < most);
       return !(positive & negative);
     }
-    float first_[3], second_[3];
-  };
-
-  /// A leaf's vertices in the ray's sheared space.
-  template <class Lanes> struct Sheared {
-    typename Lanes::Float x, y, z;
-    template <class Leaf>
-    HIPRT_HD HIPRT_INLINE Sheared(const Leaf& leaf, const PreparedRay<Lanes>& ray)
-        : z(Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz)) {
-      x = Lanes::fnma(ray.sx, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x()), ray.ox));
-      y = Lanes::fnma(ray.sy, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y()), ray.oy));
-    }
-  };
-
-  struct Corners {
-    float weight[3];  ///< Edge function opposite to the corner, unnormalised.
-    float z[3];
-
-    HIPRT_HD HIPRT_INLINE bool are_certain() const {
-      return absolute(weight[0]) > kCertain && absolute(weight[1]) > kCertain && absolute(weight[2]) > kCertain &&
-             absolute(weight[0] + weight[1] + weight[2]) < 0x1p126f;
-    }
+    float first_[3], second_[3], uncertainty_;
   };
 
   /// a * d - b * c within 2 units of 2^-24, sign exact (Kahan; Jeannerod, Louvet, Muller 2013).
@@ -161,17 +169,62 @@ struct Watertight {
     const auto product = Lanes::mul(b, c);
     return Lanes::add(Lanes::fms(a, d, product), Lanes::fnma(b, c, product));
   }
+};
 
-  HIPRT_HD static HIPRT_INLINE bool finish(Corners corners, std::uint32_t id, float dz, Candidate& result) {
-    to_mesh_order(corners.weight, id);
-    to_mesh_order(corners.z, id);
-    const float(&w)[3] = corners.weight;
-    const float reciprocal = 1.0f / (w[0] + w[1] + w[2]);
-    result.u = w[1] * reciprocal;
-    result.v = w[2] * reciprocal;
-    const float depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
-                                           fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
-    result.t = depth / dz;
+/// A ray as the z axis of a sheared space.
+template <class Lanes> struct ShearedRay {
+  unsigned z;                                  ///< Axis of the largest direction component.
+  typename Lanes::Uniform ox, oy, oz, sx, sy;  ///< Origin and shear: direction x / z and y / z.
+
+  HIPRT_HD HIPRT_INLINE explicit ShearedRay(const Ray& ray) {
+    const float ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
+    z = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
+    const float dz = component(ray.direction, z);
+    sx = Lanes::uniform(component(ray.direction, x()) / dz);
+    sy = Lanes::uniform(component(ray.direction, y()) / dz);
+    ox = Lanes::uniform(component(ray.origin, x()));
+    oy = Lanes::uniform(component(ray.origin, y()));
+    oz = Lanes::uniform(component(ray.origin, z));
+  }
+  /// The other axes, 1, 2, 0 and 2, 0, 1 for z = 0, 1, 2: from two bits each.
+  HIPRT_HD HIPRT_INLINE unsigned x() const { return 0b00'10'01u >> 2 * z & 3u; }
+  HIPRT_HD HIPRT_INLINE unsigned y() const { return 0b01'00'10u >> 2 * z & 3u; }
+  /// By selection: indexing a vector at run time would move it to memory on a GPU.
+  HIPRT_HD static HIPRT_INLINE float component(const Vec3& v, unsigned axis) {
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+  }
+};
+
+/// Decides by the sheared, rounded vertices, exactly: where a sign is not certain (an edge function is zero, or may
+/// have lost it to underflow) it is decided again in double precision, where products of floats are exact. So a ray
+/// cannot pass between neighbours. Triangles own their edges: a ray through a shared edge meets both.
+struct Watertight : ShearedTriangleTest<Watertight> {
+  template <class Lanes> struct PreparedRay : ShearedRay<Lanes> {
+    float dz;
+    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray)
+        : ShearedRay<Lanes>(ray), dz(this->component(ray.direction, this->z)) {}
+  };
+
+  /// See ShearedTriangleTest::meet().
+  template <class Lanes, class Leaf, class Accept>
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
+                                              Accept&& accept) {
+    return meet<Lanes>(leaf, info, ray, accept);
+  }
+
+ private:
+  friend ShearedTriangleTest;
+
+  template <class Lanes> HIPRT_HD static constexpr float uncertainty(const Sheared<Lanes>&, const PreparedRay<Lanes>&) {
+    return kTiny;
+  }
+
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool finish(Corners corners, const Leaf& leaf, const PreparedRay<Lanes>& ray,
+                                           bool second, std::uint32_t id, Candidate& result) {
+    if (!corners.are_certain() || !(absolute(corners.weight[0] + corners.weight[1] + corners.weight[2]) < 0x1p126f))
+      return finish_in_double<Lanes>(read_again(leaf), ray, second, id, result);
+    finish_in_float(corners, id, ray.dz, result);
     return true;
   }
 
@@ -180,17 +233,10 @@ struct Watertight {
   HIPRT_HD static HIPRT_INLINE bool finish_in_double(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
                                                      std::uint32_t id, Candidate& result) {
     const Sheared<Lanes> at(leaf, ray);
-    const auto corners_of = [&](const typename Lanes::Float& of, float(&corner)[3]) HIPRT_INLINE_LAMBDA {
-      const float v0 = Lanes::get(of, 0), v1 = Lanes::get(of, 1), v2 = Lanes::get(of, 2), v3 = Lanes::get(of, 3);
-      corner[0] = choose(second, v1, v0);
-      corner[1] = choose(second, v3, v1);
-      corner[2] = v2;
-      to_mesh_order(corner, id);
-    };
     float x[3], y[3], z[3];
-    corners_of(at.x, x);
-    corners_of(at.y, y);
-    corners_of(at.z, z);
+    corners_of<Lanes>(at.x, second, id, x);
+    corners_of<Lanes>(at.y, second, id, y);
+    corners_of<Lanes>(at.z, second, id, z);
     // Products of floats are exact in double, so each difference is rounded once.
     const auto edge = [&](int j, int k) HIPRT_INLINE_LAMBDA {
       const double product = static_cast<double>(y[j]) * static_cast<double>(x[k]);

@@ -52,6 +52,8 @@ class GpuPathEngine {
 }  // namespace
 
 struct GpuPathTracer::State {
+  State(const SceneView& view, const PathSettings& settings) : scene{view, {}, settings} {}
+
   gpu::DeviceAllocator allocator;
   PathArrays<PathDeviceArray> arrays;
   PathScene scene;
@@ -99,7 +101,7 @@ build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool holes)
 
 build::Result<GpuPathTracer> GpuPathTracer::make(GpuTracer& tracer, const PathData& data,
                                                  const PathSettings& settings) {
-  auto state = std::make_unique<State>(State{{}, {}, {tracer.scene(), {}, settings}, {}, {}, {}, {}});
+  auto state = std::make_unique<State>(tracer.scene(), settings);
   auto done = state->upload(data);
   if (done) done = state->prepare(tracer, has_holes(data));
   if (!done) return tl::unexpected(std::move(done.error()));

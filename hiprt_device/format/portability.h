@@ -44,6 +44,15 @@
 #define HIPRT_INLINE_LAMBDA
 #endif
 
+/// Before a loop that is rarely run: must stay small.
+#if defined(__CUDACC__) || defined(__clang__)
+#define HIPRT_NO_UNROLL _Pragma("unroll 1")
+#elif defined(__GNUC__)
+#define HIPRT_NO_UNROLL _Pragma("GCC unroll 1")
+#else
+#define HIPRT_NO_UNROLL
+#endif
+
 #if defined(NDEBUG) || HIPRT_DEVICE_CODE
 #define HIPRT_ASSERT(condition) static_cast<void>(0)
 #else

@@ -7,12 +7,15 @@
 
 #include <catch2/catch.hpp>
 
+#include <memory>
+
 #include "all_hits.hip"
 #include "batch.hip"
 #include "blockers.hip"
 #include "closest_hit.hip"
 #include "cut_out.hip"
 #include "global_stack.hip"
+#include "inside.hip"
 #include "layers.hip"
 #include "policies.hip"
 #include "primitive_list.hip"
@@ -375,4 +378,24 @@ TEST_CASE("the example of blockers", "[examples]") {
   CHECK(starts_met > kCount / 20);
   start(count_blockers, other.traced, rays.data(), world.expected.data(), blockers.data(), kCount);
   CHECK(blockers == std::vector<unsigned>(kCount, ~0u));
+}
+
+TEST_CASE("an example of exact decisions: points of a grid, whose lines pass through edges and corners", "[examples]") {
+  // A cube of quads, twelve by twelve on a side, from -6 to 6.
+  Mesh cube = subdivided_box(12, 1.0, kSeed);
+  for (Position& p : cube.positions)
+    for (float& x : p) x = std::round(6.0f * x);
+  REQUIRE(is_closed(cube));
+  const Scene built = make_scene({cube}, {.nodes = NodeLayout::kPlanes});
+  std::vector<Vec3> points;
+  for (unsigned i = 0; i < kCount; ++i) {
+    const auto place = [&](unsigned step) { return static_cast<float>(2 * (i / step % 10)) - 9.0f; };
+    points.emplace_back(place(1), place(10), place(100));
+  }
+  const auto inside = std::make_unique<bool[]>(kCount);
+  start(find_inside, built.traced, points.data(), inside.get(), kCount);
+  for (unsigned i = 0; i < kCount; ++i) {
+    INFO(points[i].x << " " << points[i].y << " " << points[i].z);
+    REQUIRE(inside[i] == (max_component(points[i]) < 6.0f));
+  }
 }
