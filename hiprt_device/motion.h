@@ -36,7 +36,7 @@ struct InverseRotation {
   HIPRT_HD HIPRT_INLINE explicit InverseRotation(const float (&q)[4]) {
     const auto [x, y, z, w] = q;
     const float squared = fused_multiply_add(x, x, fused_multiply_add(y, y, fused_multiply_add(z, z, w * w)));
-    const float two = 2.0f / squared, tx = two * x, ty = two * y, tz = two * z;
+    const float two = divided(2.0f, squared), tx = two * x, ty = two * y, tz = two * z;
     const auto off = [](float a, float b, float c, float d) { return fused_multiply_add(a, b, c * d); };
     row[0][0] = 1.0f - off(ty, y, tz, z);
     row[1][1] = 1.0f - off(tx, x, tz, z);
@@ -61,7 +61,7 @@ HIPRT_HD HIPRT_INLINE void invert_turning(const TurningSegment& segment, MotionK
   for (unsigned k = 0; k < 4; ++k) q[k] = between(segment.rotation[0][k], segment.rotation[1][k], first, second);
   for (unsigned k = 0; k < 6; ++k) u[k] = between(segment.stretch[0][k], segment.stretch[1][k], r, s);
   const InverseRotation turned(q);
-  const float x = 1.0f / u[0], y = 1.0f / u[1], z = 1.0f / u[2];
+  const float x = divided(1.0f, u[0]), y = divided(1.0f, u[1]), z = divided(1.0f, u[2]);
   for (unsigned c = 0; c < 3; ++c) {
     linear[2][c] = z * turned.row[2][c];
     linear[1][c] = y * fused_multiply_add(-u[5], linear[2][c], turned.row[1][c]);
@@ -102,7 +102,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t segment_at(std::uint32_t segments, float tim
 
 /// How far a time is from the begin of a segment to its end: from 0 to 1. NaN if it is NaN.
 HIPRT_HD HIPRT_INLINE float part_of(float begin, float end, float time) {
-  return time <= begin ? 0.0f : time >= end ? 1.0f : (time - begin) / (end - begin);
+  return time <= begin ? 0.0f : time >= end ? 1.0f : divided(time - begin, end - begin);
 }
 
 /// The instance as it is at a time: a record that stands still, good for all of instance.h.

@@ -31,11 +31,11 @@ HIPRT_HD inline Vec3 spawn_origin(const Ray& ray, const Hit& hit, const Vec3& di
   using namespace spawn_detail;
   const Vec3 point = moved(ray.origin, hit.t, ray.direction);
   const float length = max_component(hit.normal);
-  if (!(length > 0.0f)) return moved(point, 2.0f * hit.error, direction / max_component(direction));
-  const Vec3 n = hit.normal / length;
+  if (!(length > 0.0f)) return moved(point, 2.0f * hit.error, divided(direction, max_component(direction)));
+  const Vec3 n = divided(hit.normal, length);
   const float squared = dot(n, n);
   // The box of half width error around the point reaches |n|_1 * error / |n| along the normal.
-  const float distance = hit.error * (absolute(n.x) + absolute(n.y) + absolute(n.z)) / squared;
+  const float distance = divided(hit.error * (absolute(n.x) + absolute(n.y) + absolute(n.z)), squared);
   const bool along = dot(n, direction) >= 0.0f;
   return moved(point, along ? distance : -distance, n);
 }

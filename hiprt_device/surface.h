@@ -123,7 +123,7 @@ HIPRT_HD inline void complete_along(const SceneView& scene, PathHit<kLevels>& hi
   while (depth-- > 0) {
     const InstanceRecord& record = entered[depth].record();
     const float length = max_component(hit.normal);
-    hit.normal = normal_to_scene(record, length > 0.0f ? hit.normal / length : hit.normal);
+    hit.normal = normal_to_scene(record, length > 0.0f ? divided(hit.normal, length) : hit.normal);
     hit.error = entered[depth].error_outside(hit.error);
   }
   if (hit.path.depth != 0)

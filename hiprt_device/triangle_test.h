@@ -100,12 +100,12 @@ template <class Test> struct ShearedTriangleTest {
     to_mesh_order(corners.weight, id);
     to_mesh_order(corners.z, id);
     const float(&w)[3] = corners.weight;
-    const float reciprocal = 1.0f / (w[0] + w[1] + w[2]);
+    const float reciprocal = divided(1.0f, w[0] + w[1] + w[2]);
     result.u = w[1] * reciprocal;
     result.v = w[2] * reciprocal;
     const float depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
                                            fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
-    result.t = depth / dz;
+    result.t = divided(depth, dz);
   }
 
   /// The triangle's corners in the mesh's order. @param of a value per vertex of the leaf.
@@ -180,8 +180,8 @@ template <class Lanes> struct ShearedRay {
     const float ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
     z = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
     const float dz = component(ray.direction, z);
-    sx = Lanes::uniform(component(ray.direction, x()) / dz);
-    sy = Lanes::uniform(component(ray.direction, y()) / dz);
+    sx = Lanes::uniform(divided(component(ray.direction, x()), dz));
+    sy = Lanes::uniform(divided(component(ray.direction, y()), dz));
     ox = Lanes::uniform(component(ray.origin, x()));
     oy = Lanes::uniform(component(ray.origin, y()));
     oz = Lanes::uniform(component(ray.origin, z));

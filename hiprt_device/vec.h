@@ -1,7 +1,7 @@
 #pragma once
 /// Small vectors. The only file that includes GLM; the rest of the library writes hiprt::Vec3.
 
-#include <hiprt_device/format/portability.h>
+#include <hiprt_device/format/arithmetic.h>
 
 #if defined(__CUDACC__) && !defined(__clang__)
 #pragma nv_diagnostic push
@@ -23,5 +23,14 @@ namespace hiprt {
 
 /// Three floats x, y, z; also v[0] to v[2], which on a GPU moves to memory what it indexes at run time.
 using Vec3 = glm::vec3;
+
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Each component correctly rounded, whatever a compiler's flags.
+HIPRT_HD HIPRT_INLINE Vec3 divided(const Vec3& a, float b) {
+  return {divided(a.x, b), divided(a.y, b), divided(a.z, b)};
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
 
 }  // namespace hiprt

@@ -25,5 +25,14 @@ HIPRT_HD HIPRT_INLINE double fused_multiply_add(double a, double b, double c) {
 #endif
 }
 
+/// Correctly rounded a / b, also under nvcc's --use_fast_math.
+HIPRT_HD HIPRT_INLINE float divided(float a, float b) {
+#if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
+  return __fdiv_rn(a, b);
+#else
+  return a / b;
+#endif
+}
+
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

@@ -4,6 +4,15 @@
 
 #include <cassert>
 
+// nvcc's --use_fast_math cannot be seen here. It leaves the guarantees: what they need is written with operations that
+// it does not change (arithmetic.h), and subnormal numbers may be flushed.
+#if (defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ != 0) || \
+     defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)) &&                         \
+    !defined(HIPRT_ALLOW_FAST_MATH)
+#error \
+    "hiprt: -ffast-math or a part of it breaks what these headers guarantee (no ray between neighbours, no hit behind a box that is missed, NaN never hit): compile without it, or define HIPRT_ALLOW_FAST_MATH and go without"
+#endif
+
 #if defined(__HIPCC__) || defined(__CUDACC__)
 #if defined(__HIPCC__) && !defined(__CUDACC__)
 #include <hip/hip_runtime.h>
