@@ -31,7 +31,7 @@ SceneView view_of(const build::Buffer& file) { return make_scene_view(*open_buff
 struct TestScene {
   SceneSource source;
   std::map<NodeLayout, gpu::DeviceScene> device;
-  Reference reference;
+  HostAnswers reference;
 
   explicit TestScene(const SceneSource& made) : source(made) {
     static gpu::DeviceAllocator allocator;
@@ -40,7 +40,7 @@ struct TestScene {
       const build::Buffer file = scene_file(source.name, layout);
       device.emplace(layout, must(gpu::upload_scene(file.bytes(), nullptr, allocator)));
       must(gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize"));
-      if (layout == NodeLayout::kPlanes) reference = make_reference(source, view_of(file), kRays, kRaySeed);
+      if (layout == NodeLayout::kPlanes) reference = make_host_answers(source, view_of(file), kRays, kRaySeed);
     }
   }
   bool has(Feature feature) const { return (device.at(NodeLayout::kPlanes).view.features & feature_bit(feature)) != 0; }

@@ -17,7 +17,7 @@ constexpr std::uint64_t kRaySeed = 32;
 constexpr unsigned kRays = 32 * kBlock;
 
 /// What failed and what did not are told apart, counted by the host as by the stacks, and the rest is true.
-void check_failures(const char* name, const Variant& variant, const Run& run, const Reference& reference) {
+void check_failures(const char* name, const Variant& variant, const Run& run, const HostAnswers& reference) {
   std::uint32_t failed = 0, wrong = 0, untold = 0;
   for (std::size_t i = 0; i < reference.rays.size(); ++i) {
     const Answer& answer = run.answers[i];
@@ -47,7 +47,7 @@ TEST_CASE("stacks that are too small") {
   const build::Buffer file = must(build::map_file(path / file_name(source.name, NodeLayout::kPlanes)));
   gpu::DeviceAllocator allocator;
   const gpu::DeviceScene scene = must(gpu::upload_scene(file.bytes(), nullptr, allocator));
-  const Reference reference = make_reference(source, make_scene_view(*open_buffer(file.bytes())), kRays, kRaySeed);
+  const HostAnswers reference = make_host_answers(source, make_scene_view(*open_buffer(file.bytes())), kRays, kRaySeed);
   for (const Variant& variant : tiny_stack_variants()) {
     INFO(variant.name);
     // Entries of global memory: with the ring of 4, as many as the other stacks have.

@@ -50,8 +50,8 @@ bool is_among(const Hit& hit, const std::vector<Hit>& hits, bool whole) {
 
 }  // namespace
 
-Reference make_reference(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed) {
-  Reference reference;
+HostAnswers make_host_answers(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed) {
+  HostAnswers reference;
   oracle::Random random(seed);
   for (unsigned i = 0; i < count; ++i) {
     const AimedRay aimed = random_ray(source, random);

@@ -18,7 +18,7 @@ struct Expected {
 };
 
 /// A scene's rays and what they hit, without a filter and with RejectThird.
-struct Reference {
+struct HostAnswers {
   std::vector<Ray> rays;
   std::vector<bool> at_edge;  ///< Of each ray.
   std::vector<Expected> plain, rejecting;
@@ -26,7 +26,7 @@ struct Reference {
 };
 
 /// @param count rays of that seed. @param scene of layout planes.
-Reference make_reference(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed);
+HostAnswers make_host_answers(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed);
 
 /// @param depth hits that the query was asked for. @return whether the answer is the truth.
 bool is_right(const Answer& answer, const Expected& expected, Query query, Filtering filter, unsigned depth);
