@@ -54,9 +54,9 @@
 #endif
 
 /// Before a loop that is rarely run: must stay small.
-#if defined(__CUDACC__) || defined(__clang__)
+#if defined(__CUDA_ARCH__) || defined(__clang__)
 #define HIPRT_NO_UNROLL _Pragma("unroll 1")
-#elif defined(__GNUC__)
+#elif defined(__GNUC__) && !defined(__CUDACC__)
 #define HIPRT_NO_UNROLL _Pragma("GCC unroll 1")
 #else
 #define HIPRT_NO_UNROLL
