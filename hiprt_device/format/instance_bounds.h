@@ -115,7 +115,10 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   }
 
  private:
+  // clang-format off
+  HIPRT_MAY_CALL_HOST  // InstancePlace, which is used on hosts only.
   HIPRT_HD Box in_scene(const Box& box) const { return place_.bounds(box); }
+  // clang-format on
 
   /// Of what an instance enters: the object, or a node or run below its root.
   HIPRT_HD Box box_of(NodeRef ref) const {

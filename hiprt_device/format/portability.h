@@ -53,6 +53,13 @@
 #define HIPRT_INLINE_LAMBDA
 #endif
 
+/// Before a template with HIPRT_HD that calls what only hosts have when it is made for hosts: nvcc would refuse it.
+#if defined(__CUDACC__) && !defined(__clang__)
+#define HIPRT_MAY_CALL_HOST _Pragma("nv_exec_check_disable")
+#else
+#define HIPRT_MAY_CALL_HOST
+#endif
+
 /// Before a loop that is rarely run: must stay small.
 #if defined(__CUDA_ARCH__) || defined(__clang__)
 #define HIPRT_NO_UNROLL _Pragma("unroll 1")
