@@ -4,6 +4,8 @@
 #include <hiprt_device/exact.h>
 #include <hiprt_device/triangle_test.h>
 
+#include <limits>
+
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
@@ -266,8 +268,10 @@ struct Reference : ShearedTriangleTest<Reference> {
       const float z = corner[2] - of.vector[0][2];
       const float beside = absolute(fused_multiply_add(-Lanes::value(ray.sx), z, corner[0] - of.vector[0][0])) +
                            absolute(fused_multiply_add(-Lanes::value(ray.sy), z, corner[1] - of.vector[0][1]));
-      width = larger(width, beside);
-      reach = larger(reach, fused_multiply_add(shear, absolute(z), beside));
+      // Where coordinates overflow the uncertainty is infinite, never NaN.
+      constexpr float kInfinity = std::numeric_limits<float>::infinity();
+      width = larger(width, smaller(beside, kInfinity));
+      reach = larger(reach, smaller(fused_multiply_add(shear, absolute(z), beside), kInfinity));
     };
     read(of.vector[2]);
     read(of.vector[3]);

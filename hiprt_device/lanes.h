@@ -10,6 +10,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 // A kernel's policies must have the same names in the host's and in the GPU's pass over a source.
 #if defined(__SSE2__) && !HIPRT_GPU_COMPILER
@@ -160,9 +161,14 @@ struct ArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float magnitude(const Float& a) {
     return map([&](int i) HIPRT_INLINE_LAMBDA { return __builtin_fabsf(a.lane[i]); });
   }
-  /// NaN: see larger().
+  /// A NaN does not hide other lanes: devices leave it out, hosts take it for infinity.
   HIPRT_HD static HIPRT_INLINE float largest(const Float& a) {
+#if HIPRT_DEVICE_CODE
     return larger(larger(a.lane[0], a.lane[1]), larger(a.lane[2], a.lane[3]));
+#else
+    const auto at = [&](int i) { return smaller(a.lane[i], std::numeric_limits<float>::infinity()); };
+    return larger(larger(at(0), at(1)), larger(at(2), at(3)));
+#endif
   }
   template <int A, int B, int C, int D> HIPRT_HD static HIPRT_INLINE Float shuffle(const Float& a) {
     return {{a.lane[A], a.lane[B], a.lane[C], a.lane[D]}};
@@ -230,7 +236,8 @@ struct SimdLanes {
   static HIPRT_INLINE Float max(Float a, Float b) { return _mm_max_ps(a, b); }
   static HIPRT_INLINE Float magnitude(Float a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
   static HIPRT_INLINE float largest(Float a) {
-    const Float two = _mm_max_ps(a, _mm_movehl_ps(a, a));
+    const Float no_nan = _mm_min_ps(a, _mm_set1_ps(std::numeric_limits<float>::infinity()));
+    const Float two = _mm_max_ps(no_nan, _mm_movehl_ps(no_nan, no_nan));
     return _mm_cvtss_f32(_mm_max_ss(two, shuffle<1, 1, 1, 1>(two)));
   }
   template <int A, int B, int C, int D> static HIPRT_INLINE Float shuffle(Float a) {

@@ -48,7 +48,7 @@ template <class Lanes> Met meet(const Pair& pair, const Ray& ray) {
 }
 
 /// What random cases are made of.
-enum class Kind { kLattice, kWild, kEdge, kVertex, kFar, kNeedle, kCount };
+enum class Kind { kLattice, kWild, kBits, kHuge, kEdge, kVertex, kFar, kNeedle, kCount };
 
 Position middle(const Position& a, const Position& b, double s) {
   Position result{};
@@ -61,13 +61,19 @@ struct Case {
   Ray ray;
 };
 
-/// On a small lattice lines and triangles meet in every degenerate way; wild ones are of any scale, all others aimed at
-/// edges and vertices as closely as floats allow.
+/// On a small lattice lines and triangles meet in every degenerate way; wild, any finite bits and huge ones are of any
+/// scale, all others aimed at edges and vertices as closely as floats allow.
 Case make_case(Kind kind, Random& random) {
   const auto number = [&]() -> float {
     if (kind == Kind::kLattice) return static_cast<float>(random.below(5)) - 2.0f;
     if (kind == Kind::kWild)
       return static_cast<float>(random.log_uniform(1e-38, 1e37)) * (random.coin() ? 1.0f : -1.0f);
+    if (kind == Kind::kHuge) return random.uniform_float(-3.4e38, 3.4e38);
+    if (kind == Kind::kBits) {
+      float bits = random.any_float();
+      while (!std::isfinite(bits)) bits = random.any_float();
+      return bits;
+    }
     return random.uniform_float(-1, 1);
   };
   const auto point = [&] { return Position{number(), number(), number()}; };
@@ -82,7 +88,7 @@ Case make_case(Kind kind, Random& random) {
   Position origin = point();
   for (float& x : origin) x *= away;
   result.ray.origin = vec3(origin);
-  if (kind == Kind::kLattice || kind == Kind::kWild) {
+  if (kind <= Kind::kHuge) {
     do result.ray.direction = vec3(point());
     while (result.ray.direction == Vec3(0.0f));
     return result;
