@@ -18,6 +18,9 @@ endfunction()
 function(hiprt_add_gpu_entry name mode arch program)
   add_test(NAME ${name} COMMAND ${PROJECT_SOURCE_DIR}/cmake/run_gpu_test.sh ${mode} ${arch} "${HIPRT_AMDRUN}"
     $<TARGET_FILE:${program}> ${ARGN})
+  if(HIPRT_TEST_SET STREQUAL "quick")
+    set_tests_properties(${name} PROPERTIES ENVIRONMENT HIPRT_EMULATED_CASES=left)
+  endif()
   # Through amdrun most of the time goes into translating kernels when they are run first, on one processor.
   set_tests_properties(${name} PROPERTIES TIMEOUT 1800 SKIP_RETURN_CODE 77 LABELS gpu FIXTURES_REQUIRED hiprt_amdrun)
 endfunction()
@@ -90,11 +93,27 @@ endfunction()
 # hiprt_emulated_cases(<entry> <cases>): where there is no GPU, the ctest entry, if there is one of that name, runs these
 # cases only (a test specification of Catch2), or with "none" nothing: other entries run them. Translating a kernel takes
 # amdrun seconds, with its check for accesses out of bounds three times as many. <name>_asan is the entry of the
-# architecture that has one.
+# architecture that has one. hiprt_quick_cases(): the same for the quick set (HIPRT_TEST_SET), in which an entry without
+# does not run; "whole": all of it, and of a program that is not Catch2's.
 function(hiprt_emulated_cases entry cases)
+  if(HIPRT_TEST_SET STREQUAL "all")
+    hiprt_set_emulated_cases(${entry} "${cases}")
+  endif()
+endfunction()
+
+function(hiprt_quick_cases entry cases)
+  if(HIPRT_TEST_SET STREQUAL "quick")
+    hiprt_set_emulated_cases(${entry} "${cases}")
+  endif()
+endfunction()
+
+function(hiprt_set_emulated_cases entry cases)
   if(entry MATCHES "_asan$" AND HIPRT_AMD_ARCHS)
     list(GET HIPRT_AMD_ARCHS -1 arch)
     string(APPEND entry _${arch})
+  endif()
+  if(cases STREQUAL "whole")
+    set(cases "")
   endif()
   if(TEST ${entry})
     set_tests_properties(${entry} PROPERTIES ENVIRONMENT "HIPRT_EMULATED_CASES=${cases}")

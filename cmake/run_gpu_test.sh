@@ -7,7 +7,8 @@
 #       nvidia    on an NVIDIA GPU of architecture ARCH (sm_90, ...)
 #       none      as it is, where there is no GPU at all
 #       prepare   (no PROGRAM) lets AMDRUN build what it needs
-# AMDRUN may be empty. Through it the program gets HIPRT_EMULATED_CASES as one more argument; none: it is left out.
+# AMDRUN may be empty. Through it the program gets HIPRT_EMULATED_CASES as one more argument; none: other tests run
+# it; left: the quick set (tools/check without --all) leaves it out.
 # The program finds ARCH in HIPRT_TEST_GPU_ARCH. Exit status: the program's, or 77 with the reason when it cannot run
 # here.
 set -euo pipefail
@@ -23,6 +24,14 @@ export HIPRT_TEST_GPU_ARCH=$arch
 skip() {
   echo "SKIPPED: $*"
   exit 77
+}
+
+# skip_left_out WHY: where no case is to be emulated.
+skip_left_out() {
+  case ${HIPRT_EMULATED_CASES:-} in
+    none) skip "$1" ;;
+    left) skip "not in the quick set (tools/check --all emulates it)" ;;
+  esac
 }
 
 # The architectures of this machine's AMD GPUs, from numbers like 90010 (gfx90a) and 100300 (gfx1030).
@@ -47,12 +56,12 @@ case $mode in
   amd)
     if grep -qx "$arch" <<<"$(amd_gpus)"; then exec "$@"; fi
     [[ -x $amdrun ]] || skip "no AMD $arch GPU here and no amdrun (HIPRT_AMDRUN='$amdrun')"
-    [[ ${HIPRT_EMULATED_CASES:-} != none ]] || skip "no AMD $arch GPU here; amdrun runs it for another architecture"
+    skip_left_out "no AMD $arch GPU here; amdrun runs it for another architecture"
     exec "$amdrun" --arch "$arch" -- "$@" ${HIPRT_EMULATED_CASES:+"$HIPRT_EMULATED_CASES"}
     ;;
   amd-asan)
     [[ -x $amdrun ]] || skip "no amdrun (HIPRT_AMDRUN='$amdrun'), which checks for out-of-bounds accesses"
-    [[ ${HIPRT_EMULATED_CASES:-} != none ]] || skip "amdrun checks for out-of-bounds accesses in other tests"
+    skip_left_out "amdrun checks for out-of-bounds accesses in other tests"
     exec "$amdrun" --arch "$arch" --asan -- "$@" ${HIPRT_EMULATED_CASES:+"$HIPRT_EMULATED_CASES"}
     ;;
   nvidia)

@@ -6,9 +6,13 @@
 
 // nvcc's --use_fast_math cannot be seen here. It leaves the guarantees: what they need is written with operations that
 // it does not change (arithmetic.h), and subnormal numbers may be flushed.
-#if (defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ != 0) || \
-     defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)) &&                         \
-    !defined(HIPRT_ALLOW_FAST_MATH)
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ != 0) || \
+    defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
+#define HIPRT_FAST_MATH 1
+#else
+#define HIPRT_FAST_MATH 0
+#endif
+#if HIPRT_FAST_MATH && !defined(HIPRT_ALLOW_FAST_MATH)
 #error \
     "hiprt: -ffast-math or a part of it breaks what these headers guarantee (no ray between neighbours, no hit behind a box that is missed, NaN never hit): compile without it, or define HIPRT_ALLOW_FAST_MATH and go without"
 #endif
@@ -77,8 +81,9 @@
 
 /// A program may hold the same kernels compiled for several x86-64 levels and choose at run time. The inline namespace
 /// keeps their symbols apart, so that the linker can never give AVX2 code to a machine without it: isa_ and a digit
-/// each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL. x86-64-v3 is isa_1111100. Under GPU compilers the
-/// name is isa_gpu in both passes, or a kernel would have two names.
+/// each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL. x86-64-v3 is isa_1111100; with HIPRT_ALLOW_FAST_MATH and what it is for
+/// isa_1111100_fast_math, so that the guarantees of others stay theirs. Under GPU compilers the name is isa_gpu in both
+/// passes, or a kernel would have two names.
 #if defined(__SSE4_2__)
 #define HIPRT_ISA_SSE4_2 1
 #else
@@ -114,7 +119,11 @@
 #else
 #define HIPRT_ISA_AVX512VL 0
 #endif
+#if HIPRT_FAST_MATH
+#define HIPRT_ISA_JOIN_EXPANDED(a, b, c, d, e, f, g) isa_##a##b##c##d##e##f##g##_fast_math
+#else
 #define HIPRT_ISA_JOIN_EXPANDED(a, b, c, d, e, f, g) isa_##a##b##c##d##e##f##g
+#endif
 #define HIPRT_ISA_JOIN(a, b, c, d, e, f, g) HIPRT_ISA_JOIN_EXPANDED(a, b, c, d, e, f, g)
 #if HIPRT_GPU_COMPILER
 #define HIPRT_ISA_NAMESPACE isa_gpu

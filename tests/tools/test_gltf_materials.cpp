@@ -23,7 +23,7 @@ GltfBuilder with_material(const json& material) {
   GltfBuilder b;
   b.add_mesh(b.add_positions({0, 0, 0, 1, 0, 0, 0, 1, 0}));
   b.json["meshes"][0]["primitives"][0]["material"] = 0;
-  b.json["materials"] = {material};
+  b.json["materials"] = json::array({material});
   b.json["nodes"] = {{{"mesh", 0}}};
   b.json["scenes"] = {{{"nodes", {0}}}};
   return b;
@@ -52,7 +52,7 @@ std::string material_fault(const json& changed) {
 /// A material with a base colour texture, and the lists that it needs.
 GltfBuilder textured(const json& image, const json& info = {{"index", 0}}) {
   GltfBuilder b = with_material({{"name", "leaf"}, {"pbrMetallicRoughness", {{"baseColorTexture", info}}}});
-  b.json["images"] = {image};
+  b.json["images"] = json::array({image});
   b.json["textures"] = {{{"source", 0}}};
   return b;
 }

@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""Turns JSON of bench_tradeoff into plots of speed against each kind of fault. See --help."""
+
+import json
+import os
+import sys
+
+from variant_report.json_file import InputError
+from variant_report.plots import load_pyplot, save
+from variant_report.runs import geometric_mean
+from variant_report.script import Parser, write_together
+
+DESCRIPTION = """Writes pareto_AXIS.svg and .png from JSON of bench_tradeoff: the speed of every set of policies against its
+leaks, hits hidden by boxes, spawned rays that meet what they left, wrong surfaces, and errors of t and of the hit point.
+Sets that another one beats in both are grey. Exit status: 0, 1 when a file cannot be read or written or holds something
+else (nothing is written then), 2 for a wrong argument."""
+FORMAT = "hiprt bench_tradeoff 1"
+
+
+class Tradeoff:
+    def __init__(self, path):
+        try:
+            with open(path, encoding="utf-8") as file:
+                self.json = json.load(file)
+            if self.json["format"] != FORMAT:
+                raise InputError(f"{path}: the format is '{self.json['format']}', '{FORMAT}' expected")
+            self.device = self.json["device"]["name"]
+            self.speeds = {}
+            for row in self.json["speed"]:
+                self.speeds.setdefault(row["subject"], []).append(row["relative"])
+            self.faults = [(row["subject"], row["question"], row["origin"], row["rays"], row["faults"])
+                           for row in self.json["faults"]]
+            self.errors = [(row["subject"], row["rays"], row["missed"] + row["wrong_surface"], row["t"]["p999"],
+                            row["point"]["p999"]) for row in self.json["errors"]]
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror}") from error
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InputError(f"{path}: not JSON of bench_tradeoff: {error}") from error
+
+    def speed(self, subject):
+        return geometric_mean(self.speeds[subject])
+
+    def fault_rate(self, wanted):
+        """By subject: faults per 10^9 rays of the questions that wanted(question, origin) says."""
+        sums = {}
+        for subject, question, origin, rays, faults in self.faults:
+            if wanted(question, origin):
+                sum_ = sums.setdefault(subject, [0, 0])
+                sum_[0] += rays
+                sum_[1] += faults
+        return {subject: (1e9 * faults / rays, 1e9 / rays) for subject, (rays, faults) in sums.items() if rays}
+
+    def wrong_rate(self):
+        sums = {}
+        for subject, rays, wrong, _, _ in self.errors:
+            sum_ = sums.setdefault(subject, [0, 0])
+            sum_[0] += rays
+            sum_[1] += wrong
+        return {subject: (1e4 * wrong / rays, 1e4 / rays) for subject, (rays, wrong) in sums.items() if rays}
+
+    def worst(self, column):
+        """By subject: the largest value of all cases."""
+        result = {}
+        for row in self.errors:
+            result[row[0]] = max(result.get(row[0], (0, 0.1))[0], row[column]), 0.1
+        return result
+
+
+# File, axis of the plot, values by subject: (value, the least one that could have been seen).
+AXES = [
+    ("leaks", "leaks per 10⁹ rays aimed at edges and vertices",
+     lambda t: t.fault_rate(lambda question, _: question in ("edges", "vertices"))),
+    ("random_leaks", "leaks per 10⁹ random rays", lambda t: t.fault_rate(lambda question, _: question == "random")),
+    ("boxes", "hits that boxes hide, per 10⁹", lambda t: t.fault_rate(lambda question, _: question == "boxes")),
+    ("spawned", "spawned rays that meet what they left, per 10⁹ (spawn_origin())",
+     lambda t: t.fault_rate(lambda question, origin: question == "spawned" and origin == "spawn_origin")),
+    ("wrong", "missed or wrong surfaces of 10,000 hard rays", lambda t: t.wrong_rate()),
+    ("t", "error of t, 99.9th percentile of the worst case, in ulps", lambda t: t.worst(3)),
+    ("point", "distance from the surface, 99.9th percentile of the worst case, in ulps", lambda t: t.worst(4)),
+]
+
+
+def beaten(place, places):
+    """Whether another place is at least as good in both and better in one."""
+    return any(x >= place[0] and y <= place[1] and (x, y) != place for x, y in places)
+
+
+def plot(plt, tradeoff, name, title, values, folder):
+    subjects = [subject for subject in values if subject in tradeoff.speeds]
+    if not subjects:
+        return
+    least = min(values[subject][1] for subject in subjects) / 2
+    places = {subject: (tradeoff.speed(subject), values[subject][0]) for subject in subjects}
+    figure, axis = plt.subplots(figsize=(8, 5))
+    for subject, place in places.items():
+        grey = beaten(place, list(places.values()))
+        color = "lightgrey" if grey else "tab:blue"
+        axis.plot(place[0], max(place[1], least), "o", color=color)
+        axis.annotate(subject, (place[0], max(place[1], least)), fontsize=7, color="grey" if grey else "black",
+                      xytext=(4, 3), textcoords="offset points")
+    axis.set_yscale("log")
+    axis.set_xlabel("speed, Fast + Plain = 1 (geometric mean)")
+    axis.set_ylabel(title)
+    axis.axhline(least, color="grey", linewidth=0.5)
+    axis.text(0.01, least, "none seen", fontsize=7, color="grey", va="bottom", transform=axis.get_yaxis_transform())
+    axis.grid(linewidth=0.3)
+    axis.set_title(f"{tradeoff.device}: to the right and down is better", fontsize=9)
+    save(figure, folder, f"pareto_{name}")
+    plt.close(figure)
+
+
+def write_plots(tradeoff, folder):
+    plt = load_pyplot("plot_tradeoff.py")
+    if plt is None:
+        return
+    for name, title, values in AXES:
+        plot(plt, tradeoff, name, title, values(tradeoff), folder)
+
+
+def main():
+    parser = Parser(prog="plot_tradeoff.py", description=DESCRIPTION)
+    parser.add_argument("json", help="file of bench_tradeoff --json")
+    parser.add_argument("--output", default=".", help="folder for what is written (.)")
+    arguments = parser.parse_args()
+    try:
+        tradeoff = Tradeoff(arguments.json)
+        write_together("plot_tradeoff", arguments.output, lambda folder: write_plots(tradeoff, folder))
+    except InputError as error:
+        print(f"plot_tradeoff.py: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,277 @@
+/// What speed costs in truth: every policy set's speed beside its faults and errors; see --help.
+
+#include "engine.h"
+#include "errors.h"
+#include "record.h"
+
+#include <benchmarks/common/flags.h>
+#include <benchmarks/common/program.h>
+#include <benchmarks/common/rounds.h>
+#include <benchmarks/common/scenes.h>
+
+#include <hiprt_build/file.h>
+#include <tests/oracle/meshes.h>
+#include <tools/progress.h>
+
+#include <algorithm>
+#include <ctime>
+#include <iostream>
+
+namespace hiprt::bench {
+namespace {
+
+constexpr int kFailure = 1, kUsage = 2;
+
+constexpr std::string_view kDescription =
+    R"(bench_tradeoff: what speed costs in truth, policy set by policy set.
+
+usage: bench_tradeoff [FLAG...]
+
+Measures on one device, in one run, of every policy set, with and without fast-math, and of Embree on a CPU:
+speed (closest hits of primary and diffuse rays, in turn, for several rounds); rays from inside closed meshes that leak
+out, random or aimed at edges and vertices; hits that boxes hide; spawned rays that meet the triangle that they left;
+and against exact arithmetic misses, wrong surfaces and the errors of t, u, v and of the hit point.
+Exit status: 0; 1 when something failed, or the default or the reference policies break a guarantee; 2 for a wrong
+command line.
+
+)";
+
+struct CommandLine {
+  std::string device = "cpu", json, markdown, commit = HIPRT_BENCH_COMMIT;
+  unsigned threads = 0, rounds = 7, error_rays = 2000, speed_rays = 1'000'000;
+  unsigned aimed_thousands = 1000;
+  SceneOptions scenes;
+};
+
+std::vector<Flag> make_flags(CommandLine& line) {
+  std::vector<Flag> flags = line.scenes.flags();
+  const std::vector<Flag> more{
+      {"device", "cpu|gpu", "who traces (cpu)",
+       [&line](std::string_view text) -> std::string {
+         if (text != "cpu" && text != "gpu") return "expected cpu or gpu";
+         line.device = text;
+         return {};
+       }},
+      number_flag("aimed", "thousands of rays per question", line.aimed_thousands, 1, 100'000'000),
+      number_flag("error-rays", "rays per case that are compared with exact arithmetic", line.error_rays, 10,
+                  1'000'000),
+      number_flag("speed-rays", "rays of each kind that are timed, about", line.speed_rays, 100, 100'000'000),
+      number_flag("rounds", "times that everybody traces", line.rounds, 1, 1000),
+      number_flag("threads", "of the CPU; 0: all", line.threads, 0, 4096),
+      text_flag("json", "FILE", "writes everything there", line.json),
+      text_flag("markdown", "FILE", "writes the tables there too", line.markdown),
+      text_flag("commit", "TEXT", "of the sources, for the JSON (when CMake ran)", line.commit)};
+  flags.insert(flags.end(), more.begin(), more.end());
+  return flags;
+}
+
+int fail(const std::string& message, int status) {
+  std::cerr << "bench_tradeoff: " << message << "\n";
+  return status;
+}
+
+class Session {
+ public:
+  Session(const CommandLine& line, Engine& engine) : line_(line), engine_(engine) {
+    record_.subjects = engine.subjects();
+  }
+
+  const TradeoffRecord& record() const { return record_; }
+
+  build::Result<void> run() {
+    if (auto done = measure_speed(); !done) return done;
+    if (auto done = ask_models(); !done) return done;
+    return compare();
+  }
+
+ private:
+  build::Result<void> set_model(const Model& model, Trees& trees) {
+    auto built = build_trees(model);
+    if (!built) return tl::unexpected(built.error());
+    trees = std::move(*built);
+    return engine_.set_model(model, trees);
+  }
+
+  build::Result<void> measure_speed() {
+    const auto names = find_scenes(line_.scenes);
+    if (!names) return tl::unexpected(names.error());
+    for (const std::string& name : *names) {
+      bar_.update((name + ": speed").c_str(), 0);
+      auto scene = load_scene(line_.scenes, name);
+      if (!scene) return tl::unexpected(scene.error());
+      auto sets = load_rays(line_.scenes, *scene, line_.speed_rays);
+      if (!sets) return tl::unexpected(sets.error());
+      const Model model = make_model(name, std::move(scene->mesh));
+      Trees trees;
+      if (auto set = set_model(model, trees); !set) return set;
+      for (const RaySet& set : *sets)
+        if (!set.any_hit)
+          if (auto timed = time_rays(model, trees, set); !timed) return timed;
+    }
+    return {};
+  }
+
+  build::Result<void> time_rays(const Model& model, const Trees& trees, const RaySet& set) {
+    const std::vector<Subject>& subjects = engine_.subjects();
+    std::vector<Hit> hits(set.rays.size());
+    build::Result<void> status;
+    std::vector<Contestant> contestants;
+    for (const Subject& subject : subjects)
+      contestants.push_back({subject.name, [&] {
+                               const auto seconds = engine_.trace(subject, set.rays, hits);
+                               if (!seconds) status = tl::unexpected(seconds.error());
+                               return seconds ? *seconds : 1.0;
+                             }});
+    // The first round warms up.
+    run_rounds(contestants, 1);
+    const Timings seconds = run_rounds(contestants, line_.rounds);
+    if (!status) return status;
+    for (std::size_t i = 0; i < subjects.size(); ++i) {
+      SpeedRow row{subjects[i].name, model.name, set.kind, set.rays.size(), seconds[i]};
+      row.relative = median_speed_ratio(seconds[i], seconds[kFastSet]);
+      if (subjects[i].ours)
+        row.bytes_per_triangle =
+            static_cast<double>(trees[layout_index(kPolicySets[subjects[i].set].layout)].buffer.size()) /
+            static_cast<double>(std::max<std::size_t>(1, model.mesh.triangles.size()));
+      record_.speeds.push_back(std::move(row));
+    }
+    return {};
+  }
+
+  /// @param question as FaultRow::question.
+  build::Result<void> ask(const Model& model, Question question, const char* name, float tmin = -1.0f,
+                          const std::string& origin = {}) {
+    const std::uint64_t count = std::uint64_t{line_.aimed_thousands} * 1000;
+    for (const Subject& subject : engine_.subjects()) {
+      bar_.update((model.name + ": " + name + ": " + subject.name).c_str(), 0.5);
+      // Others' boxes cannot be widened, and they have no bound of their errors.
+      if (!subject.ours && (question == Question::kBoxes || (question == Question::kSpawned && tmin < 0.0f))) continue;
+      const auto tally = engine_.ask(subject, {question, tmin, {}}, count);
+      if (!tally) return tl::unexpected(tally.error());
+      record_.faults.push_back({subject.name, model.name, name, origin, count, *tally});
+    }
+    return {};
+  }
+
+  build::Result<void> ask_models() {
+    const oracle::Mesh star = oracle::star(4, 11), sphere = oracle::icosphere(4),
+                       box = oracle::subdivided_box(12, 1.9, 12);
+    const std::vector<Model> leaks{make_model("star", star, 0.05), make_model("sphere", sphere, 0.5),
+                                   make_model("box", box, 0.9)};
+    for (const Model& model : leaks) {
+      Trees trees;
+      if (auto set = set_model(model, trees); !set) return set;
+      for (const auto& [question, name] :
+           {std::pair{Question::kRandom, "random"}, {Question::kEdge, "edges"}, {Question::kVertex, "vertices"}})
+        if (auto done = ask(model, question, name); !done) return done;
+    }
+    // Few triangles: a ray that enters every box tests them all.
+    for (const Model& model :
+         {make_model("box", oracle::subdivided_box(3, 1.9, 3), 0.9), make_model("sphere", oracle::icosphere(1), 0.5)}) {
+      Trees trees;
+      if (auto set = set_model(model, trees); !set) return set;
+      if (auto done = ask(model, Question::kBoxes, "boxes"); !done) return done;
+    }
+    for (const Model& model : {make_model("sphere", sphere, 0.5), make_model("star", star, 0.05),
+                               make_model("sphere, radius 10 at 1e4", sphere, 0.5, 10, {1e4, 1e4, 1e4})}) {
+      Trees trees;
+      if (auto set = set_model(model, trees); !set) return set;
+      if (auto done = ask(model, Question::kSpawned, "spawned", -1.0f, "spawn_origin"); !done) return done;
+      for (const auto& [tmin, origin] : {std::pair{0.0f, "tmin 0"}, {1e-5f, "tmin 1e-5"}, {1e-3f, "tmin 1e-3"}})
+        if (auto done = ask(model, Question::kSpawned, "spawned", tmin, origin); !done) return done;
+    }
+    return {};
+  }
+
+  build::Result<void> compare() {
+    bar_.update("exact hits", 0.8);
+    for (const ErrorCase& errors : error_cases(line_.error_rays)) {
+      Trees trees;
+      if (auto set = set_model(errors.model, trees); !set) return set;
+      std::vector<Hit> hits(errors.rays.size());
+      for (const Subject& subject : engine_.subjects()) {
+        const auto traced = engine_.trace(subject, errors.rays, hits);
+        if (!traced) return tl::unexpected(traced.error());
+        record_.errors.push_back({subject.name, errors.model.name, measure_errors(errors, hits, subject.ours)});
+      }
+    }
+    return {};
+  }
+
+  const CommandLine& line_;
+  Engine& engine_;
+  TradeoffRecord record_;
+  tools::ProgressBar bar_;
+};
+
+/// What is promised of the usual compiler's Conservative sets with Watertight or Reference.
+std::vector<std::string> broken_guarantees(const TradeoffRecord& record) {
+  std::vector<std::string> broken;
+  const auto promised = [&](const std::string& name) {
+    const auto subject =
+        std::find_if(record.subjects.begin(), record.subjects.end(), [&](const Subject& s) { return s.name == name; });
+    return subject->ours && subject->compiler == "usual" && subject->boxes == "Conservative" &&
+           subject->triangle != "Fast";
+  };
+  for (const FaultRow& row : record.faults)
+    if (promised(row.subject) && row.tally.faults != 0 && (row.question != "spawned" || row.origin == "spawn_origin"))
+      broken.push_back(row.subject + ": " + row.model + ": " + row.question + ": " + std::to_string(row.tally.faults) +
+                       " of " + std::to_string(row.rays) + " rays");
+  for (const ErrorRow& row : record.errors) {
+    if (promised(row.subject) && row.errors.beyond_bound != 0)
+      broken.push_back(row.subject + ": " + row.name + ": " + std::to_string(row.errors.beyond_bound) +
+                       " hit points beyond their bounds");
+    if (row.subject == kPolicySets[4].name && (row.errors.missed != 0 || row.errors.other != 0))
+      broken.push_back(row.subject + ": " + row.name + ": a hit that is not the exact one");
+  }
+  return broken;
+}
+
+build::Result<void> write_text(const std::string& path, const std::string& text) {
+  if (path.empty()) return {};
+  return build::write_file(path, std::as_bytes(std::span(text)));
+}
+
+int measure(const CommandLine& line, const std::string& command) {
+  for (const std::string& path : {line.json, line.markdown})
+    if (const auto can = path.empty() ? build::Result<void>{} : build::check_writable(path); !can)
+      return fail(can.error().message, kFailure);
+  auto engine = line.device == "cpu" ? make_cpu_engine(line.threads) : make_gpu_engine();
+  if (!engine) return fail("--device=" + line.device + ": " + engine.error().message, kFailure);
+  const tools::InterruptGuard guard;
+  Session session(line, **engine);
+  if (const auto done = session.run(); !done) return fail(done.error().message, kFailure);
+  char date[32] = "";
+  const std::time_t now = std::time(nullptr);
+  std::strftime(date, sizeof(date), "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&now));
+  const std::vector<std::string> broken = broken_guarantees(session.record());
+  nlohmann::json json{
+      {"format", kTradeoffFormat},       {"commit", line.commit},       {"command", command},         {"date", date},
+      {"device", (*engine)->describe()}, {"compiler", compiler_name()}, {"broken_guarantees", broken}};
+  add_json(session.record(), json);
+  const std::string text = to_markdown(session.record());
+  std::cout << text << std::flush;
+  for (const auto& written : {write_text(line.json, json.dump(1) + "\n"), write_text(line.markdown, text)})
+    if (!written) return fail(written.error().message, kFailure);
+  for (const std::string& fault : broken) std::cerr << "bench_tradeoff: a guarantee is broken: " << fault << "\n";
+  return broken.empty() ? 0 : kFailure;
+}
+
+}  // namespace
+}  // namespace hiprt::bench
+
+int main(int argc, char** argv) {
+  using namespace hiprt::bench;
+  CommandLine line;
+  std::string command;
+  for (int i = 0; i < argc; ++i) command += (i == 0 ? "" : " ") + std::string(argv[i]);
+  std::vector<Flag> flags = make_flags(line);
+  for (int i = 1; i < argc; ++i)
+    if (std::string_view(argv[i]) == "--help" || std::string_view(argv[i]) == "-h") {
+      std::cout << kDescription << describe(flags);
+      return 0;
+    }
+  if (const std::string fault = take_flags(argc, argv, flags); !fault.empty()) return fail(fault, kUsage);
+  if (argc > 1) return fail("unknown argument '" + std::string(argv[1]) + "' (see --help)", kUsage);
+  return measure(line, command);
+}

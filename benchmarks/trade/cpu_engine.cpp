@@ -1,0 +1,181 @@
+#include "engine.h"
+
+#include <benchmarks/common/embree_scene.h>
+#include <benchmarks/common/rounds.h>
+#include <benchmarks/trace/embree_trace.h>
+#include <tools/isa.h>
+#include <tools/names.h>
+#include <tools/parallel.h>
+
+#include <fstream>
+#include <mutex>
+#include <optional>
+
+namespace hiprt::bench {
+
+void tradeoff_ask_usual(CpuWork& work);
+void tradeoff_ask_fast_math(CpuWork& work);
+
+void ask_on_cpu(Compiler compiler, CpuWork& work) {
+  compiler == Compiler::kUsual ? tradeoff_ask_usual(work) : tradeoff_ask_fast_math(work);
+}
+
+bool cpu_can_ask() { return tools::runs_isa("x86_64_v3"); }
+
+std::vector<Subject> policy_subjects() {
+  std::vector<Subject> subjects;
+  for (const Compiler settings : {Compiler::kUsual, Compiler::kFastMath})
+    for (std::size_t i = 0; i < (settings == Compiler::kUsual ? kPolicySets.size() : kFastMathSets); ++i) {
+      const PolicySet& set = kPolicySets[i];
+      const bool fast = settings == Compiler::kFastMath;
+      Subject subject;
+      subject.name = std::string(set.name) + (fast ? ", fast-math" : "");
+      subject.triangle = set.triangle;
+      subject.boxes = set.boxes;
+      subject.layout = tools::word_of(tools::kLayouts, set.layout);
+      subject.compiler = fast ? "fast-math" : "usual";
+      subject.set = i;
+      subject.settings = settings;
+      subjects.push_back(std::move(subject));
+    }
+  return subjects;
+}
+
+namespace {
+
+constexpr std::size_t kBatch = 4096;
+
+std::string cpu_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string text; std::getline(file, text);)
+    if (text.starts_with("model name")) return text.substr(std::min(text.size(), text.find(':') + 2));
+  return "unknown";
+}
+
+/// What ask() calls. Embree has boxes of its own: Question::kBoxes is not asked.
+struct EmbreeTracer {
+  RTCScene scene;
+
+  Hit closest(const Ray& ray) const {
+    Hit hit;
+    embree_trace(scene, false, {&ray, 1}, {&hit, 1});
+    return hit;
+  }
+  Hit every_box(const Ray&) const { return {}; }
+};
+
+class CpuEngine final : public Engine {
+ public:
+  explicit CpuEngine(unsigned threads) : limit_(threads), subjects_(policy_subjects()) {
+    for (const char* name : {"Embree", "Embree robust"}) {
+      Subject subject;
+      subject.name = name;
+      subject.ours = false;
+      subjects_.push_back(subject);
+    }
+  }
+
+  nlohmann::json describe() const override {
+    return {{"kind", "cpu"}, {"name", cpu_name()}, {"threads", limit_.threads()}};
+  }
+
+  const std::vector<Subject>& subjects() const override { return subjects_; }
+
+  build::Result<void> set_model(const Model& model, const Trees& trees) override {
+    model_ = &model;
+    for (std::size_t i = 0; i < kLayouts; ++i) {
+      const auto view = open_buffer(trees[i].buffer.bytes());
+      if (!view) return tl::unexpected(build::Error{build::ErrorCode::kBackend, "a tree that is no file"});
+      scenes_[i] = make_scene_view(*view);
+    }
+    embree_[0].reset();
+    embree_[1].reset();
+    for (const bool robust : {false, true}) {
+      auto scene = EmbreeScene::make(model.mesh, {.flags = robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE});
+      if (!scene) return tl::unexpected(scene.error());
+      if (auto done = scene->commit(); !done) return done;
+      embree_[robust ? 1 : 0].emplace(std::move(*scene));
+    }
+    return {};
+  }
+
+  build::Result<Tally> ask(const Subject& subject, Probe probe, std::uint64_t count) override {
+    aim(subject, probe);
+    Tally sum;
+    std::mutex mutex;
+    const bool finished = tools::parallel_batches(count, kBatch, limit_, [&](std::size_t begin, std::size_t end) {
+      const Tally part = ask_part(subject, probe, begin, end);
+      const std::scoped_lock lock(mutex);
+      sum.skipped += part.skipped;
+      sum.faults += part.faults;
+      sum.lost += part.lost;
+    });
+    if (!finished) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "interrupted"});
+    return sum;
+  }
+
+  build::Result<double> trace(const Subject& subject, std::span<const Ray> rays, std::span<Hit> hits) override {
+    Probe probe;
+    probe.question = Question::kTrace;
+    aim(subject, probe);
+    probe.target.rays = rays.data();
+    probe.target.hits = hits.data();
+    bool finished = true;
+    const double seconds = time_of([&] {
+      finished = tools::parallel_batches(rays.size(), kBatch, limit_, [&](std::size_t begin, std::size_t end) {
+        ask_part(subject, probe, begin, end);
+      });
+    });
+    if (!finished) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "interrupted"});
+    return seconds;
+  }
+
+ private:
+  void aim(const Subject& subject, Probe& probe) const {
+    Target& target = probe.target;
+    target.scene = scenes_[layout_index(kPolicySets[subject.set].layout)];
+    target.positions = model_->mesh.positions.data();
+    target.triangles = model_->mesh.triangles.data();
+    target.triangle_count = static_cast<std::uint32_t>(model_->mesh.triangles.size());
+    target.centre = model_->centre;
+    target.room = model_->room;
+    target.extent = model_->extent;
+  }
+
+  Tally ask_part(const Subject& subject, const Probe& probe, std::uint64_t begin, std::uint64_t end) const {
+    CpuWork work{subject.set, &probe, begin, end, {}};
+    if (subject.ours) {
+      ask_on_cpu(subject.settings, work);
+      return work.tally;
+    }
+    const RTCScene scene = embree_[subject.name == "Embree" ? 0 : 1]->get();
+    if (probe.question == Question::kTrace) {
+      embree_trace(scene, false, {probe.target.rays + begin, end - begin}, {probe.target.hits + begin, end - begin});
+      return {};
+    }
+    for (std::uint64_t i = begin; i < end; ++i) {
+      const Tally one = bench::ask(probe, i, EmbreeTracer{scene});
+      work.tally.skipped += one.skipped;
+      work.tally.faults += one.faults;
+      work.tally.lost += one.lost;
+    }
+    return work.tally;
+  }
+
+  tools::ThreadLimit limit_;
+  std::vector<Subject> subjects_;
+  const Model* model_ = nullptr;
+  std::array<SceneView, kLayouts> scenes_{};
+  std::array<std::optional<EmbreeScene>, 2> embree_;
+};
+
+}  // namespace
+
+build::Result<std::unique_ptr<Engine>> make_cpu_engine(unsigned threads) {
+  if (!cpu_can_ask())
+    return tl::unexpected(
+        build::Error{build::ErrorCode::kInvalidInput, "the kernels want a processor with AVX2 and FMA"});
+  return std::make_unique<CpuEngine>(threads);
+}
+
+}  // namespace hiprt::bench

@@ -1,0 +1,59 @@
+/// The CPU's kernels, compiled once per HIPRT_TRADEOFF_COMPILER: usual, fast_math.
+
+#include "kernels.h"
+
+#include <hiprt_device/hiprt_device.h>
+
+#define HIPRT_JOIN_EXPANDED(a, b) a##b
+#define HIPRT_JOIN(a, b) HIPRT_JOIN_EXPANDED(a, b)
+#define HIPRT_TRADEOFF_ASK HIPRT_JOIN(tradeoff_ask_, HIPRT_TRADEOFF_COMPILER)
+
+namespace hiprt::bench {
+
+void HIPRT_TRADEOFF_ASK(CpuWork& work);
+
+namespace {
+
+template <class Layout, class Triangle, class Boxes> struct Tracer {
+  Hit closest(const Ray& ray) const { return closest_hit<Policies<Layout, Triangle, Boxes>>(*scene, ray); }
+  Hit every_box(const Ray& ray) const { return closest_hit<Policies<Layout, Triangle, EveryBox>>(*scene, ray); }
+  const SceneView* scene;
+};
+
+template <class Layout, class Triangle, class Boxes> void ask_all(CpuWork& work) {
+  const Probe& probe = *work.probe;
+  const Tracer<Layout, Triangle, Boxes> tracer{&probe.target.scene};
+  if (probe.question == Question::kTrace) {
+    for (std::uint64_t i = work.begin; i < work.end; ++i) probe.target.hits[i] = tracer.closest(probe.target.rays[i]);
+    return;
+  }
+  for (std::uint64_t i = work.begin; i < work.end; ++i) {
+    const Tally one = ask(probe, i, tracer);
+    work.tally.skipped += one.skipped;
+    work.tally.faults += one.faults;
+    work.tally.lost += one.lost;
+  }
+}
+
+}  // namespace
+
+void HIPRT_TRADEOFF_ASK(CpuWork& work) {
+  switch (work.set) {
+#if HIPRT_FAST_MATH
+#define HIPRT_POLICY_SET(number, triangle, boxes, layout)                         \
+  case number:                                                                    \
+    if constexpr (number < kFastMathSets) ask_all<layout, triangle, boxes>(work); \
+    return;
+#else
+#define HIPRT_POLICY_SET(number, triangle, boxes, layout) \
+  case number:                                            \
+    return ask_all<layout, triangle, boxes>(work);
+#endif
+    HIPRT_POLICY_SETS(HIPRT_POLICY_SET)
+#undef HIPRT_POLICY_SET
+    default:
+      return;
+  }
+}
+
+}  // namespace hiprt::bench

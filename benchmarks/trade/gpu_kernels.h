@@ -1,0 +1,27 @@
+#pragma once
+/// The GPU's kernels.
+
+#include "kernels.h"
+
+#include <cstdint>
+
+namespace hiprt::bench {
+
+struct GpuWork {
+  Probe probe;
+  std::uint64_t first;
+  std::uint32_t count;   ///< Rays [first, first + count).
+  std::uint32_t* tally;  ///< Of rays skipped, with faults, lost.
+};
+
+/// Thread i asks ray first + i, or traces it.
+using GpuKernel = void (*)(GpuWork);
+
+struct GpuKernels {
+  GpuKernel ask, trace;
+};
+
+/// @param set in kPolicySets; with Compiler::kFastMath below kFastMathSets.
+GpuKernels gpu_kernels(Compiler compiler, std::size_t set);
+
+}  // namespace hiprt::bench

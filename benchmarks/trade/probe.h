@@ -1,0 +1,187 @@
+#pragma once
+/// Questions whose answers are known, asked of any tracer by the number of a ray: the same rays on every host and GPU.
+/// Meshes are closed and lie around Target::centre, so that a ray from inside has something to meet.
+
+#include <hiprt_build/input.h>
+#include <hiprt_device/closest_hit.h>
+#include <hiprt_device/spawn.h>
+
+#include <cstdint>
+
+namespace hiprt::bench {
+
+enum class Question : unsigned {
+  kRandom,   ///< From inside in any direction; fault: a miss.
+  kEdge,     ///< From inside at a point of an edge; fault: a miss.
+  kVertex,   ///< From inside at a vertex; fault: a miss.
+  kBoxes,    ///< From outside and inside at points of triangles, every third ray along an axis; fault: not the hit that
+             ///< the same triangle test finds if every box lets every ray in.
+  kSpawned,  ///< A ray that leaves from where another one, from inside, met the mesh, to the side that one came from;
+             ///< fault: it meets the triangle that it left; lost: it meets nothing.
+  kTrace,    ///< No question: rays[number], answered as hits[number].
+};
+
+/// What rays are aimed at. Pointers are the tracer's: to the device's memory on a GPU.
+struct Target {
+  SceneView scene;
+  const build::Position* positions = nullptr;
+  const build::Triangle* triangles = nullptr;
+  std::uint32_t triangle_count = 0;
+  Vec3 centre{0.0f};
+  float room = 0.0f;    ///< A ball of this radius around the centre is inside.
+  float extent = 0.0f;  ///< A cube of half this edge around the centre holds the mesh.
+  const Ray* rays = nullptr;
+  Hit* hits = nullptr;
+};
+
+struct Probe {
+  Question question = Question::kRandom;
+  /// Question::kSpawned: below 0 rays start at spawn_origin(); else at the hit point with this tmin, times the mesh's
+  /// extent.
+  float tmin = -1.0f;
+  Target target;
+};
+
+/// Of one ray, or of many.
+struct Tally {
+  std::uint64_t skipped = 0;  ///< Rays that asked nothing.
+  std::uint64_t faults = 0;
+  std::uint64_t lost = 0;
+};
+
+// Functions are compiled for several instruction sets: policies and what they call have names of their own for each.
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Lets every ray into every box: the margin is beyond all scenes.
+struct EveryBox {
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0x1p100f; }
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&, float, float) { return 0x1p100f; }
+};
+
+namespace probe_detail {
+
+/// Numbers of one ray (SplitMix64).
+class Numbers {
+ public:
+  HIPRT_HD explicit Numbers(std::uint64_t ray) : state_(ray * 0x632be59bd9b4e019u + 20261123u) {}
+  HIPRT_HD std::uint32_t next() {
+    std::uint64_t z = state_ += 0x9e3779b97f4a7c15u;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return static_cast<std::uint32_t>((z ^ z >> 31) >> 32);
+  }
+  /// In [0, 1).
+  HIPRT_HD float unit() { return static_cast<float>(next() >> 8) * 0x1p-24f; }
+  /// In [-1, 1).
+  HIPRT_HD float both() { return 2.0f * unit() - 1.0f; }
+  /// A direction; not all alike, and never 0.
+  HIPRT_HD Vec3 direction() {
+    const float x = both(), y = both(), z = both();
+    return Vec3(x, y, z == 0.0f ? 1.0f : z);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+HIPRT_HD inline Vec3 vec(const build::Position& p) { return Vec3(p[0], p[1], p[2]); }
+
+/// A point inside the mesh.
+HIPRT_HD inline Vec3 inside(const Target& target, Numbers& random) {
+  const float reach = 0.5f * target.room;
+  const float x = random.both(), y = random.both(), z = random.both();
+  return target.centre + reach * Vec3(x, y, z);
+}
+
+/// a + s * (b - a) per component, the same bits whatever a compiler contracts.
+HIPRT_HD inline Vec3 between(const Vec3& a, const Vec3& b, float s) {
+  return Vec3(fused_multiply_add(s, b.x - a.x, a.x), fused_multiply_add(s, b.y - a.y, a.y),
+              fused_multiply_add(s, b.z - a.z, a.z));
+}
+
+HIPRT_HD inline Ray ray_to(const Vec3& from, const Vec3& to) {
+  Ray ray;
+  ray.origin = from;
+  ray.direction = to - from;
+  return ray;
+}
+
+HIPRT_HD inline Ray leak_ray(const Probe& probe, Numbers& random) {
+  const Target& target = probe.target;
+  const Vec3 from = inside(target, random);
+  if (probe.question == Question::kRandom || probe.question == Question::kSpawned) {
+    Ray ray;
+    ray.origin = from;
+    ray.direction = random.direction();
+    return ray;
+  }
+  const build::Triangle triangle = target.triangles[random.next() % target.triangle_count];
+  const unsigned first = random.next() % 3;
+  const Vec3 a = vec(target.positions[triangle[first]]),
+             b = vec(target.positions[triangle[first == 2 ? 0 : first + 1]]);
+  return ray_to(from, between(a, b, probe.question == Question::kVertex ? 0.0f : random.unit()));
+}
+
+HIPRT_HD inline Ray box_ray(const Target& target, std::uint64_t number, Numbers& random) {
+  const build::Triangle triangle = target.triangles[random.next() % target.triangle_count];
+  const Vec3 a = vec(target.positions[triangle[0]]), b = vec(target.positions[triangle[1]]),
+             c = vec(target.positions[triangle[2]]);
+  const Vec3 at = between(a, between(b, c, random.unit()), random.unit());
+  const float x = random.both(), y = random.both(), z = random.both();
+  const Vec3 from = target.centre + target.extent * Vec3(x, y, z);
+  if (number % 3 != 0) return ray_to(from, at);
+  // Along an axis, through the point in the other two, so that it may lie in the planes of boxes.
+  const unsigned axis = random.next() % 3;
+  Ray ray;
+  ray.origin = at;
+  ray.direction = Vec3(0.0f);
+  const float far = random.next() % 2 == 0 ? target.extent : -target.extent;
+  if (axis == 0) ray.origin.x = target.centre.x + far, ray.direction.x = -far;
+  if (axis == 1) ray.origin.y = target.centre.y + far, ray.direction.y = -far;
+  if (axis == 2) ray.origin.z = target.centre.z + far, ray.direction.z = -far;
+  return ray;
+}
+
+/// The ray that leaves from where @p ray met something.
+HIPRT_HD inline Ray spawned_ray(const Probe& probe, const Ray& ray, const Hit& hit, Numbers& random) {
+  Ray next;
+  next.direction = random.direction();
+  const auto dot = [](const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
+  if ((dot(next.direction, hit.normal) > 0.0f) == (dot(ray.direction, hit.normal) > 0.0f))
+    next.direction = -next.direction;
+  if (probe.tmin < 0.0f) {
+    next.origin = spawn_origin(ray, hit, next.direction);
+  } else {
+    next.origin = spawn_detail::moved(ray.origin, hit.t, ray.direction);
+    next.tmin = probe.tmin * probe.target.extent;
+  }
+  return next;
+}
+
+}  // namespace probe_detail
+
+/// Asks the question of ray @p number, any but Question::kTrace. @param trace has closest(ray) and every_box(ray), the
+/// same with EveryBox.
+template <class Tracer> HIPRT_HD inline Tally ask(const Probe& probe, std::uint64_t number, const Tracer& trace) {
+  using namespace probe_detail;
+  Numbers random(number);
+  Ray ray = probe.question == Question::kBoxes ? box_ray(probe.target, number, random) : leak_ray(probe, random);
+  std::uint32_t left = kInvalidId;
+  // One place that traces: kernels are twice as large with two.
+  for (;;) {
+    const Hit hit = trace.closest(ray);
+    if (probe.question == Question::kBoxes) {
+      const Hit truth = trace.every_box(ray);
+      const bool same = hit.found() && hit.t == truth.t;
+      return {truth.found() ? 0u : 1u, truth.found() && !same ? 1u : 0u, 0};
+    }
+    if (probe.question != Question::kSpawned) return {0, hit.found() ? 0u : 1u, 0};
+    if (left != kInvalidId) return {0, hit.primitive == left ? 1u : 0u, hit.found() ? 0u : 1u};
+    if (!hit.found()) return {1, 0, 0};
+    left = hit.primitive;
+    ray = spawned_ray(probe, ray, hit, random);
+  }
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt::bench

@@ -1,0 +1,181 @@
+#include "record.h"
+
+#include <benchmarks/common/markdown.h>
+#include <benchmarks/common/rounds.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace hiprt::bench {
+namespace {
+
+nlohmann::json spread_json(const Spread& spread) {
+  return {{"median", spread.median}, {"p999", spread.p999}, {"largest", spread.largest}};
+}
+
+/// In the order in which they come first.
+template <class Row, class Key> std::vector<std::string> keys(const std::vector<Row>& rows, const Key& key) {
+  std::vector<std::string> result;
+  for (const Row& row : rows)
+    if (const std::string text = key(row); std::find(result.begin(), result.end(), text) == result.end())
+      result.push_back(text);
+  return result;
+}
+
+std::string fault_key(const FaultRow& row) {
+  return row.question + (row.origin.empty() ? "" : ", " + row.origin) + ": " + row.model;
+}
+
+/// A count per 10^9 of rays, with as many digits as a count has that says something.
+std::string per_billion(std::uint64_t faults, std::uint64_t rays) {
+  if (rays == 0) return "";
+  if (faults == 0) return "0";
+  const double value = 1e9 * static_cast<double>(faults) / static_cast<double>(rays);
+  char text[32];
+  std::snprintf(text, sizeof text, value < 1e4 ? "%.0f" : "%.2g", value);
+  return text;
+}
+
+/// A row per subject, a column per key. @param cell what stands where a row has the key and subject.
+template <class Row>
+std::string table(const std::vector<Subject>& subjects, const std::vector<Row>& rows,
+                  const std::function<std::string(const Row&)>& key,
+                  const std::function<std::string(const Row&)>& cell) {
+  std::vector<std::string> head{"policies"};
+  const std::vector<std::string> columns = keys(rows, key);
+  head.insert(head.end(), columns.begin(), columns.end());
+  MarkdownTable result(head);
+  for (const Subject& subject : subjects) {
+    std::vector<std::string> line{subject.name};
+    for (const std::string& column : columns) {
+      const auto found = std::find_if(
+          rows.begin(), rows.end(), [&](const Row& row) { return row.subject == subject.name && key(row) == column; });
+      line.push_back(found == rows.end() ? "" : cell(*found));
+    }
+    result.add(line);
+  }
+  return result.text();
+}
+
+std::string speed_table(const TradeoffRecord& record) {
+  MarkdownTable result({"policies", "triangle test", "box test", "nodes", "compiler", "bytes/triangle",
+                        "speed, fast = 1", "slowest", "Mrays/s"});
+  for (const Subject& subject : record.subjects) {
+    std::vector<double> relative, mrays;
+    double bytes = 0.0;
+    for (const SpeedRow& row : record.speeds)
+      if (row.subject == subject.name) {
+        relative.push_back(row.relative);
+        mrays.push_back(mrays_per_second(row));
+        bytes = row.bytes_per_triangle;
+      }
+    if (relative.empty()) continue;
+    result.add({subject.name, subject.triangle, subject.boxes, subject.layout, subject.compiler,
+                bytes > 0.0 ? format_number(bytes, 1) : "", format_number(geometric_mean(relative), 3),
+                format_number(*std::min_element(relative.begin(), relative.end()), 3),
+                format_number(geometric_mean(mrays), 2)});
+  }
+  return result.text();
+}
+
+std::string error_number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, value >= 1e4 ? "%.1e" : value >= 100 ? "%.0f" : "%.2f", value);
+  return text;
+}
+
+std::string error_tables(const TradeoffRecord& record) {
+  const std::function key = [](const ErrorRow& row) { return row.name; };
+  const auto section = [&](const char* title, const std::function<std::string(const ErrorRow&)>& cell) {
+    return std::string(title) + "\n\n" + table<ErrorRow>(record.subjects, record.errors, key, cell);
+  };
+  const auto spread = [&](const char* title, Spread Errors::*which) {
+    return section(title, [which](const ErrorRow& row) {
+      const Spread& s = row.errors.*which;
+      return error_number(s.median) + " / " + error_number(s.p999) + " / " + error_number(s.largest);
+    });
+  };
+  return section("Of 10,000 rays that truly hit: missed + another surface (t off by more than 1 %)",
+                 [](const ErrorRow& row) {
+                   const double scale = 1e4 / static_cast<double>(std::max<std::uint64_t>(1, row.errors.rays));
+                   return format_number(scale * static_cast<double>(row.errors.missed), 0) + " + " +
+                          format_number(scale * static_cast<double>(row.errors.wrong), 0);
+                 }) +
+         section("Of 10,000: another triangle than the closest one",
+                 [](const ErrorRow& row) {
+                   const double scale = 1e4 / static_cast<double>(std::max<std::uint64_t>(1, row.errors.rays));
+                   return format_number(scale * static_cast<double>(row.errors.other), 0);
+                 }) +
+         spread("Error of t, in units in the last place: median / 99.9th percentile / largest", &Errors::t) +
+         spread("Error of u, in units of 2^-24: median / 99.9th percentile / largest", &Errors::u) +
+         spread(
+             "Distance of the hit point from the triangle's plane, in units in the last place of the largest "
+             "coordinate: median / 99.9th percentile / largest",
+             &Errors::point) +
+         section("Hit points further from the plane than Hit::error says",
+                 [&](const ErrorRow& row) { return std::to_string(row.errors.beyond_bound); });
+}
+
+}  // namespace
+
+double mrays_per_second(const SpeedRow& row) { return 1e-6 * static_cast<double>(row.count) / median(row.seconds); }
+
+void add_json(const TradeoffRecord& record, nlohmann::json& json) {
+  for (const char* name : {"subjects", "speed", "faults", "errors"}) json[name] = nlohmann::json::array();
+  for (const Subject& subject : record.subjects)
+    json["subjects"].push_back({{"name", subject.name},
+                                {"triangle", subject.triangle},
+                                {"boxes", subject.boxes},
+                                {"layout", subject.layout},
+                                {"compiler", subject.compiler}});
+  for (const SpeedRow& row : record.speeds)
+    json["speed"].push_back({{"subject", row.subject},
+                             {"scene", row.scene},
+                             {"rays", row.rays},
+                             {"count", row.count},
+                             {"seconds", row.seconds},
+                             {"mrays_per_second", mrays_per_second(row)},
+                             {"relative", row.relative},
+                             {"bytes_per_triangle", row.bytes_per_triangle}});
+  for (const FaultRow& row : record.faults)
+    json["faults"].push_back({{"subject", row.subject},
+                              {"model", row.model},
+                              {"question", row.question},
+                              {"origin", row.origin},
+                              {"rays", row.rays - row.tally.skipped},
+                              {"faults", row.tally.faults},
+                              {"lost", row.tally.lost}});
+  for (const ErrorRow& row : record.errors)
+    json["errors"].push_back({{"subject", row.subject},
+                              {"case", row.name},
+                              {"rays", row.errors.rays},
+                              {"missed", row.errors.missed},
+                              {"wrong_surface", row.errors.wrong},
+                              {"other_triangle", row.errors.other},
+                              {"t", spread_json(row.errors.t)},
+                              {"u", spread_json(row.errors.u)},
+                              {"v", spread_json(row.errors.v)},
+                              {"point", spread_json(row.errors.point)},
+                              {"beyond_bound", row.errors.beyond_bound}});
+}
+
+std::string to_markdown(const TradeoffRecord& record) {
+  std::vector<FaultRow> aimed, spawned;
+  for (const FaultRow& row : record.faults) (row.question == "spawned" ? spawned : aimed).push_back(row);
+  std::string text = "## Speed\n\n" + speed_table(record);
+  text +=
+      "## Faults per 10^9 rays\n\nRandom, edges, vertices: rays from inside that leak out. Boxes: hits that boxes "
+      "hid.\n\n" +
+      table<FaultRow>(record.subjects, aimed, fault_key,
+                      [](const FaultRow& row) { return per_billion(row.tally.faults, row.rays - row.tally.skipped); });
+  text +=
+      "## Spawned rays, per 10^9: that meet the triangle they left + that meet nothing of the mesh around them\n\n" +
+      table<FaultRow>(record.subjects, spawned, fault_key, [](const FaultRow& row) {
+        const std::uint64_t asked = row.rays - row.tally.skipped;
+        return per_billion(row.tally.faults, asked) + " + " + per_billion(row.tally.lost, asked);
+      });
+  return text + "## Errors\n\n" + error_tables(record);
+}
+
+}  // namespace hiprt::bench

@@ -1,0 +1,53 @@
+#pragma once
+/// What was measured, for JSON and for people.
+
+#include "errors.h"
+
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+namespace hiprt::bench {
+
+inline constexpr const char* kTradeoffFormat = "hiprt bench_tradeoff 1";
+
+struct SpeedRow {
+  std::string subject, scene, rays;
+  std::uint64_t count = 0;      ///< Rays.
+  std::vector<double> seconds;  ///< By round.
+  double relative = 0.0;        ///< Speed in units of the fast set's, the median over the rounds.
+  double bytes_per_triangle = 0.0;
+};
+
+/// Of a question with a number of rays.
+struct FaultRow {
+  std::string subject, model;
+  std::string question;  ///< "random", "edges", "vertices", "boxes", "spawned".
+  std::string origin;    ///< Of spawned rays: "spawn_origin", "tmin 0", "tmin 1e-4", ...
+  std::uint64_t rays = 0;
+  Tally tally;
+};
+
+struct ErrorRow {
+  std::string subject, name;
+  Errors errors;
+};
+
+struct TradeoffRecord {
+  std::vector<Subject> subjects;
+  std::vector<SpeedRow> speeds;
+  std::vector<FaultRow> faults;
+  std::vector<ErrorRow> errors;
+};
+
+/// 10^6 rays per second, the median over the rounds.
+double mrays_per_second(const SpeedRow& row);
+
+/// Adds "subjects", "speed", "faults" and "errors".
+void add_json(const TradeoffRecord& record, nlohmann::json& json);
+
+/// Tables: what each subject costs and how far it is from the truth.
+std::string to_markdown(const TradeoffRecord& record);
+
+}  // namespace hiprt::bench
