@@ -32,7 +32,7 @@ struct Errors {
   std::uint64_t rays = 0;
   std::uint64_t missed = 0;  ///< Hits that were not found.
   std::uint64_t wrong = 0;   ///< Hits whose t is off by more than 1 %: another surface.
-  std::uint64_t other = 0;   ///< Hits of another triangle than the exact closest one, wrong ones included.
+  std::uint64_t other = 0;   ///< Hits of a triangle that is not, exactly, the closest or as close.
   /// Of hits of the right triangle. t: units in the last place of the exact t; u, v: units of 2^-24; point: distance of
   /// the point origin + t * direction from the triangle's plane, in units in the last place of the largest coordinate
   /// of the ray's origin and of the point.

@@ -81,9 +81,9 @@
 
 /// A program may hold the same kernels compiled for several x86-64 levels and choose at run time. The inline namespace
 /// keeps their symbols apart, so that the linker can never give AVX2 code to a machine without it: isa_ and a digit
-/// each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL. x86-64-v3 is isa_1111100; with HIPRT_ALLOW_FAST_MATH and what it is for
-/// isa_1111100_fast_math, so that the guarantees of others stay theirs. Under GPU compilers the name is isa_gpu in both
-/// passes, or a kernel would have two names.
+/// each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL. x86-64-v3 is isa_1111100; with
+/// HIPRT_ALLOW_FAST_MATH and what it is for isa_1111100_fast_math, so that the guarantees of others stay theirs. Under
+/// GPU compilers the name is isa_gpu in both passes, or a kernel would have two names.
 #if defined(__SSE4_2__)
 #define HIPRT_ISA_SSE4_2 1
 #else
