@@ -40,6 +40,7 @@ struct CommandLine {
   std::string device = "cpu", json, markdown, commit = HIPRT_BENCH_COMMIT;
   unsigned threads = 0, rounds = 7, error_rays = 2000, speed_rays = 1'000'000;
   unsigned aimed_thousands = 1000;
+  std::vector<std::string> policies;
   SceneOptions scenes;
 };
 
@@ -52,6 +53,7 @@ std::vector<Flag> make_flags(CommandLine& line) {
          line.device = text;
          return {};
        }},
+      list_flag("policies", "NAME,...", "who is asked, as in the tables (all)", line.policies),
       number_flag("aimed", "thousands of rays per question", line.aimed_thousands, 1, 100'000'000),
       number_flag("error-rays", "rays per case that are compared with exact arithmetic", line.error_rays, 10,
                   1'000'000),
@@ -70,10 +72,24 @@ int fail(const std::string& message, int status) {
   return status;
 }
 
+/// @return those of the engine that the command line names, or the first name that is none.
+tl::expected<std::vector<Subject>, std::string> chosen_subjects(const CommandLine& line, const Engine& engine) {
+  if (line.policies.empty()) return engine.subjects();
+  std::vector<Subject> chosen;
+  for (const std::string& name : line.policies) {
+    const auto& all = engine.subjects();
+    const auto found =
+        std::find_if(all.begin(), all.end(), [&](const Subject& subject) { return subject.name == name; });
+    if (found == all.end()) return tl::unexpected(name);
+    chosen.push_back(*found);
+  }
+  return chosen;
+}
+
 class Session {
  public:
-  Session(const CommandLine& line, Engine& engine) : line_(line), engine_(engine) {
-    record_.subjects = engine.subjects();
+  Session(const CommandLine& line, Engine& engine, std::vector<Subject> subjects) : line_(line), engine_(engine) {
+    record_.subjects = std::move(subjects);
   }
 
   const TradeoffRecord& record() const { return record_; }
@@ -112,7 +128,7 @@ class Session {
   }
 
   build::Result<void> time_rays(const Model& model, const Trees& trees, const RaySet& set) {
-    const std::vector<Subject>& subjects = engine_.subjects();
+    const std::vector<Subject>& subjects = record_.subjects;
     std::vector<Hit> hits(set.rays.size());
     build::Result<void> status;
     std::vector<Contestant> contestants;
@@ -128,7 +144,7 @@ class Session {
     if (!status) return status;
     for (std::size_t i = 0; i < subjects.size(); ++i) {
       SpeedRow row{subjects[i].name, model.name, set.kind, set.rays.size(), seconds[i]};
-      row.relative = median_speed_ratio(seconds[i], seconds[kFastSet]);
+      row.relative = median_speed_ratio(seconds[i], seconds[0]);
       if (subjects[i].ours)
         row.bytes_per_triangle =
             static_cast<double>(trees[layout_index(kPolicySets[subjects[i].set].layout)].buffer.size()) /
@@ -142,7 +158,7 @@ class Session {
   build::Result<void> ask(const Model& model, Question question, const char* name, float tmin = -1.0f,
                           const std::string& origin = {}) {
     const std::uint64_t count = std::uint64_t{line_.aimed_thousands} * 1000;
-    for (const Subject& subject : engine_.subjects()) {
+    for (const Subject& subject : record_.subjects) {
       bar_.update((model.name + ": " + name + ": " + subject.name).c_str(), 0.5);
       // Others' boxes cannot be widened, and they have no bound of their errors.
       if (!subject.ours && (question == Question::kBoxes || (question == Question::kSpawned && tmin < 0.0f))) continue;
@@ -189,7 +205,9 @@ class Session {
       Trees trees;
       if (auto set = set_model(errors.model, trees); !set) return set;
       std::vector<Hit> hits(errors.rays.size());
-      for (const Subject& subject : engine_.subjects()) {
+      for (const Subject& subject : record_.subjects) {
+        // Hits do not depend on the layout.
+        if (subject.ours && kPolicySets[subject.set].layout != NodeLayout::kPlanes) continue;
         const auto traced = engine_.trace(subject, errors.rays, hits);
         if (!traced) return tl::unexpected(traced.error());
         record_.errors.push_back({subject.name, errors.model.name, measure_errors(errors, hits, subject.ours)});
@@ -238,8 +256,10 @@ int measure(const CommandLine& line, const std::string& command) {
       return fail(can.error().message, kFailure);
   auto engine = line.device == "cpu" ? make_cpu_engine(line.threads) : make_gpu_engine();
   if (!engine) return fail("--device=" + line.device + ": " + engine.error().message, kFailure);
+  auto subjects = chosen_subjects(line, **engine);
+  if (!subjects) return fail("--policies: '" + subjects.error() + "' is none of them", kUsage);
   const tools::InterruptGuard guard;
-  Session session(line, **engine);
+  Session session(line, **engine, std::move(*subjects));
   if (const auto done = session.run(); !done) return fail(done.error().message, kFailure);
   char date[32] = "";
   const std::time_t now = std::time(nullptr);

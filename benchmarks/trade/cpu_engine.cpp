@@ -29,7 +29,7 @@ std::vector<Subject> policy_subjects() {
       const PolicySet& set = kPolicySets[i];
       const bool fast = settings == Compiler::kFastMath;
       Subject subject;
-      subject.name = std::string(set.name) + (fast ? ", fast-math" : "");
+      subject.name = std::string(set.name) + (fast ? " (fast-math)" : "");
       subject.triangle = set.triangle;
       subject.boxes = set.boxes;
       subject.layout = tools::word_of(tools::kLayouts, set.layout);

@@ -27,16 +27,13 @@ struct PolicySet {
 
 inline constexpr std::array<PolicySet, 8> kPolicySets{{
     {"fast", "Fast", "Plain", NodeLayout::kPlanes},
-    {"fast, conservative boxes", "Fast", "Conservative", NodeLayout::kPlanes},
-    {"plain boxes", "Watertight", "Plain", NodeLayout::kPlanes},
+    {"fast+conservative", "Fast", "Conservative", NodeLayout::kPlanes},
+    {"watertight+plain", "Watertight", "Plain", NodeLayout::kPlanes},
     {"default", "Watertight", "Conservative", NodeLayout::kPlanes},
     {"reference", "Reference", "Conservative", NodeLayout::kPlanes},
-    {"default, float nodes", "Watertight", "Conservative", NodeLayout::kFloat},
-    {"default, half nodes", "Watertight", "Conservative", NodeLayout::kHalf},
-    {"default, quantized nodes", "Watertight", "Conservative", NodeLayout::kQuantized},
+    {"default/float", "Watertight", "Conservative", NodeLayout::kFloat},
+    {"default/half", "Watertight", "Conservative", NodeLayout::kHalf},
+    {"default/quantized", "Watertight", "Conservative", NodeLayout::kQuantized},
 }};
-
-/// What everything is compared with.
-inline constexpr std::size_t kFastSet = 0, kDefaultSet = 3;
 
 }  // namespace hiprt::bench

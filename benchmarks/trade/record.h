@@ -16,7 +16,7 @@ struct SpeedRow {
   std::string subject, scene, rays;
   std::uint64_t count = 0;      ///< Rays.
   std::vector<double> seconds;  ///< By round.
-  double relative = 0.0;        ///< Speed in units of the fast set's, the median over the rounds.
+  double relative = 0.0;        ///< Speed in units of the first subject's, the median over the rounds.
   double bytes_per_triangle = 0.0;
 };
 
