@@ -91,20 +91,23 @@ def plot(plt, tradeoff, name, title, values, folder):
         return
     least = min(values[subject][1] for subject in subjects) / 2
     places = {subject: (tradeoff.speed(subject), values[subject][0]) for subject in subjects}
-    figure, axis = plt.subplots(figsize=(8, 5))
-    for subject, place in places.items():
+    figure, axis = plt.subplots(figsize=(7, 5))
+    # Names would hide each other: numbers at the places, names beside the plot.
+    for number, (subject, place) in enumerate(places.items(), 1):
         grey = beaten(place, list(places.values()))
-        color = "lightgrey" if grey else "tab:blue"
-        axis.plot(place[0], max(place[1], least), "o", color=color)
-        axis.annotate(subject, (place[0], max(place[1], least)), fontsize=7, color="grey" if grey else "black",
-                      xytext=(4, 3), textcoords="offset points")
+        axis.plot(place[0], max(place[1], least), "o", markersize=11, color="lightgrey" if grey else "tab:blue",
+                  label=f"{number} {subject}", zorder=2 if grey else 3)
+        axis.annotate(str(number), (place[0], max(place[1], least)), fontsize=7, color="black" if grey else "white",
+                      ha="center", va="center", zorder=4)
+    axis.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8, frameon=False)
     axis.set_yscale("log")
-    axis.set_xlabel("speed, Fast + Plain = 1 (geometric mean)")
+    axis.yaxis.set_major_formatter(lambda value, _: f"{value:.0e}".replace("e+0", "e").replace("e-0", "e-"))
+    axis.set_xlabel(f"speed, {next(iter(tradeoff.speeds))} = 1 (geometric mean)")
     axis.set_ylabel(title)
     axis.axhline(least, color="grey", linewidth=0.5)
     axis.text(0.01, least, "none seen", fontsize=7, color="grey", va="bottom", transform=axis.get_yaxis_transform())
     axis.grid(linewidth=0.3)
-    axis.set_title(f"{tradeoff.device}: to the right and down is better", fontsize=9)
+    axis.set_title(f"{tradeoff.device}: to the right and down is better; grey: another one is better in both", fontsize=9)
     save(figure, folder, f"pareto_{name}")
     plt.close(figure)
 

@@ -232,9 +232,10 @@ std::vector<std::string> broken_guarantees(const TradeoffRecord& record) {
            subject->triangle != "Fast";
   };
   for (const FaultRow& row : record.faults)
-    if (promised(row.subject) && row.tally.faults != 0 && (row.question != "spawned" || row.origin == "spawn_origin"))
-      broken.push_back(row.subject + ": " + row.model + ": " + row.question + ": " + std::to_string(row.tally.faults) +
-                       " of " + std::to_string(row.rays) + " rays");
+    if (promised(row.subject) && row.tally.faults + row.tally.lost != 0 &&
+        (row.question != "spawned" || row.origin == "spawn_origin"))
+      broken.push_back(row.subject + ": " + row.model + ": " + row.question + ": " +
+                       std::to_string(row.tally.faults + row.tally.lost) + " of " + std::to_string(row.rays) + " rays");
   for (const ErrorRow& row : record.errors) {
     if (promised(row.subject) && row.errors.beyond_bound != 0)
       broken.push_back(row.subject + ": " + row.name + ": " + std::to_string(row.errors.beyond_bound) +

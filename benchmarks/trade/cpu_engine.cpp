@@ -109,6 +109,7 @@ class CpuEngine final : public Engine {
       sum.skipped += part.skipped;
       sum.faults += part.faults;
       sum.lost += part.lost;
+      sum.folded += part.folded;
     });
     if (!finished) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "interrupted"});
     return sum;
@@ -158,6 +159,7 @@ class CpuEngine final : public Engine {
       work.tally.skipped += one.skipped;
       work.tally.faults += one.faults;
       work.tally.lost += one.lost;
+      work.tally.folded += one.folded;
     }
     return work.tally;
   }

@@ -32,6 +32,7 @@ template <class Layout, class Triangle, class Boxes> void ask_all(CpuWork& work)
     work.tally.skipped += one.skipped;
     work.tally.faults += one.faults;
     work.tally.lost += one.lost;
+    work.tally.folded += one.folded;
   }
 }
 

@@ -25,7 +25,7 @@ class GpuEngine final : public Engine {
     auto device = gpu::current_device();
     if (!device) return tl::unexpected(device.error());
     engine->device_ = std::move(*device);
-    auto tally = DeviceArray<std::uint32_t>::make(3, nullptr, engine->allocator_);
+    auto tally = DeviceArray<std::uint32_t>::make(4, nullptr, engine->allocator_);
     if (!tally) return tl::unexpected(tally.error());
     engine->tally_ = std::move(*tally);
     return engine;
@@ -65,6 +65,7 @@ class GpuEngine final : public Engine {
       sum.skipped += (*tally)[0];
       sum.faults += (*tally)[1];
       sum.lost += (*tally)[2];
+      sum.folded += (*tally)[3];
     }
     return sum;
   }

@@ -11,7 +11,7 @@ struct GpuWork {
   Probe probe;
   std::uint64_t first;
   std::uint32_t count;   ///< Rays [first, first + count).
-  std::uint32_t* tally;  ///< Of rays skipped, with faults, lost.
+  std::uint32_t* tally;  ///< Of rays skipped, with faults, lost, folded.
 };
 
 /// Thread i asks ray first + i, or traces it.

@@ -31,6 +31,7 @@ template <class Layout, class Triangle, class Boxes> __global__ void ask_rays(Gp
   if (tally.skipped != 0) atomicAdd(work.tally, 1u);
   if (tally.faults != 0) atomicAdd(work.tally + 1, 1u);
   if (tally.lost != 0) atomicAdd(work.tally + 2, 1u);
+  if (tally.folded != 0) atomicAdd(work.tally + 3, 1u);
 }
 
 template <class Layout, class Triangle, class Boxes> __global__ void trace_rays(GpuWork work) {

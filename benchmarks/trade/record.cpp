@@ -94,6 +94,7 @@ std::string error_tables(const TradeoffRecord& record) {
   const auto spread = [&](const char* title, Spread Errors::*which) {
     return section(title, [which](const ErrorRow& row) {
       const Spread& s = row.errors.*which;
+      if (row.errors.missed + row.errors.other >= row.errors.rays) return std::string();
       return error_number(s.median) + " / " + error_number(s.p999) + " / " + error_number(s.largest);
     });
   };
@@ -146,7 +147,8 @@ void add_json(const TradeoffRecord& record, nlohmann::json& json) {
                               {"origin", row.origin},
                               {"rays", row.rays - row.tally.skipped},
                               {"faults", row.tally.faults},
-                              {"lost", row.tally.lost}});
+                              {"lost", row.tally.lost},
+                              {"folded", row.tally.folded}});
   for (const ErrorRow& row : record.errors)
     json["errors"].push_back({{"subject", row.subject},
                               {"case", row.name},
@@ -171,10 +173,13 @@ std::string to_markdown(const TradeoffRecord& record) {
       table<FaultRow>(record.subjects, aimed, fault_key,
                       [](const FaultRow& row) { return per_billion(row.tally.faults, row.rays - row.tally.skipped); });
   text +=
-      "## Spawned rays, per 10^9: that meet the triangle they left + that meet nothing of the mesh around them\n\n" +
+      "## Spawned rays, per 10^9\n\nThat meet the triangle they left + that meet nothing of the mesh around them, but "
+      "for "
+      "those that start within the error bound of a fold of the mesh, which are behind the third number.\n\n" +
       table<FaultRow>(record.subjects, spawned, fault_key, [](const FaultRow& row) {
         const std::uint64_t asked = row.rays - row.tally.skipped;
-        return per_billion(row.tally.faults, asked) + " + " + per_billion(row.tally.lost, asked);
+        const std::string folded = row.origin == "spawn_origin" ? " + " + per_billion(row.tally.folded, asked) : "";
+        return per_billion(row.tally.faults, asked) + " + " + per_billion(row.tally.lost, asked) + folded;
       });
   return text + "## Errors\n\nOf closest hits against exact arithmetic; layouts of nodes have the same hits.\n\n" +
          error_tables(record);

@@ -24,7 +24,7 @@ check_object() {
   local isa=$1 object=$2 type name tag
   while read -r type name; do
     functions=$((functions + 1))
-    if [[ $name =~ isa_[01]{7} ]]; then
+    if [[ $name =~ isa_[01]{7}(_fast_math)? ]]; then
       tag=${BASH_REMATCH[0]}
       if [[ ${isa_of_tag[$tag]:=$isa} != "$isa" ]]; then
         fault "$(basename "$object"): $type $(c++filt "$name"): $tag is also the tag of ${isa_of_tag[$tag]}"
