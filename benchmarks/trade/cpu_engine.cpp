@@ -52,7 +52,7 @@ std::string cpu_name() {
   return "unknown";
 }
 
-/// What ask() calls. Embree has boxes of its own: Question::kBoxes is not asked.
+/// What ask() calls.
 struct EmbreeTracer {
   RTCScene scene;
 
@@ -61,7 +61,6 @@ struct EmbreeTracer {
     embree_trace(scene, false, {&ray, 1}, {&hit, 1});
     return hit;
   }
-  Hit every_box(const Ray&) const { return {}; }
 };
 
 class CpuEngine final : public Engine {
@@ -155,7 +154,7 @@ class CpuEngine final : public Engine {
       return {};
     }
     for (std::uint64_t i = begin; i < end; ++i) {
-      const Tally one = bench::ask(probe, i, EmbreeTracer{scene});
+      const Tally one = oracle::ask(probe, i, EmbreeTracer{scene});
       work.tally.skipped += one.skipped;
       work.tally.faults += one.faults;
       work.tally.lost += one.lost;

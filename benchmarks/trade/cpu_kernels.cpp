@@ -28,7 +28,7 @@ template <class Layout, class Triangle, class Boxes> void ask_all(CpuWork& work)
     return;
   }
   for (std::uint64_t i = work.begin; i < work.end; ++i) {
-    const Tally one = ask(probe, i, tracer);
+    const Tally one = oracle::ask(probe, i, tracer);
     work.tally.skipped += one.skipped;
     work.tally.faults += one.faults;
     work.tally.lost += one.lost;

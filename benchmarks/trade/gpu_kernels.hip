@@ -27,7 +27,7 @@ template <class Layout, class Triangle, class Boxes> struct Tracer {
 template <class Layout, class Triangle, class Boxes> __global__ void ask_rays(GpuWork work) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= work.count) return;
-  const Tally tally = ask(work.probe, work.first + i, Tracer<Layout, Triangle, Boxes>{work.probe.target.scene});
+  const Tally tally = oracle::ask(work.probe, work.first + i, Tracer<Layout, Triangle, Boxes>{work.probe.target.scene});
   if (tally.skipped != 0) atomicAdd(work.tally, 1u);
   if (tally.faults != 0) atomicAdd(work.tally + 1, 1u);
   if (tally.lost != 0) atomicAdd(work.tally + 2, 1u);

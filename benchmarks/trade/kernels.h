@@ -2,11 +2,14 @@
 /// The traversals that are compared: every policy set, compiled with and without fast-math.
 
 #include "policy_sets.h"
-#include "probe.h"
+
+#include <tests/oracle/probe.h>
 
 #include <cstdint>
 
 namespace hiprt::bench {
+
+using oracle::EveryBox, oracle::Probe, oracle::Question, oracle::Tally, oracle::Target;
 
 /// How the kernels are compiled: with the compiler's own settings for floating point, or with -ffast-math
 /// (--use_fast_math) and HIPRT_ALLOW_FAST_MATH.

@@ -1,10 +1,9 @@
 #pragma once
 /// Meshes with what the questions need to know of them, and their trees.
 
-#include "probe.h"
-
 #include <hiprt_build/build.h>
 #include <hiprt_build/error.h>
+#include <hiprt_device/vec.h>
 #include <tests/oracle/mesh.h>
 #include <tools/mesh_import.h>
 
@@ -21,8 +20,8 @@ struct Model {
   std::string name;
   tools::Mesh mesh;
   Vec3 centre{0.0f};
-  float room = 0.0f;    ///< See Target.
-  float extent = 0.0f;  ///< See Target.
+  float room = 0.0f;    ///< See oracle::Target.
+  float extent = 0.0f;  ///< See oracle::Target.
 };
 
 /// A closed mesh around the origin, moved and scaled. @param room a ball of this radius is inside before that.

@@ -8,7 +8,7 @@
 
 #include <cstdint>
 
-namespace hiprt::bench {
+namespace hiprt::oracle {
 
 enum class Question : unsigned {
   kRandom,   ///< From inside in any direction; fault: a miss.
@@ -18,7 +18,9 @@ enum class Question : unsigned {
              ///< the same triangle test finds if every box lets every ray in.
   kSpawned,  ///< A ray that leaves from where another one, from inside, met the mesh, to the side that one came from;
              ///< fault: it meets the triangle that it left; lost: it meets nothing.
-  kTrace,    ///< No question: rays[number], answered as hits[number].
+  kCrossingsEdge,    ///< From outside at a point of an edge; fault: an odd number of crossings.
+  kCrossingsVertex,  ///< From outside at a vertex; fault: an odd number of crossings.
+  kTrace,            ///< No question: rays[number], answered as hits[number].
 };
 
 /// What rays are aimed at. Pointers are the tracer's: to the device's memory on a GPU.
@@ -109,9 +111,24 @@ HIPRT_HD inline Ray ray_to(const Vec3& from, const Vec3& to) {
   return ray;
 }
 
-HIPRT_HD inline Ray leak_ray(const Probe& probe, Numbers& random) {
+/// A point on the faces of a cube that is eight times as large as the mesh.
+HIPRT_HD inline Vec3 outside(const Target& target, Numbers& random) {
+  Vec3 place = 8.0f * target.extent * random.direction();
+  const unsigned face = random.next() % 3;
+  const float far = random.next() % 2 == 0 ? 8.0f * target.extent : -8.0f * target.extent;
+  if (face == 0) place.x = far;
+  if (face == 1) place.y = far;
+  if (face == 2) place.z = far;
+  return target.centre + place;
+}
+
+HIPRT_HD inline bool is_crossings(Question question) {
+  return question == Question::kCrossingsEdge || question == Question::kCrossingsVertex;
+}
+
+HIPRT_HD inline Ray aimed_ray(const Probe& probe, Numbers& random) {
   const Target& target = probe.target;
-  const Vec3 from = inside(target, random);
+  const Vec3 from = is_crossings(probe.question) ? outside(target, random) : inside(target, random);
   if (probe.question == Question::kRandom || probe.question == Question::kSpawned) {
     Ray ray;
     ray.origin = from;
@@ -122,7 +139,8 @@ HIPRT_HD inline Ray leak_ray(const Probe& probe, Numbers& random) {
   const unsigned first = random.next() % 3;
   const Vec3 a = vec(target.positions[triangle[first]]),
              b = vec(target.positions[triangle[first == 2 ? 0 : first + 1]]);
-  return ray_to(from, between(a, b, probe.question == Question::kVertex ? 0.0f : random.unit()));
+  const bool at_vertex = probe.question == Question::kVertex || probe.question == Question::kCrossingsVertex;
+  return ray_to(from, between(a, b, at_vertex ? 0.0f : random.unit()));
 }
 
 HIPRT_HD inline Ray box_ray(const Target& target, std::uint64_t number, Numbers& random) {
@@ -184,22 +202,25 @@ HIPRT_HD inline bool is_folded(const Target& target, const Ray& ray, const Hit& 
 
 }  // namespace probe_detail
 
-/// Asks the question of ray @p number, any but Question::kTrace. @param trace has closest(ray) and every_box(ray), the
-/// same with EveryBox.
+/// Asks the question of ray @p number, any but Question::kTrace. @param trace has closest(ray); for Question::kBoxes
+/// every_box(ray), the same with EveryBox; for crossings all(ray), the number of hits.
 template <class Tracer> HIPRT_HD inline Tally ask(const Probe& probe, std::uint64_t number, const Tracer& trace) {
   using namespace probe_detail;
   Numbers random(number);
-  Ray ray = probe.question == Question::kBoxes ? box_ray(probe.target, number, random) : leak_ray(probe, random);
+  Ray ray = probe.question == Question::kBoxes ? box_ray(probe.target, number, random) : aimed_ray(probe, random);
+  if constexpr (requires { trace.all(ray); })
+    if (is_crossings(probe.question)) return {0, trace.all(ray) % 2, 0, 0};
   Hit left;
   Ray first;
   // One place that traces: kernels are twice as large with two.
   for (;;) {
     const Hit hit = trace.closest(ray);
-    if (probe.question == Question::kBoxes) {
-      const Hit truth = trace.every_box(ray);
-      const bool same = hit.found() && hit.t == truth.t;
-      return {truth.found() ? 0u : 1u, truth.found() && !same ? 1u : 0u, 0, 0};
-    }
+    if constexpr (requires { trace.every_box(ray); })
+      if (probe.question == Question::kBoxes) {
+        const Hit truth = trace.every_box(ray);
+        const bool same = hit.found() && hit.t == truth.t;
+        return {truth.found() ? 0u : 1u, truth.found() && !same ? 1u : 0u, 0, 0};
+      }
     if (probe.question != Question::kSpawned) return {0, hit.found() ? 0u : 1u, 0, 0};
     if (left.found()) {
       const bool folded = !hit.found() && probe.tmin < 0.0f && is_folded(probe.target, first, left);
@@ -213,4 +234,4 @@ template <class Tracer> HIPRT_HD inline Tally ask(const Probe& probe, std::uint6
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE
-}  // namespace hiprt::bench
+}  // namespace hiprt::oracle
