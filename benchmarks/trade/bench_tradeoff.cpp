@@ -132,6 +132,7 @@ class Session {
     std::vector<Hit> hits(set.rays.size());
     build::Result<void> status;
     std::vector<Contestant> contestants;
+    contestants.reserve(subjects.size());
     for (const Subject& subject : subjects)
       contestants.push_back({subject.name, [&] {
                                const auto seconds = engine_.trace(subject, set.rays, hits);

@@ -1,0 +1,22 @@
+#pragma once
+/// Closest and any hits of a scene in planes, with the default policies and with Reference, on the host and on a GPU.
+
+#include <hiprt_build/gpu/gpu.h>
+#include <hiprt_device/ray.h>
+#include <hiprt_device/scene_view.h>
+
+#include <span>
+#include <vector>
+
+namespace hiprt::checks {
+
+struct ExtremeAnswer {
+  Hit closest, reference;
+  std::uint32_t any = 0;  ///< Whether there is any hit, by the default policies.
+};
+
+std::vector<ExtremeAnswer> extreme_answers(const SceneView& scene, std::span<const Ray> rays);
+/// @param scene on the device.
+gpu::Result<std::vector<ExtremeAnswer>> extreme_answers_on_device(const SceneView& scene, std::span<const Ray> rays);
+
+}  // namespace hiprt::checks
