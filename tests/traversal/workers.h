@@ -18,10 +18,12 @@ namespace hiprt::checks {
 #define HIPRT_CHECKS_SLOW 1
 #endif
 
-/// Sanitized and unoptimised builds do a part of the random work.
-#ifdef HIPRT_CHECKS_SLOW
+/// Sanitized and unoptimised builds, and the quick set (HIPRT_TEST_SET), do a part of the random work.
+#if defined(HIPRT_CHECKS_SLOW)
 inline constexpr unsigned kWorkDivisor = 25;
 #undef HIPRT_CHECKS_SLOW
+#elif defined(HIPRT_QUICK_TESTS)
+inline constexpr unsigned kWorkDivisor = 3;
 #else
 inline constexpr unsigned kWorkDivisor = 1;
 #endif
