@@ -12,7 +12,8 @@
 
 #include <catch2/catch.hpp>
 
-#include <cstring>
+#include <array>
+#include <bit>
 #include <limits>
 
 using namespace hiprt;
@@ -157,7 +158,10 @@ void judge(const Ray& ray, const Hit& hit) {
   for (const float x : {hit.u, hit.v}) REQUIRE((x >= -0x1p-24f && x <= 1.0f + 0x1p-23f));
 }
 
-template <class T> bool same_bits(const T& a, const T& b) { return std::memcmp(&a, &b, sizeof(T)) == 0; }
+bool same_bits(const Hit& a, const Hit& b) {
+  using Words = std::array<std::uint32_t, sizeof(Hit) / sizeof(std::uint32_t)>;
+  return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
+}
 
 }  // namespace
 
