@@ -4,9 +4,8 @@
 import sys
 
 from variant_report.builders import BuilderRuns, plot_builders
-from variant_report.json_file import InputError
 from variant_report.plots import load_pyplot
-from variant_report.script import Parser, write_together
+from variant_report.script import Parser, run_script, write_together
 
 DESCRIPTION = """Writes builders_trace_times, builders_build_times_and_cost and, if that scene was measured,
 builders_opera_house (PNG and SVG) from JSON of bench_builders: geometric means over the scenes from files, or over
@@ -19,15 +18,14 @@ def main():
     parser.add_argument("json", help="file of bench_builders --benchmark_out")
     parser.add_argument("--output", default=".", help="folder for the plots (.)")
     arguments = parser.parse_args()
-    try:
+
+    def work():
         runs = BuilderRuns(arguments.json)
         plt = load_pyplot("plot_builders.py")
         if plt is not None:
             write_together("plot_builders", arguments.output, lambda folder: plot_builders(plt, runs, folder))
-    except InputError as error:
-        print(f"plot_builders.py: {error}", file=sys.stderr)
-        return 1
-    return 0
+
+    return run_script("plot_builders", work)
 
 
 if __name__ == "__main__":

@@ -7,8 +7,7 @@ import sys
 from evaluation_report.charts import charts
 from evaluation_report.page import page
 from evaluation_report.runs import Evaluation
-from variant_report.json_file import InputError
-from variant_report.script import Parser, write_together
+from variant_report.script import Parser, run_script, write_together
 
 DESCRIPTION = """Writes report.html (tables and plots on one page that needs nothing else) and every plot as SCENE.PLOT.svg
 from JSON of bench_evaluation, of any device. Python's standard library is all it needs. Exit status: 0, 1 when a file
@@ -32,13 +31,12 @@ def main():
     parser.add_argument("json", help="file of bench_evaluation --json; compressed ones end in .xz")
     parser.add_argument("--output", default=".", help="folder for what is written (.)")
     arguments = parser.parse_args()
-    try:
+
+    def work():
         evaluation = Evaluation(arguments.json)
         write_together("plot_evaluation", arguments.output, lambda folder: write_report(evaluation, folder))
-    except InputError as error:
-        print(f"plot_evaluation.py: {error}", file=sys.stderr)
-        return 1
-    return 0
+
+    return run_script("plot_evaluation", work)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import sys
 from variant_report.json_file import InputError
 from variant_report.plots import load_pyplot, save
 from variant_report.runs import geometric_mean
-from variant_report.script import Parser, write_together
+from variant_report.script import Parser, run_script, write_together
 
 DESCRIPTION = """Writes pareto_AXIS.svg and .png from JSON of bench_tradeoff: the speed of every set of policies against its
 leaks, hits hidden by boxes, spawned rays that meet what they left, wrong surfaces, and errors of t and of the hit point.
@@ -125,13 +125,12 @@ def main():
     parser.add_argument("json", help="file of bench_tradeoff --json")
     parser.add_argument("--output", default=".", help="folder for what is written (.)")
     arguments = parser.parse_args()
-    try:
+
+    def work():
         tradeoff = Tradeoff(arguments.json)
         write_together("plot_tradeoff", arguments.output, lambda folder: write_plots(tradeoff, folder))
-    except InputError as error:
-        print(f"plot_tradeoff.py: {error}", file=sys.stderr)
-        return 1
-    return 0
+
+    return run_script("plot_tradeoff", work)
 
 
 if __name__ == "__main__":

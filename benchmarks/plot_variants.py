@@ -5,10 +5,9 @@ import argparse
 import os
 import sys
 
-from variant_report.json_file import InputError
 from variant_report.plots import plot_all
 from variant_report.runs import Peers, Runs
-from variant_report.script import Parser, write_together
+from variant_report.script import Parser, run_script, write_together
 from variant_report.summary import summary
 
 DESCRIPTION = """Writes variants.md (comparison with the peers, cost of accuracy and of features) and plots (PNG and SVG;
@@ -38,13 +37,12 @@ def main():
     parser.add_argument("--peers", default=os.path.join(here, "peers", "h200.json"), help="the peers' figures (h200.json)")
     parser.add_argument("--most", type=count, default=30, help="variants in the plot of a scene, the best ones (30)")
     arguments = parser.parse_args()
-    try:
+
+    def work():
         runs, peers = Runs(arguments.json), Peers(arguments.peers)
         write_together("plot_variants", arguments.output, lambda folder: write_report(runs, peers, arguments.most, folder))
-    except InputError as error:
-        print(f"plot_variants.py: {error}", file=sys.stderr)
-        return 1
-    return 0
+
+    return run_script("plot_variants", work)
 
 
 if __name__ == "__main__":

@@ -39,6 +39,35 @@ Flag list_flag(std::string_view name, std::string_view value_name, std::string h
           }};
 }
 
+Flag words_flag(std::string_view name, std::string help, std::vector<std::string>& values,
+                const std::vector<std::string>& known, const std::string& none) {
+  std::string all;
+  for (const std::string& word : known) all += (all.empty() ? "" : ",") + word;
+  return {name, "NAME,...", std::move(help) + " (of " + all + (none.empty() ? "" : "; or " + none) + ")",
+          [&values, known, none, all](std::string_view text) -> std::string {
+            std::vector<std::string> given;
+            if (!none.empty() && text == none) {
+              values.clear();
+              return {};
+            }
+            if (std::string fault = list_flag("", "", "", given).set(text); !fault.empty()) return fault;
+            for (const std::string& word : given) {
+              if (std::find(known.begin(), known.end(), word) == known.end()) return "'" + word + "' is none of " + all;
+              if (std::count(given.begin(), given.end(), word) > 1) return "'" + word + "' is there twice";
+            }
+            values = given;
+            return {};
+          }};
+}
+
+Flag device_flag(std::string help, std::string& value) {
+  return {"device", "cpu|gpu", std::move(help), [&value](std::string_view text) -> std::string {
+            if (text != "cpu" && text != "gpu") return "expected cpu or gpu";
+            value = text;
+            return {};
+          }};
+}
+
 std::string take_flags(int& argc, char** argv, const std::vector<Flag>& flags) {
   int kept = 1;
   for (int i = 1; i < argc; ++i) {

@@ -23,6 +23,11 @@ Flag number_flag(std::string_view name, std::string help, unsigned& value, unsig
 Flag text_flag(std::string_view name, std::string_view value_name, std::string help, std::string& value);
 /// A flag for words separated by commas; empty words are refused.
 Flag list_flag(std::string_view name, std::string_view value_name, std::string help, std::vector<std::string>& values);
+/// As list_flag(), of known words, each at most once. @param none the word for an empty list, if there is one.
+Flag words_flag(std::string_view name, std::string help, std::vector<std::string>& values,
+                const std::vector<std::string>& known, const std::string& none = {});
+/// --device=cpu|gpu.
+Flag device_flag(std::string help, std::string& value);
 
 /// Sets what the command line says and takes it off, so that Google Benchmark sees only its own flags.
 /// @return what is wrong, naming the flag, or nothing.

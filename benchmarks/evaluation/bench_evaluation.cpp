@@ -2,6 +2,7 @@
 
 #include "contest.h"
 
+#include <benchmarks/common/machine.h>
 #include <benchmarks/common/program.h>
 
 #include <embree3/rtcore_config.h>
@@ -15,7 +16,6 @@
 #include <algorithm>
 #include <array>
 #include <ctime>
-#include <fstream>
 #include <iostream>
 #include <span>
 #include <string_view>
@@ -49,38 +49,11 @@ struct CommandLine {
   ContestOptions contest;
 };
 
-/// As list_flag(), of known words. @param none the word for an empty list, if there is one.
-Flag words_flag(std::string_view name, std::string help, std::vector<std::string>& values,
-                const std::vector<std::string>& known, const std::string& none = {}) {
-  std::string all;
-  for (const std::string& word : known) all += (all.empty() ? "" : ",") + word;
-  return {name, "NAME,...", std::move(help) + " (of " + all + (none.empty() ? "" : "; or " + none) + ")",
-          [&values, known, none, all](std::string_view text) -> std::string {
-            std::vector<std::string> given;
-            if (!none.empty() && text == none) {
-              values.clear();
-              return {};
-            }
-            if (std::string fault = list_flag("", "", "", given).set(text); !fault.empty()) return fault;
-            for (const std::string& word : given) {
-              if (std::find(known.begin(), known.end(), word) == known.end()) return "'" + word + "' is none of " + all;
-              if (std::count(given.begin(), given.end(), word) > 1) return "'" + word + "' is there twice";
-            }
-            values = given;
-            return {};
-          }};
-}
-
 std::vector<Flag> make_flags(CommandLine& line) {
   ContestOptions& contest = line.contest;
   std::vector<Flag> flags = line.scenes.flags();
   const std::vector<Flag> more{
-      {"device", "cpu|gpu", "who builds and traces (cpu)",
-       [&line](std::string_view text) -> std::string {
-         if (text != "cpu" && text != "gpu") return "expected cpu or gpu";
-         line.device = text;
-         return {};
-       }},
+      device_flag("who builds and traces (cpu)", line.device),
       words_flag("builders", "lbvh,ploc,hploc,sah,sbvh,hq", contest.builders, tools::words(tools::kBuilders)),
       words_flag("peers", "Embree's modes, on a CPU; all", contest.peers, embree_modes(), "none"),
       words_flag("forms", "all that a scene has", contest.forms, form_names()),
@@ -99,13 +72,6 @@ std::vector<Flag> make_flags(CommandLine& line) {
       text_flag("commit", "TEXT", "of the sources, for the JSON (when CMake ran)", line.commit)};
   flags.insert(flags.end(), more.begin(), more.end());
   return flags;
-}
-
-std::string cpu_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string text; std::getline(file, text);)
-    if (text.starts_with("model name")) return text.substr(std::min(text.size(), text.find(':') + 2));
-  return "unknown";
 }
 
 nlohmann::json machine_json() {

@@ -2,11 +2,11 @@
 #include "cpu_kernels.h"
 #include "engine.h"
 
+#include <benchmarks/common/machine.h>
 #include <hiprt_device/scene_view.h>
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 namespace hiprt::bench {
@@ -21,13 +21,6 @@ struct NamedQuery {
 };
 constexpr NamedQuery kQueries[] = {
     {"closest", Query::kClosest, "sorted"}, {"any", Query::kAny, "stored"}, {"all", Query::kAll, "sorted"}};
-
-std::string processor_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return "unknown";
-}
 
 /// One thread. What is timed: tracing all rays into an array of hits.
 class CpuEngine final : public Engine {
@@ -44,7 +37,7 @@ class CpuEngine final : public Engine {
 
   nlohmann::json describe() const override {
     return {{"kind", "cpu"},
-            {"name", processor_name()},
+            {"name", cpu_name()},
             {"instructions", cpu_isa()},
             {"threads", 1},
             {"timed",

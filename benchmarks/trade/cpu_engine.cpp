@@ -1,13 +1,12 @@
 #include "engine.h"
 
 #include <benchmarks/common/embree_scene.h>
+#include <benchmarks/common/machine.h>
 #include <benchmarks/common/rounds.h>
 #include <benchmarks/trace/embree_trace.h>
 #include <tools/isa.h>
-#include <tools/names.h>
 #include <tools/parallel.h>
 
-#include <fstream>
 #include <mutex>
 #include <optional>
 
@@ -16,41 +15,9 @@ namespace hiprt::bench {
 void tradeoff_ask_usual(CpuWork& work);
 void tradeoff_ask_fast_math(CpuWork& work);
 
-void ask_on_cpu(Compiler compiler, CpuWork& work) {
-  compiler == Compiler::kUsual ? tradeoff_ask_usual(work) : tradeoff_ask_fast_math(work);
-}
-
-bool cpu_can_ask() { return tools::runs_isa("x86_64_v3"); }
-
-std::vector<Subject> policy_subjects() {
-  std::vector<Subject> subjects;
-  for (const Compiler settings : {Compiler::kUsual, Compiler::kFastMath})
-    for (std::size_t i = 0; i < (settings == Compiler::kUsual ? kPolicySets.size() : kFastMathSets); ++i) {
-      const PolicySet& set = kPolicySets[i];
-      const bool fast = settings == Compiler::kFastMath;
-      Subject subject;
-      subject.name = std::string(set.name) + (fast ? " (fast-math)" : "");
-      subject.triangle = set.triangle;
-      subject.boxes = set.boxes;
-      subject.layout = tools::word_of(tools::kLayouts, set.layout);
-      subject.compiler = fast ? "fast-math" : "usual";
-      subject.set = i;
-      subject.settings = settings;
-      subjects.push_back(std::move(subject));
-    }
-  return subjects;
-}
-
 namespace {
 
 constexpr std::size_t kBatch = 4096;
-
-std::string cpu_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string text; std::getline(file, text);)
-    if (text.starts_with("model name")) return text.substr(std::min(text.size(), text.find(':') + 2));
-  return "unknown";
-}
 
 /// What ask() calls.
 struct EmbreeTracer {
@@ -145,7 +112,7 @@ class CpuEngine final : public Engine {
   Tally ask_part(const Subject& subject, const Probe& probe, std::uint64_t begin, std::uint64_t end) const {
     CpuWork work{subject.set, &probe, begin, end, {}};
     if (subject.ours) {
-      ask_on_cpu(subject.settings, work);
+      (subject.settings == Compiler::kUsual ? tradeoff_ask_usual : tradeoff_ask_fast_math)(work);
       return work.tally;
     }
     const RTCScene scene = embree_[subject.name == "Embree" ? 0 : 1]->get();
@@ -173,7 +140,7 @@ class CpuEngine final : public Engine {
 }  // namespace
 
 build::Result<std::unique_ptr<Engine>> make_cpu_engine(unsigned threads) {
-  if (!cpu_can_ask())
+  if (!tools::runs_isa("x86_64_v3"))
     return tl::unexpected(
         build::Error{build::ErrorCode::kInvalidInput, "the kernels want a processor with AVX2 and FMA"});
   return std::make_unique<CpuEngine>(threads);

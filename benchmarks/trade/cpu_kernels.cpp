@@ -41,13 +41,13 @@ template <class Layout, class Triangle, class Boxes> void ask_all(CpuWork& work)
 void HIPRT_TRADEOFF_ASK(CpuWork& work) {
   switch (work.set) {
 #if HIPRT_FAST_MATH
-#define HIPRT_POLICY_SET(number, triangle, boxes, layout)                         \
+#define HIPRT_POLICY_SET(number, name, triangle, boxes, layout)                   \
   case number:                                                                    \
     if constexpr (number < kFastMathSets) ask_all<layout, triangle, boxes>(work); \
     return;
 #else
-#define HIPRT_POLICY_SET(number, triangle, boxes, layout) \
-  case number:                                            \
+#define HIPRT_POLICY_SET(number, name, triangle, boxes, layout) \
+  case number:                                                  \
     return ask_all<layout, triangle, boxes>(work);
 #endif
     HIPRT_POLICY_SETS(HIPRT_POLICY_SET)

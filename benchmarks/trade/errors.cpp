@@ -53,7 +53,7 @@ ErrorCase make_case(Model model, Aim aim, double reach, unsigned rays) {
     const oracle::ExactClosest truth = oracle::closest({&mesh, 1}, ray);
     if (!truth.found) continue;
     result.rays.push_back(ray);
-    result.truths.push_back({true, truth.primitive, truth.where.t});
+    result.truths.push_back({truth.primitive, truth.where.t});
   }
   return result;
 }

@@ -13,7 +13,6 @@ struct ErrorCase {
   Model model;
   std::vector<Ray> rays;
   struct Truth {
-    bool found;
     std::uint32_t primitive;
     double t;
   };

@@ -2,6 +2,7 @@
 #include "gpu_kernels.h"
 
 #include <hiprt_build/gpu/gpu.h>
+#include <tools/progress.h>
 
 #include <algorithm>
 
@@ -55,6 +56,7 @@ class GpuEngine final : public Engine {
     aim(subject, probe);
     Tally sum;
     for (std::uint64_t first = 0; first < count; first += kMost) {
+      if (tools::interrupted()) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "interrupted"});
       const auto part = static_cast<std::uint32_t>(std::min(kMost, count - first));
       if (auto reset = tally_.fill(std::byte{0}, nullptr); !reset) return tl::unexpected(reset.error());
       GpuWork work{probe, first, part, tally_.data()};

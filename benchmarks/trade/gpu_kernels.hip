@@ -7,7 +7,7 @@
 
 #if !defined(HIPRT_TRADEOFF_KERNELS)
 #define HIPRT_TRADEOFF_KERNELS tradeoff_kernels_usual
-#define HIPRT_TRADEOFF_SETS kPolicySets.size()
+#define HIPRT_TRADEOFF_SETS std::size(kPolicySets)
 #endif
 
 namespace hiprt::bench {
@@ -52,8 +52,8 @@ template <class Layout, class Triangle, class Boxes, std::size_t kNumber> GpuKer
 
 GpuKernels HIPRT_TRADEOFF_KERNELS(std::size_t set) {
   switch (set) {
-#define HIPRT_POLICY_SET(number, triangle, boxes, layout) \
-  case number:                                            \
+#define HIPRT_POLICY_SET(number, name, triangle, boxes, layout) \
+  case number:                                                  \
     return kernels<layout, triangle, boxes, number>();
     HIPRT_POLICY_SETS(HIPRT_POLICY_SET)
 #undef HIPRT_POLICY_SET

@@ -15,20 +15,11 @@ using oracle::EveryBox, oracle::Probe, oracle::Question, oracle::Tally, oracle::
 /// (--use_fast_math) and HIPRT_ALLOW_FAST_MATH.
 enum class Compiler : unsigned { kUsual, kFastMath };
 
-/// Fast-math is compiled for the first sets only, up to the most accurate one.
-inline constexpr std::size_t kFastMathSets = 5;
-
 struct CpuWork {
   std::size_t set;     ///< In kPolicySets.
   const Probe* probe;  ///< Of a scene in the set's layout.
   std::uint64_t begin, end;
   Tally tally;  ///< What was found is added.
 };
-
-/// Asks rays [begin, end) on the calling thread.
-void ask_on_cpu(Compiler compiler, CpuWork& work);
-
-/// Whether this machine runs the CPU's kernels, which are compiled for AVX2 and FMA where the processor is an x86-64.
-bool cpu_can_ask();
 
 }  // namespace hiprt::bench

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import sys
 import tempfile
 
 from .json_file import InputError
@@ -10,6 +11,16 @@ from .json_file import InputError
 class Parser(argparse.ArgumentParser):
     def error(self, message):
         self.exit(2, f"{self.prog}: {message} (see --help)\n")
+
+
+def run_script(name, work):
+    """@return the exit status: 1, and what is wrong on standard error, where work() raises InputError."""
+    try:
+        work()
+    except InputError as error:
+        print(f"{name}.py: {error}", file=sys.stderr)
+        return 1
+    return 0
 
 
 def write_together(name, folder, write):
