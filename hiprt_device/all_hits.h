@@ -22,8 +22,8 @@ enum class SplitPrimitives {
 /// In a scene without split primitives this is one traversal that stops at each hit and goes on. In a scene with them,
 /// and with kOnce, every next_hit() looks for the closest hit behind the last, as ClosestHit does: that is what each
 /// one once costs. Policies without Feature::kSplitReferences have no code for it.
-template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives,
-          SplitPrimitives kSplit = SplitPrimitives::kOnce>
+template <PolicySet P = Policies<>, IntersectionFilter<typename P::Real> Filter = NoFilter,
+          PrimitiveSet<typename P::Real> Primitives = NoPrimitives, SplitPrimitives kSplit = SplitPrimitives::kOnce>
 class AllHits {
   static constexpr bool kMaySort =
       kSplit == SplitPrimitives::kOnce && (P::kFeatures & feature_bit(Feature::kSplitReferences)) != 0;
@@ -36,7 +36,7 @@ class AllHits {
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
   /// @param counter goes on from what it is.
-  HIPRT_HD HIPRT_INLINE AllHits(const SceneView& scene, const Ray& ray, const Storage& storage,
+  HIPRT_HD HIPRT_INLINE AllHits(const SceneView& scene, const BasicRay<typename P::Real>& ray, const Storage& storage,
                                 const Filter& filter = {}, const Primitives& primitives = {},
                                 const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter),

@@ -12,7 +12,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 ///
 /// next_hit() goes on where the last one stopped. A primitive that the builder has split (Feature::kSplitReferences)
 /// may come more than once: AllHits has each once.
-template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives>
+template <PolicySet P = Policies<>, IntersectionFilter<typename P::Real> Filter = NoFilter,
+          PrimitiveSet<typename P::Real> Primitives = NoPrimitives>
 class AnyHit {
   using Search = HitSearch<P, typename P::AnyOrder, !P::Schedule::kBatchOnly, Filter, Primitives>;
 
@@ -22,7 +23,7 @@ class AnyHit {
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
   /// @param counter goes on from what it is.
-  HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const Ray& ray, const Storage& storage,
+  HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const BasicRay<typename P::Real>& ray, const Storage& storage,
                                const Filter& filter = {}, const Primitives& primitives = {},
                                const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter) {}

@@ -13,7 +13,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 ///
 /// Every next_hit() is a traversal of its own, of the part of the ray behind the last hit, so that hits come in the
 /// order of t, geometry and primitive, each once, however the tree was built.
-template <PolicySet P = Policies<>, IntersectionFilter Filter = NoFilter, PrimitiveSet Primitives = NoPrimitives>
+template <PolicySet P = Policies<>, IntersectionFilter<typename P::Real> Filter = NoFilter,
+          PrimitiveSet<typename P::Real> Primitives = NoPrimitives>
 class ClosestHit {
   using Search = HitSearch<P, typename P::ClosestOrder, false, Filter, Primitives>;
 
@@ -23,8 +24,8 @@ class ClosestHit {
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
   /// @param counter goes on from what it is.
-  HIPRT_HD HIPRT_INLINE ClosestHit(const SceneView& scene, const Ray& ray, const Storage& storage,
-                                   const Filter& filter = {}, const Primitives& primitives = {},
+  HIPRT_HD HIPRT_INLINE ClosestHit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                   const Storage& storage, const Filter& filter = {}, const Primitives& primitives = {},
                                    const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter) {}
 

@@ -290,8 +290,9 @@ struct Reference : ShearedTriangleTest<Reference> {
   }
 
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool finish(const Corners& corners, const Leaf& leaf, const PreparedRay<Lanes>& ray,
-                                           bool second, std::uint32_t id, Candidate& result) {
+  HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf& leaf,
+                                           const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
+                                           Candidate& result) {
     using namespace exact_detail;
     result = {};
     // What is found does not depend on whether the leaf's other triangle made the signs uncertain.

@@ -26,21 +26,25 @@ enum class FilterAnswer {
 /// Called with t, u, v, geometry and primitive of the candidate (a triangle's normal and error bound are not there yet;
 /// a custom primitive's are). A closest-hit traversal asks only about candidates that are nearer than what it has; how
 /// many those are depends on the tree.
-template <class T>
-concept IntersectionFilter = requires(const T& filter, const Ray& ray, const Hit& hit) {
+/// @tparam Real of the rays.
+template <class T, class Real = float>
+concept IntersectionFilter = requires(const T& filter, const BasicRay<Real>& ray, const BasicHit<Real>& hit) {
   { filter(ray, hit) } -> std::same_as<FilterAnswer>;
 };
 
 /// Every hit counts; costs nothing.
 struct NoFilter {
-  HIPRT_HD constexpr FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
+  template <class Real> HIPRT_HD constexpr FilterAnswer operator()(const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterAnswer::kAccept;
+  }
 };
 
 /// Rejects one primitive, for rays that start on it.
 struct ExceptPrimitive {
   std::uint32_t geometry = kInvalidId;
   std::uint32_t primitive = kInvalidId;
-  HIPRT_HD constexpr FilterAnswer operator()(const Ray&, const Hit& hit) const {
+  template <class Real>
+  HIPRT_HD constexpr FilterAnswer operator()(const BasicRay<Real>&, const BasicHit<Real>& hit) const {
     return hit.geometry == geometry && hit.primitive == primitive ? FilterAnswer::kReject : FilterAnswer::kAccept;
   }
 };

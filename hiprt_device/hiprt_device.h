@@ -4,6 +4,7 @@
 
 #include <hiprt_device/amd_ray_test.h>
 #include <hiprt_device/batch.h>
+#include <hiprt_device/double_rays.h>
 #include <hiprt_device/exact_triangle_test.h>
 #include <hiprt_device/filter.h>
 #include <hiprt_device/path_transform.h>

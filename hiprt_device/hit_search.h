@@ -22,15 +22,17 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// A search for the hits of one ray.
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
 /// @tparam kResumable whether the search can go on in the middle of the tree (find_any() after a hit).
-template <PolicySet P, class Order, bool kResumable, IntersectionFilter Filter, PrimitiveSet Primitives>
+template <PolicySet P, class Order, bool kResumable, IntersectionFilter<typename P::Real> Filter,
+          PrimitiveSet<typename P::Real> Primitives>
 class HitSearch {
  public:
   using Storage = typename P::Stack::Storage;
   using Counter = typename P::Counter;
-  using Answer = HitOf<P::kLevels>;
+  using Real = typename P::Real;
+  using Answer = HitOf<Real, P::kLevels>;
 
-  HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const Ray& ray, const Storage& storage, const Filter& filter,
-                                  const Primitives& primitives, const Counter& counter)
+  HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const BasicRay<Real>& ray, const Storage& storage,
+                                  const Filter& filter, const Primitives& primitives, const Counter& counter)
       : scene_(&scene),
         ray_(ray),
         storage_(storage),
@@ -40,7 +42,7 @@ class HitSearch {
         traversal_(scene, ray, is_covered() && is_traceable(ray) ? scene.root : kInvalidRef, storage),
         hit_way_(storage, 1),
         after_way_(storage, 2),
-        after_t_(max_of(ray.tmin, 0.0f)),
+        after_t_(max_of(ray.tmin, Real(0))),
         limit_(finite(ray.tmax)) {
     if (!is_covered()) state_ = TraversalState::kRefused;
   }
@@ -50,7 +52,7 @@ class HitSearch {
   /// The hit at hand, without what complete_hit() adds to a triangle's.
   HIPRT_HD HIPRT_INLINE Answer hit() const {
     Answer hit;
-    static_cast<Hit&>(hit) = hit_;
+    static_cast<BasicHit<Real>&>(hit) = hit_;
     if constexpr (P::kLevels != 0)
       if (hit_.found()) hit.path = hit_way_.path();
     return hit;
@@ -61,13 +63,13 @@ class HitSearch {
     if (state_ == TraversalState::kHit && stopped_) state_ = TraversalState::kFinished;
     if (state_ == TraversalState::kInit || state_ == TraversalState::kHit) return true;
     forget_hit();
-    if (state_ != TraversalState::kFinished) hit_.t = std::numeric_limits<float>::quiet_NaN();
+    if (state_ != TraversalState::kFinished) hit_.t = std::numeric_limits<Real>::quiet_NaN();
     return false;
   }
 
   /// Prepares for the closest hit behind the one at hand, in the order of t, geometry, primitive.
   HIPRT_HD HIPRT_INLINE void start_behind_hit() {
-    after_t_ = max_of(hit_.t, 0.0f);  // Not -0, whose bits would come last in the order of entry distances.
+    after_t_ = max_of(hit_.t, Real(0));  // Not -0, whose bits would come last in the order of entry distances.
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
     after_way_.save(hit_way_);
@@ -81,7 +83,7 @@ class HitSearch {
     static_assert(!BacktrackingStack<typename P::Stack> || !std::same_as<Order, Unordered>,
                   "hiprt: Unordered: a restart trail finds closest hits in the order of distance only");
     const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                                           [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
+                                           [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
                                              if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found))
                                                return true;
                                              if (!accept(found)) return true;
@@ -99,7 +101,7 @@ class HitSearch {
   /// Looks for one more hit, whichever comes first. @return as find_closest().
   HIPRT_HD HIPRT_INLINE bool find_any(bool may_pause) {
     const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                                           [&](const LeafHit& found) HIPRT_INLINE_LAMBDA {
+                                           [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
                                              if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
                                              return !accept(found);
                                            });
@@ -112,7 +114,7 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE void cancel() { traversal_.cancel(); }
 
   HIPRT_HD HIPRT_INLINE void forget_hit() {
-    hit_ = Hit{};
+    hit_ = BasicHit<Real>{};
     leaf_ = kInvalidRef;
   }
 
@@ -120,7 +122,7 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE Answer complete_hit() const {
     Answer hit = this->hit();
     using Leaf = typename P::Layout::Leaf;
-    const auto complete_in = [&](const Ray& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
+    const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
       if (leaf_ != kInvalidRef)
         complete<typename P::Layout>(hit, ray, *reinterpret_cast<const Leaf*>(base + ref_offset(leaf_)), leaf_ & 1u);
     };
@@ -138,15 +140,15 @@ class HitSearch {
     return covers<P>(*scene_) && (Primitives::kCount != 0 || (scene_->features & feature_bit(Feature::kCustom)) == 0);
   }
 
-  /// No float is larger, so that an overflow of t is a miss.
-  HIPRT_HD static HIPRT_INLINE float finite(float tmax) {
-    constexpr float kMax = std::numeric_limits<float>::max();
+  /// No number is larger, so that an overflow of t is a miss.
+  HIPRT_HD static HIPRT_INLINE Real finite(Real tmax) {
+    constexpr Real kMax = std::numeric_limits<Real>::max();
     return tmax < kMax ? tmax : kMax;
   }
 
   /// Of hits at the same t the one with the lowest geometry, then primitive number wins; those up to the last answer
   /// are out.
-  HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit& found) const {
+  HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit<Real>& found) const {
     const std::uint32_t geometry = found.geometry, primitive = found.primitive;
     bool loses = found.at.t == limit_ &&
                  (geometry > hit_.geometry || (geometry == hit_.geometry && primitive >= hit_.primitive));
@@ -163,10 +165,11 @@ class HitSearch {
   }
 
   /// Takes the hit unless mask or filter are against it.
-  HIPRT_HD HIPRT_INLINE bool accept(const LeafHit& found) {
+  HIPRT_HD HIPRT_INLINE bool accept(const LeafHit<Real>& found) {
     if (!is_visible<P>(*scene_, traversal_.levels(), ray_, found.geometry)) return false;
     Answer candidate;
-    static_cast<Hit&>(candidate) = Hit{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
+    static_cast<BasicHit<Real>&>(candidate) =
+        BasicHit<Real>{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
     if constexpr (P::kLevels != 0 && kAsks) candidate.path = traversal_.levels().path();
     if (found.custom != nullptr) {
       candidate.normal = found.custom->normal;
@@ -181,7 +184,7 @@ class HitSearch {
     return true;
   }
 
-  HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit& found, const Answer& candidate) const {
+  HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit<Real>& found, const Answer& candidate) const {
     if constexpr (P::kLevels != 0 && kAsks)
       if (traversal_.levels().without_filter(*scene_)) return FilterAnswer::kAccept;
     bool stop = false;
@@ -202,7 +205,7 @@ class HitSearch {
     if (found) return;
     forget_hit();
     if (state_ == TraversalState::kFinished) return;
-    hit_.t = std::numeric_limits<float>::quiet_NaN();
+    hit_.t = std::numeric_limits<Real>::quiet_NaN();
     if constexpr (requires { storage_.on_overflow(); })
       if (state_ == TraversalState::kStackOverflow) storage_.on_overflow();
   }
@@ -217,18 +220,18 @@ class HitSearch {
   static constexpr bool kAsks = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
 
   const SceneView* scene_;
-  Ray ray_;
+  BasicRay<Real> ray_;
   Storage storage_;
   Filter filter_;
   Primitives primitives_;
   Counter counter_;
   Traversal<P, Order, kResumable> traversal_;
-  Hit hit_{};
+  BasicHit<Real> hit_{};
   SavedWay<P::kLevels> hit_way_, after_way_;
-  float after_t_;                              ///< Hits from here on.
+  Real after_t_;                               ///< Hits from here on.
   std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;
-  float limit_;
+  Real limit_;
   NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is (LeafHit::leaf).
   bool stopped_ = false;        ///< The filter ended the search with the last hit.
   TraversalState state_ = TraversalState::kInit;

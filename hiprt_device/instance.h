@@ -10,27 +10,31 @@ inline namespace HIPRT_ISA_NAMESPACE {
 namespace instance_detail {
 
 /// A row times a vector, rounded alike by every machine.
-HIPRT_HD HIPRT_INLINE float times(const float (&row)[3], const Vec3& v) {
-  return fused_multiply_add(row[0], v.x, fused_multiply_add(row[1], v.y, row[2] * v.z));
+template <class Real> HIPRT_HD HIPRT_INLINE Real times(const float (&row)[3], const BasicVec3<Real>& v) {
+  const Real x = row[0], y = row[1], z = row[2];
+  return fused_multiply_add(x, v.x, fused_multiply_add(y, v.y, z * v.z));
 }
 
 }  // namespace instance_detail
 
 /// linear * v: a direction of the scene, seen from the object.
-HIPRT_HD HIPRT_INLINE Vec3 vector_to_object(const InstanceRecord& instance, const Vec3& v) {
+template <class Real>
+HIPRT_HD HIPRT_INLINE BasicVec3<Real> vector_to_object(const InstanceRecord& instance, const BasicVec3<Real>& v) {
   using instance_detail::times;
-  return Vec3(times(instance.linear[0], v), times(instance.linear[1], v), times(instance.linear[2], v));
+  return {times(instance.linear[0], v), times(instance.linear[1], v), times(instance.linear[2], v)};
 }
 
 /// linear * (p - translation). The difference comes first: far from the origin no more is lost than p has lost already.
-HIPRT_HD HIPRT_INLINE Vec3 point_to_object(const InstanceRecord& instance, const Vec3& p) {
+template <class Real>
+HIPRT_HD HIPRT_INLINE BasicVec3<Real> point_to_object(const InstanceRecord& instance, const BasicVec3<Real>& p) {
   const float(&origin)[3] = instance.translation;
-  return vector_to_object(instance, Vec3(p.x - origin[0], p.y - origin[1], p.z - origin[2]));
+  return vector_to_object(instance, BasicVec3<Real>(p.x - origin[0], p.y - origin[1], p.z - origin[2]));
 }
 
 /// The ray as the object sees it: t, tmin, tmax and mask stay what they are, the direction's length changes.
-HIPRT_HD HIPRT_INLINE Ray ray_to_object(const InstanceRecord& instance, const Ray& ray) {
-  Ray local = ray;
+template <class Real>
+HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_to_object(const InstanceRecord& instance, const BasicRay<Real>& ray) {
+  BasicRay<Real> local = ray;
   local.origin = point_to_object(instance, ray.origin);
   local.direction = vector_to_object(instance, ray.direction);
   return local;
@@ -57,19 +61,21 @@ HIPRT_HD inline Vec3 normal_to_object(const InstanceRecord& instance, const Vec3
 }
 
 /// inverse(linear) * v: a direction of the object, seen from the scene. In double, rounded once.
-HIPRT_HD inline Vec3 vector_to_scene(const InstanceRecord& instance, const Vec3& v) {
+template <class Real>
+HIPRT_HD inline BasicVec3<Real> vector_to_scene(const InstanceRecord& instance, const BasicVec3<Real>& v) {
   const LinearInverse inverse(instance);
-  const auto component = [&](unsigned k) { return static_cast<float>(inverse.times(k, v.x, v.y, v.z)); };
-  return Vec3(component(0), component(1), component(2));
+  const auto component = [&](unsigned k) { return static_cast<Real>(inverse.times(k, v.x, v.y, v.z)); };
+  return {component(0), component(1), component(2)};
 }
 
 /// inverse(linear) * p + translation. In double, rounded once.
-HIPRT_HD inline Vec3 point_to_scene(const InstanceRecord& instance, const Vec3& p) {
+template <class Real>
+HIPRT_HD inline BasicVec3<Real> point_to_scene(const InstanceRecord& instance, const BasicVec3<Real>& p) {
   const LinearInverse inverse(instance);
   const auto component = [&](unsigned k) {
-    return static_cast<float>(inverse.times(k, p.x, p.y, p.z) + instance.translation[k]);
+    return static_cast<Real>(inverse.times(k, p.x, p.y, p.z) + instance.translation[k]);
   };
-  return Vec3(component(0), component(1), component(2));
+  return {component(0), component(1), component(2)};
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

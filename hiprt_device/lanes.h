@@ -62,27 +62,29 @@ HIPRT_HD HIPRT_INLINE float larger(float a, float b) {
 }
 
 /// Four lanes in an array; loops over lanes are unrolled by the compiler.
-struct ArrayLanes {
+/// @tparam Real float; double for the triangle tests of double rays, which load floats too.
+template <class Real> struct BasicArrayLanes {
   /// Choices between lanes are made without branches and arrays without indices that vary: for registers of GPUs.
   static constexpr bool kScalar = true;
+  using Scalar = Real;
   struct Float {
-    float lane[4];
+    Real lane[4];
   };
   /// A value that is the same in all lanes.
-  using Uniform = float;
-  HIPRT_HD static HIPRT_INLINE Uniform uniform(float a) { return a; }
-  HIPRT_HD static HIPRT_INLINE float value(Uniform a) { return a; }
+  using Uniform = Real;
+  HIPRT_HD static HIPRT_INLINE Uniform uniform(Real a) { return a; }
+  HIPRT_HD static HIPRT_INLINE Real value(Uniform a) { return a; }
 
   /// @param p multiple of 16 bytes, in the scene.
   HIPRT_HD static HIPRT_INLINE Float load(const float* p) {
     const Words words = load_words(p);
     return {{words.as_float(0), words.as_float(1), words.as_float(2), words.as_float(3)}};
   }
-  HIPRT_HD static HIPRT_INLINE void store(float* p, const Float& a) {
+  HIPRT_HD static HIPRT_INLINE void store(Real* p, const Float& a) {
     for (int i = 0; i < 4; ++i) p[i] = a.lane[i];
   }
-  HIPRT_HD static HIPRT_INLINE Float set(float a, float b, float c, float d) { return {{a, b, c, d}}; }
-  HIPRT_HD static HIPRT_INLINE Float all(float a) { return {{a, a, a, a}}; }
+  HIPRT_HD static HIPRT_INLINE Float set(Real a, Real b, Real c, Real d) { return {{a, b, c, d}}; }
+  HIPRT_HD static HIPRT_INLINE Float all(Real a) { return {{a, a, a, a}}; }
   /// From the low 16 bits of each.
   HIPRT_HD static HIPRT_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     return {{widen_half(a), widen_half(b), widen_half(c), widen_half(d)}};
@@ -162,7 +164,7 @@ struct ArrayLanes {
     return map([&](int i) HIPRT_INLINE_LAMBDA { return __builtin_fabsf(a.lane[i]); });
   }
   /// A NaN does not hide other lanes: devices leave it out, hosts take it for infinity.
-  HIPRT_HD static HIPRT_INLINE float largest(const Float& a) {
+  HIPRT_HD static HIPRT_INLINE Real largest(const Float& a) {
 #if HIPRT_DEVICE_CODE
     return larger(larger(a.lane[0], a.lane[1]), larger(a.lane[2], a.lane[3]));
 #else
@@ -181,7 +183,7 @@ struct ArrayLanes {
   HIPRT_HD static HIPRT_INLINE std::uint32_t less_equal(const Float& a, const Float& b) {
     return bits([&](int i) { return a.lane[i] <= b.lane[i]; });
   }
-  HIPRT_HD static HIPRT_INLINE float get(const Float& a, unsigned i) { return a.lane[i]; }
+  HIPRT_HD static HIPRT_INLINE Real get(const Float& a, unsigned i) { return a.lane[i]; }
 
  private:
   template <class Predicate> HIPRT_HD static HIPRT_INLINE std::uint32_t bits(Predicate predicate) {
@@ -191,11 +193,15 @@ struct ArrayLanes {
   }
 };
 
+using ArrayLanes = BasicArrayLanes<float>;
+using DoubleLanes = BasicArrayLanes<double>;
+
 #if HIPRT_SIMD_LANES
 
 /// Four lanes in an SSE register (the compilers' vector type of 16 bytes).
 struct SimdLanes {
   static constexpr bool kScalar = false;
+  using Scalar = float;
   static constexpr float kByteBias = 0.0f;
   using Float = __m128;
   using Uniform = __m128;

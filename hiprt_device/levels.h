@@ -35,10 +35,12 @@ template <> struct InstancePath<0> {
 
 /// A hit in a scene of instances. Normal and error are the scene's; geometry and primitive are the object's at the end
 /// of the way; t, u and v are the same in both.
-template <unsigned kLevels> struct PathHit : Hit { InstancePath<kLevels> path{}; };
+template <class Real, unsigned kLevels> struct BasicPathHit : BasicHit<Real> { InstancePath<kLevels> path{}; };
+template <unsigned kLevels> using PathHit = BasicPathHit<float, kLevels>;
 
 /// What queries answer: of policies without levels a bare Hit.
-template <unsigned kLevels> using HitOf = std::conditional_t<kLevels == 0, Hit, PathHit<kLevels>>;
+template <class Real, unsigned kLevels>
+using HitOf = std::conditional_t<kLevels == 0, BasicHit<Real>, BasicPathHit<Real, kLevels>>;
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
@@ -94,7 +96,8 @@ HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstanceP
 /// @tparam kLevels more than 1: the way, and the ray as each object on it sees it, lie in memory of the stack's Storage
 /// (LevelStack): to follow the way again would be a chain of loads that wait for each other.
 /// @tparam kMoves whether instances may move.
-template <unsigned kLevels, bool kMoves> class Levels {
+/// @tparam Real of the rays.
+template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
  public:
   template <class Storage>
   HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage& storage)
@@ -112,16 +115,17 @@ template <unsigned kLevels, bool kMoves> class Levels {
                               : reinterpret_cast<const GeometryRecord*>(base_ + object_->geometries)[i];
   }
   /// As the object sees it.
-  HIPRT_HD HIPRT_INLINE Ray ray(const SceneView&, const Ray& of_scene) const {
-    Ray ray = of_scene;
+  HIPRT_HD HIPRT_INLINE BasicRay<Real> ray(const SceneView&, const BasicRay<Real>& of_scene) const {
+    BasicRay<Real> ray = of_scene;
     if (depth_ == 0) return ray;
-    const EnteredObject& at = entered_[depth_ - 1];
-    ray.origin = Vec3(at.origin[0], at.origin[1], at.origin[2]);
-    ray.direction = Vec3(at.direction[0], at.direction[1], at.direction[2]);
+    const EnteredObject<Real>& at = entered_[depth_ - 1];
+    ray.origin = {at.origin[0], at.origin[1], at.origin[2]};
+    ray.direction = {at.direction[0], at.direction[1], at.direction[2]};
     return ray;
   }
   /// A ray of the object at hand, as an instance of it sees it.
-  HIPRT_HD HIPRT_INLINE Ray ray_into(const SceneView& scene, std::uint32_t instance, const Ray& of_object) const {
+  HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
+                                                const BasicRay<Real>& of_object) const {
     const ObjectPlace place = object_ == nullptr ? ObjectPlace(scene) : ObjectPlace(scene, *object_);
     return ray_to_object(place.template instance<kMoves>(instance, of_object.time), of_object);
   }
@@ -146,7 +150,7 @@ template <unsigned kLevels, bool kMoves> class Levels {
   }
   /// @param local the ray as the object sees it.
   HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object,
-                                   const Ray& local) {
+                                   const BasicRay<Real>& local) {
     way_[depth_] = instance;
     entered_[depth_++] = {&object,
                           {local.origin.x, local.origin.y, local.origin.z},
@@ -155,7 +159,7 @@ template <unsigned kLevels, bool kMoves> class Levels {
     base_ = scene.base + object.offset;
   }
   /// @return the ray as the object outside sees it.
-  HIPRT_HD HIPRT_INLINE Ray leave(const SceneView& scene, const Ray& of_scene) {
+  HIPRT_HD HIPRT_INLINE BasicRay<Real> leave(const SceneView& scene, const BasicRay<Real>& of_scene) {
     --depth_;
     object_ = depth_ == 0 ? nullptr : entered_[depth_ - 1].object;
     base_ = scene.base + (depth_ == 0 ? 0 : object_->offset);
@@ -177,12 +181,12 @@ template <unsigned kLevels, bool kMoves> class Levels {
   const std::byte* base_;
   const ObjectRecord* object_ = nullptr;
   std::uint32_t* way_;
-  EnteredObject* entered_;
+  EnteredObject<Real>* entered_;
   std::uint32_t depth_ = 0;
 };
 
 /// One level needs one number.
-template <bool kMoves> class Levels<1, kMoves> {
+template <bool kMoves, class Real> class Levels<1, kMoves, Real> {
  public:
   template <class Storage> HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage&) : base_(scene.base) {}
 
@@ -195,10 +199,11 @@ template <bool kMoves> class Levels<1, kMoves> {
     const ObjectRecord& object = scene.objects[scene.instances[instance_].object];
     return reinterpret_cast<const GeometryRecord*>(base_ + object.geometries)[i];
   }
-  HIPRT_HD HIPRT_INLINE Ray ray(const SceneView& scene, const Ray& of_scene) const {
+  HIPRT_HD HIPRT_INLINE BasicRay<Real> ray(const SceneView& scene, const BasicRay<Real>& of_scene) const {
     return depth() == 0 ? of_scene : ray_into(scene, instance_, of_scene);
   }
-  HIPRT_HD HIPRT_INLINE Ray ray_into(const SceneView& scene, std::uint32_t instance, const Ray& of_scene) const {
+  HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
+                                                const BasicRay<Real>& of_scene) const {
     return ray_to_object(ObjectPlace(scene).template instance<kMoves>(instance, of_scene.time), of_scene);
   }
   HIPRT_HD HIPRT_INLINE InstancePath<1> path() const { return {depth(), {depth() == 0 ? 0 : instance_}}; }
@@ -208,11 +213,11 @@ template <bool kMoves> class Levels<1, kMoves> {
     return depth() != 0 && (scene.instances[instance_].flags & InstanceFlags::kNoFilter) != 0;
   }
   HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object,
-                                   const Ray&) {
+                                   const BasicRay<Real>&) {
     instance_ = instance;
     base_ = scene.base + object.offset;
   }
-  HIPRT_HD HIPRT_INLINE const Ray& leave(const SceneView& scene, const Ray& of_scene) {
+  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& leave(const SceneView& scene, const BasicRay<Real>& of_scene) {
     restart(scene);
     return of_scene;
   }
@@ -231,14 +236,16 @@ template <bool kMoves> class Levels<1, kMoves> {
 };
 
 /// Of policies without levels: nothing.
-template <bool kMoves> class Levels<0, kMoves> {
+template <bool kMoves, class Real> class Levels<0, kMoves, Real> {
  public:
   template <class Storage> HIPRT_HD HIPRT_INLINE Levels(const SceneView&, const Storage&) {}
   HIPRT_HD HIPRT_INLINE const std::byte* base(const SceneView& scene) const { return scene.base; }
   HIPRT_HD HIPRT_INLINE const GeometryRecord& geometry(const SceneView& scene, std::uint32_t i) const {
     return scene.geometries[i];
   }
-  HIPRT_HD HIPRT_INLINE const Ray& ray(const SceneView&, const Ray& of_scene) const { return of_scene; }
+  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& ray(const SceneView&, const BasicRay<Real>& of_scene) const {
+    return of_scene;
+  }
   HIPRT_HD HIPRT_INLINE InstancePath<0> path() const { return {}; }
   HIPRT_HD HIPRT_INLINE std::uint32_t object_number(const SceneView&) const { return kInvalidId; }
 };
@@ -251,7 +258,7 @@ template <unsigned kLevels> class SavedWay {
   template <class Storage>
   HIPRT_HD HIPRT_INLINE SavedWay(const Storage& storage, unsigned place) : way_(storage.ways + place * kLevels) {}
 
-  template <bool kMoves> HIPRT_HD HIPRT_INLINE void save(const Levels<kLevels, kMoves>& levels) {
+  template <bool kMoves, class Real> HIPRT_HD HIPRT_INLINE void save(const Levels<kLevels, kMoves, Real>& levels) {
     depth_ = levels.depth();
     for (unsigned i = 0; i < depth_; ++i) way_[i] = levels.instance(i);
   }
@@ -266,7 +273,8 @@ template <unsigned kLevels> class SavedWay {
     return path;
   }
   /// As the paths compare: negative if this one comes first, 0 if they are the same.
-  template <bool kMoves> HIPRT_HD HIPRT_INLINE int compare(const Levels<kLevels, kMoves>& levels) const {
+  template <bool kMoves, class Real>
+  HIPRT_HD HIPRT_INLINE int compare(const Levels<kLevels, kMoves, Real>& levels) const {
     const std::uint32_t depth = levels.depth();
     for (unsigned i = 0; i < depth_ && i < depth; ++i)
       if (way_[i] != levels.instance(i)) return way_[i] < levels.instance(i) ? -1 : 1;
@@ -280,14 +288,14 @@ template <unsigned kLevels> class SavedWay {
 template <> class SavedWay<1> {
  public:
   template <class Storage> HIPRT_HD HIPRT_INLINE SavedWay(const Storage&, unsigned) {}
-  template <bool kMoves> HIPRT_HD HIPRT_INLINE void save(const Levels<1, kMoves>& levels) {
+  template <bool kMoves, class Real> HIPRT_HD HIPRT_INLINE void save(const Levels<1, kMoves, Real>& levels) {
     instance_ = levels.instance(0);
   }
   HIPRT_HD HIPRT_INLINE void save(const SavedWay& other) { instance_ = other.instance_; }
   HIPRT_HD HIPRT_INLINE InstancePath<1> path() const {
     return instance_ == kInvalidId ? InstancePath<1>{} : InstancePath<1>{1, {instance_}};
   }
-  template <bool kMoves> HIPRT_HD HIPRT_INLINE int compare(const Levels<1, kMoves>& levels) const {
+  template <bool kMoves, class Real> HIPRT_HD HIPRT_INLINE int compare(const Levels<1, kMoves, Real>& levels) const {
     const std::uint32_t other = levels.instance(0);
     return instance_ < other ? -1 : instance_ > other ? 1 : 0;
   }
@@ -298,7 +306,7 @@ template <> class SavedWay<1> {
 template <> class SavedWay<0> {
  public:
   template <class Storage> HIPRT_HD HIPRT_INLINE SavedWay(const Storage&, unsigned) {}
-  template <bool kMoves> HIPRT_HD HIPRT_INLINE void save(const Levels<0, kMoves>&) {}
+  template <bool kMoves, class Real> HIPRT_HD HIPRT_INLINE void save(const Levels<0, kMoves, Real>&) {}
   HIPRT_HD HIPRT_INLINE void save(const SavedWay&) {}
   HIPRT_HD HIPRT_INLINE InstancePath<0> path() const { return {}; }
 };

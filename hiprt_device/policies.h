@@ -41,10 +41,11 @@ concept SortingBoxTest = BoxTest<T> &&
 
 /// A ray prepared once, and intersect(): calls accept(candidate, 0 or 1) for each of a leaf's triangles that the line
 /// meets, at any t, until it returns false; returns false then.
-template <class T, class Layout, class Lanes>
+/// @tparam Real of the rays and candidates.
+template <class T, class Layout, class Lanes, class Real>
 concept TriangleTest = requires(const typename Layout::Leaf& leaf, const LeafInfo& info,
                                 const typename T::template PreparedRay<Lanes>& ray,
-                                bool (*accept)(const Candidate&, unsigned)) {
+                                bool (*accept)(const BasicCandidate<Real>&, unsigned)) {
   { T::template intersect<Lanes>(leaf, info, ray, accept) } -> std::same_as<bool>;
 };
 
@@ -66,6 +67,7 @@ template <class LayoutPolicy = PlanesLayout, class TrianglePolicy = Watertight, 
           class StackPolicy = PrivateStack<>, class LanesPolicy = DefaultLanes, class CounterPolicy = NoCounter,
           FeatureMask kFeatureSet = kKnownFeatures>
 struct Policies {
+  using Real = float;  ///< Of the rays; double: see double_rays.h.
   using Layout = LayoutPolicy;
   using Triangle = TrianglePolicy;
   using Boxes = BoxPolicy;
@@ -90,7 +92,8 @@ struct Policies {
 template <class Base, unsigned kMost = 1> struct Instanced : Base {
   static_assert(kMost != 0, "hiprt: Instanced: policies without levels are Base itself");
   /// One level needs no memory but the stack's.
-  using Stack = std::conditional_t<kMost == 1, typename Base::Stack, LevelStack<typename Base::Stack, kMost>>;
+  using Stack = std::conditional_t<kMost == 1, typename Base::Stack,
+                                   LevelStack<typename Base::Stack, kMost, typename Base::Real>>;
   static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kInstances);
   static constexpr unsigned kLevels = kMost;
 };
@@ -108,7 +111,7 @@ template <class Base> struct Moving : Base {
 template <class P>
 concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Stack> &&
     WorkCounting<typename P::Counter> && TraversalSchedule<typename P::Schedule> &&
-    TriangleTest<typename P::Triangle, typename P::Layout, typename P::Lanes> &&
+    TriangleTest<typename P::Triangle, typename P::Layout, typename P::Lanes, typename P::Real> &&
     TraversalOrder<typename P::ClosestOrder, typename P::Stack, typename P::Lanes> &&
     TraversalOrder<typename P::AnyOrder, typename P::Stack, typename P::Lanes> && requires {
   { P::kFeatures } -> std::convertible_to<FeatureMask>;

@@ -13,6 +13,7 @@
 #include <hiprt_device/primitive.h>
 
 #include <concepts>
+#include <type_traits>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -26,15 +27,16 @@ struct PrimitiveId {
 
 namespace primitive_detail {
 
-using Report = bool (*)(const CustomHit&);
+template <class Real> using Report = bool (*)(const BasicCustomHit<Real>&);
 
-template <class T>
-concept TakesPrimitive = requires(const T& functor, const Ray& ray, std::uint32_t primitive, Report report) {
-  { functor.intersect(ray, 0.0f, 0.0f, primitive, report) } -> std::same_as<bool>;
+template <class T, class Real>
+concept TakesPrimitive = requires(const T& functor, const BasicRay<Real>& ray, Real t, std::uint32_t primitive,
+                                  Report<Real> report) {
+  { functor.intersect(ray, t, t, primitive, report) } -> std::same_as<bool>;
 };
-template <class T>
-concept TakesId = requires(const T& functor, const Ray& ray, PrimitiveId id, Report report) {
-  { functor.intersect(ray, 0.0f, 0.0f, id, report) } -> std::same_as<bool>;
+template <class T, class Real>
+concept TakesId = requires(const T& functor, const BasicRay<Real>& ray, Real t, PrimitiveId id, Report<Real> report) {
+  { functor.intersect(ray, t, t, id, report) } -> std::same_as<bool>;
 };
 
 }  // namespace primitive_detail
@@ -44,15 +46,18 @@ concept TakesId = requires(const T& functor, const Ray& ray, PrimitiveId id, Rep
 /// [tmin, tmax], at the same t with the same bits whenever it is asked, and returns false as soon as report does. What
 /// it reports outside [tmin, tmax] is discarded. It may have `FilterAnswer filter(ray, hit) const`, an intersection
 /// filter (filter.h) for its type.
-template <class T>
-concept CustomPrimitive = primitive_detail::TakesPrimitive<T> || primitive_detail::TakesId<T>;
+///
+/// For DoubleRays it takes a RayD, tmin and tmax in double, and reports a CustomHitD: a template of Real serves both.
+template <class T, class Real = float>
+concept CustomPrimitive = primitive_detail::TakesPrimitive<T, Real> || primitive_detail::TakesId<T, Real>;
 
 /// What a traversal asks of its custom primitives.
-template <class T>
-concept PrimitiveSet = requires(const T& set, const Ray& ray, PrimitiveId id, const Hit& hit,
-                                primitive_detail::Report report) {
+/// @tparam Real of the rays.
+template <class T, class Real = float>
+concept PrimitiveSet = requires(const T& set, const BasicRay<Real>& ray, Real t, PrimitiveId id,
+                                const BasicHit<Real>& hit, primitive_detail::Report<Real> report) {
   { T::kCount } -> std::convertible_to<unsigned>;
-  { set.intersect(0u, ray, 0.0f, 0.0f, id, report) } -> std::same_as<bool>;
+  { set.intersect(0u, ray, t, t, id, report) } -> std::same_as<bool>;
   { set.filter(0u, ray, hit) } -> std::same_as<FilterAnswer>;
 };
 
@@ -61,15 +66,19 @@ template <class... Functors> struct PrimitiveList;
 
 template <> struct PrimitiveList<> {
   static constexpr unsigned kCount = 0;
-  template <class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const Ray&, float, float, PrimitiveId, Report&&) const {
+  template <class Real, class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const BasicRay<Real>&, std::type_identity_t<Real>,
+                                       std::type_identity_t<Real>, PrimitiveId, Report&&) const {
     return true;
   }
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
+  template <class Real>
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterAnswer::kAccept;
+  }
 };
 
 template <class First, class... Others> struct PrimitiveList<First, Others...> {
-  static_assert(CustomPrimitive<First>,
+  static_assert(CustomPrimitive<First> || CustomPrimitive<First, double>,
                 "PrimitiveList: a CustomPrimitive has bool intersect(ray, tmin, tmax, id, report) const");
   static constexpr unsigned kCount = 1 + sizeof...(Others);
   First first;
@@ -80,18 +89,24 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
   HIPRT_HD constexpr PrimitiveList(const First& of_type_0, const Others&... of_next_types)
       : first(of_type_0), others(of_next_types...) {}
 
-  template <class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const Ray& ray, float tmin, float tmax, PrimitiveId id,
-                                       Report&& report) const {
+  template <class Real, class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+    static_assert(CustomPrimitive<First, Real>,
+                  "PrimitiveList: for this query's rays, float or double, a primitive has no intersect()");
     if (type != 0) return others.intersect(type - 1, ray, tmin, tmax, id, report);
-    if constexpr (primitive_detail::TakesId<First>)
+    if constexpr (primitive_detail::TakesId<First, Real>)
       return first.intersect(ray, tmin, tmax, id, report);
     else
       return first.intersect(ray, tmin, tmax, id.primitive, report);
   }
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const Ray& ray, const Hit& hit) const {
+  template <class Real>
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
     if (type != 0) return others.filter(type - 1, ray, hit);
     if constexpr (requires { first.filter(ray, hit); }) return first.filter(ray, hit);
+    static_assert(
+        !requires { first.filter(Ray{}, Hit{}); } || std::is_same_v<Real, float>,
+        "PrimitiveList: a primitive's filter takes no double rays");
     return FilterAnswer::kAccept;
   }
 };
@@ -137,12 +152,13 @@ template <class Table> struct TableRow {
   Table table;
   unsigned ray_type = 0;  ///< Row of the table. Rays of a type beyond the last meet no custom primitive.
 
-  template <class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const Ray& ray, float tmin, float tmax, PrimitiveId id,
-                                       Report&& report) const {
+  template <class Real, class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.intersect(type, ray, tmin, tmax, id, report); });
   }
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const Ray& ray, const Hit& hit) const {
+  template <class Real>
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.filter(type, ray, hit); });
   }
 };

@@ -14,8 +14,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// @param counter goes on from what it is: zero it for the work of one ray.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
-HIPRT_HD inline auto closest_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
-                                 const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                 typename P::Counter& counter, const typename P::Stack::Storage& storage) {
   ClosestHit<P> query(scene, ray, storage, {}, {}, counter);
   const auto hit = query.next_hit();
   counter = query.counter();
@@ -26,8 +26,8 @@ HIPRT_HD inline auto closest_hit(const SceneView& scene, const Ray& ray, typenam
 /// @param counter goes on from what it is: zero it for the work of one ray.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
-HIPRT_HD inline auto any_hit(const SceneView& scene, const Ray& ray, typename P::Counter& counter,
-                             const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                             typename P::Counter& counter, const typename P::Stack::Storage& storage) {
   AnyHit<P> query(scene, ray, storage, {}, {}, counter);
   const auto hit = query.next_hit();
   counter = query.counter();
@@ -36,13 +36,15 @@ HIPRT_HD inline auto any_hit(const SceneView& scene, const Ray& ray, typename P:
 
 /// The same without the counter.
 template <class P>
-HIPRT_HD inline auto closest_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                 const typename P::Stack::Storage& storage) {
   return ClosestHit<P>(scene, ray, storage).next_hit();
 }
 
 /// The same without the counter.
 template <class P>
-HIPRT_HD inline auto any_hit(const SceneView& scene, const Ray& ray, const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                             const typename P::Stack::Storage& storage) {
   return AnyHit<P>(scene, ray, storage).next_hit();
 }
 
@@ -51,14 +53,14 @@ template <class Stack>
 concept OwnedStack = std::constructible_from<typename Stack::Storage, typename Stack::Memory&>;
 
 /// The same with a stack of the function's own.
-template <class P> HIPRT_HD inline auto closest_hit(const SceneView& scene, const Ray& ray) {
+template <class P> HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
 /// The same with a stack of the function's own.
-template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const Ray& ray) {
+template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return any_hit<P>(scene, ray, typename P::Stack::Storage(memory));

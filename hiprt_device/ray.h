@@ -16,21 +16,24 @@ namespace hiprt {
 /// - Guarantees (docs/decisions/0003-conservative-boxes.md) hold while the largest coordinate of scene bounds and of
 ///   the origin is in [2^-100, 2^60], the largest direction component in [2^-100, 2^126], and their ratio in
 ///   [2^-100, 2^90]. A hit whose t is beyond the largest float is a miss.
-struct Ray {
-  Vec3 origin{0.0f};
-  float tmin = 0.0f;
-  Vec3 direction{0.0f, 0.0f, 1.0f};
-  float tmax = std::numeric_limits<float>::infinity();
+/// @tparam Real float, or double for queries whose policies are DoubleRays (double_rays.h, with another range).
+template <class Real> struct BasicRay {
+  BasicVec3<Real> origin{0};
+  Real tmin = 0;
+  BasicVec3<Real> direction{0, 0, 1};
+  Real tmax = std::numeric_limits<Real>::infinity();
   std::uint32_t mask = 0xffffffffu;  ///< Sees the geometries with (mask & geometry mask) != 0.
   float time = 0.0f;                 ///< When: for scenes that move, in the units of their keys. Any number.
 };
+using Ray = BasicRay<float>;
+using RayD = BasicRay<double>;
 
 /// The answer to a closest-hit query. Of hits at the same t the one with the lowest geometry, then the lowest primitive
 /// number is reported, so that hits do not depend on the tree, its builder or its layout.
-struct Hit {
-  float t = std::numeric_limits<float>::infinity();  ///< +inf: a miss. NaN: see failed().
-  float u = 0.0f;  ///< Weight of the triangle's corner 1; the point is (1 - u - v) * p0 + u * p1 + v * p2.
-  float v = 0.0f;  ///< Weight of the triangle's corner 2.
+template <class Real> struct BasicHit {
+  Real t = std::numeric_limits<Real>::infinity();  ///< +inf: a miss. NaN: see failed().
+  Real u = 0;  ///< Weight of the triangle's corner 1; the point is (1 - u - v) * p0 + u * p1 + v * p2.
+  Real v = 0;  ///< Weight of the triangle's corner 2.
   std::uint32_t geometry = kInvalidId;
   std::uint32_t primitive = kInvalidId;  ///< Within the geometry.
   /// cross(p1 - p0, p2 - p0): not normalised, length = 2 * area; but times a power of two if its largest component is
@@ -44,5 +47,7 @@ struct Hit {
   /// The policies do not cover the scene (covers()), or the stack was too small: not known whether there is a hit.
   HIPRT_HD bool failed() const { return t != t; }
 };
+using Hit = BasicHit<float>;
+using HitD = BasicHit<double>;
 
 }  // namespace hiprt

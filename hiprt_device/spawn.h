@@ -10,12 +10,14 @@ inline namespace HIPRT_ISA_NAMESPACE {
 namespace spawn_detail {
 
 /// The same bits whatever a compiler contracts.
-HIPRT_HD HIPRT_INLINE Vec3 moved(const Vec3& from, float distance, const Vec3& direction) {
+template <class Real>
+HIPRT_HD HIPRT_INLINE BasicVec3<Real> moved(const BasicVec3<Real>& from, Real distance,
+                                            const BasicVec3<Real>& direction) {
   return {fused_multiply_add(distance, direction.x, from.x), fused_multiply_add(distance, direction.y, from.y),
           fused_multiply_add(distance, direction.z, from.z)};
 }
 
-HIPRT_HD HIPRT_INLINE float dot(const Vec3& a, const Vec3& b) {
+template <class Real> HIPRT_HD HIPRT_INLINE Real dot(const BasicVec3<Real>& a, const BasicVec3<Real>& b) {
   return fused_multiply_add(a.x, b.x, fused_multiply_add(a.y, b.y, a.z * b.z));
 }
 
@@ -27,16 +29,19 @@ HIPRT_HD HIPRT_INLINE float dot(const Vec3& a, const Vec3& b) {
 /// Other surfaces that are nearer than the error bound (the far wall of a sharp crease) may be passed.
 /// @param hit of closest_hit(), found.
 /// @param direction of the new ray, any length but 0.
-HIPRT_HD inline Vec3 spawn_origin(const Ray& ray, const Hit& hit, const Vec3& direction) {
+template <class Real>
+HIPRT_HD inline BasicVec3<Real> spawn_origin(const BasicRay<Real>& ray, const BasicHit<Real>& hit,
+                                             const BasicVec3<Real>& direction) {
   using namespace spawn_detail;
-  const Vec3 point = moved(ray.origin, hit.t, ray.direction);
+  const BasicVec3<Real> point = moved(ray.origin, hit.t, ray.direction);
+  const Real error = hit.error;
   const float length = max_component(hit.normal);
-  if (!(length > 0.0f)) return moved(point, 2.0f * hit.error, divided(direction, max_component(direction)));
-  const Vec3 n = divided(hit.normal, length);
-  const float squared = dot(n, n);
+  if (!(length > 0.0f)) return moved(point, Real(2) * error, divided(direction, max_component(direction)));
+  const BasicVec3<Real> n(divided(hit.normal, length));
+  const Real squared = dot(n, n);
   // The box of half width error around the point reaches |n|_1 * error / |n| along the normal.
-  const float distance = divided(hit.error * (absolute(n.x) + absolute(n.y) + absolute(n.z)), squared);
-  const bool along = dot(n, direction) >= 0.0f;
+  const Real distance = divided(error * (absolute(n.x) + absolute(n.y) + absolute(n.z)), squared);
+  const bool along = dot(n, direction) >= Real(0);
   return moved(point, along ? distance : -distance, n);
 }
 

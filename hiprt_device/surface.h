@@ -6,6 +6,9 @@
 #include <hiprt_device/ray.h>
 #include <hiprt_device/triangle_test.h>
 
+#include <limits>
+#include <type_traits>
+
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
@@ -33,29 +36,42 @@ HIPRT_HD HIPRT_INLINE Vec3 make_normal(const double (&edge1)[3], const double (&
   return Vec3(static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale));
 }
 
+/// The rounding of a number, relatively.
+template <class Real> inline constexpr Real kUnit = std::numeric_limits<Real>::epsilon() / 2;
+
+/// A bound as hits have it. In double it is rounded up.
+HIPRT_HD HIPRT_INLINE float to_bound(float bound) { return bound; }
+HIPRT_HD HIPRT_INLINE float to_bound(double bound) {
+  constexpr double kMax = std::numeric_limits<float>::max();
+  return static_cast<float>((bound < kMax ? bound : kMax) * (1.0 - 0x1p-24)) * (1.0f + 0x1p-22f) + 0x1p-149f;
+}
+
 /// An instance on the way to a hit, and what its transform may be off by. Bounds too are the same bits everywhere.
-template <bool kMoves> class EnteredInstance {
+/// @tparam Real of the ray.
+template <bool kMoves, class Real> class EnteredInstance {
  public:
   /// @param motion nullptr: it stands still. @param ray outside.
-  HIPRT_HD void enter(const InstanceRecord& record, const MotionRecord* motion, const Ray& ray, float t) {
+  HIPRT_HD void enter(const InstanceRecord& record, const MotionRecord* motion, const BasicRay<Real>& ray, Real t) {
     if constexpr (kMoves)
       record_ = record;
     else
       record_ = &record;
-    const auto way = [&](unsigned axis, float origin, float direction) {
+    const auto way = [&](unsigned axis, Real origin, Real direction) {
       return absolute(origin - record.translation[axis]) + absolute(t * direction);
     };
-    const Vec3 from(way(0, ray.origin.x, ray.direction.x), way(1, ray.origin.y, ray.direction.y),
-                    way(2, ray.origin.z, ray.direction.z));
-    float most = 0.0f;
-    for (const float(&row)[3] : record.linear)
-      most = max_of(most, fused_multiply_add(absolute(row[0]), from.x,
-                                             fused_multiply_add(absolute(row[1]), from.y, absolute(row[2]) * from.z)));
-    inside_ = 10.0f * kUnit * most;
+    const BasicVec3<Real> from(way(0, ray.origin.x, ray.direction.x), way(1, ray.origin.y, ray.direction.y),
+                               way(2, ray.origin.z, ray.direction.z));
+    Real most = 0;
+    for (const float(&row)[3] : record.linear) {
+      const Real x = absolute(row[0]), y = absolute(row[1]), z = absolute(row[2]);
+      most = max_of(most, fused_multiply_add(x, from.x, fused_multiply_add(y, from.y, z * from.z)));
+    }
+    inside_ = to_bound(Real(10) * kUnit<Real> * most);
+    // What moves is placed in float, whatever the ray is.
     if constexpr (kMoves)
       if (motion != nullptr)
-        outside_ =
-            kUnit * fused_multiply_add(14.0f * motion->rounding, from.x + from.y + from.z, 6.0f * motion->farthest);
+        outside_ = kUnit<float> * fused_multiply_add(14.0f * motion->rounding, to_bound(from.x + from.y + from.z),
+                                                     6.0f * motion->farthest);
   }
   /// As it is at the ray's time.
   HIPRT_HD const InstanceRecord& record() const {
@@ -70,7 +86,6 @@ template <bool kMoves> class EnteredInstance {
   }
 
  private:
-  static constexpr float kUnit = 0x1p-24f;
   // What moves is nowhere in the file.
   std::conditional_t<kMoves, InstanceRecord, const InstanceRecord*> record_{};
   float inside_ = 0.0f;   ///< Of the ray's transform, in the object.
@@ -80,15 +95,16 @@ template <bool kMoves> class EnteredInstance {
 }  // namespace surface_detail
 
 /// Normal and error bound from the leaf's vertices.
-template <class Layout>
-HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::Leaf& leaf, unsigned triangle) {
+template <class Layout, class Real>
+HIPRT_HD inline void complete(BasicHit<Real>& hit, const BasicRay<Real>& ray, const typename Layout::Leaf& leaf,
+                              unsigned triangle) {
   unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
   to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
   double edge1[3], edge2[3];
-  float reach = 0.0f, extent = 0.0f, magnitude = 0.0f;
-  const auto read = [&](unsigned axis, float o) {
-    const float a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
-                c = Layout::coordinate(leaf, vertex[2], axis);
+  Real reach = 0, extent = 0, magnitude = 0;
+  const auto read = [&](unsigned axis, Real o) {
+    const Real a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
+               c = Layout::coordinate(leaf, vertex[2], axis);
     edge1[axis] = static_cast<double>(b) - static_cast<double>(a);
     edge2[axis] = static_cast<double>(c) - static_cast<double>(a);
     reach = max_of(reach, max_of(max_of(absolute(a - o), absolute(b - o)), absolute(c - o)));
@@ -99,7 +115,8 @@ HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::L
   read(1, ray.origin.y);
   read(2, ray.origin.z);
   hit.normal = surface_detail::make_normal(edge1, edge2);
-  hit.error = 0x1p-24f * fused_multiply_add(20.0f, reach + extent, 4.0f * magnitude);
+  using surface_detail::kUnit;
+  hit.error = surface_detail::to_bound(kUnit<Real> * fused_multiply_add(Real(20), reach + extent, Real(4) * magnitude));
 }
 
 /// The hit of an object's surface as the scene sees it: its normal, in any length, and its error bound, with what the
@@ -107,12 +124,12 @@ HIPRT_HD inline void complete(Hit& hit, const Ray& ray, const typename Layout::L
 /// @param complete_in called with the ray as the object sees it, and the first byte of the object's file: sets both as
 /// the object sees them.
 /// @tparam kMoves whether instances may move.
-template <bool kMoves, unsigned kLevels, class Complete>
-HIPRT_HD inline void complete_along(const SceneView& scene, PathHit<kLevels>& hit, const Ray& ray,
+template <bool kMoves, class Real, unsigned kLevels, class Complete>
+HIPRT_HD inline void complete_along(const SceneView& scene, BasicPathHit<Real, kLevels>& hit, const BasicRay<Real>& ray,
                                     Complete&& complete_in) {
-  constexpr float kUnit = 0x1p-24f;
-  surface_detail::EnteredInstance<kMoves> entered[kLevels];
-  Ray local = ray;
+  using surface_detail::kUnit, surface_detail::to_bound;
+  surface_detail::EnteredInstance<kMoves, Real> entered[kLevels];
+  BasicRay<Real> local = ray;
   unsigned depth = 0;
   const auto enter = [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord* motion) {
     entered[depth++].enter(record, motion, local, hit.t);
@@ -127,15 +144,10 @@ HIPRT_HD inline void complete_along(const SceneView& scene, PathHit<kLevels>& hi
     hit.error = entered[depth].error_outside(hit.error);
   }
   if (hit.path.depth != 0)
-    hit.error = fused_multiply_add(
-        4.0f * kUnit, fused_multiply_add(absolute(hit.t), max_component(ray.direction), max_component(ray.origin)),
-        hit.error);
-}
-
-/// No hit is farther than the largest float: t = +inf says miss.
-HIPRT_HD HIPRT_INLINE float finite_limit(float tmax) {
-  constexpr float kMax = std::numeric_limits<float>::max();
-  return tmax < kMax ? tmax : kMax;
+    hit.error = to_bound(
+        fused_multiply_add(Real(4) * kUnit<Real>,
+                           fused_multiply_add(absolute(hit.t), max_component(ray.direction), max_component(ray.origin)),
+                           static_cast<Real>(hit.error)));
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

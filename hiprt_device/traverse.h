@@ -2,6 +2,7 @@
 /// THE traversal loop: one text for every query, layout, test, stack and machine.
 
 #include <hiprt_device/levels.h>
+#include <hiprt_device/near_ray.h>
 #include <hiprt_device/order.h>
 #include <hiprt_device/policies.h>
 #include <hiprt_device/primitive_table.h>
@@ -13,19 +14,19 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Whether the ray can hit anything at all; false for NaN and infinite components.
-HIPRT_HD HIPRT_INLINE bool is_traceable(const Ray& ray) {
-  constexpr float kMax = std::numeric_limits<float>::max();
-  const float length = max_component(ray.direction);
-  const float sum = absolute(ray.direction.x) * 0.0f + absolute(ray.direction.y) * 0.0f +
-                    absolute(ray.direction.z) * 0.0f + ray.origin.x * 0.0f + ray.origin.y * 0.0f + ray.origin.z * 0.0f +
-                    ray.tmin * 0.0f;
-  return sum == 0.0f && length > 0.0f && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= 0.0f && ray.mask != 0;
+template <class Real> HIPRT_HD HIPRT_INLINE bool is_traceable(const BasicRay<Real>& ray) {
+  constexpr Real kMax = std::numeric_limits<Real>::max(), kZero = 0;
+  const Real length = max_component(ray.direction);
+  const Real sum = absolute(ray.direction.x) * kZero + absolute(ray.direction.y) * kZero +
+                   absolute(ray.direction.z) * kZero + ray.origin.x * kZero + ray.origin.y * kZero +
+                   ray.origin.z * kZero + ray.tmin * kZero;
+  return sum == kZero && length > kZero && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= kZero && ray.mask != 0;
 }
 
 /// Where the ray's line meets a primitive of a leaf.
-struct LeafHit {
-  Candidate at;
-  const CustomHit* custom;  ///< nullptr: a triangle.
+template <class Real> struct LeafHit {
+  BasicCandidate<Real> at;
+  const BasicCustomHit<Real>* custom;  ///< nullptr: a triangle.
   std::uint32_t geometry, primitive;
   NodeRef leaf;  ///< The record; for triangles its type, kTriangle0 or kTriangle1, tells which.
 };
@@ -43,25 +44,30 @@ enum class Outcome {
 /// @tparam kResumable whether run() may be called again after kStopped.
 template <PolicySet P, class Order, bool kResumable> class Traversal {
  public:
+  using Real = typename P::Real;
   using Lanes = typename P::Lanes;
   using Layout = typename P::Layout;
   using Storage = typename P::Stack::Storage;
 
   /// @param root the scene's, or kInvalidRef: nothing will be visited.
   /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
-  HIPRT_HD HIPRT_INLINE Traversal(const SceneView& scene, const Ray& ray, NodeRef root, const Storage& storage)
+  HIPRT_HD HIPRT_INLINE Traversal(const SceneView& scene, const BasicRay<Real>& ray, NodeRef root,
+                                  const Storage& storage)
       : levels_(scene, storage),
-        slabs_(ray, margin(scene, ray)),
+        boxes_(ray, scene.bounds, ray.tmax),
+        slabs_(boxes_.ray(ray), margin(scene, ray)),
         prepared_(ray),
-        tmin_(max_of(ray.tmin, 0.0f)),
+        tmin_(max_of(ray.tmin, Real(0))),
         way_(storage, root),
         node_(root) {}
 
   /// Starts again at the root, for the part of the ray from tmin on.
-  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const Ray& ray, float tmin, const Storage& storage) {
+  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const BasicRay<Real>& ray, Real tmin,
+                                     const Storage& storage) {
     tmin_ = tmin;
     if constexpr (kHasLevels) {
       levels_.restart(scene);
+      boxes_ = BoxRay<Real>(ray, scene.bounds, ray.tmax);
       prepare(ray, margin(scene, ray));
     }
     way_ = Way(storage, scene.root);
@@ -76,13 +82,14 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// @param may_pause for WholeWave schedules.
   /// @param visit bool(const LeafHit&): false stops. (Under a WholeWave schedule it cannot go on then.)
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const Ray& ray, const float& limit,
+  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const BasicRay<Real>& ray, const Real& limit,
                                     const Primitives& primitives, typename P::Counter& counter, bool may_pause,
                                     Visit&& visit) {
     using Schedule = typename P::Schedule;
     [[maybe_unused]] const LaneMask group = Schedule::group();
     static_assert(kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
                   "hiprt: the order AsTested and a box test that sorts (of this layout) go together only");
+    boxes_.set_limit(limit);
     Outcome outcome = Outcome::kFinished;
     NodeRef stopped_node = kInvalidRef, stopped_leaf = kInvalidRef;
     for (;;) {
@@ -111,7 +118,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
         return busy ? Outcome::kPaused : outcome;
       } else {
         if (kHasLevels && leaf_ == kOverflowRef) return outcome;
-        node_ = way_.pop(limit);
+        node_ = way_.pop(boxes_.far_end(limit));
         leave_instances(scene, ray, limit, counter);
       }
     }
@@ -121,7 +128,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
 
   /// The instances that the ray is in.
-  HIPRT_HD HIPRT_INLINE const Levels<P::kLevels, P::kMoves>& levels() const { return levels_; }
+  HIPRT_HD HIPRT_INLINE const Levels<P::kLevels, P::kMoves, Real>& levels() const { return levels_; }
 
   /// Nothing is left to visit.
   HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
@@ -138,17 +145,19 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   static_assert(!kHasLevels || (!kTestSorts && !BacktrackingStack<typename P::Stack>),
                 "hiprt: Instanced: not with a restart trail or a box test that sorts");
 
-  HIPRT_HD static HIPRT_INLINE float margin(const SceneView& scene, const Ray& ray) {
-    if constexpr (kHasLevels) return P::Boxes::margin(ray.origin, scene.bounds, scene.condition, scene.reach);
-    return P::Boxes::margin(ray.origin, scene.bounds);
+  HIPRT_HD HIPRT_INLINE float margin(const SceneView& scene, const BasicRay<Real>& ray) const {
+    const Vec3& origin = boxes_.ray(ray).origin;
+    if constexpr (kHasLevels)
+      return boxes_.margin(P::Boxes::margin(origin, scene.bounds, scene.condition, scene.reach));
+    return boxes_.margin(P::Boxes::margin(origin, scene.bounds));
   }
-  HIPRT_HD HIPRT_INLINE void prepare(const Ray& ray, float margin) {
-    slabs_ = RaySlabs<Lanes>(ray, margin);
+  HIPRT_HD HIPRT_INLINE void prepare(const BasicRay<Real>& ray, float margin) {
+    slabs_ = RaySlabs<Lanes>(boxes_.ray(ray), margin);
     prepared_ = PreparedRay(ray);
   }
 
   /// Through box nodes to the next run of leaves, or the end.
-  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const Ray& ray, float limit,
+  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
                                        typename P::Counter& counter) {
     while (is_box(node_)) {
       node_ = visit_boxes(scene, ray, limit, counter);
@@ -158,7 +167,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   /// The same, but beyond the first leaf as long as the schedule lets others of the group look for theirs.
-  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const Ray& ray, float limit,
+  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
                                                   typename P::Counter& counter, LaneMask group) {
     if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
     // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
@@ -172,31 +181,33 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   /// @pre !is_box(node_), and no leaf is at hand.
-  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const Ray& ray, float limit,
+  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
                                        typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       leave_instances(scene, ray, limit, counter);
       if (is_box(node_)) return;
     }
     leaf_ = node_;
-    if (!is_end(leaf_)) node_ = way_.pop(limit);
+    if (!is_end(leaf_)) node_ = way_.pop(boxes_.far_end(limit));
   }
 
   /// @return where to go on.
-  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const Ray& ray, float limit,
+  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
                                             typename P::Counter& counter) {
     counter.on_boxes();
+    const float far_end = boxes_.far_end(limit);
     if constexpr (kTestSorts) {
-      const SortedChildren met = P::Boxes::template intersect<Layout>(scene, node_, ray, slabs_, limit);
-      return met.child[0] == kInvalidRef ? way_.pop(limit) : Order::next(met, way_);
+      const SortedChildren met = P::Boxes::template intersect<Layout>(scene, node_, boxes_.ray(ray), slabs_, far_end);
+      return met.child[0] == kInvalidRef ? way_.pop(far_end) : Order::next(met, way_);
     } else {
-      return visit_slabs(scene, limit, counter);
+      return visit_slabs(scene, far_end, counter);
     }
   }
 
   HIPRT_HD HIPRT_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
     const Node& node = *reinterpret_cast<const Node*>(levels_.base(scene) + ref_offset(node_));
-    const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(tmin_), Lanes::uniform(limit));
+    const BoxHits<Lanes> hits =
+        intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(boxes_.near_end(tmin_)), Lanes::uniform(limit));
     if constexpr (kObserved) {
       NodeVisit visit{levels_.base(scene), node_, {}, {}};
       for (unsigned i = 0; i < kBranching; ++i) {
@@ -214,7 +225,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
 
   /// Tests the leaf at hand and steps to the next of its run. @return false if the visitor stopped.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const Ray& ray, const float& limit,
+  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const BasicRay<Real>& ray, const Real& limit,
                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
     const std::byte* record = levels_.base(scene) + ref_offset(leaf_);
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
@@ -227,13 +238,14 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     }
     const LeafInfo info = load_info(record);
     unsigned met = 0;
-    const auto offer = [&](const Candidate& at, unsigned slot, const CustomHit* custom) HIPRT_INLINE_LAMBDA {
-      if constexpr (kObserved) counter.on_candidate(slot, at.t);
+    const auto offer = [&](const BasicCandidate<Real>& at, unsigned slot,
+                           const BasicCustomHit<Real>* custom) HIPRT_INLINE_LAMBDA {
+      if constexpr (kObserved) counter.on_candidate(slot, static_cast<float>(at.t));
       if constexpr (kResumable)
         if (met++ < skip_) return true;
       const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
-      if (visit(LeafHit{at, custom, geometry, primitive, leaf_ + (custom == nullptr ? slot : 0u)})) return true;
+      if (visit(LeafHit<Real>{at, custom, geometry, primitive, leaf_ + (custom == nullptr ? slot : 0u)})) return true;
       if constexpr (kResumable) skip_ = met;
       return false;
     };
@@ -243,17 +255,18 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     } else {
       counter.on_leaf(info.primitive[1] == kInvalidId ? 1u : 2u);
       go_on = P::Triangle::template intersect<Lanes>(*reinterpret_cast<const Leaf*>(record), info, prepared_,
-                                                     [&](const Candidate& at, unsigned slot)
+                                                     [&](const BasicCandidate<Real>& at, unsigned slot)
                                                          HIPRT_INLINE_LAMBDA { return offer(at, slot, nullptr); });
     }
     if (!go_on) return false;
+    boxes_.set_limit(limit);
     skip_ = 0;
     leaf_ = (info.geometry_and_flags & kLastInRun) != 0 ? kInvalidRef : next_record(leaf_);
     return true;
   }
 
   /// The way out of instances, if node_ is one. Only once no leaf is at hand, which would be the instance's.
-  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Ray& ray, float limit,
+  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
                                              typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       if (node_ != kExitRef) return;
@@ -261,31 +274,39 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
         if constexpr (kObserved) counter.on_exit();
         return levels_.leave(scene, ray);
       };
-      Ray outside = leave();
-      for (node_ = way_.pop(limit); node_ == kExitRef; node_ = way_.pop(limit)) outside = leave();
+      BasicRay<Real> outside = leave();
+      for (node_ = pop_outside(scene, outside, limit); node_ == kExitRef; node_ = pop_outside(scene, outside, limit))
+        outside = leave();
       if (is_end(node_)) return;
       // Outside there are instances only: no triangle is tested.
       const ObjectRecord* object = levels_.object();
-      slabs_ = RaySlabs<Lanes>(outside, object == nullptr ? margin(scene, ray) : margin(*object, outside));
+      slabs_ =
+          RaySlabs<Lanes>(boxes_.ray(outside), object == nullptr ? margin(scene, outside) : margin(*object, outside));
     }
   }
+  /// The next of what lies outside, where distances may be others.
+  HIPRT_HD HIPRT_INLINE NodeRef pop_outside(const SceneView& scene, const BasicRay<Real>& outside, Real limit) {
+    const ObjectRecord* object = levels_.object();
+    boxes_ = BoxRay<Real>(outside, object == nullptr ? scene.bounds : object->bounds, limit);
+    return way_.pop(boxes_.far_end(limit));
+  }
 
-  HIPRT_HD static HIPRT_INLINE float margin(const ObjectRecord& object, const Ray& local) {
-    return P::Boxes::margin(local.origin, object.bounds, object.condition, object.reach);
+  HIPRT_HD HIPRT_INLINE float margin(const ObjectRecord& object, const BasicRay<Real>& local) const {
+    return boxes_.margin(P::Boxes::margin(boxes_.ray(local).origin, object.bounds, object.condition, object.reach));
   }
 
   /// On with the object of an instance of the scene or the object at hand, if the ray sees it.
   /// @param leaf has one primitive, the instance, or a part of it, and is alone in its run.
-  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Ray& ray, float limit,
+  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
                                             typename P::Counter& counter, const CustomLeaf& leaf) {
     // Elsewhere the run's box is the leaf's, which the ray meets.
     constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
-    if (kRounded && !meets_box<Lanes>(leaf.box[0], slabs_, tmin_, limit)) return;
+    if (kRounded && !meets_box<Lanes>(leaf.box[0], slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit))) return;
     const std::uint32_t instance = leaf.info.primitive[0];
     const InstanceRecord& record = levels_.instances(scene)[instance];
     if constexpr (requires { counter.on_instance(); }) counter.on_instance();
     if ((record.mask & ray.mask) == 0 || node_ == kOverflowRef) return;
-    const Ray local = levels_.ray_into(scene, instance, levels_.ray(scene, ray));
+    const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray(scene, ray));
     if (!is_traceable(local)) return;
     if (!way_.make_room()) {
       node_ = leaf_ = kOverflowRef;
@@ -302,9 +323,10 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
     const ObjectRecord& object = scene.objects[record.object];
     if constexpr (kObserved) counter.on_enter(instance);
     levels_.enter(scene, instance, object, local);
+    boxes_ = BoxRay<Real>(local, object.bounds, limit);
     // In a group of instances no triangle is tested.
     if (P::kLevels > 1 && object.instances != 0)
-      slabs_ = RaySlabs<Lanes>(local, margin(object, local));
+      slabs_ = RaySlabs<Lanes>(boxes_.ray(local), margin(object, local));
     else
       prepare(local, margin(object, local));
   }
@@ -326,28 +348,31 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   template <class Primitives, class Offer>
-  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const Ray& ray, const float& limit,
+  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const BasicRay<Real>& ray, const Real& limit,
                                          const Primitives& primitives, const CustomLeaf& leaf, const LeafInfo& info,
                                          Offer&& offer) {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
     const unsigned type = custom_type(levels_.geometry(scene, geometry).flags);
     for (unsigned slot = 0; slot < 2; ++slot) {
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
-      if (primitive == kInvalidId || !meets_box<Lanes>(leaf.box[slot], slabs_, tmin_, limit)) continue;
-      const auto report = [&](const CustomHit& hit) HIPRT_INLINE_LAMBDA {
-        return offer(Candidate{hit.t, hit.u, hit.v}, slot, &hit);
+      if (primitive == kInvalidId ||
+          !meets_box<Lanes>(leaf.box[slot], slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit)))
+        continue;
+      const auto report = [&](const BasicCustomHit<Real>& hit) HIPRT_INLINE_LAMBDA {
+        return offer(BasicCandidate<Real>{hit.t, hit.u, hit.v}, slot, &hit);
       };
-      if (!primitives.intersect(type, levels_.ray(scene, ray), max_of(ray.tmin, 0.0f), limit,
+      if (!primitives.intersect(type, levels_.ray(scene, ray), max_of(ray.tmin, Real(0)), limit,
                                 PrimitiveId{geometry, primitive, levels_.object_number(scene)}, report))
         return false;
     }
     return true;
   }
 
-  Levels<P::kLevels, P::kMoves> levels_;
+  Levels<P::kLevels, P::kMoves, Real> levels_;
+  [[no_unique_address]] BoxRay<Real> boxes_;
   RaySlabs<Lanes> slabs_;
   PreparedRay prepared_;
-  float tmin_;
+  Real tmin_;
   Way way_;
   NodeRef node_;                ///< To visit next; kInvalidRef at the end.
   NodeRef leaf_ = kInvalidRef;  ///< Record to test, or none. Without postponing: then node_ is stale.
@@ -356,8 +381,9 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
 
 /// Whether a ray sees a geometry of the file that it is in.
 template <class P>
-HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene, const Levels<P::kLevels, P::kMoves>& levels,
-                                      const Ray& ray, std::uint32_t geometry) {
+HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene,
+                                      const Levels<P::kLevels, P::kMoves, typename P::Real>& levels,
+                                      const BasicRay<typename P::Real>& ray, std::uint32_t geometry) {
   if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
     return (scene.features & feature_bit(Feature::kMasks)) == 0 ||
            (levels.geometry(scene, geometry).mask & ray.mask) != 0;

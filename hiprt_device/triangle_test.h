@@ -10,9 +10,8 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Where a line meets a triangle; u, v are weights of the mesh's corners 1 and 2.
-struct Candidate {
-  float t, u, v;
-};
+template <class Real> struct BasicCandidate { Real t, u, v; };
+using Candidate = BasicCandidate<float>;
 
 /// Values, not variables: some compilers choose between addresses, which puts the variables into memory.
 template <class T> HIPRT_HD HIPRT_INLINE T choose(bool condition, T a, T b) { return condition ? +a : +b; }
@@ -45,10 +44,10 @@ template <class Test> struct ShearedTriangleTest {
   };
 
   /// In stored order.
-  struct Corners {
-    float weight[3];  ///< Edge function opposite to the corner, unnormalised.
-    float z[3];
-    float uncertainty;
+  template <class Real> struct Corners {
+    Real weight[3];  ///< Edge function opposite to the corner, unnormalised.
+    Real z[3];
+    Real uncertainty;
 
     HIPRT_HD HIPRT_INLINE bool are_certain() const {
       return absolute(weight[0]) > uncertainty && absolute(weight[1]) > uncertainty &&
@@ -62,6 +61,7 @@ template <class Test> struct ShearedTriangleTest {
   template <class Lanes, class Leaf, class Ray, class Accept>
   HIPRT_HD static HIPRT_INLINE bool meet(const Leaf& leaf, const LeafInfo& info, const Ray& ray, Accept&& accept) {
     using Float = typename Lanes::Float;
+    using Real = typename Lanes::Scalar;
     const Sheared<Lanes> at(leaf, ray);
     // Lanes: edges v0 v1, v1 v3, v3 v2, v2 v0 around both triangles; then the shared edge v1 v2 and back.
     const Float around = difference_of_products<Lanes>(
@@ -70,20 +70,20 @@ template <class Test> struct ShearedTriangleTest {
     const Float shared = difference_of_products<Lanes>(
         Lanes::template shuffle<1, 2, 1, 2>(at.x), Lanes::template shuffle<2, 1, 2, 1>(at.y),
         Lanes::template shuffle<1, 2, 1, 2>(at.y), Lanes::template shuffle<2, 1, 2, 1>(at.x));
-    const float uncertainty = Test::template uncertainty<Lanes>(at, ray);
+    const Real uncertainty = Test::template uncertainty<Lanes>(at, ray);
     const EdgeSigns<Lanes> signs(around, shared, uncertainty);
     const bool meets0 = signs.meets0(), meets1 = signs.meets1();
     if (!meets0 && !meets1) return true;
-    const float e0 = Lanes::get(around, 0), e1 = Lanes::get(around, 1), e2 = Lanes::get(around, 2),
-                e3 = Lanes::get(around, 3), s0 = Lanes::get(shared, 0), s1 = Lanes::get(shared, 1);
-    const float z0 = Lanes::get(at.z, 0), z1 = Lanes::get(at.z, 1), z2 = Lanes::get(at.z, 2), z3 = Lanes::get(at.z, 3);
+    const Real e0 = Lanes::get(around, 0), e1 = Lanes::get(around, 1), e2 = Lanes::get(around, 2),
+               e3 = Lanes::get(around, 3), s0 = Lanes::get(shared, 0), s1 = Lanes::get(shared, 1);
+    const Real z0 = Lanes::get(at.z, 0), z1 = Lanes::get(at.z, 1), z2 = Lanes::get(at.z, 2), z3 = Lanes::get(at.z, 3);
     // One text for both triangles: the lanes of a wave do the first hit of their leaves together, whichever it is.
     for (bool second = !meets0, more = meets0 && meets1;; second = true, more = false) {
-      const Corners corners{{choose(second, e2, s0), choose(second, s1, e3), choose(second, e1, e0)},
-                            {choose(second, z1, z0), choose(second, z3, z1), z2},
-                            uncertainty};
+      const Corners<Real> corners{{choose(second, e2, s0), choose(second, s1, e3), choose(second, e1, e0)},
+                                  {choose(second, z1, z0), choose(second, z3, z1), z2},
+                                  uncertainty};
       const std::uint32_t id = second ? info.triangle_ids >> 8 : info.triangle_ids;
-      Candidate candidate;
+      BasicCandidate<Real> candidate;
       if (Test::template finish<Lanes>(corners, leaf, ray, second, id, candidate) &&
           !accept(candidate, second ? 1u : 0u))
         return false;
@@ -96,23 +96,27 @@ template <class Test> struct ShearedTriangleTest {
   /// the error term of Kahan's method is exact.
   static constexpr float kTiny = 0x1p-98f;
 
-  HIPRT_HD static HIPRT_INLINE void finish_in_float(Corners corners, std::uint32_t id, float dz, Candidate& result) {
+  /// In the precision of the corners.
+  template <class Real>
+  HIPRT_HD static HIPRT_INLINE void finish_quickly(Corners<Real> corners, std::uint32_t id, Real dz,
+                                                   BasicCandidate<Real>& result) {
     to_mesh_order(corners.weight, id);
     to_mesh_order(corners.z, id);
-    const float(&w)[3] = corners.weight;
-    const float reciprocal = divided(1.0f, w[0] + w[1] + w[2]);
+    const Real(&w)[3] = corners.weight;
+    const Real reciprocal = divided(Real(1), w[0] + w[1] + w[2]);
     result.u = w[1] * reciprocal;
     result.v = w[2] * reciprocal;
-    const float depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
-                                           fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
+    const Real depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
+                                          fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
     result.t = divided(depth, dz);
   }
 
   /// The triangle's corners in the mesh's order. @param of a value per vertex of the leaf.
   template <class Lanes>
   HIPRT_HD static HIPRT_INLINE void corners_of(const typename Lanes::Float& of, bool second, std::uint32_t id,
-                                               float (&corner)[3]) {
-    const float v0 = Lanes::get(of, 0), v1 = Lanes::get(of, 1), v2 = Lanes::get(of, 2), v3 = Lanes::get(of, 3);
+                                               typename Lanes::Scalar (&corner)[3]) {
+    const typename Lanes::Scalar v0 = Lanes::get(of, 0), v1 = Lanes::get(of, 1), v2 = Lanes::get(of, 2),
+                                 v3 = Lanes::get(of, 3);
     corner[0] = choose(second, v1, v0);
     corner[1] = choose(second, v3, v1);
     corner[2] = v2;
@@ -124,7 +128,7 @@ template <class Test> struct ShearedTriangleTest {
   template <class Lanes> class EdgeSigns {
    public:
     HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared,
-                                    float uncertainty) {
+                                    typename Lanes::Scalar uncertainty) {
       const auto least = Lanes::all(uncertainty), most = Lanes::all(-uncertainty);
       positive_ = Lanes::greater(around, least) | Lanes::greater(shared, least) << 4;
       negative_ = Lanes::greater(most, around) | Lanes::greater(most, shared) << 4;
@@ -143,7 +147,7 @@ template <class Test> struct ShearedTriangleTest {
   requires(Lanes::kScalar) class EdgeSigns<Lanes> {
    public:
     HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared,
-                                    float uncertainty)
+                                    typename Lanes::Scalar uncertainty)
         : first_{Lanes::get(around, 0), Lanes::get(around, 3), Lanes::get(shared, 0)},
           second_{Lanes::get(around, 1), Lanes::get(around, 2), Lanes::get(shared, 1)},
           uncertainty_(uncertainty) {}
@@ -151,16 +155,17 @@ template <class Test> struct ShearedTriangleTest {
     HIPRT_HD HIPRT_INLINE bool meets1() const { return meets(second_); }
 
    private:
-    HIPRT_HD HIPRT_INLINE bool meets(const float (&edge)[3]) const {
-      const float least = uncertainty_, most = -uncertainty_;
+    using Real = typename Lanes::Scalar;
+    HIPRT_HD HIPRT_INLINE bool meets(const Real (&edge)[3]) const {
+      const Real least = uncertainty_, most = -uncertainty_;
       const bool positive = (edge[0] > least) | (edge[1] > least) | (edge[2] > least);
       const bool negative = (edge[0] < most) | (edge[1] < most) | (edge[2] < most);
       return !(positive & negative);
     }
-    float first_[3], second_[3], uncertainty_;
+    Real first_[3], second_[3], uncertainty_;
   };
 
-  /// a * d - b * c within 2 units of 2^-24, sign exact (Kahan; Jeannerod, Louvet, Muller 2013).
+  /// a * d - b * c within 2 units of 2^-24 (in double 2^-53), sign exact (Kahan; Jeannerod, Louvet, Muller 2013).
   template <class Lanes>
   HIPRT_HD static HIPRT_INLINE typename Lanes::Float difference_of_products(const typename Lanes::Float& a,
                                                                             const typename Lanes::Float& d,
@@ -176,10 +181,12 @@ template <class Lanes> struct ShearedRay {
   unsigned z;                                  ///< Axis of the largest direction component.
   typename Lanes::Uniform ox, oy, oz, sx, sy;  ///< Origin and shear: direction x / z and y / z.
 
-  HIPRT_HD HIPRT_INLINE explicit ShearedRay(const Ray& ray) {
-    const float ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
+  using Real = typename Lanes::Scalar;
+
+  HIPRT_HD HIPRT_INLINE explicit ShearedRay(const BasicRay<Real>& ray) {
+    const Real ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
     z = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
-    const float dz = component(ray.direction, z);
+    const Real dz = component(ray.direction, z);
     sx = Lanes::uniform(divided(component(ray.direction, x()), dz));
     sy = Lanes::uniform(divided(component(ray.direction, y()), dz));
     ox = Lanes::uniform(component(ray.origin, x()));
@@ -190,7 +197,7 @@ template <class Lanes> struct ShearedRay {
   HIPRT_HD HIPRT_INLINE unsigned x() const { return 0b00'10'01u >> 2 * z & 3u; }
   HIPRT_HD HIPRT_INLINE unsigned y() const { return 0b01'00'10u >> 2 * z & 3u; }
   /// By selection: indexing a vector at run time would move it to memory on a GPU.
-  HIPRT_HD static HIPRT_INLINE float component(const Vec3& v, unsigned axis) {
+  HIPRT_HD static HIPRT_INLINE Real component(const BasicVec3<Real>& v, unsigned axis) {
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
   }
 };
@@ -220,11 +227,12 @@ struct Watertight : ShearedTriangleTest<Watertight> {
   }
 
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool finish(Corners corners, const Leaf& leaf, const PreparedRay<Lanes>& ray,
-                                           bool second, std::uint32_t id, Candidate& result) {
+  HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf& leaf,
+                                           const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
+                                           Candidate& result) {
     if (!corners.are_certain() || !(absolute(corners.weight[0] + corners.weight[1] + corners.weight[2]) < 0x1p126f))
       return finish_in_double<Lanes>(read_again(leaf), ray, second, id, result);
-    finish_in_float(corners, id, ray.dz, result);
+    finish_quickly(corners, id, ray.dz, result);
     return true;
   }
 

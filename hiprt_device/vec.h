@@ -21,13 +21,15 @@
 
 namespace hiprt {
 
-/// Three floats x, y, z; also v[0] to v[2], which on a GPU moves to memory what it indexes at run time.
-using Vec3 = glm::vec3;
+/// Three numbers x, y, z; also v[0] to v[2], which on a GPU moves to memory what it indexes at run time.
+template <class Real> using BasicVec3 = glm::vec<3, Real>;
+using Vec3 = BasicVec3<float>;
+using Vec3D = BasicVec3<double>;
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Each component correctly rounded, whatever a compiler's flags.
-HIPRT_HD HIPRT_INLINE Vec3 divided(const Vec3& a, float b) {
+template <class Real> HIPRT_HD HIPRT_INLINE BasicVec3<Real> divided(const BasicVec3<Real>& a, Real b) {
   return {divided(a.x, b), divided(a.y, b), divided(a.z, b)};
 }
 

@@ -33,6 +33,7 @@ HIPRT_HD HIPRT_INLINE float divided(float a, float b) {
   return a / b;
 #endif
 }
+HIPRT_HD HIPRT_INLINE double divided(double a, double b) { return a / b; }
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

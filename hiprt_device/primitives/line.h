@@ -12,6 +12,7 @@
 
 #include <bit>
 #include <cmath>
+#include <type_traits>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -21,7 +22,7 @@ struct Double3 {
   double x, y, z;
 };
 
-HIPRT_HD HIPRT_INLINE Double3 widen(const Vec3& a) { return {a.x, a.y, a.z}; }
+template <class Real> HIPRT_HD HIPRT_INLINE Double3 widen(const BasicVec3<Real>& a) { return {a.x, a.y, a.z}; }
 HIPRT_HD HIPRT_INLINE Double3 widen(const float (&a)[3]) { return {a[0], a[1], a[2]}; }
 HIPRT_HD HIPRT_INLINE Double3 operator-(const Double3& a, const Double3& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
@@ -96,8 +97,18 @@ struct Details {
 /// end,
 ///        lower by up to 6 * 2^-24 of the length, because the normal is rounded here and in spawn.h, and its product
 ///        with the direction there.
+/// @tparam Real of t.
+template <class Real>
 HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& direction, double t, double size,
                                         double flat) {
+  if constexpr (std::is_same_v<Real, double>) {
+    // The line is displaced by up to 2^-52 of the way to the primitive; the normal is rounded to floats all the same.
+    const double way = fused_multiply_add(magnitude(t), largest(direction), largest(origin));
+    return static_cast<float>(
+               fused_multiply_add(0x1p-49, way, fused_multiply_add(0x1p-46, size, multiplied(7.0 * 0x1p-24, flat)))) *
+               (1.0f + 0x1p-22f) +
+           0x1p-149f;
+  }
   // In units of 2^-24: t is rounded (reach 1), origin + t * direction in one step (point 1) or two (reach 1 more), the
   // spawned origin once (point 1). The rest is slack for the second order and the rounding of the bound.
   const double largest_step = largest(direction);
@@ -113,26 +124,31 @@ HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& di
 /// origin stays behind it, tmax with the reported one, so that ties between primitives are ties.
 /// @param size, flat see error_bound.
 /// @param details called for the Details of a crossing that is reported. @return false to stop.
-template <class MakeDetails, class Report>
-HIPRT_HD HIPRT_INLINE bool report_crossing(const Ray& ray, float tmin, float tmax, double t, double size, double flat,
-                                           const MakeDetails& details, Report& report) {
-  CustomHit hit;
-  hit.t = static_cast<float>(t);
-  if (!(t >= static_cast<double>(tmin) && hit.t <= tmax && hit.t <= std::numeric_limits<float>::max())) return true;
+template <class Real, class MakeDetails, class Report>
+HIPRT_HD HIPRT_INLINE bool report_crossing(const BasicRay<Real>& ray, Real tmin, Real tmax, double t, double size,
+                                           double flat, const MakeDetails& details, Report& report) {
+  BasicCustomHit<Real> hit;
+  hit.t = static_cast<Real>(t);
+  if (!(t >= static_cast<double>(tmin) && hit.t <= tmax && hit.t <= std::numeric_limits<Real>::max())) return true;
   const Details d = details();
-  hit.u = static_cast<float>(d.u);
-  hit.v = static_cast<float>(d.v);
+  hit.u = static_cast<Real>(d.u);
+  hit.v = static_cast<Real>(d.v);
   hit.normal = Vec3(static_cast<float>(d.normal.x), static_cast<float>(d.normal.y), static_cast<float>(d.normal.z));
   // A ball that is lost in the rounding of a far origin may have lost its normal, too.
-  if (!(max_component(hit.normal) > 0.0f)) hit.normal = -ray.direction;
-  hit.error = error_bound(widen(ray.origin), widen(ray.direction), t, size, flat);
-  return report(static_cast<const CustomHit&>(hit));
+  if (!(max_component(hit.normal) > 0.0f)) {
+    if constexpr (std::is_same_v<Real, float>)
+      hit.normal = -ray.direction;
+    else
+      hit.normal = Vec3(-divided(ray.direction, max_component(ray.direction)));
+  }
+  hit.error = error_bound<Real>(widen(ray.origin), widen(ray.direction), t, size, flat);
+  return report(static_cast<const BasicCustomHit<Real>&>(hit));
 }
 
 /// Reports the crossings of a ball's surface, the entry first.
 /// @param set_parameters called with the Details of a crossing, to set u and v; the normal is as long as the radius.
-template <class SetParameters, class Report>
-HIPRT_HD HIPRT_INLINE bool intersect_ball(const Ray& ray, float tmin, float tmax, const float (&center)[3],
+template <class Real, class SetParameters, class Report>
+HIPRT_HD HIPRT_INLINE bool intersect_ball(const BasicRay<Real>& ray, Real tmin, Real tmax, const float (&center)[3],
                                           float radius, const SetParameters& set_parameters, Report& report) {
   const Double3 direction = widen(ray.direction);
   const double inverse = 1.0 / dot(direction, direction), r = radius;

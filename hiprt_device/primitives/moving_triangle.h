@@ -2,8 +2,8 @@
 /// Triangles whose corners move, as custom primitives: meshes that deform.
 
 #include <hiprt_device/motion.h>
+#include <hiprt_device/primitives/computed_leaf.h>
 #include <hiprt_device/primitives/line.h>
-#include <hiprt_device/surface.h>
 
 namespace hiprt {
 
@@ -19,35 +19,6 @@ struct MovingMesh {
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
-namespace primitive_detail {
-
-/// A leaf of one triangle that was computed: in registers, where those of a scene are in global memory.
-struct ComputedLeaf {
-  float vertex[3][3];
-  LeafInfo info;
-};
-
-template <class Lanes>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const ComputedLeaf& leaf, unsigned axis) {
-  const auto of = [&](const float(&vertex)[3]) HIPRT_INLINE_LAMBDA {
-    const float x = vertex[0], y = vertex[1], z = vertex[2];
-    return axis == 0 ? x : axis == 1 ? y : z;
-  };
-  const float last = of(leaf.vertex[2]);
-  return Lanes::set(of(leaf.vertex[0]), of(leaf.vertex[1]), last, last);
-}
-HIPRT_HD HIPRT_INLINE const ComputedLeaf& read_again(const ComputedLeaf& leaf) { return leaf; }
-
-/// What complete() asks of a layout.
-struct ComputedLeaves {
-  using Leaf = ComputedLeaf;
-  HIPRT_HD static HIPRT_INLINE float coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
-    return leaf.vertex[vertex][axis];
-  }
-};
-
-}  // namespace primitive_detail
-
 /// The payload of a geometry of moving triangles, numbered as in the mesh.
 ///
 /// At a ray's time hits and misses are those of the Watertight test on a mesh whose vertices are interpolated and
@@ -59,9 +30,10 @@ struct MovingTriangleSet {
 
   /// Calls report(CustomHit) where the ray meets triangle @p primitive at its time, inside [tmin, tmax].
   /// @return false if report did.
-  template <class Report>
-  HIPRT_HD bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive, Report&& report) const {
-    primitive_detail::ComputedLeaf leaf{};
+  template <class Real, class Report>
+  HIPRT_HD bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin, std::type_identity_t<Real> tmax,
+                          std::uint32_t primitive, Report&& report) const {
+    primitive_detail::ComputedLeaf<float> leaf{};
     float magnitude = 0.0f;
     const std::uint32_t last = mesh.keys - 1;
     const std::uint32_t key = segment_at(last, ray.time, [&](std::uint32_t i) { return mesh.times[i]; });
@@ -75,14 +47,7 @@ struct MovingTriangleSet {
         magnitude = max_of(magnitude, max_of(absolute(from), absolute(to)));
       }
     leaf.info = {{primitive, kInvalidId}, 0, TriangleId::from_rotation(0)};
-    const Watertight::PreparedRay<ArrayLanes> prepared(ray);
-    return Watertight::intersect<ArrayLanes>(leaf, leaf.info, prepared, [&](const Candidate& at, unsigned triangle) {
-      if (triangle != 0 || !(at.t >= tmin && at.t <= tmax)) return true;
-      Hit hit;
-      hit.t = at.t;
-      complete<primitive_detail::ComputedLeaves>(hit, ray, leaf, 0);
-      return report(CustomHit{at.t, at.u, at.v, hit.normal, hit.error + 4.0f * 0x1p-24f * magnitude});
-    });
+    return primitive_detail::meet_computed(leaf, ray, tmin, tmax, 4.0f * 0x1p-24f * magnitude, report);
   }
 
   /// A box around triangle @p primitive at all times.

@@ -16,11 +16,14 @@ using shape_detail::is_valid;
 /// Certain that the ray's line misses the infinite cylinder around the segment. In float, because most segments of hair
 /// whose boxes a ray meets are missed, and the double precision of many GPUs is slow. Whether it answers in a case of
 /// doubt may depend on the compiler; what is found in the end does not.
-HIPRT_HD HIPRT_INLINE bool certainly_misses(const Ray& ray, const CurveVertex& a, const CurveVertex& b) {
-  const Vec3 from(ray.origin.x - a.position[0], ray.origin.y - a.position[1], ray.origin.z - a.position[2]);
+template <class Real>
+HIPRT_HD HIPRT_INLINE bool certainly_misses(const BasicRay<Real>& ray, const CurveVertex& a, const CurveVertex& b) {
+  const Vec3 from(static_cast<float>(ray.origin.x - a.position[0]), static_cast<float>(ray.origin.y - a.position[1]),
+                  static_cast<float>(ray.origin.z - a.position[2]));
   const Vec3 w(b.position[0] - a.position[0], b.position[1] - a.position[1], b.position[2] - a.position[2]);
-  const float scale = 1.0f / max_component(ray.direction);
-  const Vec3 d(ray.direction.x * scale, ray.direction.y * scale, ray.direction.z * scale);
+  const Real scale = Real(1) / max_component(ray.direction);
+  const Vec3 d(static_cast<float>(ray.direction.x * scale), static_cast<float>(ray.direction.y * scale),
+               static_cast<float>(ray.direction.z * scale));
   const Vec3 n(d.y * w.z - d.z * w.y, d.z * w.x - d.x * w.z, d.x * w.y - d.y * w.x);
   const float volume = from.x * n.x + from.y * n.y + from.z * n.z;
   // |volume| / |n| is the distance of the line from the axis. The volume is a sum of six products of three factors,
@@ -29,14 +32,15 @@ HIPRT_HD HIPRT_INLINE bool certainly_misses(const Ray& ray, const CurveVertex& a
   const float doubt = 0x1p-17f * max_component(from) * width;
   const float reach = radius * radius * (n.x * n.x + n.y * n.y + n.z * n.z) + doubt * (6.0f * radius * width + doubt);
   // Elsewhere, squares may leave the range of floats.
-  const bool in_range = scale >= 0x1p-120f && scale <= 0x1p120f && absolute(volume) < 0x1p60f && radius > 0x1p-30f &&
-                        radius < 0x1p30f && width < 0x1p30f;
+  const bool in_range = scale >= Real(0x1p-120f) && scale <= Real(0x1p120f) && absolute(volume) < 0x1p60f &&
+                        radius > 0x1p-30f && radius < 0x1p30f && width < 0x1p30f;
   return in_range && volume * volume > max_of(1.0001f * reach, 0x1p-90f);
 }
 
 /// Makes the line and the cone, its first end the one that the line reaches first. @pre is_valid(a, b), k > 0
-HIPRT_HD HIPRT_INLINE void set_line(const Ray& ray, const CurveVertex& a, const CurveVertex& b, const Double3& w,
-                                    double k, ConeLine& line) {
+template <class Real>
+HIPRT_HD HIPRT_INLINE void set_line(const BasicRay<Real>& ray, const CurveVertex& a, const CurveVertex& b,
+                                    const Double3& w, double k, ConeLine& line) {
   line.origin = widen(ray.origin);
   line.direction = widen(ray.direction);
   line.flipped = dot(line.direction, w) < 0.0;
@@ -51,8 +55,9 @@ HIPRT_HD HIPRT_INLINE void set_line(const Ray& ray, const CurveVertex& a, const 
 }
 
 /// Reports the crossings of a round cone neither of whose balls holds the other.
-template <class Report>
-HIPRT_HD inline bool intersect_cone(const Ray& ray, float tmin, float tmax, const ConeLine& line, Report& report) {
+template <class Real, class Report>
+HIPRT_HD inline bool intersect_cone(const BasicRay<Real>& ray, Real tmin, Real tmax, const ConeLine& line,
+                                    Report& report) {
   ConeCrossings crossings;
   if (!crossings.find(line)) return true;
   const double size = line.length + larger(line.first.radius, line.last.radius);
@@ -88,8 +93,9 @@ struct RoundCurveSet {
   /// Calls report(CustomHit) for each crossing inside [tmin, tmax] of segment @p primitive; report returns false to
   /// stop.
   /// @return false if stopped.
-  template <class Report>
-  HIPRT_HD bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive, Report&& report) const {
+  template <class Real, class Report>
+  HIPRT_HD bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin, std::type_identity_t<Real> tmax,
+                          std::uint32_t primitive, Report&& report) const {
     using namespace primitive_detail;
     const CurveVertex* vertex = vertices + first_vertex[primitive];
     if (!is_valid(vertex[0], vertex[1]) || certainly_misses(ray, vertex[0], vertex[1])) return true;

@@ -31,16 +31,20 @@ class SceneShapes {
   }
 
   /// As a PrimitiveSet.
-  template <class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const Ray& ray, float tmin, float tmax, PrimitiveId id,
-                                       Report&& report) const {
+  template <class Real, class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     return intersect(ray, tmin, tmax, id, report);
   }
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
+  template <class Real>
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterAnswer::kAccept;
+  }
 
   /// As a functor of a PrimitiveList.
-  template <class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(const Ray& ray, float tmin, float tmax, PrimitiveId id, Report&& report) const {
+  template <class Real, class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     if (shapes_ == 0) return true;
     const std::byte* file = base_;
     std::uint64_t records = shapes_;

@@ -54,8 +54,9 @@ struct SphereSet {
   /// Calls report(CustomHit) for each crossing inside [tmin, tmax] of sphere @p primitive; report returns false to
   /// stop.
   /// @return false if stopped.
-  template <class Report>
-  HIPRT_HD bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive, Report&& report) const {
+  template <class Real, class Report>
+  HIPRT_HD bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin, std::type_identity_t<Real> tmax,
+                          std::uint32_t primitive, Report&& report) const {
     using namespace primitive_detail;
     const Sphere& sphere = spheres[primitive];
     if (!is_valid(sphere)) return true;
