@@ -27,7 +27,7 @@ struct WatertightDouble : ShearedTriangleTest<WatertightDouble> {
  private:
   friend ShearedTriangleTest;
 
-  /// In the range of double rays a sign is lost to underflow only where a vertex is 2^-300 beside the ray: then it
+  /// In the range of double rays a sign is lost to underflow only where a vertex is within 2^-480 of the ray: then it
   /// counts as on it.
   template <class Lanes, class Prepared>
   HIPRT_HD static constexpr double uncertainty(const Sheared<Lanes>&, const Prepared&) {

@@ -193,7 +193,9 @@ template <class Real> struct BasicArrayLanes {
   }
 };
 
+/// For any machine.
 using ArrayLanes = BasicArrayLanes<float>;
+/// For the triangle test of double rays.
 using DoubleLanes = BasicArrayLanes<double>;
 
 #if HIPRT_SIMD_LANES

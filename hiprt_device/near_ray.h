@@ -14,7 +14,7 @@ template <class Real> class BoxRay {
  public:
   HIPRT_HD HIPRT_INLINE BoxRay(const Ray&, const Box&, float) {}
   HIPRT_HD static HIPRT_INLINE const Ray& ray(const Ray& of_query) { return of_query; }
-  HIPRT_HD static HIPRT_INLINE float margin(float of_boxes) { return of_boxes; }
+  HIPRT_HD static HIPRT_INLINE float margin(float of_boxes, float, float) { return of_boxes; }
   HIPRT_HD static HIPRT_INLINE float near_end(float tmin) { return tmin; }
   HIPRT_HD static HIPRT_INLINE float far_end(float limit) { return limit; }
   HIPRT_HD static HIPRT_INLINE void set_limit(float) {}
@@ -48,13 +48,17 @@ template <> class BoxRay<double> {
     ray_.direction = Vec3(rounded(direction.x), rounded(direction.y), rounded(direction.z));
     ray_.mask = ray.mask;
     ray_.time = ray.time;
-    slack_ = rounded(0x1p-23 * max_component(from) + 0x1p-46 * away);
+    near_slack_ = rounded(0x1p-23 * max_component(from));
+    far_slack_ = rounded(0x1p-45 * (away + max_component(ray.origin)));
     set_limit(limit);
   }
 
   HIPRT_HD HIPRT_INLINE const Ray& ray(const RayD&) const { return ray_; }
-  /// How far boxes are widened. @param of_boxes what the box test asks for, with ray().
-  HIPRT_HD HIPRT_INLINE float margin(float of_boxes) const { return of_boxes + slack_; }
+  /// How far boxes are widened. @param of_boxes what the box test asks for, with ray(). @param condition,
+  /// transform_reach as BoxTest::margin() has them; 0 without instances.
+  HIPRT_HD HIPRT_INLINE float margin(float of_boxes, float condition, float transform_reach) const {
+    return of_boxes + near_slack_ + (1.0f + condition) * (far_slack_ + 0x1p-45f * transform_reach);
+  }
   /// No further than t.
   HIPRT_HD HIPRT_INLINE float near_end(double t) const {
     return larger(rounded((t - start_) * scale_) * (1.0f - 0x1p-22f), 0.0f);
@@ -88,7 +92,7 @@ template <> class BoxRay<double> {
 
   Ray ray_;
   double start_, scale_;
-  float slack_, far_ = 0.0f;
+  float near_slack_, far_slack_, far_ = 0.0f;
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -43,7 +43,9 @@ template <class Real> inline constexpr Real kUnit = std::numeric_limits<Real>::e
 HIPRT_HD HIPRT_INLINE float to_bound(float bound) { return bound; }
 HIPRT_HD HIPRT_INLINE float to_bound(double bound) {
   constexpr double kMax = std::numeric_limits<float>::max();
-  return static_cast<float>((bound < kMax ? bound : kMax) * (1.0 - 0x1p-24)) * (1.0f + 0x1p-22f) + 0x1p-149f;
+  const auto nearest = static_cast<float>((bound < kMax ? bound : kMax) * (1.0 - 0x1p-24));
+  // Fused: the same bits everywhere.
+  return fused_multiply_add(nearest, 1.0f + 0x1p-22f, 0x1p-149f);
 }
 
 /// An instance on the way to a hit, and what its transform may be off by. Bounds too are the same bits everywhere.

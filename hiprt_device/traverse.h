@@ -148,8 +148,9 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   HIPRT_HD HIPRT_INLINE float margin(const SceneView& scene, const BasicRay<Real>& ray) const {
     const Vec3& origin = boxes_.ray(ray).origin;
     if constexpr (kHasLevels)
-      return boxes_.margin(P::Boxes::margin(origin, scene.bounds, scene.condition, scene.reach));
-    return boxes_.margin(P::Boxes::margin(origin, scene.bounds));
+      return boxes_.margin(P::Boxes::margin(origin, scene.bounds, scene.condition, scene.reach), scene.condition,
+                           scene.reach);
+    return boxes_.margin(P::Boxes::margin(origin, scene.bounds), 0.0f, 0.0f);
   }
   HIPRT_HD HIPRT_INLINE void prepare(const BasicRay<Real>& ray, float margin) {
     slabs_ = RaySlabs<Lanes>(boxes_.ray(ray), margin);
@@ -292,7 +293,8 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   }
 
   HIPRT_HD HIPRT_INLINE float margin(const ObjectRecord& object, const BasicRay<Real>& local) const {
-    return boxes_.margin(P::Boxes::margin(boxes_.ray(local).origin, object.bounds, object.condition, object.reach));
+    return boxes_.margin(P::Boxes::margin(boxes_.ray(local).origin, object.bounds, object.condition, object.reach),
+                         object.condition, object.reach);
   }
 
   /// On with the object of an instance of the scene or the object at hand, if the ray sees it.

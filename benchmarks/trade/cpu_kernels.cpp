@@ -1,8 +1,7 @@
 /// The CPU's kernels, compiled once per HIPRT_TRADEOFF_COMPILER: usual, fast_math.
 
 #include "kernels.h"
-
-#include <hiprt_device/hiprt_device.h>
+#include "tracer.h"
 
 #define HIPRT_JOIN_EXPANDED(a, b) a##b
 #define HIPRT_JOIN(a, b) HIPRT_JOIN_EXPANDED(a, b)
@@ -13,12 +12,6 @@ namespace hiprt::bench {
 void HIPRT_TRADEOFF_ASK(CpuWork& work);
 
 namespace {
-
-template <class Layout, class Triangle, class Boxes> struct Tracer {
-  Hit closest(const Ray& ray) const { return closest_hit<Policies<Layout, Triangle, Boxes>>(*scene, ray); }
-  Hit every_box(const Ray& ray) const { return closest_hit<Policies<Layout, Triangle, EveryBox>>(*scene, ray); }
-  const SceneView* scene;
-};
 
 template <class Layout, class Triangle, class Boxes> void ask_all(CpuWork& work) {
   const Probe& probe = *work.probe;

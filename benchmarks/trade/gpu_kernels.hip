@@ -1,9 +1,9 @@
 // The GPU's kernels as compilers compile by default. gpu_kernels_fast_math.hip is the same with fast-math.
 
 #include "gpu_kernels.h"
+#include "tracer.h"
 
 #include <hip/hip_runtime.h>
-#include <hiprt_device/hiprt_device.h>
 
 #if !defined(HIPRT_TRADEOFF_KERNELS)
 #define HIPRT_TRADEOFF_KERNELS tradeoff_kernels_usual
@@ -16,18 +16,11 @@ GpuKernels HIPRT_TRADEOFF_KERNELS(std::size_t set);
 
 namespace {
 
-template <class Layout, class Triangle, class Boxes> struct Tracer {
-  __device__ Hit closest(const Ray& ray) const { return closest_hit<Policies<Layout, Triangle, Boxes>>(scene, ray); }
-  __device__ Hit every_box(const Ray& ray) const {
-    return closest_hit<Policies<Layout, Triangle, EveryBox>>(scene, ray);
-  }
-  const SceneView& scene;
-};
-
 template <class Layout, class Triangle, class Boxes> __global__ void ask_rays(GpuWork work) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= work.count) return;
-  const Tally tally = oracle::ask(work.probe, work.first + i, Tracer<Layout, Triangle, Boxes>{work.probe.target.scene});
+  const Tally tally =
+      oracle::ask(work.probe, work.first + i, Tracer<Layout, Triangle, Boxes>{&work.probe.target.scene});
   if (tally.skipped != 0) atomicAdd(work.tally, 1u);
   if (tally.faults != 0) atomicAdd(work.tally + 1, 1u);
   if (tally.lost != 0) atomicAdd(work.tally + 2, 1u);
@@ -38,7 +31,7 @@ template <class Layout, class Triangle, class Boxes> __global__ void trace_rays(
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= work.count) return;
   const Target& target = work.probe.target;
-  target.hits[i] = Tracer<Layout, Triangle, Boxes>{target.scene}.closest(target.rays[i]);
+  target.hits[i] = Tracer<Layout, Triangle, Boxes>{&target.scene}.closest(target.rays[i]);
 }
 
 template <class Layout, class Triangle, class Boxes, std::size_t kNumber> GpuKernels kernels() {

@@ -9,7 +9,7 @@
 
 namespace hiprt::bench {
 
-using oracle::EveryBox, oracle::Probe, oracle::Question, oracle::Tally, oracle::Target;
+using oracle::Probe, oracle::Question, oracle::Tally, oracle::Target;
 
 /// How the kernels are compiled: with the compiler's own settings for floating point, or with -ffast-math
 /// (--use_fast_math) and HIPRT_ALLOW_FAST_MATH.

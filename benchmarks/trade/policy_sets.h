@@ -9,16 +9,17 @@
 namespace hiprt::bench {
 
 /// HIPRT_POLICY_SET(number, name, triangle test, box test, layout). The first kFastMathSets are also compiled with
-/// fast-math.
-#define HIPRT_POLICY_SETS(HIPRT_POLICY_SET)                                   \
-  HIPRT_POLICY_SET(0, "fast", Fast, Plain, PlanesLayout)                      \
-  HIPRT_POLICY_SET(1, "fast+conservative", Fast, Conservative, PlanesLayout)  \
-  HIPRT_POLICY_SET(2, "watertight+plain", Watertight, Plain, PlanesLayout)    \
-  HIPRT_POLICY_SET(3, "default", Watertight, Conservative, PlanesLayout)      \
-  HIPRT_POLICY_SET(4, "reference", Reference, Conservative, PlanesLayout)     \
-  HIPRT_POLICY_SET(5, "default/float", Watertight, Conservative, FloatLayout) \
-  HIPRT_POLICY_SET(6, "default/half", Watertight, Conservative, HalfLayout)   \
-  HIPRT_POLICY_SET(7, "default/quantized", Watertight, Conservative, QuantizedLayout)
+/// fast-math. WatertightDouble: DoubleRays, which get the float rays of the others, their hits rounded to floats.
+#define HIPRT_POLICY_SETS(HIPRT_POLICY_SET)                                           \
+  HIPRT_POLICY_SET(0, "fast", Fast, Plain, PlanesLayout)                              \
+  HIPRT_POLICY_SET(1, "fast+conservative", Fast, Conservative, PlanesLayout)          \
+  HIPRT_POLICY_SET(2, "watertight+plain", Watertight, Plain, PlanesLayout)            \
+  HIPRT_POLICY_SET(3, "default", Watertight, Conservative, PlanesLayout)              \
+  HIPRT_POLICY_SET(4, "reference", Reference, Conservative, PlanesLayout)             \
+  HIPRT_POLICY_SET(5, "default/float", Watertight, Conservative, FloatLayout)         \
+  HIPRT_POLICY_SET(6, "default/half", Watertight, Conservative, HalfLayout)           \
+  HIPRT_POLICY_SET(7, "default/quantized", Watertight, Conservative, QuantizedLayout) \
+  HIPRT_POLICY_SET(8, "double", WatertightDouble, Conservative, PlanesLayout)
 
 struct PolicySet {
   std::string_view name;

@@ -104,10 +104,9 @@ HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& di
   if constexpr (std::is_same_v<Real, double>) {
     // The line is displaced by up to 2^-52 of the way to the primitive; the normal is rounded to floats all the same.
     const double way = fused_multiply_add(magnitude(t), largest(direction), largest(origin));
-    return static_cast<float>(
-               fused_multiply_add(0x1p-49, way, fused_multiply_add(0x1p-46, size, multiplied(7.0 * 0x1p-24, flat)))) *
-               (1.0f + 0x1p-22f) +
-           0x1p-149f;
+    const double bound =
+        fused_multiply_add(0x1p-49, way, fused_multiply_add(0x1p-46, size, multiplied(7.0 * 0x1p-24, flat)));
+    return fused_multiply_add(static_cast<float>(bound), 1.0f + 0x1p-22f, 0x1p-149f);
   }
   // In units of 2^-24: t is rounded (reach 1), origin + t * direction in one step (point 1) or two (reach 1 more), the
   // spawned origin once (point 1). The rest is slack for the second order and the rounding of the bound.

@@ -107,31 +107,32 @@ struct InstanceScene {
 /// not asked.
 template <class P> class EveryInstance {
  public:
-  using Answer = PathHit<P::kLevels>;
+  using Real = typename P::Real;
+  using Answer = BasicPathHit<Real, P::kLevels>;
   struct Flat : P {
     static constexpr unsigned kLevels = 0;
   };
 
   EveryInstance(const InstanceScene& scene, const SceneView& view) : scene_(scene), view_(view) {}
 
-  Answer closest(const Ray& ray) {
+  Answer closest(const BasicRay<Real>& ray) {
     best_ = {};
     path_ = {};
     best_.t = ray.tmax;
     search(scene_.groups.size() - 1, ray, ray);
-    if (!best_.found()) best_.t = std::numeric_limits<float>::infinity();
+    if (!best_.found()) best_.t = std::numeric_limits<Real>::infinity();
     return best_;
   }
 
  private:
-  void search(std::size_t group, const Ray& local, const Ray& ray) {
+  void search(std::size_t group, const BasicRay<Real>& local, const BasicRay<Real>& ray) {
     const ObjectPlace place =
         follow(view_, path_, ray.time, [](const InstanceRecord&, const ObjectRecord&, const MotionRecord*) {});
     for (std::uint32_t i = 0; i < scene_.groups[group].size(); ++i) {
       const Instance& instance = scene_.groups[group][i];
       if ((instance.mask & ray.mask) == 0) continue;
       path_.instance[path_.depth++] = i;
-      Ray inner = ray_to_object(place.instance<true>(i, ray.time), local);
+      BasicRay<Real> inner = ray_to_object(place.instance<true>(i, ray.time), local);
       inner.tmax = best_.t;
       if (instance.object < scene_.files.size())
         meet(scene_.files[instance.object], inner);
@@ -141,10 +142,10 @@ template <class P> class EveryInstance {
     }
   }
 
-  void meet(const build::Buffer& file, const Ray& local) {
-    const Hit hit = closest_hit<Flat>(make_scene_view(*open_buffer(file.bytes())), local);
+  void meet(const build::Buffer& file, const BasicRay<Real>& local) {
+    const BasicHit<Real> hit = closest_hit<Flat>(make_scene_view(*open_buffer(file.bytes())), local);
     if (!hit.found() || (best_.found() && hit.t >= best_.t)) return;
-    static_cast<Hit&>(best_) = hit;
+    static_cast<BasicHit<Real>&>(best_) = hit;
     best_.path = path_;
   }
 

@@ -339,16 +339,19 @@ TEST_CASE("an object of millimetres ten million units away", "[double]") {
       RayD ray = ray_at_triangle(mesh, random, {0, 0, 0}, reach);
       ray.origin += vec(centre);
       INFO("reach " << reach << ", ray " << i << ": " << describe(ray));
+      RayD local = ray;
+      local.origin -= vec(centre);  // Exact: both are multiples of 2^-29.
       const auto hit = closest_hit<P>(view, ray);
-      REQUIRE(hit.found());
+      if (!hit.found()) {  // The move may have taken it past the silhouette.
+        for (std::size_t k = 0; k < mesh.triangles.size(); ++k) REQUIRE_FALSE(meet(local, corners(mesh, k)).inside);
+        continue;
+      }
       REQUIRE(hit.path.depth == 2);
       // The point is on the sphere's surface, to far below a millimetre.
       const Vec3D point = (ray.origin - vec(centre)) + hit.t * ray.direction;
       const double distance = std::abs(glm::length(point) - 0.01);
       CHECK(distance < 2e-4 + 1e-8);  // what the mesh is off by
       CHECK(double{hit.error} < 1e-6);
-      RayD local = ray;
-      local.origin -= vec(centre);  // Exact: both are multiples of 2^-29.
       const double off_by = off_plane(local, hit, corners(mesh, hit.primitive));
       worst = std::max(worst, off_by);
       CHECK(off_by <= double{hit.error});
@@ -370,24 +373,24 @@ TEST_CASE("double rays through many levels are those of the levels one by one", 
   scene.build();
   const SceneView view = scene.view();
   using P = Instanced<DoubleRays<>, 4>;
+  EveryInstance<P> every(scene, view);
   unsigned hits = 0;
   for (unsigned i = 0; i < trials(2000); ++i) {
     RayD ray;
-    const Double3 from = random.on_sphere(), to = random.on_sphere();
-    ray.origin = (i % 2 == 0 ? 10.0 : 1e6) * vec(from);
-    ray.direction = 2.0 * vec(to) - ray.origin;
+    ray.origin = std::array{10.0, 1e6, 1e12}[i % 3] * vec(random.on_sphere());
+    ray.direction = 2.0 * vec(random.on_sphere()) - ray.origin;
+    if (i % 5 == 0) ray.direction *= 1e-9;
+    INFO("ray " << i << ": " << describe(ray));
     const auto hit = closest_hit<P>(view, ray);
+    const auto expected = every.closest(ray);
+    REQUIRE(hit.found() == expected.found());
+    REQUIRE(any_hit<P>(view, ray).found() == hit.found());
     if (!hit.found()) continue;
     ++hits;
-    INFO("ray " << i << ": " << describe(ray));
-    RayD local = ray;
-    follow(view, hit.path, 0.0f, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
-      local = ray_to_object(record, local);
-    });
-    const HitD inside = closest(make_scene_view(*open_buffer(scene.files[0].bytes())), local);
-    REQUIRE(inside.t == hit.t);
-    REQUIRE(inside.primitive == hit.primitive);
-    REQUIRE(any_hit<P>(view, ray).found());
+    REQUIRE(hit.t == expected.t);
+    REQUIRE(hit.u == expected.u);
+    REQUIRE(hit.primitive == expected.primitive);
+    REQUIRE(hit.path == expected.path);
     // A ray that leaves the surface there does not meet it at once.
     RayD next;
     next.direction = -ray.direction;
@@ -395,7 +398,7 @@ TEST_CASE("double rays through many levels are those of the levels one by one", 
     const auto again = closest_hit<P>(view, next);
     CHECK((!again.found() || again.primitive != hit.primitive || !(again.path == hit.path)));
   }
-  CHECK(hits > trials(2000) / 20);
+  CHECK(hits > trials(2000) / 10);
 }
 
 TEST_CASE("spawned double rays do not meet the triangle that they left, and start close to it", "[double]") {

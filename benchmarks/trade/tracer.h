@@ -1,0 +1,47 @@
+#pragma once
+/// A policy set's answers to the float rays of all questions.
+
+#include <hiprt_device/hiprt_device.h>
+#include <tests/oracle/probe.h>
+
+#include <type_traits>
+
+namespace hiprt::bench {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+template <class Layout, class Triangle, class Boxes> struct Tracer {
+  const SceneView* scene;
+
+  HIPRT_HD Hit closest(const Ray& ray) const { return trace<Boxes>(ray); }
+  HIPRT_HD Hit every_box(const Ray& ray) const { return trace<oracle::EveryBox>(ray); }
+
+ private:
+  template <class BoxTest> HIPRT_HD Hit trace(const Ray& ray) const {
+    if constexpr (std::is_same_v<Triangle, WatertightDouble>)
+      return rounded(closest_hit<DoubleRays<Policies<Layout, Watertight, BoxTest>>>(*scene, widened(ray)));
+    else
+      return closest_hit<Policies<Layout, Triangle, BoxTest>>(*scene, ray);
+  }
+
+  HIPRT_HD static RayD widened(const Ray& ray) {
+    RayD wide;
+    wide.origin = Vec3D(ray.origin);
+    wide.tmin = ray.tmin;
+    wide.direction = Vec3D(ray.direction);
+    wide.tmax = ray.tmax;
+    return wide;
+  }
+  HIPRT_HD static Hit rounded(const HitD& hit) {
+    // The same terms of the bound, in units of 2^-24.
+    return {static_cast<float>(hit.t),
+            static_cast<float>(hit.u),
+            static_cast<float>(hit.v),
+            hit.geometry,
+            hit.primitive,
+            hit.normal,
+            0x1p29f * hit.error};
+  }
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt::bench
