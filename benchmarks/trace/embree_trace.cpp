@@ -11,7 +11,7 @@ RTCRay to_embree(const Ray& ray) {
                 ray.direction.x,
                 ray.direction.y,
                 ray.direction.z,
-                0.0f,
+                ray.time,
                 ray.tmax,
                 ray.mask,
                 0,

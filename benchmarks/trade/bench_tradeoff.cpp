@@ -2,6 +2,7 @@
 
 #include "engine.h"
 #include "errors.h"
+#include "places.h"
 #include "record.h"
 
 #include <benchmarks/common/flags.h>
@@ -30,7 +31,8 @@ usage: bench_tradeoff [FLAG...]
 Measures on one device, in one run, of every policy set, with and without fast-math, and of Embree on a CPU:
 speed (closest hits of primary and diffuse rays, in turn, for several rounds); rays from inside closed meshes that leak
 out, random or aimed at edges and vertices; hits that boxes hide; spawned rays that meet the triangle that they left;
-and against exact arithmetic misses, wrong surfaces and the errors of t, u, v and of the hit point.
+and against exact arithmetic misses, wrong surfaces and the errors of t, u, v and of the hit point; on a CPU also of
+hits through instances and in motion (a GPU has the same bits).
 Exit status: 0; 1 when something failed, or the default or the reference policies break a guarantee; 2 for a wrong
 command line.
 
@@ -44,9 +46,9 @@ constexpr NamedQuestion kAimed[] = {
     {Question::kRandom, "random"}, {Question::kEdge, "edges"}, {Question::kVertex, "vertices"}};
 constexpr NamedQuestion kBoxes{Question::kBoxes, "boxes"}, kSpawned{Question::kSpawned, "spawned"};
 
-/// What can be left out. "speed" and "errors" are no questions of single rays.
+/// What can be left out. "speed", "errors" and "places" are no questions of single rays.
 std::vector<std::string> question_names() {
-  return {"speed", "random", "edges", "vertices", "boxes", "spawned", "errors"};
+  return {"speed", "random", "edges", "vertices", "boxes", "spawned", "errors", "places"};
 }
 
 struct CommandLine {
@@ -107,7 +109,9 @@ class Session {
     if (wants("speed"))
       if (auto done = measure_speed(); !done) return done;
     if (auto done = ask_models(); !done) return done;
-    return wants("errors") ? compare() : build::Result<void>();
+    if (wants("errors"))
+      if (auto done = compare(); !done) return done;
+    return line_.device == "cpu" && wants("places") ? look_at_places() : build::Result<void>();
   }
 
  private:
@@ -177,7 +181,7 @@ class Session {
       const bool own = asked.question == Question::kBoxes || (asked.question == Question::kSpawned && tmin < 0.0f);
       if (!subject.ours && own) continue;
       bar_.update((model.name + ": " + asked.name + ": " + subject.name).c_str(), fraction_);
-      const auto tally = engine_.ask(subject, {asked.question, tmin, {}}, count);
+      const auto tally = engine_.ask(subject, {asked.question, tmin, 0.0f, {}}, count);
       if (!tally) return tl::unexpected(tally.error());
       record_.faults.push_back({subject.name, model.name, asked.name, origin, count, *tally});
     }
@@ -246,6 +250,65 @@ class Session {
     return {};
   }
 
+  build::Result<void> look_at_places() {
+    auto places = make_places();
+    if (!places) return tl::unexpected(places.error());
+    for (const Place& place : *places)
+      if (auto done = look_at(place); !done) return done;
+    return {};
+  }
+
+  build::Result<void> look_at(const Place& place) {
+    if (auto set = engine_.set_place(place); !set) return set;
+    std::vector<std::size_t> asked;
+    for (std::size_t i = 0; i < record_.subjects.size(); ++i)
+      if (engine_.traces_place(record_.subjects[i])) asked.push_back(i);
+    const PlacedRays placed = placed_rays(place, line_.error_rays);
+    std::vector<Ray> rays;
+    while (rays.size() < line_.speed_rays / 10) rays.insert(rays.end(), placed.rays.begin(), placed.rays.end());
+    bar_.update((place.name + ": speed").c_str(), 1.0);
+    const auto seconds = time_each(asked, rays);
+    if (!seconds) return tl::unexpected(seconds.error());
+    Trees trees;
+    if (auto set = set_model(place.model, trees); !set) return set;
+    const auto flat_seconds = time_each(asked, rays);
+    if (!flat_seconds) return tl::unexpected(flat_seconds.error());
+    if (auto set = engine_.set_place(place); !set) return set;
+    std::vector<Hit> hits(placed.rays.size());
+    for (std::size_t k = 0; k < asked.size(); ++k) {
+      const Subject& subject = record_.subjects[asked[k]];
+      PlaceRow row{subject.name, place.name, (*flat_seconds)[k] / (*seconds)[k], {}, 0, {}};
+      bar_.update((place.name + ": " + subject.name).c_str(), 1.0);
+      if (const auto traced = engine_.trace(subject, placed.rays, hits); !traced) return tl::unexpected(traced.error());
+      row.errors = measure_placed(place, placed, hits, subject.ours);
+      if (subject.ours) {
+        row.spawned = std::uint64_t{line_.aimed_thousands} * 1000;
+        const auto tally = engine_.ask(subject, {Question::kSpawned, -1.0f, place.time, {}}, row.spawned);
+        if (!tally) return tl::unexpected(tally.error());
+        row.tally = *tally;
+      }
+      record_.places.push_back(std::move(row));
+    }
+    return {};
+  }
+
+  /// The median of the seconds that each of some subjects takes.
+  build::Result<std::vector<double>> time_each(const std::vector<std::size_t>& subjects, const std::vector<Ray>& rays) {
+    std::vector<Hit> hits(rays.size());
+    std::vector<std::vector<double>> seconds(subjects.size());
+    for (unsigned round = 0; round <= line_.rounds; ++round)
+      for (std::size_t k = 0; k < subjects.size(); ++k) {
+        const auto traced = engine_.trace(record_.subjects[subjects[k]], rays, hits);
+        if (!traced) return tl::unexpected(traced.error());
+        // The first round warms up.
+        if (round != 0) seconds[k].push_back(*traced);
+      }
+    std::vector<double> medians;
+    medians.reserve(seconds.size());
+    for (const std::vector<double>& of : seconds) medians.push_back(median(of));
+    return medians;
+  }
+
   const CommandLine& line_;
   Engine& engine_;
   TradeoffRecord record_;
@@ -274,6 +337,11 @@ std::vector<std::string> broken_guarantees(const TradeoffRecord& record) {
     if (row.subject == "reference" && (row.errors.missed != 0 || row.errors.other != 0))
       broken.push_back(row.subject + ": " + row.name + ": a hit that is not the exact one");
   }
+  for (const PlaceRow& row : record.places)
+    if (promised(row.subject) && row.errors.beyond_bound + row.tally.faults + row.tally.lost != 0)
+      broken.push_back(row.subject + ": " + row.place + ": " + std::to_string(row.errors.beyond_bound) +
+                       " hit points beyond their bounds, " + std::to_string(row.tally.faults + row.tally.lost) +
+                       " spawned rays");
   return broken;
 }
 

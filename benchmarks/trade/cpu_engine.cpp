@@ -1,12 +1,15 @@
-#include "engine.h"
+#include "places.h"
 
 #include <benchmarks/common/embree_scene.h>
 #include <benchmarks/common/machine.h>
 #include <benchmarks/common/rounds.h>
 #include <benchmarks/trace/embree_trace.h>
+#include <tests/oracle/embree_scene.h>
 #include <tools/isa.h>
 #include <tools/parallel.h>
 
+#include <exception>
+#include <memory>
 #include <mutex>
 #include <optional>
 
@@ -30,6 +33,31 @@ struct EmbreeTracer {
   }
 };
 
+/// Embree has one level of instances (Debian's), and slerp or matrices.
+bool embree_has(const Place& place) {
+  const build::Motion* motion = place.chain[0].motion;
+  return place.chain.size() == 1 && (motion == nullptr || motion->kind != MotionKind::kNlerp);
+}
+
+/// @throw std::runtime_error from Embree.
+std::unique_ptr<checks::EmbreeScene> embree_place(const Place& place, RTCSceneFlags flags) {
+  checks::EmbreeScene object(flags);
+  object.add(place.mesh);
+  object.commit();
+  auto scene = std::make_unique<checks::EmbreeScene>(flags);
+  const build::Motion* motion = place.chain[0].motion;
+  std::vector<build::Affine> matrices;
+  if (motion == nullptr) matrices = {place.chain[0].to_scene};
+  if (motion != nullptr && motion->kind == MotionKind::kMatrix)
+    for (const build::MotionKey& key : motion->keys) matrices.push_back(build::compose(key).to_scene);
+  if (matrices.empty())
+    scene->add(object, motion->keys, {});
+  else
+    scene->add(object, matrices);
+  scene->commit();
+  return scene;
+}
+
 class CpuEngine final : public Engine {
  public:
   explicit CpuEngine(unsigned threads) : limit_(threads), subjects_(policy_subjects()) {
@@ -49,6 +77,8 @@ class CpuEngine final : public Engine {
 
   build::Result<void> set_model(const Model& model, const Trees& trees) override {
     model_ = &model;
+    placed_.reset();
+    placed_embree_ = {};
     for (std::size_t i = 0; i < kLayouts; ++i) {
       const auto view = open_buffer(trees[i].buffer.bytes());
       if (!view) return tl::unexpected(build::Error{build::ErrorCode::kBackend, "a tree that is no file"});
@@ -63,6 +93,28 @@ class CpuEngine final : public Engine {
       embree_[robust ? 1 : 0].emplace(std::move(*scene));
     }
     return {};
+  }
+
+  build::Result<void> set_place(const Place& place) override {
+    const auto view = open_buffer(place.file.bytes());
+    if (!view) return tl::unexpected(build::Error{build::ErrorCode::kBackend, "a scene that is no file"});
+    model_ = &place.model;
+    placed_ = make_scene_view(*view);
+    placed_embree_[0].reset();
+    placed_embree_[1].reset();
+    for (const bool robust : {false, true}) {
+      if (!embree_has(place)) break;
+      try {
+        placed_embree_[robust ? 1 : 0] = embree_place(place, robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+      } catch (const std::exception& error) {
+        return tl::unexpected(build::Error{build::ErrorCode::kBackend, error.what()});
+      }
+    }
+    return {};
+  }
+  bool traces_place(const Subject& subject) const override {
+    if (!subject.ours) return placed_embree_[subject.name == "Embree" ? 0 : 1] != nullptr;
+    return subject.settings == Compiler::kUsual && kPolicySets[subject.set].layout == NodeLayout::kPlanes;
   }
 
   build::Result<Tally> ask(const Subject& subject, Probe probe, std::uint64_t count) override {
@@ -100,7 +152,7 @@ class CpuEngine final : public Engine {
  private:
   void aim(const Subject& subject, Probe& probe) const {
     Target& target = probe.target;
-    target.scene = scenes_[layout_index(kPolicySets[subject.set].layout)];
+    target.scene = placed_ ? *placed_ : scenes_[layout_index(kPolicySets[subject.set].layout)];
     target.positions = model_->mesh.positions.data();
     target.triangles = model_->mesh.triangles.data();
     target.triangle_count = static_cast<std::uint32_t>(model_->mesh.triangles.size());
@@ -110,12 +162,13 @@ class CpuEngine final : public Engine {
   }
 
   Tally ask_part(const Subject& subject, const Probe& probe, std::uint64_t begin, std::uint64_t end) const {
-    CpuWork work{subject.set, &probe, begin, end, {}};
+    CpuWork work{subject.set, &probe, placed_.has_value(), begin, end, {}};
     if (subject.ours) {
       (subject.settings == Compiler::kUsual ? tradeoff_ask_usual : tradeoff_ask_fast_math)(work);
       return work.tally;
     }
-    const RTCScene scene = embree_[subject.name == "Embree" ? 0 : 1]->get();
+    const std::size_t mode = subject.name == "Embree" ? 0 : 1;
+    const RTCScene scene = placed_ ? placed_embree_[mode]->get() : embree_[mode]->get();
     if (probe.question == Question::kTrace) {
       embree_trace(scene, false, {probe.target.rays + begin, end - begin}, {probe.target.hits + begin, end - begin});
       return {};
@@ -134,6 +187,8 @@ class CpuEngine final : public Engine {
   std::vector<Subject> subjects_;
   const Model* model_ = nullptr;
   std::array<SceneView, kLayouts> scenes_{};
+  std::optional<SceneView> placed_;
+  std::array<std::unique_ptr<checks::EmbreeScene>, 2> placed_embree_;
   std::array<std::optional<EmbreeScene>, 2> embree_;
 };
 

@@ -13,9 +13,9 @@ void HIPRT_TRADEOFF_ASK(CpuWork& work);
 
 namespace {
 
-template <class Layout, class Triangle, class Boxes> void ask_all(CpuWork& work) {
+template <class Tracer> void ask_all(CpuWork& work) {
   const Probe& probe = *work.probe;
-  const Tracer<Layout, Triangle, Boxes> tracer{&probe.target.scene};
+  const Tracer tracer{&probe.target.scene};
   if (probe.question == Question::kTrace) {
     for (std::uint64_t i = work.begin; i < work.end; ++i) probe.target.hits[i] = tracer.closest(probe.target.rays[i]);
     return;
@@ -29,6 +29,12 @@ template <class Layout, class Triangle, class Boxes> void ask_all(CpuWork& work)
   }
 }
 
+template <class Layout, class Triangle, class Boxes> void ask_set(CpuWork& work) {
+  if (!work.placed) return ask_all<Tracer<Layout, Triangle, Boxes>>(work);
+  if constexpr (!HIPRT_FAST_MATH && Layout::kId == NodeLayout::kPlanes)
+    ask_all<Tracer<Layout, Triangle, Boxes, true>>(work);
+}
+
 }  // namespace
 
 void HIPRT_TRADEOFF_ASK(CpuWork& work) {
@@ -36,12 +42,12 @@ void HIPRT_TRADEOFF_ASK(CpuWork& work) {
 #if HIPRT_FAST_MATH
 #define HIPRT_POLICY_SET(number, name, triangle, boxes, layout)                   \
   case number:                                                                    \
-    if constexpr (number < kFastMathSets) ask_all<layout, triangle, boxes>(work); \
+    if constexpr (number < kFastMathSets) ask_set<layout, triangle, boxes>(work); \
     return;
 #else
 #define HIPRT_POLICY_SET(number, name, triangle, boxes, layout) \
   case number:                                                  \
-    return ask_all<layout, triangle, boxes>(work);
+    return ask_set<layout, triangle, boxes>(work);
 #endif
     HIPRT_POLICY_SETS(HIPRT_POLICY_SET)
 #undef HIPRT_POLICY_SET

@@ -25,6 +25,8 @@ struct Subject {
 /// Our subjects, in the order in which they are shown.
 std::vector<Subject> policy_subjects();
 
+struct Place;
+
 class Engine {
  public:
   virtual ~Engine() = default;
@@ -37,6 +39,10 @@ class Engine {
   virtual const std::vector<Subject>& subjects() const = 0;
   /// What the following calls trace. The model has to live as long.
   virtual build::Result<void> set_model(const Model& model, const Trees& trees) = 0;
+  /// What the following calls trace, until the next set_model(): a mesh seen through instances.
+  virtual build::Result<void> set_place(const Place& place);
+  /// Behind set_place(): whether this subject can trace the place.
+  virtual bool traces_place(const Subject&) const { return false; }
   /// Asks rays [0, count) of a probe, whose target is filled in here. Question::kTrace: see trace().
   virtual build::Result<Tally> ask(const Subject& subject, Probe probe, std::uint64_t count) = 0;
   /// Traces rays[i] into hits[i] (closest hit). @return seconds, without copies.

@@ -58,14 +58,6 @@ ErrorCase make_case(Model model, Aim aim, double reach, unsigned rays) {
   return result;
 }
 
-/// Median, 99.9th percentile and largest.
-Spread spread(std::vector<double> values) {
-  if (values.empty()) return {};
-  std::sort(values.begin(), values.end());
-  const auto last = static_cast<double>(values.size() - 1);
-  return {values[values.size() / 2], values[static_cast<std::size_t>(std::ceil(0.999 * last))], values.back()};
-}
-
 struct PointError {
   double distance;  ///< From the plane, in scene units.
   double unit;      ///< In the last place of the largest coordinate.
@@ -90,6 +82,13 @@ bool as_close(const Ray& ray, const oracle::Corners& corners, const oracle::Corn
 }
 
 }  // namespace
+
+Spread spread(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const auto last = static_cast<double>(values.size() - 1);
+  return {values[values.size() / 2], values[static_cast<std::size_t>(std::ceil(0.999 * last))], values.back()};
+}
 
 std::vector<ErrorCase> error_cases(unsigned rays) {
   const oracle::Mesh star = oracle::star(4, 11), sphere = oracle::icosphere(4);

@@ -27,6 +27,9 @@ struct Spread {
   double median = 0.0, p999 = 0.0, largest = 0.0;
 };
 
+/// Of values in any order.
+Spread spread(std::vector<double> values);
+
 struct Errors {
   std::uint64_t rays = 0;
   std::uint64_t missed = 0;  ///< Hits that were not found.

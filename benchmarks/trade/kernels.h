@@ -18,6 +18,7 @@ enum class Compiler : unsigned { kUsual, kFastMath };
 struct CpuWork {
   std::size_t set;     ///< In kPolicySets.
   const Probe* probe;  ///< Of a scene in the set's layout.
+  bool placed;         ///< The scene is one of instances, which may move: for sets in layout planes.
   std::uint64_t begin, end;
   Tally tally;  ///< What was found is added.
 };

@@ -119,12 +119,46 @@ std::string error_tables(const TradeoffRecord& record) {
                  [&](const ErrorRow& row) { return std::to_string(row.errors.beyond_bound); });
 }
 
+std::string place_tables(const TradeoffRecord& record) {
+  const auto section = [&](const char* title, const std::function<std::string(const PlaceRow&)>& cell) {
+    return std::string(title) + "\n\n" +
+           table<PlaceRow>(
+               record.subjects, record.places, [](const PlaceRow& row) { return row.place; }, cell);
+  };
+  const auto spread = [](const Spread& s) {
+    return error_number(s.median) + " / " + error_number(s.p999) + " / " + error_number(s.largest);
+  };
+  return section("Speed, the same mesh transformed and without instances = 1",
+                 [](const PlaceRow& row) { return format_number(row.relative, 3); }) +
+         section("Of 10,000 rays that truly hit: missed + another surface",
+                 [](const PlaceRow& row) {
+                   const double scale = 1e4 / static_cast<double>(std::max<std::uint64_t>(1, row.errors.rays));
+                   return format_number(scale * static_cast<double>(row.errors.missed), 0) + " + " +
+                          format_number(scale * static_cast<double>(row.errors.wrong), 0);
+                 }) +
+         section("Error of t, in units in the last place: median / 99.9th percentile / largest",
+                 [&](const PlaceRow& row) { return spread(row.errors.t); }) +
+         section(
+             "Displacement: distance of the hit point from the triangle's plane, in units in the last place of the "
+             "largest coordinate: median / 99.9th percentile / largest",
+             [&](const PlaceRow& row) { return spread(row.errors.point); }) +
+         section("Hit points further from the plane than Hit::error says",
+                 [&](const PlaceRow& row) {
+                   return row.spawned == 0 ? std::string() : std::to_string(row.errors.beyond_bound);
+                 }) +
+         section("Spawned rays, per 10^9: meet the triangle they left + meet nothing", [](const PlaceRow& row) {
+           const std::uint64_t asked = row.spawned - row.tally.skipped;
+           if (row.spawned == 0) return std::string();
+           return per_billion(row.tally.faults, asked) + " + " + per_billion(row.tally.lost, asked);
+         });
+}
+
 }  // namespace
 
 double mrays_per_second(const SpeedRow& row) { return 1e-6 * static_cast<double>(row.count) / median(row.seconds); }
 
 void add_json(const TradeoffRecord& record, nlohmann::json& json) {
-  for (const char* name : {"subjects", "speed", "faults", "errors"}) json[name] = nlohmann::json::array();
+  for (const char* name : {"subjects", "speed", "faults", "errors", "places"}) json[name] = nlohmann::json::array();
   for (const Subject& subject : record.subjects)
     json["subjects"].push_back({{"name", subject.name},
                                 {"triangle", subject.triangle},
@@ -161,6 +195,19 @@ void add_json(const TradeoffRecord& record, nlohmann::json& json) {
                               {"v", spread_json(row.errors.v)},
                               {"point", spread_json(row.errors.point)},
                               {"beyond_bound", row.errors.beyond_bound}});
+  for (const PlaceRow& row : record.places)
+    json["places"].push_back({{"subject", row.subject},
+                              {"place", row.place},
+                              {"relative", row.relative},
+                              {"rays", row.errors.rays},
+                              {"missed", row.errors.missed},
+                              {"wrong_surface", row.errors.wrong},
+                              {"t", spread_json(row.errors.t)},
+                              {"point", spread_json(row.errors.point)},
+                              {"beyond_bound", row.errors.beyond_bound},
+                              {"spawned", row.spawned - row.tally.skipped},
+                              {"self_intersections", row.tally.faults},
+                              {"lost", row.tally.lost}});
 }
 
 std::string to_markdown(const TradeoffRecord& record) {
@@ -181,8 +228,14 @@ std::string to_markdown(const TradeoffRecord& record) {
         const std::string folded = row.origin == "spawn_origin" ? " + " + per_billion(row.tally.folded, asked) : "";
         return per_billion(row.tally.faults, asked) + " + " + per_billion(row.tally.lost, asked) + folded;
       });
-  return text + "## Errors\n\nOf closest hits against exact arithmetic; layouts of nodes have the same hits.\n\n" +
-         error_tables(record);
+  text += "## Errors\n\nOf closest hits against exact arithmetic; layouts of nodes have the same hits.\n\n" +
+          error_tables(record);
+  if (record.places.empty()) return text;
+  return text +
+         "## Instances and motion\n\nA sphere of 5,120 triangles through instances, and between two keys; exact is "
+         "where "
+         "the matrices and keys that were asked for put it.\n\n" +
+         place_tables(record);
 }
 
 }  // namespace hiprt::bench

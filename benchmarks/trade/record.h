@@ -34,17 +34,27 @@ struct ErrorRow {
   Errors errors;
 };
 
+/// The sphere of a place, through instances and in motion.
+struct PlaceRow {
+  std::string subject, place;
+  double relative = 0.0;  ///< Speed in units of that of the same mesh, transformed, without instances.
+  Errors errors;          ///< t, point, missed, wrong and beyond_bound.
+  std::uint64_t spawned = 0;
+  Tally tally;  ///< Of the spawned rays.
+};
+
 struct TradeoffRecord {
   std::vector<Subject> subjects;
   std::vector<SpeedRow> speeds;
   std::vector<FaultRow> faults;
   std::vector<ErrorRow> errors;
+  std::vector<PlaceRow> places;
 };
 
 /// 10^6 rays per second, the median over the rounds.
 double mrays_per_second(const SpeedRow& row);
 
-/// Adds "subjects", "speed", "faults" and "errors".
+/// Adds "subjects", "speed", "faults", "errors" and "places".
 void add_json(const TradeoffRecord& record, nlohmann::json& json);
 
 /// Tables: what each subject costs and how far it is from the truth.

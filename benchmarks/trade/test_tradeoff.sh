@@ -11,9 +11,10 @@ program=$build/benchmarks/trade/bench_tradeoff
 
 expect 0 "Results: $work/results" "$source/tradeoff" --quick "--build=$build" "--output=$work/results"
 holds "$work/results/tradeoff.json" '"commit"' '"broken_guarantees": []' '"subject": "reference (fast-math)"' \
-  '"subject": "Embree robust"' '"question": "boxes"' '"origin": "spawn_origin"' '"case": "needles 6e7"' '"beyond_bound": 0'
+  '"subject": "Embree robust"' '"question": "boxes"' '"origin": "spawn_origin"' '"case": "needles 6e7"' '"beyond_bound": 0' \
+  '"place": "16 levels"' '"subject": "double"'
 holds "$work/results/tradeoff.md" '# What speed costs' '## Speed' '| default/quantized ' '## Faults' '## Spawned' '## Errors' \
-  '## Builders' '| lbvh30 '
+  '## Instances and motion' '## Builders' '| lbvh30 '
 if python3 -c 'import matplotlib' 2>/dev/null; then
   for name in leaks random_leaks boxes spawned wrong t point; do
     if [[ ! -s $work/results/pareto_$name.svg ]]; then fault "no pareto_$name.svg"; fi

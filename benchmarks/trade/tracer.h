@@ -1,5 +1,5 @@
 #pragma once
-/// A policy set's answers to the float rays of all questions.
+/// A policy set's answers to the float rays of all questions. kPlaced: in a scene of instances, which may move.
 
 #include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/probe.h>
@@ -7,9 +7,13 @@
 #include <type_traits>
 
 namespace hiprt::bench {
+
+/// Of a place's instances, at most.
+inline constexpr unsigned kPlaceLevels = 16;
+
 inline namespace HIPRT_ISA_NAMESPACE {
 
-template <class Layout, class Triangle, class Boxes> struct Tracer {
+template <class Layout, class Triangle, class Boxes, bool kPlaced = false> struct Tracer {
   const SceneView* scene;
 
   HIPRT_HD Hit closest(const Ray& ray) const { return trace<Boxes>(ray); }
@@ -18,10 +22,13 @@ template <class Layout, class Triangle, class Boxes> struct Tracer {
  private:
   template <class BoxTest> HIPRT_HD Hit trace(const Ray& ray) const {
     if constexpr (std::is_same_v<Triangle, WatertightDouble>)
-      return rounded(closest_hit<DoubleRays<Policies<Layout, Watertight, BoxTest>>>(*scene, widened(ray)));
+      return rounded(
+          closest_hit<typename Put<DoubleRays<Policies<Layout, Watertight, BoxTest>>>::Type>(*scene, widened(ray)));
     else
-      return closest_hit<Policies<Layout, Triangle, BoxTest>>(*scene, ray);
+      return closest_hit<typename Put<Policies<Layout, Triangle, BoxTest>>::Type>(*scene, ray);
   }
+
+  template <class P> struct Put { using Type = std::conditional_t<kPlaced, Moving<Instanced<P, kPlaceLevels>>, P>; };
 
   HIPRT_HD static RayD widened(const Ray& ray) {
     RayD wide;
@@ -29,6 +36,8 @@ template <class Layout, class Triangle, class Boxes> struct Tracer {
     wide.tmin = ray.tmin;
     wide.direction = Vec3D(ray.direction);
     wide.tmax = ray.tmax;
+    wide.mask = ray.mask;
+    wide.time = ray.time;
     return wide;
   }
   HIPRT_HD static Hit rounded(const HitD& hit) {

@@ -41,6 +41,7 @@ struct Probe {
   /// Question::kSpawned: below 0 rays start at spawn_origin(); else at the hit point with this tmin, times the mesh's
   /// extent.
   float tmin = -1.0f;
+  float time = 0.0f;  ///< Of the rays.
   Target target;
 };
 
@@ -208,6 +209,7 @@ template <class Tracer> HIPRT_HD inline Tally ask(const Probe& probe, std::uint6
   using namespace probe_detail;
   Numbers random(number);
   Ray ray = probe.question == Question::kBoxes ? box_ray(probe.target, number, random) : aimed_ray(probe, random);
+  ray.time = probe.time;
   if constexpr (requires { trace.all(ray); })
     if (is_crossings(probe.question)) return {0, trace.all(ray) % 2, 0, 0};
   Hit left;
@@ -230,6 +232,7 @@ template <class Tracer> HIPRT_HD inline Tally ask(const Probe& probe, std::uint6
     left = hit;
     first = ray;
     ray = spawned_ray(probe, ray, hit, random);
+    ray.time = probe.time;
   }
 }
 

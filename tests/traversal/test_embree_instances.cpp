@@ -1,7 +1,7 @@
 // Instances that stand still and that move, against Embree 3.13 in robust mode and against long double. Embree takes a
 // still instance on one level only (Debian's RTC_MAX_INSTANCE_LEVEL_COUNT is 1): it gets two levels multiplied.
 
-#include <tests/traversal/embree_scene.h>
+#include <tests/oracle/embree_scene.h>
 #include <tests/traversal/triangle_judge.h>
 #include <tests/traversal/workers.h>
 

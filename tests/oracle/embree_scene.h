@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes of Embree 3.13 in robust mode, in the terms of this library: the second opinion of tests.
+/// Scenes of Embree 3.13, in the terms of this library: a second opinion.
 
 #include <hiprt_build/instances.h>
 #include <hiprt_device/ray.h>
@@ -24,7 +24,7 @@ struct KeyRange {
 
 class EmbreeScene {
  public:
-  EmbreeScene();
+  explicit EmbreeScene(RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST);
 
   /// @return its number, which hits have; of instances too.
   unsigned add(const oracle::Mesh& mesh) { return add({&mesh, 1}, {}); }
@@ -34,9 +34,10 @@ class EmbreeScene {
   unsigned add(const EmbreeScene& object, std::span<const build::Affine> keys, const KeyRange& range = {});
   /// Between parts. Rotations have length 1.
   unsigned add(const EmbreeScene& object, std::span<const build::MotionKey> keys, const KeyRange& range);
-  /// Behind the last add(), before the first ray. Demands (Catch2) that Embree has found no fault.
+  /// Behind the last add(), before the first ray. @throw std::runtime_error if Embree has found a fault.
   void commit();
 
+  RTCScene get() const { return scene_.get(); }
   /// At the ray's time, in [0, 1].
   EmbreeHit closest(const Ray& ray) const;
   bool any(const Ray& ray) const;

@@ -1,9 +1,8 @@
-#include <tests/traversal/embree_scene.h>
-
-#include <catch2/catch.hpp>
+#include <tests/oracle/embree_scene.h>
 
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 
 namespace hiprt::checks {
 namespace {
@@ -49,10 +48,10 @@ RTCGeometry new_instance(RTCDevice device, RTCScene object, std::size_t keys, co
 
 }  // namespace
 
-EmbreeScene::EmbreeScene() : device_(shared_device()) {
-  REQUIRE(device_);
+EmbreeScene::EmbreeScene(RTCSceneFlags flags) : device_(shared_device()) {
+  if (!device_) throw std::runtime_error("Embree makes no device");
   scene_.reset(rtcNewScene(device_.get()));
-  rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(scene_.get(), flags);
 }
 
 unsigned EmbreeScene::add(std::span<const oracle::Mesh> keys, const KeyRange& range) {
@@ -98,7 +97,7 @@ unsigned EmbreeScene::attach(RTCGeometry geometry) {
 
 void EmbreeScene::commit() {
   rtcCommitScene(scene_.get());
-  REQUIRE(rtcGetDeviceError(device_.get()) == RTC_ERROR_NONE);
+  if (rtcGetDeviceError(device_.get()) != RTC_ERROR_NONE) throw std::runtime_error("Embree refuses a scene");
 }
 
 EmbreeHit EmbreeScene::closest(const Ray& ray) const {
