@@ -18,3 +18,4 @@
 #include <hiprt_device/stacks/rolling.h>
 #include <hiprt_device/stacks/shared.h>
 #include <hiprt_device/stacks/spill.h>
+#include <hiprt_device/t_error.h>

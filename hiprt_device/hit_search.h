@@ -118,9 +118,10 @@ class HitSearch {
     leaf_ = kInvalidRef;
   }
 
-  /// The hit at hand with normal and error bound (a custom primitive has told its own).
+  /// The hit at hand with normal and error bound, if P::kSurface (a custom primitive has told its own).
   HIPRT_HD HIPRT_INLINE Answer complete_hit() const {
     Answer hit = this->hit();
+    if constexpr (!P::kSurface) return hit;
     using Leaf = typename P::Layout::Leaf;
     const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
       if (leaf_ != kInvalidRef)

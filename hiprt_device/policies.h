@@ -78,6 +78,8 @@ struct Policies {
   using ClosestOrder = NearFirst;
   using AnyOrder = Unordered;
   static constexpr FeatureMask kFeatures = kFeatureSet;
+  /// Whether closest and all hits on triangles have normal and error; else these are 0, and cost nothing.
+  static constexpr bool kSurface = true;
   /// Instances that may be on a ray's way to a primitive, one in the other; 0: no code for instances. Instanced<> sets
   /// it.
   static constexpr unsigned kLevels = 0;
@@ -117,6 +119,7 @@ concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Sta
   { P::kFeatures } -> std::convertible_to<FeatureMask>;
   { P::kLevels } -> std::convertible_to<unsigned>;
   { P::kMoves } -> std::convertible_to<bool>;
+  { P::kSurface } -> std::convertible_to<bool>;
 };
 
 /// Whether a tracer with policies P can trace the scene: its layout and its features.

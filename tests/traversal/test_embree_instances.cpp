@@ -136,10 +136,13 @@ void look(const Both& both, const Ray& ray, RayJudge& judge) {
   }
 }
 
-/// t is within the hit's own bound of the exact one.
-bool within_own_bound(const RayJudge& judge, const Answer& answer, const Hit& hit) {
+/// t is within the hit's own bounds of the exact one.
+bool within_own_bound(const RayJudge& judge, const Answer& answer, const SceneView& scene, const Ray& ray,
+                      const Hit& hit) {
   const MetTriangle* met = judge.met(answer);
-  return met == nullptr || std::fabs(hit.t - met->t) * met->steepness <= 1.7321L * hit.error;
+  if (met == nullptr) return true;
+  const Real off = std::fabs(hit.t - met->t);
+  return off * met->steepness <= 1.7321L * hit.error && off <= Real{t_error(scene, ray, hit)};
 }
 
 /// At a random time in [0, 1]; every other one through a corner or the middle of an edge, as well as floats allow.
@@ -181,7 +184,7 @@ void compare(
     opinion.judge(judge, ray, ours, theirs);
     opinion.any_differs += any_hit<Tracer>(view, ray).found() == hit.found() ? 0 : 1;
     INFO(name << ", seed " << kSeed << ", ray " << i);
-    if (hit.found()) REQUIRE(within_own_bound(judge, ours, hit));
+    if (hit.found()) REQUIRE(within_own_bound(judge, ours, view, ray, hit));
   }
   opinion.check(name);
 }

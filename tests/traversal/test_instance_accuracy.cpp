@@ -136,6 +136,7 @@ std::array<double, 3> check_exactness(const InstanceScene& scene, std::uint64_t 
     REQUIRE(hit.found());
     const double distance = std::fabs(double{hit.t} - exact.t);
     REQUIRE(distance * exact.steepness <= 1.7321 * double{hit.error});
+    REQUIRE(distance <= double{t_error(view, ray, hit)});
     tightest = std::max(tightest, distance * exact.steepness / double{hit.error});
     errors.push_back(distance / exact.t * 0x1p24);
   }
