@@ -1,5 +1,5 @@
-#include <tests/traversal/embree_agreement.h>
 #include <tests/oracle/embree_scene.h>
+#include <tests/traversal/embree_agreement.h>
 #include <tests/traversal/tracers.h>
 
 #include <catch2/catch.hpp>

@@ -1,7 +1,7 @@
 // Meshes that deform, against Embree 3.13 in robust mode and against long double.
 
-#include <tests/oracle/motions.h>
 #include <tests/oracle/embree_scene.h>
+#include <tests/oracle/motions.h>
 #include <tests/traversal/triangle_judge.h>
 #include <tests/traversal/workers.h>
 
