@@ -62,8 +62,14 @@ class Digest {
     for (int shift = 0; shift < 32; shift += 8) state_ = (state_ ^ (bits >> shift & 255u)) * 0x100000001b3u;
   }
   void add(float x) { add(std::bit_cast<std::uint32_t>(x)); }
-  void add(const Hit& hit) {
-    for (const float x : {hit.t, hit.u, hit.v, hit.normal.x, hit.normal.y, hit.normal.z, hit.error}) add(x);
+  void add(double x) {
+    const auto bits = std::bit_cast<std::uint64_t>(x);
+    add(static_cast<std::uint32_t>(bits));
+    add(static_cast<std::uint32_t>(bits >> 32));
+  }
+  template <class Real> void add(const BasicHit<Real>& hit) {
+    for (const Real x : {hit.t, hit.u, hit.v}) add(x);
+    for (const float x : {hit.normal.x, hit.normal.y, hit.normal.z, hit.error}) add(x);
     add(hit.geometry);
     add(hit.primitive);
   }
@@ -81,13 +87,19 @@ build::Bvh must(build::Result<build::Bvh> bvh) {
 
 /// @return rays from inside that leak.
 template <class P> unsigned closest(const char* name, const SceneView& scene, const oracle::Mesh& mesh) {
+  using Real = typename P::Real;
   Random random(kSeed + 1);
   Digest digest;
   unsigned leaks = 0;
   for (unsigned i = 0; i < 20000; ++i) {
-    const Hit hit = closest_hit<P>(scene, aimed(mesh, place(random, 128), random));
+    const Ray to = aimed(mesh, place(random, 128), random);
+    BasicRay<Real> ray;
+    ray.origin = BasicVec3<Real>(to.origin);
+    ray.direction = BasicVec3<Real>(to.direction);
+    const auto hit = closest_hit<P>(scene, ray);
     leaks += hit.found() ? 0 : 1;
-    digest.add(hit);
+    digest.add(static_cast<const BasicHit<Real>&>(hit));
+    if (hit.found()) digest.add(t_error(scene, ray, hit));
   }
   std::printf("%s: closest %016llx\n", name, digest.value());
   if (leaks != 0) std::fprintf(stderr, "%s: %u rays leak\n", name, leaks);
@@ -126,6 +138,7 @@ int main() {
       closest<Policies<PlanesLayout, Watertight, Conservative, PrivateStack<>, ArrayLanes>>("ArrayLanes", scene, mesh);
   faults += closest<Policies<HalfLayout>>("half", make_scene_view(*open_buffer(half.buffer.bytes())), mesh);
   faults += closest<Policies<PlanesLayout, Reference>>("Reference", scene, mesh);
+  faults += closest<DoubleRays<>>("double", scene, mesh);
   faults += crossings(scene, mesh);
   // One instance where the mesh is, turned by a quarter.
   const std::span<const std::byte> files[] = {planes.buffer.bytes()};

@@ -168,8 +168,10 @@ HIPRT_HD inline Ray box_ray(const Target& target, std::uint64_t number, Numbers&
 HIPRT_HD inline Ray spawned_ray(const Probe& probe, const Ray& ray, const Hit& hit, Numbers& random) {
   Ray next;
   next.direction = random.direction();
-  const auto dot = [](const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
-  if ((dot(next.direction, hit.normal) > 0.0f) == (dot(ray.direction, hit.normal) > 0.0f))
+  // By the sign that spawn_origin() goes by: a direction in the plane may have either.
+  const float length = max_component(hit.normal);
+  const Vec3 n = length > 0.0f ? divided(hit.normal, length) : hit.normal;
+  if ((spawn_detail::dot(n, next.direction) >= 0.0f) == (spawn_detail::dot(n, ray.direction) >= 0.0f))
     next.direction = -next.direction;
   if (probe.tmin < 0.0f) {
     next.origin = spawn_origin(ray, hit, next.direction);
