@@ -28,7 +28,7 @@ template <class Real> HIPRT_HD HIPRT_INLINE Real dot(const BasicVec3<Real>& a, c
 /// does not meet the same triangle again. A triangle without area has no normal: the point is moved along @p direction.
 /// Other surfaces that are nearer than the error bound (the far wall of a sharp crease) may be passed.
 /// @param hit of closest_hit(), found.
-/// @param direction of the new ray, any length but 0.
+/// @param direction of the new ray, any length but 0. In the plane of the triangle: to the side of the normal.
 template <class Real>
 HIPRT_HD inline BasicVec3<Real> spawn_origin(const BasicRay<Real>& ray, const BasicHit<Real>& hit,
                                              const BasicVec3<Real>& direction) {

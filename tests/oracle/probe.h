@@ -167,12 +167,15 @@ HIPRT_HD inline Ray box_ray(const Target& target, std::uint64_t number, Numbers&
 /// The ray that leaves from where @p ray met something.
 HIPRT_HD inline Ray spawned_ray(const Probe& probe, const Ray& ray, const Hit& hit, Numbers& random) {
   Ray next;
-  next.direction = random.direction();
-  // By the sign that spawn_origin() goes by: a direction in the plane may have either.
+  // By the numbers that spawn_origin() goes by; a direction in the plane points to no side.
   const float length = max_component(hit.normal);
-  const Vec3 n = length > 0.0f ? divided(hit.normal, length) : hit.normal;
-  if ((spawn_detail::dot(n, next.direction) >= 0.0f) == (spawn_detail::dot(n, ray.direction) >= 0.0f))
-    next.direction = -next.direction;
+  const Vec3 n = length > 0.0f ? divided(hit.normal, length) : Vec3(1.0f, 0.0f, 0.0f);
+  float side = 0.0f;
+  while (side == 0.0f) {
+    next.direction = random.direction();
+    side = spawn_detail::dot(n, next.direction);
+  }
+  if ((side > 0.0f) == (spawn_detail::dot(n, ray.direction) >= 0.0f)) next.direction = -next.direction;
   if (probe.tmin < 0.0f) {
     next.origin = spawn_origin(ray, hit, next.direction);
   } else {
