@@ -1,8 +1,8 @@
 #pragma once
 /// THE traversal loop: one text for every query, layout, test, stack and machine.
 
+#include <hiprt_device/box_ray.h>
 #include <hiprt_device/levels.h>
-#include <hiprt_device/near_ray.h>
 #include <hiprt_device/order.h>
 #include <hiprt_device/policies.h>
 #include <hiprt_device/primitive_table.h>

@@ -211,46 +211,74 @@ inline double determinant(const double (&m)[3][3]) {
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-/// The largest condition of (1 - s) * from + s * to, at most a twentieth too large. The shortest image changes by no
-/// more than the matrix; the longest is largest at an end.
+/// How fast the shortest image shrinks, in units of itself, as a matrix changes: M + x C = M (1 + x C') for
+/// C' = inverse(M) C, so its shortest image is at least (1 - x |C'|) times that of M; the same with C inverse(M).
+inline double relative_change(const double (&m)[3][3], const double (&change)[3][3]) {
+  const LinearInverse inverse(m);
+  double before = 0.0, behind = 0.0;
+  for (unsigned r = 0; r < 3; ++r)
+    for (unsigned c = 0; c < 3; ++c) {
+      double left = 0.0, right = 0.0;
+      for (unsigned k = 0; k < 3; ++k) {
+        left += inverse.row[r][k] * change[k][c];
+        right += change[r][k] * inverse.row[k][c];
+      }
+      before += left * left;
+      behind += right * right;
+    }
+  // The Euclidean norm is at most Frobenius'.
+  return std::sqrt(std::min(before, behind)) * (1.0 + 0x1p-20);
+}
+
+/// The largest condition of (1 - s) * from + s * to, at most a twentieth too large. The longest image is largest at an
+/// end of any part of the way; the shortest one changes by no more than the matrix, and than relative_change() says.
 inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst) {
+  struct Place {
+    double m[3][3];
+    Stretches stretches;
+    double shrinking;  ///< relative_change().
+  };
   double change[3][3];
   for (unsigned r = 0; r < 3; ++r)
     for (unsigned c = 0; c < 3; ++c) change[r][c] = to[r][c] - from[r][c];
   const bool still = std::all_of(&change[0][0], &change[0][0] + 9, [](double x) { return x == 0.0; });
   const double slope = still ? 0.0 : Stretches(change).longest;
-  const auto bad = [](const Stretches& at) { return !(at.longest <= double{kMaxMotionCondition} * at.shortest); };
-  const auto at = [&](double s, double(&m)[3][3]) {
-    for (unsigned r = 0; r < 3; ++r)
-      for (unsigned c = 0; c < 3; ++c) m[r][c] = from[r][c] + s * change[r][c];
+  const auto is_bad = [](const Place& at) {
+    return !(at.stretches.longest <= double{kMaxMotionCondition} * at.stretches.shortest);
   };
   const auto place = [&](double s) {
-    double m[3][3];
-    at(s, m);
-    return BadPlace{s, determinant(m)};
+    Place at{{}, Stretches(from), 0.0};
+    for (unsigned r = 0; r < 3; ++r)
+      for (unsigned c = 0; c < 3; ++c) at.m[r][c] = s == 1.0 ? to[r][c] : from[r][c] + s * change[r][c];
+    at.stretches = Stretches(at.m);
+    at.shrinking = relative_change(at.m, change);
+    return at;
   };
   struct Interval {
     double begin, end;
-    Stretches first, last;
+    Place first, last;
   };
-  std::vector<Interval> pending{{0.0, 1.0, Stretches(from), Stretches(to)}};
-  for (const double s : {0.0, 1.0})
-    if (bad(s == 0.0 ? pending[0].first : pending[0].last)) return place(s);
+  std::vector<Interval> pending{{0.0, 1.0, place(0.0), place(1.0)}};
+  if (is_bad(pending[0].first)) return BadPlace{0.0, determinant(pending[0].first.m)};
+  if (is_bad(pending[0].last)) return BadPlace{1.0, determinant(pending[0].last.m)};
   while (!pending.empty()) {
     const Interval part = pending.back();
     pending.pop_back();
-    const double least = 0.5 * (part.first.shortest + part.last.shortest - slope * (part.end - part.begin));
-    const double most = std::max(part.first.longest, part.last.longest);
-    const double here = std::max(part.first.longest / part.first.shortest, part.last.longest / part.last.shortest);
+    const Stretches &first = part.first.stretches, &last = part.last.stretches;
+    const double half = 0.5 * (part.end - part.begin);
+    // Each end answers for its half.
+    const double by_size = std::min(first.shortest * (1.0 - half * part.first.shrinking),
+                                    last.shortest * (1.0 - half * part.last.shrinking));
+    const double least = std::max(0.5 * (first.shortest + last.shortest) - slope * half, by_size);
+    const double most = std::max(first.longest, last.longest);
+    const double here = std::max(first.longest / first.shortest, last.longest / last.shortest);
     if (least > 0.0 && most / least <= std::max(worst, 1.05 * here)) {
       worst = std::max(worst, most / least);
       continue;
     }
-    const double middle = 0.5 * (part.begin + part.end);
-    double m[3][3];
-    at(middle, m);
-    const Stretches center(m);
-    if (bad(center)) return place(middle);
+    const double middle = part.begin + half;
+    const Place center = place(middle);
+    if (is_bad(center)) return BadPlace{middle, determinant(center.m)};
     pending.push_back({part.begin, middle, part.first, center});
     pending.push_back({middle, part.end, center, part.last});
   }

@@ -4,6 +4,8 @@
 
 #include <hiprt_build/src/motion_segments.h>
 #include <hiprt_device/format/instance_bounds.h>
+#include <tests/oracle/hill_climb.h>
+#include <tests/traversal/workers.h>
 
 #include <cstdio>
 
@@ -256,4 +258,69 @@ TEST_CASE("motions that cannot be are refused with their numbers") {
   CHECK(message({.keys = {{.time = 0}, {.time = 1}}}) == "");
   CHECK(message({.keys = {turned_key(0, {0, 0, 1}, 0), turned_key(1, {0, 0, 1}, 1e-12)}}) == "");
   CHECK(message({.keys = {turned_key(0, {0, 0, 1}, 0), turned_key(1, {0, 0, 1}, 3.14159265358979)}}) == "");
+}
+
+TEST_CASE("a motion that is flat all the way takes no time to check") {
+  // The shortest image is far smaller than what changes: by the size of the change alone a key would take a second.
+  build::Motion motion{.kind = MotionKind::kSlerp};
+  for (unsigned key = 0; key < 100; ++key) {
+    const float more = key % 2 == 0 ? 1.0f : 2.0f;
+    motion.keys.push_back({.time = static_cast<float>(key), .scale = {more, more, more * 0x1p-19f}});
+    motion.keys.back().shear[0] = more - 1.0f;
+  }
+  const auto parts = build::make_motion(motion);
+  REQUIRE(parts.has_value());
+  CHECK(parts->magnification.condition >= 0x1p19);
+  CHECK(parts->magnification.condition <= 0x1p20);
+}
+
+TEST_CASE("no search finds a point outside of the box of its motion") {
+  // Two keys, a point, and how far between them.
+  const auto make = [](Random& random) {
+    oracle::Genes genes;
+    for (unsigned key = 0; key < 2; ++key) {
+      for (unsigned i = 0; i < 7; ++i) genes.push_back(random.uniform_float(-1, 1));   // Translation, quaternion.
+      for (unsigned i = 0; i < 3; ++i) genes.push_back(random.uniform_float(0.5, 2));  // Scale,
+      for (unsigned i = 0; i < 3; ++i) genes.push_back(random.uniform_float(-1, 1));   // shear.
+    }
+    for (unsigned i = 0; i < 3; ++i) genes.push_back(random.uniform_float(-3, 3));
+    genes.push_back(random.uniform_float(0, 1));
+    return genes;
+  };
+  for (const MotionKind kind : kKinds) {
+    // How much of the way from the middle of the box to its side is used up: more than 1 is outside.
+    const auto score = [&](const oracle::Genes& genes) {
+      for (const float gene : genes)
+        if (!(std::abs(gene) < 0x1p30f)) return -1.0;
+      build::Motion motion{.kind = kind};
+      for (std::size_t key = 0; key < 2; ++key) {
+        const float* gene = &genes[13 * key];
+        motion.keys.push_back({.time = static_cast<float>(key),
+                               .translation = {gene[0], gene[1], gene[2]},
+                               .rotation = {gene[3], gene[4], gene[5], gene[6]},
+                               .scale = {gene[7], gene[8], gene[9]},
+                               .shear = {gene[10], gene[11], gene[12]}});
+      }
+      if (!build::make_motion(motion)) return -1.0;
+      const float s = std::clamp(genes[29], 0.0f, 1.0f);
+      const Recorded recorded(motion);
+      const Box box = recorded.bounds({{genes[26], genes[27], genes[28]}, {genes[26], genes[27], genes[28]}});
+      // By the record's own numbers, as above.
+      const SegmentMotion recorded_motion(recorded.parts.segments[0], kind);
+      const double point[3] = {genes[26], genes[27], genes[28]};
+      double worst = 0.0;
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        const double low = box.min[axis], high = box.max[axis],
+                     at = recorded_motion.curve(axis, point).at(double{s}).value;
+        if (!(high > low)) return -1.0;
+        worst = std::max(worst, at < low || at > high ? 2.0 : std::fabs(2 * at - low - high) / (high - low));
+      }
+      return worst;
+    };
+    const oracle::Worst worst = oracle::climb(kSeed, 20, trials(1500), make, score);
+    std::printf("%s: a point is at %.9f of the way to the side of its box, of random ones %.9f\n", name_of(kind),
+                worst.score, worst.random);
+    CHECK(worst.score <= 1.0);
+    CHECK(worst.score > 0.9);
+  }
 }

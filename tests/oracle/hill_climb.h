@@ -1,0 +1,72 @@
+#pragma once
+/// A search for the inputs that are worst for a bound: random starts, then small and large changes of a few numbers,
+/// kept if they are no better for the bound than before.
+
+#include <tests/oracle/random.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+namespace hiprt::oracle {
+
+using Genes = std::vector<float>;
+
+struct Worst {
+  double random = 0.0;  ///< The largest score of the random starts,
+  double score = 0.0;   ///< and of the search.
+  Genes genes;          ///< That have it.
+};
+
+/// Changes one number: by units in the last place, by a power of two, its sign, or to (nearly) another of the numbers.
+inline void mutate(Genes& genes, Random& random) {
+  const auto count = static_cast<std::uint32_t>(genes.size());
+  float& gene = genes[random.below(count)];
+  switch (random.below(6)) {
+    case 0:
+    case 1: {
+      const float toward = random.coin() ? std::numeric_limits<float>::max() : -std::numeric_limits<float>::max();
+      for (std::uint32_t steps = 1 + random.below(random.coin() ? 3 : 1000); steps > 0; --steps)
+        gene = std::nextafter(gene, toward);
+      break;
+    }
+    case 2:
+      gene = std::ldexp(gene, random.coin() ? 1 : -1);
+      break;
+    case 3:
+      gene *= static_cast<float>(random.uniform(0.9, 1.1));
+      break;
+    case 4:
+      gene = genes[random.below(count)];
+      break;
+    default:
+      gene = -gene;
+  }
+}
+
+/// @param make Genes(random): a start. @param score of genes: what may be at most 1 if the bound holds; below 0: they
+/// say nothing, or are out of range. @param starts, steps scored, each start with so many steps.
+template <class Make, class Score>
+Worst climb(std::uint64_t seed, unsigned starts, unsigned steps, const Make& make, const Score& score) {
+  Random random(seed);
+  Worst worst;
+  for (unsigned start = 0; start < starts; ++start) {
+    Genes genes = make(random);
+    double here = score(genes);
+    worst.random = std::max(worst.random, here);
+    for (unsigned step = 0; step < steps; ++step) {
+      Genes next = genes;
+      for (std::uint32_t changes = 1 + random.below(3); changes > 0; --changes) mutate(next, random);
+      const double there = score(next);
+      if (there < here) continue;
+      genes = std::move(next);
+      here = there;
+    }
+    if (here > worst.score) worst.score = here, worst.genes = genes;
+  }
+  return worst;
+}
+
+}  // namespace hiprt::oracle
