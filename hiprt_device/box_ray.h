@@ -18,6 +18,7 @@ template <class Real> class BoxRay {
   HIPRT_HD static HIPRT_INLINE float near_end(float tmin) { return tmin; }
   HIPRT_HD static HIPRT_INLINE float far_end(float limit) { return limit; }
   HIPRT_HD static HIPRT_INLINE void set_limit(float) {}
+  HIPRT_HD static HIPRT_INLINE float t_at(float distance) { return distance; }
 };
 
 /// A double ray from `start` on, rounded: its direction times a power of two, so that any length fits. Between start
@@ -68,6 +69,9 @@ template <> class BoxRay<double> {
   HIPRT_HD HIPRT_INLINE void set_limit(double t) {
     far_ = larger(rounded((t - start_) * scale_) * (1.0f + 0x1p-22f), 0.0f);
   }
+
+  /// Of a distance, for observers.
+  HIPRT_HD HIPRT_INLINE float t_at(float distance) const { return rounded(start_ + distance / scale_); }
 
  private:
   HIPRT_HD static HIPRT_INLINE double middle(const Box& box, unsigned axis) {

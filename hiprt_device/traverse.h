@@ -213,7 +213,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
       NodeVisit visit{levels_.base(scene), node_, {}, {}};
       for (unsigned i = 0; i < kBranching; ++i) {
         visit.met[i] = hits.hit(i);
-        visit.enter[i] = Lanes::get(hits.enter, i);
+        visit.enter[i] = boxes_.t_at(Lanes::get(hits.enter, i));
       }
       counter.on_node(visit);
     }

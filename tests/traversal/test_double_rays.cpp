@@ -265,6 +265,43 @@ TEST_CASE("both ends of a double ray belong to it, and hits come in their order"
   }
 }
 
+namespace {
+
+/// Where the ray enters boxes, and what it is told of candidates.
+struct Watcher : NoCounter {
+  std::vector<float>* entered;
+  std::vector<float>* candidates;
+  void on_node(const NodeVisit& visit) const {
+    for (unsigned i = 0; i < kBranching; ++i)
+      if (visit.met[i]) entered->push_back(visit.enter[i]);
+  }
+  void on_leaf_at(const std::byte*, NodeRef) const {}
+  void on_candidate(unsigned, float t) const { candidates->push_back(t); }
+  void on_enter(unsigned) const {}
+  void on_exit() const {}
+};
+struct Watched : DoubleRays<> {
+  using Counter = Watcher;
+};
+
+}  // namespace
+
+TEST_CASE("observers of double rays see distances along the ray", "[double]") {
+  const Mesh mesh = icosphere(2);
+  const Scene scene = make_scene({mesh});
+  RayD ray;
+  ray.origin = {0.1, 0.2, -1e6};
+  ray.direction = {0, 0, 1e-3};
+  std::vector<float> entered, candidates;
+  Watched::Stack::Memory memory;
+  ClosestHit<Watched> query(scene.traced, ray, Watched::Stack::Storage(memory), {}, {}, {{}, &entered, &candidates});
+  const HitD hit = query.next_hit();
+  REQUIRE(hit.found());
+  REQUIRE_FALSE(entered.empty());
+  for (const float t : entered) CHECK(std::abs(double{t} - 1e9) < 2e3);
+  CHECK(std::find(candidates.begin(), candidates.end(), static_cast<float>(hit.t)) != candidates.end());
+}
+
 TEST_CASE("double rays that are no rays miss, and those beyond the range end", "[double]") {
   const std::vector<Mesh> meshes{icosphere(1)};
   const Scene scene = make_scene(meshes);
