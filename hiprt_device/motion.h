@@ -80,7 +80,7 @@ HIPRT_HD inline void invert_matrix(const MotionSegment& segment, float s, float 
     }
   const LinearInverse inverse(between);
   for (unsigned r = 0; r < 3; ++r)
-    for (unsigned c = 0; c < 3; ++c) linear[r][c] = static_cast<float>(inverse.row[r][c]);
+    for (unsigned c = 0; c < 3; ++c) linear[r][c] = nearest_float(inverse.row[r][c]);
 }
 
 }  // namespace motion_detail

@@ -28,6 +28,20 @@ template <class Real> struct BasicRay {
 using Ray = BasicRay<float>;
 using RayD = BasicRay<double>;
 
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// The same ray in another precision: to float rounded.
+template <class To, class From> HIPRT_HD inline BasicRay<To> convert(const BasicRay<From>& ray) {
+  const auto number = [](From x) -> To {
+    if constexpr (sizeof(To) == sizeof(From)) return x;
+    return static_cast<To>(nearest_float(x));
+  };
+  const auto vector = [&](const BasicVec3<From>& v) { return BasicVec3<To>(number(v.x), number(v.y), number(v.z)); };
+  return {vector(ray.origin), number(ray.tmin), vector(ray.direction), number(ray.tmax), ray.mask, ray.time};
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+
 /// The answer to a closest-hit query. Of hits at the same t the one with the lowest geometry, then the lowest primitive
 /// number is reported, so that hits do not depend on the tree, its builder or its layout.
 template <class Real> struct BasicHit {

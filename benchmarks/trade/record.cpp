@@ -86,6 +86,20 @@ std::string error_number(double value) {
   return text;
 }
 
+std::string spread_text(const Spread& spread) {
+  return error_number(spread.median) + " / " + error_number(spread.p999) + " / " + error_number(spread.largest);
+}
+
+/// A count in 10,000 rays.
+std::string per_ten_thousand(std::uint64_t count, const Errors& errors) {
+  return format_number(1e4 * static_cast<double>(count) / static_cast<double>(std::max<std::uint64_t>(1, errors.rays)),
+                       0);
+}
+
+std::string missed_text(const Errors& errors) {
+  return per_ten_thousand(errors.missed, errors) + " + " + per_ten_thousand(errors.wrong, errors);
+}
+
 std::string error_tables(const TradeoffRecord& record) {
   const std::function key = [](const ErrorRow& row) { return row.name; };
   const auto section = [&](const char* title, const std::function<std::string(const ErrorRow&)>& cell) {
@@ -95,20 +109,13 @@ std::string error_tables(const TradeoffRecord& record) {
     return section(title, [which](const ErrorRow& row) {
       const Spread& s = row.errors.*which;
       if (row.errors.missed + row.errors.other >= row.errors.rays) return std::string();
-      return error_number(s.median) + " / " + error_number(s.p999) + " / " + error_number(s.largest);
+      return spread_text(s);
     });
   };
   return section("Of 10,000 rays that truly hit: missed + another surface (t off by more than 1 %)",
-                 [](const ErrorRow& row) {
-                   const double scale = 1e4 / static_cast<double>(std::max<std::uint64_t>(1, row.errors.rays));
-                   return format_number(scale * static_cast<double>(row.errors.missed), 0) + " + " +
-                          format_number(scale * static_cast<double>(row.errors.wrong), 0);
-                 }) +
+                 [](const ErrorRow& row) { return missed_text(row.errors); }) +
          section("Of 10,000: another triangle than the closest one",
-                 [](const ErrorRow& row) {
-                   const double scale = 1e4 / static_cast<double>(std::max<std::uint64_t>(1, row.errors.rays));
-                   return format_number(scale * static_cast<double>(row.errors.other), 0);
-                 }) +
+                 [](const ErrorRow& row) { return per_ten_thousand(row.errors.other, row.errors); }) +
          spread("Error of t, in units in the last place: median / 99.9th percentile / largest", &Errors::t) +
          spread("Error of u, in units of 2^-24: median / 99.9th percentile / largest", &Errors::u) +
          spread(
@@ -125,23 +132,16 @@ std::string place_tables(const TradeoffRecord& record) {
            table<PlaceRow>(
                record.subjects, record.places, [](const PlaceRow& row) { return row.place; }, cell);
   };
-  const auto spread = [](const Spread& s) {
-    return error_number(s.median) + " / " + error_number(s.p999) + " / " + error_number(s.largest);
-  };
   return section("Speed, the same mesh transformed and without instances = 1",
                  [](const PlaceRow& row) { return format_number(row.relative, 3); }) +
          section("Of 10,000 rays that truly hit: missed + another surface",
-                 [](const PlaceRow& row) {
-                   const double scale = 1e4 / static_cast<double>(std::max<std::uint64_t>(1, row.errors.rays));
-                   return format_number(scale * static_cast<double>(row.errors.missed), 0) + " + " +
-                          format_number(scale * static_cast<double>(row.errors.wrong), 0);
-                 }) +
+                 [](const PlaceRow& row) { return missed_text(row.errors); }) +
          section("Error of t, in units in the last place: median / 99.9th percentile / largest",
-                 [&](const PlaceRow& row) { return spread(row.errors.t); }) +
+                 [](const PlaceRow& row) { return spread_text(row.errors.t); }) +
          section(
              "Displacement: distance of the hit point from the triangle's plane, in units in the last place of the "
              "largest coordinate: median / 99.9th percentile / largest",
-             [&](const PlaceRow& row) { return spread(row.errors.point); }) +
+             [](const PlaceRow& row) { return spread_text(row.errors.point); }) +
          section("Hit points further from the plane than Hit::error says",
                  [&](const PlaceRow& row) {
                    return row.spawned == 0 ? std::string() : std::to_string(row.errors.beyond_bound);

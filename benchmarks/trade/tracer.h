@@ -22,24 +22,14 @@ template <class Layout, class Triangle, class Boxes, bool kPlaced = false> struc
  private:
   template <class BoxTest> HIPRT_HD Hit trace(const Ray& ray) const {
     if constexpr (std::is_same_v<Triangle, WatertightDouble>)
-      return rounded(
-          closest_hit<typename Put<DoubleRays<Policies<Layout, Watertight, BoxTest>>>::Type>(*scene, widened(ray)));
+      return rounded(closest_hit<typename Put<DoubleRays<Policies<Layout, Watertight, BoxTest>>>::Type>(
+          *scene, convert<double>(ray)));
     else
       return closest_hit<typename Put<Policies<Layout, Triangle, BoxTest>>::Type>(*scene, ray);
   }
 
   template <class P> struct Put { using Type = std::conditional_t<kPlaced, Moving<Instanced<P, kPlaceLevels>>, P>; };
 
-  HIPRT_HD static RayD widened(const Ray& ray) {
-    RayD wide;
-    wide.origin = Vec3D(ray.origin);
-    wide.tmin = ray.tmin;
-    wide.direction = Vec3D(ray.direction);
-    wide.tmax = ray.tmax;
-    wide.mask = ray.mask;
-    wide.time = ray.time;
-    return wide;
-  }
   HIPRT_HD static Hit rounded(const HitD& hit) {
     // The same terms of the bound, in units of 2^-24.
     return {static_cast<float>(hit.t),

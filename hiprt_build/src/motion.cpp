@@ -91,8 +91,8 @@ Quaternion fill_rotations(const Quaternion& from, Quaternion to, MotionKind kind
   if (!(length > 0.0)) across = {-from[1], from[0], -from[3], from[2]};
   const Quaternion& second = kind == MotionKind::kSlerp ? across : to;
   for (unsigned i = 0; i < 4; ++i) {
-    turning.rotation[0][i] = static_cast<float>(from[i]);
-    turning.rotation[1][i] = static_cast<float>(second[i]);
+    turning.rotation[0][i] = nearest_float(from[i]);
+    turning.rotation[1][i] = nearest_float(second[i]);
   }
   turning.angle = kind == MotionKind::kSlerp ? static_cast<float>(std::atan2(length, along)) : 0.0f;
   return to;
@@ -225,14 +225,14 @@ Result<MotionKey> decompose(const MatrixKey& key) {
   MotionKey result;
   result.time = key.time;
   const Quaternion q = quaternion_of(rotation);
-  for (unsigned i = 0; i < 4; ++i) result.rotation[i] = static_cast<float>(q[i]);
+  for (unsigned i = 0; i < 4; ++i) result.rotation[i] = nearest_float(q[i]);
   for (unsigned i = 0; i < 3; ++i) {
-    result.scale[i] = static_cast<float>(sign * u[i][i]);
+    result.scale[i] = nearest_float(sign * u[i][i]);
     result.translation[i] = m[i][3];
   }
-  result.shear[0] = static_cast<float>(sign * u[0][1]);
-  result.shear[1] = static_cast<float>(sign * u[0][2]);
-  result.shear[2] = static_cast<float>(sign * u[1][2]);
+  result.shear[0] = nearest_float(sign * u[0][1]);
+  result.shear[1] = nearest_float(sign * u[0][2]);
+  result.shear[2] = nearest_float(sign * u[1][2]);
   float linear[3][3];
   for (unsigned r = 0; r < 3; ++r) std::copy_n(m[r], 3, linear[r]);
   if (!(std::fabs(handed) > 0.5) || !fault_of(result).empty())
@@ -252,7 +252,7 @@ MatrixKey compose(const MotionKey& key) {
     for (unsigned c = 0; c < 3; ++c) {
       double sum = 0.0;
       for (unsigned k = 0; k <= c; ++k) sum += rotation[r][k] * u[k][c];
-      result.to_scene.row[r][c] = static_cast<float>(sum);
+      result.to_scene.row[r][c] = nearest_float(sum);
     }
     result.to_scene.row[r][3] = key.translation[r];
   }

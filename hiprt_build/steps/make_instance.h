@@ -38,7 +38,7 @@ HIPRT_HD inline MadeInstance make_instance(const float (&to_scene)[3][4]) {
   made.determinant = inverse.determinant;
   for (unsigned r = 0; r < 3; ++r)
     for (unsigned c = 0; c < 3; ++c) {
-      record.linear[r][c] = static_cast<float>(inverse.row[r][c]);
+      record.linear[r][c] = nearest_float(inverse.row[r][c]);
       finite = finite && is_finite(record.linear[r][c]);
     }
   if (finite) made.condition = condition_of(record);

@@ -72,7 +72,7 @@ HIPRT_HD inline float next_above(float x) {
 
 /// The nearest floats that are no larger, and no smaller.
 HIPRT_HD inline float round_up(double x) {
-  const auto nearest = static_cast<float>(x);
+  const float nearest = nearest_float(x);
   return static_cast<double>(nearest) < x ? next_above(nearest) : nearest;
 }
 HIPRT_HD inline float round_down(double x) { return -round_up(-x); }

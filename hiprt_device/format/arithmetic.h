@@ -35,5 +35,20 @@ HIPRT_HD HIPRT_INLINE float divided(float a, float b) {
 }
 HIPRT_HD HIPRT_INLINE double divided(double a, double b) { return a / b; }
 
+/// The nearest float, for numbers that go on in double. A cast is not enough: g++ 12 (from -O2 on) forgets the rounding
+/// of neighbours that it makes floats, and doubles again, two at a time.
+/// @tparam Real double, or float: what a compiler knows to be made of a double.
+template <class Real> HIPRT_HD HIPRT_INLINE float nearest_float(Real x) {
+  auto nearest = static_cast<float>(x);
+#if !HIPRT_DEVICE_CODE && defined(__GNUC__) && !defined(__clang__)
+#if defined(__SSE2__)
+  asm("" : "+x"(nearest));
+#else
+  asm("" : "+m"(nearest));
+#endif
+#endif
+  return nearest;
+}
+
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

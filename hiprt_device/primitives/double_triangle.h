@@ -34,9 +34,7 @@ struct DoubleTriangleSet {
     for (unsigned corner = 0; corner < 3; ++corner)
       for (unsigned axis = 0; axis < 3; ++axis) leaf.vertex[corner][axis] = coordinate(primitive, corner, axis);
     leaf.info = {{primitive, kInvalidId}, 0, TriangleId::from_rotation(0)};
-    RayD wide;
-    wide.origin = BasicVec3<double>(ray.origin);
-    wide.direction = BasicVec3<double>(ray.direction);
+    const RayD wide = convert<double>(ray);
     if constexpr (std::is_same_v<Real, double>)
       return primitive_detail::meet_computed(leaf, wide, tmin, tmax, 0.0f, report);
     else
@@ -58,7 +56,7 @@ struct DoubleTriangleSet {
     for (unsigned corner = 0; corner < 3; ++corner)
       for (unsigned axis = 0; axis < 3; ++axis) {
         const double at = coordinate(primitive, corner, axis);
-        const auto nearest = static_cast<float>(at);
+        const float nearest = nearest_float(at);
         const float below = nearest > at ? shape_detail::next_after(nearest, false) : nearest;
         const float above = nearest < at ? shape_detail::next_after(nearest, true) : nearest;
         if (below < box.min[axis]) box.min[axis] = below;

@@ -92,10 +92,7 @@ template <class P> unsigned closest(const char* name, const SceneView& scene, co
   Digest digest;
   unsigned leaks = 0;
   for (unsigned i = 0; i < 20000; ++i) {
-    const Ray to = aimed(mesh, place(random, 128), random);
-    BasicRay<Real> ray;
-    ray.origin = BasicVec3<Real>(to.origin);
-    ray.direction = BasicVec3<Real>(to.direction);
+    const auto ray = convert<Real>(aimed(mesh, place(random, 128), random));
     const auto hit = closest_hit<P>(scene, ray);
     leaks += hit.found() ? 0 : 1;
     digest.add(static_cast<const BasicHit<Real>&>(hit));

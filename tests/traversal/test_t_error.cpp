@@ -44,9 +44,7 @@ struct Used {
 };
 
 template <class P> void look(const Scene& scene, const Mesh& mesh, const Ray& ray, Used& used) {
-  BasicRay<typename P::Real> own;
-  own.origin = BasicVec3<typename P::Real>(ray.origin);
-  own.direction = BasicVec3<typename P::Real>(ray.direction);
+  const auto own = convert<typename P::Real>(ray);
   const auto hit = closest_hit<P>(scene.traced, own);
   if (!hit.found()) return;
   ++used.hits;

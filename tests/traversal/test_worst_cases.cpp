@@ -59,13 +59,6 @@ std::optional<Case> case_of(const Genes& genes) {
   return it;
 }
 
-template <class Real> BasicRay<Real> ray_of(const Ray& ray) {
-  BasicRay<Real> result;
-  result.origin = BasicVec3<Real>(ray.origin);
-  result.direction = BasicVec3<Real>(ray.direction);
-  return result;
-}
-
 /// What the test makes of the triangle, as a complete hit.
 template <class Test, class Real> std::optional<BasicHit<Real>> hit_of(const Corners& of, const BasicRay<Real>& ray) {
   primitive_detail::ComputedLeaf<float> leaf{};
@@ -87,7 +80,7 @@ template <class Test, class Real> std::optional<BasicHit<Real>> hit_of(const Cor
 }
 
 template <class Test, class Real> std::optional<BasicHit<Real>> hit_of(const Case& it) {
-  return hit_of<Test>(it.corners, ray_of<Real>(it.ray));
+  return hit_of<Test>(it.corners, convert<Real>(it.ray));
 }
 
 /// The hit point's distance from the triangle's plane, per axis, in Hit::error.
@@ -110,7 +103,7 @@ template <class Test, class Real> double point_share(const Case& it) {
 template <class Test, class Real> double t_share(const Case& it) {
   const auto hit = hit_of<Test, Real>(it);
   if (!hit || plane_sign(it.ray, it.corners) == 0) return -1.0;
-  const Real bound = t_error(SceneView{}, ray_of<Real>(it.ray), *hit);
+  const Real bound = t_error(SceneView{}, convert<Real>(it.ray), *hit);
   if (!(bound <= std::numeric_limits<Real>::max())) return 0.0;
   const Rational off = abs(Rational(double{hit->t}) - exact_point(it.ray, it.corners).t);
   return Rational(off / Rational(double{bound})).get_d();
@@ -125,7 +118,7 @@ template <class Test, class Real> double margin_share(const Case& it) {
     box.min[k] = std::min({it.corners.p0[k], it.corners.p1[k], it.corners.p2[k]});
     box.max[k] = std::max({it.corners.p0[k], it.corners.p1[k], it.corners.p2[k]});
   }
-  const BasicRay<Real> ray = ray_of<Real>(it.ray);
+  const BasicRay<Real> ray = convert<Real>(it.ray);
   const BoxRay<Real> boxes(ray, box, hit->t);
   const float margin = boxes.margin(Conservative::margin(boxes.ray(ray).origin, box), 0.0f, 0.0f);
   const auto passes = [&](double part) {
@@ -174,7 +167,7 @@ template <class Test, class Real> double placed_share(const Genes& genes) {
   Ray outside;
   outside.origin = point_to_scene(record, it->ray.origin);
   outside.direction = vector_to_scene(record, it->ray.direction);
-  const BasicRay<Real> ray = ray_of<Real>(outside), local = ray_to_object(record, ray);
+  const BasicRay<Real> ray = convert<Real>(outside), local = ray_to_object(record, ray);
   if (!is_valid(outside) || max_component(outside.origin) > 0x1p40f || max_component(outside.direction) < 0x1p-40f)
     return -1.0;
   const auto in_object = hit_of<Test>(it->corners, local);
