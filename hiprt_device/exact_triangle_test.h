@@ -55,11 +55,14 @@ struct RoundedDeterminant {
   }
 };
 
-/// Where a line passes through a triangle, in double. @return false: t, unless it is negative, is not certain to be
-/// within 2^-25 of itself, or u and v within 2^-23 of 1; result is not set.
-/// @param uncertainty of the triangle's edge functions as ExactTriangleTest computes them. Those in double are off by
+enum class InDouble { kPasses, kMisses, kUndecided };
+
+/// Whether a line passes through a triangle, and where, in double. Undecided: the sign of an edge function, or t,
+/// unless it is negative, is not certain to be within 2^-25 of itself, or u and v within 2^-23 of 1. Result is set if
+/// it passes.
+/// @param uncertainty of the triangle's edge functions as Reference computes them. Those in double are off by
 /// less than 2^-26 of it, with the direction's last component as the scale instead of 1.
-HIPRT_HD HIPRT_INLINE bool find_in_double(const LineAndTriangle& of, float uncertainty, Candidate& result) {
+HIPRT_HD HIPRT_INLINE InDouble find_in_double(const LineAndTriangle& of, float uncertainty, Candidate& result) {
   const double d[3] = {of.vector[1][0], of.vector[1][1], of.vector[1][2]};
   double x[3], y[3], z[3];
   const auto shear = [&](unsigned i) HIPRT_INLINE_LAMBDA {
@@ -76,16 +79,22 @@ HIPRT_HD HIPRT_INLINE bool find_in_double(const LineAndTriangle& of, float uncer
   const auto edge = [&](unsigned i, unsigned j)
                         HIPRT_INLINE_LAMBDA { return fused_multiply_add(x[i], y[j], -(y[i] * x[j])); };
   const auto magnitude = [](double a) HIPRT_INLINE_LAMBDA { return a < 0.0 ? -a : a; };
-  const double w1 = edge(2, 0), w2 = edge(0, 1), scale = 1.0 / (edge(1, 2) + w1 + w2);
+  const double w0 = edge(1, 2), w1 = edge(2, 0), w2 = edge(0, 1),
+               least = 0x1p-26 * static_cast<double>(uncertainty) * (d[2] * d[2]);
+  if ((w0 > least || w1 > least || w2 > least) && (w0 < -least || w1 < -least || w2 < -least)) return InDouble::kMisses;
+  if (!(magnitude(w0) > least && magnitude(w1) > least && magnitude(w2) > least)) return InDouble::kUndecided;
+  // One division for both of its uses.
+  const double sum = w0 + w1 + w2, inverse = 1.0 / (sum * d[2]), scale = inverse * d[2];
   const double slope1 = z[1] - z[0], slope2 = z[2] - z[0], spread = magnitude(slope1) + magnitude(slope2);
   const double depth = fused_multiply_add(fused_multiply_add(w1, slope1, w2 * slope2), scale, z[0]);
   // A weight may be off by 4 times this.
-  const double off = 0x1p-26 * static_cast<double>(uncertainty) * (d[2] * d[2]) * magnitude(scale);
+  const double off = least * magnitude(scale);
   const double error = fused_multiply_add(4.0 * off, spread, 0x1p-50 * (magnitude(z[0]) + spread));
   const bool behind = d[2] > 0.0 ? depth < -error : depth > error;
-  if (!(off < 0x1p-26) || (!behind && !(error < 0x1p-26 * magnitude(depth)))) return false;
-  result = {static_cast<float>(depth / d[2]), static_cast<float>(w1 * scale), static_cast<float>(w2 * scale)};
-  return true;
+  if (!(off < 0x1p-26) || (!behind && !(error < 0x1p-26 * magnitude(depth)))) return InDouble::kUndecided;
+  result = {static_cast<float>(depth * (inverse * sum)), static_cast<float>(w1 * scale),
+            static_cast<float>(w2 * scale)};
+  return InDouble::kPasses;
 }
 
 /// The exact decision whether a line passes through a triangle, and where. A line through an edge or a corner is taken
@@ -294,14 +303,15 @@ struct Reference : ShearedTriangleTest<Reference> {
                                            const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
                                            Candidate& result) {
     using namespace exact_detail;
-    result = {};
-    // What is found does not depend on whether the leaf's other triangle made the signs uncertain.
-    for (bool certain = corners.are_certain(), decided = false;; certain = decided = true) {
-      const LineAndTriangle of = read<Lanes>(read_again(leaf), ray, second, id);
-      if (certain && find_in_double(of, own_uncertainty<Lanes>(of, ray), result)) return true;
-      if (decided) return true;
-      if (!ExactDecision(of).passes(result)) return false;
-      if (certain) return true;
+    const LineAndTriangle of = read<Lanes>(read_again(leaf), ray, second, id);
+    // What is enough with the uncertainty of the whole leaf is enough with the triangle's own. In the end the triangle
+    // alone counts: what is found does not depend on the leaf's other one.
+    float uncertainty = corners.uncertainty * (1.0f + 0x1p-20f);
+    for (bool own = false;; own = true) {
+      const InDouble decision = find_in_double(of, uncertainty, result);
+      if (decision != InDouble::kUndecided) return decision == InDouble::kPasses;
+      if (own) return ExactDecision(of).passes(result);
+      uncertainty = own_uncertainty<Lanes>(of, ray);
     }
   }
 };
