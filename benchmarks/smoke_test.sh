@@ -52,6 +52,14 @@ assert len(island["levels"]) == 3, island["levels"]
 assert swarm["instances"]["moving"] == 10_000 and still["instances"]["moving"] == 0, (swarm, still)
 PYTHON
 
+large=$source/large_scenes.py
+expect 0 "" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/large" --scene hair,swarm --size 32x18 --spp 1
+holds "$work/large/large_scenes.md" '| hair | 0 | 2100 | 2100 |' '| swarm | 1 | 6144 | 6.144e+07 |' '- commit: '
+holds "$work/large/large_scenes.json" '"peak_bytes"' '"mrays_per_second"'
+expect 1 "no scene 'moon' with a camera" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/large" --scene moon
+expect 1 "cannot be started" python3 -B "$large" "$work/scenes" --tools "$work" --output "$work/large" --scene swarm
+expect 2 "see --help" python3 -B "$large" "$work/scenes"
+
 expect 1 "" "$source/run" --quick "--build=$build" "--output=$work/results"
 expect 2 "" "$source/run" --unknown
 expect 2 "none of trace" "$source/run" --only=trace,nothing
