@@ -109,8 +109,7 @@ TEST_CASE("the example of policies takes the smallest set that covers the scene"
 
 TEST_CASE("the example of shadows: a closed mesh is lit where its normal is to the light", "[examples]") {
   const World world;
-  const Mesh sphere = icosphere(2);
-  const Scene scene = make_scene({sphere});
+  const Scene scene = make_scene({icosphere(2)});
   std::vector<Hit> hits(kCount);
   for (unsigned i = 0; i < kCount; ++i) hits[i] = closest_hit(scene.traced, world.rays[i]);
   const Vec3 light(0, 0, 5);
