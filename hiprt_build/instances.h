@@ -56,6 +56,10 @@ struct InstancedScene {
   std::span<const std::span<const Instance>> groups;
 };
 
+/// Whether an instance may have this place: it is finite and has an inverse that floats can hold, of a condition up to
+/// 2^40.
+HIPRT_BUILD_API bool is_invertible(const Affine& to_scene);
+
 /// Builds a scene of instances. Statistics are those of the scene's own tree: its custom primitives are instances, or
 /// parts of opened ones.
 /// Instances of empty objects are counted as dropped (BuildStatistics::dropped_degenerate).

@@ -9,6 +9,7 @@
 #include "parallel.h"
 #include "progress.h"
 #include "refit_command.h"
+#include "scene_bake.h"
 #include "scene_build.h"
 #include "scene_flatten.h"
 #include "scene_input.h"
@@ -142,6 +143,12 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
     const std::vector<build::TriangleMesh> mesh_views = views(*geometries);
     return build_flat(cli, command, {mesh_views, {}}, std::nullopt, watch.lap(), bar, [&] { geometries->clear(); });
   }
+  const auto baked = bake_singular(*scene);
+  if (interrupted()) return tl::unexpected(cancelled());
+  if (!baked) return tl::unexpected(baked.error());
+  if (baked->instances != 0)
+    cli.warn(scene->path + ": instances without inverse: " + std::to_string(baked->instances) + ", the first is " +
+             baked->first + "; " + std::to_string(baked->triangles) + " triangles of them become objects of their own");
   const double read_seconds = watch.lap();
   const std::string tool = tool_version(kInfo);
   const auto built = build_scene(*scene, command, tool, bar);

@@ -23,11 +23,11 @@ struct Size {
   }
 };
 
-build::Result<void> check_size(const SceneDescription& scene) {
+build::Result<void> check_size(const SceneDescription& scene, std::size_t object) {
   std::vector<Size> sizes;
-  for (const SceneObject& object : scene.objects) {
+  for (const SceneObject& each : scene.objects) {
     Size size;
-    for (const std::size_t mesh : object.meshes) size.add({1, scene.meshes[mesh].triangles.size()});
+    for (const std::size_t mesh : each.meshes) size.add({1, scene.meshes[mesh].triangles.size()});
     sizes.push_back(size);
   }
   for (const SceneGroup& group : scene.groups) {
@@ -41,8 +41,8 @@ build::Result<void> check_size(const SceneDescription& scene) {
                                                                         std::to_string(count) + " " + noun +
                                                                         ", the limit is " + std::to_string(limit)});
   };
-  if (auto few = check(sizes.back().geometries, kMaxGeometries, "geometries"); !few) return few;
-  return check(sizes.back().triangles, kMostTriangles, "triangles");
+  if (auto few = check(sizes[object].geometries, kMaxGeometries, "geometries"); !few) return few;
+  return check(sizes[object].triangles, kMostTriangles, "triangles");
 }
 
 /// What is on the way to an object.
@@ -81,20 +81,21 @@ build::Result<void> push_instances(const SceneDescription& scene, const SceneGro
   return {};
 }
 
-build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene) {
-  for (const SceneObject& object : scene.objects)
-    if (!object.shapes.empty())
-      return invalid_input(scene.path + ": " + object.name +
-                           " has spheres or curves, which cannot be flattened: a transform may make them other shapes");
-  if (auto checked = check_size(scene); !checked) return tl::unexpected(checked.error());
+build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene, const Step& whole) {
+  if (auto checked = check_size(scene, whole.object); !checked) return tl::unexpected(checked.error());
   std::vector<FlatGeometry> result;
-  std::vector<Step> stack{{scene.objects.size() + scene.groups.size() - 1, {}, 0xffffffffu}};
+  std::vector<Step> stack{whole};
   while (!stack.empty()) {
     if (interrupted()) return cancelled_error();
     const Step step = stack.back();
     stack.pop_back();
     if (step.object < scene.objects.size()) {
-      for (const std::size_t mesh : scene.objects[step.object].meshes) result.push_back(transformed(scene, mesh, step));
+      const SceneObject& object = scene.objects[step.object];
+      if (!object.shapes.empty())
+        return invalid_input(
+            scene.path + ": " + object.name +
+            " has spheres or curves, which cannot be flattened: a transform may make them other shapes");
+      for (const std::size_t mesh : object.meshes) result.push_back(transformed(scene, mesh, step));
       continue;
     }
     const SceneGroup& group = scene.groups[step.object - scene.objects.size()];
@@ -105,13 +106,31 @@ build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene) 
 
 }  // namespace
 
-build::Result<std::vector<FlatGeometry>> flatten_scene(const SceneDescription& scene) {
+build::Result<std::vector<FlatGeometry>> flatten_object(const SceneDescription& scene, std::size_t object,
+                                                        const Transform& to_scene, std::uint32_t mask) {
   try {
-    return flatten(scene);
+    return flatten(scene, {object, to_scene, mask});
   } catch (const std::bad_alloc&) {
     return tl::unexpected(
         build::Error{build::ErrorCode::kOutOfMemory, scene.path + ": not enough memory to flatten it"});
   }
+}
+
+build::Result<std::vector<FlatGeometry>> flatten_scene(const SceneDescription& scene) {
+  return flatten_object(scene, scene.objects.size() + scene.groups.size() - 1, {}, 0xffffffffu);
+}
+
+Mesh to_mesh(const SceneDescription& scene, FlatGeometry&& geometry) {
+  Mesh mesh;
+  mesh.name = *geometry.name;
+  mesh.positions = std::move(geometry.positions);
+  mesh.triangles = std::move(geometry.triangles);
+  mesh.surface = scene.meshes[geometry.mesh].surface;
+  if (mesh.surface) {
+    const NormalTransform normal_to_scene(geometry.to_scene);
+    for (auto& normal : mesh.surface->normals) normal = normal_to_scene(normal);
+  }
+  return mesh;
 }
 
 std::vector<build::TriangleMesh> views(std::span<const FlatGeometry> geometries) {

@@ -27,6 +27,12 @@ struct FlatGeometry {
 /// @return kTooLarge with the number of triangles or geometries; kInvalidInput if no one mask stands for those on a
 /// way, or an object has shapes; kOutOfMemory; kCancelled.
 build::Result<std::vector<FlatGeometry>> flatten_scene(const SceneDescription& scene);
+/// The same of one object or group. @param to_scene, mask of an instance of it.
+build::Result<std::vector<FlatGeometry>> flatten_object(const SceneDescription& scene, std::size_t object,
+                                                        const Transform& to_scene, std::uint32_t mask);
+
+/// With the surface of the mesh that it is of, its normals where the vertices are.
+Mesh to_mesh(const SceneDescription& scene, FlatGeometry&& geometry);
 
 /// As the library takes them; they stay in @p geometries.
 std::vector<build::TriangleMesh> views(std::span<const FlatGeometry> geometries);

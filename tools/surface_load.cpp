@@ -6,6 +6,7 @@
 #include "mesh_formats.h"
 #include "mesh_import.h"
 #include "scene_assembly.h"
+#include "scene_bake.h"
 #include "scene_binary.h"
 #include "scene_flatten.h"
 #include "scene_json.h"
@@ -106,14 +107,7 @@ class SurfaceReader {
     if (!geometries) return tl::unexpected(geometries.error());
     result.objects.emplace_back();
     for (FlatGeometry& geometry : *geometries) {
-      Mesh mesh;
-      mesh.name = *geometry.name;
-      mesh.triangles = std::move(geometry.triangles);
-      mesh.surface = scene->meshes[geometry.mesh].surface;
-      if (mesh.surface) {
-        const NormalTransform normal_to_scene(geometry.to_scene);
-        for (auto& normal : mesh.surface->normals) normal = normal_to_scene(normal);
-      }
+      Mesh mesh = to_mesh(*scene, std::move(geometry));
       result.objects[0].push_back({mesh.name, surface_of(mesh, result)});
     }
     return checked(std::move(result));
@@ -124,6 +118,8 @@ class SurfaceReader {
     Reading result;
     auto scene = read_scene(result);
     if (!scene) return tl::unexpected(scene.error());
+    // As bvhbuild does.
+    if (auto baked = bake_singular(*scene); !baked) return tl::unexpected(baked.error());
     std::vector<GeometrySurface> surfaces;
     for (Mesh& mesh : scene->meshes) surfaces.push_back(surface_of(mesh, result));
     for (const SceneObject& object : scene->objects) {

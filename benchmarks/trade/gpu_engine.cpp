@@ -119,11 +119,11 @@ class GpuEngine final : public Engine {
   }
 
   static build::Result<void> launch(GpuKernel kernel, GpuWork& work) {
-    constexpr unsigned kBlock = 64;
     void* arguments[] = {&work};
-    return check(hipLaunchKernel(reinterpret_cast<const void*>(kernel), dim3((work.count + kBlock - 1) / kBlock),
-                                 dim3(kBlock), arguments, 0, nullptr),
-                 "hipLaunchKernel");
+    return check(
+        hipLaunchKernel(reinterpret_cast<const void*>(kernel), dim3((work.count + kTraceBlock - 1) / kTraceBlock),
+                        dim3(kTraceBlock), arguments, 0, nullptr),
+        "hipLaunchKernel");
   }
 
   gpu::DeviceAllocator allocator_;

@@ -14,6 +14,14 @@ struct GpuWork {
   std::uint32_t* tally;  ///< Of rays skipped, with faults, lost, folded.
 };
 
+/// Threads of a block, and for how many blocks of a multiprocessor registers are left (AMD: waves of a SIMD).
+inline constexpr unsigned kTraceBlock = 64;
+#if defined(__HIP_PLATFORM_AMD__)
+inline constexpr unsigned kLeastResident = 4;
+#else
+inline constexpr unsigned kLeastResident = 14;
+#endif
+
 /// Thread i asks ray first + i, or traces it.
 using GpuKernel = void (*)(GpuWork);
 

@@ -27,7 +27,9 @@ template <class Layout, class Triangle, class Boxes> __global__ void ask_rays(Gp
   if (tally.folded != 0) atomicAdd(work.tally + 3, 1u);
 }
 
-template <class Layout, class Triangle, class Boxes> __global__ void trace_rays(GpuWork work) {
+/// Registers are left for as many waves of every policy set: without that those of the accurate ones are fewer.
+template <class Layout, class Triangle, class Boxes>
+__global__ void __launch_bounds__(kTraceBlock, kLeastResident) trace_rays(GpuWork work) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= work.count) return;
   const Target& target = work.probe.target;

@@ -1,8 +1,11 @@
 #include <hiprt_build/src/instance_fault.h>
 
+#include <hiprt_build/instances.h>
 #include <hiprt_build/src/check_input.h>
 
 namespace hiprt::build {
+
+bool is_invertible(const Affine& to_scene) { return make_instance(to_scene.row).fault == TransformFault::kNone; }
 
 std::string describe_fault(TransformFault fault, double determinant, double condition) {
   if (fault == TransformFault::kNotFinite) return "the transform is not finite";

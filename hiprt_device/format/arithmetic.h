@@ -37,9 +37,8 @@ HIPRT_HD HIPRT_INLINE double divided(double a, double b) { return a / b; }
 
 /// The nearest float, for numbers that go on in double. A cast is not enough: g++ 12 (from -O2 on) forgets the rounding
 /// of neighbours that it makes floats, and doubles again, two at a time.
-/// @tparam Real double, or float: what a compiler knows to be made of a double.
-template <class Real> HIPRT_HD HIPRT_INLINE float nearest_float(Real x) {
-  auto nearest = static_cast<float>(x);
+/// @param nearest what a compiler may know to be made of a double.
+HIPRT_HD HIPRT_INLINE float nearest_float(float nearest) {
 #if !HIPRT_DEVICE_CODE && defined(__GNUC__) && !defined(__clang__)
 #if defined(__SSE2__)
   asm("" : "+x"(nearest));
@@ -49,6 +48,7 @@ template <class Real> HIPRT_HD HIPRT_INLINE float nearest_float(Real x) {
 #endif
   return nearest;
 }
+HIPRT_HD HIPRT_INLINE float nearest_float(double x) { return nearest_float(static_cast<float>(x)); }
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt
