@@ -58,7 +58,7 @@ struct RoundedDeterminant {
 enum class InDouble { kPasses, kMisses, kUndecided };
 
 /// Whether a line passes through a triangle, and where, in double. Undecided: the sign of an edge function, or t,
-/// unless it is negative, is not certain to be within 2^-25 of itself, or u and v within 2^-23 of 1. Result is set if
+/// unless it is negative, is not certain to be within 2^-26 of itself, or u and v within 2^-23 of 1. Result is set if
 /// it passes.
 /// @param uncertainty of the triangle's edge functions as Reference computes them. Those in double are off by
 /// less than 2^-26 of it, with the direction's last component as the scale instead of 1.

@@ -19,7 +19,7 @@ struct ErrorCase {
   std::vector<Truth> truths;
 };
 
-/// The meshes and rays of the comparison in shared/design/accuracy.md, all of which truly hit: shared edges, vertices,
+/// Meshes and rays that tests of rays and triangles are compared by, all of which truly hit: shared edges, vertices,
 /// needles, slivers, far from the origin, tiny and huge. @param rays of each.
 std::vector<ErrorCase> error_cases(unsigned rays);
 

@@ -57,7 +57,7 @@ struct Deforming {
   }
 };
 
-/// Decision 0004's roundings of a triangle test, and those of the vertices. Embree's the same, but for its time.
+/// Decision 0003's roundings of a triangle test, and those of the vertices. Embree's the same, but for its time.
 Tolerances tolerances_of(const std::array<Real3, 3>& corners, const Ray& ray, double magnitude) {
   double farthest = 0.0;
   for (const Real3& p : corners) farthest = std::max(farthest, static_cast<double>(length(p - real3(ray.origin))));
