@@ -41,12 +41,11 @@ HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_to_object(const InstanceRecord& instanc
 }
 
 /// transpose(linear) * n: a normal of the object's surface, seen from the scene. Lengths change.
-HIPRT_HD HIPRT_INLINE Vec3 normal_to_scene(const InstanceRecord& instance, const Vec3& n) {
+template <class Real>
+HIPRT_HD HIPRT_INLINE BasicVec3<Real> normal_to_scene(const InstanceRecord& instance, const BasicVec3<Real>& n) {
   const float(&m)[3][3] = instance.linear;
-  const auto column = [&](unsigned c) {
-    return fused_multiply_add(m[0][c], n.x, fused_multiply_add(m[1][c], n.y, m[2][c] * n.z));
-  };
-  return Vec3(column(0), column(1), column(2));
+  const auto column = [&](unsigned c) { return instance_detail::times({m[0][c], m[1][c], m[2][c]}, n); };
+  return {column(0), column(1), column(2)};
 }
 
 /// transpose(inverse(linear)) * n: the way back.

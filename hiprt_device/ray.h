@@ -52,7 +52,7 @@ template <class Real> struct BasicHit {
   std::uint32_t primitive = kInvalidId;  ///< Within the geometry.
   /// cross(p1 - p0, p2 - p0): not normalised, length = 2 * area; but times a power of two if its largest component is
   /// not in [2^-100, 2^127), which a float could not hold, or not to the last bit.
-  Vec3 normal{0.0f};
+  BasicVec3<Real> normal{Real(0)};
   /// Bound, in scene units and per axis, of the distance between the computed point origin + t * direction and the
   /// triangle, with room for the rounding of a ray that starts there (spawn.h).
   float error = 0.0f;

@@ -25,8 +25,9 @@ template <class Real> HIPRT_HD HIPRT_INLINE Real dot(const BasicVec3<Real>& a, c
 
 /// The hit point, moved off the triangle along its normal to the side that @p direction points to, by no more than the
 /// hit's own error bound demands (after Pharr, Jakob, Humphreys, PBR 4th ed., 6.8.6): a ray from there with tmin = 0
-/// does not meet the same triangle again. A triangle without area has no normal: the point is moved along @p direction.
-/// Other surfaces that are nearer than the error bound (the far wall of a sharp crease) may be passed.
+/// does not meet the same triangle again (docs/decisions/0020-where-a-hit-is.md). A triangle without area has no
+/// normal: the point is moved along @p direction. Other surfaces that are nearer than the error bound (the far wall of
+/// a sharp crease) may be passed.
 /// @param hit of closest_hit(), found.
 /// @param direction of the new ray, any length but 0. In the plane of the triangle: to the side of the normal.
 template <class Real>
@@ -35,9 +36,9 @@ HIPRT_HD inline BasicVec3<Real> spawn_origin(const BasicRay<Real>& ray, const Ba
   using namespace spawn_detail;
   const BasicVec3<Real> point = moved(ray.origin, hit.t, ray.direction);
   const Real error = hit.error;
-  const float length = max_component(hit.normal);
-  if (!(length > 0.0f)) return moved(point, Real(2) * error, divided(direction, max_component(direction)));
-  const BasicVec3<Real> n(divided(hit.normal, length));
+  const Real length = max_component(hit.normal);
+  if (!(length > Real(0))) return moved(point, Real(2) * error, divided(direction, max_component(direction)));
+  const BasicVec3<Real> n = divided(hit.normal, length);
   const Real squared = dot(n, n);
   // The box of half width error around the point reaches |n|_1 * error / |n| along the normal.
   const Real distance = divided(error * (absolute(n.x) + absolute(n.y) + absolute(n.z)), squared);

@@ -21,7 +21,8 @@ HIPRT_HD HIPRT_INLINE double difference_of_products(double a, double d, double b
 }
 
 /// cross(edge1, edge2), times a power of two where a float could not hold it.
-HIPRT_HD HIPRT_INLINE Vec3 make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
+template <class Real>
+HIPRT_HD HIPRT_INLINE BasicVec3<Real> make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
   const double x = difference_of_products(edge1[1], edge2[2], edge1[2], edge2[1]);
   const double y = difference_of_products(edge1[2], edge2[0], edge1[0], edge2[2]);
   const double z = difference_of_products(edge1[0], edge2[1], edge1[1], edge2[0]);
@@ -33,7 +34,7 @@ HIPRT_HD HIPRT_INLINE Vec3 make_normal(const double (&edge1)[3], const double (&
                        : largest < 0x1p-100 ? 0x1p100
                        : largest >= 0x1p127 ? 0x1p-132
                                             : 1.0;
-  return Vec3(static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale));
+  return {static_cast<Real>(x * scale), static_cast<Real>(y * scale), static_cast<Real>(z * scale)};
 }
 
 /// The rounding of a number, relatively.
@@ -116,7 +117,7 @@ HIPRT_HD inline void complete(BasicHit<Real>& hit, const BasicRay<Real>& ray, co
   read(0, ray.origin.x);
   read(1, ray.origin.y);
   read(2, ray.origin.z);
-  hit.normal = surface_detail::make_normal(edge1, edge2);
+  hit.normal = surface_detail::make_normal<Real>(edge1, edge2);
   using surface_detail::kUnit;
   hit.error = surface_detail::to_bound(kUnit<Real> * fused_multiply_add(Real(20), reach + extent, Real(4) * magnitude));
 }
@@ -141,8 +142,8 @@ HIPRT_HD inline void complete_along(const SceneView& scene, BasicPathHit<Real, k
   complete_in(local, place.base);
   while (depth-- > 0) {
     const InstanceRecord& record = entered[depth].record();
-    const float length = max_component(hit.normal);
-    hit.normal = normal_to_scene(record, length > 0.0f ? divided(hit.normal, length) : hit.normal);
+    const Real length = max_component(hit.normal);
+    hit.normal = normal_to_scene(record, length > Real(0) ? divided(hit.normal, length) : hit.normal);
     hit.error = entered[depth].error_outside(hit.error);
   }
   if (hit.path.depth != 0)

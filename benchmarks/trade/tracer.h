@@ -32,13 +32,9 @@ template <class Layout, class Triangle, class Boxes, bool kPlaced = false> struc
 
   HIPRT_HD static Hit rounded(const HitD& hit) {
     // The same terms of the bound, in units of 2^-24.
-    return {static_cast<float>(hit.t),
-            static_cast<float>(hit.u),
-            static_cast<float>(hit.v),
-            hit.geometry,
-            hit.primitive,
-            hit.normal,
-            0x1p29f * hit.error};
+    return {
+        static_cast<float>(hit.t), static_cast<float>(hit.u), static_cast<float>(hit.v), hit.geometry, hit.primitive,
+        Vec3(hit.normal),          0x1p29f * hit.error};
   }
 };
 

@@ -45,8 +45,8 @@ struct DoubleTriangleSet {
             const auto t = static_cast<float>(hit.t);
             if (!(t >= tmin && t <= tmax)) return true;
             // The same terms, in units of 2^-24.
-            return report(
-                CustomHit{t, static_cast<float>(hit.u), static_cast<float>(hit.v), hit.normal, 0x1p29f * hit.error});
+            return report(CustomHit{t, static_cast<float>(hit.u), static_cast<float>(hit.v), Vec3(hit.normal),
+                                    0x1p29f * hit.error});
           });
   }
 

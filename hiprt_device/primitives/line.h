@@ -95,17 +95,17 @@ struct Details {
 /// @param size of the primitive, in scene units: crossings are within 2^-46 * size of the surface, before rounding.
 /// @param flat length of the primitive's straight lines. A ray that leaves one may come down to it again at the other
 /// end,
-///        lower by up to 6 * 2^-24 of the length, because the normal is rounded here and in spawn.h, and its product
-///        with the direction there.
+///        lower by up to 6 units of rounding of the length, because the normal is rounded here and in spawn.h, and its
+///        product with the direction there.
 /// @tparam Real of t.
 template <class Real>
 HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& direction, double t, double size,
                                         double flat) {
   if constexpr (std::is_same_v<Real, double>) {
-    // The line is displaced by up to 2^-52 of the way to the primitive; the normal is rounded to floats all the same.
+    // The line is displaced by up to 2^-52 of the way to the primitive.
     const double way = fused_multiply_add(magnitude(t), largest(direction), largest(origin));
     const double bound =
-        fused_multiply_add(0x1p-49, way, fused_multiply_add(0x1p-46, size, multiplied(7.0 * 0x1p-24, flat)));
+        fused_multiply_add(0x1p-49, way, fused_multiply_add(0x1p-46, size, multiplied(7.0 * 0x1p-53, flat)));
     return fused_multiply_add(static_cast<float>(bound), 1.0f + 0x1p-22f, 0x1p-149f);
   }
   // In units of 2^-24: t is rounded (reach 1), origin + t * direction in one step (point 1) or two (reach 1 more), the
@@ -132,14 +132,9 @@ HIPRT_HD HIPRT_INLINE bool report_crossing(const BasicRay<Real>& ray, Real tmin,
   const Details d = details();
   hit.u = static_cast<Real>(d.u);
   hit.v = static_cast<Real>(d.v);
-  hit.normal = Vec3(static_cast<float>(d.normal.x), static_cast<float>(d.normal.y), static_cast<float>(d.normal.z));
+  hit.normal = {static_cast<Real>(d.normal.x), static_cast<Real>(d.normal.y), static_cast<Real>(d.normal.z)};
   // A ball that is lost in the rounding of a far origin may have lost its normal, too.
-  if (!(max_component(hit.normal) > 0.0f)) {
-    if constexpr (std::is_same_v<Real, float>)
-      hit.normal = -ray.direction;
-    else
-      hit.normal = Vec3(-divided(ray.direction, max_component(ray.direction)));
-  }
+  if (!(max_component(hit.normal) > Real(0))) hit.normal = -ray.direction;
   hit.error = error_bound<Real>(widen(ray.origin), widen(ray.direction), t, size, flat);
   return report(static_cast<const BasicCustomHit<Real>&>(hit));
 }

@@ -4,6 +4,7 @@
 #include <hiprt_device/double_triangle_test.h>
 #include <hiprt_device/exact_triangle_test.h>
 #include <hiprt_device/primitives/computed_leaf.h>
+#include <hiprt_device/spawn.h>
 #include <hiprt_device/t_error.h>
 #include <tests/oracle/hill_climb.h>
 #include <tests/oracle/ray_triangle.h>
@@ -219,6 +220,45 @@ Genes make_placed_genes(Random& random) {
   return genes;
 }
 
+/// A new ray's direction behind the genes of a case: along two edges and a little off the plane.
+Genes make_leaving_genes(Random& random) {
+  Genes genes = make_genes(random);
+  genes.push_back(random.uniform_float(-1, 1));
+  genes.push_back(random.uniform_float(-1, 1));
+  genes.push_back(random.coin() ? 0.0f : static_cast<float>(random.log_uniform(1e-9, 1)));
+  return genes;
+}
+
+/// The least part of Hit::error by which a ray that leaves has to be moved so that it does not meet the triangle again.
+template <class Test, class Real> double spawn_share(const Genes& genes) {
+  const auto it = case_of(genes);
+  if (!it) return -1.0;
+  const auto hit = hit_of<Test, Real>(*it);
+  if (!hit || !(max_component(hit->normal) > 0.0f)) return -1.0;
+  const auto corner = [](const Position& p) { return BasicVec3<Real>(p[0], p[1], p[2]); };
+  const BasicVec3<Real> a = corner(it->corners.p0), along = corner(it->corners.p1) - a,
+                        across = corner(it->corners.p2) - a;
+  const BasicVec3<Real> n = BasicVec3<Real>(hit->normal) / Real(max_component(hit->normal));
+  const Real extent = max_of(max_component(along), max_component(across));
+  BasicRay<Real> leaving;
+  leaving.direction = Real(genes[14]) * along + Real(genes[15]) * across + Real(genes[16]) * extent * n;
+  if (!(max_component(leaving.direction) > Real(1e-9) * extent)) return -1.0;
+  const BasicRay<Real> ray = convert<Real>(it->ray);
+  const auto meets = [&](double part) {
+    BasicHit<Real> moved = *hit;
+    moved.error = static_cast<float>(part * double{hit->error});
+    leaving.origin = spawn_origin(ray, moved, leaving.direction);
+    return hit_of<Test>(it->corners, leaving).has_value();
+  };
+  if (!meets(0.0)) return 0.0;
+  double low = 0.0, high = 16.0;
+  for (unsigned i = 0; i < 12; ++i) {
+    const double middle = 0.5 * (low + high);
+    (meets(middle) ? low : high) = middle;
+  }
+  return high;
+}
+
 template <class Make, class Score> void search_genes(const char* what, const Make& make, const Score& score) {
   const Worst worst = climb(kSeed, kStarts, trials(6000), make, score);
   std::printf("%-34s used up: %.3f of random cases, %.3f of those searched for\n", what, worst.random, worst.score);
@@ -252,6 +292,12 @@ TEST_CASE("no search breaks the bound of the point", "[worst_cases]") {
 TEST_CASE("no search breaks the bound of a point seen through an instance", "[worst_cases]") {
   search_genes("Watertight in an instance", make_placed_genes, placed_share<Watertight, float>);
   search_genes("WatertightDouble in an instance", make_placed_genes, placed_share<WatertightDouble, double>);
+}
+
+TEST_CASE("no search lets a ray that leaves meet what it left", "[worst_cases]") {
+  search_genes("Watertight: spawn_origin()", make_leaving_genes, spawn_share<Watertight, float>);
+  search_genes("Reference: spawn_origin()", make_leaving_genes, spawn_share<Reference, float>);
+  search_genes("WatertightDouble: spawn_origin()", make_leaving_genes, spawn_share<WatertightDouble, double>);
 }
 
 TEST_CASE("no search breaks the bound of t", "[worst_cases]") {
