@@ -94,9 +94,8 @@ struct Details {
 
 /// @param size of the primitive, in scene units: crossings are within 2^-46 * size of the surface, before rounding.
 /// @param flat length of the primitive's straight lines. A ray that leaves one may come down to it again at the other
-/// end,
-///        lower by up to 6 units of rounding of the length, because the normal is rounded here and in spawn.h, and its
-///        product with the direction there.
+/// end, lower by up to 6 roundings of the length: of the normal here and in spawn.h, and of its product with the
+/// direction there.
 /// @tparam Real of t.
 template <class Real>
 HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& direction, double t, double size,
