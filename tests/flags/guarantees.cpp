@@ -69,7 +69,8 @@ class Digest {
   }
   template <class Real> void add(const BasicHit<Real>& hit) {
     for (const Real x : {hit.t, hit.u, hit.v}) add(x);
-    for (const float x : {hit.normal.x, hit.normal.y, hit.normal.z, hit.error}) add(x);
+    for (const Real x : {hit.normal.x, hit.normal.y, hit.normal.z}) add(x);
+    add(hit.error);
     add(hit.geometry);
     add(hit.primitive);
   }

@@ -27,7 +27,8 @@ using Deep = hiprt::Moving<hiprt::Instanced<hiprt::DoubleRays<>, 2>>;
 
 struct Answer {
   double t[3] = {}, u[2] = {}, v[2] = {};
-  float error[2] = {}, normal[2][3] = {};
+  double normal[2][3] = {};
+  float error[2] = {};
   std::uint32_t primitive[2] = {}, instance[2] = {};
   double custom[4][4] = {};  ///< t, u, v and error of the last crossing.
 };
