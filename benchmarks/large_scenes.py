@@ -19,8 +19,8 @@ such: island, stadium, swarm, hair), builds it (bvhbuild), validates the file (b
 (bvhrender, 1920 x 1080, ambient occlusion). Writes large_scenes.json and large_scenes.md to a folder: triangles and segments, once and
 as often as the scene has them, bytes of the file, the largest memory of each program, seconds of each, rays per second.
 What a GPU refuses (curves and spheres) the
-CPU does; the table says so. Exit status: 0, 1 when something fails (nothing is written then), 2 for a wrong
-argument."""
+CPU does; the table says so. Exit status: 0; 1 when something fails or is interrupted (the scenes that did not are written); 2
+for a wrong argument."""
 
 ENDINGS = (".scene", ".json", ".hair", ".mesh")
 MIB = 1 << 20
@@ -155,11 +155,18 @@ def main():
             names = [line.split(":", 1)[1].strip() for line in file if line.startswith("model name")]
         if names:
             record["machine"] = names[0]
+        faults = []
         with tempfile.TemporaryDirectory(prefix="large_scenes-") as folder:
             for name, source in scenes.items():
                 if sys.stderr.isatty():
                     print(f"large_scenes: {name}", file=sys.stderr)
-                record["scenes"].append(measure(arguments, name, source, folder))
+                try:
+                    record["scenes"].append(measure(arguments, name, source, folder))
+                except InputError as error:
+                    faults.append(f"{name}: {error}")
+                except KeyboardInterrupt:
+                    faults.append(f"interrupted at {name}")
+                    break
 
         def write(folder):
             for file, text in [("large_scenes.json", json.dumps(record, indent=1) + "\n"),
@@ -167,7 +174,10 @@ def main():
                 with open(os.path.join(folder, file), "w", encoding="utf-8") as out:
                     out.write(text)
 
-        write_together("large_scenes", arguments.output, write)
+        if record["scenes"]:
+            write_together("large_scenes", arguments.output, write)
+        if faults:
+            raise InputError("; ".join(faults))
 
     return run_script("large_scenes", work)
 

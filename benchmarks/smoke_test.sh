@@ -59,6 +59,11 @@ holds "$work/large/large_scenes.json" '"peak_bytes"' '"mrays_per_second"'
 expect 1 "no scene 'moon' with a camera" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/large" --scene moon
 expect 1 "cannot be started" python3 -B "$large" "$work/scenes" --tools "$work" --output "$work/large" --scene swarm
 expect 2 "see --help" python3 -B "$large" "$work/scenes"
+cp "$work/scenes/swarm.cam" "$work/scenes/broken.cam"
+echo '{' >"$work/scenes/broken.json"
+expect 1 "broken: $build/tools/bvhbuild" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/other" --scene broken,hair --size 8x8 --spp 1
+holds "$work/other/large_scenes.md" '| hair | 0 | 2100 | 2100 |'
+rm "$work/scenes/broken".*
 
 expect 1 "" "$source/run" --quick "--build=$build" "--output=$work/results"
 expect 2 "" "$source/run" --unknown
