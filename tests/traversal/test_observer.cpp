@@ -117,3 +117,30 @@ TEST_CASE("a counter goes on from what it is") {
   CHECK(any_hit<P>(view, ray, twice, stack).found());
   CHECK(twice.box_tests > 2 * once.box_tests);
 }
+
+TEST_CASE("boxes and triangles before tmin or behind tmax are not looked at") {
+  // Balls in a row along x: a ray along it, of which a part is left.
+  std::vector<oracle::Mesh> balls;
+  constexpr unsigned kBalls = 64;
+  for (unsigned i = 0; i < kBalls; ++i) balls.push_back(oracle::placed(oracle::icosphere(2), 0.4, {1.0 * i, 0, 0}));
+  const auto bvh = build::build(oracle::views(balls), {.nodes = NodeLayout::kPlanes});
+  REQUIRE(bvh.has_value());
+  const SceneView view = make_scene_view(*open_buffer(bvh->buffer.bytes()));
+  using P = Policies<PlanesLayout, Watertight, Conservative, PrivateStack<>, DefaultLanes, WorkCounter>;
+  const auto work = [&](float tmin, float tmax) {
+    const Ray ray{.origin = {-5, 0.01f, 0.02f}, .tmin = tmin, .direction = {1, 0, 0}, .tmax = tmax};
+    P::Stack::Memory memory;
+    AllHits<P> query(view, ray, {memory});
+    unsigned hits = 0;
+    while (query.next_hit().found()) ++hits;
+    CHECK(hits >= 2);
+    return query.counter();
+  };
+  constexpr float kEnd = 5.0f + kBalls;
+  const WorkCounter all = work(0, kEnd);
+  for (const WorkCounter& part : {work(kEnd - 2.5f, kEnd), work(0, 6.5f)}) {
+    CHECK(part.leaf_tests * 8 < all.leaf_tests);
+    CHECK(part.triangle_tests * 8 < all.triangle_tests);
+    CHECK(part.box_tests * 4 < all.box_tests);
+  }
+}
