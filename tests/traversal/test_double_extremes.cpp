@@ -1,5 +1,6 @@
 // Rays in double that are none, or of any bits.
 
+#include <tests/oracle/meshes.h>
 #include <tests/traversal/double_rays.h>
 #include <tests/traversal/workers.h>
 
