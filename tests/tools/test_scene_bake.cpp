@@ -1,6 +1,7 @@
 /// Instances without inverse become objects of their own.
 
 #include "load.h"
+#include "two_levels.h"
 
 #include <tools/scene_bake.h>
 
@@ -12,36 +13,10 @@ using namespace hiprt;
 using namespace hiprt::test;
 using build::Instance;
 
-namespace {
-
-build::Affine scaled_and_moved(float sx, float sy, float sz, float x) {
-  return {{{sx, 0, 0, x}, {0, sy, 0, 0}, {0, 0, sz, 0}}};
-}
-
-tools::Mesh triangle(const std::string& name, float z) {
-  return {name, {{0, 0, z}, {1, 0, z}, {0, 1, z}}, {{0, 1, 2}}, {}, 0};
-}
-
-/// Object 0 has mesh a, object 1 meshes b and a; group 2 and, above it, the scene.
-tools::SceneDescription two_levels() {
-  tools::SceneDescription scene;
-  scene.path = "s";
-  scene.meshes = {triangle("a", 1), triangle("b", 2)};
-  scene.objects = {{"a", {0}}, {"b", {1, 0}}};
-  scene.groups = {
-      {"groups.low",
-       {Instance{.object = 1, .to_scene = scaled_and_moved(2, 2, 2, 10), .mask = 6}, Instance{.object = 0, .mask = 5}}},
-      {"groups.top",
-       {Instance{.object = 2, .to_scene = scaled_and_moved(1, 1, 1, 100)}, Instance{.object = 0, .mask = 8}}}};
-  return scene;
-}
-
-}  // namespace
-
 TEST_CASE("What is invertible is what an instance may have") {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   CHECK(build::is_invertible({}));
-  CHECK(build::is_invertible(scaled_and_moved(1, -1e-30f, 1e-30f, 1e30f)) == false);
+  CHECK_FALSE(build::is_invertible(scaled_and_moved(1, -1e-30f, 1e-30f, 1e30f)));
   CHECK(build::is_invertible(scaled_and_moved(1e-6f, -1, 1, 5)));
   CHECK_FALSE(build::is_invertible(scaled_and_moved(1, 0, 1, 0)));
   CHECK_FALSE(build::is_invertible(scaled_and_moved(1, 1, 1, kInfinity)));

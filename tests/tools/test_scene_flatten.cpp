@@ -1,6 +1,7 @@
 /// Scenes of instances as plain meshes.
 
 #include "load.h"
+#include "two_levels.h"
 
 #include <tools/scene_flatten.h>
 
@@ -12,26 +13,11 @@ using build::Instance;
 
 namespace {
 
-build::Affine scaled_and_moved(float sx, float sy, float sz, float x) {
-  return {{{sx, 0, 0, x}, {0, sy, 0, 0}, {0, 0, sz, 0}}};
-}
-
-tools::Mesh triangle(const std::string& name, float z) {
-  return {name, {{0, 0, z}, {1, 0, z}, {0, 1, z}}, {{0, 1, 2}}, {}, 0};
-}
-
-/// Object 0 has mesh a, object 1 meshes b and a; group 2 and, above it, the scene.
-tools::SceneDescription two_levels() {
-  tools::SceneDescription scene;
-  scene.path = "s";
-  scene.meshes = {triangle("a", 1), triangle("b", 2)};
-  scene.objects = {{"a", {0}}, {"b", {1, 0}}};
-  scene.groups = {{"groups.low",
-                   {Instance{.object = 1, .to_scene = scaled_and_moved(2, 2, 2, 10), .mask = 6},
-                    Instance{.object = 0, .mask = 0xffffffffu}}},
-                  {"groups.top",
-                   {Instance{.object = 2, .to_scene = scaled_and_moved(1, 1, -1, 100), .mask = 0xffffffffu},
-                    Instance{.object = 0, .mask = 8}}}};
+/// The group mirrored, and a mask that goes with all.
+tools::SceneDescription mirrored() {
+  tools::SceneDescription scene = two_levels();
+  scene.groups[0].instances[1].mask = 0xffffffffu;
+  scene.groups[1].instances[0].to_scene = scaled_and_moved(1, 1, -1, 100);
   return scene;
 }
 
@@ -44,7 +30,7 @@ std::string fault(const tools::SceneDescription& scene) {
 }  // namespace
 
 TEST_CASE("Scene flattened: depth first, transforms in double, masks, mirrors keep the outside") {
-  const auto scene = two_levels();
+  const auto scene = mirrored();
   const auto flat = tools::flatten_scene(scene);
   REQUIRE(flat);
   REQUIRE(flat->size() == 4);
@@ -66,7 +52,7 @@ TEST_CASE("Scene flattened: depth first, transforms in double, masks, mirrors ke
 }
 
 TEST_CASE("Scene flattened: products are rounded once") {
-  tools::SceneDescription scene = two_levels();
+  tools::SceneDescription scene = mirrored();
   // 1 / 3 of 3 in floats would not be 1.
   scene.groups[0].instances[1].to_scene = scaled_and_moved(1.0f / 3.0f, 1, 1, 0);
   scene.groups[1].instances[0].to_scene = scaled_and_moved(16777216.0f, 1, 1, 1.0f);
@@ -76,13 +62,13 @@ TEST_CASE("Scene flattened: products are rounded once") {
 }
 
 TEST_CASE("Scene flattened: masks that no one mask stands for, and too many triangles") {
-  tools::SceneDescription scene = two_levels();
+  tools::SceneDescription scene = mirrored();
   scene.groups[1].instances[0].mask = 2;
   CHECK((*tools::flatten_scene(scene))[0].mask == 2);
   scene.groups[1].instances[0].mask = 12;
   CHECK(fault(scene) ==
         "s: groups.low[0].mask: 6 below an instance of mask 12 cannot be flattened, no one mask is the same as both");
-  scene = two_levels();
+  scene = mirrored();
   // 2^31 triangles, by doubling; then more than 64 bits hold.
   for (unsigned levels : {31u, 200u}) {
     scene.groups.assign(1, {"groups.0", {Instance{.object = 0}}});
