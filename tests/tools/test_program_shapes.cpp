@@ -166,8 +166,13 @@ TEST_CASE("Program shapes: pictures, heat maps and explanations") {
 
 TEST_CASE("Program shapes: what cannot be is refused with the reason") {
   const Files files;
-  check_refused(files, {kBvhBuild, files.scene, "-o", files.out, "--flatten"}, 1,
-                "ball has spheres or curves, which cannot be flattened");
+  check_refused(files, {kBvhBuild, files.scene, "-o", files.out, "--flatten"}, 1, "groups.all[2] moves");
+  json still = scene_json();
+  still["groups"]["all"].erase(2);
+  still["objects"].erase("wig");
+  const Files of_still(still);
+  check_refused(of_still, {kBvhBuild, of_still.scene, "-o", of_still.out, "--flatten"}, 1,
+                "mixed has spheres or curves, which cannot be flattened");
   check_refused(files, {kBvhBuild, files.hair, "-o", files.out, "--device", "gpu"}, 1,
                 "spheres and curves are built on the CPU");
   check_refused(files, {kBvhBuild, files.hair, "-o", files.hair}, 1, "wig.hair");
