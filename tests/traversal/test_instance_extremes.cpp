@@ -2,14 +2,10 @@
 // times of any bits.
 
 #include <hiprt_device/exact_triangle_test.h>
-#include <tests/traversal/aim.h>
-#include <tests/traversal/moving_scenes.h>
+#include <tests/traversal/extreme_instances.h>
 #include <tests/traversal/workers.h>
 
-#include <bit>
 #include <cstdio>
-#include <limits>
-#include <numbers>
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -17,7 +13,6 @@ using namespace hiprt::checks;
 namespace {
 
 constexpr std::uint64_t kSeed = 20261124;
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct Exact : Policies<PlanesLayout, Reference> {};
 template <unsigned kLevels> using Still = Instanced<Policies<PlanesLayout>, kLevels>;
@@ -25,73 +20,20 @@ template <unsigned kLevels> using StillExact = Instanced<Exact, kLevels>;
 using Moved = Moving<Instanced<Policies<PlanesLayout>, 2>>;
 using MovedExact = Moving<Instanced<Exact, 2>>;
 
-/// A mesh below one instance after the other.
-struct Chain : InstanceScene {
-  build::Motion motion{};
-
-  Chain(const Mesh& mesh, const std::vector<Affine>& inwards) {
-    add_file({mesh}, NodeLayout::kPlanes);
-    for (std::size_t i = inwards.size(); i-- > 0;)
-      groups.push_back({Instance{.object = static_cast<std::uint32_t>(groups.size()), .to_scene = inwards[i]}});
-  }
-  /// The outermost instance moves.
-  Chain(const Mesh& mesh, const std::vector<Affine>& inwards, const build::Motion& way) : Chain(mesh, inwards) {
-    motion = way;
-    groups.back()[0].motion = &motion;
-  }
-};
-
-/// A point of the mesh, where the scene has it at a time.
-template <unsigned kLevels> Vec3D out_of(const SceneView& view, unsigned levels, float time, const Double3& point) {
-  InstancePath<kLevels> path;
-  path.depth = levels;
-  std::vector<InstanceRecord> records;
-  follow(view, path, time,
-         [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) { records.push_back(record); });
-  Vec3D p(point[0], point[1], point[2]);
-  while (!records.empty()) {
-    p = point_to_scene(records.back(), p);
-    records.pop_back();
-  }
-  return p;
-}
-
 /// Rays from inside at edges, vertices and insides of the mesh.
-template <class P> void check_no_leak(const std::string& name, const Closed& closed, const InstanceScene& scene) {
+template <class P> void check_no_leak(const std::string& name, const Closed& closed, const Chain& scene) {
   const SceneView view = scene.view();
   REQUIRE(covers<P>(view));
   Random random(kSeed);
-  const auto levels = static_cast<unsigned>(scene.groups.size());
   for (unsigned i = 0; i < trials(1500); ++i) {
-    const Double3 center = closed.centers[i % closed.centers.size()], target = target_point(closed.mesh, random);
-    const Double3 aside = random.on_sphere();
-    Double3 start;
-    for (std::size_t k = 0; k < 3; ++k) start[k] = center[k] + 0.5 * closed.room * aside[k];
-    Ray ray;
-    ray.time = random.uniform_float(-1, 2);
-    ray.origin = Vec3(out_of<P::kLevels>(view, levels, ray.time, start));
-    ray.direction = Vec3(out_of<P::kLevels>(view, levels, ray.time, target) - Vec3D(ray.origin));
+    const Ray ray = scene.ray_from_inside(closed, random);
     INFO(name << ", " << closed.name << ", ray " << i << " of seed " << kSeed);
     const auto hit = closest_hit<P>(view, ray);
     REQUIRE(hit.found());
-    REQUIRE(hit.path.depth == levels);
+    REQUIRE(hit.path.depth == scene.levels());
     REQUIRE(any_hit<P>(view, ray).found());
     REQUIRE(hit.error < std::numeric_limits<float>::infinity());
   }
-}
-
-std::vector<Closed> shapes() {
-  std::vector<Closed> result = closed_meshes();
-  std::erase_if(result, [](const Closed& closed) { return closed.mesh.triangles.size() > 4000; });
-  return result;
-}
-
-Affine sheared(float by) { return {{{1, by, 0, 2}, {0, 1, 0, -1}, {0, 0, 1, 3}}}; }
-
-/// Any 32 bits, or what a ray may well have.
-float any_bits(Random& random, double scale) {
-  if (random.below(3) == 0) return std::bit_cast<float>(random.below(0xffffffffu));
-  return random.uniform_float(-scale, scale);
 }
 
 template <class P> unsigned trace_any_bits(const SceneView& view, unsigned rays) {
@@ -99,15 +41,7 @@ template <class P> unsigned trace_any_bits(const SceneView& view, unsigned rays)
   Random random(kSeed);
   unsigned hits = 0;
   for (unsigned i = 0; i < rays; ++i) {
-    Ray ray;
-    const bool wild = i % 2 == 0;
-    for (int k = 0; k < 3; ++k) {
-      ray.origin[k] = wild ? any_bits(random, 6) : random.uniform_float(-6, 6);
-      ray.direction[k] = wild ? any_bits(random, 6) : -ray.origin[k] + random.uniform_float(-1, 1);
-    }
-    ray.tmin = random.below(4) == 0 ? any_bits(random, 1) : 0.0f;
-    ray.tmax = random.below(4) == 0 ? any_bits(random, 2) : std::numeric_limits<float>::infinity();
-    ray.time = any_bits(random, 3);
+    const Ray ray = ray_of_any_bits(random);
     INFO("ray " << i << " of seed " << kSeed);
     const auto hit = closest_hit<P>(view, ray);
     REQUIRE_FALSE(hit.failed());
@@ -147,60 +81,30 @@ TEST_CASE("stretches of matrices are good far down, whatever the compiler", "[ex
 
 TEST_CASE("closed meshes in instances do not leak: flat, tiny, sheared, mirrored, through 16 levels", "[extremes]") {
   Random random(kSeed);
-  struct Case {
-    std::string name;
-    std::vector<Affine> inwards;
-  };
-  std::vector<Case> cases{{"scale 1e-13", {affine({0, 0.6, 0.8}, 1, {1e-13, 1e-13, 1e-13}, {0, 0, 0})}},
-                          {"scale 1e13", {affine({0, 0.6, 0.8}, 1, {1e13, 1e13, 1e13}, {0, 0, 0})}},
-                          {"flat to 1e-6", {affine({0.6, 0, 0.8}, 2, {1, 1, 1e-6}, {0, 0, 0})}},
-                          {"a rod of 1e4", {affine({0.6, 0, 0.8}, 2, {1, 1, 1e4}, {3, 2, 1})}},
-                          {"sheared by 1000", {sheared(1000)}},
-                          {"mirrored", {affine({1, 0, 0}, 0.3, {-1, 1, 1}, {0, 5, 0})}},
-                          {"1e5 away", {affine({1, 0, 0}, 0.3, {2, 1, 1}, {1e5, -3e4, 7e4})}}};
-  for (const unsigned levels : {3u, 16u}) {
-    Case chain{std::to_string(levels) + " levels", {}};
-    for (unsigned i = 0; i < levels; ++i) chain.inwards.push_back(random_affine(random, 4));
-    cases.push_back(chain);
-  }
-  const std::vector<Closed> closed = shapes();
-  for (std::size_t i = 0; i < cases.size(); ++i)
+  const std::vector<ExtremeChain> chains = still_extremes(random);
+  const std::vector<Closed> closed = small_closed_meshes();
+  for (std::size_t i = 0; i < chains.size(); ++i)
     for (std::size_t k = 0; k < 2; ++k) {
       const Closed& shape = closed[(i + k) % closed.size()];
-      Chain scene(shape.mesh, cases[i].inwards);
-      scene.build();
-      check_no_leak<Still<kMostLevels>>(cases[i].name, shape, scene);
-      check_no_leak<StillExact<kMostLevels>>(cases[i].name + ", exact", shape, scene);
+      const Chain scene(shape.mesh, chains[i]);
+      check_no_leak<Still<kMostLevels>>(chains[i].name, shape, scene);
+      check_no_leak<StillExact<kMostLevels>>(chains[i].name + ", exact", shape, scene);
     }
 }
 
 TEST_CASE("closed meshes that move do not leak at any time: turns to 180 degrees, tiny turns, matrices", "[extremes]") {
   Random random(kSeed + 1);
-  const std::vector<Closed> closed = shapes();
-  std::vector<std::pair<std::string, build::Motion>> motions;
-  for (const double degrees : {1e-5, 1.0, 90.0, 179.9, 180.0})
-    for (const MotionKind kind : {MotionKind::kSlerp, MotionKind::kNlerp})
-      motions.push_back(
-          {std::to_string(degrees) + " degrees",
-           {.keys = {turned_key(0, {0.6, 0, 0.8}, 0), turned_key(1, {0.6, 0, 0.8}, degrees * kDegree, {2, -1, 3})},
-            .kind = kind}});
-  for (const MotionKind kind : {MotionKind::kSlerp, MotionKind::kMatrix}) {
-    build::Motion motion = random_motion(random, kind, 4, 3);
-    if (kind == MotionKind::kMatrix) {
-      for (const build::MotionKey& key : motion.keys) motion.matrices.push_back(build::compose(key));
-      motion.keys.clear();
-    }
-    motions.push_back({"any", motion});
-  }
-  for (std::size_t i = 0; i < motions.size(); ++i) {
+  const std::vector<Closed> closed = small_closed_meshes();
+  const std::vector<ExtremeChain> chains = moving_extremes(random);
+  for (std::size_t i = 0; i < chains.size(); ++i) {
     const Closed& shape = closed[i % closed.size()];
-    Chain scene(shape.mesh, {Affine{}, affine({0, 0, 1}, 0.7, {1, 2, 0.5}, {0.5, 0, 0})}, motions[i].second);
-    scene.build();
-    check_no_leak<Moved>(motions[i].first, shape, scene);
-    check_no_leak<MovedExact>(motions[i].first + ", exact", shape, scene);
+    const Chain scene(shape.mesh, chains[i]);
+    check_no_leak<Moved>(chains[i].name, shape, scene);
+    check_no_leak<MovedExact>(chains[i].name + ", exact", shape, scene);
     // And the trees hide nothing.
-    Chain ball(icosphere(3), {Affine{}, affine({0, 0, 1}, 0.7, {3, 4, 2}, {0.5, 0, 0})}, motions[i].second);
-    ball.build();
+    ExtremeChain larger = chains[i];
+    larger.inwards.back() = affine({0, 0, 1}, 0.7, {3, 4, 2}, {0.5, 0, 0});
+    const Chain ball(icosphere(3), larger);
     check_rays<Moved>(ball, kSeed + i, trials(400));
     check_rays<MovedExact>(ball, kSeed + i, trials(400));
   }
@@ -208,11 +112,10 @@ TEST_CASE("closed meshes that move do not leak at any time: turns to 180 degrees
 
 TEST_CASE("rays and times of any bits give sane answers in instances and motion", "[extremes]") {
   Random random(kSeed + 2);
-  std::vector<Affine> inwards{random_affine(random, 1), random_affine(random, 1)};
-  Chain still(icosphere(3), inwards);
-  still.build();
-  Chain moving(icosphere(3), inwards, random_motion(random, MotionKind::kSlerp, 3, 1));
-  moving.build();
+  ExtremeChain chain{"", {random_affine(random, 1), random_affine(random, 1)}};
+  const Chain still(icosphere(3), chain);
+  chain.motion = random_motion(random, MotionKind::kSlerp, 3, 1);
+  const Chain moving(icosphere(3), chain);
   const unsigned rays = trials(40000);
   unsigned hits = trace_any_bits<Still<2>>(still.view(), rays);
   hits += trace_any_bits<StillExact<2>>(still.view(), rays);

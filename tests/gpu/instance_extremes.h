@@ -1,0 +1,36 @@
+#pragma once
+/// Closest hits below instances, still or moving, with the default policies, Reference and rays in double, on the host
+/// and on a GPU.
+
+#include <hiprt_build/gpu/gpu.h>
+#include <hiprt_device/ray.h>
+#include <hiprt_device/scene_view.h>
+
+#include <span>
+#include <vector>
+
+namespace hiprt::checks {
+
+constexpr unsigned kAnswerLevels = 16;
+
+/// No padding: compared as bytes.
+struct InstanceAnswer {
+  double t = 0, u = 0, v = 0;
+  double normal[3] = {};
+  double t_error = 0;
+  double spawned[3] = {};  ///< spawn_origin() of a ray back; 0 for a miss.
+  float error = 0;
+  std::uint32_t geometry = 0, primitive = 0, depth = 0;
+  std::uint32_t instance[kAnswerLevels] = {};
+};
+static_assert(sizeof(InstanceAnswer) == 10 * 8 + 4 * 4 + kAnswerLevels * 4);
+
+struct InstanceAnswers {
+  InstanceAnswer closest, reference, in_double;
+};
+
+std::vector<InstanceAnswers> instance_answers(const SceneView& scene, std::span<const Ray> rays);
+/// @param scene on the device.
+gpu::Result<std::vector<InstanceAnswers>> instance_answers_on_device(const SceneView& scene, std::span<const Ray> rays);
+
+}  // namespace hiprt::checks
