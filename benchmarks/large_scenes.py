@@ -18,8 +18,8 @@ DESCRIPTION = """Takes every NAME.scene, NAME.json, NAME.hair or NAME.mesh of a 
 such: island, stadium, swarm, hair), builds it (bvhbuild), validates the file (bvhinfo --validate) and renders a picture
 (bvhrender, 1920 x 1080, ambient occlusion). Writes large_scenes.json and large_scenes.md to a folder: triangles and segments, once and
 as often as the scene has them, bytes of the file, the largest memory of each program, seconds of each, rays per second.
-What a GPU refuses (curves and spheres) the
-CPU does; the table says so. Exit status: 0; 1 when something fails or is interrupted (the scenes that did not are written); 2
+What a GPU refuses (to build curves and spheres)
+the CPU does; the table says so. Exit status: 0; 1 when something fails or is interrupted (the scenes that did not are written); 2
 for a wrong argument."""
 
 ENDINGS = (".scene", ".json", ".hair", ".mesh")

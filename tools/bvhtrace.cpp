@@ -76,7 +76,8 @@ void add_options(CLI::App& app, Options& options) {
       ->check(CLI::IsMember(words(kQueries, {"auto"})))
       ->type_name("NAME")
       ->capture_default_str();
-  app.add_option("--triangle-test", options.triangle_test, "fast may miss rays through edges and corners")
+  app.add_option("--triangle-test", options.triangle_test,
+                 "fast may miss rays through edges and corners; reference decides exactly")
       ->check(CLI::IsMember(words(kTriangleTests)))
       ->type_name("NAME")
       ->capture_default_str();
@@ -99,6 +100,9 @@ void check_options(const Options& options) {
   if (options.hits.empty() && !options.explained) throw CLI::RequiredError("--hits (or --explain)");
   if (options.explained && value_of(kDeviceChoices, options.device) == DeviceChoice::kGpu)
     throw CLI::ValidationError("--explain follows the ray on the CPU: --device auto or cpu, please");
+  if (value_of(kTriangleTests, options.triangle_test) == TriangleTestKind::kReference &&
+      value_of(kBoxTests, options.box_test) != BoxTestKind::kConservative)
+    throw CLI::ValidationError("--triangle-test reference is with --box-test conservative: other boxes hide hits");
 }
 
 struct Timing {
@@ -220,16 +224,16 @@ TracePolicies policies_of(const Options& options) {
   return {value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
 }
 
-/// Of scenes with shapes there is one tracer.
+/// Scenes with shapes have no tracers of less accuracy.
 build::Result<void> check_policies(const Options& options, const FileHeader& header) {
-  const TracePolicies policies = policies_of(options), accurate;
+  const TracePolicies policies = policies_of(options);
   if ((header.features & feature_bit(Feature::kCustom)) == 0 ||
-      (policies.triangle_test == accurate.triangle_test && policies.box_test == accurate.box_test))
+      (policies.triangle_test != TriangleTestKind::kFast && policies.box_test == BoxTestKind::kConservative))
     return {};
-  return tl::unexpected(
-      build::Error{build::ErrorCode::kInvalidInput,
-                   options.path + ": has spheres or curves, which are traced with --triangle-test watertight and "
-                                  "--box-test conservative only"});
+  return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
+                                     options.path +
+                                         ": has spheres or curves, which are traced with --triangle-test watertight or "
+                                         "reference and --box-test conservative only"});
 }
 
 build::Result<void> explain_one(const Cli& cli, const Options& options, const BufferView& view, const RayBatch& batch) {

@@ -5,16 +5,19 @@
 
 namespace hiprt::tools {
 
-template GpuTraceKernel find_kernel_of_levels<0, false, CutOut>(std::size_t, NodeLayout, Query, const TracePolicies&);
-template GpuTraceKernel find_kernel_of_levels<1, false, CutOut>(std::size_t, NodeLayout, Query, const TracePolicies&);
-template GpuTraceKernel find_kernel_of_levels<kTraceLevels, true, CutOut>(std::size_t, NodeLayout, Query,
-                                                                          const TracePolicies&);
+namespace {
+
+GpuTraceKernel default_kernel(auto kind, std::size_t policy, const SceneView& scene, Query query) {
+  return find_kernel_of<decltype(kind)>(policy, scene.layout, query, {});
+}
+
+}  // namespace
 
 GpuTraceKernel find_kernel_through_holes(std::size_t policy, const SceneView& scene, Query query) {
   const bool moves = (scene.features & feature_bit(Feature::kMotion)) != 0;
-  if (scene.levels == 0) return find_kernel_of_levels<0, false, CutOut>(policy, scene.layout, query, {});
-  if (scene.levels == 1 && !moves) return find_kernel_of_levels<1, false, CutOut>(policy, scene.layout, query, {});
-  return find_kernel_of_levels<kTraceLevels, true, CutOut>(policy, scene.layout, query, {});
+  if (scene.levels == 0) return default_kernel(KernelKind<0, false, CutOut>{}, policy, scene, query);
+  if (scene.levels == 1 && !moves) return default_kernel(KernelKind<1, false, CutOut>{}, policy, scene, query);
+  return default_kernel(KernelKind<kTraceLevels, true, CutOut>{}, policy, scene, query);
 }
 
 }  // namespace hiprt::tools

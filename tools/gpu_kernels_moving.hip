@@ -4,6 +4,6 @@
 
 namespace hiprt::tools {
 
-template GpuTraceKernel find_kernel_of_levels<kTraceLevels, true>(std::size_t, NodeLayout, Query, const TracePolicies&);
+template GpuTraceKernel find_kernel_of<MovingKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 
 }  // namespace hiprt::tools

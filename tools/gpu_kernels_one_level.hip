@@ -4,6 +4,6 @@
 
 namespace hiprt::tools {
 
-template GpuTraceKernel find_kernel_of_levels<1>(std::size_t, NodeLayout, Query, const TracePolicies&);
+template GpuTraceKernel find_kernel_of<OneLevelKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 
 }  // namespace hiprt::tools

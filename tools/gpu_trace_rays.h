@@ -1,5 +1,5 @@
 #pragma once
-/// The traversal on the GPU, in every combination of the policies that a user can choose, for one number of levels: a
+/// The traversal on the GPU, in every combination of the policies that a user can choose, for one kind of scenes: a
 /// template that gpu_kernels.hip and others of its name instantiate. For GPU compilers only.
 
 #include "gpu_kernels.h"
@@ -8,8 +8,10 @@
 #include "trace_limits.h"
 
 #include <hiprt_device/batch.h>
+#include <hiprt_device/exact_triangle_test.h>
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/primitives/scene_shapes.h>
 #include <hiprt_device/stacks/rolling.h>
 
 #include <type_traits>
@@ -47,17 +49,26 @@ template <class Filter> __device__ HIPRT_INLINE Filter make_filter(const GpuTrac
     return {job.holes};
 }
 
+template <class Primitives> __device__ HIPRT_INLINE Primitives make_primitives(const SceneView& scene) {
+  if constexpr (std::is_same_v<Primitives, NoPrimitives>)
+    return {};
+  else
+    return Primitives(scene);
+}
+
 constexpr unsigned least_resident(const GpuPolicy& policy, bool levels) {
   return levels ? policy.min_blocks_of_levels : policy.min_blocks;
 }
 
 /// @param storage of this lane's stack.
-template <class Search, class Filter>
+template <class Kind, class Search>
 __device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Search::Storage& storage) {
   trace_batch(
       job.count, &job.counts->next_ray,
-      [&](std::uint32_t i)
-          HIPRT_INLINE_LAMBDA { return Search(job.scene, job.rays[i], storage, make_filter<Filter>(job)); },
+      [&](std::uint32_t i) HIPRT_INLINE_LAMBDA {
+        return Search(job.scene, job.rays[i], storage, make_filter<typename Kind::Filter>(job),
+                      make_primitives<typename Kind::Primitives>(job.scene));
+      },
       [&](std::uint32_t i, const Search& search) HIPRT_INLINE_LAMBDA {
         const auto hit = search.hit();
         job.hits[i] = hit;
@@ -66,102 +77,126 @@ __device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Se
       });
 }
 
-template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy, class Layout, class Triangle, class Boxes,
-          Query kQuery>
+template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes, Query kQuery>
 __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block,
-                                  least_resident(kGpuPolicies[kPolicy], kLevels > 1 || kMoves))
+                                  least_resident(kGpuPolicies[kPolicy], Kind::kLevels > 1 || Kind::kMoves))
     trace_rays(GpuTraceJob job) {
-  using P = typename PoliciesOfLevels<kLevels, kMoves, FlatPolicies<kPolicy, Layout, Triangle, Boxes>>::Type;
-  using Search = std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter>, AnyHit<P, Filter>>;
+  using Flat = FlatPolicies<kPolicy, Layout, Triangle, Boxes>;
+  using P = typename PoliciesOfLevels<Kind::kLevels, Kind::kMoves, Flat>::Type;
+  using Filter = typename Kind::Filter;
+  using Primitives = typename Kind::Primitives;
+  using Search =
+      std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, AnyHit<P, Filter, Primitives>>;
   if constexpr (kGpuPolicies[kPolicy].stack == GpuStack::kPrivate) {
     typename P::Stack::Memory memory;
-    trace_all<Search, Filter>(job, {memory, &job.counts->overflowed_rays});
+    trace_all<Kind, Search>(job, {memory, &job.counts->overflowed_rays});
   } else {
     constexpr unsigned kBlock = kGpuPolicies[kPolicy].block;
     __shared__ StackEntry ring[kBlock * P::Stack::kEntriesPerThread];
     const Spill spill = grid_spill(job.spill, gridDim.x * kBlock, job.spill_entries, blockIdx.x * kBlock + threadIdx.x);
     const typename StackOfPolicy<kPolicy>::Storage stack(ring, threadIdx.x, kBlock, spill,
                                                          &job.counts->overflowed_rays);
-    if constexpr (kLevels > 1) {
-      LevelWays<kLevels> ways;
-      trace_all<Search, Filter>(job, {stack, ways});
+    if constexpr (Kind::kLevels > 1) {
+      LevelWays<Kind::kLevels> ways;
+      trace_all<Kind, Search>(job, {stack, ways});
     } else {
-      trace_all<Search, Filter>(job, stack);
+      trace_all<Kind, Search>(job, stack);
     }
   }
 }
 
-template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy, class Layout, class Triangle, class Boxes>
+template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes>
 GpuTraceKernel choose_query(Query query) {
-  return query == Query::kClosest
-             ? &trace_rays<kLevels, kMoves, Filter, kPolicy, Layout, Triangle, Boxes, Query::kClosest>
-             : &trace_rays<kLevels, kMoves, Filter, kPolicy, Layout, Triangle, Boxes, Query::kAny>;
+  return query == Query::kClosest ? &trace_rays<Kind, kPolicy, Layout, Triangle, Boxes, Query::kClosest>
+                                  : &trace_rays<Kind, kPolicy, Layout, Triangle, Boxes, Query::kAny>;
 }
 
-template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy, class Layout, class Triangle>
+template <class Kind, std::size_t kPolicy, class Layout, class Triangle>
 GpuTraceKernel choose_boxes(Query query, const TracePolicies& policies) {
   return policies.box_test == BoxTestKind::kConservative
-             ? choose_query<kLevels, kMoves, Filter, kPolicy, Layout, Triangle, Conservative>(query)
-             : choose_query<kLevels, kMoves, Filter, kPolicy, Layout, Triangle, Plain>(query);
+             ? choose_query<Kind, kPolicy, Layout, Triangle, Conservative>(query)
+             : choose_query<Kind, kPolicy, Layout, Triangle, Plain>(query);
 }
 
-template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy, class Layout>
+template <class Kind, std::size_t kPolicy, class Layout>
 GpuTraceKernel choose_triangle(Query query, const TracePolicies& policies) {
-  if constexpr (kLevels > kGpuChoiceLevels || kMoves || !std::is_same_v<Filter, NoFilter>)
-    return policies == TracePolicies{}
-               ? choose_query<kLevels, kMoves, Filter, kPolicy, Layout, Watertight, Conservative>(query)
-               : nullptr;
-  else
-    return policies.triangle_test == TriangleTestKind::kWatertight
-               ? choose_boxes<kLevels, kMoves, Filter, kPolicy, Layout, Watertight>(query, policies)
-               : choose_boxes<kLevels, kMoves, Filter, kPolicy, Layout, Fast>(query, policies);
+  if constexpr (Kind::kAllTests) {
+    switch (policies.triangle_test) {
+      case TriangleTestKind::kWatertight:
+        return choose_boxes<Kind, kPolicy, Layout, Watertight>(query, policies);
+      case TriangleTestKind::kFast:
+        return choose_boxes<Kind, kPolicy, Layout, Fast>(query, policies);
+      case TriangleTestKind::kReference:
+        return policies.box_test == BoxTestKind::kConservative
+                   ? choose_query<Kind, kPolicy, Layout, Reference, Conservative>(query)
+                   : nullptr;
+    }
+  }
+  return policies == TracePolicies{} ? choose_query<Kind, kPolicy, Layout, Watertight, Conservative>(query) : nullptr;
 }
 
 /// Compiles nothing for policies of the other platform.
-template <unsigned kLevels, bool kMoves, class Filter, std::size_t kPolicy>
+template <class Kind, std::size_t kPolicy>
 GpuTraceKernel choose_layout(NodeLayout layout, Query query, const TracePolicies& policies) {
   constexpr GpuPolicy kThis = kGpuPolicies[kPolicy];
   if constexpr (kThis.architectures.starts_with(kPlatform)) {
     switch (layout) {
       case NodeLayout::kFloat:
-        return choose_triangle<kLevels, kMoves, Filter, kPolicy, FloatLayout>(query, policies);
+        return choose_triangle<Kind, kPolicy, FloatLayout>(query, policies);
       case NodeLayout::kPlanes:
-        return choose_triangle<kLevels, kMoves, Filter, kPolicy, PlanesLayout>(query, policies);
+        return choose_triangle<Kind, kPolicy, PlanesLayout>(query, policies);
       case NodeLayout::kHalf:
-        return choose_triangle<kLevels, kMoves, Filter, kPolicy, HalfLayout>(query, policies);
+        return choose_triangle<Kind, kPolicy, HalfLayout>(query, policies);
       case NodeLayout::kQuantized:
-        return choose_triangle<kLevels, kMoves, Filter, kPolicy, QuantizedLayout>(query, policies);
+        return choose_triangle<Kind, kPolicy, QuantizedLayout>(query, policies);
     }
   }
   return nullptr;
 }
 
-template <unsigned kLevels, bool kMoves, class Filter, std::size_t... kIndices>
+template <class Kind, std::size_t... kIndices>
 GpuTraceKernel choose_policy(std::index_sequence<kIndices...>, std::size_t policy, NodeLayout layout, Query query,
                              const TracePolicies& policies) {
   GpuTraceKernel kernel = nullptr;
-  static_cast<void>(((kIndices == policy && (kernel = choose_layout<kLevels, kMoves, Filter, kIndices>(
-                                                 layout, query, policies)) != nullptr) ||
-                     ...));
+  static_cast<void>(
+      ((kIndices == policy && (kernel = choose_layout<Kind, kIndices>(layout, query, policies)) != nullptr) || ...));
   return kernel;
 }
 
 }  // namespace gpu_kernels
 
-/// As find_trace_kernel(), for scenes of kLevels levels at most, which move only if kMoves.
-/// @tparam Filter asked about hits; with the default tests only.
-template <unsigned kLevels, bool kMoves = false, class Filter = NoFilter>
-GpuTraceKernel find_kernel_of_levels(std::size_t policy, NodeLayout layout, Query query,
-                                     const TracePolicies& policies) {
-  return gpu_kernels::choose_policy<kLevels, kMoves, Filter>(std::make_index_sequence<kGpuPolicies.size()>(), policy,
-                                                             layout, query, policies);
+/// What kernels are compiled for.
+/// @tparam Asked about hits. @tparam Customs of the scene.
+template <unsigned kMostLevels, bool kOfMotion = false, class Asked = NoFilter, class Customs = NoPrimitives>
+struct KernelKind {
+  static constexpr unsigned kLevels = kMostLevels;
+  static constexpr bool kMoves = kOfMotion;
+  using Filter = Asked;
+  using Primitives = Customs;
+  /// Whether there are kernels of other tests than the default ones.
+  static constexpr bool kAllTests = kLevels <= kGpuChoiceLevels && !kMoves && std::is_same_v<Filter, NoFilter> &&
+                                    std::is_same_v<Primitives, NoPrimitives>;
+};
+
+/// As find_trace_kernel(), of one kind.
+template <class Kind>
+GpuTraceKernel find_kernel_of(std::size_t policy, NodeLayout layout, Query query, const TracePolicies& policies) {
+  return gpu_kernels::choose_policy<Kind>(std::make_index_sequence<kGpuPolicies.size()>(), policy, layout, query,
+                                          policies);
 }
 
-extern template GpuTraceKernel find_kernel_of_levels<0>(std::size_t, NodeLayout, Query, const TracePolicies&);
-extern template GpuTraceKernel find_kernel_of_levels<1>(std::size_t, NodeLayout, Query, const TracePolicies&);
-extern template GpuTraceKernel find_kernel_of_levels<kTraceLevels>(std::size_t, NodeLayout, Query,
-                                                                   const TracePolicies&);
-extern template GpuTraceKernel find_kernel_of_levels<kTraceLevels, true>(std::size_t, NodeLayout, Query,
-                                                                         const TracePolicies&);
+using FlatKernels = KernelKind<0>;
+using OneLevelKernels = KernelKind<1>;
+using LevelsKernels = KernelKind<kTraceLevels>;
+using MovingKernels = KernelKind<kTraceLevels, true>;
+using FlatShapeKernels = KernelKind<0, false, NoFilter, SceneShapes>;
+using ShapeKernels = KernelKind<kTraceLevels, true, NoFilter, SceneShapes>;
+
+extern template GpuTraceKernel find_kernel_of<FlatKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of<OneLevelKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of<LevelsKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of<MovingKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of<FlatShapeKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of<ShapeKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 
 }  // namespace hiprt::tools

@@ -128,15 +128,13 @@ build::Result<double> GpuTracer::State::trace_part(const Launch& launch, std::sp
 build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracerOptions& options) {
   auto device = usable_device();
   if (!device) return tl::unexpected(std::move(device.error()));
-  if ((view.header->features & feature_bit(Feature::kCustom)) != 0)
-    return gpu::fail(gpu::ErrorCode::kNoDevice,
-                     "spheres or curves, for which there are no kernels: the CPU traces such scenes");
   const SceneView on_host = make_scene_view(view);
   if (find_trace_kernel(choose_gpu_policy(device->architecture, on_host.stack_bound), on_host, Query::kClosest,
                         options.policies) == nullptr)
-    return gpu::fail(gpu::ErrorCode::kNoDevice, on_host.levels,
-                     " levels of instances, or instances that move, for which there are the watertight and "
-                     "conservative tests only: the CPU has the others");
+    return gpu::fail(
+        gpu::ErrorCode::kNoDevice, on_host.levels,
+        " levels of instances, things that move, spheres or curves, for which there are the watertight and "
+        "conservative tests only: the CPU has the others");
   auto watch = gpu::Stopwatch::make();
   if (!watch) return tl::unexpected(std::move(watch.error()));
   auto state = std::make_unique<State>(std::move(*watch));

@@ -23,10 +23,14 @@ void HIPRT_TRACE(const TraceJob& job) {
     if (levels == 0) return trace_through_holes<0, false>(job);
     return levels == 1 && !moves ? trace_through_holes<1, false>(job) : trace_through_holes<kTraceLevels, true>(job);
   }
-  if ((job.scene->features & feature_bit(Feature::kCustom)) != 0) {
-    const bool plain = levels == 0 && job.sink.take == nullptr && job.costs == nullptr;
-    return plain ? trace_shapes<0, false>(job) : trace_shapes<kTraceLevels, true>(job);
-  }
+  const bool custom = (job.scene->features & feature_bit(Feature::kCustom)) != 0;
+  const bool plain = levels == 0 && job.sink.take == nullptr && job.costs == nullptr;
+  if (job.policies.triangle_test == TriangleTestKind::kReference)
+    return plain && !custom ? trace_accurate<0, false, Reference, NoPrimitives>(job)
+                            : trace_accurate<kTraceLevels, true, Reference, SceneShapes>(job);
+  if (custom)
+    return plain ? trace_accurate<0, false, Watertight, SceneShapes>(job)
+                 : trace_accurate<kTraceLevels, true, Watertight, SceneShapes>(job);
   if (moves || job.sink.take != nullptr || (levels != 0 && job.costs != nullptr))
     return trace_levels<kTraceLevels, true>(job);
   if (levels == 0) return trace_levels<0>(job);

@@ -6,6 +6,7 @@
 #include "trace_job.h"
 #include "trace_limits.h"
 
+#include <hiprt_device/exact_triangle_test.h>
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/primitives/scene_shapes.h>
@@ -113,22 +114,24 @@ template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob
 extern template void trace_through_holes<0, false>(const TraceJob& job);
 extern template void trace_through_holes<1, false>(const TraceJob& job);
 extern template void trace_through_holes<kTraceLevels, true>(const TraceJob& job);
-/// Of scenes with shapes: the accurate tests only. @pre kLevels and kMoves as for trace_levels(); work is counted and
+/// With conservative boxes, and no other choice. @pre kLevels and kMoves as for trace_levels(); work is counted and
 /// steps are told if kMoves.
-template <unsigned kLevels, bool kMoves> void trace_shapes(const TraceJob& job) {
+template <unsigned kLevels, bool kMoves, class Triangle, class Primitives> void trace_accurate(const TraceJob& job) {
   dispatch_layout(job.scene->layout, [&](auto layout) {
     using Counter = std::conditional_t<kMoves, StepCounter, NoCounter>;
-    using Flat = Policies<decltype(layout), Watertight, Conservative, PrivateStack<kTraceStack + kMostPushed>,
+    using Flat = Policies<decltype(layout), Triangle, Conservative, PrivateStack<kTraceStack + kMostPushed>,
                           DefaultLanes, Counter>;
     if constexpr (kLevels == 0)
-      trace_with<Flat, SceneShapes>(job);
+      trace_with<Flat, Primitives>(job);
     else
-      trace_with<Moving<Instanced<Flat, kLevels>>, SceneShapes>(job);
+      trace_with<Moving<Instanced<Flat, kLevels>>, Primitives>(job);
   });
 }
 
-extern template void trace_shapes<0, false>(const TraceJob& job);
-extern template void trace_shapes<kTraceLevels, true>(const TraceJob& job);
+extern template void trace_accurate<0, false, Watertight, SceneShapes>(const TraceJob& job);
+extern template void trace_accurate<kTraceLevels, true, Watertight, SceneShapes>(const TraceJob& job);
+extern template void trace_accurate<0, false, Reference, NoPrimitives>(const TraceJob& job);
+extern template void trace_accurate<kTraceLevels, true, Reference, SceneShapes>(const TraceJob& job);
 extern template void trace_levels<0>(const TraceJob& job);
 extern template void trace_levels<1>(const TraceJob& job);
 extern template void trace_levels<kTraceLevels>(const TraceJob& job);

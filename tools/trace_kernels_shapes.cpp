@@ -5,8 +5,8 @@
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-template void trace_shapes<0, false>(const TraceJob& job);
-template void trace_shapes<kTraceLevels, true>(const TraceJob& job);
+template void trace_accurate<0, false, Watertight, SceneShapes>(const TraceJob& job);
+template void trace_accurate<kTraceLevels, true, Watertight, SceneShapes>(const TraceJob& job);
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt::tools

@@ -7,8 +7,9 @@
 namespace hiprt::tools {
 
 inline constexpr Names<Query, 2> kQueries{{{"closest", Query::kClosest}, {"any", Query::kAny}}};
-inline constexpr Names<TriangleTestKind, 2> kTriangleTests{
-    {{"watertight", TriangleTestKind::kWatertight}, {"fast", TriangleTestKind::kFast}}};
+inline constexpr Names<TriangleTestKind, 3> kTriangleTests{{{"watertight", TriangleTestKind::kWatertight},
+                                                            {"fast", TriangleTestKind::kFast},
+                                                            {"reference", TriangleTestKind::kReference}}};
 inline constexpr Names<BoxTestKind, 2> kBoxTests{
     {{"conservative", BoxTestKind::kConservative}, {"plain", BoxTestKind::kPlain}}};
 

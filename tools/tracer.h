@@ -15,9 +15,10 @@ namespace hiprt::tools {
 struct PathScene;
 
 enum class Query { kClosest, kAny };
-enum class TriangleTestKind { kWatertight, kFast };
+enum class TriangleTestKind { kWatertight, kFast, kReference };
 enum class BoxTestKind { kConservative, kPlain };
 
+/// @invariant kReference goes with conservative boxes.
 struct TracePolicies {
   TriangleTestKind triangle_test = TriangleTestKind::kWatertight;
   BoxTestKind box_test = BoxTestKind::kConservative;
@@ -56,8 +57,8 @@ struct StepSink {
 };
 
 /// Traces rays[i] into hits[i] on the calling thread, by the smallest tracer that covers the scene. Of scenes that
-/// check_traceable() (bvh_file.h) refuses all hits are Hit::failed(). Scenes with spheres and curves are traced with
-/// the default policies, whatever @p policies say.
+/// check_traceable() (bvh_file.h) refuses all hits are Hit::failed(). Of scenes with spheres and curves @p policies
+/// choose between kReference and the default ones only.
 /// @param hits as many as rays. Query::kAny: some hit of the ray, without normal and error.
 /// @param costs empty, or as many as rays: then the work is counted (a separately compiled variant).
 /// @param paths empty, or scene.levels per ray: the instances on the way to each hit (instance_paths.h).

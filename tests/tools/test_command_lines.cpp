@@ -68,6 +68,9 @@ TEST_CASE("Command lines: bad usage is status 2 with one line that says what") {
   check_usage_error(trace, {"a.bvh", "--rays", "r", "--hits", "h", "--repeat", "0"}, "--repeat");
   check_usage_error(trace, {"a.bvh", "--rays", "r", "--hits", "h", "--triangle-test", "exact"}, "exact");
   check_usage_error(trace, {"a.bvh", "--rays", "r", "--hits", "h", "--box-test", "loose"}, "loose");
+  check_usage_error(trace,
+                    {"a.bvh", "--rays", "r", "--hits", "h", "--triangle-test", "reference", "--box-test", "plain"},
+                    "--triangle-test reference is with --box-test conservative");
 }
 
 TEST_CASE("Command lines: output that cannot be written is a failure") {

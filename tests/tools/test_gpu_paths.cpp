@@ -1,6 +1,7 @@
 /// Paths on a GPU: every bit of the sums is the CPU's.
 
 #include <tests/render/path_scenes.h>
+#include <tests/traversal/shape_scenes.h>
 #include <tools/gpu_tracer.h>
 
 using namespace hiprt;
@@ -76,4 +77,12 @@ TEST_CASE("a GPU's paths are the CPU's: holes, textures, instances that move") {
   for (const auto& p : oracle::icosphere(2).positions)
     scene.surfaces.objects[2][0].coordinates.push_back({4 * p[0], 4 * p[1]});
   compare(scene, data_of(scene, sky), {.width = 24, .height = 16, .samples = 3, .shutter = {0.0f, 1.0f}});
+}
+
+TEST_CASE("a GPU's paths are the CPU's: spheres and curves of clay, in instances that move") {
+  PathTestScene scene;
+  scene.file = std::move(checks::ShapeScene(2, 20261123).file);
+  auto data = make_path_data(scene.view(), nullptr, make_sky(sky, 32), {}, 0.5f);
+  REQUIRE(data.has_value());
+  compare(scene, *data, {.width = 24, .height = 16, .samples = 3, .shutter = {0.0f, 1.0f}});
 }

@@ -95,6 +95,12 @@ TEST_CASE("a GPU's hits are the CPU's with the fast triangle test and with plain
   CHECK(compare(scene, Query::kAny, {TriangleTestKind::kWatertight, BoxTestKind::kPlain}, 20) > 1000);
 }
 
+TEST_CASE("a GPU's exact decisions are the CPU's") {
+  const TestScene scene = random_scene(NodeLayout::kPlanes);
+  CHECK(compare(scene, Query::kClosest, {.triangle_test = TriangleTestKind::kReference}) > 1000);
+  CHECK(compare(scene, Query::kAny, {.triangle_test = TriangleTestKind::kReference}) > 1000);
+}
+
 TEST_CASE("a batch in parts is the batch, with progress; no rays are no work") {
   const TestScene scene = random_scene(NodeLayout::kPlanes);
   const std::vector<Ray> rays = random_rays(2500);

@@ -101,6 +101,9 @@ TEST_CASE("Program shapes: a scene of meshes, spheres, curves and hair is built,
   const auto later = files.trace({"--time", "0.5"});
   CHECK(later[6].second == kInvalidId);
   CHECK(files.trace({"--query", "any"})[0].second != kInvalidId);
+  // Which of two triangles with a common edge is hit there is for the triangle test to say.
+  const auto exact = files.trace({"--triangle-test", "reference"});
+  for (std::size_t i = 0; i < hits.size(); ++i) CHECK(exact[i].first == hits[i].first);
 }
 
 TEST_CASE("Program shapes: hair and spheres without a scene, in every layout, beside a mesh") {
@@ -182,7 +185,7 @@ TEST_CASE("Program shapes: what cannot be is refused with the reason") {
   check_quiet(run({kBvhBuild, files.hair, "-o", files.out}));
   files.write_rays({{0, 0}});
   check_refused(files, {kBvhTrace, files.out, "--rays", files.rays, "--hits", files.hits, "--triangle-test", "fast"}, 1,
-                "traced with --triangle-test watertight and --box-test conservative only");
+                "traced with --triangle-test watertight or reference and --box-test conservative only");
   const CommandResult refit =
       run({kBvhBuild, files.out, "--refit", files.folder / "grid.obj", "-o", files.folder / "x.bvh"});
   CHECK(refit.status == 1);

@@ -113,6 +113,7 @@ TEST_CASE("Programs: every choice of bvhtrace gives the same hits; any-hit finds
   for (const std::vector<std::string>& choices :
        {std::vector<std::string>{"--threads", "2"},
         {"--triangle-test", "fast"},
+        {"--triangle-test", "reference"},
         {"--box-test", "plain"},
         {"--triangle-test", "fast", "--box-test", "plain", "--repeat", "3"}}) {
     std::vector<std::string> all{"--query", "closest"};
