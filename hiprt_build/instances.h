@@ -57,7 +57,7 @@ struct InstancedScene {
 };
 
 /// Whether an instance may have this place: it is finite and has an inverse that floats can hold, of a condition up to
-/// 2^40.
+/// 2^40 as it is computed: beyond 2^20 that is a bound, so that 2^36.8 is accepted for certain and 2^38.5 is not.
 HIPRT_BUILD_API bool is_invertible(const Affine& to_scene);
 
 /// Builds a scene of instances. Statistics are those of the scene's own tree: its custom primitives are instances, or

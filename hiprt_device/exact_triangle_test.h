@@ -148,8 +148,8 @@ class ExactDecision {
                                     step < 3 ? origin : corner};
     const RoundedDeterminant rounded(of_, minuend, subtrahend);
     value = rounded.value;
-    // Of t the value matters.
-    const double least = (step < 3 ? 1.0 : 0x1p30) * rounded.error;
+    // Not the sign alone must be certain: u, v and t are made of the values.
+    const double least = 0x1p30 * rounded.error;
     if (value > least) return 1;
     if (value < -least) return -1;
     int sign = 0;

@@ -10,7 +10,9 @@ namespace hiprt {
 /// A mesh at several times, between which its vertices move linearly; before the first and behind the last it stands
 /// still.
 struct MovingMesh {
-  const float* positions;          ///< Key k's vertex i: x, y, z from 3 * (k * vertices + i). Finite.
+  /// Key k's vertex i: x, y, z from 3 * (k * vertices + i). Finite: a triangle is missed at times for which a key with
+  /// a NaN corner counts, and has no box if a corner is infinite at any key.
+  const float* positions;
   const float* times;              ///< Of the keys, each later than the one before.
   const std::uint32_t* triangles;  ///< Three vertices each.
   std::uint32_t vertices;

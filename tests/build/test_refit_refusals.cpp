@@ -4,6 +4,9 @@
 #include <tests/build/refit_file.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/motions.h>
+#include <tests/oracle/random.h>
+
+#include <bit>
 
 using namespace hiprt;
 using namespace hiprt::oracle;
@@ -43,6 +46,71 @@ TEST_CASE("what cannot be refitted is refused with the place, and the file stays
     bad.positions[bad.triangles[1281][1]] = {0, 1, 0};
     CHECK_THAT(message(bad), Contains("triangle 1281: was dropped"));
     refitted(file, with_dropped);
+  }
+}
+
+TEST_CASE("every vertex and axis: NaN and infinity are refused with the place, and the file stays") {
+  const Mesh mesh = icosphere(2);
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  const float quiet = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  // Some NaN compare as others do when they are taken for integers: signs and payloads matter.
+  const float bad[] = {quiet,    -quiet,   std::bit_cast<float>(0x7f800001u), std::bit_cast<float>(0xffbfffffu),
+                       infinity, -infinity};
+  for (const NodeLayout layout : kLayouts) {
+    CAPTURE(static_cast<std::uint32_t>(layout));
+    File paired = built(mesh, {.nodes = layout}), single = built(mesh, {.nodes = layout, .pair_triangles = false});
+    for (const float value : bad)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        Mesh moved = twisted(mesh, 0.1);
+        const std::uint32_t vertex = random.below(static_cast<std::uint32_t>(mesh.positions.size()));
+        moved.positions[vertex][axis] = value;
+        INFO("vertex " << vertex << ", axis " << axis << ", " << value);
+        for (File* file : {&paired, &single}) {
+          const build::Error error = refusal(*file, moved);
+          CHECK(error.code == ErrorCode::kInvalidInput);
+          REQUIRE_THAT(error.message,
+                       Contains("mesh 0, triangle ") && Contains("is in the tree, but is not finite now"));
+          // The triangle that is named has the vertex.
+          const std::size_t number = std::stoul(error.message.substr(std::string("mesh 0, triangle ").size()));
+          REQUIRE(number < mesh.triangles.size());
+          const build::Triangle& named = mesh.triangles[number];
+          CHECK((named[0] == vertex || named[1] == vertex || named[2] == vertex));
+        }
+      }
+    // What no triangle of the tree has may be anything.
+    Mesh moved = twisted(mesh, 0.1);
+    moved.positions.push_back({quiet, infinity, -infinity});
+    refitted(paired, moved);
+    check_moved(paired, moved);
+  }
+}
+
+TEST_CASE("boxes of custom primitives: NaN and infinity are refused with the place, and the file stays") {
+  const float quiet = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  std::vector<Box> boxes;
+  for (unsigned i = 0; i < 60; ++i) {
+    const Position p = random.in_cube(1);
+    boxes.push_back({{p[0], p[1], p[2]}, {p[0] + 0.1f, p[1] + 0.2f, p[2] + 0.3f}});
+  }
+  for (const NodeLayout layout : kLayouts) {
+    CAPTURE(static_cast<std::uint32_t>(layout));
+    const build::CustomGeometry geometry[1] = {{.boxes = boxes}};
+    File file = built(SceneInput{{}, geometry}, {.nodes = layout});
+    for (const float value : {quiet, -quiet, infinity, -infinity})
+      for (unsigned side = 0; side < 6; ++side) {
+        std::vector<Box> moved = boxes;
+        const std::size_t number = random.below(60);
+        (side < 3 ? moved[number].min : moved[number].max)[side % 3] = value;
+        INFO("box " << number << ", side " << side << ", " << value);
+        const build::CustomGeometry changed[1] = {{.boxes = moved}};
+        const build::Error error = refusal(file, SceneInput{{}, changed});
+        CHECK(error.code == ErrorCode::kInvalidInput);
+        CHECK_THAT(error.message,
+                   Contains(" " + std::to_string(number) + ": is in the tree, but its box is not finite now"));
+      }
   }
 }
 

@@ -81,34 +81,114 @@ Ray aimed_ray(Random& random) {
 
 }  // namespace
 
+namespace {
+
+/// Rays at one time hit what deforms as they hit the mesh of that time, to the last bit. @return how many hit.
+unsigned check_as_still(const Deforming& deforming, const Mesh& still_mesh, float time, unsigned rays, Random& random) {
+  const std::vector<build::TriangleMesh> views{still_mesh.view()};
+  const auto still = build::build(views);
+  REQUIRE(still.has_value());
+  const SceneView scene = make_scene_view(*open_buffer(still->buffer.bytes()));
+  unsigned hits = 0;
+  for (unsigned k = 0; k < rays; ++k) {
+    Ray ray = aimed_ray(random);
+    ray.time = time;
+    INFO("time " << time << ", ray " << k);
+    const Hit expected = closest_hit<Policies<>>(scene, ray), hit = deforming.closest(ray);
+    REQUIRE(hit.found() == expected.found());
+    if (!hit.found()) continue;
+    ++hits;
+    REQUIRE((hit.t == expected.t && hit.u == expected.u && hit.v == expected.v));
+    REQUIRE((hit.primitive == expected.primitive && hit.normal == expected.normal));
+    REQUIRE(hit.error >= expected.error);
+    REQUIRE(hit.error < expected.error + 1e-6f);
+  }
+  return hits;
+}
+
+}  // namespace
+
 TEST_CASE("a mesh that deforms is hit as the mesh of that time is, bit by bit") {
+  INFO("seed " << kSeed);
   const Deforming deforming = twisting_ball();
   Random random(kSeed);
   unsigned hits = 0;
   for (unsigned i = 0; i < 60; ++i) {
-    Ray ray = aimed_ray(random);
-    const float time = ray.time;
-    const Mesh mesh = deforming.at(time);
-    const std::vector<build::TriangleMesh> views{mesh.view()};
-    const auto still = build::build(views);
-    REQUIRE(still.has_value());
-    const SceneView scene = make_scene_view(*open_buffer(still->buffer.bytes()));
-    for (unsigned k = 0; k < 50; ++k) {
-      INFO("seed " << kSeed << ", time " << i << ", ray " << k);
-      const Hit expected = closest_hit<Policies<>>(scene, ray), hit = deforming.closest(ray);
-      REQUIRE(hit.found() == expected.found());
-      if (hit.found()) {
-        ++hits;
-        REQUIRE((hit.t == expected.t && hit.u == expected.u && hit.v == expected.v));
-        REQUIRE((hit.primitive == expected.primitive && hit.normal == expected.normal));
-        REQUIRE(hit.error >= expected.error);
-        REQUIRE(hit.error < expected.error + 1e-6f);
-      }
-      ray = aimed_ray(random);
-      ray.time = time;
-    }
+    const float time = aimed_ray(random).time;
+    hits += check_as_still(deforming, deforming.at(time), time, 50, random);
   }
   CHECK(hits > 1000);
+}
+
+TEST_CASE("corners that are no numbers: their triangles are missed while a key has them, the others hit") {
+  // Builders drop triangles of a still mesh that are not finite: the mesh of that time has those that can be hit.
+  INFO("seed " << kSeed);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
+  Random random(kSeed);
+  for (const float bad : {kNan, -kNan, kInfinity, -kInfinity})
+    for (std::size_t key = 0; key < 3; ++key) {
+      const Deforming whole = twisting_ball();
+      std::vector<Mesh> keys = whole.keys;
+      std::vector<bool> broken(keys[0].positions.size());
+      for (unsigned i = 0; i < 150; ++i) {
+        const std::uint32_t vertex = random.below(static_cast<std::uint32_t>(broken.size()));
+        keys[key].positions[vertex][random.below(3)] = bad;
+        broken[vertex] = true;
+      }
+      const Deforming deforming(keys, whole.times);
+      unsigned hits = 0, hits_of_broken_at_other_times = 0;
+      for (const float time : {-2.0f, -1.0f, -0.5f, 0.2f, 0.25f, 0.5f, 2.9f, 3.0f, 4.0f}) {
+        INFO("key " << key << ", " << bad);
+        Mesh still = deforming.at(time);
+        // With an infinite corner at any time the box is none, and the triangle is not in the tree.
+        const bool in_segment = time < 0.25f ? key < 2 : key > 0;
+        for (build::Triangle& triangle : still.triangles)
+          if (std::isinf(bad) && (broken[triangle[0]] || broken[triangle[1]] || broken[triangle[2]]))
+            triangle = {0, 0, 0};
+        hits += check_as_still(deforming, still, time, 60, random);
+        if (!std::isnan(bad) || in_segment) continue;
+        hits_of_broken_at_other_times += check_as_still(deforming, still, time, 60, random);
+      }
+      CHECK(hits > 100);
+      if (std::isnan(bad) && key != 1) CHECK(hits_of_broken_at_other_times > 50);
+    }
+}
+
+TEST_CASE("times of rays that are no numbers: nothing is there; infinite ones: as at the first and the last key") {
+  INFO("seed " << kSeed);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
+  const Deforming deforming = twisting_ball();
+  Random random(kSeed);
+  CHECK(check_as_still(deforming, deforming.keys.front(), -kInfinity, 300, random) > 100);
+  CHECK(check_as_still(deforming, deforming.keys.back(), kInfinity, 300, random) > 100);
+  for (const float time : {kNan, -kNan}) CHECK(check_as_still(deforming, Mesh{}, time, 300, random) == 0);
+}
+
+TEST_CASE("times of keys that do not grow, of any bits: a miss, or a hit of numbers") {
+  INFO("seed " << kSeed);
+  const Deforming whole = twisting_ball();
+  Random random(kSeed);
+  unsigned hits = 0;
+  for (unsigned i = 0; i < 40; ++i) {
+    std::vector<float> times = whole.times;
+    for (float& time : times)
+      if (random.coin()) time = random.below(3) == 0 ? std::numeric_limits<float>::quiet_NaN() : random.any_float();
+    const Deforming deforming(whole.keys, times);
+    for (unsigned k = 0; k < 100; ++k) {
+      Ray ray = aimed_ray(random);
+      if (k % 8 == 0) ray.time = random.any_float();
+      INFO("times " << i << ", ray " << k);
+      const Hit hit = deforming.closest(ray);
+      REQUIRE_FALSE(hit.failed());
+      if (!hit.found()) continue;
+      ++hits;
+      REQUIRE((hit.t >= 0 && hit.t <= std::numeric_limits<float>::max()));
+      REQUIRE((hit.u >= 0 && hit.u <= 1 && hit.v >= 0 && hit.v <= 1));
+      REQUIRE(hit.error >= 0);
+      for (int axis = 0; axis < 3; ++axis) REQUIRE(std::isfinite(hit.normal[axis]));
+    }
+  }
+  CHECK(hits > 500);
 }
 
 TEST_CASE("nothing that deforms leaves its boxes") {

@@ -3,34 +3,46 @@
 #include <hiprt_device/box_test.h>
 #include <hiprt_device/format/layout.h>
 
-#include <limits>
-
 namespace hiprt::checks {
 
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr Box kEmpty{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+template <class Layout> bool round(NodeBoxes& boxes) {
+  typename Layout::Node node{};
+  if (!Layout::set_boxes(node, boxes.child)) return false;
+  for (unsigned i = 0; i < kBranching; ++i) boxes.child[i] = Layout::box(node, i);
+  return true;
+}
 
 template <class Layout, class Lanes, class Policy>
-BoxAnswer keeps(const Ray& ray, const Box& box, unsigned child, const Box& bounds) {
+std::uint32_t passing(const Ray& ray, const NodeBoxes& boxes, const Box& bounds) {
   typename Layout::Node node{};
-  for (unsigned i = 0; i < kBranching; ++i) Layout::set_box(node, i, i == child ? box : kEmpty);
+  Layout::set_boxes(node, boxes.child);
   const RaySlabs<Lanes> slabs(ray, Policy::margin(ray.origin, bounds));
   const float tmin = ray.tmin < 0.0f ? 0.0f : ray.tmin;
   const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, Lanes::uniform(tmin), Lanes::uniform(ray.tmax));
-  bool others = false;
-  for (unsigned i = 0; i < kBranching; ++i) others = others || (i != child && hits.hit(i));
-  return {hits.hit(child), others};
+  std::uint32_t mask = 0;
+  for (unsigned i = 0; i < kBranching; ++i) mask |= (hits.hit(i) ? 1u : 0u) << i;
+  return mask;
+}
+
+template <class Layout, class Lanes, class Policy> constexpr NamedBoxTest test(const char* name) {
+  return {name, std::is_same_v<Policy, Conservative>, round<Layout>, passing<Layout, Lanes, Policy>};
 }
 
 constexpr NamedBoxTest kTests[] = {
-    {"conservative planes array", true, keeps<PlanesLayout, ArrayLanes, Conservative>},
-    {"conservative float array", true, keeps<FloatLayout, ArrayLanes, Conservative>},
-    {"conservative planes simd", true, keeps<PlanesLayout, DefaultLanes, Conservative>},
-    {"conservative float simd", true, keeps<FloatLayout, DefaultLanes, Conservative>},
-    {"plain planes array", false, keeps<PlanesLayout, ArrayLanes, Plain>},
-    {"plain planes simd", false, keeps<PlanesLayout, DefaultLanes, Plain>},
+    test<PlanesLayout, ArrayLanes, Conservative>("conservative planes array"),
+    test<FloatLayout, ArrayLanes, Conservative>("conservative float array"),
+    test<HalfLayout, ArrayLanes, Conservative>("conservative half array"),
+    test<QuantizedLayout, ArrayLanes, Conservative>("conservative quantized array"),
+    test<PlanesLayout, DefaultLanes, Conservative>("conservative planes simd"),
+    test<FloatLayout, DefaultLanes, Conservative>("conservative float simd"),
+    test<HalfLayout, DefaultLanes, Conservative>("conservative half simd"),
+    test<QuantizedLayout, DefaultLanes, Conservative>("conservative quantized simd"),
+    test<PlanesLayout, ArrayLanes, Plain>("plain planes array"),
+    test<PlanesLayout, DefaultLanes, Plain>("plain planes simd"),
+    test<HalfLayout, DefaultLanes, Plain>("plain half simd"),
+    test<QuantizedLayout, DefaultLanes, Plain>("plain quantized simd"),
 };
 
 }  // namespace

@@ -3,20 +3,28 @@
 
 #include <hiprt_device/ray.h>
 
+#include <limits>
 #include <span>
 
 namespace hiprt::checks {
 
-struct BoxAnswer {
-  bool kept;    ///< The child passes.
-  bool absent;  ///< Some absent child passes: an invalid reference would be followed.
+/// A node's boxes; the empty one where there is no child.
+struct NodeBoxes {
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  static constexpr Box kEmpty{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
+
+  Box child[kBranching] = {kEmpty, kEmpty, kEmpty, kEmpty};
 };
 
 struct NamedBoxTest {
   const char* name;
   bool conservative;
-  /// Puts the box into one child of a node whose other children are absent. @param bounds of the scene, around the box.
-  BoxAnswer (*keeps)(const Ray& ray, const Box& box, unsigned child, const Box& bounds);
+  /// What a node of the layout has in the place of the boxes. Infinite planes stand for the scene's bounds.
+  /// @return false: it cannot hold them.
+  bool (*round)(NodeBoxes& boxes);
+  /// @param boxes put into a node, which can hold them. @param bounds of the scene, around the boxes.
+  /// @return bit per child: it passes.
+  std::uint32_t (*passing)(const Ray& ray, const NodeBoxes& boxes, const Box& bounds);
 };
 
 std::span<const NamedBoxTest> box_tests();

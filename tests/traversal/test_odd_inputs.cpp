@@ -46,26 +46,30 @@ std::set<std::uint32_t> hit_primitives(const Scene& scene, const Mesh& mesh) {
   return result;
 }
 
-/// Rays from within @p size at inner points of triangles; their directions are about as long as 1, so that they have
-/// reciprocals. @return of those, how many hit.
+/// A ray from within @p size at an inner point of a triangle; its direction is about as long as 1, so that it has
+/// reciprocals.
+Ray inner_ray(const Mesh& mesh, double size, Random& random) {
+  const Corners c = corners(mesh, random.below(static_cast<std::uint32_t>(mesh.triangles.size())));
+  const double u = random.unit(), v = random.unit() * (1 - u);
+  const Position from = random.in_cube(size);
+  Double3 way{};
+  for (std::size_t k = 0; k < 3; ++k)
+    way[k] = c.p0[k] + u * (double{c.p1[k]} - c.p0[k]) + v * (double{c.p2[k]} - c.p0[k]) - from[k];
+  const double longest = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
+  const int exponent = longest > 0 ? -std::ilogb(longest) : 0;
+  const Vec3 direction(static_cast<float>(std::ldexp(way[0], exponent)),
+                       static_cast<float>(std::ldexp(way[1], exponent)),
+                       static_cast<float>(std::ldexp(way[2], exponent)));
+  return {vec3(from), 0, direction, std::numeric_limits<float>::max(), 0xffffffffu};
+}
+
+/// All scenes and tracers have the hits of brute force for inner_ray(). @return of those, how many hit.
 std::uint64_t compare_with_brute_force(const std::vector<Mesh>& meshes, double size, unsigned rays, Random& random) {
   const std::vector<Scene> scenes = all_scenes(meshes);
   require_valid(scenes);
   Comparison comparison;
   for (unsigned i = 0; i < rays; ++i) {
-    const Mesh& mesh = meshes[0];
-    const Corners c = corners(mesh, random.below(static_cast<std::uint32_t>(mesh.triangles.size())));
-    const double u = random.unit(), v = random.unit() * (1 - u);
-    const Position from = random.in_cube(size);
-    Double3 way{};
-    for (std::size_t k = 0; k < 3; ++k)
-      way[k] = c.p0[k] + u * (double{c.p1[k]} - c.p0[k]) + v * (double{c.p2[k]} - c.p0[k]) - from[k];
-    const double longest = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
-    const int exponent = longest > 0 ? -std::ilogb(longest) : 0;
-    const Vec3 direction(static_cast<float>(std::ldexp(way[0], exponent)),
-                         static_cast<float>(std::ldexp(way[1], exponent)),
-                         static_cast<float>(std::ldexp(way[2], exponent)));
-    const Ray ray{vec3(from), 0, direction, std::numeric_limits<float>::max(), 0xffffffffu};
+    const Ray ray = inner_ray(meshes[0], size, random);
     const Hit hit = default_tracer().closest(scenes[0], ray);
     INFO(describe(ray));
     REQUIRE(find_difference(scenes, ray, hit) == "");
@@ -85,8 +89,10 @@ Mesh without_degenerate(Mesh mesh) {
   return mesh;
 }
 
-/// A mesh that every builder must build to a valid file with one leaf per triangle and part.
-void require_buildable(const Mesh& mesh) {
+/// A mesh that every builder must build to a valid file with one leaf per triangle and part, in which rays have the
+/// hits of brute force.
+void require_buildable(const Mesh& mesh, const std::vector<Ray>& rays = {}) {
+  std::vector<Hit> hits;
   for (const auto& [word, builder] : tools::kBuilders) {
     CAPTURE(word);
     const Scene scene = make_scene({mesh}, {.builder = builder});
@@ -95,7 +101,18 @@ void require_buildable(const Mesh& mesh) {
     REQUIRE(summary.has_value());
     REQUIRE(scene.view.header->stack_bound <= stack_capacity());
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) REQUIRE(scene.view.primitive_map[i] != kInvalidId);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const Hit hit = default_tracer().closest(scene, rays[i]);
+      INFO(describe(rays[i]) << "\n" << describe(hit));
+      if (hits.size() == i) hits.push_back(hit);
+      REQUIRE(same_hit(hit, hits[i]));
+    }
   }
+  Comparison comparison;
+  for (std::size_t i = 0; i < rays.size(); ++i) compare(std::span(&mesh, 1), rays[i], hits[i], kBounds, comparison);
+  INFO(comparison.first_unexplained);
+  REQUIRE(comparison.unexplained == 0);
+  REQUIRE(comparison.hits >= rays.size() / 2);
 }
 
 }  // namespace
@@ -191,10 +208,16 @@ TEST_CASE("triangles on one line, and in one row", "[odd]") {
   }
 }
 
-TEST_CASE("every builder: sizes at the borders of tasks and chunks", "[odd]") {
+TEST_CASE("every builder: sizes at the borders of tasks and chunks, and the hits of brute force", "[odd]") {
+  const std::uint64_t seed = 52;
+  INFO("seed " << seed);
+  Random random(seed);
   for (const unsigned count : {1023u, 1025u, 2047u, 2049u, 4095u, 4097u, 8191u, 8192u, 8193u, 65535u, 65536u, 65537u}) {
     CAPTURE(count);
-    require_buildable(soup(count, 0.01, count));
+    const Mesh mesh = soup(count, 0.01, count);
+    std::vector<Ray> rays;
+    for (unsigned i = 0; i < 10; ++i) rays.push_back(inner_ray(mesh, 1.5, random));
+    require_buildable(mesh, rays);
   }
 }
 
@@ -243,13 +266,15 @@ TEST_CASE("one to twenty triangles, apart and connected", "[odd]") {
   }
 }
 
-TEST_CASE("2^k +- 1 triangles", "[odd]") {
-  for (const unsigned count : {31u, 32u, 33u, 63u, 64u, 65u, 255u, 256u, 257u, 1023u, 1024u, 1025u}) {
-    CAPTURE(count);
-    const std::vector<Mesh> meshes{soup(count, 0.1, count)};
-    const std::vector<Scene> scenes = all_scenes(meshes);
-    require_valid(scenes);
-  }
+TEST_CASE("2^k +- 1 triangles: valid trees, and the hits of brute force", "[odd]") {
+  const std::uint64_t seed = 51;
+  INFO("seed " << seed);
+  Random random(seed);
+  for (const unsigned power : {16u, 32u, 64u, 128u, 256u, 1024u})
+    for (const unsigned count : {power - 1, power, power + 1}) {
+      CAPTURE(count);
+      CHECK(compare_with_brute_force({soup(count, 0.1, random.bits())}, 1.5, 30, random) > 20);
+    }
 }
 
 TEST_CASE("all centroids at one point", "[odd]") {

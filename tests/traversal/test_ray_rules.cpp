@@ -159,18 +159,61 @@ TEST_CASE("what is not a ray misses, without a hang", "[ray]") {
   }
 }
 
+namespace {
+
+/// cross(p1 - p0, p2 - p0) to a few units in the last place, times a power of two only where ray.h says so.
+bool is_normal_of(const Vec3& normal, const Corners& c) {
+  std::array<Rational, 3> a, b, cross;
+  for (std::size_t k = 0; k < 3; ++k) a[k] = exact(c.p1[k]) - exact(c.p0[k]), b[k] = exact(c.p2[k]) - exact(c.p0[k]);
+  Rational largest, largest_found;
+  for (std::size_t k = 0; k < 3; ++k) {
+    cross[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+    largest = std::max(largest, Rational(abs(cross[k])));
+    if (!std::isfinite(normal[static_cast<int>(k)])) return false;
+    largest_found = std::max(largest_found, Rational(abs(exact(normal[static_cast<int>(k)]))));
+  }
+  if (sgn(largest) == 0) return sgn(largest_found) == 0;
+  if (sgn(largest_found) == 0) return false;
+  int exponent = 0;
+  const double ratio = Rational(largest_found / largest).get_d();
+  const double off_power = std::abs(std::frexp(ratio * (1 + 0x1p-21), &exponent) - 0.5);
+  if (off_power > 0x1p-20) return false;
+  const bool fits = largest >= exact(0x1p-100f) && largest < exact(0x1p127f);
+  if (fits && exponent != 1) return false;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Rational off = abs(Rational(exact(normal[static_cast<int>(k)]) / largest_found - cross[k] / largest));
+    if (off > exact(0x1p-20f)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 TEST_CASE("rays of random bits neither hang nor report what they cannot", "[ray]") {
+  constexpr std::uint64_t kSeed = 32;
+  INFO("seed " << kSeed);
   const std::vector<Mesh> meshes{torture(400, 31), icosphere(2)};
   const std::vector<Scene> scenes = all_scenes(meshes);
-  Random random(32);
-  for (int i = 0; i < 3000; ++i) {
+  Random random(kSeed);
+  std::uint64_t hits = 0;
+  for (int i = 0; i < 2000; ++i) {
     Ray ray;
-    for (int k = 0; k < 3; ++k) ray.origin[k] = random.any_float(), ray.direction[k] = random.any_float();
-    if (random.coin()) ray.tmin = random.any_float();
-    if (random.coin()) ray.tmax = random.any_float();
+    // One in three starts in the ball, and one is aimed at any triangle, as large as it may be, from its other side: of
+    // the others hardly one meets anything.
+    const int kind = i % 3;
+    const Corners target = corners(meshes[0], random.below(static_cast<std::uint32_t>(meshes[0].triangles.size())));
+    for (int k = 0; k < 3; ++k) {
+      const auto axis = static_cast<std::size_t>(k);
+      ray.origin[k] = kind == 0 ? random.uniform_float(-0.5, 0.5) : kind == 1 ? -target.p0[axis] : random.any_float();
+      ray.direction[k] = random.any_float();
+      if (kind == 1) ray.direction[k] = 0.5f * target.p0[axis] + 0.25f * target.p1[axis] + 0.25f * target.p2[axis];
+    }
+    if (kind != 1 && random.coin()) ray.tmin = random.any_float();
+    if (kind != 1 && random.coin()) ray.tmax = random.any_float();
     const Scene& scene = scenes[random.below(static_cast<std::uint32_t>(scenes.size()))];
-    for (const Tracer& tracer : all_tracers())
-      for (const Hit& hit : {tracer.closest(scene, ray), tracer.any(scene, ray)}) {
+    for (const Tracer& tracer : all_tracers()) {
+      const Hit closest = tracer.closest(scene, ray);
+      for (const Hit& hit : {closest, tracer.any(scene, ray)}) {
         INFO(tracer.name << "\n" << describe(ray) << "\n" << describe(hit));
         if (!is_valid(ray)) REQUIRE_FALSE(hit.found());
         if (!hit.found()) {
@@ -179,9 +222,17 @@ TEST_CASE("rays of random bits neither hang nor report what they cannot", "[ray]
         }
         REQUIRE((hit.t >= effective_tmin(ray) && hit.t <= ray.tmax));
         REQUIRE((hit.geometry < meshes.size() && hit.primitive < meshes[hit.geometry].triangles.size()));
-        REQUIRE((hit.u >= 0 && hit.v >= 0 && hit.u <= 1 && hit.v <= 1));
+        const float low = -tracer.weight_error, high = 1 + tracer.weight_error;
+        REQUIRE((hit.u >= low && hit.v >= low && hit.u <= high && hit.v <= high));
+        REQUIRE(hit.error >= 0);
       }
+      if (!closest.found()) continue;
+      ++hits;
+      INFO(tracer.name << "\n" << describe(ray) << "\n" << describe(closest));
+      REQUIRE(is_normal_of(closest.normal, corners(meshes[closest.geometry], closest.primitive)));
+    }
   }
+  CHECK(hits > 1000);
 }
 
 TEST_CASE("zero components of either sign are axis-parallel rays", "[ray]") {

@@ -48,7 +48,7 @@ template <class Lanes> Met meet(const Pair& pair, const Ray& ray) {
 }
 
 /// What random cases are made of.
-enum class Kind { kLattice, kWild, kBits, kHuge, kEdge, kVertex, kFar, kNeedle, kCount };
+enum class Kind { kLattice, kWild, kBits, kHuge, kEdge, kVertex, kFar, kNeedle, kSpread, kCount };
 
 Position middle(const Position& a, const Position& b, double s) {
   Position result{};
@@ -62,11 +62,12 @@ struct Case {
 };
 
 /// On a small lattice lines and triangles meet in every degenerate way; wild, any finite bits and huge ones are of any
-/// scale, all others aimed at edges and vertices as closely as floats allow.
+/// scale, all others aimed at edges and vertices as closely as floats allow; those of a spread have corners of any
+/// scales in one triangle.
 Case make_case(Kind kind, Random& random) {
   const auto number = [&]() -> float {
     if (kind == Kind::kLattice) return static_cast<float>(random.below(5)) - 2.0f;
-    if (kind == Kind::kWild)
+    if (kind == Kind::kWild || kind == Kind::kSpread)
       return static_cast<float>(random.log_uniform(1e-38, 1e37)) * (random.coin() ? 1.0f : -1.0f);
     if (kind == Kind::kHuge) return random.uniform_float(-3.4e38, 3.4e38);
     if (kind == Kind::kBits) {
@@ -84,9 +85,10 @@ Case make_case(Kind kind, Random& random) {
     for (unsigned i : {1u, 3u})
       for (std::size_t k = 0; k < 3; ++k) v[i][k] = v[0][k] + thin * v[i][k];
   }
+  const bool spread = kind == Kind::kSpread;
   const float away = kind == Kind::kFar ? static_cast<float>(random.log_uniform(1e1, 1e7)) : 1.0f;
   Position origin = point();
-  for (float& x : origin) x *= away;
+  for (float& x : origin) x = spread ? random.uniform_float(-1, 1) : x * away;
   result.ray.origin = vec3(origin);
   if (kind <= Kind::kHuge) {
     do result.ray.direction = vec3(point());
@@ -94,7 +96,8 @@ Case make_case(Kind kind, Random& random) {
     return result;
   }
   const unsigned from = random.below(4), to = random.below(4);
-  const Position target = kind == Kind::kVertex ? v[from] : middle(v[from], v[to], random.unit());
+  const double part = spread ? random.log_uniform(1e-38, 1) : random.unit();
+  const Position target = kind == Kind::kVertex ? v[from] : middle(v[from], v[to], part);
   for (int k = 0; k < 3; ++k)
     result.ray.direction[k] = target[static_cast<std::size_t>(k)] - origin[static_cast<std::size_t>(k)];
   return result;

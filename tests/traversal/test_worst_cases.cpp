@@ -3,6 +3,7 @@
 #include <hiprt_device/box_ray.h>
 #include <hiprt_device/double_triangle_test.h>
 #include <hiprt_device/exact_triangle_test.h>
+#include <hiprt_device/format/instance_bounds.h>
 #include <hiprt_device/primitives/computed_leaf.h>
 #include <hiprt_device/spawn.h>
 #include <hiprt_device/t_error.h>
@@ -110,29 +111,52 @@ template <class Test, class Real> double t_share(const Case& it) {
   return Rational(off / Rational(double{bound})).get_d();
 }
 
-/// The least part of Conservative's margin with which the triangle's box passes, with the hit as the limit.
-template <class Test, class Real> double margin_share(const Case& it) {
-  const auto hit = hit_of<Test, Real>(it);
-  if (!hit || !(hit->t <= std::numeric_limits<Real>::max())) return -1.0;
-  Box box{};
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.min[k] = std::min({it.corners.p0[k], it.corners.p1[k], it.corners.p2[k]});
-    box.max[k] = std::max({it.corners.p0[k], it.corners.p1[k], it.corners.p2[k]});
-  }
-  const BasicRay<Real> ray = convert<Real>(it.ray);
-  const BoxRay<Real> boxes(ray, box, hit->t);
-  const float margin = boxes.margin(Conservative::margin(boxes.ray(ray).origin, box), 0.0f, 0.0f);
-  const auto passes = [&](double part) {
-    const RaySlabs<ArrayLanes> slabs(boxes.ray(ray), static_cast<float>(part * double{margin}));
-    return meets_box<ArrayLanes>(box, slabs, boxes.near_end(Real(0)), boxes.far_end(hit->t));
-  };
-  if (passes(0.0)) return 0.0;
+/// The least part of a margin that is enough; 0: none is needed.
+template <class Enough> double least_part(const Enough& enough) {
+  if (enough(0.0)) return 0.0;
   double low = 0.0, high = 16.0;
   for (unsigned i = 0; i < 12; ++i) {
     const double middle = 0.5 * (low + high);
-    (passes(middle) ? high : low) = middle;
+    (enough(middle) ? high : low) = middle;
   }
   return high;
+}
+
+Box box_of(const Corners& corners) {
+  Box box{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.min[k] = std::min({corners.p0[k], corners.p1[k], corners.p2[k]});
+    box.max[k] = std::max({corners.p0[k], corners.p1[k], corners.p2[k]});
+  }
+  return box;
+}
+
+/// The least part of Conservative's margin with which a box passes, with the hit as the limit. The box is all of its
+/// file. Where none is needed it is in (-1, 0], and the larger the less the box may shrink: the search has a way to go.
+/// @param condition, reach of the file's header.
+template <class Real>
+double box_share(const BasicRay<Real>& ray, const Box& box, Real t, float condition, float reach) {
+  const BoxRay<Real> boxes(ray, box, t);
+  const float margin =
+      boxes.margin(Conservative::margin(boxes.ray(ray).origin, box, condition, reach), condition, reach);
+  const auto passes = [&](double part) {
+    const RaySlabs<ArrayLanes> slabs(boxes.ray(ray), static_cast<float>(part * double{margin}));
+    return meets_box<ArrayLanes>(box, slabs, boxes.near_end(Real(0)), boxes.far_end(t));
+  };
+  if (!passes(0.0)) return least_part(passes);
+  double low = -12.0, high = 40.0;  // Exponents of 2.
+  for (unsigned i = 0; i < 12; ++i) {
+    const double middle = 0.5 * (low + high);
+    (passes(-std::exp2(middle)) ? low : high) = middle;
+  }
+  return -1.0 + 1.0 / (1.0 + std::exp2(low));
+}
+
+/// Of the triangle's box.
+template <class Test, class Real> double margin_share(const Case& it) {
+  const auto hit = hit_of<Test, Real>(it);
+  if (!hit || !(hit->t <= std::numeric_limits<Real>::max())) return -1.0;
+  return box_share<Real>(convert<Real>(it.ray), box_of(it.corners), hit->t, 0.0f, 0.0f);
 }
 
 /// The error of Reference's t in units in its last place, or 2 for a wrong decision.
@@ -152,26 +176,73 @@ double reference_share(const Case& it) {
   return hit ? error_in_ulps(hit->t, t) : -1.0;
 }
 
-/// The triangle through an instance, whose record is made of twelve more genes: the hit point's distance from the
-/// triangle's plane in the scene, per axis, in Hit::error.
-template <class Test, class Real> double placed_share(const Genes& genes) {
+/// A triangle in an instance, whose record is made of twelve more genes.
+template <class Real> struct Placed {
+  Case it;
   InstanceRecord record{};
+  BasicRay<Real> ray, local;  ///< As the scene and as the object have it.
+};
+
+/// Nothing where numbers leave the range.
+template <class Real> std::optional<Placed<Real>> placed_case(const Genes& genes) {
+  Placed<Real> placed;
+  InstanceRecord& record = placed.record;
   for (std::size_t r = 0; r < 3; ++r) {
     for (std::size_t c = 0; c < 3; ++c) record.linear[r][c] = genes[14 + 3 * r + c];
     record.translation[r] = genes[23 + r];
   }
   const LinearInverse inverse(record);
-  if (!inverse.exists() || !(inverse.norm() < 0x1p20)) return -1.0;
+  const auto it = case_of(genes);
+  if (!inverse.exists() || !(inverse.norm() < 0x1p20) || !it) return {};
+  placed.it = *it;
   // The genes' ray is the object's; the scene's is where the inverse takes it, rounded.
-  auto it = case_of(genes);
-  if (!it) return -1.0;
   Ray outside;
   outside.origin = point_to_scene(record, it->ray.origin);
   outside.direction = vector_to_scene(record, it->ray.direction);
-  const BasicRay<Real> ray = convert<Real>(outside), local = ray_to_object(record, ray);
   if (!is_valid(outside) || max_component(outside.origin) > 0x1p40f || max_component(outside.direction) < 0x1p-40f)
-    return -1.0;
-  const auto in_object = hit_of<Test>(it->corners, local);
+    return {};
+  placed.ray = convert<Real>(outside);
+  placed.local = ray_to_object(record, placed.ray);
+  return placed;
+}
+
+/// Of the instance's box in the scene, as tight as the object's corners allow.
+template <class Test, class Real> double instance_margin_share(const Genes& genes) {
+  const auto placed = placed_case<Real>(genes);
+  if (!placed) return -1.0;
+  const auto& [it, record, ray, local] = *placed;
+  const auto hit = hit_of<Test>(it.corners, local);
+  if (!hit || !(hit->t <= std::numeric_limits<Real>::max())) return -1.0;
+  const format_detail::StillPlace place(record);
+  Box around = format_detail::empty_box();
+  for (const Position& p : {it.corners.p0, it.corners.p1, it.corners.p2}) {
+    const Box corner = place.bounds({{p[0], p[1], p[2]}, {p[0], p[1], p[2]}});
+    for (std::size_t k = 0; k < 3; ++k) {
+      around.min[k] = std::min(around.min[k], corner.min[k]);
+      around.max[k] = std::max(around.max[k], corner.max[k]);
+    }
+  }
+  format_detail::InstanceNeeds needs;
+  needs.add(record, ObjectRecord{});
+  return box_share<Real>(ray, around, hit->t, affine_detail::round_up(needs.condition),
+                         affine_detail::round_up(needs.reach));
+}
+
+/// Of the triangle's box in the object's own tree.
+template <class Test, class Real> double inner_margin_share(const Genes& genes) {
+  const auto placed = placed_case<Real>(genes);
+  if (!placed) return -1.0;
+  const auto hit = hit_of<Test>(placed->it.corners, placed->local);
+  if (!hit || !(hit->t <= std::numeric_limits<Real>::max())) return -1.0;
+  return box_share<Real>(placed->local, box_of(placed->it.corners), hit->t, 0.0f, 0.0f);
+}
+
+/// The hit point's distance from the triangle's plane in the scene, per axis, in Hit::error.
+template <class Test, class Real> double placed_share(const Genes& genes) {
+  const auto placed = placed_case<Real>(genes);
+  if (!placed) return -1.0;
+  const auto& [it, record, ray, local] = *placed;
+  const auto in_object = hit_of<Test>(it.corners, local);
   if (!in_object) return -1.0;
   ObjectRecord object{};
   SceneView scene;
@@ -194,7 +265,7 @@ template <class Test, class Real> double placed_share(const Genes& genes) {
           entry * (exact_of(double{ray.origin[c]}) - exact_of(double{record.translation[c]}));
       d[static_cast<std::size_t>(r)] += entry * exact_of(double{ray.direction[c]});
     }
-  const Position &a = it->corners.p0, &b = it->corners.p1, &c = it->corners.p2;
+  const Position &a = it.corners.p0, &b = it.corners.p1, &c = it.corners.p2;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
     n[k] = (exact_of(b[i]) - exact_of(a[i])) * (exact_of(c[j]) - exact_of(a[j])) -
@@ -250,13 +321,7 @@ template <class Test, class Real> double spawn_share(const Genes& genes) {
     leaving.origin = spawn_origin(ray, moved, leaving.direction);
     return hit_of<Test>(it->corners, leaving).has_value();
   };
-  if (!meets(0.0)) return 0.0;
-  double low = 0.0, high = 16.0;
-  for (unsigned i = 0; i < 12; ++i) {
-    const double middle = 0.5 * (low + high);
-    (meets(middle) ? low : high) = middle;
-  }
-  return high;
+  return least_part([&](double part) { return !meets(part); });
 }
 
 template <class Make, class Score> void search_genes(const char* what, const Make& make, const Score& score) {
@@ -310,6 +375,15 @@ TEST_CASE("no search makes a box hide its triangle", "[worst_cases]") {
   search("Watertight: Conservative's margin", margin_share<Watertight, float>);
   search("Reference: Conservative's margin", margin_share<Reference, float>);
   search("WatertightDouble: margin", margin_share<WatertightDouble, double>);
+}
+
+TEST_CASE("no search makes a box hide what an instance has: its own, or one of its inner tree", "[worst_cases]") {
+  search_genes("Watertight: an instance's margin", make_placed_genes, instance_margin_share<Watertight, float>);
+  search_genes("Reference: an instance's margin", make_placed_genes, instance_margin_share<Reference, float>);
+  search_genes("Double: an instance's margin", make_placed_genes, instance_margin_share<WatertightDouble, double>);
+  search_genes("Watertight: an inner margin", make_placed_genes, inner_margin_share<Watertight, float>);
+  search_genes("Reference: an inner margin", make_placed_genes, inner_margin_share<Reference, float>);
+  search_genes("Double: an inner margin", make_placed_genes, inner_margin_share<WatertightDouble, double>);
 }
 
 TEST_CASE("no search makes Reference decide wrongly, or t worse than its last place", "[worst_cases]") {

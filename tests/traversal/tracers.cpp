@@ -22,8 +22,9 @@ template <class Triangle, class Boxes, class Lanes> Hit any(const Scene& scene, 
   });
 }
 
-template <class Triangle, class Boxes, class Lanes> constexpr Tracer tracer(const char* name, bool guaranteed) {
-  return {name, guaranteed, closest<Triangle, Boxes, Lanes>, any<Triangle, Boxes, Lanes>};
+template <class Triangle, class Boxes, class Lanes>
+constexpr Tracer tracer(const char* name, bool guaranteed, float weight_error = 0.0f) {
+  return {name, guaranteed, closest<Triangle, Boxes, Lanes>, any<Triangle, Boxes, Lanes>, weight_error};
 }
 
 constexpr Tracer kTracers[] = {
@@ -33,6 +34,8 @@ constexpr Tracer kTracers[] = {
     tracer<Fast, Conservative, DefaultLanes>("fast conservative", false),
     tracer<Fast, Plain, DefaultLanes>("fast plain", false),
     tracer<Fast, Plain, ArrayLanes>("fast plain, array lanes", false),
+    tracer<Reference, Conservative, DefaultLanes>("reference", true, 0x1p-23f),
+    tracer<Reference, Conservative, ArrayLanes>("reference, array lanes", true, 0x1p-23f),
 };
 
 }  // namespace

@@ -13,14 +13,15 @@ namespace hiprt::checks {
 
 struct Tracer {
   const char* name;
-  bool guaranteed;  ///< Watertight and conservative.
+  bool guaranteed;  ///< Conservative, and Watertight or Reference.
   Hit (*closest)(const Scene& scene, const Ray& ray);
   Hit (*any)(const Scene& scene, const Ray& ray);
+  float weight_error = 0.0f;  ///< How far u and v may be outside [0, 1].
 };
 
-/// Every combination of triangle test, box test and lanes.
+/// Every combination of Watertight or Fast, box test and lanes, and Reference.
 std::span<const Tracer> all_tracers();
-/// The guaranteed ones: the default policies with each lanes policy.
+/// The default policies with each lanes policy: their hits are the same bits.
 std::span<const Tracer> default_tracers();
 inline const Tracer& default_tracer() { return default_tracers()[0]; }
 
