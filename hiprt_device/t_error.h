@@ -32,7 +32,7 @@ HIPRT_HD inline Real t_error(const SceneView& scene, const BasicRay<Real>& ray, 
   constexpr Real kUnit = 0x1p-24f;
   const Real turned = kUnit * (Real(8) * scene.condition + Real(8));
   // The Euclidean lengths are at most the sums.
-  const Real cosine = absolute(dot(n, d)) - turned * sum * reach;
+  const Real cosine = fused_multiply_add(-turned * sum, reach, absolute(dot(n, d)));
   if (!(cosine > Real(0))) return std::numeric_limits<Real>::infinity();
   return divided(divided(Real(hit.error) * sum * (Real(1) + Real(4) * turned), cosine), length);
 }
