@@ -231,7 +231,7 @@ struct ConeCrossing {
 
 /// Both crossings, in the order of the line.
 struct ConeCrossings {
-  ConeCrossing enter, exit;
+  ConeCrossing enter{}, exit{};
 
   /// @return false if the line misses.
   HIPRT_HD HIPRT_INLINE bool find(const ConeLine& line) {
