@@ -29,7 +29,8 @@ using namespace hiprt::tools;
 constexpr ToolInfo kInfo{
     "bvhtrace",
     "Traces a file of rays through a BVH file and writes the hits; reports the speed (on a GPU that of the kernels,\n"
-    "without copies). The hits are the same on every device.\n"
+    "without copies). The hits are the same on every device, but for last bits with the fast\n"
+    "triangle test and with plain boxes.\n"
     "The BVH file is validated first. Primitives are numbered over all geometries in order. Rays that are not\n"
     "finite, have no direction or an empty range miss. For --query any the hit is the first one that was found.\n"
     "Rays: u32 count, u32 any-hit flag, count x 8 float32 {origin, tmin, direction, tmax}.\n"

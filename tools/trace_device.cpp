@@ -4,7 +4,8 @@ namespace hiprt::tools {
 
 void add_device_option(CLI::App& app, std::string& device) {
   app.add_option("--device", device,
-                 "auto: the GPU if there is one that this build has code for, else the CPU; the results are the same")
+                 "auto: the GPU if there is one that this build has code for, else the CPU; the results are the same, "
+                 "but for last bits with the triangle test fast")
       ->check(CLI::IsMember(words(kDeviceChoices)))
       ->type_name("NAME")
       ->capture_default_str();

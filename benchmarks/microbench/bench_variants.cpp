@@ -39,7 +39,7 @@ Exit status: 0; 1 when something failed or one of the exact variants answered ot
 )";
 
 struct CommandLine {
-  std::string device, scenes_folder, camera, json, markdown, commit = HIPRT_BENCH_COMMIT;
+  std::string device, scenes_folder, camera, pixels = "rows", json, markdown, commit = HIPRT_BENCH_COMMIT;
   std::vector<std::string> scenes, trees, rays;
   unsigned cpu_rays = 200'000;
   bool list = false, help = false;
@@ -59,6 +59,7 @@ std::vector<Flag> make_flags(CommandLine& line) {
       text_flag("camera", "FILE", "camera of generated rays (automatic)", line.camera),
       number_flag("width", "of the picture of generated rays", session.picture.width, 1, 16384),
       number_flag("height", "of the picture of generated rays", session.picture.height, 1, 16384),
+      text_flag("pixels", "rows|tiles", "their order: row by row, or in tiles of 8 x 4 (rows)", line.pixels),
       number_flag("repetitions", "timed launches", session.repetitions.timed, 1, 1000),
       number_flag("warm-up", "launches before those", session.repetitions.warm_up, 0, 1000),
       number_flag("cpu-rays", "about as many rays of each kind on a CPU", line.cpu_rays, 1, 1u << 30),
@@ -167,6 +168,9 @@ int run(int argc, char** argv) {
   }
   if (!line.device.empty() && line.device != "gpu" && line.device != "cpu")
     return fail("--device=" + line.device + ": expected gpu or cpu", kUsage);
+  if (line.pixels != "rows" && line.pixels != "tiles")
+    return fail("--pixels=" + line.pixels + ": expected rows or tiles", kUsage);
+  line.session.picture.order = line.pixels == "tiles" ? PixelOrder::kTiles : PixelOrder::kRows;
   if (!line.list && line.trees.empty() == line.scenes_folder.empty())
     return fail("expected either --scenes or --bvh (see --help)", kUsage);
   auto engine = make_engine(line);

@@ -76,11 +76,16 @@ build::Result<tools::Camera> choose_camera(const Tree& tree, const fs::path& fil
   return *camera;
 }
 
-std::vector<Ray> primary_rays(const tools::Camera& camera, const PictureSize& size) {
-  const tools::CameraRays rays(camera, size.width, size.height);
+std::vector<Ray> primary_rays(const tools::Camera& camera, const Picture& picture) {
+  const tools::CameraRays rays(camera, picture.width, picture.height);
+  const bool tiles = picture.order == PixelOrder::kTiles;
+  const unsigned wide = tiles ? 8 : picture.width, high = tiles ? 4 : 1;
   std::vector<Ray> result;
-  for (unsigned row = 0; row < size.height; ++row)
-    for (unsigned column = 0; column < size.width; ++column) result.push_back(rays.ray(column + 0.5, row + 0.5));
+  for (unsigned top = 0; top < picture.height; top += high)
+    for (unsigned left = 0; left < picture.width; left += wide)
+      for (unsigned row = top; row < std::min(top + high, picture.height); ++row)
+        for (unsigned column = left; column < std::min(left + wide, picture.width); ++column)
+          result.push_back(rays.ray(column + 0.5, row + 0.5));
   return result;
 }
 
@@ -140,12 +145,12 @@ build::Result<RayBuffer> load_rays(const fs::path& path) {
                    std::move(batch->rays)};
 }
 
-build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const fs::path& camera_file,
-                                                const PictureSize& size) {
-  const auto camera = choose_camera(tree, camera_file, static_cast<double>(size.width) / size.height);
+build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const fs::path& camera_file, const Picture& picture) {
+  const auto camera = choose_camera(tree, camera_file, static_cast<double>(picture.width) / picture.height);
   if (!camera) return tl::unexpected(camera.error());
-  const std::string order = "generated, pixel by pixel, row by row";
-  std::vector<RayBuffer> sets{{"primary", false, order, primary_rays(*camera, size)}};
+  const std::string order = picture.order == PixelOrder::kTiles ? "generated, pixel by pixel, in tiles of 8 x 4"
+                                                                : "generated, pixel by pixel, row by row";
+  std::vector<RayBuffer> sets{{"primary", false, order, primary_rays(*camera, picture)}};
   set_times(sets[0].rays);
   const std::vector<Ray> rays = sets[0].rays;
   std::vector<Hit> hits(rays.size());

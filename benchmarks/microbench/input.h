@@ -44,14 +44,21 @@ build::Result<Tree> load_tree(const std::filesystem::path& path);
 std::vector<std::filesystem::path> find_rays(const std::filesystem::path& folder, const std::string& scene);
 build::Result<RayBuffer> load_rays(const std::filesystem::path& path);
 
-struct PictureSize {
+/// In which rays are generated, and lie side by side in waves.
+enum class PixelOrder {
+  kRows,   ///< Row by row.
+  kTiles,  ///< Tiles of 8 x 4 pixels row by row, and so are the pixels in each: a wave of 32 sees a compact part.
+};
+
+struct Picture {
   unsigned width = 1920, height = 1080;
+  PixelOrder order = PixelOrder::kRows;
 };
 
 /// Kinds primary, ao (any hit, at most a tenth of the scene's diagonal long), shadow (any hit, to a point below the
 /// middle of the top of the scene's bounds) and diffuse, traced on the CPU.
 /// @param camera_file of tools::parse_camera(); empty: tools::automatic_camera().
 build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const std::filesystem::path& camera_file,
-                                                const PictureSize& size);
+                                                const Picture& picture);
 
 }  // namespace hiprt::bench

@@ -15,7 +15,7 @@ struct SessionOptions {
   std::vector<std::filesystem::path> ray_files;  ///< Of all scenes. Empty: those beside the trees.
   std::vector<std::string> kinds;                ///< Empty: all.
   std::filesystem::path camera_file;             ///< For scenes without ray files.
-  PictureSize picture;
+  Picture picture;
   Repetitions repetitions;
 };
 

@@ -30,6 +30,10 @@ expect 0 "1296 rays, 4 variants" "$program" "--scenes=$scenes" --scene=procedura
   --kinds=primary --device=cpu --width=48 --height=27 --repetitions=1
 expect 0 "1296 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
   --kinds=primary --queries=all --device=cpu --width=48 --height=27 --repetitions=1
+expect 0 "1295 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
+  --kinds=primary,diffuse --tests=accurate --pixels=tiles --device=cpu --width=37 --height=35 --repetitions=1 "--json=$work/tiles.json"
+holds "$work/tiles.json" 'in tiles of 8 x 4'
+expect 2 "--pixels=columns: expected rows or tiles" "$program" "${small[@]}" "--scenes=$scenes" --pixels=columns
 expect 2 "--layouts=octree: no compiled variant has it" "$program" "${small[@]}" "--scenes=$scenes" --layouts=octree
 expect 2 "unknown argument '--unknown'" "$program" --unknown
 expect 2 "--device=tpu" "$program" --device=tpu --list

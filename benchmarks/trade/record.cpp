@@ -213,29 +213,34 @@ void add_json(const TradeoffRecord& record, nlohmann::json& json) {
 std::string to_markdown(const TradeoffRecord& record) {
   std::vector<FaultRow> aimed, spawned;
   for (const FaultRow& row : record.faults) (row.question == "spawned" ? spawned : aimed).push_back(row);
-  std::string text = "## Speed\n\n" + speed_table(record);
-  text +=
-      "## Faults per 10^9 rays\n\nRandom, edges, vertices: rays from inside that leak out. Boxes: hits that boxes "
-      "hid.\n\n" +
-      table<FaultRow>(record.subjects, aimed, fault_key,
-                      [](const FaultRow& row) { return per_billion(row.tally.faults, row.rays - row.tally.skipped); });
-  text +=
-      "## Spawned rays, per 10^9\n\nThat meet the triangle they left + that meet nothing of the mesh around them, but "
-      "for "
-      "those that start within the error bound of a fold of the mesh, which are behind the third number.\n\n" +
-      table<FaultRow>(record.subjects, spawned, fault_key, [](const FaultRow& row) {
-        const std::uint64_t asked = row.rays - row.tally.skipped;
-        const std::string folded = row.origin == "spawn_origin" ? " + " + per_billion(row.tally.folded, asked) : "";
-        return per_billion(row.tally.faults, asked) + " + " + per_billion(row.tally.lost, asked) + folded;
-      });
-  text += "## Errors\n\nOf closest hits against exact arithmetic; layouts of nodes have the same hits.\n\n" +
-          error_tables(record);
-  if (record.places.empty()) return text;
-  return text +
-         "## Instances and motion\n\nA sphere of 5,120 triangles through instances, and between two keys; exact is "
-         "where "
-         "the matrices and keys that were asked for put it.\n\n" +
-         place_tables(record);
+  std::string text;
+  if (!record.speeds.empty()) text += "## Speed\n\n" + speed_table(record);
+  if (!aimed.empty())
+    text +=
+        "## Faults per 10^9 rays\n\nRandom, edges, vertices: rays from inside that leak out. Boxes: hits that boxes "
+        "hid.\n\n" +
+        table<FaultRow>(record.subjects, aimed, fault_key, [](const FaultRow& row) {
+          return per_billion(row.tally.faults, row.rays - row.tally.skipped);
+        });
+  if (!spawned.empty())
+    text +=
+        "## Spawned rays, per 10^9\n\nThat meet the triangle they left + that meet nothing of the mesh around them, "
+        "but for those that start within the error bound of a fold of the mesh, which are behind the third "
+        "number.\n\n" +
+        table<FaultRow>(record.subjects, spawned, fault_key, [](const FaultRow& row) {
+          const std::uint64_t asked = row.rays - row.tally.skipped;
+          const std::string folded = row.origin == "spawn_origin" ? " + " + per_billion(row.tally.folded, asked) : "";
+          return per_billion(row.tally.faults, asked) + " + " + per_billion(row.tally.lost, asked) + folded;
+        });
+  if (!record.errors.empty())
+    text += "## Errors\n\nOf closest hits against exact arithmetic; layouts of nodes have the same hits.\n\n" +
+            error_tables(record);
+  if (!record.places.empty())
+    text +=
+        "## Instances and motion\n\nA sphere of 5,120 triangles through instances, and between two keys; exact is "
+        "where the matrices and keys that were asked for put it.\n\n" +
+        place_tables(record);
+  return text;
 }
 
 }  // namespace hiprt::bench

@@ -15,6 +15,11 @@ holds "$work/results/tradeoff.json" '"commit"' '"broken_guarantees": []' '"subje
   '"place": "16 levels"' '"subject": "double"'
 holds "$work/results/tradeoff.md" '# What speed costs' '## Speed' '| default/quantized ' '## Faults' '## Spawned' '## Errors' \
   '## Instances and motion' '## Builders' '| lbvh30 '
+expect 0 "" "$program" --policies=default --questions=edges --aimed=1000 "--markdown=$work/edges.md"
+holds "$work/edges.md" '## Faults' '| default '
+for title in Speed Spawned Errors Instances; do
+  if grep -q "## $title" "$work/edges.md"; then fault "edges.md: '$title' without rows"; fi
+done
 if python3 -c 'import matplotlib' 2>/dev/null; then
   for name in leaks random_leaks boxes spawned wrong t point; do
     if [[ ! -s $work/results/pareto_$name.svg ]]; then fault "no pareto_$name.svg"; fi

@@ -1,4 +1,5 @@
-/// GpuTracer gives what trace() gives, bit for bit.
+/// GpuTracer gives what trace() gives: bit for bit, but for the triangle test Fast and the box test Plain, which round
+/// as the compiler and the device like.
 
 #include <hiprt_build/build.h>
 #include <tests/gpu/random_scene.h>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 
@@ -55,23 +57,44 @@ bool same(const Hit& a, const Hit& b) {
   return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
 }
 
-/// @param allowed rays whose hits may differ.
-/// @return how many of the rays hit.
-std::size_t compare(const TestScene& scene, Query query, const TracePolicies& policies, std::size_t allowed = 0) {
+/// Hits of the same rays.
+struct Answers {
+  std::vector<Hit> cpu, gpu;
+};
+
+Answers answers(const TestScene& scene, Query query, const TracePolicies& policies) {
   const std::vector<Ray> rays = random_rays(4000);
-  std::vector<Hit> cpu(rays.size()), gpu(rays.size());
-  trace(make_scene_view(scene.view), query, policies, rays, cpu);
+  Answers result{std::vector<Hit>(rays.size()), std::vector<Hit>(rays.size())};
+  trace(make_scene_view(scene.view), query, policies, rays, result.cpu);
   GpuTracer tracer = gpu_tracer(scene.view);
-  const auto seconds = tracer.trace(query, policies, rays, gpu);
+  const auto seconds = tracer.trace(query, policies, rays, result.gpu);
   INFO((seconds ? "" : seconds.error().message));
   REQUIRE(seconds.has_value());
+  return result;
+}
+
+/// Checks that the hits of all but @p allowed rays agree.
+/// @return how many of the rays hit.
+template <class Agree> std::size_t compare_by(const Answers& hits, std::size_t allowed, Agree&& agree) {
   std::size_t different = 0, found = 0;
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    different += same(cpu[i], gpu[i]) ? 0 : 1;
-    found += cpu[i].found() ? 1 : 0;
+  for (std::size_t i = 0; i < hits.cpu.size(); ++i) {
+    different += agree(hits.cpu[i], hits.gpu[i]) ? 0 : 1;
+    found += hits.cpu[i].found() ? 1 : 0;
   }
   CHECK(different <= allowed);
   return found;
+}
+
+std::size_t compare(const TestScene& scene, Query query, const TracePolicies& policies, std::size_t allowed = 0) {
+  return compare_by(answers(scene, query, policies), allowed, same);
+}
+
+/// Of closest hits what is hit, and t to a relative 1e-4.
+std::size_t compare_distances(const TestScene& scene, const TracePolicies& policies, std::size_t allowed) {
+  return compare_by(answers(scene, Query::kClosest, policies), allowed, [](const Hit& a, const Hit& b) {
+    if (!a.found() || !b.found()) return a.found() == b.found();
+    return a.geometry == b.geometry && a.primitive == b.primitive && std::abs(a.t - b.t) <= 1e-4f * a.t;
+  });
 }
 
 }  // namespace
@@ -87,9 +110,10 @@ TEST_CASE("a GPU's hits are the CPU's in every layout, for closest and any hit")
   }
 }
 
-TEST_CASE("a GPU's hits are the CPU's with the fast triangle test and with plain boxes") {
+TEST_CASE("a GPU's hits are nearly the CPU's with the fast triangle test and with plain boxes") {
   const TestScene scene = random_scene(NodeLayout::kFloat);
-  CHECK(compare(scene, Query::kClosest, {TriangleTestKind::kFast, BoxTestKind::kConservative}) > 1000);
+  // Its products and sums are contracted or not as the compiler likes: nearly the same hits, with other last bits.
+  CHECK(compare_distances(scene, {TriangleTestKind::kFast, BoxTestKind::kConservative}, 40) > 1000);
   // What touches the edge of a plain box is found or not by the last bit of a reciprocal, which every device rounds in
   // its own way.
   CHECK(compare(scene, Query::kAny, {TriangleTestKind::kWatertight, BoxTestKind::kPlain}, 20) > 1000);
