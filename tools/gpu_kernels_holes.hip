@@ -1,7 +1,6 @@
 // The traversal on the GPU of scenes whose materials have holes.
 
 #include "gpu_trace_rays.h"
-#include "path_surface.h"
 
 namespace hiprt::tools {
 
@@ -14,6 +13,8 @@ GpuTraceKernel default_kernel(auto kind, std::size_t policy, const SceneView& sc
 }  // namespace
 
 GpuTraceKernel find_kernel_through_holes(std::size_t policy, const SceneView& scene, Query query) {
+  if ((scene.features & feature_bit(Feature::kCustom)) != 0)
+    return default_kernel(ShapeKernels{}, policy, scene, query);
   const bool moves = (scene.features & feature_bit(Feature::kMotion)) != 0;
   if (scene.levels == 0) return default_kernel(KernelKind<0, false, CutOut>{}, policy, scene, query);
   if (scene.levels == 1 && !moves) return default_kernel(KernelKind<1, false, CutOut>{}, policy, scene, query);

@@ -4,7 +4,7 @@
 
 #include "gpu_kernels.h"
 #include "gpu_policies.h"
-#include "instance_paths.h"
+#include "path_surface.h"
 #include "trace_limits.h"
 
 #include <hiprt_device/batch.h>
@@ -190,7 +190,8 @@ using OneLevelKernels = KernelKind<1>;
 using LevelsKernels = KernelKind<kTraceLevels>;
 using MovingKernels = KernelKind<kTraceLevels, true>;
 using FlatShapeKernels = KernelKind<0, false, NoFilter, SceneShapes>;
-using ShapeKernels = KernelKind<kTraceLevels, true, NoFilter, SceneShapes>;
+/// With or without holes: one kernel, because they take long to compile.
+using ShapeKernels = KernelKind<kTraceLevels, true, CutOut, SceneShapes>;
 
 extern template GpuTraceKernel find_kernel_of<FlatKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<OneLevelKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);

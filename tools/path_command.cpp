@@ -58,7 +58,7 @@ void PathCommand::add_options(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--materials", materials_,
                  "path: the files that bvhbuild was given, in the same order, for their materials; without them "
-                 "everything is clay")
+                 "everything is clay, as spheres and curves always are")
       ->type_name("FILE...");
   app.add_option("--environment", environment_,
                  "path: the sky, an equirectangular OpenEXR picture, +y up; without it a studio's light")
@@ -94,10 +94,6 @@ build::Result<void> PathCommand::prepare(const BufferView& bvh, const Camera& ca
   }
   std::optional<SceneSurfaces> surfaces;
   if (!materials_.empty()) {
-    if ((bvh.header->features & feature_bit(Feature::kCustom)) != 0)
-      return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
-                                         "--materials: the scene has spheres or curves, and only triangles have "
-                                         "materials: without it everything is clay"});
     auto loaded = load_surfaces(materials_, bvh, outputs.front());
     if (!loaded) return tl::unexpected(std::move(loaded.error()));
     surfaces = std::move(*loaded);

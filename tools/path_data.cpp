@@ -51,7 +51,8 @@ build::Result<void> add_textures(const SceneSurfaces& surfaces, PathData& data) 
 
 void add_geometry(const GeometrySurface& surface, PathData& data) {
   data.geometries.push_back({data.triangles.size(), surface.coordinates.empty() ? kNoVertices : data.coordinates.size(),
-                             surface.normals.empty() ? kNoVertices : data.normals.size()});
+                             surface.normals.empty() ? kNoVertices : data.normals.size(),
+                             surface.shape_material.value_or(kInvalidId)});
   for (const build::Triangle& t : surface.triangles) data.triangles.push_back({{t[0], t[1], t[2]}});
   data.triangle_material.insert(data.triangle_material.end(), surface.materials.begin(), surface.materials.end());
   for (const auto& c : surface.coordinates) data.coordinates.push_back({c[0], c[1]});

@@ -50,6 +50,7 @@ struct PathGeometry {
   std::uint64_t first_triangle;     ///< In triangles, triangle_material and triangle_light.
   std::uint64_t first_coordinates;  ///< Of vertex 0; kNoVertices: it has none.
   std::uint64_t first_normal;       ///< The same.
+  std::uint32_t material;  ///< Of all primitives, which are no triangles; kInvalidId: triangles have their own.
 };
 
 /// A triangle of an object that emits, in the object's space.

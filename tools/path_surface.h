@@ -118,9 +118,9 @@ HIPRT_HD inline TexturePoint sample(const PathScene& scene, const PathTextureUse
 
 HIPRT_HD inline bool has_texture(const PathTextureUse& use) { return use.texture != kInvalidId; }
 
-/// Which of the scene's triangles was hit.
+/// Which of the scene's triangles was hit, or that it was a sphere or a curve.
 struct PathTriangle {
-  const PathGeometry* geometry = nullptr;  ///< nullptr: nothing is known but material 0.
+  const PathGeometry* geometry = nullptr;  ///< nullptr: nothing is known but the material.
   std::uint64_t triangle = 0;
   std::uint32_t material = 0;
 
@@ -128,7 +128,10 @@ struct PathTriangle {
   HIPRT_HD PathTriangle(const PathScene& scene, std::uint32_t object, std::uint32_t of_object,
                         std::uint32_t primitive) {
     if (scene.arrays.first_geometry.size == 0) return;
-    geometry = &scene.arrays.geometries.data[scene.arrays.first_geometry.data[object] + of_object];
+    const PathGeometry& of = scene.arrays.geometries.data[scene.arrays.first_geometry.data[object] + of_object];
+    material = of.material;
+    if (material != kInvalidId) return;
+    geometry = &of;
     triangle = geometry->first_triangle + primitive;
     material = scene.arrays.triangle_material.data[triangle];
   }
@@ -203,9 +206,10 @@ HIPRT_HD inline PathSurface surface_at(const PathScene& scene, const Ray& ray, c
 
 /// The intersection filter of materials with holes.
 struct CutOut {
-  const PathScene* scene = nullptr;
+  const PathScene* scene = nullptr;  ///< nullptr: there are none.
 
   template <class AnyHit> HIPRT_HD FilterAnswer operator()(const Ray&, const AnyHit& hit) const {
+    if (scene == nullptr) return FilterAnswer::kAccept;
     std::uint32_t object = 0;
     if constexpr (requires { hit.path; })
       follow<false>(

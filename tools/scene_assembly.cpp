@@ -22,4 +22,12 @@ void add_assembly(SceneDescription& scene, MeshAssembly assembly, const std::vec
   }
 }
 
+void add_shape_object(SceneDescription& scene, ShapeSet shapes) {
+  auto& instances = scene.groups[0].instances;
+  instances.push_back(
+      {.object = static_cast<std::uint32_t>(scene.objects.size()), .id = static_cast<std::uint32_t>(instances.size())});
+  scene.objects.push_back({shapes.name, {}, {scene.shapes.size()}});
+  scene.shapes.push_back(std::move(shapes));
+}
+
 }  // namespace hiprt::tools

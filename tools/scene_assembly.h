@@ -1,5 +1,5 @@
 #pragma once
-/// Mesh files as a scene of instances.
+/// Files of meshes and shapes as a scene of instances.
 
 #include "mesh_import.h"
 #include "scene_description.h"
@@ -13,5 +13,8 @@ namespace hiprt::tools {
 /// @param times that the file was loaded with.
 /// @pre the scene has the group.
 void add_assembly(SceneDescription& scene, MeshAssembly assembly, const std::vector<float>& times);
+
+/// Appends an object of the shapes, and an instance of it. @pre the scene has a group.
+void add_shape_object(SceneDescription& scene, ShapeSet shapes);
 
 }  // namespace hiprt::tools

@@ -33,11 +33,7 @@ build::Result<void> add_shapes(const Cli& cli, const BuildCommand& command, cons
                                SceneDescription& scene) {
   auto shapes = read_shapes(cli, {&input, 1}, command.output, bar);
   if (!shapes) return tl::unexpected(shapes.error());
-  auto& instances = scene.groups[0].instances;
-  instances.push_back(
-      {.object = static_cast<std::uint32_t>(scene.objects.size()), .id = static_cast<std::uint32_t>(instances.size())});
-  scene.objects.push_back({shapes->front().name, {}, {scene.shapes.size()}});
-  scene.shapes.push_back(std::move(shapes->front()));
+  add_shape_object(scene, std::move(shapes->front()));
   return {};
 }
 

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -43,12 +44,16 @@ struct Material {
   TextureUse base_color_texture, metallic_roughness_texture, emission_texture;
 };
 
-/// The triangles of one geometry of a BVH, by the geometry's numbers.
+/// One geometry of a BVH, by the geometry's numbers: triangles, or spheres or segments of curves of one material.
 struct GeometrySurface {
   std::vector<build::Triangle> triangles;         ///< Vertex numbers of each triangle's corners.
   std::vector<std::uint32_t> materials;           ///< One per triangle.
   std::vector<std::array<float, 2>> coordinates;  ///< Of textures, per vertex; empty: none.
   std::vector<std::array<float, 3>> normals;      ///< Per vertex, unit; 0: none. Empty: none at all.
+  std::uint64_t shapes = 0;                       ///< Spheres or segments; there are no triangles then.
+  std::optional<std::uint32_t> shape_material{};  ///< Theirs; of triangles: none.
+
+  std::uint64_t primitives() const { return shape_material ? shapes : triangles.size(); }
 };
 
 /// Of all of a BVH file's objects (of one without instances: itself) and their geometries, in their order.

@@ -10,7 +10,9 @@
 #include "scene_binary.h"
 #include "scene_flatten.h"
 #include "scene_json.h"
+#include "shape_import.h"
 
+#include <iterator>
 #include <new>
 #include <utility>
 
@@ -31,6 +33,24 @@ struct Reading {
   std::size_t groups = 0;                          ///< Objects that are groups: the last ones.
 };
 
+std::uint32_t clay_of(Reading& reading) {
+  if (!reading.clay) {
+    reading.clay = static_cast<std::uint32_t>(reading.library.materials.size());
+    Material& clay = reading.library.materials.emplace_back();
+    clay.name = "clay";
+    clay.base_color = {0.80f, 0.775f, 0.745f};
+    clay.metallic = 0.0f;
+  }
+  return *reading.clay;
+}
+
+NamedSurface surface_of(const ShapeSet& shapes, Reading& reading) {
+  NamedSurface result{shapes.name, {}};
+  result.surface.shapes = shapes.size();
+  result.surface.shape_material = clay_of(reading);
+  return result;
+}
+
 /// Takes the mesh's parts; @p mesh keeps its positions.
 GeometrySurface surface_of(Mesh& mesh, Reading& reading) {
   GeometrySurface result;
@@ -41,14 +61,7 @@ GeometrySurface surface_of(Mesh& mesh, Reading& reading) {
     result.normals = std::move(mesh.surface->normals);
     return result;
   }
-  if (!reading.clay) {
-    reading.clay = static_cast<std::uint32_t>(reading.library.materials.size());
-    Material& clay = reading.library.materials.emplace_back();
-    clay.name = "clay";
-    clay.base_color = {0.80f, 0.775f, 0.745f};
-    clay.metallic = 0.0f;
-  }
-  result.materials.assign(result.triangles.size(), *reading.clay);
+  result.materials.assign(result.triangles.size(), clay_of(reading));
   return result;
 }
 
@@ -86,15 +99,28 @@ class SurfaceReader {
     return mesh;
   }
 
-  /// Every file is a geometry.
+  build::Result<ShapeSet> read_shapes(const std::string& input) const {
+    if (auto checked = check_files({input}); !checked) return tl::unexpected(checked.error());
+    return load_shapes(input);
+  }
+
+  /// Every file is a geometry: the meshes first.
   build::Result<Reading> read_files() const {
     Reading result;
     result.objects.emplace_back();
+    std::vector<NamedSurface> shapes;
     for (const std::string& input : inputs_) {
+      if (is_shape_file(input)) {
+        const auto set = read_shapes(input);
+        if (!set) return tl::unexpected(set.error());
+        shapes.push_back(surface_of(*set, result));
+        continue;
+      }
       auto mesh = read_mesh(input, result);
       if (!mesh) return tl::unexpected(mesh.error());
       result.objects[0].push_back({mesh->name, surface_of(*mesh, result)});
     }
+    std::move(shapes.begin(), shapes.end(), std::back_inserter(result.objects[0]));
     return checked(std::move(result));
   }
 
@@ -125,6 +151,7 @@ class SurfaceReader {
     for (const SceneObject& object : scene->objects) {
       auto& geometries = result.objects.emplace_back();
       for (const std::size_t mesh : object.meshes) geometries.push_back({scene->meshes[mesh].name, surfaces[mesh]});
+      for (const std::size_t set : object.shapes) geometries.push_back(surface_of(scene->shapes[set], result));
     }
     result.groups = scene->groups.size() - 1;
     return checked(std::move(result));
@@ -135,6 +162,12 @@ class SurfaceReader {
     if (auto checked = check_files({inputs_[0]}); !checked) return tl::unexpected(checked.error());
     auto scene = is_scene_json(inputs_[0]) ? read_scene_json(inputs_[0]) : read_scene_binary(inputs_[0]);
     if (!scene) return scene;
+    for (ShapeSet& set : scene->shapes) {
+      if (set.path.empty()) continue;
+      auto shapes = read_shapes(set.path);
+      if (!shapes) return tl::unexpected(shapes.error());
+      set = std::move(*shapes);
+    }
     for (const std::string& file : scene->files) {
       auto mesh = read_mesh(file, reading);
       if (!mesh) return tl::unexpected(mesh.error());
@@ -147,6 +180,12 @@ class SurfaceReader {
     SceneDescription scene;
     scene.groups.push_back({"instances", {}});
     for (const std::string& input : inputs_) {
+      if (is_shape_file(input)) {
+        auto shapes = read_shapes(input);
+        if (!shapes) return tl::unexpected(shapes.error());
+        add_shape_object(scene, std::move(*shapes));
+        continue;
+      }
       if (auto checked = check_files({input}); !checked) return tl::unexpected(checked.error());
       auto assembly = load_assembly(input, {}, &reading.library);
       if (!assembly) return tl::unexpected(assembly.error());
@@ -184,11 +223,14 @@ class SurfaceReader {
                            std::to_string(geometries.size()) + " geometries, that of the BVH " +
                            std::to_string(view.geometries.size()));
     for (std::size_t i = 0; i < geometries.size(); ++i) {
-      const std::size_t triangles = geometries[i].surface.triangles.size();
-      if (triangles != view.geometries[i].primitive_count)
+      const std::uint64_t primitives = geometries[i].surface.primitives();
+      const bool shapes = geometries[i].surface.shape_material.has_value();
+      const GeometryRecord& record = view.geometries[i];
+      const bool custom = (record.flags & kGeometryCustom) != 0;
+      if (primitives != record.primitive_count || shapes != custom)
         return invalid_input(geometries[i].name + ": " + place + "geometry " + std::to_string(i) + " has " +
-                             std::to_string(triangles) + " triangles, that of the BVH " +
-                             std::to_string(view.geometries[i].primitive_count));
+                             std::to_string(primitives) + (shapes ? " shapes" : " triangles") + ", that of the BVH " +
+                             std::to_string(record.primitive_count) + (custom ? " shapes" : " triangles"));
     }
     return {};
   }

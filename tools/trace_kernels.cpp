@@ -19,11 +19,12 @@ void HIPRT_TRACE(const TraceJob& job);
 void HIPRT_TRACE(const TraceJob& job) {
   const std::uint32_t levels = job.scene->levels;
   const bool moves = (job.scene->features & feature_bit(Feature::kMotion)) != 0;
-  if (job.holes != nullptr) {
-    if (levels == 0) return trace_through_holes<0, false>(job);
-    return levels == 1 && !moves ? trace_through_holes<1, false>(job) : trace_through_holes<kTraceLevels, true>(job);
-  }
   const bool custom = (job.scene->features & feature_bit(Feature::kCustom)) != 0;
+  if (job.holes != nullptr) {
+    if (levels == 0 && !custom) return trace_through_holes<0, false>(job);
+    return levels == 1 && !moves && !custom ? trace_through_holes<1, false>(job)
+                                            : trace_through_holes<kTraceLevels, true>(job);
+  }
   const bool plain = levels == 0 && job.sink.take == nullptr && job.costs == nullptr;
   if (job.policies.triangle_test == TriangleTestKind::kReference)
     return plain && !custom ? trace_accurate<0, false, Reference, NoPrimitives>(job)

@@ -35,19 +35,20 @@ struct StepCounter : WorkCounter {
 };
 static_assert(TraversalObserver<StepCounter>);
 
+template <class Primitives> Primitives make_primitives(const SceneView& scene) {
+  if constexpr (std::is_same_v<Primitives, SceneShapes>)
+    return SceneShapes(scene);
+  else
+    return {};
+}
+
 /// A query's first answer. @param counter gets its work.
 template <class Asked, class Primitives, class Stack, class Counter>
 auto first_hit(const SceneView& scene, const Ray& ray, Stack& stack, Counter& counter) {
-  const auto ask = [&](const Primitives& primitives) {
-    Asked query(scene, ray, stack, {}, primitives, counter);
-    const auto hit = query.next_hit();
-    counter = query.counter();
-    return hit;
-  };
-  if constexpr (std::is_same_v<Primitives, SceneShapes>)
-    return ask(SceneShapes(scene));
-  else
-    return ask({});
+  Asked query(scene, ray, stack, {}, make_primitives<Primitives>(scene), counter);
+  const auto hit = query.next_hit();
+  counter = query.counter();
+  return hit;
 }
 
 template <class P, class Primitives = NoPrimitives> void trace_with(const TraceJob& job) {
@@ -108,7 +109,7 @@ template <unsigned kLevels, bool kMoves = false> void trace_levels(const TraceJo
 }
 
 /// Rays pass through the holes of materials; with the default policies.
-/// @pre as for trace_levels().
+/// @pre as for trace_levels(); the scene has spheres or curves only if kMoves.
 template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob& job);
 
 extern template void trace_through_holes<0, false>(const TraceJob& job);

@@ -7,19 +7,16 @@ namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
 namespace {
 
-template <class Query>
-auto first_hit(const SceneView& scene, const Ray& ray, const typename Query::Storage& storage, const CutOut& filter) {
-  return Query(scene, ray, storage, filter).next_hit();
-}
-
-template <class P> void trace_filtered(const TraceJob& job) {
+template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
   typename P::Stack::Memory memory;
   const typename P::Stack::Storage stack(memory);
   const CutOut filter{job.holes};
+  const auto primitives = make_primitives<Primitives>(*job.scene);
   for (std::size_t i = 0; i < job.count; ++i) {
+    const Ray& ray = job.rays[i];
     const auto hit = job.query == Query::kClosest
-                         ? first_hit<ClosestHit<P, CutOut>>(*job.scene, job.rays[i], stack, filter)
-                         : first_hit<AnyHit<P, CutOut>>(*job.scene, job.rays[i], stack, filter);
+                         ? ClosestHit<P, CutOut, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit()
+                         : AnyHit<P, CutOut, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
     job.hits[i] = hit;
     if constexpr (P::kLevels != 0)
       if (job.paths != nullptr) store_path(hit, job.paths + i * job.scene->levels, job.scene->levels);
@@ -32,11 +29,11 @@ template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob
   dispatch_layout(job.scene->layout, [&](auto layout) {
     using Flat = Policies<decltype(layout), Watertight, Conservative, PrivateStack<kTraceStack + kMostPushed>>;
     if constexpr (kMoves)
-      trace_filtered<Moving<Instanced<Flat, kLevels>>>(job);
+      trace_filtered<Moving<Instanced<Flat, kLevels>>, SceneShapes>(job);
     else if constexpr (kLevels != 0)
-      trace_filtered<Instanced<Flat, kLevels>>(job);
+      trace_filtered<Instanced<Flat, kLevels>, NoPrimitives>(job);
     else
-      trace_filtered<Flat>(job);
+      trace_filtered<Flat, NoPrimitives>(job);
   });
 }
 

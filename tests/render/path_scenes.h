@@ -3,6 +3,7 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/instances.h>
+#include <hiprt_build/shapes.h>
 #include <tests/oracle/meshes.h>
 #include <tools/path_trace.h>
 
@@ -43,6 +44,33 @@ inline PathTestScene flat_scene(const std::vector<oracle::Mesh>& meshes, std::ve
   REQUIRE(bvh.has_value());
   PathTestScene scene{std::move(bvh->buffer), {{}, std::move(materials), {{}}}};
   for (std::uint32_t i = 0; i < meshes.size(); ++i) scene.surfaces.objects[0].push_back(surface_of(meshes[i], i));
+  return scene;
+}
+
+/// Geometry i has material i: the meshes, and behind them the balls.
+inline PathTestScene scene_with_balls(const std::vector<oracle::Mesh>& meshes, const std::vector<ShapePoint>& balls,
+                                      std::vector<tools::Material> materials) {
+  const build::Shapes shapes{ShapeKind::kSpheres, balls, {}};
+  const auto boxes = build::shape_boxes(shapes);
+  REQUIRE(boxes.has_value());
+  const build::CustomGeometry custom{.boxes = *boxes, .shapes = shapes};
+  const auto views = oracle::views(meshes);
+  auto bvh = build::build(build::SceneInput{views, {&custom, 1}});
+  REQUIRE(bvh.has_value());
+  PathTestScene scene{std::move(bvh->buffer), {{}, std::move(materials), {{}}}};
+  for (std::uint32_t i = 0; i < meshes.size(); ++i) scene.surfaces.objects[0].push_back(surface_of(meshes[i], i));
+  tools::GeometrySurface& last = scene.surfaces.objects[0].emplace_back();
+  last.shapes = balls.size();
+  last.shape_material = static_cast<std::uint32_t>(meshes.size());
+  return scene;
+}
+
+/// The scene as the one object of a group.
+inline PathTestScene in_instances(PathTestScene scene, const std::vector<build::Instance>& instances) {
+  const std::span<const std::byte> file = scene.file.bytes();
+  auto bvh = build::build_instances({&file, 1}, instances);
+  REQUIRE(bvh.has_value());
+  scene.file = std::move(bvh->buffer);
   return scene;
 }
 

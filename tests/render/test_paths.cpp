@@ -6,6 +6,7 @@
 #include <tools/path_bsdf.h>
 #include <tools/progress.h>
 
+#include <algorithm>
 #include <csignal>
 
 using namespace hiprt;
@@ -171,6 +172,40 @@ TEST_CASE("holes in a material let light and sight through") {
   CHECK(light_below(0.4f, 0.0f) == 0.0);
   CHECK(light_below(0.6f, 0.5f) == 0.0);
   CHECK(light_below(0.4f, 0.5f) == Approx(by_sum(clay(0.5f), 0.5f, 4.0f, 10.0)).epsilon(0.01));
+}
+
+TEST_CASE("spheres have the material of their geometry, and are seen and lit through holes of others") {
+  const std::vector<ShapePoint> balls{{{0, 0.6f, 0}, 0.5f}, {{1, 0.3f, 0.2f}, 0.25f}};
+  const std::vector<oracle::Mesh> meshes{floor_square(4.0f), moved(floor_square(1.0f), 0.0f, 4.0f, 0.0f)};
+  Material red = clay(0.75f);
+  red.base_color = {0.75f, 0.25f, 0.125f};
+  Material nothing = clay(0.5f);
+  nothing.alpha = 0.0f;
+  nothing.alpha_cutoff = 0.5f;
+  const oracle::Mesh veil = moved(floor_square(4.0f), 0.0f, 2.0f, 0.0f);
+  const Camera camera{{0, 3, 2}, {0.3, 0.5, 0}, {0, 1, 0}, 30};
+  const PathOptions options{.width = 24, .height = 24, .samples = 8};
+  for (const bool instanced : {false, true}) {
+    CAPTURE(instanced);
+    const auto placed = [&](PathTestScene scene) {
+      const std::vector<build::Instance> twice{{}, {.to_scene = {{{1, 0, 0, 9}, {0, 1, 0, 0}, {0, 0, 1, 0}}}, .id = 1}};
+      return instanced ? in_instances(std::move(scene), twice) : std::move(scene);
+    };
+    const PathTestScene bare = placed(scene_with_balls(meshes, balls, {clay(0.5f), lamp(10.0f), red}));
+    const PathTestScene veiled =
+        placed(scene_with_balls({meshes[0], meshes[1], veil}, balls, {clay(0.5f), lamp(10.0f), nothing, red}));
+    const PathData data = data_of(bare, black);
+    const PathPicture picture = trace_well(bare, data, camera, options);
+    CHECK(same_sums(picture, trace_well(veiled, data_of(veiled, black), camera, options)));
+    CHECK(mean_of(picture).x > 0.01);
+    Image image(24, 24);
+    const BufferView view = bare.view();
+    REQUIRE(store_surfaces(make_scene_view(view), data, camera, options, image).has_value());
+    const auto reds = std::count_if(image.shading.begin(), image.shading.end(),
+                                    [](const ShadingPixel& p) { return p.albedo == Vec3(0.75f, 0.25f, 0.125f); });
+    CHECK(reds > 24);
+    CHECK(reds < 24 * 24 / 2);
+  }
 }
 
 TEST_CASE("textures: every other texel of a mask is a hole, and colours are sRGB's") {

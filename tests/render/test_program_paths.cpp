@@ -7,6 +7,8 @@
 #include <tools/image.h>
 #include <tools/mesh_import.h>
 
+#include <hiprt_build/shapes.h>
+
 #include <nlohmann/json.hpp>
 
 #include <csignal>
@@ -19,8 +21,8 @@ using nlohmann::json;
 
 namespace {
 
-/// A red floor of side 8 below a lamp of side 2 at y = 4. @return the path; x.bvh beside it is its BVH.
-std::string write_lit_floor(const TempFolder& folder) {
+/// A red floor of side 8 below a lamp of side 2 at y = 4. @return the path; x.bvh beside it is its BVH, with balls.
+std::string write_lit_floor(const TempFolder& folder, const std::vector<ShapePoint>& balls = {}) {
   GltfBuilder b;
   const auto square = [&](float half, float y, int material) {
     const int mesh = b.add_mesh(b.add_positions({-half, y, -half, half, y, -half, half, y, half, -half, y, half}),
@@ -40,7 +42,11 @@ std::string write_lit_floor(const TempFolder& folder) {
   const auto mesh = tools::load_mesh(path);
   REQUIRE(mesh.has_value());
   const build::TriangleMesh view{.positions = mesh->positions, .triangles = mesh->triangles};
-  const auto bvh = build::build({&view, 1});
+  const build::Shapes shapes{ShapeKind::kSpheres, balls, {}};
+  const auto boxes = build::shape_boxes(shapes);
+  REQUIRE(boxes.has_value());
+  const build::CustomGeometry custom{.boxes = *boxes, .shapes = shapes};
+  const auto bvh = build::build(build::SceneInput{{&view, 1}, {&custom, balls.empty() ? 0u : 1u}});
   REQUIRE(bvh.has_value());
   REQUIRE(build::write_file(folder / "x.bvh", bvh->buffer.bytes()).has_value());
   return path;
@@ -98,6 +104,18 @@ TEST_CASE("bvhrender --integrator path: materials, light, and pbrt's names for w
                    "--integrator", "path", "--materials", gltf, "--environment", black, "--threads", "2"});
   CHECK_THAT(text, Contains("16 samples, path:"));
   CHECK(read_exr(folder / "b.exr").floats == file.floats);
+}
+
+TEST_CASE("bvhrender --integrator path: glTF's materials beside spheres of clay") {
+  const TempFolder folder;
+  const std::string gltf = write_lit_floor(folder, {{{0, 1, 0}, 0.5f}});
+  const std::string balls = folder.write("balls.xyzr", "0 1 0 0.5\n");
+  render_well({folder / "x.bvh", "-o", folder / "a.exr", "--size", "33x25", "--camera", "0,3,5/0,1,0/0,1,0/50", "--spp",
+               "4", "--integrator", "path", "--materials", balls, gltf});
+  const ExrFile file = read_exr(folder / "a.exr");
+  CHECK(file.at("Albedo.G", 16, 12) == Approx(0.775f));
+  CHECK(file.at("Albedo.G", 16, 20) == Approx(0.1f));
+  CHECK(file.at("R", 16, 12) > 0.05f);
 }
 
 TEST_CASE("bvhrender --integrator path: clay in a studio without files") {

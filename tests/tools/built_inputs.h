@@ -8,6 +8,7 @@
 #include <tools/scene_build.h>
 #include <tools/scene_flatten.h>
 #include <tools/scene_input.h>
+#include <tools/shape_inputs.h>
 #include <tools/surface_load.h>
 
 #include <catch2/catch.hpp>
@@ -26,9 +27,8 @@ template <class T> T value_of(build::Result<T> result) {
   return std::move(*result);
 }
 
-inline build::Buffer build_geometries(std::span<const build::TriangleMesh> meshes, const tools::BuildCommand& command) {
-  return std::move(
-      value_of(tools::build_meshes({meshes, {}}, command, tools::build_options(command, "test", {}))).bvh.buffer);
+inline build::Buffer build_geometries(const build::SceneInput& scene, const tools::BuildCommand& command) {
+  return std::move(value_of(tools::build_meshes(scene, command, tools::build_options(command, "test", {}))).bvh.buffer);
 }
 
 /// As bvhbuild builds them; no file is written.
@@ -37,13 +37,20 @@ inline build::Buffer build_inputs(tools::BuildCommand command) {
   const tools::Cli cli(kTestTool);
   tools::ProgressBar bar(false);
   if (!command.is_scene()) {
-    const auto meshes = value_of(tools::read_meshes(cli, command.inputs, command.output, bar));
-    return build_geometries(tools::views(meshes), command);
+    std::vector<std::string> of_meshes, of_shapes;
+    for (const std::string& input : command.inputs)
+      (tools::is_shape_file(input) ? of_shapes : of_meshes).push_back(input);
+    const auto meshes = value_of(tools::read_meshes(cli, of_meshes, command.output, bar));
+    const auto sets = value_of(tools::read_shapes(cli, of_shapes, command.output, bar));
+    const auto shapes = value_of(tools::ShapeGeometries::make(tools::pointers(sets), 1));
+    const auto views = tools::views(meshes);
+    return build_geometries({views, shapes.customs()}, command);
   }
   auto scene = value_of(tools::read_scene(cli, command, bar));
   if (!command.flatten) return std::move(value_of(tools::build_scene(scene, command, "test", bar)).file);
   const auto geometries = value_of(tools::flatten_scene(scene));
-  return build_geometries(tools::views(geometries), command);
+  const auto views = tools::views(geometries);
+  return build_geometries({views, {}}, command);
 }
 
 inline BufferView view_of(const build::Buffer& file) {

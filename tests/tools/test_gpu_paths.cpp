@@ -79,6 +79,23 @@ TEST_CASE("a GPU's paths are the CPU's: holes, textures, instances that move") {
   compare(scene, data_of(scene, sky), {.width = 24, .height = 16, .samples = 3, .shutter = {0.0f, 1.0f}});
 }
 
+TEST_CASE("a GPU's paths are the CPU's: spheres of a material behind holes, flat and in instances that move") {
+  Material cloth = material(0.8f, 0.0f, 0.6f);
+  cloth.alpha_cutoff = 0.5f;
+  cloth.base_color_texture.texture = 0;
+  PathTestScene scene =
+      scene_with_balls({floor_square(3.0f), raised(floor_square(0.5f), 3.0f), raised(floor_square(1.5f), 2.0f)},
+                       {{{0, 1, 0}, 0.75f}, {{1, 0.5f, 1}, 0.25f}},
+                       {material(0.7f, 0.0f, 1.0f), lamp(), cloth, material(0.9f, 1.0f, 0.3f)});
+  scene.surfaces.textures.push_back({"checks", 2, 2, {0xff4080c0u, 0x00ffffffu, 0x20ffffffu, 0xffc08040u}});
+  scene.surfaces.objects[0][2].coordinates = {{0, 0}, {4, 0}, {4, 4}, {0, 4}};
+  compare(scene, data_of(scene, sky), {.width = 24, .height = 16, .samples = 3});
+  const build::Motion motion{.keys = {{.time = 0, .translation = {0, 0, 0}},
+                                      {.time = 1, .translation = {0.5f, 0.25f, 0}, .rotation = {0, 0.5f, 0.5f, 1}}}};
+  scene = in_instances(std::move(scene), {{.object = 0}, {.object = 0, .id = 1, .motion = &motion}});
+  compare(scene, data_of(scene, sky), {.width = 24, .height = 16, .samples = 3, .shutter = {0.0f, 1.0f}});
+}
+
 TEST_CASE("a GPU's paths are the CPU's: spheres and curves of clay, in instances that move") {
   PathTestScene scene;
   scene.file = std::move(checks::ShapeScene(2, 20261123).file);

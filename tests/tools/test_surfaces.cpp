@@ -1,6 +1,7 @@
 /// Surfaces have the numbers of a BVH's hits, whatever the BVH was built of.
 
 #include "built_inputs.h"
+#include "hair_files.h"
 #include "scene_file.h"
 
 #include <hiprt_device/scene_view.h>
@@ -216,6 +217,54 @@ TEST_CASE("surfaces: binary scenes are of clay") {
   CHECK(surfaces.materials.size() == 1);
 }
 
+TEST_CASE("surfaces: spheres and curves are geometries of clay behind the meshes") {
+  const TempFolder folder;
+  const std::string hair = folder.write("a.hair", HairFile{}.bytes()).string(),
+                    balls = folder.write("b.xyzr", "0 0 0 1\n3 0 0 1\n").string(),
+                    mesh = folder.write("two.obj", kObj).string();
+  const auto is_shapes = [](const tools::SceneSurfaces& surfaces, const tools::GeometrySurface& geometry,
+                            std::uint64_t count) {
+    return geometry.triangles.empty() && geometry.primitives() == count && geometry.shape_material &&
+           surfaces.materials.at(*geometry.shape_material).name == "clay";
+  };
+  tools::BuildCommand command;
+  command.inputs = {hair, mesh, balls};
+  const auto flat = surfaces_of(command);
+  REQUIRE(flat.objects.size() == 1);
+  REQUIRE(flat.objects[0].size() == 3);
+  CHECK(flat.objects[0][0].primitives() == 2);
+  CHECK_FALSE(flat.objects[0][0].shape_material);
+  CHECK(is_shapes(flat, flat.objects[0][1], 3));
+  CHECK(is_shapes(flat, flat.objects[0][2], 2));
+  CHECK(flat.materials.size() == 1);
+  command.instances = true;
+  const auto instanced = surfaces_of(command);
+  REQUIRE(instanced.objects.size() == 3);
+  CHECK(is_shapes(instanced, instanced.objects[0][0], 3));
+  CHECK(instanced.objects[1][0].triangles.size() == 2);
+  CHECK(is_shapes(instanced, instanced.objects[2][0], 2));
+  command.instances = false;
+  const json document = {{"format", "hiprt scene"},
+                         {"version", 1},
+                         {"scene", "top"},
+                         {"objects", {{"all", {{{"spheres", {{0, 0, 5, 1}}}}, "two.obj", "a.hair"}}}},
+                         {"groups", {{"top", {{{"object", "all"}}}}}}};
+  command.inputs = {folder.write("scene.json", document.dump()).string()};
+  const auto described = surfaces_of(command);
+  REQUIRE(described.objects[0].size() == 3);
+  CHECK(described.objects[0][0].triangles.size() == 2);
+  CHECK(is_shapes(described, described.objects[0][1], 1));
+  CHECK(is_shapes(described, described.objects[0][2], 3));
+
+  command.inputs = {balls};
+  const build::Buffer file = build_inputs(command);
+  CHECK(misfit({hair}, file) == "a.hair: geometry 0 has 3 shapes, that of the BVH 2 shapes");
+  CHECK(misfit({mesh}, file) == "two.obj: geometry 0 has 2 triangles, that of the BVH 2 shapes");
+  const auto refused = tools::load_surfaces(command.inputs, view_of(file), balls);
+  REQUIRE(!refused);
+  CHECK_THAT(refused.error().message, Contains("the output is one of the inputs"));
+}
+
 TEST_CASE("surfaces: files that are not those of the BVH are refused with the numbers") {
   Random random(8);
   const TempFolder folder;
@@ -225,7 +274,7 @@ TEST_CASE("surfaces: files that are not those of the BVH are refused with the nu
   tools::BuildCommand command;
   command.inputs = {two};
   const build::Buffer flat = build_inputs(command);
-  CHECK(misfit({one}, flat) == "one.obj: geometry 0 has 1 triangles, that of the BVH 2");
+  CHECK(misfit({one}, flat) == "one.obj: geometry 0 has 1 triangles, that of the BVH 2 triangles");
   CHECK(misfit({two, one}, flat) == two + " and the other files make 2 geometries, that of the BVH 1");
   CHECK_THAT(misfit({}, flat), Contains("0 files"));
   CHECK_THAT(misfit({one, "a.json"}, flat), Contains("a.json is a scene, which has to be the only file; there are 2"));
@@ -233,7 +282,7 @@ TEST_CASE("surfaces: files that are not those of the BVH are refused with the nu
   command.instances = true;
   const build::Buffer instanced = build_inputs(command);
   CHECK(misfit({two}, instanced) == two + " makes 1 objects, the BVH has 2");
-  CHECK(misfit({one, two}, instanced) == "one.obj: object 0, geometry 0 has 1 triangles, that of the BVH 2");
+  CHECK(misfit({one, two}, instanced) == "one.obj: object 0, geometry 0 has 1 triangles, that of the BVH 2 triangles");
   CHECK_THAT(misfit({glb}, flat), Contains("a.glb: geometry 0 has") && Contains("that of the BVH 2"));
   CHECK_THAT(misfit({folder.write("b.json", "{}").string()}, flat), Contains("b.json"));
 }
