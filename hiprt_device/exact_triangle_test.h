@@ -234,11 +234,20 @@ struct Reference : ShearedTriangleTest<Reference> {
     return meet<Lanes>(leaf, info, ray, accept);
   }
 
+  struct Bounds;
+
+  /// As intersect(), of one triangle of the leaf. @param id its LeafInfo::triangle_ids.
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool decide(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
+                                           std::uint32_t id, Candidate& result) {
+    return decide<Lanes>(leaf, ray, second, id, kUnknown, result);
+  }
+
   /// With u = 2^-24 and a shear of s or less, a sheared coordinate is within u (2 |x| + 3 s |z|) of the exact one, so
   /// an edge function within 6 u R (T + 3 u R) for the largest R = |x| + |y| + s |z| and T = |x| + |y| of the leaf's
   /// vertices (docs/decisions/0018-exact-decisions.md).
-  template <class Lanes>
-  HIPRT_HD static HIPRT_INLINE float uncertainty(const Sheared<Lanes>& at, const PreparedRay<Lanes>& ray) {
+  template <class Lanes, class Vertices>
+  HIPRT_HD static HIPRT_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
     const auto beside = Lanes::add(Lanes::magnitude(at.x), Lanes::magnitude(at.y));
     const auto far = Lanes::madd(Lanes::magnitude(at.z), Lanes::all(most_shear<Lanes>(ray)), beside);
     return uncertainty_of(Lanes::largest(beside), Lanes::largest(far));
@@ -302,17 +311,70 @@ struct Reference : ShearedTriangleTest<Reference> {
   HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf& leaf,
                                            const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
                                            Candidate& result) {
+    return decide<Lanes>(leaf, ray, second, id, corners.uncertainty * (1.0f + 0x1p-20f), result);
+  }
+
+  static constexpr float kUnknown = -1.0f;
+
+  /// @param uncertainty of the whole leaf; kUnknown.
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool decide(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
+                                           std::uint32_t id, float uncertainty, Candidate& result) {
     using namespace exact_detail;
     const LineAndTriangle of = read<Lanes>(read_again(leaf), ray, second, id);
     // What is enough with the uncertainty of the whole leaf is enough with the triangle's own. In the end the triangle
     // alone counts: what is found does not depend on the leaf's other one.
-    float uncertainty = corners.uncertainty * (1.0f + 0x1p-20f);
-    for (bool own = false;; own = true) {
+    for (bool own = uncertainty == kUnknown;; own = true) {
+      if (own) uncertainty = own_uncertainty<Lanes>(of, ray);
       const InDouble decision = find_in_double(of, uncertainty, result);
       if (decision != InDouble::kUndecided) return decision == InDouble::kPasses;
       if (own) return ExactDecision(of).passes(result);
-      uncertainty = own_uncertainty<Lanes>(of, ray);
     }
+  }
+};
+
+/// Bounds of t, which are enough to choose between nearly all hits (DeferringTest).
+///
+/// t = sum(w_i z_i) / (s dz), s = sum(w_i). With all w_i of one certain sign, each off by e_i up to the uncertainty U,
+/// the depth is off by |sum(e_i (z_i - depth))| / |s| <= 2 U (max z - min z) / |s|, as the depth is one between the
+/// z_i. Roundings, in units u = 2^-24 of max |z|: 1 of z_i, 4 of w_i besides U, 3 of the sum of products, 5 of s, s dz,
+/// quotient and product. What decide() has is within 2 u of the exact t. The bounds are wider than all that; underflow
+/// moves a depth by less than 2^-122, also where subnormal numbers are flushed.
+struct Reference::Bounds : ShearedTriangleTest<Bounds> {
+  template <class Lanes> using PreparedRay = Reference::PreparedRay<Lanes>;
+
+  template <class Lanes, class Leaf, class Accept>
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
+                                              Accept&& accept) {
+    return Bounds::template meet<Lanes>(leaf, info, ray, accept);
+  }
+
+ private:
+  friend ShearedTriangleTest<Bounds>;
+
+  template <class Lanes, class Vertices>
+  HIPRT_HD static HIPRT_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
+    return Reference::uncertainty<Lanes>(at, ray);
+  }
+
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf&, const PreparedRay<Lanes>& ray,
+                                           bool, std::uint32_t, Candidate& result) {
+    const float(&w)[3] = corners.weight;
+    const float(&z)[3] = corners.z;
+    const float dz = ray.dz;
+    const float sum = w[0] + w[1] + w[2], inverse = divided(1.0f, sum * dz), size = absolute(inverse);
+    const float t = fused_multiply_add(w[0], z[0], fused_multiply_add(w[1], z[1], w[2] * z[2])) * inverse;
+    const float nearest = smaller(smaller(z[0], z[1]), z[2]), farthest = larger(larger(z[0], z[1]), z[2]);
+    const float off = fused_multiply_add(
+        2.25f * corners.uncertainty, farthest - nearest,
+        fused_multiply_add(16.0f * 0x1p-24f * larger(absolute(nearest), absolute(farthest)), absolute(sum), 0x1p-122f));
+    const float error = fused_multiply_add(off, size, fused_multiply_add(absolute(t), 0x1p-21f, 0x1p-122f));
+    // Elsewhere products and quotient may have lost digits.
+    const bool is_good = corners.are_certain() & (size > 0x1p-100f) & (size < 0x1p100f) & (error < 0x1p126f);
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    result = {is_good ? t + error : kInfinity, is_good ? t - error : -kInfinity, 0.0f};
+    return true;
   }
 };
 

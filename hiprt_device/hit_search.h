@@ -43,7 +43,8 @@ class HitSearch {
         hit_way_(storage, 1),
         after_way_(storage, 2),
         after_t_(max_of(ray.tmin, Real(0))),
-        limit_(finite(ray.tmax)) {
+        limit_(finite(ray.tmax)),
+        low_(limit_) {
     if (!is_covered()) state_ = TraversalState::kRefused;
   }
 
@@ -73,7 +74,7 @@ class HitSearch {
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
     after_way_.save(hit_way_);
-    limit_ = finite(ray_.tmax);
+    low_ = limit_ = finite(ray_.tmax);
     forget_hit();
     traversal_.restart(*scene_, ray_, after_t_, storage_);
   }
@@ -82,19 +83,17 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE bool find_closest(bool may_pause) {
     static_assert(!BacktrackingStack<typename P::Stack> || !std::same_as<Order, Unordered>,
                   "hiprt: Unordered: a restart trail finds closest hits in the order of distance only");
-    const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                                           [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
-                                             if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found))
-                                               return true;
-                                             if (!accept(found)) return true;
-                                             limit_ = found.at.t;
-                                             return !stopped_;
-                                           });
-    if (outcome == Outcome::kPaused) return false;
+    if constexpr (kDefers) {
+      if (run_to_bounds(may_pause) == Outcome::kPaused) return false;
+      if (open_.is_crowded()) return find_closest_again();
+      decide_hits();
+    } else {
+      if (run_to_closest(traversal_, may_pause) == Outcome::kPaused) return false;
+    }
     // Limit and t are one register until here.
-    // What was not visited may have been nearer.
     hit_.t = limit_;
-    conclude(hit_.found() && (stopped_ || !traversal_.overflowed()));
+    // What was not visited may have been nearer.
+    conclude(hit_.found() && (stopped_ || !traversal_.overflowed()), traversal_.overflowed());
     return true;
   }
 
@@ -106,7 +105,7 @@ class HitSearch {
                                              return !accept(found);
                                            });
     if (outcome == Outcome::kPaused) return false;
-    conclude(outcome == Outcome::kStopped);
+    conclude(outcome == Outcome::kStopped, traversal_.overflowed());
     return true;
   }
 
@@ -165,6 +164,85 @@ class HitSearch {
     return loses || seen;
   }
 
+  /// The part of a search that asks a test for t. @param traversal where it is.
+  template <class Way> HIPRT_HD HIPRT_INLINE Outcome run_to_closest(Way& traversal, bool may_pause) {
+    return traversal.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
+                         [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                           if (!take_closest(found)) return true;
+                           limit_ = found.at.t;
+                           return !stopped_;
+                         });
+  }
+
+  HIPRT_HD HIPRT_INLINE bool take_closest(const LeafHit<Real>& found) {
+    return found.at.t >= after_t_ && found.at.t <= limit_ && !loses_tie(found) && accept(found);
+  }
+
+  /// The part of a search that asks for bounds of t: limit_ and low_ are those of the hit at hand. Triangles of which
+  /// they do not tell whether they are hit, or nearer, stay open. Where there are too many the search is crowded, and
+  /// ends.
+  HIPRT_HD HIPRT_INLINE Outcome run_to_bounds(bool may_pause) {
+    return traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
+                          [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                            const Real high = found.at.t, low = found.at.u;
+                            if (high < after_t_ || low > limit_) return true;
+                            if (low > after_t_ && high < low_) {
+                              if (!accept(found)) return true;
+                              limit_ = high;
+                              low_ = low;
+                              if (open_.low > high) open_.forget();
+                              return true;
+                            }
+                            return open_.take(found.leaf, low, low > after_t_);
+                          });
+  }
+
+  /// What the test says of a triangle. @param leaf LeafHit::leaf.
+  HIPRT_HD HIPRT_INLINE bool decide(NodeRef leaf, const LeafInfo& info, BasicCandidate<Real>& at) const {
+    const bool second = (leaf & 1u) != 0;
+    return P::Triangle::template decide<typename P::Lanes>(
+        *reinterpret_cast<const typename P::Layout::Leaf*>(scene_->base + ref_offset(leaf)), traversal_.prepared_ray(),
+        second, info.triangle_ids >> (second ? 8 : 0), at);
+  }
+
+  /// What run_to_bounds() has found becomes a hit as run_to_closest() finds it.
+  HIPRT_HD HIPRT_INLINE void decide_hits() {
+    if (leaf_ != kInvalidRef) {
+      BasicCandidate<Real> at{};
+      decide(leaf_, load_info(scene_->base + ref_offset(leaf_)), at);
+      limit_ = at.t;
+      hit_.u = at.u;
+      hit_.v = at.v;
+    }
+    if (open_.is_empty()) return;
+    NodeRef leaf = open_.at_start;
+    HIPRT_NO_UNROLL
+    for (unsigned i = 0; i < 3; ++i, leaf = i == 1 ? open_.leaf : open_.other) {
+      if (leaf == kInvalidRef) continue;
+      const LeafInfo info = load_info(scene_->base + ref_offset(leaf));
+      LeafHit<Real> found{{},
+                          nullptr,
+                          info.geometry_and_flags & kGeometryMask,
+                          choose((leaf & 1u) != 0, info.primitive[1], info.primitive[0]),
+                          leaf};
+      if (decide(leaf, info, found.at) && take_closest(found)) limit_ = found.at.t;
+    }
+    open_ = {};
+  }
+
+  /// All over again, by decisions at once: next to never. Each ray by itself, whatever the schedule.
+  HIPRT_HD HIPRT_INLINE bool find_closest_again() {
+    Traversal<Alone, Order, false> traversal(*scene_, ray_, scene_->root, storage_);
+    traversal.restart(*scene_, ray_, after_t_, storage_);
+    limit_ = finite(ray_.tmax);
+    forget_hit();
+    open_ = {};
+    run_to_closest(traversal, false);
+    hit_.t = limit_;
+    conclude(hit_.found() && !traversal.overflowed(), traversal.overflowed());
+    return true;
+  }
+
   /// Takes the hit unless mask or filter are against it.
   HIPRT_HD HIPRT_INLINE bool accept(const LeafHit<Real>& found) {
     if (!is_visible<P>(*scene_, traversal_.levels(), ray_, found.geometry)) return false;
@@ -201,8 +279,9 @@ class HitSearch {
     return answer == FilterAnswer::kAccept && stop ? FilterAnswer::kAcceptAndStop : answer;
   }
 
-  HIPRT_HD HIPRT_INLINE void conclude(bool found) {
-    state_ = found ? TraversalState::kHit : without_hit();
+  /// @param overflowed the traversal that was the last.
+  HIPRT_HD HIPRT_INLINE void conclude(bool found, bool overflowed) {
+    state_ = found ? TraversalState::kHit : without_hit(overflowed);
     if (found) return;
     forget_hit();
     if (state_ == TraversalState::kFinished) return;
@@ -212,13 +291,54 @@ class HitSearch {
   }
 
   /// What it means that there is no hit.
-  HIPRT_HD HIPRT_INLINE TraversalState without_hit() const {
+  HIPRT_HD HIPRT_INLINE TraversalState without_hit(bool overflowed) const {
     if (!is_covered()) return TraversalState::kRefused;
-    return traversal_.overflowed() ? TraversalState::kStackOverflow : TraversalState::kFinished;
+    return overflowed ? TraversalState::kStackOverflow : TraversalState::kFinished;
   }
 
   /// Whether somebody looks at hits on the way.
   static constexpr bool kAsks = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
+  /// The policies for one ray by itself.
+  struct Alone : P {
+    using Schedule = Immediate;
+  };
+  /// Triangles (LeafHit::leaf) of which it is not known yet whether they are hit.
+  struct OpenTriangles {
+    NodeRef at_start = kInvalidRef;  ///< Maybe before the search's range: what the ray starts on.
+    NodeRef leaf = kInvalidRef, other = kInvalidRef;
+    Real low = -std::numeric_limits<Real>::infinity();  ///< t of leaf and other is not below.
+
+    /// @return false: they are too many.
+    HIPRT_HD HIPRT_INLINE bool take(NodeRef triangle, Real triangle_low, bool is_behind_start) {
+      if (!is_behind_start && at_start == kInvalidRef) {
+        at_start = triangle;
+        return true;
+      }
+      if (leaf == kInvalidRef) {
+        leaf = triangle;
+        low = triangle_low;
+        return true;
+      }
+      low = triangle_low < low ? triangle_low : low;
+      const bool has_room = other == kInvalidRef;
+      other = has_room ? triangle : kOverflowRef;
+      return has_room;
+    }
+    /// Those behind the start.
+    HIPRT_HD HIPRT_INLINE void forget() {
+      leaf = other = kInvalidRef;
+      low = -std::numeric_limits<Real>::infinity();
+    }
+    HIPRT_HD HIPRT_INLINE bool is_empty() const { return at_start == kInvalidRef && leaf == kInvalidRef; }
+    HIPRT_HD HIPRT_INLINE bool is_crowded() const { return other == kOverflowRef; }
+  };
+  /// Whether triangles on the way are known by bounds of t, and only those that are left are decided. Not under
+  /// WholeWave schedules, where the registers that it takes cost more than it saves (decision 0018).
+  static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kAsks &&
+                                  !TraversalObserver<Counter> &&
+                                  DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
+  template <bool kDeferring, class Test> struct TestOnTheWay { using Type = Test; };
+  template <class Test> struct TestOnTheWay<true, Test> { using Type = typename Test::Bounds; };
 
   const SceneView* scene_;
   BasicRay<Real> ray_;
@@ -226,13 +346,15 @@ class HitSearch {
   Filter filter_;
   Primitives primitives_;
   Counter counter_;
-  Traversal<P, Order, kResumable> traversal_;
+  Traversal<P, Order, kResumable, typename TestOnTheWay<kDefers, typename P::Triangle>::Type> traversal_;
   BasicHit<Real> hit_{};
   SavedWay<P::kLevels> hit_way_, after_way_;
   Real after_t_;                               ///< Hits from here on.
   std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;
   Real limit_;
+  Real low_;  ///< If the test defers: t of the hit at hand is in [low_, limit_].
+  OpenTriangles open_{};
   NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is (LeafHit::leaf).
   bool stopped_ = false;        ///< The filter ended the search with the last hit.
   TraversalState state_ = TraversalState::kInit;

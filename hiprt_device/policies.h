@@ -49,6 +49,15 @@ concept TriangleTest = requires(const typename Layout::Leaf& leaf, const LeafInf
   { T::template intersect<Lanes>(leaf, info, ray, accept) } -> std::same_as<bool>;
 };
 
+/// A test that can put a decision off. Bounds is a test of the same prepared rays whose candidates have bounds of t: t
+/// is the upper one, u the lower; where they are not finite the line may miss the triangle. decide() answers for one
+/// triangle as intersect() would.
+template <class T, class Layout, class Lanes>
+concept DeferringTest = TriangleTest<typename T::Bounds, Layout, Lanes, float> &&
+    requires(const typename Layout::Leaf& leaf, const typename T::template PreparedRay<Lanes>& ray, Candidate& at) {
+  { T::template decide<Lanes>(leaf, ray, false, 0u, at) } -> std::same_as<bool>;
+};
+
 /// Is told of every four-box test, and of every leaf test with the number of its triangles (1 or 2).
 template <class T>
 concept WorkCounting = requires(T counter) {

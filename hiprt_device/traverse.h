@@ -42,7 +42,8 @@ enum class Outcome {
 /// @tparam P the policies.
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
 /// @tparam kResumable whether run() may be called again after kStopped.
-template <PolicySet P, class Order, bool kResumable> class Traversal {
+/// @tparam Test of triangles.
+template <PolicySet P, class Order, bool kResumable, class Test = typename P::Triangle> class Traversal {
  public:
   using Real = typename P::Real;
   using Lanes = typename P::Lanes;
@@ -127,6 +128,9 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   /// Whether the stack was too small, so that parts of the tree were not visited. @pre run() returned kFinished
   HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
 
+  /// The ray as the test has it.
+  HIPRT_HD HIPRT_INLINE const auto& prepared_ray() const { return prepared_; }
+
   /// The instances that the ray is in.
   HIPRT_HD HIPRT_INLINE const Levels<P::kLevels, P::kMoves, Real>& levels() const { return levels_; }
 
@@ -137,7 +141,7 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
   using Way = BacktrackOf<typename P::Stack, typename Order::Entry>;
-  using PreparedRay = typename P::Triangle::template PreparedRay<Lanes>;
+  using PreparedRay = typename Test::template PreparedRay<Lanes>;
   static constexpr bool kTestSorts = SortingBoxTest<typename P::Boxes, Layout, Lanes>;
   static constexpr bool kHasLevels = P::kLevels != 0;
   static constexpr bool kObserved = TraversalObserver<typename P::Counter>;
@@ -255,9 +259,9 @@ template <PolicySet P, class Order, bool kResumable> class Traversal {
       go_on = test_custom(scene, ray, limit, primitives, *reinterpret_cast<const CustomLeaf*>(record), info, offer);
     } else {
       counter.on_leaf(info.primitive[1] == kInvalidId ? 1u : 2u);
-      go_on = P::Triangle::template intersect<Lanes>(*reinterpret_cast<const Leaf*>(record), info, prepared_,
-                                                     [&](const BasicCandidate<Real>& at, unsigned slot)
-                                                         HIPRT_INLINE_LAMBDA { return offer(at, slot, nullptr); });
+      go_on = Test::template intersect<Lanes>(*reinterpret_cast<const Leaf*>(record), info, prepared_,
+                                              [&](const BasicCandidate<Real>& at, unsigned slot)
+                                                  HIPRT_INLINE_LAMBDA { return offer(at, slot, nullptr); });
     }
     if (!go_on) return false;
     boxes_.set_limit(limit);

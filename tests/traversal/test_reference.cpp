@@ -9,6 +9,7 @@
 #include <tests/traversal/explain.h>
 #include <tests/traversal/scenes.h>
 #include <tests/traversal/tracers.h>
+#include <tests/traversal/triangle_cases.h>
 #include <tests/traversal/workers.h>
 
 #include <catch2/catch.hpp>
@@ -22,21 +23,10 @@ namespace {
 
 constexpr std::uint64_t kSeed = 61;
 
-/// Two triangles of a leaf: (v0, v1, v2) and (v1, v3, v2).
-struct Pair {
-  std::array<Position, 4> vertex;
-  Corners triangle(unsigned i) const {
-    return i == 0 ? Corners{vertex[0], vertex[1], vertex[2]} : Corners{vertex[1], vertex[3], vertex[2]};
-  }
-};
-
 using Met = std::array<std::optional<Candidate>, 2>;
 
 template <class Lanes> Met meet(const Pair& pair, const Ray& ray) {
-  PlanesLeaf leaf{};
-  for (unsigned axis = 0; axis < 3; ++axis)
-    for (unsigned i = 0; i < 4; ++i) leaf.coordinate[axis][i] = pair.vertex[i][axis];
-  leaf.info = {{0, 1}, 0, TriangleId::from_rotation(0) | TriangleId::from_rotation(0) << 8};
+  const PlanesLeaf leaf = pair.leaf();
   Met met;
   Reference::intersect<Lanes>(leaf, leaf.info, Reference::PreparedRay<Lanes>(ray),
                               [&](const Candidate& at, unsigned triangle) {
@@ -45,73 +35,6 @@ template <class Lanes> Met meet(const Pair& pair, const Ray& ray) {
                                 return true;
                               });
   return met;
-}
-
-/// What random cases are made of.
-enum class Kind { kLattice, kWild, kBits, kHuge, kEdge, kVertex, kFar, kNeedle, kSpread, kCount };
-
-Position middle(const Position& a, const Position& b, double s) {
-  Position result{};
-  for (std::size_t k = 0; k < 3; ++k) result[k] = static_cast<float>(a[k] + s * (double{b[k]} - a[k]));
-  return result;
-}
-
-struct Case {
-  Pair pair;
-  Ray ray;
-};
-
-/// On a small lattice lines and triangles meet in every degenerate way; wild, any finite bits and huge ones are of any
-/// scale, all others aimed at edges and vertices as closely as floats allow; those of a spread have corners of any
-/// scales in one triangle.
-Case make_case(Kind kind, Random& random) {
-  const auto number = [&]() -> float {
-    if (kind == Kind::kLattice) return static_cast<float>(random.below(5)) - 2.0f;
-    if (kind == Kind::kWild || kind == Kind::kSpread)
-      return static_cast<float>(random.log_uniform(1e-38, 1e37)) * (random.coin() ? 1.0f : -1.0f);
-    if (kind == Kind::kHuge) return random.uniform_float(-3.4e38, 3.4e38);
-    if (kind == Kind::kBits) {
-      float bits = random.any_float();
-      while (!std::isfinite(bits)) bits = random.any_float();
-      return bits;
-    }
-    return random.uniform_float(-1, 1);
-  };
-  const auto point = [&] { return Position{number(), number(), number()}; };
-  Case result{{{point(), point(), point(), point()}}, {}};
-  auto& v = result.pair.vertex;
-  if (kind == Kind::kNeedle) {
-    const float thin = static_cast<float>(random.log_uniform(1e-7, 1e-3));
-    for (unsigned i : {1u, 3u})
-      for (std::size_t k = 0; k < 3; ++k) v[i][k] = v[0][k] + thin * v[i][k];
-  }
-  const bool spread = kind == Kind::kSpread;
-  const float away = kind == Kind::kFar ? static_cast<float>(random.log_uniform(1e1, 1e7)) : 1.0f;
-  Position origin = point();
-  for (float& x : origin) x = spread ? random.uniform_float(-1, 1) : x * away;
-  result.ray.origin = vec3(origin);
-  if (kind <= Kind::kHuge) {
-    do result.ray.direction = vec3(point());
-    while (result.ray.direction == Vec3(0.0f));
-    return result;
-  }
-  const unsigned from = random.below(4), to = random.below(4);
-  const double part = spread ? random.log_uniform(1e-38, 1) : random.unit();
-  const Position target = kind == Kind::kVertex ? v[from] : middle(v[from], v[to], part);
-  for (int k = 0; k < 3; ++k)
-    result.ray.direction[k] = target[static_cast<std::size_t>(k)] - origin[static_cast<std::size_t>(k)];
-  return result;
-}
-
-std::string text_of(const Pair& pair) {
-  std::string text;
-  char number[50];
-  for (const Position& p : pair.vertex) {
-    std::snprintf(number, sizeof number, "(%a, %a, %a) ", static_cast<double>(p[0]), static_cast<double>(p[1]),
-                  static_cast<double>(p[2]));
-    text += number;
-  }
-  return text;
 }
 
 /// Of what many cases have shown.
