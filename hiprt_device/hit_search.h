@@ -43,8 +43,8 @@ class HitSearch {
         hit_way_(storage, 1),
         after_way_(storage, 2),
         after_t_(max_of(ray.tmin, Real(0))),
-        limit_(finite(ray.tmax)),
-        low_(limit_) {
+        limit_(finite(ray.tmax)) {
+    if constexpr (kDefers) undecided_.low = limit_;
     if (!is_covered()) state_ = TraversalState::kRefused;
   }
 
@@ -74,7 +74,8 @@ class HitSearch {
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
     after_way_.save(hit_way_);
-    low_ = limit_ = finite(ray_.tmax);
+    limit_ = finite(ray_.tmax);
+    if constexpr (kDefers) undecided_.low = limit_;
     forget_hit();
     traversal_.restart(*scene_, ray_, after_t_, storage_);
   }
@@ -85,15 +86,22 @@ class HitSearch {
                   "hiprt: Unordered: a restart trail finds closest hits in the order of distance only");
     if constexpr (kDefers) {
       if (run_to_bounds(may_pause) == Outcome::kPaused) return false;
-      if (open_.is_crowded()) return find_closest_again();
+      if (undecided_.open.is_crowded()) return find_closest_again();
       decide_hits();
     } else {
-      if (run_to_closest(traversal_, may_pause) == Outcome::kPaused) return false;
+      const Outcome outcome = traversal_.run(
+          *scene_, ray_, limit_, primitives_, counter_, may_pause, [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+            if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)) return true;
+            if (!accept(found)) return true;
+            limit_ = found.at.t;
+            return !stopped_;
+          });
+      if (outcome == Outcome::kPaused) return false;
     }
     // Limit and t are one register until here.
     hit_.t = limit_;
     // What was not visited may have been nearer.
-    conclude(hit_.found() && (stopped_ || !traversal_.overflowed()), traversal_.overflowed());
+    conclude(hit_.found() && (stopped_ || !traversal_.overflowed()));
     return true;
   }
 
@@ -105,7 +113,7 @@ class HitSearch {
                                              return !accept(found);
                                            });
     if (outcome == Outcome::kPaused) return false;
-    conclude(outcome == Outcome::kStopped, traversal_.overflowed());
+    conclude(outcome == Outcome::kStopped);
     return true;
   }
 
@@ -164,36 +172,26 @@ class HitSearch {
     return loses || seen;
   }
 
-  /// The part of a search that asks a test for t. @param traversal where it is.
-  template <class Way> HIPRT_HD HIPRT_INLINE Outcome run_to_closest(Way& traversal, bool may_pause) {
-    return traversal.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                         [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
-                           if (!take_closest(found)) return true;
-                           limit_ = found.at.t;
-                           return !stopped_;
-                         });
-  }
-
   HIPRT_HD HIPRT_INLINE bool take_closest(const LeafHit<Real>& found) {
     return found.at.t >= after_t_ && found.at.t <= limit_ && !loses_tie(found) && accept(found);
   }
 
-  /// The part of a search that asks for bounds of t: limit_ and low_ are those of the hit at hand. Triangles of which
-  /// they do not tell whether they are hit, or nearer, stay open. Where there are too many the search is crowded, and
-  /// ends.
+  /// The part of a search that asks for bounds of t: limit_ and undecided_.low are those of the hit at hand. Triangles
+  /// of which they do not tell whether they are hit, or nearer, stay open. Where there are too many the search is
+  /// crowded, and ends.
   HIPRT_HD HIPRT_INLINE Outcome run_to_bounds(bool may_pause) {
     return traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
                           [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
                             const Real high = found.at.t, low = found.at.u;
                             if (high < after_t_ || low > limit_) return true;
-                            if (low > after_t_ && high < low_) {
+                            if (low > after_t_ && high < undecided_.low) {
                               if (!accept(found)) return true;
                               limit_ = high;
-                              low_ = low;
-                              if (open_.low > high) open_.forget();
+                              undecided_.low = low;
+                              if (undecided_.open.low > high) undecided_.open.forget();
                               return true;
                             }
-                            return open_.take(found.leaf, low, low > after_t_);
+                            return undecided_.open.take(found.leaf, low, low > after_t_);
                           });
   }
 
@@ -205,7 +203,7 @@ class HitSearch {
         second, info.triangle_ids >> (second ? 8 : 0), at);
   }
 
-  /// What run_to_bounds() has found becomes a hit as run_to_closest() finds it.
+  /// What run_to_bounds() has found becomes a hit as deciding at once finds it.
   HIPRT_HD HIPRT_INLINE void decide_hits() {
     if (leaf_ != kInvalidRef) {
       BasicCandidate<Real> at{};
@@ -214,10 +212,10 @@ class HitSearch {
       hit_.u = at.u;
       hit_.v = at.v;
     }
-    if (open_.is_empty()) return;
-    NodeRef leaf = open_.at_start;
+    if (undecided_.open.is_empty()) return;
+    NodeRef leaf = undecided_.open.at_start;
     HIPRT_NO_UNROLL
-    for (unsigned i = 0; i < 3; ++i, leaf = i == 1 ? open_.leaf : open_.other) {
+    for (unsigned i = 0; i < 3; ++i, leaf = i == 1 ? undecided_.open.leaf : undecided_.open.other) {
       if (leaf == kInvalidRef) continue;
       const LeafInfo info = load_info(scene_->base + ref_offset(leaf));
       LeafHit<Real> found{{},
@@ -227,7 +225,7 @@ class HitSearch {
                           leaf};
       if (decide(leaf, info, found.at) && take_closest(found)) limit_ = found.at.t;
     }
-    open_ = {};
+    undecided_.open = {};
   }
 
   /// All over again, by decisions at once: next to never. Each ray by itself, whatever the schedule.
@@ -236,10 +234,16 @@ class HitSearch {
     traversal.restart(*scene_, ray_, after_t_, storage_);
     limit_ = finite(ray_.tmax);
     forget_hit();
-    open_ = {};
-    run_to_closest(traversal, false);
+    undecided_.open = {};
+    traversal.run(*scene_, ray_, limit_, primitives_, counter_, false,
+                  [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                    if (take_closest(found)) limit_ = found.at.t;
+                    return true;
+                  });
     hit_.t = limit_;
-    conclude(hit_.found() && !traversal.overflowed(), traversal.overflowed());
+    // As far as the first traversal came its stack was large enough; if this one's is not, it has to say so.
+    if (traversal.overflowed()) traversal_.overflow();
+    conclude(hit_.found() && !traversal.overflowed());
     return true;
   }
 
@@ -279,9 +283,8 @@ class HitSearch {
     return answer == FilterAnswer::kAccept && stop ? FilterAnswer::kAcceptAndStop : answer;
   }
 
-  /// @param overflowed the traversal that was the last.
-  HIPRT_HD HIPRT_INLINE void conclude(bool found, bool overflowed) {
-    state_ = found ? TraversalState::kHit : without_hit(overflowed);
+  HIPRT_HD HIPRT_INLINE void conclude(bool found) {
+    state_ = found ? TraversalState::kHit : without_hit();
     if (found) return;
     forget_hit();
     if (state_ == TraversalState::kFinished) return;
@@ -291,9 +294,9 @@ class HitSearch {
   }
 
   /// What it means that there is no hit.
-  HIPRT_HD HIPRT_INLINE TraversalState without_hit(bool overflowed) const {
+  HIPRT_HD HIPRT_INLINE TraversalState without_hit() const {
     if (!is_covered()) return TraversalState::kRefused;
-    return overflowed ? TraversalState::kStackOverflow : TraversalState::kFinished;
+    return traversal_.overflowed() ? TraversalState::kStackOverflow : TraversalState::kFinished;
   }
 
   /// Whether somebody looks at hits on the way.
@@ -337,6 +340,12 @@ class HitSearch {
   static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kAsks &&
                                   !TraversalObserver<Counter> &&
                                   DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
+  /// Where it defers: t of the hit at hand is in [low, limit_].
+  struct Undecided {
+    Real low = Real(0);
+    OpenTriangles open{};
+  };
+  struct Nothing {};
   template <bool kDeferring, class Test> struct TestOnTheWay { using Type = Test; };
   template <class Test> struct TestOnTheWay<true, Test> { using Type = typename Test::Bounds; };
 
@@ -353,8 +362,7 @@ class HitSearch {
   std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;
   Real limit_;
-  Real low_;  ///< If the test defers: t of the hit at hand is in [low_, limit_].
-  OpenTriangles open_{};
+  std::conditional_t<kDefers, Undecided, Nothing> undecided_;
   NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is (LeafHit::leaf).
   bool stopped_ = false;        ///< The filter ended the search with the last hit.
   TraversalState state_ = TraversalState::kInit;

@@ -134,6 +134,11 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   /// The instances that the ray is in.
   HIPRT_HD HIPRT_INLINE const Levels<P::kLevels, P::kMoves, Real>& levels() const { return levels_; }
 
+  /// Makes overflowed() true, and leaves nothing to visit.
+  HIPRT_HD HIPRT_INLINE void overflow() {
+    node_ = kInvalidRef;
+    leaf_ = kOverflowRef;
+  }
   /// Nothing is left to visit.
   HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
 
