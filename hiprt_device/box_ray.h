@@ -9,6 +9,16 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// Whether the ray can hit anything at all; false for NaN and infinite components.
+template <class Real> HIPRT_HD HIPRT_INLINE bool is_traceable(const BasicRay<Real>& ray) {
+  constexpr Real kMax = std::numeric_limits<Real>::max(), kZero = 0;
+  const Real length = max_component(ray.direction);
+  const Real sum = absolute(ray.direction.x) * kZero + absolute(ray.direction.y) * kZero +
+                   absolute(ray.direction.z) * kZero + ray.origin.x * kZero + ray.origin.y * kZero +
+                   ray.origin.z * kZero + ray.tmin * kZero;
+  return sum == kZero && length > kZero && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= kZero && ray.mask != 0;
+}
+
 /// The ray that a tree's boxes are tested with, and the part of it that is left. Float rays are that ray themselves.
 template <class Real> class BoxRay {
  public:

@@ -4,6 +4,7 @@
 
 #include <hiprt_device/surface.h>
 #include <hiprt_device/traverse.h>
+#include <hiprt_device/undecided_hits.h>
 
 namespace hiprt {
 
@@ -305,64 +306,25 @@ class HitSearch {
   struct Alone : P {
     using Schedule = Immediate;
   };
-  /// Triangles (LeafHit::leaf) of which it is not known yet whether they are hit.
-  struct OpenTriangles {
-    NodeRef at_start = kInvalidRef;  ///< Maybe before the search's range: what the ray starts on.
-    NodeRef leaf = kInvalidRef, other = kInvalidRef;
-    Real low = -std::numeric_limits<Real>::infinity();  ///< t of leaf and other is not below.
-
-    /// @return false: they are too many.
-    HIPRT_HD HIPRT_INLINE bool take(NodeRef triangle, Real triangle_low, bool is_behind_start) {
-      if (!is_behind_start && at_start == kInvalidRef) {
-        at_start = triangle;
-        return true;
-      }
-      if (leaf == kInvalidRef) {
-        leaf = triangle;
-        low = triangle_low;
-        return true;
-      }
-      low = triangle_low < low ? triangle_low : low;
-      const bool has_room = other == kInvalidRef;
-      other = has_room ? triangle : kOverflowRef;
-      return has_room;
-    }
-    /// Those behind the start.
-    HIPRT_HD HIPRT_INLINE void forget() {
-      leaf = other = kInvalidRef;
-      low = -std::numeric_limits<Real>::infinity();
-    }
-    HIPRT_HD HIPRT_INLINE bool is_empty() const { return at_start == kInvalidRef && leaf == kInvalidRef; }
-    HIPRT_HD HIPRT_INLINE bool is_crowded() const { return other == kOverflowRef; }
-  };
   /// Whether triangles on the way are known by bounds of t, and only those that are left are decided. Not under
   /// WholeWave schedules, where the registers that it takes cost more than it saves (decision 0018).
   static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kAsks &&
                                   !TraversalObserver<Counter> &&
                                   DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
-  /// Where it defers: t of the hit at hand is in [low, limit_].
-  struct Undecided {
-    Real low = Real(0);
-    OpenTriangles open{};
-  };
-  struct Nothing {};
-  template <bool kDeferring, class Test> struct TestOnTheWay { using Type = Test; };
-  template <class Test> struct TestOnTheWay<true, Test> { using Type = typename Test::Bounds; };
-
   const SceneView* scene_;
   BasicRay<Real> ray_;
   Storage storage_;
   Filter filter_;
   Primitives primitives_;
   Counter counter_;
-  Traversal<P, Order, kResumable, typename TestOnTheWay<kDefers, typename P::Triangle>::Type> traversal_;
+  Traversal<P, Order, kResumable, TestOnTheWay<kDefers, typename P::Triangle>> traversal_;
   BasicHit<Real> hit_{};
   SavedWay<P::kLevels> hit_way_, after_way_;
   Real after_t_;                               ///< Hits from here on.
   std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;
   Real limit_;
-  std::conditional_t<kDefers, Undecided, Nothing> undecided_;
+  UndecidedHits<kDefers, Real> undecided_;
   NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is (LeafHit::leaf).
   bool stopped_ = false;        ///< The filter ended the search with the last hit.
   TraversalState state_ = TraversalState::kInit;

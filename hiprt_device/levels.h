@@ -311,5 +311,16 @@ template <> class SavedWay<0> {
   HIPRT_HD HIPRT_INLINE InstancePath<0> path() const { return {}; }
 };
 
+/// Whether a ray sees a geometry of the file that it is in.
+template <class P>
+HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene,
+                                      const Levels<P::kLevels, P::kMoves, typename P::Real>& levels,
+                                      const BasicRay<typename P::Real>& ray, std::uint32_t geometry) {
+  if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
+    return (scene.features & feature_bit(Feature::kMasks)) == 0 ||
+           (levels.geometry(scene, geometry).mask & ray.mask) != 0;
+  return true;
+}
+
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

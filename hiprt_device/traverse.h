@@ -7,21 +7,10 @@
 #include <hiprt_device/policies.h>
 #include <hiprt_device/primitive_table.h>
 
-#include <limits>
 #include <type_traits>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
-
-/// Whether the ray can hit anything at all; false for NaN and infinite components.
-template <class Real> HIPRT_HD HIPRT_INLINE bool is_traceable(const BasicRay<Real>& ray) {
-  constexpr Real kMax = std::numeric_limits<Real>::max(), kZero = 0;
-  const Real length = max_component(ray.direction);
-  const Real sum = absolute(ray.direction.x) * kZero + absolute(ray.direction.y) * kZero +
-                   absolute(ray.direction.z) * kZero + ray.origin.x * kZero + ray.origin.y * kZero +
-                   ray.origin.z * kZero + ray.tmin * kZero;
-  return sum == kZero && length > kZero && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= kZero && ray.mask != 0;
-}
 
 /// Where the ray's line meets a primitive of a leaf.
 template <class Real> struct LeafHit {
@@ -389,17 +378,6 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   NodeRef leaf_ = kInvalidRef;  ///< Record to test, or none. Without postponing: then node_ is stale.
   unsigned skip_ = 0;           ///< Hits of the record that the visitor has seen before it stopped.
 };
-
-/// Whether a ray sees a geometry of the file that it is in.
-template <class P>
-HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene,
-                                      const Levels<P::kLevels, P::kMoves, typename P::Real>& levels,
-                                      const BasicRay<typename P::Real>& ray, std::uint32_t geometry) {
-  if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
-    return (scene.features & feature_bit(Feature::kMasks)) == 0 ||
-           (levels.geometry(scene, geometry).mask & ray.mask) != 0;
-  return true;
-}
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

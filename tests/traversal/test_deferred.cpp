@@ -114,16 +114,12 @@ std::vector<Mesh> layers(const Mesh& mesh, unsigned count, Random& random) {
 
 TEST_CASE("bounds hold what is decided later, and say of no line that passes that it does not", "[deferred]") {
   for (int kind = 0; kind < static_cast<int>(Kind::kCount); ++kind) {
-    Random random(kSeed + static_cast<std::uint64_t>(kind));
     BoundsSeen seen;
     const unsigned cases = trials(200000);
-    for (unsigned i = 0; i < cases; ++i) {
-      const Case it = make_case(static_cast<Kind>(kind), random);
-      INFO("kind " << kind << ", case " << i << " of seed " << kSeed << ": " << describe(it.ray) << " "
-                   << text_of(it.pair));
+    check_cases(kind, kSeed, cases, [&](const Case& it) {
       check_bounds<DefaultLanes>(it, seen);
       check_bounds<ArrayLanes>(it, seen);
-    }
+    });
     std::printf("deferred, kind %d: %u bounded, %u open, t at most at %.3f of the bounds\n", kind, seen.bounded,
                 seen.open, seen.most);
     CHECK(seen.bounded + seen.open > cases / 100);

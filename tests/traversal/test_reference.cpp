@@ -97,20 +97,39 @@ TEST_CASE("exact sums have the sign and the value of the sum", "[reference]") {
 
 TEST_CASE("a leaf's triangles are met as exact arithmetic says", "[reference]") {
   for (int kind = 0; kind < static_cast<int>(Kind::kCount); ++kind) {
-    Random random(kSeed + static_cast<std::uint64_t>(kind));
     Tally tally;
     const unsigned cases = trials(40000);
-    for (unsigned i = 0; i < cases; ++i) {
-      const Case it = make_case(static_cast<Kind>(kind), random);
-      INFO("kind " << kind << ", case " << i << " of seed " << kSeed << ": " << describe(it.ray) << " "
-                   << text_of(it.pair));
+    check_cases(kind, kSeed, cases, [&](const Case& it) {
       tally.check<DefaultLanes>(it);
       tally.check<ArrayLanes>(it);
-    }
+    });
     std::printf("reference, kind %d: %lu met, %lu on an edge, t within %.3f ulp, u and v within %.3g\n", kind,
                 tally.met, tally.ties, tally.most_ulps, tally.most_weight);
     CHECK(tally.met > cases / 100);
     CHECK(tally.most_weight < 0x1p-21);
+  }
+}
+
+TEST_CASE("a triangle's hit does not depend on the other one of its leaf", "[reference]") {
+  for (int kind = 0; kind < static_cast<int>(Kind::kCount); ++kind) {
+    Random random(kSeed);
+    unsigned met = 0;
+    const unsigned cases = trials(40000);
+    check_cases(kind, kSeed, cases, [&](const Case& it) {
+      const Met together = meet<DefaultLanes>(it.pair, it.ray);
+      for (unsigned k = 0; k < 2; ++k) {
+        const std::array<unsigned, 3> corner = k == 0 ? std::array{0u, 1u, 2u} : std::array{1u, 3u, 2u};
+        Pair single;
+        for (unsigned n = 0; n < 4; ++n) single.vertex[n] = it.pair.vertex[corner[n < 3 ? n : random.below(3)]];
+        const Met alone = meet<DefaultLanes>(single, it.ray);
+        REQUIRE(alone[0].has_value() == together[k].has_value());
+        if (!alone[0]) continue;
+        ++met;
+        REQUIRE((same_bits(alone[0]->t, together[k]->t) && same_bits(alone[0]->u, together[k]->u) &&
+                 same_bits(alone[0]->v, together[k]->v)));
+      }
+    });
+    CHECK(met > cases / 100);
   }
 }
 

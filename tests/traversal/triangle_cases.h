@@ -3,7 +3,10 @@
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/ray.h>
+#include <tests/traversal/explain.h>
 #include <tests/traversal/scenes.h>
+
+#include <catch2/catch.hpp>
 
 #include <array>
 #include <cmath>
@@ -95,6 +98,17 @@ inline std::string text_of(const Pair& pair) {
     text += number;
   }
   return text;
+}
+
+/// Calls check(case) for random cases of a kind; failures name the case.
+template <class Check> void check_cases(int kind, std::uint64_t seed, unsigned count, Check&& check) {
+  Random random(seed + static_cast<std::uint64_t>(kind));
+  for (unsigned i = 0; i < count; ++i) {
+    const Case it = make_case(static_cast<Kind>(kind), random);
+    INFO("kind " << kind << ", case " << i << " of seed " << seed << ": " << describe(it.ray) << " "
+                 << text_of(it.pair));
+    check(it);
+  }
 }
 
 }  // namespace hiprt::checks
