@@ -1,7 +1,7 @@
 #pragma once
 /// What a search knows of hits while their decision is put off (DeferringTest). Internal.
 
-#include <hiprt_device/format/node.h>
+#include <hiprt_device/stack.h>
 
 #include <limits>
 
