@@ -1,6 +1,7 @@
 #pragma once
 /// What validate() asks of a quantized node before its planes are decoded. Host only.
 
+#include <hiprt_device/format/arithmetic.h>
 #include <hiprt_device/format/validate_box.h>
 
 #include <cmath>
@@ -16,7 +17,7 @@ inline bool is_exact_plane(float origin, std::uint8_t q, float scale) {
   // sum may be rounded, and is again here. The result is exact iff what it differs by from the larger addend is the
   // other one: that difference of floats of like size has no error. (The other difference may, but not if all is
   // exact.)
-  const double plane = static_cast<double>(static_cast<float>(sum));
+  const double plane = static_cast<double>(nearest_float(sum));
   return plane - start == offset && plane - offset == start;
 }
 

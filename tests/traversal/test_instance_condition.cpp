@@ -88,6 +88,15 @@ InstanceScene scene_of(const Mesh& mesh, NodeLayout layout, const Affine& transf
 /// A point of the object where the record has it in the scene, to double's rounding.
 Vec3D out_of(const InstanceRecord& record, const Double3& p) { return point_to_scene(record, Vec3D(p[0], p[1], p[2])); }
 
+/// Origin and direction rounded once each. By convert(), as g++ 12 may forget the rounding of a cast (nearest_float()).
+template <class Real> BasicRay<Real> ray_towards(const Vec3D& from, const Vec3D& to) {
+  RayD ray;
+  ray.origin = from;
+  ray.origin = convert<double>(convert<Real>(ray)).origin;
+  ray.direction = to - ray.origin;
+  return convert<Real>(ray);
+}
+
 /// Rays from inside at edges, corners and insides, as long as the object sees their origins inside: the transform of
 /// such a ray may move its origin by more than the object's size.
 /// @return how many were traced.
@@ -103,12 +112,7 @@ template <class P> unsigned check_no_leak(const std::string& name, const Closed&
     const Double3 aside = random.on_sphere();
     Double3 start;
     for (std::size_t k = 0; k < 3; ++k) start[k] = center[k] + 0.5 * closed.room * aside[k];
-    BasicRay<Real> ray;
-    const Vec3D from = out_of(record, start), to = out_of(record, target);
-    for (int k = 0; k < 3; ++k) {
-      ray.origin[k] = static_cast<Real>(from[k]);
-      ray.direction[k] = static_cast<Real>(to[k] - static_cast<double>(ray.origin[k]));
-    }
+    const BasicRay<Real> ray = ray_towards<Real>(out_of(record, start), out_of(record, target));
     const BasicRay<Real> local = ray_to_object(record, ray);
     double square = 0;
     for (int k = 0; k < 3; ++k) {
@@ -154,12 +158,12 @@ template <class P> unsigned check_as_object(const std::string& name, const Close
     const double radius = random.log_uniform(0.5, 16);
     const Double3 way = random.on_sphere(), beside{radius * way[0], radius * way[1], radius * way[2]};
     const Vec3D target = out_of(view.instances[0], i % 4 == 0 ? beside : extreme_point(closed.mesh, random));
-    BasicRay<Real> ray;
+    Vec3D from(0);
     for (int k = 0; k < 3; ++k) {
       const double low = view.bounds.min[k], half = 0.5 * (view.bounds.max[k] - low);
-      ray.origin[k] = static_cast<Real>(low + half + half * random.uniform(-3, 3));
-      ray.direction[k] = static_cast<Real>(target[k] - static_cast<double>(ray.origin[k]));
+      from[k] = low + half + half * random.uniform(-3, 3);
     }
+    const BasicRay<Real> ray = ray_towards<Real>(from, target);
     const BasicRay<Real> local = ray_to_object(view.instances[0], ray);
     const auto expected = closest_hit<FlatOf<P>>(object, local);
     const auto hit = closest_hit<P>(view, ray);
