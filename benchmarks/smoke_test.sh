@@ -34,6 +34,8 @@ expect 2 "usage: make_scene" "$build/benchmarks/make_scene" moon "$work/scenes"
 expect 0 "" "$build/benchmarks/make_scene" hair "$work/scenes" --strands 300
 expect 2 "usage: make_scene" "$build/benchmarks/make_scene" hair "$work/scenes" --strands 0
 expect 2 "usage: make_scene" "$build/benchmarks/make_scene" island "$work/scenes" --strands 5
+expect 0 "" "$build/benchmarks/make_scene" swarm "$work/scenes/slow" --motion 10
+expect 2 "usage: make_scene" "$build/benchmarks/make_scene" swarm "$work/scenes/slow" --motion 1001
 expect 0 "" "$build/tools/bvhbuild" "$work/scenes/hair.hair" "$work/scenes/head.mesh" -o "$work/scenes/hair.bvh"
 expect 0 "300 strands" "$build/benchmarks/bench_hair" --strands=300 --batch_strands=100
 expect 2 "no builder 'fast'" "$build/benchmarks/bench_hair" --builders=fast

@@ -80,6 +80,7 @@ template <class Stack, class Entry> class StackBacktrack {
   HIPRT_HD HIPRT_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
 
   HIPRT_HD HIPRT_INLINE bool make_room() const { return stack_.has_room(); }
+  HIPRT_HD HIPRT_INLINE bool empty() const { return stack_.empty(); }
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {

@@ -312,14 +312,13 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       node_ = leaf_ = kOverflowRef;
       return;
     }
-    if constexpr (P::Schedule::kTogether) {
-      if (!is_end(node_)) way_.later(entry_of(node_));
-      way_.later(entry_of(kExitRef));
+    if (P::Schedule::kTogether && !is_end(node_)) way_.later(entry_of(node_));
+    // Where nothing is left outside, nobody has to find the way out.
+    if (kObserved || !way_.empty()) way_.later(entry_of(kExitRef));
+    if constexpr (P::Schedule::kTogether)
       node_ = entered_ref(leaf.info);
-    } else {
-      way_.later(entry_of(kExitRef));
+    else
       way_.later(entry_of(entered_ref(leaf.info)));
-    }
     const ObjectRecord& object = scene.objects[record.object];
     if constexpr (kObserved) counter.on_enter(instance);
     levels_.enter(scene, instance, object, local);

@@ -1,10 +1,10 @@
-/// make_scene NAME DIR [--strands N]: large scenes that need no file, for bvhbuild and the other tools.
+/// make_scene NAME DIR [--strands N | --motion N]: large scenes that need no file, for bvhbuild and the other tools.
 ///   hair     hair.hair, head.mesh, hair.cam    a head of 100,000 strands, or N
 ///   island   island.scene, island.cam    three levels of instances, more than 30 thousand million triangles
 ///   stadium  stadium.mesh, stadium.cam   a teapot in a stadium, 2 million triangles
 ///   swarm    swarm.json, swarm_still.json, swarm.mesh, swarm.cam
-///                                        10,000 instances that fly and turn between the times 0 and 1, and the same
-///                                        where they are halfway
+///                                        10,000 instances that fly and turn between the times 0 and 1 (or N percent as
+///                                        far), and the same where they are halfway
 
 #include "../common/hair.h"
 #include "../common/island.h"
@@ -23,6 +23,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iostream>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -68,7 +69,8 @@ nlohmann::json scene_json(nlohmann::json instances) {
           {"groups", {{"swarm", std::move(instances)}}}};
 }
 
-build::Result<void> write_swarm(const std::filesystem::path& folder) {
+/// @param motion 1: what moves flies as far as 1.5 per axis (a torus is 2.8 wide) and turns by up to 40 degrees.
+build::Result<void> write_swarm(const std::filesystem::path& folder, double motion) {
   constexpr std::uint32_t kCount = 10'000;
   constexpr double kHalf = 45, kFlight = 1.5, kMostDegrees = 40;
   Random random(3);
@@ -77,8 +79,8 @@ build::Result<void> write_swarm(const std::filesystem::path& folder) {
     const auto point = [&](double half) {
       return std::array{random.between(-half, half), random.between(-half, half), random.between(-half, half)};
     };
-    const auto at = point(kHalf), by = point(kFlight), axis = point(1.0);
-    const double first = random.between(0, 360), turn = random.between(-kMostDegrees, kMostDegrees);
+    const auto at = point(kHalf), by = point(motion * kFlight), axis = point(1.0);
+    const double first = random.between(0, 360), turn = motion * random.between(-kMostDegrees, kMostDegrees);
     const auto key = [&](double part) {
       return nlohmann::json{{"translate", {at[0] + part * by[0], at[1] + part * by[1], at[2] + part * by[2]}},
                             {"rotate", {{"axis", axis}, {"degrees", first + part * turn}}}};
@@ -108,34 +110,56 @@ build::Result<void> write_hair(const std::filesystem::path& folder, std::uint32_
                            tools::hair_file(head.strands, head.points, "make_scene hair, units: cm"));
 }
 
-build::Result<void> write(std::string_view name, const std::filesystem::path& folder, std::uint32_t strands) {
-  if (name == "hair") return write_hair(folder, strands);
+/// @param amount strands of hair; percent of a swarm's motion.
+build::Result<void> write(std::string_view name, const std::filesystem::path& folder, std::int64_t amount) {
+  if (name == "hair") return write_hair(folder, static_cast<std::uint32_t>(amount));
   if (name == "island") {
     if (auto done = write_camera(folder / "island.cam", island_camera()); !done) return done;
     return tools::write_scene_binary(folder / "island.scene", island());
   }
-  if (name == "swarm") return write_swarm(folder);
+  if (name == "swarm") return write_swarm(folder, 0.01 * static_cast<double>(amount));
   if (auto done = write_camera(folder / "stadium.cam", stadium_camera()); !done) return done;
   return write_mesh(folder / "stadium.mesh", stadium());
+}
+
+/// A scene's option, its limits, and what holds without it.
+struct SceneOption {
+  std::string_view scene, option;
+  std::int64_t least, most, usual;
+};
+constexpr SceneOption kScenes[] = {{"hair", "--strands", 1, 500'000'000, 100'000},
+                                   {"island", "", 0, 0, 0},
+                                   {"stadium", "", 0, 0, 0},
+                                   {"swarm", "--motion", 0, 1000, 100}};
+
+/// What to write() of a scene; nothing if the arguments are not as the usage says.
+std::optional<std::int64_t> amount(std::span<char* const> arguments) {
+  for (const SceneOption& scene : kScenes) {
+    if (arguments.size() < 3 || scene.scene != arguments[1]) continue;
+    if (arguments.size() == 3) return scene.usual;
+    if (arguments.size() != 5 || scene.option.empty() || scene.option != arguments[3]) return std::nullopt;
+    const auto given = tools::parse_integer(arguments[4]);
+    return given && *given >= scene.least && *given <= scene.most ? given : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
 }  // namespace hiprt::bench
 
 int main(int argc, char** argv) {
-  constexpr std::int64_t kUsualStrands = 100'000, kMostStrands = 500'000'000;
-  const std::string_view name = argc == 3 || argc == 5 ? argv[1] : "";
-  const bool counted = argc == 5 && name == "hair" && argv[3] == std::string_view("--strands");
-  const auto strands = counted ? hiprt::tools::parse_integer(argv[4]) : kUsualStrands;
-  const bool known = name == "hair" || (argc == 3 && (name == "island" || name == "stadium" || name == "swarm"));
-  if (!known || (argc == 5 && !counted) || !strands || *strands < 1 || *strands > kMostStrands) {
-    std::cerr << "usage: make_scene island|stadium|swarm DIR\n       make_scene hair DIR [--strands N], 1 to "
-              << kMostStrands << "\n";
+  const auto amount = hiprt::bench::amount({argv, static_cast<std::size_t>(argc)});
+  if (!amount) {
+    std::cerr << "usage: make_scene island|stadium DIR\n";
+    for (const auto& [scene, option, least, most, usual] : hiprt::bench::kScenes)
+      if (!option.empty())
+        std::cerr << "       make_scene " << scene << " DIR [" << option << " N], " << least << " to " << most
+                  << ", usually " << usual << "\n";
     return 2;
   }
   std::error_code ignored;
   std::filesystem::create_directories(argv[2], ignored);
-  const auto written = hiprt::bench::write(name, argv[2], static_cast<std::uint32_t>(*strands));
+  const auto written = hiprt::bench::write(argv[1], argv[2], *amount);
   if (!written) std::cerr << "make_scene: " << written.error().message << "\n";
   return written ? 0 : 1;
 }
