@@ -240,8 +240,7 @@ struct Reference : ShearedTriangleTest<Reference> {
   template <class Lanes, class Leaf>
   HIPRT_HD static HIPRT_INLINE bool decide(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
                                            std::uint32_t id, Candidate& result) {
-    const Sheared<Lanes> at(read_again(leaf), ray);
-    return decide_by<Lanes>(leaf, ray, second, id, uncertainty<Lanes>(at, ray), result);
+    return decide_by<Lanes, true>(leaf, ray, second, id, 0.0f, result);
   }
 
   /// With u = 2^-24 and a shear of s or less, a sheared coordinate is within u (2 |x| + 3 s |z|) of the exact one, so
@@ -312,19 +311,19 @@ struct Reference : ShearedTriangleTest<Reference> {
   HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf& leaf,
                                            const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
                                            Candidate& result) {
-    return decide_by<Lanes>(leaf, ray, second, id, corners.uncertainty, result);
+    return decide_by<Lanes, false>(leaf, ray, second, id, corners.uncertainty * (1.0f + 0x1p-20f), result);
   }
 
-  /// @param uncertainty of the whole leaf.
-  template <class Lanes, class Leaf>
+  /// @tparam kOwn by the uncertainty of the triangle alone. @param uncertainty else of the whole leaf.
+  template <class Lanes, bool kOwn, class Leaf>
   HIPRT_HD static HIPRT_INLINE bool decide_by(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
                                               std::uint32_t id, float uncertainty, Candidate& result) {
     using namespace exact_detail;
     const LineAndTriangle of = read<Lanes>(read_again(leaf), ray, second, id);
     // What is enough with the uncertainty of the whole leaf is enough with the triangle's own. In the end the triangle
     // alone counts: what is found does not depend on the leaf's other one.
-    uncertainty *= 1.0f + 0x1p-20f;
-    for (bool own = false;; own = true) {
+    if constexpr (kOwn) uncertainty = own_uncertainty<Lanes>(of, ray);
+    for (bool own = kOwn;; own = true) {
       const InDouble decision = find_in_double(of, uncertainty, result);
       if (decision != InDouble::kUndecided) return decision == InDouble::kPasses;
       if (own) return ExactDecision(of).passes(result);
