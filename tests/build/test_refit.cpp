@@ -1,5 +1,6 @@
 // Refits change what they must and nothing else, in every layout.
 
+#include <tests/amount.h>
 #include <tests/build/progress_watch.h>
 #include <tests/build/refit_file.h>
 #include <tests/oracle/meshes.h>
@@ -45,10 +46,11 @@ bool fits(const Scene& scene, NodeLayout layout) {
 }  // namespace
 
 TEST_CASE("a refit of what has not moved changes no byte") {
+  checks::Sample sample(3);
   for (const Scene& scene : scenes())
     for (const NodeLayout layout : kLayouts)
       for (const Builder builder : kBuilders) {
-        if (!fits(scene, layout)) continue;
+        if (!sample.next() || !fits(scene, layout)) continue;
         CAPTURE(scene.name, static_cast<std::uint32_t>(layout), build::name(builder));
         File file = built(scene.mesh, {.builder = builder, .nodes = layout});
         const std::string before = file.copy();
@@ -63,9 +65,11 @@ TEST_CASE("a refit of what has not moved changes no byte") {
 }
 
 TEST_CASE("after a motion vertices are the mesh's and boxes as small as the layout allows, in every layout") {
+  checks::Sample sample(3);
   for (const Scene& scene : {scenes()[0], scenes()[1], scenes()[2], scenes()[5], scenes()[6]})
     for (const NodeLayout layout : kLayouts)
       for (const Builder builder : kBuilders) {
+        if (!sample.next()) continue;
         CAPTURE(scene.name, static_cast<std::uint32_t>(layout), build::name(builder));
         File file = built(scene.mesh, {.builder = builder, .nodes = layout});
         for (const Mesh& moved : {twisted(scene.mesh, 0.3), waved(scene.mesh, 0.2), shaken(scene.mesh, 0.5, kSeed),

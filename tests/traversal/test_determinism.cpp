@@ -32,7 +32,7 @@ std::vector<std::vector<Mesh>> inputs() {
           {star(5, 1), soup(trials(60000), 0.05, 2), identical(3000)},
           {concentric(5000, 3)},
           {torture(5000, 4), needles(5000, 1e6, 5)},
-          {scattered(icosphere(6), 6), scattered(grid_plane(101, 1, 0), 7)}};
+          {scattered(icosphere(kWorkDivisor > 3 ? 5 : 6), 6), scattered(grid_plane(101, 1, 0), 7)}};
 }
 
 }  // namespace
