@@ -31,8 +31,8 @@ usage: bench_tradeoff [FLAG...]
 Measures on one device, in one run, of every policy set, with and without fast-math, and of Embree on a CPU:
 speed (closest hits of primary and diffuse rays, in turn, for several rounds); rays from inside closed meshes that leak
 out, random or aimed at edges and vertices; hits that boxes hide; spawned rays that meet the triangle that they left;
-and against exact arithmetic misses, wrong surfaces and the errors of t, u, v and of the hit point; on a CPU also of
-hits through instances and in motion (a GPU has the same bits).
+and against exact arithmetic misses, wrong surfaces and the errors of t, u, v and of the hit point, also of hits
+through instances and in motion.
 Exit status: 0; 1 when something failed, or the default or the reference policies break a guarantee; 2 for a wrong
 command line.
 
@@ -111,7 +111,7 @@ class Session {
     if (auto done = ask_models(); !done) return done;
     if (wants("errors"))
       if (auto done = compare(); !done) return done;
-    return line_.device == "cpu" && wants("places") ? look_at_places() : build::Result<void>();
+    return wants("places") ? look_at_places() : build::Result<void>();
   }
 
  private:
@@ -265,7 +265,9 @@ class Session {
       if (engine_.traces_place(record_.subjects[i])) asked.push_back(i);
     const PlacedRays placed = placed_rays(place, line_.error_rays);
     std::vector<Ray> rays;
-    while (rays.size() < line_.speed_rays / 10) rays.insert(rays.end(), placed.rays.begin(), placed.rays.end());
+    // Of which a CPU needs fewer: through 16 levels they take long.
+    const unsigned timed = line_.device == "cpu" ? line_.speed_rays / 10 : line_.speed_rays;
+    while (rays.size() < timed) rays.insert(rays.end(), placed.rays.begin(), placed.rays.end());
     bar_.update((place.name + ": speed").c_str(), 1.0);
     const auto seconds = time_each(asked, rays);
     if (!seconds) return tl::unexpected(seconds.error());

@@ -40,9 +40,9 @@ class Engine {
   /// What the following calls trace. The model has to live as long.
   virtual build::Result<void> set_model(const Model& model, const Trees& trees) = 0;
   /// What the following calls trace, until the next set_model(): a mesh seen through instances.
-  virtual build::Result<void> set_place(const Place& place);
+  virtual build::Result<void> set_place(const Place& place) = 0;
   /// Behind set_place(): whether this subject can trace the place.
-  virtual bool traces_place(const Subject&) const { return false; }
+  virtual bool traces_place(const Subject&) const = 0;
   /// Asks rays [0, count) of a probe, whose target is filled in here. Question::kTrace: see trace().
   virtual build::Result<Tally> ask(const Subject& subject, Probe probe, std::uint64_t count) = 0;
   /// Traces rays[i] into hits[i] (closest hit). @return seconds, without copies.

@@ -1,17 +1,21 @@
 #include "engine.h"
 #include "gpu_kernels.h"
+#include "places.h"
 
 #include <hiprt_build/gpu/gpu.h>
 #include <tools/progress.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace hiprt::bench {
 
 GpuKernels tradeoff_kernels_usual(std::size_t set);
 GpuKernels tradeoff_kernels_fast_math(std::size_t set);
+GpuKernels tradeoff_kernels_placed(std::size_t set);
 
-GpuKernels gpu_kernels(Compiler compiler, std::size_t set) {
+GpuKernels gpu_kernels(Compiler compiler, std::size_t set, bool placed) {
+  if (placed) return tradeoff_kernels_placed(set);
   return compiler == Compiler::kUsual ? tradeoff_kernels_usual(set) : tradeoff_kernels_fast_math(set);
 }
 
@@ -39,16 +43,18 @@ class GpuEngine final : public Engine {
   const std::vector<Subject>& subjects() const override { return subjects_; }
 
   build::Result<void> set_model(const Model& model, const Trees& trees) override {
-    model_ = &model;
-    for (std::size_t i = 0; i < kLayouts; ++i) {
-      scenes_[i] = {};
-      auto scene = gpu::upload_scene(trees[i].buffer.bytes(), nullptr, allocator_);
-      if (!scene) return tl::unexpected(scene.error());
-      scenes_[i] = std::move(*scene);
-    }
-    rays_ = {};
-    if (auto copied = copy(model.mesh.positions, positions_); !copied) return copied;
-    return copy(model.mesh.triangles, triangles_);
+    placed_.reset();
+    for (std::size_t i = 0; i < kLayouts; ++i)
+      if (auto sent = upload(trees[i].buffer, scenes_[i]); !sent) return sent;
+    return set_mesh(model);
+  }
+
+  build::Result<void> set_place(const Place& place) override {
+    if (auto sent = upload(place.file, placed_.emplace()); !sent) return sent;
+    return set_mesh(place.model);
+  }
+  bool traces_place(const Subject& subject) const override {
+    return subject.settings == Compiler::kUsual && kPolicySets[subject.set].layout == NodeLayout::kPlanes;
   }
 
   build::Result<Tally> ask(const Subject& subject, Probe probe, std::uint64_t count) override {
@@ -60,8 +66,7 @@ class GpuEngine final : public Engine {
       const auto part = static_cast<std::uint32_t>(std::min(kMost, count - first));
       if (auto reset = tally_.fill(std::byte{0}, nullptr); !reset) return tl::unexpected(reset.error());
       GpuWork work{probe, first, part, tally_.data()};
-      if (auto done = launch(gpu_kernels(subject.settings, subject.set).ask, work); !done)
-        return tl::unexpected(done.error());
+      if (auto done = launch(kernels(subject).ask, work); !done) return tl::unexpected(done.error());
       const auto tally = tally_.to_vector(nullptr);
       if (!tally) return tl::unexpected(tally.error());
       sum.skipped += (*tally)[0];
@@ -89,7 +94,7 @@ class GpuEngine final : public Engine {
     auto watch = gpu::Stopwatch::make();
     if (!watch) return tl::unexpected(watch.error());
     auto done = watch->start(nullptr);
-    if (done) done = launch(gpu_kernels(subject.settings, subject.set).trace, work);
+    if (done) done = launch(kernels(subject).trace, work);
     if (done) done = watch->stop(nullptr);
     if (!done) return tl::unexpected(done.error());
     const auto time = watch->milliseconds();
@@ -99,6 +104,25 @@ class GpuEngine final : public Engine {
   }
 
  private:
+  GpuKernels kernels(const Subject& subject) const {
+    return gpu_kernels(subject.settings, subject.set, placed_.has_value());
+  }
+
+  build::Result<void> upload(const build::Buffer& file, gpu::DeviceScene& to) {
+    to = {};
+    auto scene = gpu::upload_scene(file.bytes(), nullptr, allocator_);
+    if (!scene) return tl::unexpected(scene.error());
+    to = std::move(*scene);
+    return {};
+  }
+
+  build::Result<void> set_mesh(const Model& model) {
+    model_ = &model;
+    rays_ = {};
+    if (auto copied = copy(model.mesh.positions, positions_); !copied) return copied;
+    return copy(model.mesh.triangles, triangles_);
+  }
+
   template <class Range, class T> build::Result<void> copy(const Range& from, DeviceArray<T>& to) {
     to = {};
     auto made = DeviceArray<T>::from(from, nullptr, allocator_);
@@ -109,7 +133,7 @@ class GpuEngine final : public Engine {
 
   void aim(const Subject& subject, Probe& probe) const {
     Target& target = probe.target;
-    target.scene = scenes_[layout_index(kPolicySets[subject.set].layout)].view;
+    target.scene = placed_ ? placed_->view : scenes_[layout_index(kPolicySets[subject.set].layout)].view;
     target.positions = positions_.data();
     target.triangles = triangles_.data();
     target.triangle_count = static_cast<std::uint32_t>(model_->mesh.triangles.size());
@@ -132,6 +156,7 @@ class GpuEngine final : public Engine {
   DeviceArray<std::uint32_t> tally_;
   const Model* model_ = nullptr;
   std::array<gpu::DeviceScene, kLayouts> scenes_;
+  std::optional<gpu::DeviceScene> placed_;
   DeviceArray<build::Position> positions_;
   DeviceArray<build::Triangle> triangles_;
   const Ray* host_rays_ = nullptr;

@@ -14,12 +14,13 @@ struct GpuWork {
   std::uint32_t* tally;  ///< Of rays skipped, with faults, lost, folded.
 };
 
-/// Threads of a block, and for how many blocks of a multiprocessor registers are left (AMD: waves of a SIMD).
+/// Threads of a block, and for how many blocks of a multiprocessor registers are left (AMD: waves of a SIMD): more are
+/// needed on the way through instances.
 inline constexpr unsigned kTraceBlock = 64;
 #if defined(__HIP_PLATFORM_AMD__)
-inline constexpr unsigned kLeastResident = 4;
+constexpr unsigned least_resident(bool placed) { return placed ? 2 : 4; }
 #else
-inline constexpr unsigned kLeastResident = 14;
+constexpr unsigned least_resident(bool placed) { return placed ? 8 : 14; }
 #endif
 
 /// Thread i asks ray first + i, or traces it.
@@ -29,7 +30,8 @@ struct GpuKernels {
   GpuKernel ask, trace;
 };
 
-/// @param set in kPolicySets; with Compiler::kFastMath below kFastMathSets.
-GpuKernels gpu_kernels(Compiler compiler, std::size_t set);
+/// @param set in kPolicySets; with Compiler::kFastMath below kFastMathSets. @param placed the scene is one of
+/// instances, which may move: for sets in layout planes, by the usual compiler.
+GpuKernels gpu_kernels(Compiler compiler, std::size_t set, bool placed);
 
 }  // namespace hiprt::bench

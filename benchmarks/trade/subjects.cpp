@@ -25,8 +25,4 @@ std::vector<Subject> policy_subjects() {
   return subjects;
 }
 
-build::Result<void> Engine::set_place(const Place&) {
-  return tl::unexpected(build::Error{build::ErrorCode::kBackend, "no code for instances"});
-}
-
 }  // namespace hiprt::bench

@@ -61,13 +61,18 @@ std::optional<Case> case_of(const Genes& genes) {
   return it;
 }
 
-/// What the test makes of the triangle, as a complete hit.
-template <class Test, class Real> std::optional<BasicHit<Real>> hit_of(const Corners& of, const BasicRay<Real>& ray) {
+primitive_detail::ComputedLeaf<float> leaf_of(const Corners& of) {
   primitive_detail::ComputedLeaf<float> leaf{};
   const Position* corners[3] = {&of.p0, &of.p1, &of.p2};
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t k = 0; k < 3; ++k) leaf.vertex[i][k] = (*corners[i])[k];
   leaf.info = {{0, kInvalidId}, 0, TriangleId::from_rotation(0)};
+  return leaf;
+}
+
+/// What the test makes of the triangle, as a complete hit.
+template <class Test, class Real> std::optional<BasicHit<Real>> hit_of(const Corners& of, const BasicRay<Real>& ray) {
+  const auto leaf = leaf_of(of);
   const typename Test::template PreparedRay<ArrayLanes> prepared(ray);
   std::optional<BasicHit<Real>> found;
   Test::template intersect<ArrayLanes>(leaf, leaf.info, prepared, [&](const BasicCandidate<Real>& at, unsigned slot) {
@@ -174,6 +179,25 @@ double reference_share(const Case& it) {
   if (sgn(t) < 0 || nearest_float(t) == std::numeric_limits<float>::infinity()) return -1.0;
   if (hit.has_value() != inside) return 2.0;
   return hit ? error_in_ulps(hit->t, t) : -1.0;
+}
+
+/// Where t is between the bounds with which Reference puts it off: 0 in the middle, 1 at one of them; or 2 where a line
+/// that passes through the triangle is said to miss it.
+double put_off_share(const Case& it) {
+  const auto hit = hit_of<Reference, float>(it);
+  if (!hit) return -1.0;
+  const auto leaf = leaf_of(it.corners);
+  const Reference::PreparedRay<ArrayLanes> prepared(it.ray);
+  std::optional<Candidate> bounds;
+  Reference::Bounds::intersect<ArrayLanes>(leaf, leaf.info, prepared, [&](const Candidate& at, unsigned slot) {
+    if (slot == 0) bounds = at;
+    return true;
+  });
+  if (!bounds) return 2.0;
+  if (!std::isfinite(bounds->t) || !std::isfinite(bounds->u)) return -1.0;
+  const Rational high(double{bounds->t}), low(double{bounds->u}),
+      away = abs(2 * exact_point(it.ray, it.corners).t - high - low);
+  return Rational(away / (high - low)).get_d();
 }
 
 /// A triangle in an instance, whose record is made of twelve more genes.
@@ -388,4 +412,8 @@ TEST_CASE("no search makes a box hide what an instance has: its own, or one of i
 
 TEST_CASE("no search makes Reference decide wrongly, or t worse than its last place", "[worst_cases]") {
   search("Reference: units of t", reference_share);
+}
+
+TEST_CASE("no search takes t out of the bounds with which it is put off", "[worst_cases]") {
+  search("Reference::Bounds", put_off_share);
 }
