@@ -28,7 +28,7 @@ set(hiprt_values_orders sorted=NearFirst nearest=NearestFirst stored=Unordered t
 set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMasks filter=WithFilter custom=WithCustom
   custom-filter=WithCustomAndFilter levels1=WithLevels<1> levels2=WithLevels<2> levels8=WithLevels<8>
   levels32=WithLevels<32> moving1=WithMotion<1> moving2=WithMotion<2> moving8=WithMotion<8>)
-set(hiprt_values_blocks 64x1 64x10 64x12 64x14 64x16 128x7 128x8)
+set(hiprt_values_blocks 64x1 64x8 64x10 64x12 64x14 64x16 128x7 128x8)
 
 # What an axis is when a selection does not name it.
 set(hiprt_default_queries closest any)

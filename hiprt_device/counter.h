@@ -16,7 +16,7 @@ struct NoCounter {
 };
 
 /// Counts four-box tests, leaf tests, the triangles (one or two per leaf) in those, and the instances that a ray came
-/// to, seen by it or not.
+/// to (those that move: about where they are at its time), seen by it or not.
 struct WorkCounter {
   std::uint32_t box_tests = 0;
   std::uint32_t leaf_tests = 0;

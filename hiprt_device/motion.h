@@ -108,8 +108,8 @@ HIPRT_HD HIPRT_INLINE float part_of(float begin, float end, float time) {
 /// The instance as it is at a time: a record that stands still, good for all of instance.h.
 /// @param base first byte of the file that has the instance.
 /// @param time any, not NaN: before the first key and behind the last the instance is where it is there.
-HIPRT_HD HIPRT_INLINE InstanceRecord at_time(const InstanceRecord& instance, const MotionRecord& motion,
-                                             const std::byte* base, float time) {
+HIPRT_HD HIPRT_OUTLINE InstanceRecord at_time(const InstanceRecord& instance, const MotionRecord& motion,
+                                              const std::byte* base, float time) {
   InstanceRecord placed = instance;
   if (motion.count == 0) return placed;
   const auto* segments = reinterpret_cast<const MotionSegment*>(base + motion.segments);

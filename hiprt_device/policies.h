@@ -135,7 +135,8 @@ concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Sta
 template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
   const FeatureMask without =
       (P::kLevels == 0 ? feature_bit(Feature::kInstances) : 0) | (P::kMoves ? 0 : feature_bit(Feature::kMotion));
-  const FeatureMask features = P::kFeatures & ~without;
+  // Where nothing moves the boxes do not.
+  const FeatureMask features = (P::kFeatures & ~without) | feature_bit(Feature::kMovingBoxes);
   return scene.layout == P::Layout::kId && (scene.features & ~features) == 0 && scene.levels <= P::kLevels;
 }
 

@@ -22,6 +22,7 @@ struct SceneView {
   const MotionRecord* motions = nullptr;  ///< Of the scene's own instances, if any of these moves.
   std::uint32_t levels = 0;               ///< Instances on the longest way to a primitive.
   float condition = 0.0f, reach = 0.0f;
+  float shutter_begin = 0.0f, shutter_rate = 0.0f;  ///< As in the header.
   /// Offset in the file of what SceneShapes reads: kShapes; of a scene of instances kObjectShapes. 0: there is none.
   std::uint64_t shapes = 0;
 };
@@ -48,6 +49,8 @@ inline SceneView make_scene_view(const BufferView& view, const std::byte* device
   scene.levels = view.header->levels;
   scene.condition = view.header->condition;
   scene.reach = view.header->reach;
+  scene.shutter_begin = view.header->shutter_begin;
+  scene.shutter_rate = view.header->shutter_rate;
   return scene;
 }
 

@@ -3,6 +3,7 @@
 
 #include <hiprt_device/box_ray.h>
 #include <hiprt_device/levels.h>
+#include <hiprt_device/moving_box.h>
 #include <hiprt_device/order.h>
 #include <hiprt_device/policies.h>
 #include <hiprt_device/primitive_table.h>
@@ -301,7 +302,13 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
                                             typename P::Counter& counter, const CustomLeaf& leaf) {
     // Elsewhere the run's box is the leaf's, which the ray meets.
     constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
-    if (kRounded && !meets_box<Lanes>(leaf.box[0], slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit))) return;
+    if constexpr (P::kMoves || kRounded) {
+      const bool moves = P::kMoves && (scene.features & feature_bit(Feature::kMovingBoxes)) != 0;
+      if (moves || kRounded) {
+        const Box box = moves ? box_at(leaf.box, place_in_shutter(scene, ray.time)) : leaf.box[0];
+        if (!meets_box<Lanes>(box, slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit))) return;
+      }
+    }
     const std::uint32_t instance = leaf.info.primitive[0];
     const InstanceRecord& record = levels_.instances(scene)[instance];
     if constexpr (requires { counter.on_instance(); }) counter.on_instance();

@@ -68,8 +68,13 @@ json instance_leaf_json(const BufferView& view, const CustomLeaf& leaf, std::siz
   json result = leaf_json(view, leaf.info, index);
   result["instance"] = leaf.info.primitive[0];
   result["enters"] = entered_ref(leaf.info);
-  result["min"] = leaf.box[0].min;
-  result["max"] = leaf.box[0].max;
+  if (!view.has_moving_boxes()) {
+    result["min"] = leaf.box[0].min;
+    result["max"] = leaf.box[0].max;
+    return result;
+  }
+  for (const auto& [when, box] : {std::pair("begin", &leaf.box[0]), {"end", &leaf.box[1]}})
+    result[when] = {{"min", box->min}, {"max", box->max}};
   return result;
 }
 
@@ -104,12 +109,13 @@ std::string point_text(const json& p) {
   return text.data();
 }
 
+std::string box_text(const json& box) { return point_text(box["min"]) + " - " + point_text(box["max"]); }
+
 void write_node(const json& record, std::ostream& out) {
   out << "node " << record["node"] << " @" << record["byte"] << "\n";
   for (const json& child : record["children"]) {
     const char* kind = child.contains("node") ? "node" : "leaf";
-    out << "  " << kind << " " << child[kind] << " " << point_text(child["min"]) << " - " << point_text(child["max"])
-        << "\n";
+    out << "  " << kind << " " << child[kind] << " " << box_text(child) << "\n";
   }
 }
 
@@ -117,14 +123,16 @@ void write_leaf(const json& record, std::ostream& out) {
   out << "leaf " << record["leaf"] << " @" << record["byte"] << " geometry " << record["geometry"]
       << (record["last"].get<bool>() ? " last of run\n" : "\n");
   if (record.contains("instance")) {
-    out << "  instance " << record["instance"] << " enters " << record["enters"] << " " << point_text(record["min"])
-        << " - " << point_text(record["max"]) << "\n";
+    out << "  instance " << record["instance"] << " enters " << record["enters"] << " ";
+    if (record.contains("min"))
+      out << box_text(record) << "\n";
+    else
+      out << "begin " << box_text(record["begin"]) << " end " << box_text(record["end"]) << "\n";
     return;
   }
   if (record.contains("customs")) {
     for (const json& custom : record["customs"])
-      out << "  custom primitive " << custom["primitive"] << " " << point_text(custom["min"]) << " - "
-          << point_text(custom["max"]) << "\n";
+      out << "  custom primitive " << custom["primitive"] << " " << box_text(custom) << "\n";
     return;
   }
   for (const json& triangle : record["triangles"]) {

@@ -101,7 +101,8 @@ class Session {
     for (std::size_t i = 0; i < engine_.variants().size(); ++i) {
       const Variant& variant = engine_.variants()[i];
       const bool fits = variant.name.layout == kLayoutNames[header.layout] &&
-                        (variant.query == Query::kAny) == rays.any_hit && (header.features & ~variant.features) == 0 &&
+                        (variant.query == Query::kAny) == rays.any_hit &&
+                        (header.features & ~(variant.features | feature_bit(Feature::kMovingBoxes))) == 0 &&
                         header.levels <= variant.levels;
       if (!fits || !is_wanted(variant.name, options_.values)) continue;
       auto& host = hosts[static_cast<std::size_t>(variant.query)];

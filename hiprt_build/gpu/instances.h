@@ -36,6 +36,7 @@ struct SceneObjects {
   const ObjectRecord* records = nullptr;  ///< On the device.
   std::uint32_t count = 0;
   NodeLayout layout = NodeLayout::kPlanes;
+  float shutter_begin = 0.0f, shutter_rate = 0.0f;  ///< Of what moves in them, as in the file's header.
 };
 
 /// The objects of a scene's file, for sizes; where they will be on the device is not known yet.

@@ -79,6 +79,8 @@ void write_header(std::byte* bytes, const InstanceReport& report, const FilePlac
   header.levels = view.levels;
   header.condition = view.condition;
   header.reach = view.reach;
+  header.shutter_begin = view.shutter_begin;
+  header.shutter_rate = view.shutter_rate;
   std::memcpy(bytes, &header, sizeof(header));
   std::memcpy(bytes + sizeof(header), to.entries, sizeof(to.entries));
 }

@@ -139,6 +139,9 @@ HIPRT_HD inline void judge(const InstancePlan& plan, const SharedNeeds& needs, I
   }
 }
 
+/// As build_instances() does, whether or not an instance is of what moves.
+HIPRT_HD inline bool has_moving_boxes(const gpu::SceneObjects& objects) { return objects.shutter_rate != 0.0f; }
+
 HIPRT_HD inline InstanceReport instance_report(const InstancePlan& plan, const SharedNeeds& needs) {
   InstanceReport report;
   judge(plan, needs, report);
@@ -154,6 +157,11 @@ HIPRT_HD inline InstanceReport instance_report(const InstancePlan& plan, const S
   view.stack_bound += needs.stack;
   view.condition = affine_detail::round_up(std::bit_cast<double>(needs.condition));
   view.reach = affine_detail::round_up(std::bit_cast<double>(needs.reach));
+  if (has_moving_boxes(plan.objects)) {
+    view.features |= feature_bit(Feature::kMovingBoxes);
+    view.shutter_begin = plan.objects.shutter_begin;
+    view.shutter_rate = plan.objects.shutter_rate;
+  }
   if (report.status != InstanceStatus::kOk) view.root = kInvalidRef;
   return report;
 }
@@ -163,6 +171,8 @@ static __global__ void __launch_bounds__(kBlock) finish_instances(InstancePlan p
   const std::uint32_t i = thread_index();
   if (i < plan.built->leaves) {
     LeafInfo& info = plan.leaves[i].info;
+    // What moves does so within the objects.
+    if (has_moving_boxes(plan.objects)) plan.leaves[i].box[1] = plan.leaves[i].box[0];
     info.primitive[1] = plan.objects.records[plan.records[info.primitive[0]].object].root;
   }
   if (i < plan.objects.count) {

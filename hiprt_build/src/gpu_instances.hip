@@ -93,11 +93,19 @@ void enqueue_records(Launcher& steps, const SceneObjects& objects, const DeviceI
 }  // namespace
 
 SceneObjects objects_in(const BufferView& view) {
-  return {nullptr, nullptr, static_cast<std::uint32_t>(view.objects.size()), view.layout()};
+  return {nullptr,
+          nullptr,
+          static_cast<std::uint32_t>(view.objects.size()),
+          view.layout(),
+          view.header->shutter_begin,
+          view.header->shutter_rate};
 }
 
 SceneObjects objects_of(const DeviceScene& scene, const BufferView& view) {
-  return {scene.view.base, scene.view.objects, static_cast<std::uint32_t>(view.objects.size()), view.layout()};
+  SceneObjects objects = objects_in(view);
+  objects.base = scene.view.base;
+  objects.records = scene.view.objects;
+  return objects;
 }
 
 Result<BuildSizes> instance_sizes(const SceneObjects& objects, std::uint32_t instances,

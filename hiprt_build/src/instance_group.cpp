@@ -74,6 +74,19 @@ class PartBoxes {
         kChunk);
   }
 
+  /// At the begin and the end of the shutter.
+  void make_moving(CpuEngine& engine, const Shutter& shutter) {
+    group_.moving_boxes.resize(group_.parts.size());
+    constexpr std::size_t kChunk = 64;
+    engine.for_quiet_chunks(
+        group_.parts.size(),
+        [&](std::size_t, std::size_t begin, std::size_t end) {
+          for (std::size_t i = begin; i < end; ++i)
+            group_.moving_boxes[i] = moving_box_of(group_.parts[i], group_.boxes[i], shutter);
+        },
+        kChunk);
+  }
+
   /// Puts the children of the parts with the largest boxes into their places, until there are @p budget times as many
   /// as instances.
   void open(CpuEngine& engine, double budget) {
@@ -127,18 +140,34 @@ class PartBoxes {
     });
   }
 
+  MotionKind kind_of(std::size_t i) const { return group_.motions.empty() ? MotionKind{} : group_.motions[i].kind; }
+
   Box box_of(const InstancePart& part) const {
     if (part.ref == kInvalidRef) return format_detail::empty_box();
+    const std::size_t i = part.instance;
+    return box_of(part, format_detail::InstancePlace(group_.records[i], group_.motion_of(i), kind_of(i)));
+  }
+  template <class Place> Box box_of(const InstancePart& part, const Place& place) const {
     const BufferView& object = object_of(part);
     return dispatch_layout(object.layout(), [&](auto layout) {
-      using Bounder = format_detail::InstanceBounder<decltype(layout)>;
-      const std::size_t i = part.instance;
-      const format_detail::InstancePlace place(group_.records[i], group_.motion_of(i),
-                                               group_.motions.empty() ? MotionKind{} : group_.motions[i].kind);
+      using Bounder = format_detail::InstanceBounder<decltype(layout), Place>;
       return Bounder(object, place)
           .bounds(part.ref,
                   bounds_ == InstanceBounds::kPrimitives ? Bounder::kToPrimitives : static_cast<unsigned>(bounds_));
     });
+  }
+
+  /// Its planes drift as far as from the first key's box to the last one's. @param whole at all times.
+  std::pair<Box, Box> moving_box_of(const InstancePart& part, const Box& whole, const Shutter& shutter) const {
+    using namespace format_detail;
+    const std::size_t i = part.instance;
+    const auto segments = group_.motion_of(i);
+    if (segments.empty() || part.ref == kInvalidRef) return {whole, whole};
+    const Box first = box_of(part, PlaceAtKey(segments, kind_of(i), false)),
+              last = box_of(part, PlaceAtKey(segments, kind_of(i), true));
+    const BoxDrift drift(first, last);
+    const DriftingPlace place(group_.records[i], segments, kind_of(i), shutter, drift);
+    return moving_box(box_of(part, place), drift, whole);
   }
 
   InstanceGroup& group_;
@@ -148,9 +177,30 @@ class PartBoxes {
 
 }  // namespace
 
+std::optional<Shutter> shutter_of(std::span<const std::span<const Instance>> groups) {
+  float first = std::numeric_limits<float>::infinity(), last = -first;
+  const auto add = [&](const auto& keys) {
+    // With one it stands still.
+    for (const auto& key : keys.size() > 1 ? std::span(keys) : std::span(keys).first(0)) {
+      first = std::min(first, key.time);
+      last = std::max(last, key.time);
+    }
+  };
+  for (const auto& group : groups)
+    for (const Instance& instance : group)
+      if (instance.motion != nullptr) {
+        add(instance.motion->keys);
+        add(instance.motion->matrices);
+      }
+  const double length = double{last} - double{first};
+  // Its inverse is a normal number.
+  if (!(length > 0x1p-100 && length < 0x1p100)) return std::nullopt;
+  return Shutter{first, affine_detail::round_down(1.0 / length)};
+}
+
 Result<InstanceGroup> prepare_instances(CpuEngine& engine, std::span<const Instance> instances,
                                         std::span<const ObjectParts> objects, const InstanceOptions& options,
-                                        std::size_t number) {
+                                        const std::optional<Shutter>& shutter, std::size_t number) {
   InstanceGroup group;
   group.records.resize(instances.size());
   for (std::size_t i = 0; i < instances.size(); ++i) {
@@ -175,6 +225,10 @@ Result<InstanceGroup> prepare_instances(CpuEngine& engine, std::span<const Insta
     if (group.parts[i].ref != kInvalidRef && format_detail::first_bad_plane(group.boxes[i]) != format_detail::kNoPlane)
       return tl::unexpected(invalid(place(number, i) + "its bounds are beyond what floats hold"));
   boxes.open(engine, options.opening_budget);
+  if (shutter) {
+    boxes.make_moving(engine, *shutter);
+    group.needs.features |= feature_bit(Feature::kMovingBoxes);
+  }
   return group;
 }
 

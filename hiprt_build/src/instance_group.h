@@ -5,10 +5,13 @@
 
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_device/format/instance_bounds.h>
+#include <hiprt_device/format/moving_box.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace hiprt::build {
@@ -36,6 +39,8 @@ struct InstanceGroup {
   std::vector<MotionSegment> segments;
   std::vector<InstancePart> parts;
   std::vector<Box> boxes;  ///< Of the parts.
+  /// Of the parts at the begin and the end of the shutter; none if nothing of the scene moves.
+  std::vector<std::pair<Box, Box>> moving_boxes;
   format_detail::InstanceNeeds needs;
 
   std::span<const MotionSegment> motion_of(std::size_t i) const {
@@ -45,11 +50,18 @@ struct InstanceGroup {
   }
 };
 
+using Shutter = format_detail::Shutter;
+
+/// From the first key of all motions to the last; nothing if nothing moves, or for longer or shorter than a float can
+/// say.
+std::optional<Shutter> shutter_of(std::span<const std::span<const Instance>> groups);
+
+/// @param shutter of the whole scene.
 /// @param objects those with lower numbers than the group.
 /// @param number of the group, for messages.
 /// @return kInvalidInput with the group and instance, as build_instances().
 Result<InstanceGroup> prepare_instances(CpuEngine& engine, std::span<const Instance> instances,
                                         std::span<const ObjectParts> objects, const InstanceOptions& options,
-                                        std::size_t number);
+                                        const std::optional<Shutter>& shutter, std::size_t number);
 
 }  // namespace hiprt::build

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <tuple>
 
 namespace hiprt::build {
 namespace {
@@ -61,7 +62,9 @@ void name_instances(std::byte* bytes, const InstanceGroup& group, std::span<Sect
   const std::span leaves(reinterpret_cast<CustomLeaf*>(bytes + leaf_section.offset),
                          static_cast<std::size_t>(leaf_section.count));
   for (CustomLeaf& leaf : leaves) {
-    const InstancePart& part = group.parts[leaf.info.primitive[0]];
+    const std::size_t number = leaf.info.primitive[0];
+    const InstancePart& part = group.parts[number];
+    if (!group.moving_boxes.empty()) std::tie(leaf.box[0], leaf.box[1]) = group.moving_boxes[number];
     leaf.info.primitive[0] = part.instance;
     leaf.info.primitive[1] = part.ref;
   }
@@ -90,7 +93,8 @@ std::vector<std::uint64_t> shapes_of(std::span<const ObjectParts> objects) {
 /// The file of a tree over instances' boxes, with the instances, and for the scene all objects.
 /// @param group whose motions get their segments' place.
 /// @param all_objects of the scene's file; else none.
-Buffer finish_file(const BufferView& tree, InstanceGroup& group, std::span<const ObjectParts> all_objects) {
+Buffer finish_file(const BufferView& tree, InstanceGroup& group, const std::optional<Shutter>& shutter,
+                   std::span<const ObjectParts> all_objects) {
   const FileHeader& from = *tree.header;
   const std::vector<std::uint64_t> shapes = shapes_of(all_objects);
   const unsigned more = 1 + (group.motions.empty() ? 0 : 2) + (all_objects.empty() ? 0 : 2) + (shapes.empty() ? 0 : 1);
@@ -164,6 +168,10 @@ Buffer finish_file(const BufferView& tree, InstanceGroup& group, std::span<const
     });
   header.condition = affine_detail::round_up(group.needs.condition);
   header.reach = affine_detail::round_up(group.needs.reach);
+  if (shutter) {
+    header.shutter_begin = shutter->begin;
+    header.shutter_rate = shutter->rate;
+  }
   header.checksum = file_checksum(buffer.bytes());
   return buffer;
 }
@@ -201,15 +209,16 @@ class SceneBuilder {
       : engine_(engine), scene_(scene), options_(options), objects_(std::move(objects)), progress_(progress) {}
 
   Result<Bvh> run() {
+    const std::optional<Shutter> shutter = shutter_of(scene_.groups);
     for (std::size_t g = 0;; ++g) {
       const bool last = g + 1 == scene_.groups.size();
       const std::span<const ObjectParts> before(objects_);
-      auto group = prepare_instances(engine_, scene_.groups[g], before, options_, g);
+      auto group = prepare_instances(engine_, scene_.groups[g], before, options_, shutter, g);
       if (!group) return tl::unexpected(std::move(group.error()));
       auto tree = build_tree(group->boxes, g);
       if (!tree) return tl::unexpected(std::move(tree.error()));
-      Buffer file =
-          finish_file(*open_buffer(tree->buffer.bytes()), *group, last ? before : std::span<const ObjectParts>{});
+      Buffer file = finish_file(*open_buffer(tree->buffer.bytes()), *group, shutter,
+                                last ? before : std::span<const ObjectParts>{});
       const std::uint32_t stack = reinterpret_cast<const FileHeader*>(file.bytes().data())->stack_bound;
       if (stack > kMaxInstancedStack)
         return tl::unexpected(Error{ErrorCode::kTooLarge, "group " + std::to_string(g) + " needs " +

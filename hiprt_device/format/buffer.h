@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little,
 /// How a file begins, and the multiples of bytes at which its sections and the file itself lie in memory.
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
-inline constexpr std::uint16_t kVersionMinor = 3;
+inline constexpr std::uint16_t kVersionMinor = 4;
 inline constexpr std::uint64_t kSectionAlignment = 128;
 inline constexpr std::uint64_t kBufferAlignment = 256;
 /// Entries a section table may have: keeps the check of a hostile file cheap.
@@ -35,13 +35,15 @@ enum class Feature : std::uint64_t {
   kCustom = 1u << 3,           ///< Custom leaves.
   kInstances = 1u << 4,        ///< The primitives are instances of objects (instance.h).
   kMotion = 1u << 5,           ///< Some instance moves (motion.h).
+  kMovingBoxes = 1u << 6,      ///< Leaves of instances have a box at the begin and one at the end of the shutter.
 };
 using FeatureMask = std::uint64_t;
 HIPRT_HD constexpr FeatureMask feature_bit(Feature feature) { return static_cast<FeatureMask>(feature); }
 /// Every feature bit of this version; a file with any other is refused.
 inline constexpr FeatureMask kKnownFeatures = feature_bit(Feature::kTriangles) | feature_bit(Feature::kMasks) |
                                               feature_bit(Feature::kSplitReferences) | feature_bit(Feature::kCustom) |
-                                              feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion);
+                                              feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion) |
+                                              feature_bit(Feature::kMovingBoxes);
 
 struct FileHeader {
   char magic[8];                ///< "HIPRTBVH"
@@ -60,7 +62,9 @@ struct FileHeader {
   std::uint32_t levels;           ///< Instances on the longest way from here to a primitive; 0: there are none.
   float condition;  ///< Of all transforms from here to a primitive: how much they magnify rounding (0014); else 0.
   float reach;      ///< The largest distance from the origin to an object's own, all levels; else 0.
-  std::uint32_t reserved[7];
+  /// With kMovingBoxes: (time - shutter_begin) * shutter_rate is 0 at the shutter's begin and 1 at its end; else 0.
+  float shutter_begin, shutter_rate;
+  std::uint32_t reserved[5];
 };
 
 enum class SectionKind : std::uint32_t {
@@ -118,7 +122,8 @@ static_assert(offsetof(FileHeader, root) == 44 && offsetof(FileHeader, stack_bou
 static_assert(offsetof(FileHeader, geometry_count) == 52 && offsetof(FileHeader, bounds) == 56);
 static_assert(offsetof(FileHeader, primitive_count) == 80 && offsetof(FileHeader, levels) == 88);
 static_assert(offsetof(FileHeader, condition) == 92 && offsetof(FileHeader, reach) == 96);
-static_assert(offsetof(FileHeader, reserved) == 100);
+static_assert(offsetof(FileHeader, shutter_begin) == 100 && offsetof(FileHeader, shutter_rate) == 104);
+static_assert(offsetof(FileHeader, reserved) == 108);
 static_assert(offsetof(SectionEntry, kind) == 0 && offsetof(SectionEntry, flags) == 4);
 static_assert(offsetof(SectionEntry, offset) == 8 && offsetof(SectionEntry, count) == 16);
 static_assert(offsetof(SectionEntry, stride) == 24);

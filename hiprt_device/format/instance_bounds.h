@@ -51,16 +51,21 @@ struct BoundedObject {
   const std::byte* base;
   NodeRef root;
   Box bounds;
-  bool has_instances;
+  bool has_instances, has_moving_boxes;
 
   HIPRT_HD BoundedObject(const std::byte* file, const ObjectRecord& record)
-      : base(file), root(record.root), bounds(record.bounds), has_instances(record.instances != 0) {}
+      : base(file),
+        root(record.root),
+        bounds(record.bounds),
+        has_instances(record.instances != 0),
+        has_moving_boxes((record.features & feature_bit(Feature::kMovingBoxes)) != 0) {}
   // NOLINTNEXTLINE(google-explicit-constructor): it is one.
   BoundedObject(const BufferView& view)
       : base(view.bytes.data()),
         root(view.header->root),
         bounds(view.header->bounds),
-        has_instances(view.has_instances()) {}
+        has_instances(view.has_instances()),
+        has_moving_boxes(view.has_moving_boxes()) {}
 };
 
 /// A node or run whose box is to be looked at, and how many levels below.
@@ -156,8 +161,10 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
     for (;; ref += make_ref(kNodeGranularity, NodeType::kTriangle0)) {
       const LeafInfo& info = at<CustomLeaf>(ref).info;
       if (ref_type(ref) == NodeType::kProcedural) {
+        // The second one's, or that of an instance which moves at the end.
         visit(at<CustomLeaf>(ref).box[0]);
-        if (!object_.has_instances && info.primitive[1] != kInvalidId) visit(at<CustomLeaf>(ref).box[1]);
+        if (object_.has_instances ? object_.has_moving_boxes : info.primitive[1] != kInvalidId)
+          visit(at<CustomLeaf>(ref).box[1]);
       } else {
         for (unsigned v = 0; v < 4; ++v) {
           Box corner;

@@ -61,6 +61,19 @@ struct MotionCurve {
     return sum;
   }
 
+  /// Seen from what has gone so far itself at s = 0 and at s = 1, linearly.
+  MotionCurve drifting(double begin, double end) const {
+    MotionCurve curve = *this;
+    curve.e[0] -= begin;
+    curve.e[1] -= end - begin;
+    return curve;
+  }
+  /// Grows the range by the value at s, seen from what has gone so far. @param slack as grow()'s.
+  void grow_at(MotionRange& range, double s, double gone, double slack) const {
+    const double pad = slack * 0x1p-46 * (magnitude() + std::fabs(gone)), value = at(s).value - gone;
+    range.low = std::min(range.low, value - pad);
+    range.high = std::max(range.high, value + pad);
+  }
   /// Grows the range by all values for s in [0, 1].
   /// @param slack 1: by no less; 0: by no more, and at most 2^-26 of the magnitude less.
   void grow(MotionRange& range, double slack) const {

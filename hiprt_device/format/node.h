@@ -131,7 +131,8 @@ struct alignas(64) PlanesLeaf {
 };
 
 /// Leaf of one or two custom primitives of one geometry, the same in every layout. Without a second one primitive[1] is
-/// kInvalidId, box[1] the empty box and its id byte 0.
+/// kInvalidId, box[1] the empty box and its id byte 0. Of an instance box[1] is the empty box too; with kMovingBoxes
+/// the boxes are where it is at the begin and the end of the shutter, and between these the planes go linearly.
 struct alignas(64) CustomLeaf {
   Box box[2];
   LeafInfo info;

@@ -57,6 +57,14 @@
 #define HIPRT_INLINE_LAMBDA
 #endif
 
+/// For what few rays come to, in the middle of what all do, and what needs many registers: NVIDIA's compiler spills
+/// what every ray uses if that is a part of the same function. (Of AMD's nothing could be measured.)
+#if defined(__CUDACC__) && !defined(__clang__)
+#define HIPRT_OUTLINE __noinline__ inline
+#else
+#define HIPRT_OUTLINE HIPRT_INLINE
+#endif
+
 /// Before a template with HIPRT_HD that calls what only hosts have when it is made for hosts: nvcc would refuse it.
 #if defined(__CUDACC__) && !defined(__clang__)
 #define HIPRT_MAY_CALL_HOST _Pragma("nv_exec_check_disable")

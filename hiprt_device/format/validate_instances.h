@@ -2,6 +2,8 @@
 /// The part of validate() that looks at instances and their objects. Host only.
 
 #include <hiprt_device/format/instance_bounds.h>
+#include <hiprt_device/format/moving_box.h>
+#include <hiprt_device/format/validate_primitives.h>
 
 #include <algorithm>
 #include <array>
@@ -49,6 +51,10 @@ template <class Layout> class InstanceCheck {
     for (std::size_t i = 0; i < leaves.size(); ++i)
       if (auto leaf = check_leaf(leaves[i], view_.leaves.offset + i * sizeof(CustomLeaf)); !leaf)
         return tl::unexpected(leaf.error());
+    if (view_.has_moving_boxes())
+      if (auto runs = for_each_leaf<Layout>(view_, [this](const LeafPlace& place) { return check_run_box(place); });
+          !runs)
+        return tl::unexpected(runs.error());
     if (auto parts = check_parts(leaves); !parts) return tl::unexpected(parts.error());
     if (auto header = check_header_fields(); !header) return tl::unexpected(header.error());
     return stack_need + needs_.stack;
@@ -80,6 +86,13 @@ template <class Layout> class InstanceCheck {
       needs_.add(record, records_[record.object]);
     else if (auto motion = check_motion(info.primitive[0]); !motion)
       return motion;
+    if (object.has_instances() &&
+        (object.has_moving_boxes() != view_.has_moving_boxes() ||
+         float_bits(object.header->shutter_begin) != float_bits(view_.header->shutter_begin) ||
+         float_bits(object.header->shutter_rate) != float_bits(view_.header->shutter_rate)))
+      return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), float_bits(view_.header->shutter_begin),
+                  float_bits(object.header->shutter_begin));
+    if (view_.has_moving_boxes()) return check_moving_box(object, leaf, at);
     // Whatever is made by another compiler's arithmetic has its slack.
     const InstancePlace place(view_, info.primitive[0], 0.0);
     const Box content = InstanceBounder<Layout>(object, place)
@@ -88,6 +101,42 @@ template <class Layout> class InstanceCheck {
       return fail(FormatError::kBoxNotContained, at + 4 * outside,
                   float_bits(side_of(content, outside / 3, outside % 3)),
                   float_bits(side_of(leaf.box[0], outside / 3, outside % 3)));
+    return {};
+  }
+
+  /// The box holds at all times what the instance has, and there is room for the rounding of box_at().
+  Check check_moving_box(const BufferView& object, const CustomLeaf& leaf, std::uint64_t at) const {
+    for (unsigned k = 0; k < 2; ++k)
+      if (const unsigned bad = first_bad_plane(leaf.box[k]); bad != kNoPlane)
+        return fail_plane(FormatError::kBadBox, at + sizeof(Box) * k + 4 * bad, bad, leaf.box[k], leaf.box[k]);
+    const std::size_t i = leaf.info.primitive[0];
+    const auto segments = view_.motion_of(i);
+    const BoxDrift drift(leaf.box[0], leaf.box[1]);
+    const DriftingPlace place(view_.instances[i], segments, segments.empty() ? MotionKind{} : view_.motions[i].kind,
+                              {view_.header->shutter_begin, view_.header->shutter_rate}, drift, 0.0);
+    // What stands still by boxes that do so is not rounded.
+    Box room = leaf.box[0];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const double by = moving_box_room(leaf.box[0], drift, axis);
+      if (drift.min[axis] != 0.0) room.min[axis] = affine_detail::round_up(double{room.min[axis]} + by);
+      if (drift.max[axis] != 0.0) room.max[axis] = affine_detail::round_down(double{room.max[axis]} - by);
+    }
+    const Box content = InstanceBounder<Layout, DriftingPlace>(object, place)
+                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, room);
+    if (const unsigned outside = first_plane_outside(content, room); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, content, room);
+    return {};
+  }
+
+  /// With moving boxes the leaf's say nothing of all times: the run's holds what the instance has.
+  Check check_run_box(const LeafPlace& place) const {
+    const CustomLeaf& leaf = view_.records<CustomLeaf>(view_.leaves)[place.index];
+    const InstancePlace everywhere(view_, leaf.info.primitive[0], 0.0);
+    const Box content = InstanceBounder<Layout>(objects_[view_.instances[leaf.info.primitive[0]].object], everywhere)
+                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, place.box);
+    if (const unsigned outside = first_plane_outside(content, place.box); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, view_.leaves.offset + place.index * sizeof(CustomLeaf), outside,
+                        content, place.box);
     return {};
   }
 
@@ -107,6 +156,16 @@ template <class Layout> class InstanceCheck {
       const unsigned bad = first_bad_word(segments[i], motion.kind, i == 0 ? nullptr : &segments[i - 1]);
       if (bad < kSegmentWords)
         return fail(FormatError::kBadMotion, segment_at + 4 * bad, std::bit_cast<SegmentWords>(segments[i])[bad], 0);
+      if (view_.has_moving_boxes()) {
+        const FileHeader& header = *view_.header;
+        const Shutter shutter{header.shutter_begin, header.shutter_rate};
+        if (!(shutter.place(segments[i].time[0]) >= 0.0))
+          return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), float_bits(header.shutter_begin),
+                      float_bits(segments[i].time[0]));
+        if (!(shutter.place(segments[i].time[1]) <= 1.0 + 0x1p-40))
+          return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate), float_bits(header.shutter_rate),
+                      float_bits(segments[i].time[1]));
+      }
       if (const auto place = magnify(magnification, segments[i], motion.kind))
         return fail(FormatError::kBadMotion,
                     segment_at + (motion.kind == MotionKind::kMatrix
@@ -220,8 +279,10 @@ template <class Layout> class InstanceCheck {
            ((info.triangle_ids & TriangleId::kProcedural) != 0 ? NodeType::kProcedural : NodeType::kTriangle0);
   }
 
-  Check check_header_fields() const {
+  Check check_header_fields() {
     const FileHeader& header = *view_.header;
+    // Groups of a scene that moves have the bit though nothing of theirs does.
+    needs_.features |= header.features & feature_bit(Feature::kMovingBoxes);
     if (header.features != needs_.features)
       return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features, needs_.features);
     if (header.levels != needs_.levels)

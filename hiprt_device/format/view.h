@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <iterator>
 #include <limits>
@@ -42,6 +43,7 @@ struct BufferView {
   std::span<const std::uint64_t> object_shapes;   ///< Per object its shapes' offset; empty if none has shapes.
 
   bool has_instances() const { return instance_entry.kind != 0; }
+  bool has_moving_boxes() const { return (header->features & feature_bit(Feature::kMovingBoxes)) != 0; }
   /// Of an instance that moves; else empty. @pre open_buffer() accepted the file.
   std::span<const MotionSegment> motion_of(std::size_t instance) const {
     if (motions.empty() || motions[instance].count == 0) return {};
@@ -200,6 +202,17 @@ inline tl::expected<void, FormatIssue> check_instance_sections(const BufferView&
   if (!instances && (header.features & feature_bit(Feature::kMotion)) != 0)
     return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
                 header.features & ~feature_bit(Feature::kMotion));
+  const bool moving_boxes = (header.features & feature_bit(Feature::kMovingBoxes)) != 0;
+  if (!instances && moving_boxes)
+    return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
+                header.features & ~feature_bit(Feature::kMovingBoxes));
+  if (moving_boxes ? !std::isfinite(header.shutter_begin) : header.shutter_begin != 0.0f)
+    return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin),
+                std::bit_cast<std::uint32_t>(header.shutter_begin), 0);
+  if (moving_boxes ? !(header.shutter_rate >= 0x1p-100f && header.shutter_rate <= 0x1p100f)
+                   : header.shutter_rate != 0.0f)
+    return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate),
+                std::bit_cast<std::uint32_t>(header.shutter_rate), 0);
   if ((header.levels != 0) != instances)
     return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, instances ? 1 : 0);
   if (instances ? !(header.condition >= 1.0f && header.condition <= kMaxCondition) : header.condition != 0.0f)

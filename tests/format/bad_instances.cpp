@@ -45,6 +45,34 @@ std::uint64_t leaves(const BufferView& view) { return view.leaves.offset; }
 std::uint64_t moving(const BufferView& view) { return view.motion_entry.offset + sizeof(MotionRecord); }
 std::uint64_t segments(const BufferView& view) { return view.segment_entry.offset; }
 
+/// A scene that moves with a group that does not, whose file has these fields.
+auto moving_file_with_group(float shutter_begin, float shutter_rate, FeatureMask moving_boxes) {
+  return [=](NodeLayout layout) {
+    const TestFile object = root_leaf_scene(layout).write();
+    const std::span<const std::byte> files[] = {object.bytes()};
+    const build::Motion motion{.keys = {{.time = 0}, {.time = 1, .translation = {1, 2, 3}}}};
+    const std::vector<build::Instance> inner{{}}, outer{{.object = 1, .motion = &motion}};
+    const std::span<const build::Instance> groups[] = {inner, outer};
+    const auto scene = build::build_instances(build::InstancedScene{files, groups});
+    if (!scene) throw std::runtime_error(scene.error().message);
+    TestFile file(scene->buffer.bytes());
+    const BufferView view = *open_buffer(file.bytes());
+    TestFile group(view.object_file(view.objects[1]));
+    const FeatureMask features =
+        (open_buffer(group.bytes())->header->features & ~feature_bit(Feature::kMovingBoxes)) | moving_boxes;
+    group.put(offsetof(FileHeader, features), features);
+    group.put(offsetof(FileHeader, shutter_begin), shutter_begin);
+    group.put(offsetof(FileHeader, shutter_rate), shutter_rate);
+    if (moving_boxes == 0)
+      group.put(leaves(*open_buffer(group.bytes())) + sizeof(Box), Box{{kInf, kInf, kInf}, {-kInf, -kInf, -kInf}});
+    group.seal();
+    std::memcpy(file.data() + view.objects[1].offset, group.data(), group.size());
+    file.put(view.object_entry.offset + sizeof(ObjectRecord) + offsetof(ObjectRecord, features), features);
+    file.seal();
+    return BadFile{std::move(file), offsetof(FileHeader, shutter_begin)};
+  };
+}
+
 template <class T>
 BadCase wrong(FormatError error, const char* what, OffsetOf section, std::uint64_t field, T value,
               TestFile (*good)(NodeLayout) = scene_file) {
@@ -127,7 +155,7 @@ std::vector<BadCase> motion_cases() {
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   return {
-      wrong(E::kFeatureMismatch, "motion without its bit", header, offsetof(FileHeader, features), std::uint64_t{0x11},
+      wrong(E::kFeatureMismatch, "motion without its bit", header, offsetof(FileHeader, features), std::uint64_t{0x51},
             moving_file),
       {E::kFeatureMismatch, "the bit of motion without instances",
        row_header_with<std::uint64_t>(offsetof(FileHeader, features), 32 | 3)},
@@ -155,6 +183,30 @@ std::vector<BadCase> motion_cases() {
       in_segment("a reserved number", 29, 1.0f),
       wrong(E::kBadMotion, "a scale too small", segments, 4 * 17, 1e-8f, moving_file),
       wrong(E::kBoxNotContained, "a box that it leaves", leaves, 12, 0.5f, moving_file),
+      wrong(E::kBadBox, "a NaN box at the end", leaves, 24 + 8, nan, moving_file),
+      {E::kBoxNotContained, "a box that it leaves at the end",
+       [](NodeLayout layout) {
+         TestFile file = moving_file(layout);
+         const std::uint64_t at = leaves(*open_buffer(file.bytes())) + 12;
+         file.put(at + 24, 0.5f);
+         file.seal();
+         return BadFile{std::move(file), at};
+       }},
+      {E::kFeatureMismatch, "moving boxes without instances",
+       row_header_with<std::uint64_t>(offsetof(FileHeader, features), 64 | 3)},
+      {E::kBadMotion, "a shutter without moving boxes", row_header_with(offsetof(FileHeader, shutter_rate), 1.0f)},
+      {E::kBadMotion, "a shutter's begin without moving boxes",
+       row_header_with(offsetof(FileHeader, shutter_begin), 1.0f)},
+      wrong(E::kBadMotion, "a shutter of no length", header, offsetof(FileHeader, shutter_rate), kInf, moving_file),
+      wrong(E::kBadMotion, "a shutter without end", header, offsetof(FileHeader, shutter_rate), 0.0f, moving_file),
+      wrong(E::kBadMotion, "a shutter without begin", header, offsetof(FileHeader, shutter_begin), nan, moving_file),
+      wrong(E::kBadMotion, "a shutter that ends before the keys", header, offsetof(FileHeader, shutter_rate), 1.0f,
+            moving_file),
+      wrong(E::kBadMotion, "a shutter that begins behind the first key", header, offsetof(FileHeader, shutter_begin),
+            0.5f, moving_file),
+      {E::kBadMotion, "an object without moving boxes", moving_file_with_group(0.0f, 0.0f, 0)},
+      {E::kBadMotion, "an object with another shutter",
+       moving_file_with_group(0.25f, 0.25f, feature_bit(Feature::kMovingBoxes))},
   };
 }
 

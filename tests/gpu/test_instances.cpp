@@ -132,14 +132,19 @@ void check_same(const BufferView& device, const BufferView& host) {
   CHECK(device.header->levels == host.header->levels);
   CHECK(device.header->condition == host.header->condition);
   CHECK(device.header->reach == host.header->reach);
+  CHECK(device.header->shutter_begin == host.header->shutter_begin);
+  CHECK(device.header->shutter_rate == host.header->shutter_rate);
 }
 
 template <class LayoutType> struct Tracer : Instanced<Policies<LayoutType>, 2> {};
 
 /// The same on the device and on the host.
-template <class LayoutType> void check_scene(std::size_t count, InstanceBounds bounds) {
+/// @param motion of one instance in the group.
+template <class LayoutType>
+void check_scene(std::size_t count, InstanceBounds bounds, const build::Motion* motion = nullptr) {
   INFO(count << " instances, bounds " << static_cast<unsigned>(bounds) << ", seed " << kSeed);
   InstanceScene scene = small_objects(LayoutType::kId);
+  scene.groups[0][1].motion = motion;
   Stage stage(scene, static_cast<std::uint32_t>(count), {.bounds = bounds});
   scene.groups.push_back(random_instances(count, kSeed + count));
   scene.build({.bounds = bounds});
@@ -149,7 +154,11 @@ template <class LayoutType> void check_scene(std::size_t count, InstanceBounds b
   INFO((summary ? std::string() : to_string(summary.error())));
   REQUIRE(summary.has_value());
   check_same(*open_buffer(std::as_const(scene.file).bytes()), *open_buffer(host.bytes()));
-  if (count > 50) check_rays<Tracer<LayoutType>>(scene, kSeed, 300);
+  if (count <= 50) return;
+  if (motion != nullptr)
+    check_rays<Moving<Tracer<LayoutType>>>(scene, kSeed, 300);
+  else
+    check_rays<Tracer<LayoutType>>(scene, kSeed, 300);
 }
 
 }  // namespace
@@ -166,6 +175,11 @@ TEST_CASE("boxes of instances are the host's, however they are made") {
 
 TEST_CASE("few instances, and none") {
   for (const std::size_t count : {0u, 1u, 2u, 5u}) check_scene<PlanesLayout>(count, InstanceBounds::kChildren);
+}
+
+TEST_CASE("few instances of objects in which something moves") {
+  const build::Motion motion{.keys = {{.time = -1, .translation = {1, 0, 0}}, {.time = 2, .translation = {-2, 1, 0}}}};
+  for (const std::size_t count : {0u, 1u, 60u}) check_scene<PlanesLayout>(count, InstanceBounds::kChildren, &motion);
 }
 
 TEST_CASE("a scene is traced where it lies while the next is made") {

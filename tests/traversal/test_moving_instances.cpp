@@ -15,6 +15,9 @@ template <class LayoutType, unsigned kLevels> struct PostponedTracer : Tracer<La
   using Schedule = Postponed;
 };
 
+using CountingTracer =
+    Moving<Instanced<Policies<PlanesLayout, Watertight, Conservative, PrivateStack<>, DefaultLanes, WorkCounter>, 1>>;
+
 /// Groups of instances of what is before them, most of which move.
 struct MovingScene : InstanceScene {
   std::vector<std::unique_ptr<build::Motion>> motions;
@@ -82,6 +85,36 @@ TEST_CASE("before the first key and behind the last an instance stands still; at
     CHECK((is_at(8, time) && !is_at(0, time)));
   CHECK((is_at(4, 2.5f) && !is_at(0, 2.5f) && !is_at(8, 2.5f)));
   CHECK_FALSE(is_at(0, std::numeric_limits<float>::quiet_NaN()));
+}
+
+TEST_CASE("a ray enters only what is about where it is at its time") {
+  // Ten spheres that cross the same room, one after the other.
+  std::vector<std::unique_ptr<build::Motion>> motions;
+  InstanceScene scene;
+  scene.add_file({oracle::icosphere(1)}, NodeLayout::kPlanes);
+  scene.groups.emplace_back();
+  for (unsigned i = 0; i < 10; ++i) {
+    const double x = 4.0 * i;
+    motions.push_back(std::make_unique<build::Motion>(
+        build::Motion{.keys = {turned_key(5, {0, 0, 1}, 0, {x, 0, 0}), turned_key(9, {0, 0, 1}, 1, {x - 40, 0, 0})}}));
+    scene.groups[0].push_back({.object = 0, .motion = motions.back().get()});
+  }
+  scene.build();
+  const SceneView view = scene.view();
+  CHECK((view.features & feature_bit(Feature::kMovingBoxes)) != 0);
+  CHECK(view.shutter_begin == 5);
+  CHECK(view.shutter_rate == 0.25f);
+  for (unsigned i = 0; i < 10; ++i) {
+    // Sphere i is at x = 0 then.
+    const float time = 5.0f + 0.4f * static_cast<float>(i);
+    const Ray ray{.origin = {0, 0.1f, -5}, .direction = {0, 0, 1}, .time = time};
+    PrivateStack<>::Memory memory;
+    ClosestHit<CountingTracer> query(view, ray, memory);
+    const auto hit = query.next_hit();
+    REQUIRE(hit.found());
+    CHECK(hit.path.instance[0] == i);
+    CHECK(query.counter().instance_tests == 1);
+  }
 }
 
 TEST_CASE("what moves is for tracers that know of motion") {
