@@ -67,6 +67,11 @@ TEST_CASE("a square that slides is where its keys say, in every tool") {
   CHECK(scene["instances"]["motion_segments"] == 1);
   CHECK(scene["bytes"]["motions"] == 32 + 128);
   CHECK_THAT(run({kBvhInfo, sliding.out}).out, Catch::Contains("moving instances"));
+  // The scene is one leaf, whose box goes along.
+  const json leaf = json_of(run({kBvhInfo, sliding.out, "--dump", "--json"}));
+  CHECK(leaf["begin"]["min"][0].get<double>() == Approx(0).margin(1e-5));
+  CHECK(leaf["end"]["min"][0].get<double>() == Approx(4));
+  CHECK_THAT(run({kBvhInfo, sliding.out, "--dump"}).out, Catch::Contains(" begin (") && Catch::Contains(" end ("));
 }
 
 TEST_CASE("a picture of a moment is that of what stands there; an open shutter blurs") {

@@ -78,7 +78,7 @@ TEST_CASE("Program shapes: a scene of meshes, spheres, curves and hair is built,
   check_quiet(run({kBvhBuild, files.scene, "-o", files.out}));
   check_good(run({kBvhInfo, files.out, "--validate"}));
   const json info = json_of(run({kBvhInfo, files.out, "--json"}));
-  CHECK(info["features"] == json({"triangles", "custom primitives", "instances", "motion"}));
+  CHECK(info["features"] == json({"triangles", "custom primitives", "instances", "motion", "moving boxes"}));
   CHECK(info["scene"]["customs"]["unique"] == 2 + 1 + 1 + 3);
   CHECK(info["scene"]["triangles"]["unique"] == 32);
 
