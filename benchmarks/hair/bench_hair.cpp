@@ -1,5 +1,5 @@
 /// bench_hair: what hair costs: the strands of make_scene's head as one geometry of round curves, by several builders,
-/// and as one BVH per strand (its ribbon of triangles), on the CPU. Prints a table.
+/// and as one BVH per strand (its ribbon of triangles) in a scene of instances, on the CPU. Prints a table.
 
 #include "../common/flags.h"
 #include "../common/hair.h"
@@ -7,6 +7,8 @@
 #include "../common/rounds.h"
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/file.h>
+#include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
 #include <hiprt_device/format/validate.h>
 #include <tools/names.h>
@@ -31,6 +33,7 @@ constexpr std::uint32_t kWidth = 128, kHeight = 128;
 struct Options {
   unsigned strands = 100'000, batch_strands = 0, threads = 0;
   std::vector<std::string> builders{"lbvh", "ploc"};
+  std::string scene;
 };
 
 /// Starts a new measurement of the process' peak memory (Linux: proc(5), clear_refs).
@@ -128,36 +131,60 @@ struct Ribbon {
   }
 };
 
-/// A BVH per strand, each by one thread; they are counted and thrown away.
-build::Result<std::vector<std::string>> build_batch(const Options& options, const Hair& hair) {
+/// A BVH per strand, each by one thread, and a scene of an instance of each.
+build::Result<std::vector<std::string>> build_strands(const Options& options, const Hair& hair) {
   const tools::ThreadLimit limit(options.threads);
   const std::size_t strands = std::min<std::size_t>(options.batch_strands, hair.strands.size());
-  std::atomic<std::uint64_t> bytes = 0, faults = 0;
+  std::vector<build::Buffer> files(strands);
+  std::atomic<std::uint64_t> faults = 0;
   const auto build_part = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Ribbon ribbon(std::span(hair.points).subspan(i * kHairPoints, kHairPoints));
       const build::TriangleMesh mesh{.positions = ribbon.positions, .triangles = ribbon.triangles};
-      const auto bvh = build::build({&mesh, 1}, {.builder = build::Builder::kLbvh, .threads = 1});
-      if (!bvh || (i % 4096 == 0 && !validate(bvh->buffer.bytes()))) ++faults;
-      if (bvh) bytes += bvh->buffer.size();
+      auto bvh = build::build({&mesh, 1}, {.builder = build::Builder::kLbvh, .threads = 1});
+      if (bvh)
+        files[i] = std::move(bvh->buffer);
+      else
+        ++faults;
     }
   };
   forget_peak_memory();
   const double cpu_before = cpu_seconds();
-  const double seconds = time_of([&] { tools::parallel_batches(strands, 256, limit, build_part); });
+  double seconds = time_of([&] { tools::parallel_batches(strands, 256, limit, build_part); });
   if (faults != 0)
     return tl::unexpected(build::Error{build::ErrorCode::kBackend, std::to_string(faults) + " strands failed"});
+  std::vector<std::span<const std::byte>> objects;
+  for (const build::Buffer& file : files) objects.push_back(file.bytes());
+  std::vector<build::Instance> instances(strands);
+  for (std::size_t i = 0; i < strands; ++i) instances[i].object = static_cast<std::uint32_t>(i);
+  build::InstanceOptions how;
+  how.tree.threads = options.threads;
+  build::Result<build::Bvh> scene{};
+  seconds += time_of([&] { scene = build::build_instances(objects, instances, how); });
+  if (!scene) return tl::unexpected(scene.error());
+  const double cpu = cpu_seconds() - cpu_before;
+  const std::uint64_t peak = peak_memory();
+  files.clear();
+  const std::span<const std::byte> bytes = std::as_const(scene->buffer).bytes();
+  if (!options.scene.empty())
+    if (auto written = build::write_file(options.scene, bytes); !written) return tl::unexpected(written.error());
+  bool valid = false;
+  const double check_seconds = time_of([&] { valid = validate(bytes).has_value(); });
+  if (!valid) return tl::unexpected(build::Error{build::ErrorCode::kBackend, "the scene's file is not valid"});
+  std::size_t hits = 0;
+  const double ray_time = trace_picture(make_scene_view(*open_buffer(bytes)), limit, hits);
+  if (hits == 0) return tl::unexpected(build::Error{build::ErrorCode::kBackend, "no ray meets the strands"});
   const double triangles = static_cast<double>(strands) * 2 * (kHairPoints - 1);
   return std::vector<std::string>{"a BVH per strand, lbvh",
-                                  std::to_string(strands) + " BVHs",
+                                  std::to_string(strands) + " BVHs and instances",
                                   format_number(seconds, 2),
-                                  format_number(cpu_seconds() - cpu_before, 2),
-                                  mib(bytes),
-                                  format_number(static_cast<double>(bytes) / triangles, 1),
+                                  format_number(cpu, 2),
+                                  mib(bytes.size()),
+                                  format_number(static_cast<double>(bytes.size()) / triangles, 1),
                                   "",
-                                  mib(peak_memory()),
-                                  "",
-                                  ""};
+                                  mib(peak),
+                                  format_number(check_seconds, 2),
+                                  format_number(ray_time, 1)};
 }
 
 int run(const Options& options) {
@@ -175,7 +202,7 @@ int run(const Options& options) {
   };
   for (const std::string& builder : options.builders)
     if (!add(build_curves(options, strands, builder))) return 1;
-  if (options.batch_strands != 0 && !add(build_batch(options, strands))) return 1;
+  if (options.batch_strands != 0 && !add(build_strands(options, strands))) return 1;
   std::cout << table.text();
   return 0;
 }
@@ -189,6 +216,7 @@ int main(int argc, char** argv) {
   const std::vector<Flag> flags{
       number_flag("strands", "strands of the head", options.strands, 1, 500'000'000),
       number_flag("batch_strands", "strands to build a BVH each of; 0: none", options.batch_strands, 0, 500'000'000),
+      text_flag("scene", "FILE", "writes the scene of those there", options.scene),
       number_flag("threads", "0: all", options.threads, 0, 1024),
       list_flag("builders", "NAMES", "builders of the BVH over all strands", options.builders)};
   std::string fault = take_flags(argc, argv, flags);
