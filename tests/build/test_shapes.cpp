@@ -126,7 +126,7 @@ TEST_CASE("files hold shapes, and the same ones for every builder and number of 
   for (const auto builder : {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kPloc}) {
     const build::Bvh bvh = built(custom, {.builder = builder, .threads = 1});
     const BufferView view = *open_buffer(bvh.buffer.bytes());
-    CHECK(view.header->version_minor == 3);
+    CHECK(view.header->version_minor == kVersionMinor);
     REQUIRE(view.points_of(0).size() == wig.points.size());
     for (std::size_t i = 0; i < wig.points.size(); ++i) {
       using Words = std::array<std::uint32_t, 4>;
