@@ -154,6 +154,7 @@ build::Result<std::vector<std::string>> build_strands(const Options& options, co
   if (faults != 0)
     return tl::unexpected(build::Error{build::ErrorCode::kBackend, std::to_string(faults) + " strands failed"});
   std::vector<std::span<const std::byte>> objects;
+  objects.reserve(strands);
   for (const build::Buffer& file : files) objects.push_back(file.bytes());
   std::vector<build::Instance> instances(strands);
   for (std::size_t i = 0; i < strands; ++i) instances[i].object = static_cast<std::uint32_t>(i);
