@@ -61,8 +61,6 @@ class PartBoxes {
     const std::size_t count = group_.records.size();
     group_.parts.resize(count);
     group_.boxes.resize(count);
-    // Boxes of deep bounds take a while each.
-    constexpr std::size_t kChunk = 64;
     engine.for_quiet_chunks(
         count,
         [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -77,7 +75,6 @@ class PartBoxes {
   /// At the begin and the end of the shutter.
   void make_moving(CpuEngine& engine, const Shutter& shutter) {
     group_.moving_boxes.resize(group_.parts.size());
-    constexpr std::size_t kChunk = 64;
     engine.for_quiet_chunks(
         group_.parts.size(),
         [&](std::size_t, std::size_t begin, std::size_t end) {
@@ -120,6 +117,9 @@ class PartBoxes {
   }
 
  private:
+  /// Boxes of deep bounds take a while each.
+  static constexpr std::size_t kChunk = 64;
+
   static float half_area(const Box& box) {
     const float x = box.max[0] - box.min[0], y = box.max[1] - box.min[1], z = box.max[2] - box.min[2];
     return x * y + y * z + z * x;

@@ -43,17 +43,18 @@ struct MotionCurve {
     return {e[0] + s * e[1] + gs * cosine + hs * sine,
             e[1] + g[1] * cosine + h[1] * sine + 2.0 * speed * (hs * cosine - gs * sine)};
   }
+  /// Of what is normalised the least squared length.
+  double least() const { return 0.5 * (1.0 + std::cos(angle)); }
+  /// Of phi's derivative, an upper bound.
+  double turning() const { return normalised ? std::sin(angle) / least() : angle; }
+  double amplitude() const { return std::max(std::hypot(g[0], h[0]), std::hypot(g[0] + g[1], h[0] + h[1])); }
+  /// Of the derivative, an upper bound.
+  double speed() const { return std::fabs(e[1]) + std::hypot(g[1], h[1]) + 2.0 * turning() * amplitude(); }
   /// Of the second derivative, an upper bound.
   double curvature() const {
-    double speed = angle, acceleration = 0.0;
-    if (normalised) {
-      // The squared length of what is normalised is (1 + cos(angle)) / 2 at least.
-      const double least = 0.5 * (1.0 + std::cos(angle));
-      speed = std::sin(angle) / least;
-      acceleration = 2.0 * std::sin(angle) * (1.0 - std::cos(angle)) / (least * least);
-    }
-    const double amplitude = std::max(std::hypot(g[0], h[0]), std::hypot(g[0] + g[1], h[0] + h[1]));
-    return 4.0 * speed * std::hypot(g[1], h[1]) + amplitude * (4.0 * speed * speed + 2.0 * acceleration);
+    const double acceleration =
+        normalised ? 2.0 * std::sin(angle) * (1.0 - std::cos(angle)) / (least() * least()) : 0.0;
+    return 4.0 * turning() * std::hypot(g[1], h[1]) + amplitude() * (4.0 * turning() * turning() + 2.0 * acceleration);
   }
   double magnitude() const {
     double sum = 0.0;
@@ -323,22 +324,38 @@ inline std::optional<motion_detail::BadPlace> magnify(MotionMagnification& sum, 
   return std::nullopt;
 }
 
+namespace motion_detail {
+
+/// visit(p) for the corners of a box.
+template <class Visit> void for_each_corner(const Box& box, const Visit& visit) {
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    double p[3];
+    for (unsigned axis = 0; axis < 3; ++axis) p[axis] = (corner >> axis & 1u) != 0 ? box.max[axis] : box.min[axis];
+    visit(p);
+  }
+}
+
+/// From the low ends of some ranges to the high ends of others, rounded outwards.
+inline Box rounded_box(const MotionRange (&low)[3], const MotionRange (&high)[3]) {
+  Box result;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    result.min[axis] = affine_detail::round_down(low[axis].low);
+    result.max[axis] = affine_detail::round_up(high[axis].high);
+  }
+  return result;
+}
+
+}  // namespace motion_detail
+
 /// A box that holds, at all times of a motion, the images of all points of @p box.
 /// @param slack as bounds_in_scene(); 0 may be up to 2^-26 of the size too small.
 inline Box bounds_in_motion(std::span<const SegmentMotion> segments, const Box& box, double slack = 1.0) {
   MotionRange range[3];
   for (const SegmentMotion& segment : segments)
-    for (unsigned corner = 0; corner < 8; ++corner) {
-      double p[3];
-      for (unsigned axis = 0; axis < 3; ++axis) p[axis] = (corner >> axis & 1u) != 0 ? box.max[axis] : box.min[axis];
+    motion_detail::for_each_corner(box, [&](const double(&p)[3]) {
       for (unsigned axis = 0; axis < 3; ++axis) segment.curve(axis, p).grow(range[axis], slack);
-    }
-  Box result;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    result.min[axis] = affine_detail::round_down(range[axis].low);
-    result.max[axis] = affine_detail::round_up(range[axis].high);
-  }
-  return result;
+    });
+  return motion_detail::rounded_box(range, range);
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -58,19 +58,13 @@ class DriftingPlace {
       return result;
     }
     MotionRange low[3], high[3];
-    for (unsigned corner = 0; corner < 8; ++corner) {
-      double p[3];
-      for (unsigned axis = 0; axis < 3; ++axis) p[axis] = (corner >> axis & 1u) != 0 ? box.max[axis] : box.min[axis];
+    motion_detail::for_each_corner(box, [&](const double(&p)[3]) {
       for (unsigned axis = 0; axis < 3; ++axis) {
         grow(low[axis], axis, p, drift_.min[axis]);
         grow(high[axis], axis, p, drift_.max[axis]);
       }
-    }
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      result.min[axis] = affine_detail::round_down(low[axis].low);
-      result.max[axis] = affine_detail::round_up(high[axis].high);
-    }
-    return result;
+    });
+    return motion_detail::rounded_box(low, high);
   }
 
  private:
@@ -80,8 +74,16 @@ class DriftingPlace {
   };
 
   void grow(MotionRange& range, unsigned axis, const double (&p)[3], double drift) const {
-    for (const Part& part : parts_)
-      part.motion.curve(axis, p).drifting(drift * part.begin, drift * part.end).grow(range, slack_);
+    for (const Part& part : parts_) {
+      const MotionCurve curve = part.motion.curve(axis, p);
+      MotionRange passed;
+      curve.drifting(drift * part.begin, drift * part.end).grow(passed, slack_);
+      // at_time() has s with three roundings: it is where the motion is by as much earlier or later. What does not
+      // drift holds that already.
+      const double beside = drift == 0.0 ? 0.0 : (4.0 + slack_) * 0x1p-24 * curve.speed();
+      range.low = std::min(range.low, passed.low - beside);
+      range.high = std::max(range.high, passed.high + beside);
+    }
     // Before the first key and behind the last it stands still.
     parts_.front().motion.curve(axis, p).grow_at(range, 0.0, 0.0, slack_);
     parts_.back().motion.curve(axis, p).grow_at(range, 1.0, drift, slack_);
@@ -102,17 +104,10 @@ class PlaceAtKey {
 
   Box bounds(const Box& box) const {
     MotionRange range[3];
-    for (unsigned corner = 0; corner < 8; ++corner) {
-      double p[3];
-      for (unsigned axis = 0; axis < 3; ++axis) p[axis] = (corner >> axis & 1u) != 0 ? box.max[axis] : box.min[axis];
+    motion_detail::for_each_corner(box, [&](const double(&p)[3]) {
       for (unsigned axis = 0; axis < 3; ++axis) motion_.curve(axis, p).grow_at(range[axis], s_, 0.0, 1.0);
-    }
-    Box result;
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      result.min[axis] = affine_detail::round_down(range[axis].low);
-      result.max[axis] = affine_detail::round_up(range[axis].high);
-    }
-    return result;
+    });
+    return motion_detail::rounded_box(range, range);
   }
 
  private:

@@ -1,15 +1,7 @@
 // Where moving instances are: transforms at a time against the textbook, bounds over all times against dense samples.
 
-#include <tests/traversal/moving_scenes.h>
+#include <tests/traversal/recorded_motion.h>
 
-#include <hiprt_build/src/motion_segments.h>
-#include <hiprt_device/format/instance_bounds.h>
-#include <hiprt_device/format/moving_box.h>
-#include <hiprt_device/moving_box.h>
-#include <tests/oracle/hill_climb.h>
-#include <tests/traversal/workers.h>
-
-#include <array>
 #include <cstdio>
 
 using namespace hiprt;
@@ -19,79 +11,6 @@ using hiprt::oracle::Random;
 namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
-constexpr MotionKind kKinds[] = {MotionKind::kSlerp, MotionKind::kNlerp, MotionKind::kMatrix};
-constexpr const char* kKindNames[] = {"", "slerp", "nlerp", "matrix"};
-
-const char* name_of(MotionKind kind) { return kKindNames[static_cast<unsigned>(kind)]; }
-
-/// A motion in memory as it is in a file.
-struct Recorded {
-  build::MotionParts parts;
-  MotionRecord record{};
-  InstanceRecord instance{};
-
-  explicit Recorded(const build::Motion& motion) {
-    auto made = build::make_motion(motion);
-    INFO((made ? std::string() : made.error().message));
-    REQUIRE(made.has_value());
-    parts = std::move(*made);
-    record = {0,
-              static_cast<std::uint32_t>(parts.segments.size()),
-              motion.kind,
-              affine_detail::round_up(parts.magnification.rounding),
-              affine_detail::round_up(parts.magnification.farthest),
-              {}};
-  }
-  InstanceRecord at(float time) const {
-    return at_time(instance, record, reinterpret_cast<const std::byte*>(parts.segments.data()), time);
-  }
-  Box bounds(const Box& box) const {
-    return format_detail::InstancePlace(instance, parts.segments, record.kind).bounds(box);
-  }
-  /// At the begin and the end of a shutter.
-  std::array<Box, 2> moving_box(const Box& box, const format_detail::Shutter& shutter) const {
-    using namespace format_detail;
-    const BoxDrift drift(PlaceAtKey(parts.segments, record.kind, false).bounds(box),
-                         PlaceAtKey(parts.segments, record.kind, true).bounds(box));
-    const DriftingPlace place(instance, parts.segments, record.kind, shutter, drift);
-    const auto [begin, end] = format_detail::moving_box(place.bounds(box), drift, bounds(box));
-    return {begin, end};
-  }
-  /// A coordinate of a point at a time, by the record's own numbers.
-  double coordinate(unsigned axis, const double (&p)[3], double time) const {
-    const auto& segments = parts.segments;
-    std::size_t i = 0;
-    while (i + 1 < segments.size() && time > double{segments[i].time[1]}) ++i;
-    const double begin = segments[i].time[0], end = segments[i].time[1];
-    const double s = std::clamp((time - begin) / (end - begin), 0.0, 1.0);
-    return SegmentMotion(segments[i], record.kind).curve(axis, p).at(s).value;
-  }
-};
-
-/// Where a tracer has a box at a time.
-Box traced_box(const std::array<Box, 2>& box, const format_detail::Shutter& shutter, float time) {
-  SceneView scene;
-  scene.shutter_begin = shutter.begin;
-  scene.shutter_rate = shutter.rate;
-  const Box both[2] = {box[0], box[1]};
-  return box_at(both, place_in_shutter(scene, time));
-}
-
-double half_area(const Box& box) {
-  const double x = double{box.max[0]} - box.min[0], y = double{box.max[1]} - box.min[1],
-               z = double{box.max[2]} - box.min[2];
-  return x * y + y * z + z * x;
-}
-
-/// Times between, at, before and behind the keys.
-float random_time(Random& random, const build::Motion& motion) {
-  const auto& keys = motion.keys;
-  const auto chosen = random.below(static_cast<std::uint32_t>(keys.size()));
-  if (random.below(8) == 0) return keys[chosen].time;
-  return random.uniform_float(static_cast<double>(keys.front().time) - 0.5,
-                              static_cast<double>(keys.back().time) + 0.5);
-}
-
 Real length(const Real3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
 /// How far the transform at a time takes the place where p is to p, in the scene; and what the record allows.
@@ -224,64 +143,6 @@ TEST_CASE("nothing leaves its bounds by the records' own numbers, by not one flo
   }
 }
 
-TEST_CASE("boxes that go with what moves hold it at any time, by not one float") {
-  Random random(kSeed + 2);
-  for (const MotionKind kind : kKinds) {
-    double sum = 0.0, smallest = 1.0;
-    unsigned count = 0;
-    for (unsigned i = 0; i < trials(3000); ++i) {
-      const double spread = i % 4 == 0 ? 1e5 : i % 4 == 1 ? 0.0 : 4.0;
-      const build::Motion motion = random_motion(random, kind, 2 + random.below(3), spread);
-      const Recorded recorded(motion);
-      // As long as its keys, or longer.
-      const float first = motion.keys.front().time - (random.coin() ? 0.0f : random.uniform_float(0, 3)),
-                  last = motion.keys.back().time + (random.coin() ? 0.0f : random.uniform_float(0, 3));
-      const format_detail::Shutter shutter{first, affine_detail::round_down(1.0 / (double{last} - double{first}))};
-      const auto corner = random.in_cube(i % 3 == 0 ? 100 : 1), other = random.in_cube(1);
-      Box box;
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        box.min[axis] = std::min(corner[axis], corner[axis] + other[axis]);
-        box.max[axis] = std::max(corner[axis], corner[axis] + other[axis]);
-      }
-      const std::array<Box, 2> moving = recorded.moving_box(box, shutter);
-      const double whole = half_area(recorded.bounds(box));
-      for (unsigned k = 0; k < 40; ++k) {
-        const float time = random_time(random, motion);
-        const Box at = traced_box(moving, shutter, time);
-        for (unsigned c = 0; c < 8; ++c)
-          for (unsigned axis = 0; axis < 3; ++axis) {
-            double p[3];
-            for (unsigned a = 0; a < 3; ++a) p[a] = (c >> a & 1u) != 0 ? box.max[a] : box.min[a];
-            const double x = recorded.coordinate(axis, p, time);
-            INFO("seed " << kSeed + 2 << ", " << name_of(kind) << " motion " << i << ", time " << time << ", axis "
-                         << axis);
-            REQUIRE(double{at.min[axis]} <= x);
-            REQUIRE(x <= double{at.max[axis]});
-          }
-        sum += half_area(at) / whole;
-        smallest = std::min(smallest, half_area(at) / whole);
-        ++count;
-      }
-    }
-    std::printf("boxes that go along: %-7s area %.3f of that for all times on average, %.4f at least\n", name_of(kind),
-                sum / count, smallest);
-    CHECK(smallest < 0.1);
-  }
-}
-
-TEST_CASE("the box that goes with a translation is as large as at any one time") {
-  build::Motion motion{.keys = {turned_key(0, {0, 0, 1}, 0, {1, 2, 3}), turned_key(1, {0, 0, 1}, 0, {101, -48, 3})}};
-  const Recorded recorded(motion);
-  const format_detail::Shutter shutter{0, 1};
-  const std::array<Box, 2> moving = recorded.moving_box({{-1, -1, -1}, {1, 1, 1}}, shutter);
-  for (const float time : {-1.0f, 0.0f, 0.25f, 0.5f, 0.75f, 1.0f, 2.0f}) {
-    const Box at = traced_box(moving, shutter, time);
-    CAPTURE(time);
-    for (unsigned axis = 0; axis < 3; ++axis) CHECK(at.max[axis] - at.min[axis] == Approx(2).epsilon(1e-4));
-    CHECK(half_area(at) < 0.03 * half_area(recorded.bounds({{-1, -1, -1}, {1, 1, 1}})));
-  }
-}
-
 TEST_CASE("a wheel that spins keeps its size; between matrices it shrinks") {
   for (const double degrees : {90.0, 179.9}) {
     const auto quarter = degrees / 180 * 3.14159265358979;
@@ -366,64 +227,4 @@ TEST_CASE("a motion that is flat all the way takes no time to check") {
   REQUIRE(parts.has_value());
   CHECK(parts->magnification.condition >= 0x1p19);
   CHECK(parts->magnification.condition <= 0x1p20);
-}
-
-TEST_CASE("no search finds a point outside of the box of its motion") {
-  // Two keys, a point, and how far between them.
-  const auto make = [](Random& random) {
-    oracle::Genes genes;
-    for (unsigned key = 0; key < 2; ++key) {
-      for (unsigned i = 0; i < 7; ++i) genes.push_back(random.uniform_float(-1, 1));   // Translation, quaternion.
-      for (unsigned i = 0; i < 3; ++i) genes.push_back(random.uniform_float(0.5, 2));  // Scale,
-      for (unsigned i = 0; i < 3; ++i) genes.push_back(random.uniform_float(-1, 1));   // shear.
-    }
-    for (unsigned i = 0; i < 3; ++i) genes.push_back(random.uniform_float(-3, 3));
-    genes.push_back(random.uniform_float(0, 1));
-    return genes;
-  };
-  // All times, or a box that goes along.
-  for (const auto& [kind, along] : {std::pair{kKinds[0], false},
-                                    {kKinds[1], false},
-                                    {kKinds[2], false},
-                                    {kKinds[0], true},
-                                    {kKinds[1], true},
-                                    {kKinds[2], true}}) {
-    // How much of the way from the middle of the box to its side is used up: more than 1 is outside.
-    const auto score = [&, kind = kind, along = along](const oracle::Genes& genes) {
-      for (const float gene : genes)
-        if (!(std::abs(gene) < 0x1p30f)) return -1.0;
-      build::Motion motion{.kind = kind};
-      for (std::size_t key = 0; key < 2; ++key) {
-        const float* gene = &genes[13 * key];
-        motion.keys.push_back({.time = static_cast<float>(key),
-                               .translation = {gene[0], gene[1], gene[2]},
-                               .rotation = {gene[3], gene[4], gene[5], gene[6]},
-                               .scale = {gene[7], gene[8], gene[9]},
-                               .shear = {gene[10], gene[11], gene[12]}});
-      }
-      if (!build::make_motion(motion)) return -1.0;
-      const float s = std::clamp(genes[29], 0.0f, 1.0f);
-      const Recorded recorded(motion);
-      const Box of{{genes[26], genes[27], genes[28]}, {genes[26], genes[27], genes[28]}};
-      const format_detail::Shutter shutter{0, 1};
-      const Box box = along ? traced_box(recorded.moving_box(of, shutter), shutter, s) : recorded.bounds(of);
-      // By the record's own numbers, as above.
-      const SegmentMotion recorded_motion(recorded.parts.segments[0], kind);
-      const double point[3] = {genes[26], genes[27], genes[28]};
-      double worst = 0.0;
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        const double low = box.min[axis], high = box.max[axis],
-                     at = recorded_motion.curve(axis, point).at(double{s}).value;
-        if (!(high > low)) return -1.0;
-        worst = std::max(worst, at < low || at > high ? 2.0 : std::fabs(2 * at - low - high) / (high - low));
-      }
-      return worst;
-    };
-    const oracle::Worst worst = oracle::climb(kSeed, 20, trials(1500), make, score);
-    std::printf("%s%s: a point is at %.9f of the way to the side of its box, of random ones %.9f\n", name_of(kind),
-                along ? ", a box that goes along" : "", worst.score, worst.random);
-    CHECK(worst.score <= 1.0);
-    // Points that go linearly are as far from it as there is room for rounding.
-    CHECK(worst.score > (along && kind == MotionKind::kMatrix ? 0.1 : 0.9));
-  }
 }
