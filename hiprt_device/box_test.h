@@ -79,6 +79,11 @@ HIPRT_HD HIPRT_INLINE float reciprocal(float a) {
 #endif
 }
 
+/// RaySlabs as they lie in memory.
+struct KeptSlabs {
+  float rcp[3], near_offset[3], far_offset[3];
+};
+
 /// A ray prepared for slabs: distance to a plane p of axis k = p * rcp[k] + offset[k].
 template <class Lanes> struct RaySlabs {
   typename Lanes::Uniform rcp[3];
@@ -101,6 +106,27 @@ template <class Lanes> struct RaySlabs {
     prepare(0, ray.origin.x, ray.direction.x, floor, margin);
     prepare(1, ray.origin.y, ray.direction.y, floor, margin);
     prepare(2, ray.origin.z, ray.direction.z, floor, margin);
+  }
+
+  HIPRT_HD HIPRT_INLINE explicit RaySlabs(const KeptSlabs& kept) {
+    const auto take = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+      rcp[axis] = Lanes::uniform(kept.rcp[axis]);
+      near_offset[axis] = Lanes::uniform(kept.near_offset[axis]);
+      far_offset[axis] = Lanes::uniform(kept.far_offset[axis]);
+    };
+    take(0);
+    take(1);
+    take(2);
+  }
+  HIPRT_HD HIPRT_INLINE void keep(KeptSlabs& kept) const {
+    const auto put = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+      kept.rcp[axis] = Lanes::value(rcp[axis]);
+      kept.near_offset[axis] = Lanes::value(near_offset[axis]);
+      kept.far_offset[axis] = Lanes::value(far_offset[axis]);
+    };
+    put(0);
+    put(1);
+    put(2);
   }
 
  private:

@@ -35,7 +35,7 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const BasicRay<Real>& ray, const Storage& storage,
                                   const Filter& filter, const Primitives& primitives, const Counter& counter)
       : scene_(&scene),
-        ray_(ray),
+        ray_(ray, storage),
         storage_(storage),
         filter_(filter),
         primitives_(primitives),
@@ -75,10 +75,10 @@ class HitSearch {
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
     after_way_.save(hit_way_);
-    limit_ = finite(ray_.tmax);
+    limit_ = finite(ray_.get().tmax);
     if constexpr (kDefers) undecided_.low = limit_;
     forget_hit();
-    traversal_.restart(*scene_, ray_, after_t_, storage_);
+    traversal_.restart(*scene_, ray_.get(), after_t_, storage_);
   }
 
   /// Looks for the closest hit behind the last. @return false: the wave pauses, call again.
@@ -136,9 +136,9 @@ class HitSearch {
         complete<typename P::Layout>(hit, ray, *reinterpret_cast<const Leaf*>(base + ref_offset(leaf_)), leaf_ & 1u);
     };
     if constexpr (P::kLevels == 0)
-      complete_in(ray_, scene_->base);
+      complete_in(ray_.get(), scene_->base);
     else if (hit.found())
-      complete_along<P::kMoves>(*scene_, hit, ray_, complete_in);
+      complete_along<P::kMoves>(*scene_, hit, ray_.get(), complete_in);
     return hit;
   }
 
@@ -231,9 +231,9 @@ class HitSearch {
 
   /// All over again, by decisions at once: next to never. Each ray by itself, whatever the schedule.
   HIPRT_HD HIPRT_INLINE bool find_closest_again() {
-    Traversal<Alone, Order, false> traversal(*scene_, ray_, scene_->root, storage_);
-    traversal.restart(*scene_, ray_, after_t_, storage_);
-    limit_ = finite(ray_.tmax);
+    Traversal<Alone, Order, false> traversal(*scene_, ray_.get(), scene_->root, storage_);
+    traversal.restart(*scene_, ray_.get(), after_t_, storage_);
+    limit_ = finite(ray_.get().tmax);
     forget_hit();
     undecided_.open = {};
     traversal.run(*scene_, ray_, limit_, primitives_, counter_, false,
@@ -250,7 +250,7 @@ class HitSearch {
 
   /// Takes the hit unless mask or filter are against it.
   HIPRT_HD HIPRT_INLINE bool accept(const LeafHit<Real>& found) {
-    if (!is_visible<P>(*scene_, traversal_.levels(), ray_, found.geometry)) return false;
+    if (!is_visible<P>(*scene_, traversal_.levels(), ray_.get(), found.geometry)) return false;
     Answer candidate;
     static_cast<BasicHit<Real>&>(candidate) =
         BasicHit<Real>{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
@@ -275,12 +275,12 @@ class HitSearch {
     if constexpr (Primitives::kCount != 0) {
       if (found.custom != nullptr) {
         const unsigned type = custom_type(traversal_.levels().geometry(*scene_, candidate.geometry).flags);
-        const FilterAnswer answer = primitives_.filter(type, ray_, candidate);
+        const FilterAnswer answer = primitives_.filter(type, ray_.get(), candidate);
         if (answer == FilterAnswer::kReject) return answer;
         stop = answer == FilterAnswer::kAcceptAndStop;
       }
     }
-    const FilterAnswer answer = filter_(ray_, candidate);
+    const FilterAnswer answer = filter_(ray_.get(), candidate);
     return answer == FilterAnswer::kAccept && stop ? FilterAnswer::kAcceptAndStop : answer;
   }
 
@@ -312,7 +312,7 @@ class HitSearch {
                                   !TraversalObserver<Counter> &&
                                   DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
   const SceneView* scene_;
-  BasicRay<Real> ray_;
+  KeptRay<P::kLevels, Real> ray_;
   Storage storage_;
   Filter filter_;
   Primitives primitives_;

@@ -92,6 +92,28 @@ HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstanceP
   return place;
 }
 
+/// The ray of a query. Tracers of instances have it in the memory of the stack's Storage: they need it on the ways in
+/// and out only, and registers are what limits them.
+template <unsigned kLevels, class Real> class KeptRay {
+ public:
+  template <class Storage>
+  HIPRT_HD HIPRT_INLINE KeptRay(const BasicRay<Real>& ray, const Storage& storage) : ways_(storage.ways) {
+    stack_detail::in_memory(ways_).ray = ray;
+  }
+  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return stack_detail::in_memory(ways_).ray; }
+
+ private:
+  LevelWays<kLevels, Real>* ways_;
+};
+template <class Real> class KeptRay<0, Real> {
+ public:
+  template <class Storage> HIPRT_HD HIPRT_INLINE KeptRay(const BasicRay<Real>& ray, const Storage&) : ray_(ray) {}
+  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return ray_; }
+
+ private:
+  BasicRay<Real> ray_;
+};
+
 /// What a traversal knows of where it is.
 /// @tparam kLevels more than 1: the way, and the ray as each object on it sees it, lie in memory of the stack's Storage
 /// (LevelStack): to follow the way again would be a chain of loads that wait for each other.
@@ -101,7 +123,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
  public:
   template <class Storage>
   HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage& storage)
-      : base_(scene.base), way_(storage.ways), entered_(storage.entered) {}
+      : base_(scene.base), ways_(storage.ways) {}
 
   /// First byte of the file that the ray is in.
   HIPRT_HD HIPRT_INLINE const std::byte* base(const SceneView&) const { return base_; }
@@ -118,7 +140,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   HIPRT_HD HIPRT_INLINE BasicRay<Real> ray(const SceneView&, const BasicRay<Real>& of_scene) const {
     BasicRay<Real> ray = of_scene;
     if (depth_ == 0) return ray;
-    const EnteredObject<Real>& at = entered_[depth_ - 1];
+    const EnteredObject<Real>& at = ways_->entered[depth_ - 1];
     ray.origin = {at.origin[0], at.origin[1], at.origin[2]};
     ray.direction = {at.direction[0], at.direction[1], at.direction[2]};
     return ray;
@@ -132,17 +154,17 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   HIPRT_HD HIPRT_INLINE InstancePath<kLevels> path() const {
     InstancePath<kLevels> path;
     path.depth = depth_;
-    for (unsigned i = 0; i < depth_; ++i) path.instance[i] = way_[i];
+    for (unsigned i = 0; i < depth_; ++i) path.instance[i] = ways_->instance[i];
     return path;
   }
   HIPRT_HD HIPRT_INLINE std::uint32_t depth() const { return depth_; }
-  HIPRT_HD HIPRT_INLINE std::uint32_t instance(unsigned level) const { return way_[level]; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t instance(unsigned level) const { return ways_->instance[level]; }
 
   /// An instance on the way has InstanceFlags::kNoFilter.
   HIPRT_HD HIPRT_INLINE bool without_filter(const SceneView& scene) const {
     ObjectPlace place(scene);
     for (unsigned i = 0; i < depth_; ++i) {
-      const InstanceRecord& record = place.instances[way_[i]];
+      const InstanceRecord& record = place.instances[ways_->instance[i]];
       if ((record.flags & InstanceFlags::kNoFilter) != 0) return true;
       place = ObjectPlace(scene, scene.objects[record.object]);
     }
@@ -151,20 +173,20 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   /// @param local the ray as the object sees it.
   HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object,
                                    const BasicRay<Real>& local) {
-    way_[depth_] = instance;
-    entered_[depth_++] = {&object,
-                          {local.origin.x, local.origin.y, local.origin.z},
-                          {local.direction.x, local.direction.y, local.direction.z}};
+    ways_->instance[depth_] = instance;
+    ways_->entered[depth_++] = {&object,
+                                {local.origin.x, local.origin.y, local.origin.z},
+                                {local.direction.x, local.direction.y, local.direction.z}};
     object_ = &object;
     base_ = scene.base + object.offset;
   }
-  /// @return the ray as the object outside sees it.
-  HIPRT_HD HIPRT_INLINE BasicRay<Real> leave(const SceneView& scene, const BasicRay<Real>& of_scene) {
+  HIPRT_HD HIPRT_INLINE void leave(const SceneView& scene) {
     --depth_;
-    object_ = depth_ == 0 ? nullptr : entered_[depth_ - 1].object;
+    object_ = depth_ == 0 ? nullptr : ways_->entered[depth_ - 1].object;
     base_ = scene.base + (depth_ == 0 ? 0 : object_->offset);
-    return ray(scene, of_scene);
   }
+  /// For the ray's slabs where it is now, before it enters an instance and when it has left it.
+  HIPRT_HD HIPRT_INLINE KeptSlabs& slabs() const { return stack_detail::in_memory(ways_).outside[depth_]; }
   /// nullptr: the scene.
   HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const { return object_; }
   /// In the scene's table; kInvalidId: the scene.
@@ -180,15 +202,16 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
  private:
   const std::byte* base_;
   const ObjectRecord* object_ = nullptr;
-  std::uint32_t* way_;
-  EnteredObject<Real>* entered_;
+  LevelWays<kLevels, Real>* ways_;
   std::uint32_t depth_ = 0;
 };
 
 /// One level needs one number.
 template <bool kMoves, class Real> class Levels<1, kMoves, Real> {
  public:
-  template <class Storage> HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage&) : base_(scene.base) {}
+  template <class Storage>
+  HIPRT_HD HIPRT_INLINE Levels(const SceneView& scene, const Storage& storage)
+      : base_(scene.base), ways_(storage.ways) {}
 
   HIPRT_HD HIPRT_INLINE const std::byte* base(const SceneView&) const { return base_; }
   HIPRT_HD HIPRT_INLINE const InstanceRecord* instances(const SceneView& scene) const {
@@ -217,10 +240,8 @@ template <bool kMoves, class Real> class Levels<1, kMoves, Real> {
     instance_ = instance;
     base_ = scene.base + object.offset;
   }
-  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& leave(const SceneView& scene, const BasicRay<Real>& of_scene) {
-    restart(scene);
-    return of_scene;
-  }
+  HIPRT_HD HIPRT_INLINE void leave(const SceneView& scene) { restart(scene); }
+  HIPRT_HD HIPRT_INLINE KeptSlabs& slabs() const { return stack_detail::in_memory(ways_).outside[0]; }
   HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const { return nullptr; }
   HIPRT_HD HIPRT_INLINE std::uint32_t object_number(const SceneView& scene) const {
     return depth() == 0 ? kInvalidId : scene.instances[instance_].object;
@@ -232,6 +253,7 @@ template <bool kMoves, class Real> class Levels<1, kMoves, Real> {
 
  private:
   const std::byte* base_;
+  LevelWays<1, Real>* ways_;
   std::uint32_t instance_ = kInvalidId;
 };
 
@@ -256,7 +278,8 @@ template <unsigned kLevels> class SavedWay {
  public:
   /// @param place 1 or 2: which of the stack's ways.
   template <class Storage>
-  HIPRT_HD HIPRT_INLINE SavedWay(const Storage& storage, unsigned place) : way_(storage.ways + place * kLevels) {}
+  HIPRT_HD HIPRT_INLINE SavedWay(const Storage& storage, unsigned place)
+      : way_(storage.ways->instance + place * kLevels) {}
 
   template <bool kMoves, class Real> HIPRT_HD HIPRT_INLINE void save(const Levels<kLevels, kMoves, Real>& levels) {
     depth_ = levels.depth();

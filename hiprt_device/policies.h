@@ -102,9 +102,7 @@ struct Policies {
 ///     using Tracer = hiprt::Instanced<hiprt::Policies<>, 2>;
 template <class Base, unsigned kMost = 1> struct Instanced : Base {
   static_assert(kMost != 0, "hiprt: Instanced: policies without levels are Base itself");
-  /// One level needs no memory but the stack's.
-  using Stack = std::conditional_t<kMost == 1, typename Base::Stack,
-                                   LevelStack<typename Base::Stack, kMost, typename Base::Real>>;
+  using Stack = LevelStack<typename Base::Stack, kMost, typename Base::Real>;
   static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kInstances);
   static constexpr unsigned kLevels = kMost;
 };

@@ -39,6 +39,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   using Lanes = typename P::Lanes;
   using Layout = typename P::Layout;
   using Storage = typename P::Stack::Storage;
+  using Kept = KeptRay<P::kLevels, Real>;  ///< Of the query.
 
   /// @param root the scene's, or kInvalidRef: nothing will be visited.
   /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
@@ -47,7 +48,8 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       : levels_(scene, storage),
         boxes_(ray, scene.bounds, ray.tmax),
         slabs_(boxes_.ray(ray), margin(scene, ray)),
-        prepared_(ray),
+        // Of a scene of instances nothing but boxes is tested outside of them: any ray will do.
+        prepared_(kHasLevels && scene.instances != nullptr ? PreparedRay(BasicRay<Real>{}) : PreparedRay(ray)),
         tmin_(max_of(ray.tmin, Real(0))),
         way_(storage, root),
         node_(root) {}
@@ -73,7 +75,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   /// @param may_pause for WholeWave schedules.
   /// @param visit bool(const LeafHit&): false stops. (Under a WholeWave schedule it cannot go on then.)
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const BasicRay<Real>& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const Kept& ray, const Real& limit,
                                     const Primitives& primitives, typename P::Counter& counter, bool may_pause,
                                     Visit&& visit) {
     using Schedule = typename P::Schedule;
@@ -89,7 +91,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       else if (is_end(leaf_))
         find_leaf(scene, ray, limit, counter);
       if (!Schedule::kTogether && is_end(leaf_)) return outcome;
-      while (!is_end(leaf_)) {
+      while (!is_end(leaf_) && !is_at_instance(scene)) {
         if (!test_leaf(scene, ray, limit, primitives, counter, visit)) {
           outcome = Outcome::kStopped;
           if constexpr (!Schedule::kTogether) return outcome;
@@ -99,6 +101,9 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
         }
         if (Schedule::kTogether && is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
       }
+      // Behind the tests of triangles, so that those that had some to test enter together with the others.
+      if constexpr (kHasLevels)
+        if (!is_end(leaf_)) enter_instance(scene, ray, limit, counter);
       if constexpr (Schedule::kTogether) {
         const bool busy = !is_end(node_);
         if (!Schedule::leaves(group, busy, may_pause)) continue;
@@ -157,7 +162,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   }
 
   /// Through box nodes to the next run of leaves, or the end.
-  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const Kept& ray, Real limit,
                                        typename P::Counter& counter) {
     while (is_box(node_)) {
       node_ = visit_boxes(scene, ray, limit, counter);
@@ -167,7 +172,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   }
 
   /// The same, but beyond the first leaf as long as the schedule lets others of the group look for theirs.
-  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const Kept& ray, Real limit,
                                                   typename P::Counter& counter, LaneMask group) {
     if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
     // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
@@ -181,7 +186,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   }
 
   /// @pre !is_box(node_), and no leaf is at hand.
-  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const Kept& ray, Real limit,
                                        typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       leave_instances(scene, ray, limit, counter);
@@ -192,7 +197,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   }
 
   /// @return where to go on.
-  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const Kept& ray, Real limit,
                                             typename P::Counter& counter) {
     counter.on_boxes();
     const float far_end = boxes_.far_end(limit);
@@ -223,19 +228,20 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       return Order::next(node.child, hits, way_);
   }
 
-  /// Tests the leaf at hand and steps to the next of its run. @return false if the visitor stopped.
+  /// Whether the leaf at hand is an instance's.
+  HIPRT_HD HIPRT_INLINE bool is_at_instance(const SceneView& scene) const {
+    if constexpr (kHasLevels)
+      return ref_type(leaf_) == NodeType::kProcedural && levels_.instances(scene) != nullptr;
+    else
+      return false;
+  }
+
+  /// Tests the leaf at hand, no instance's, and steps to the next of its run. @return false if the visitor stopped.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const BasicRay<Real>& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const Kept& ray, const Real& limit,
                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
     const std::byte* record = levels_.base(scene) + ref_offset(leaf_);
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
-    if constexpr (kHasLevels) {
-      if (ref_type(leaf_) == NodeType::kProcedural && levels_.instances(scene) != nullptr) {
-        leaf_ = kInvalidRef;
-        enter_instance(scene, ray, limit, counter, *reinterpret_cast<const CustomLeaf*>(record));
-        return true;
-      }
-    }
     const LeafInfo info = load_info(record);
     unsigned met = 0;
     const auto offer = [&](const BasicCandidate<Real>& at, unsigned slot,
@@ -266,29 +272,23 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   }
 
   /// The way out of instances, if node_ is one. Only once no leaf is at hand, which would be the instance's.
-  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Kept& ray, Real limit,
                                              typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       if (node_ != kExitRef) return;
-      const auto leave = [&]() HIPRT_INLINE_LAMBDA {
+      do {
         if constexpr (kObserved) counter.on_exit();
-        return levels_.leave(scene, ray);
-      };
-      BasicRay<Real> outside = leave();
-      for (node_ = pop_outside(scene, outside, limit); node_ == kExitRef; node_ = pop_outside(scene, outside, limit))
-        outside = leave();
-      if (is_end(node_)) return;
+        levels_.leave(scene);
+        if constexpr (!std::is_empty_v<BoxRay<Real>>) {
+          const ObjectRecord* object = levels_.object();
+          boxes_ =
+              BoxRay<Real>(levels_.ray(scene, ray.get()), object == nullptr ? scene.bounds : object->bounds, limit);
+        }
+        node_ = way_.pop(boxes_.far_end(limit));
+      } while (node_ == kExitRef);
       // Outside there are instances only: no triangle is tested.
-      const ObjectRecord* object = levels_.object();
-      slabs_ =
-          RaySlabs<Lanes>(boxes_.ray(outside), object == nullptr ? margin(scene, outside) : margin(*object, outside));
+      if (!is_end(node_)) slabs_ = RaySlabs<Lanes>(levels_.slabs());
     }
-  }
-  /// The next of what lies outside, where distances may be others.
-  HIPRT_HD HIPRT_INLINE NodeRef pop_outside(const SceneView& scene, const BasicRay<Real>& outside, Real limit) {
-    const ObjectRecord* object = levels_.object();
-    boxes_ = BoxRay<Real>(outside, object == nullptr ? scene.bounds : object->bounds, limit);
-    return way_.pop(boxes_.far_end(limit));
   }
 
   HIPRT_HD HIPRT_INLINE float margin(const ObjectRecord& object, const BasicRay<Real>& local) const {
@@ -296,24 +296,27 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
                          object.condition, object.reach);
   }
 
-  /// On with the object of an instance of the scene or the object at hand, if the ray sees it.
-  /// @param leaf has one primitive, the instance, or a part of it, and is alone in its run.
-  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const BasicRay<Real>& ray, Real limit,
-                                            typename P::Counter& counter, const CustomLeaf& leaf) {
+  /// On with the object of the instance at hand, if the ray sees it. Its leaf has one primitive, the instance or a part
+  /// of it, and is alone in its run.
+  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Kept& ray, Real limit,
+                                            typename P::Counter& counter) {
+    const auto& leaf = *reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_));
+    if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
+    leaf_ = kInvalidRef;
     // Elsewhere the run's box is the leaf's, which the ray meets.
     constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
     if constexpr (P::kMoves || kRounded) {
       const bool moves = P::kMoves && (scene.features & feature_bit(Feature::kMovingBoxes)) != 0;
       if (moves || kRounded) {
-        const Box box = moves ? box_at(leaf.box, place_in_shutter(scene, ray.time)) : leaf.box[0];
+        const Box box = moves ? box_at(leaf.box, place_in_shutter(scene, ray.get().time)) : leaf.box[0];
         if (!meets_box<Lanes>(box, slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit))) return;
       }
     }
     const std::uint32_t instance = leaf.info.primitive[0];
     const InstanceRecord& record = levels_.instances(scene)[instance];
     if constexpr (requires { counter.on_instance(); }) counter.on_instance();
-    if ((record.mask & ray.mask) == 0 || node_ == kOverflowRef) return;
-    const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray(scene, ray));
+    if ((record.mask & ray.get().mask) == 0 || node_ == kOverflowRef) return;
+    const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray(scene, ray.get()));
     if (!is_traceable(local)) return;
     if (!way_.make_room()) {
       node_ = leaf_ = kOverflowRef;
@@ -321,7 +324,10 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     }
     if (P::Schedule::kTogether && !is_end(node_)) way_.later(entry_of(node_));
     // Where nothing is left outside, nobody has to find the way out.
-    if (kObserved || !way_.empty()) way_.later(entry_of(kExitRef));
+    if (kObserved || !way_.empty()) {
+      way_.later(entry_of(kExitRef));
+      slabs_.keep(levels_.slabs());
+    }
     if constexpr (P::Schedule::kTogether)
       node_ = entered_ref(leaf.info);
     else
@@ -354,7 +360,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   }
 
   template <class Primitives, class Offer>
-  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const BasicRay<Real>& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const Kept& ray, const Real& limit,
                                          const Primitives& primitives, const CustomLeaf& leaf, const LeafInfo& info,
                                          Offer&& offer) {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
@@ -367,7 +373,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       const auto report = [&](const BasicCustomHit<Real>& hit) HIPRT_INLINE_LAMBDA {
         return offer(BasicCandidate<Real>{hit.t, hit.u, hit.v}, slot, &hit);
       };
-      if (!primitives.intersect(type, levels_.ray(scene, ray), max_of(ray.tmin, Real(0)), limit,
+      if (!primitives.intersect(type, levels_.ray(scene, ray.get()), max_of(ray.get().tmin, Real(0)), limit,
                                 PrimitiveId{geometry, primitive, levels_.object_number(scene)}, report))
         return false;
     }

@@ -120,6 +120,13 @@ void add_scene_options(CLI::App& app, BuildCommand& command) {
       ->type_name("X")
       ->excludes("--flatten")
       ->capture_default_str();
+  app.add_option(
+         "--levels", command.levels,
+         "Levels of instances that may be left, 1 to 4096: groups beyond them give way to the instances that they "
+         "have, which makes rays faster and files larger. What moves stays (default: as described)")
+      ->check(CLI::Range(1u, 4096u))
+      ->type_name("N")
+      ->excludes("--flatten");
   app.add_option("--shutter", command.shutter,
                  "With --instances: read the animations of glTF files, so that nodes move between these times, in "
                  "seconds (bvhrender --shutter takes the picture)")
@@ -150,9 +157,10 @@ void add_refit_option(CLI::App& app, BuildCommand& command) {
                            ->allow_extra_args(false)
                            ->type_name("MESH");
   for (const char* name :
-       {"--builder", "--quality", "--import", "--nodes", "--target", "--device", "--max-leaf", "--split-budget",
-        "--presplit-budget", "--reinsertion-rounds", "--ploc-radius", "--no-pairs", "--stats", "--instances",
-        "--flatten", "--shutter", "--motion-keys", "--opening-budget", "--instance-bounds"})
+       {"--builder",     "--quality",     "--import",         "--nodes",           "--target",
+        "--device",      "--max-leaf",    "--split-budget",   "--presplit-budget", "--reinsertion-rounds",
+        "--ploc-radius", "--no-pairs",    "--stats",          "--instances",       "--flatten",
+        "--shutter",     "--motion-keys", "--opening-budget", "--levels",          "--instance-bounds"})
     refit->excludes(app.get_option(name));
 }
 
@@ -175,7 +183,7 @@ void check_command(const CLI::App& app, BuildCommand& command) {
     if (!command.imported.empty()) throw CLI::ValidationError("--import takes meshes, not a scene of instances");
     return;
   }
-  for (const char* name : {"--flatten", "--instance-bounds", "--opening-budget"})
+  for (const char* name : {"--flatten", "--instance-bounds", "--opening-budget", "--levels"})
     if (app.get_option(name)->count() != 0)
       throw CLI::ValidationError(std::string(name) +
                                  " takes a scene of instances: a .json or .scene file, or --instances");

@@ -34,6 +34,7 @@ struct BuildCommand {
   bool instances = false, flatten = false;
   std::string instance_bounds = "grandchildren";
   double opening_budget = build::InstanceOptions{}.opening_budget;
+  unsigned levels = 0;  ///< That may be left of a scene's; 0: all.
   std::string shutter;  ///< Empty: animations are not read.
   unsigned motion_keys = 2;
 

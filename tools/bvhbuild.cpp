@@ -13,6 +13,7 @@
 #include "scene_build.h"
 #include "scene_flatten.h"
 #include "scene_input.h"
+#include "scene_merge.h"
 #include "shape_inputs.h"
 
 #include <hiprt_build/exchange.h>
@@ -60,6 +61,15 @@ void warn_dropped(const Cli& cli, const build::BuildStatistics& statistics) {
     cli.warn(dropped + std::to_string(statistics.triangles + statistics.customs) +
              " primitives: " + std::to_string(not_finite) + " with a corner or a box that is not finite, " +
              std::to_string(degenerate) + " with two corners in one place or a radius of 0");
+}
+
+/// Of levels that could not be merged.
+void warn_kept(const Cli& cli, const SceneDescription& scene) {
+  const build::MergedLevels& merged = *scene.merged;
+  if (merged.kept_moving + merged.kept_masks == 0) return;
+  cli.warn(scene.path + ": " + std::to_string(merged.levels) + " levels are left: " +
+           std::to_string(merged.kept_moving) + " instances of groups move or have something in them that does, " +
+           std::to_string(merged.kept_masks) + " have masks that no one mask stands for");
 }
 
 /// What build() takes the tree from; none without --import.
@@ -149,6 +159,10 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
   if (baked->instances != 0)
     cli.warn(scene->path + ": instances without inverse: " + std::to_string(baked->instances) + ", the first is " +
              baked->first + "; " + std::to_string(baked->triangles) + " triangles of them become objects of their own");
+  if (command.levels != 0) {
+    if (auto merged = merge_scene(*scene, command.levels); !merged) return merged;
+    warn_kept(cli, *scene);
+  }
   const double read_seconds = watch.lap();
   const std::string tool = tool_version(kInfo);
   const auto built = build_scene(*scene, command, tool, bar);

@@ -96,7 +96,7 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block,
     const Spill spill = grid_spill(job.spill, gridDim.x * kBlock, job.spill_entries, blockIdx.x * kBlock + threadIdx.x);
     const typename StackOfPolicy<kPolicy>::Storage stack(ring, threadIdx.x, kBlock, spill,
                                                          &job.counts->overflowed_rays);
-    if constexpr (Kind::kLevels > 1) {
+    if constexpr (Kind::kLevels != 0) {
       LevelWays<Kind::kLevels> ways;
       trace_all<Kind, Search>(job, {stack, ways});
     } else {

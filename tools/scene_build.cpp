@@ -144,7 +144,11 @@ std::string in_description(const SceneDescription& scene, const std::string& mes
   std::size_t group = 0, instance = 0;
   if (!number_after("group ", group) || group >= scene.groups.size()) return whole;
   std::string place = scene.path + ": " + scene.groups[group].place;
-  if (number_after(", instance ", instance)) place += "[" + std::to_string(instance) + "]";
+  if (number_after(", instance ", instance)) {
+    const auto way = scene.merged ? scene.merged->way_of(static_cast<std::uint32_t>(instance), group)
+                                  : std::vector{static_cast<std::uint32_t>(instance)};
+    for (const std::uint32_t step : way) place += "[" + std::to_string(step) + "]";
+  }
   return place + (rest.starts_with(' ') ? ":" : "") + std::string(rest);
 }
 

@@ -4,10 +4,11 @@
 #include "mesh_import.h"
 #include "shape_import.h"
 
-#include <hiprt_build/instances.h>
+#include <hiprt_build/merge_levels.h>
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,9 @@ struct SceneDescription {
   std::vector<SceneObject> objects;
   std::vector<SceneGroup> groups;
   std::vector<std::unique_ptr<build::Motion>> motions;  ///< Those of instances.
-  std::uint64_t shared_objects = 0;                     ///< Objects that have the meshes of another one and are that.
+  /// Of a scene whose levels are merged: where the groups' instances were, which are in groups and not in it.
+  std::optional<build::MergedLevels> merged;
+  std::uint64_t shared_objects = 0;  ///< Objects that have the meshes of another one and are that.
 };
 
 }  // namespace hiprt::tools

@@ -126,7 +126,7 @@ struct VariantPolicies : Policies<LayoutType, typename Tests::Triangle, typename
   using FeatureChoice = FeaturesType;
   static constexpr unsigned kLevels = FeaturesType::kLevels;
   static constexpr bool kMoves = FeaturesType::kMoves;
-  using Stack = std::conditional_t<(kLevels > 1), LevelStack<typename Place::Stack, kLevels>, typename Place::Stack>;
+  using Stack = std::conditional_t<kLevels != 0, LevelStack<typename Place::Stack, kLevels>, typename Place::Stack>;
 };
 
 __device__ HIPRT_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
@@ -188,7 +188,7 @@ template <Query kQuery, class Asked> __device__ HIPRT_INLINE Answer ask(Asked& q
 /// use(storage of P's stack).
 template <class P, unsigned kBlock, class Use> __device__ HIPRT_INLINE void with_storage(const GpuJob& job, Use&& use) {
   P::StackPlace::template with<kBlock>(job, [&](const auto& storage) {
-    if constexpr (P::kLevels > 1) {
+    if constexpr (P::kLevels != 0) {
       LevelWays<P::kLevels> ways;
       use(typename P::Stack::Storage(storage, ways));
     } else {

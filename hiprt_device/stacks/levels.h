@@ -1,6 +1,7 @@
 #pragma once
-/// A traversal's stack together with the second, small one for scenes of more than one level of instances.
+/// A traversal's stack together with what a ray of a scene of instances has to remember.
 
+#include <hiprt_device/box_test.h>
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/stack.h>
 
@@ -15,14 +16,32 @@ template <class Real> struct EnteredObject {
   Real origin[3], direction[3];
 };
 
-/// Three ways through instances: the ray's, the hit's, and that of the hit before; and what is on the ray's way.
+/// The ray of a query, and its slabs outside of each instance that it is in, for the way out. Then what is on the ray's
+/// way, and three ways through instances: the ray's, the hit's, and that of the hit before.
 /// @tparam Real of the rays.
 template <unsigned kLevels, class Real = float> struct LevelWays {
+  BasicRay<Real> ray;
+  KeptSlabs outside[kLevels];
   EnteredObject<Real> entered[kLevels];
   std::uint32_t instance[3 * kLevels];
 };
+/// One level needs no more than numbers for its ways.
+template <class Real> struct LevelWays<1, Real> {
+  BasicRay<Real> ray;
+  KeptSlabs outside[1];
+};
 
 namespace stack_detail {
+
+/// *pointer, by an index that NVIDIA's compiler does not know, so that what is there stays in memory. It would be kept
+/// in registers, and what every test of boxes uses would be spilled.
+template <class T> HIPRT_HD HIPRT_INLINE T& in_memory(T* pointer) {
+  unsigned zero = 0;
+#if defined(__CUDA_ARCH__)
+  asm volatile("mov.u32 %0, 0;" : "=r"(zero));
+#endif
+  return pointer[zero];
+}
 
 template <class Stack, unsigned kLevels, class Real> struct LevelMemory { using Type = void; };
 template <class Stack, unsigned kLevels, class Real>
@@ -36,7 +55,7 @@ struct LevelMemory<Stack, kLevels, Real> {
 
 }  // namespace stack_detail
 
-/// Any other stack, and memory for ways through @p kLevels levels. What Instanced<P, kLevels> makes of P's stack.
+/// Any other stack, and memory for @p kLevels levels. What Instanced<P, kLevels> makes of P's stack.
 ///
 ///     using Stack = hiprt::LevelStack<hiprt::RollingStack<8>, 4>;
 ///     hiprt::LevelWays<4> ways;  // of the thread
@@ -46,15 +65,14 @@ template <class Stack, unsigned kLevels, class Real = float> struct LevelStack :
   using Memory = typename stack_detail::LevelMemory<Stack, kLevels, Real>::Type;
 
   struct Storage : Stack::Storage {
-    std::uint32_t* ways;
-    EnteredObject<Real>* entered;
+    LevelWays<kLevels, Real>* ways;
 
     HIPRT_HD HIPRT_INLINE Storage(const typename Stack::Storage& stack, LevelWays<kLevels, Real>& memory)
-        : Stack::Storage(stack), ways(memory.instance), entered(memory.entered) {}
+        : Stack::Storage(stack), ways(&memory) {}
     template <class OwnMemory>
     requires std::same_as<OwnMemory, Memory> HIPRT_HD HIPRT_INLINE Storage(OwnMemory& memory,
                                                                            std::uint32_t* overflowed = nullptr)
-        : Stack::Storage(memory.stack, overflowed), ways(memory.ways.instance), entered(memory.ways.entered) {}
+        : Storage(typename Stack::Storage(memory.stack, overflowed), memory.ways) {}
   };
 };
 
