@@ -1,9 +1,10 @@
 #pragma once
 /// Fewer levels of instances: groups give way to the instances that they have. More memory, faster rays.
 ///
-///     auto merged = hiprt::build::merge_levels({objects, groups});              // one level
-///     auto scene = hiprt::build::build_instances(merged->scene(objects));
-///     std::vector<std::uint32_t> way = merged->way_of(hit.path.instance[0]);     // as the groups have it
+///     auto merged = hiprt::build::merge_levels({objects, groups});  // into one
+///     auto views = merged->views();
+///     auto scene = hiprt::build::build_instances({objects, views});
+///     std::vector<std::uint32_t> way = merged->way_of(hit.path.instance[0]);  // as the groups had it
 
 #include <hiprt_build/instances.h>
 
@@ -27,29 +28,25 @@ struct MergedWay {
   std::uint32_t instance;  ///< Its number in that group.
 };
 
-/// Groups with fewer levels, and how their instances stand for those that were.
+/// Groups with fewer levels, and where their instances were.
 struct MergedLevels {
-  /// For InstancedScene: those that are still used, in the order that they had; the last is the scene.
+  /// Those that are still used, in the order that they had; the last is the scene.
   std::vector<std::vector<Instance>> groups;
-  std::vector<std::span<const Instance>> views;  ///< Of the groups.
-  /// Which group each of them was: index of InstancedScene::groups.
-  std::vector<std::size_t> group_before;
+  std::vector<std::size_t> group_before;  ///< Which each of them was: index of InstancedScene::groups.
   unsigned levels = 0;  ///< Of the scene now: more than MergeOptions::levels where groups had to stay.
   /// Instances of groups that stayed for a motion, theirs or one in the group, or for masks that no one mask stands
   /// for.
   std::uint64_t kept_moving = 0, kept_masks = 0;
+  std::vector<MergedWay> steps;              ///< Beginnings that ways share.
+  std::vector<std::vector<MergedWay>> ways;  ///< Of the instances, by group.
 
-  /// The merged scene; as long as this and @p files live.
-  InstancedScene scene(std::span<const std::span<const std::byte>> files) const { return {files, views}; }
+  /// For InstancedScene::groups, as long as this lives.
+  std::vector<std::span<const Instance>> views() const { return {groups.begin(), groups.end()}; }
   /// The numbers of the instances on the way that instance @p i of merged group @p group stands for, outermost first:
   /// from what was that group to the object.
   HIPRT_BUILD_API std::vector<std::uint32_t> way_of(std::uint32_t i, std::size_t group) const;
   /// The same of the scene's own instances.
   std::vector<std::uint32_t> way_of(std::uint32_t i) const { return way_of(i, groups.size() - 1); }
-
-  /// Shared beginnings of ways, and per group the way of each instance.
-  std::vector<MergedWay> steps;
-  std::vector<std::vector<MergedWay>> ways;
 };
 
 /// Replaces instances of groups by the group's own instances, from the scene downwards, until no more than
@@ -58,7 +55,8 @@ struct MergedLevels {
 /// that of the outermost (instances in one group share theirs). t of hits differs by roundings of the transforms. What
 /// moves stays as it is.
 /// @param scene its files are not read: instances of objects below @p scene.files.size() stay as they are.
-/// @return kInvalidInput for options out of range, an object that does not exist, a matrix that is not finite;
+/// Matrices are not looked at: build_instances() refuses those that cannot be.
+/// @return kInvalidInput for options out of range and an object that does not exist;
 /// kTooLarge with the number of instances that there would be.
 HIPRT_BUILD_API Result<MergedLevels> merge_levels(const InstancedScene& scene, const MergeOptions& options = {});
 

@@ -161,7 +161,11 @@ build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const bu
   build::InstanceOptions options;
   options.opening_budget = command.opening_budget;
   options.bounds = value_of(kInstanceBounds, command.instance_bounds);
-  options.tree.nodes = build_options(command, tool, {}).nodes;
+  const build::BuildOptions of_objects = build_options(command, tool, {});
+  // Who waits for the best trees of objects waits for the best trees over instances.
+  if (of_objects.builder == build::Builder::kHq)
+    options.tree = {.builder = build::Builder::kSah, .reinsertion_rounds = 32};
+  options.tree.nodes = of_objects.nodes;
   options.tree.threads = command.threads;
   options.tree.tool = tool;
   options.tree.progress = shown_by(bar);

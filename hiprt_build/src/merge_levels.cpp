@@ -48,7 +48,10 @@ std::optional<std::uint32_t> both(std::uint32_t outer, std::uint32_t inner) {
   return common;
 }
 
-std::uint64_t plus(std::uint64_t a, std::uint64_t b) { return a + b < a ? ~std::uint64_t{0} : a + b; }
+constexpr std::uint64_t kMost = ~std::uint64_t{0};
+
+/// Their sum, or kMost.
+std::uint64_t plus(std::uint64_t a, std::uint64_t b) { return a + b < a ? kMost : a + b; }
 
 /// An instance on a way that is not finished.
 struct Step {
@@ -109,10 +112,10 @@ class Merger {
       height_[g] = below + 1;
     }
     if (sizes.back() > options_.most_instances)
-      return tl::unexpected(Error{ErrorCode::kTooLarge, "merged into " + std::to_string(options_.levels) +
-                                                            " levels the scene has " + std::to_string(sizes.back()) +
-                                                            " instances, the limit is " +
-                                                            std::to_string(options_.most_instances)});
+      return tl::unexpected(
+          Error{ErrorCode::kTooLarge, "merged, the scene has " +
+                                          (sizes.back() == kMost ? "2^64 or more" : std::to_string(sizes.back())) +
+                                          " instances, the limit is " + std::to_string(options_.most_instances)});
     return {};
   }
 
@@ -189,7 +192,6 @@ class Merger {
       result_.ways.push_back(std::move(ways_[g]));
       result_.group_before.push_back(g);
     }
-    for (const auto& group : result_.groups) result_.views.emplace_back(group);
     result_.levels = levels.back();
   }
 

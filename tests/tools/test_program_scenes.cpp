@@ -154,7 +154,46 @@ TEST_CASE("Program scenes: bvhbuild and bvhinfo count what is there once, and as
   CHECK(flat["geometries"] == 10);
 }
 
-TEST_CASE("Program scenes: counts that 64 bits do not hold") {
+TEST_CASE("Program scenes: --levels leaves fewer levels, on which everything is where it was") {
+  const Files files;
+  check_quiet(run({kBvhBuild, files.scene, "--flatten", "-o", files.flat}));
+  const auto levels = [&](const std::string& number) {
+    check_quiet(run({kBvhBuild, files.scene, "-o", files.out, "--levels", number, "--quality", "high"}));
+    check_same_hits(files.out, files.flat);
+    const json scene = json_of(run({kBvhInfo, files.out, "--json", "--validate"}))["scene"];
+    CHECK(scene["triangles"] == json::parse(R"({"unique": 72, "instantiated": 248})"));
+    return scene["levels"];
+  };
+  CHECK(levels("1") == json::parse(R"([{"instances": 7, "groups": 0, "objects": 2}])"));
+  const OpenFile merged(files.out);
+  CHECK((merged.view.instances[0].id == 3 && merged.view.instances[3].id == 3 && merged.view.instances[6].id == 5));
+  CHECK(levels("2") == json::parse(R"([{"instances": 4, "groups": 1, "objects": 1},
+                                       {"instances": 2, "groups": 0, "objects": 2}])"));
+  const auto as_described = read_file((check_quiet(run({kBvhBuild, files.scene, "-o", files.flat})), files.flat));
+  check_quiet(run({kBvhBuild, files.scene, "-o", files.out, "--levels", "3"}));
+  CHECK(read_file(files.out) == as_described);
+}
+
+TEST_CASE("Program scenes: --levels says what has to stay, and where a product has no inverse") {
+  json moving = forest();
+  moving["groups"]["top"][0] =
+      json::parse(R"({"object": "middle", "motion": {"keys": [{"time": 0}, {"time": 1, "translate": [1, 0, 0]}]}})");
+  const Files files(moving);
+  const CommandResult built = run({kBvhBuild, files.scene, "-o", files.out, "--levels", "1"});
+  CHECK(built.status == 0);
+  CHECK_THAT(built.err, Contains("s.json: 2 levels are left: 1 instances of groups move") &&
+                            Contains("0 have masks that no one mask stands for"));
+  json tiny = forest();
+  tiny["groups"]["middle"][1]["scale"] = 1e-25;
+  tiny["groups"]["low"][1]["scale"] = 1e-25;
+  check_failure(Files(tiny), {"--levels", "1"}, 1,
+                "s.json: groups.top[0][1][1]: the transform has no inverse that floats can hold: determinant 0");
+  check_failure(files, {"--levels", "0"}, 2, "--levels");
+  check_failure(files, {"--levels", "1", "--flatten"}, 2, "excludes");
+}
+
+/// Twice what is twice what ..., 60 times.
+json doubled_often() {
   json description = forest();
   description["objects"] = {{"big", {"big.obj"}}};
   description["groups"] = {{"g0", {{{"object", "big"}}}}};
@@ -163,7 +202,13 @@ TEST_CASE("Program scenes: counts that 64 bits do not hold") {
     description["groups"]["g" + std::to_string(i)] = {half, half};
   }
   description["scene"] = "g60";
-  const Files files(description);
+  return description;
+}
+
+TEST_CASE("Program scenes: counts that 64 bits do not hold") {
+  const Files files(doubled_often());
+  check_failure(files, {"--levels", "1"}, 1,
+                "s.json: merged, the scene has 1152921504606846976 instances, the limit is 134217728");
   const json scene = json_of(run({kBvhBuild, files.scene, "-o", files.out, "--json"}))["scene"];
   CHECK(scene["instances"]["of_objects"] == std::uint64_t{1} << 60);
   CHECK(scene["triangles"]["instantiated"].is_null());
@@ -289,7 +334,7 @@ TEST_CASE("Program scenes: options that make no sense are refused") {
   check_failure(files, {"--instance-bounds", "tight"}, 2, "tight");
   check_failure(files, {"--instance-bounds", "root", "--flatten"}, 2, "excludes");
   check_failure(files, {"--import", "tree.json"}, 2, "--import takes meshes");
-  for (const char* option : {"--flatten", "--instance-bounds=root"}) {
+  for (const char* option : {"--flatten", "--instance-bounds=root", "--levels=1"}) {
     const CommandResult result = run({kBvhBuild, files.folder / "big.obj", "-o", files.out, option});
     CHECK(result.status == 2);
     CHECK_THAT(result.err, Contains("takes a scene of instances"));
