@@ -89,9 +89,10 @@ def counts_of(info):
 def measure(arguments, name, source, work):
     file = os.path.join(work, name + ".bvh")
     camera = os.path.splitext(source)[0] + ".cam"
-    builder = ["--builder", arguments.builder] if arguments.builder else []
+    options = ["--builder", arguments.builder] if arguments.builder else []
+    options += arguments.build_option
     built, build_seconds, build_memory = run_on(arguments.device, arguments.tools, "bvhbuild", source, "-o", file,
-                                                "--json", *builder)
+                                                "--json", *options)
     built = json.loads(built)
     info, check_seconds, check_memory = run_tool(arguments.tools, "bvhinfo", "--validate", "--json", file)
     once, often, levels = counts_of(json.loads(info))
@@ -136,6 +137,8 @@ def main():
     parser.add_argument("--size", default="1920x1080", help="of the pictures (1920x1080)")
     parser.add_argument("--spp", type=int, default=16, help="samples per pixel (16)")
     parser.add_argument("--builder", default="", help="of bvhbuild (its default)")
+    parser.add_argument("--build-option", action="append", default=[], metavar="OPTION",
+                        help="one more of bvhbuild, such as --build-option=--levels=1 (for scenes of instances); may be repeated")
     parser.add_argument("--commit", default="", help="of the tools (git describe)")
     arguments = parser.parse_args()
 

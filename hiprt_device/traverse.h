@@ -85,12 +85,18 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     boxes_.set_limit(limit);
     Outcome outcome = Outcome::kFinished;
     NodeRef stopped_node = kInvalidRef, stopped_leaf = kInvalidRef;
+    // Lanes enter instances together: behind the tests of triangles, which some have first. A wave that fetches rays
+    // does it before its search instead, so that new rays at an instance need not wait for the others.
+    constexpr bool kEntersFirst = Schedule::kBatchOnly;
     for (;;) {
-      if constexpr (Schedule::kTogether)
+      if constexpr (Schedule::kTogether) {
+        if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
+        if constexpr (kHasLevels && kEntersFirst) enter_instance(scene, ray, limit, counter);
         find_leaves_together(scene, ray, limit, counter, group);
-      else if (is_end(leaf_))
-        find_leaf(scene, ray, limit, counter);
-      if (!Schedule::kTogether && is_end(leaf_)) return outcome;
+      } else {
+        if (is_end(leaf_)) find_leaf(scene, ray, limit, counter);
+        if (is_end(leaf_)) return outcome;
+      }
       while (!is_end(leaf_) && !is_at_instance(scene)) {
         if (!test_leaf(scene, ray, limit, primitives, counter, visit)) {
           outcome = Outcome::kStopped;
@@ -101,11 +107,9 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
         }
         if (Schedule::kTogether && is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
       }
-      // Behind the tests of triangles, so that those that had some to test enter together with the others.
-      if constexpr (kHasLevels)
-        if (!is_end(leaf_)) enter_instance(scene, ray, limit, counter);
+      if constexpr (kHasLevels && !kEntersFirst) enter_instance(scene, ray, limit, counter);
       if constexpr (Schedule::kTogether) {
-        const bool busy = !is_end(node_);
+        const bool busy = !is_end(node_) || (kHasLevels && kEntersFirst && !is_end(leaf_));
         if (!Schedule::leaves(group, busy, may_pause)) continue;
         if (kResumable && outcome == Outcome::kStopped) {
           node_ = stopped_node;
@@ -174,7 +178,6 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   /// The same, but beyond the first leaf as long as the schedule lets others of the group look for theirs.
   HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const Kept& ray, Real limit,
                                                   typename P::Counter& counter, LaneMask group) {
-    if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
     // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
     for (bool go_on = group_any(group, is_end(leaf_) && is_box(node_)); go_on;) {
       if (is_box(node_)) {
@@ -296,10 +299,11 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
                          object.condition, object.reach);
   }
 
-  /// On with the object of the instance at hand, if the ray sees it. Its leaf has one primitive, the instance or a part
-  /// of it, and is alone in its run.
+  /// On with the object of the instance at hand, if there is one and the ray sees it. Its leaf has one primitive, the
+  /// instance or a part of it, and is alone in its run.
   HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Kept& ray, Real limit,
                                             typename P::Counter& counter) {
+    if (is_end(leaf_) || !is_at_instance(scene)) return;
     const auto& leaf = *reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_));
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
     leaf_ = kInvalidRef;

@@ -45,6 +45,7 @@ constexpr ToolInfo kInfo{
     "  bvhbuild city.ply -o city.bvh --device gpu --builder lbvh\n"
     "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"
     "  bvhbuild forest.json -o forest.bvh --instance-bounds primitives --stats\n"
+    "  bvhbuild forest.json -o forest.bvh --levels 1 --opening-budget 4 --quality high\n"
     "  bvhbuild city.glb -o city.bvh --instances\n"
     "  bvhbuild wig.hair head.obj -o wig.bvh --quality fast --stats\n"
     "  bvhbuild bunny.obj -o mine.bvh --import tree.json\n"
