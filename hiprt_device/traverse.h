@@ -86,8 +86,9 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     Outcome outcome = Outcome::kFinished;
     NodeRef stopped_node = kInvalidRef, stopped_leaf = kInvalidRef;
     // Lanes enter instances together: behind the tests of triangles, which some have first. A wave that fetches rays
-    // does it before its search instead, so that new rays at an instance need not wait for the others.
-    constexpr bool kEntersFirst = Schedule::kBatchOnly;
+    // does it before its search instead, so that new rays at an instance need not wait for the others. (On many levels
+    // that costs more than it saves: docs/decisions/0014-instances.md.)
+    constexpr bool kEntersFirst = Schedule::kBatchOnly && P::kLevels == 1;
     for (;;) {
       if constexpr (Schedule::kTogether) {
         if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
