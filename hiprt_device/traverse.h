@@ -206,7 +206,8 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     counter.on_boxes();
     const float far_end = boxes_.far_end(limit);
     if constexpr (kTestSorts) {
-      const SortedChildren met = P::Boxes::template intersect<Layout>(scene, node_, boxes_.ray(ray), slabs_, far_end);
+      const SortedChildren met =
+          P::Boxes::template intersect<Layout>(scene, node_, boxes_.ray(ray.get()), slabs_, far_end);
       return met.child[0] == kInvalidRef ? way_.pop(far_end) : Order::next(met, way_);
     } else {
       return visit_slabs(scene, far_end, counter);
