@@ -68,9 +68,9 @@ void warn_dropped(const Cli& cli, const build::BuildStatistics& statistics) {
 void warn_kept(const Cli& cli, const SceneDescription& scene) {
   const build::MergedLevels& merged = *scene.merged;
   if (merged.kept_moving + merged.kept_masks == 0) return;
-  cli.warn(scene.path + ": " + std::to_string(merged.levels) + " levels are left: " +
-           std::to_string(merged.kept_moving) + " instances of groups move or have something in them that does, " +
-           std::to_string(merged.kept_masks) + " have masks that no one mask stands for");
+  cli.warn(scene.path + ": " + std::to_string(merged.levels) +
+           " levels are left; instances of groups that stay: " + std::to_string(merged.kept_moving) + " for motion, " +
+           std::to_string(merged.kept_masks) + " for masks that no one mask stands for");
 }
 
 /// What build() takes the tree from; none without --import.
