@@ -56,8 +56,8 @@ struct MergedLevels {
 /// moves stays as it is.
 /// @param scene its files are not read: instances of objects below @p scene.files.size() stay as they are.
 /// Matrices are not looked at: build_instances() refuses those that cannot be.
-/// @return kInvalidInput for options out of range and an object that does not exist;
-/// kTooLarge with the number of instances that there would be.
+/// @return kInvalidInput for options out of range and an object that does not exist; kTooLarge with the number of
+/// instances that there would be.
 HIPRT_BUILD_API Result<MergedLevels> merge_levels(const InstancedScene& scene, const MergeOptions& options = {});
 
 }  // namespace hiprt::build

@@ -1,7 +1,6 @@
 #include <hiprt_build/merge_levels.h>
 
 #include <hiprt_build/src/check_input.h>
-#include <hiprt_build/src/instance_fault.h>
 #include <hiprt_device/format/arithmetic.h>
 
 #include <algorithm>
@@ -71,9 +70,11 @@ class Merger {
     const std::size_t top = scene_.groups.size() - 1;
     // From the scene downwards, as groups have instances of lower ones.
     used_[top] = true;
-    for (std::size_t g = scene_.groups.size(); g-- > 0;)
-      if (used_[g])
-        if (auto merged = merge(g); !merged) return tl::unexpected(merged.error());
+    for (std::size_t g = scene_.groups.size(); g-- > 0;) {
+      if (!used_[g]) continue;
+      if (auto counted = count(g); !counted) return tl::unexpected(counted.error());
+      merge(g);
+    }
     number_again();
     return std::move(result_);
   }
@@ -86,7 +87,7 @@ class Merger {
   /// Whether an instance of group @p g has more levels than may lie below an instance.
   bool is_too_high(std::size_t g) const { return height_[g] > options_.levels - 1; }
 
-  /// Checks every instance; finds how high groups are and what they would have merged.
+  /// Checks every instance; finds how high groups are and how many instances they have merged, if masks allow it.
   Result<void> survey() {
     if (options_.levels == 0) return tl::unexpected(invalid("levels is 0, 1 or more expected"));
     if (scene_.groups.empty()) return tl::unexpected(invalid("a scene of instances has a group at least"));
@@ -96,7 +97,7 @@ class Merger {
     used_.resize(count);
     merged_.resize(count);
     ways_.resize(count);
-    std::vector<std::uint64_t> sizes(count);
+    sizes_.resize(count);
     for (std::size_t g = 0; g < count; ++g) {
       unsigned below = 0;
       for (std::size_t i = 0; i < scene_.groups[g].size(); ++i) {
@@ -106,16 +107,11 @@ class Merger {
                                         std::to_string(instance.object) + ", those before the group are " +
                                         std::to_string(files() + g)));
         moves_[g] = moves_[g] || instance.motion != nullptr;
-        sizes[g] = plus(sizes[g], is_group(instance) && may_merge(instance) ? sizes[group_of(instance)] : 1);
+        sizes_[g] = plus(sizes_[g], is_group(instance) && may_merge(instance) ? sizes_[group_of(instance)] : 1);
         if (is_group(instance)) below = std::max(below, height_[group_of(instance)]);
       }
       height_[g] = below + 1;
     }
-    if (sizes.back() > options_.most_instances)
-      return tl::unexpected(
-          Error{ErrorCode::kTooLarge, "merged, the scene has " +
-                                          (sizes.back() == kMost ? "2^64 or more" : std::to_string(sizes.back())) +
-                                          " instances, the limit is " + std::to_string(options_.most_instances)});
     return {};
   }
 
@@ -138,8 +134,17 @@ class Merger {
     return false;
   }
 
+  /// Adds a group's instances to those of all that are used.
+  Result<void> count(std::size_t g) {
+    total_ = plus(total_, sizes_[g]);
+    if (total_ <= options_.most_instances) return {};
+    return tl::unexpected(
+        Error{ErrorCode::kTooLarge, "merged, the groups have " + (total_ == kMost ? "2^64" : std::to_string(total_)) +
+                                        " instances or more, the limit is " + std::to_string(options_.most_instances)});
+  }
+
   /// Depth first, in the order of the instances.
-  Result<void> merge(std::size_t g) {
+  void merge(std::size_t g) {
     std::vector<Step> way;
     way.push_back({rows_of(Affine{}), g, 0, kInvalidId, Instance{}});
     while (!way.empty()) {
@@ -170,7 +175,6 @@ class Merger {
       merged_[g].push_back(whole);
       ways_[g].push_back(here);
     }
-    return {};
   }
 
   /// Groups that nobody has instances of are gone.
@@ -199,10 +203,12 @@ class Merger {
   const MergeOptions& options_;
   // By group:
   std::vector<unsigned> height_;  ///< Levels of instances: 1 and more.
-  std::vector<bool> moves_;       ///< Whether an instance of it moves.
+  std::vector<std::uint64_t> sizes_;
+  std::vector<bool> moves_;  ///< Whether an instance of it moves.
   std::vector<bool> used_;
   std::vector<std::vector<Instance>> merged_;
   std::vector<std::vector<MergedWay>> ways_;
+  std::uint64_t total_ = 0;  ///< Instances of the groups so far.
   MergedLevels result_;
 };
 

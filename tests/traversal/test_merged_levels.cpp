@@ -298,13 +298,13 @@ TEST_CASE("merge_levels refuses what cannot be") {
   // Two of two of two ...: 2^64 and more, told at once.
   for (std::uint32_t g = 1; g < 70; ++g) scene.groups.push_back({Instance{.object = g}, Instance{.object = g}});
   CHECK(message() == std::pair(ErrorCode::kTooLarge,
-                               std::string("merged, the scene has 2^64 or more instances, the limit is 134217728")));
+                               std::string("merged, the groups have 2^64 instances or more, the limit is 134217728")));
   // Half of it fits.
   const auto half = merge(scene, {.levels = 60});
   REQUIRE(half.has_value());
   CHECK((half->levels == 60 && half->groups.size() == 60 && half->groups.back().size() == 1u << 11));
   scene.groups.resize(3);
   CHECK(message({.most_instances = 7}) ==
-        std::pair(ErrorCode::kTooLarge, std::string("merged, the scene has 8 instances, the limit is 7")));
+        std::pair(ErrorCode::kTooLarge, std::string("merged, the groups have 8 instances or more, the limit is 7")));
   CHECK(merge(scene, {.most_instances = 8}).has_value());
 }
