@@ -108,7 +108,7 @@ TEST_CASE("a ray enters only what is about where it is at its time") {
     // Sphere i is at x = 0 then.
     const float time = 5.0f + 0.4f * static_cast<float>(i);
     const Ray ray{.origin = {0, 0.1f, -5}, .direction = {0, 0, 1}, .time = time};
-    PrivateStack<>::Memory memory;
+    CountingTracer::Stack::Memory memory;
     ClosestHit<CountingTracer> query(view, ray, memory);
     const auto hit = query.next_hit();
     REQUIRE(hit.found());
