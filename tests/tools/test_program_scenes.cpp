@@ -168,7 +168,7 @@ TEST_CASE("Program scenes: --levels leaves fewer levels, on which everything is 
   const OpenFile merged(files.out);
   CHECK((merged.view.instances[0].id == 3 && merged.view.instances[3].id == 3 && merged.view.instances[6].id == 5));
   CHECK(levels("2") == json::parse(R"([{"instances": 4, "groups": 1, "objects": 1},
-                                       {"instances": 2, "groups": 0, "objects": 2}])"));
+                                       {"instances": 6, "groups": 0, "objects": 2}])"));
   const auto as_described = read_file((check_quiet(run({kBvhBuild, files.scene, "-o", files.flat})), files.flat));
   check_quiet(run({kBvhBuild, files.scene, "-o", files.out, "--levels", "3"}));
   CHECK(read_file(files.out) == as_described);
