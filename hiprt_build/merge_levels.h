@@ -24,7 +24,8 @@ struct MergeOptions {
 
 /// Where an instance of the merged scene comes from.
 struct MergedWay {
-  std::uint32_t before;    ///< Index of MergedLevels::steps of the way to its group; kInvalidId: it is the scene's.
+  static constexpr std::uint64_t kBegin = ~std::uint64_t{0};
+  std::uint64_t before;    ///< Index of MergedLevels::steps of the way to its group; kBegin: none, the way begins here.
   std::uint32_t instance;  ///< Its number in that group.
 };
 
@@ -57,7 +58,7 @@ struct MergedLevels {
 /// @param scene its files are not read: instances of objects below @p scene.files.size() stay as they are.
 /// Matrices are not looked at: build_instances() refuses those that cannot be.
 /// @return kInvalidInput for options out of range and an object that does not exist; kTooLarge with the number of
-/// instances that there would be.
+/// instances that there would be (a group with nothing in it counts as one).
 HIPRT_BUILD_API Result<MergedLevels> merge_levels(const InstancedScene& scene, const MergeOptions& options = {});
 
 }  // namespace hiprt::build

@@ -57,7 +57,7 @@ struct Step {
   Rows to_scene;  ///< Of the group that has the instance.
   std::size_t group;
   std::uint32_t next;    ///< Which of the group's instances comes next.
-  std::uint32_t before;  ///< Of MergedWay.
+  std::uint64_t before;  ///< Of MergedWay.
   Instance outer;        ///< What the way so far stands for; at its begin only mask and filters count.
 };
 
@@ -107,7 +107,9 @@ class Merger {
                                         std::to_string(instance.object) + ", those before the group are " +
                                         std::to_string(files() + g)));
         moves_[g] = moves_[g] || instance.motion != nullptr;
-        sizes_[g] = plus(sizes_[g], is_group(instance) && may_merge(instance) ? sizes_[group_of(instance)] : 1);
+        // What is empty counts too: the way goes there.
+        const bool merged = is_group(instance) && may_merge(instance);
+        sizes_[g] = plus(sizes_[g], merged ? std::max(sizes_[group_of(instance)], std::uint64_t{1}) : 1);
         if (is_group(instance)) below = std::max(below, height_[group_of(instance)]);
       }
       height_[g] = below + 1;
@@ -146,7 +148,7 @@ class Merger {
   /// Depth first, in the order of the instances.
   void merge(std::size_t g) {
     std::vector<Step> way;
-    way.push_back({rows_of(Affine{}), g, 0, kInvalidId, Instance{}});
+    way.push_back({rows_of(Affine{}), g, 0, MergedWay::kBegin, Instance{}});
     while (!way.empty()) {
       Step& step = way.back();
       if (step.next == scene_.groups[step.group].size()) {
@@ -168,7 +170,7 @@ class Merger {
       }
       if (merges(instance, whole.mask)) {
         result_.steps.push_back(here);
-        way.push_back({to_scene, group_of(instance), 0, static_cast<std::uint32_t>(result_.steps.size() - 1), whole});
+        way.push_back({to_scene, group_of(instance), 0, result_.steps.size() - 1, whole});
         continue;
       }
       if (is_group(whole)) used_[group_of(whole)] = true;
@@ -218,7 +220,7 @@ std::vector<std::uint32_t> MergedLevels::way_of(std::uint32_t i, std::size_t gro
   std::vector<std::uint32_t> way;
   MergedWay at = ways[group][i];
   way.push_back(at.instance);
-  while (at.before != kInvalidId) {
+  while (at.before != MergedWay::kBegin) {
     at = steps[at.before];
     way.push_back(at.instance);
   }
