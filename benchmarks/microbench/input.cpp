@@ -26,11 +26,11 @@ tl::unexpected<build::Error> fail(const fs::path& path, const std::string& what)
   return tl::unexpected<build::Error>(build::Error{ErrorCode::kInvalidInput, path.string() + ": " + what});
 }
 
-/// Files of a folder with that extension, sorted.
+/// Files of a folder (empty: the current one) with that extension, sorted.
 std::vector<fs::path> list_files(const fs::path& folder, const char* extension) {
   std::vector<fs::path> files;
   std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder.empty() ? fs::path(".") : folder, error))
     if (entry.path().extension() == extension) files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
@@ -145,13 +145,15 @@ build::Result<RayBuffer> load_rays(const fs::path& path) {
                    std::move(batch->rays)};
 }
 
-build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const fs::path& camera_file, const Picture& picture) {
+build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const fs::path& camera_file, const Picture& picture,
+                                                bool only_primary) {
   const auto camera = choose_camera(tree, camera_file, static_cast<double>(picture.width) / picture.height);
   if (!camera) return tl::unexpected(camera.error());
   const std::string order = picture.order == PixelOrder::kTiles ? "generated, pixel by pixel, in tiles of 8 x 4"
                                                                 : "generated, pixel by pixel, row by row";
   std::vector<RayBuffer> sets{{"primary", false, order, primary_rays(*camera, picture)}};
   set_times(sets[0].rays);
+  if (only_primary) return sets;
   const std::vector<Ray> rays = sets[0].rays;
   std::vector<Hit> hits(rays.size());
   const SceneView scene = make_scene_view(tree.view);

@@ -58,7 +58,8 @@ struct Picture {
 /// Kinds primary, ao (any hit, at most a tenth of the scene's diagonal long), shadow (any hit, to a point below the
 /// middle of the top of the scene's bounds) and diffuse, traced on the CPU.
 /// @param camera_file of tools::parse_camera(); empty: tools::automatic_camera().
+/// @param only_primary nothing is traced, which takes long for large pictures.
 build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const std::filesystem::path& camera_file,
-                                                const Picture& picture);
+                                                const Picture& picture, bool only_primary);
 
 }  // namespace hiprt::bench

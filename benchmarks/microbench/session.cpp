@@ -79,7 +79,8 @@ class Session {
     auto files = options_.ray_files;
     if (files.empty()) files = find_rays(tree.path.parent_path(), tree.scene);
     if (files.empty()) {
-      auto made = make_rays(tree, options_.camera_file, options_.picture);
+      const bool only_primary = options_.kinds == std::vector<std::string>{"primary"};
+      auto made = make_rays(tree, options_.camera_file, options_.picture, only_primary);
       if (!made) return tl::unexpected(made.error());
       rays_ = std::move(*made);
     }

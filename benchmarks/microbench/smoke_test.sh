@@ -33,6 +33,14 @@ expect 0 "1296 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedura
 expect 0 "1295 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
   --kinds=primary,diffuse --tests=accurate --pixels=tiles --device=cpu --width=37 --height=35 --repetitions=1 "--json=$work/tiles.json"
 holds "$work/tiles.json" 'in tiles of 8 x 4'
+# Rays beside a tree, in the current folder too: two of them, for closest hits.
+cp "$scenes/procedural.float.bvh" "$work/beside.float.bvh"
+python3 -c 'import struct, sys
+ray = struct.pack("<8f", 0, 0, 0, 0, 0, 0, 1, 1e30)
+open(sys.argv[1], "wb").write(struct.pack("<2I", 2, 0) + ray + ray)' "$work/beside.two.rays"
+for tree in "$work/beside.float.bvh" beside.float.bvh; do
+  expect 0 "beside.float.bvh, two: 2 rays" env -C "$work" "$(realpath "$program")" --device=cpu --repetitions=1 "--bvh=$tree"
+done
 expect 2 "--pixels=columns: expected rows or tiles" "$program" "${small[@]}" "--scenes=$scenes" --pixels=columns
 expect 2 "--layouts=octree: no compiled variant has it" "$program" "${small[@]}" "--scenes=$scenes" --layouts=octree
 expect 2 "unknown argument '--unknown'" "$program" --unknown
