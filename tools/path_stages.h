@@ -20,7 +20,8 @@ struct PathBatch {
   HIPRT_HD std::uint32_t paths() const { return pixels() * samples; }
 };
 
-/// A path on its way; number = sample * pixels + pixel.
+/// A path on its way; number = pixel * samples + sample: those of a pixel are traced by neighbouring lanes, which part
+/// ways later than those of neighbouring pixels.
 struct PathState {
   Vec3 throughput;
   float density;  ///< With which the last direction was chosen; 0: it is the camera's.
@@ -90,8 +91,8 @@ struct Step {
 struct Pixel {
   std::uint32_t x, y, sample;
 
-  HIPRT_HD Pixel(const PathBatch& batch, std::uint32_t path) : sample(batch.first_sample + path / batch.pixels()) {
-    const std::uint32_t pixel = path % batch.pixels();
+  HIPRT_HD Pixel(const PathBatch& batch, std::uint32_t path) : sample(batch.first_sample + path % batch.samples) {
+    const std::uint32_t pixel = path / batch.samples;
     const std::uint32_t strip = pixel / (kStrip * batch.width), top = strip * kStrip;
     const std::uint32_t rows = batch.height - top < kStrip ? batch.height - top : kStrip;
     const std::uint32_t within = pixel - top * batch.width;
@@ -249,10 +250,10 @@ struct SumPaths : path_detail::Step {
   using Step::Step;
 
   HIPRT_HD void operator()(std::uint32_t i) const {
-    const path_detail::Pixel at(batch, i);
+    const path_detail::Pixel at(batch, i * batch.samples);
     PathSum& pixel = sums[std::uint64_t{at.y} * scene.settings.width + at.x];
     for (std::uint32_t s = 0; s < batch.samples; ++s) {
-      const Vec3 value = queues.states[s * batch.pixels() + i].radiance;
+      const Vec3 value = queues.states[i * batch.samples + s].radiance;
       ++pixel.samples;
       // NaN fails too.
       if (!(max_component(value) <= std::numeric_limits<float>::max()) || value.x != value.x || value.y != value.y ||

@@ -18,6 +18,9 @@ constexpr std::uint32_t kTileSize = 32;
 /// Samples between two looks at the picture, at most.
 constexpr std::uint32_t kMostSamplesOfPass = 64;
 
+/// Samples of a pixel that neighbouring lanes of a GPU trace, if there are so many (decision 0017).
+constexpr std::uint32_t kSideBySide = 16;
+
 /// A wave's steps on the calling thread.
 class CpuPathEngine {
  public:
@@ -85,7 +88,8 @@ class Pass {
   build::Result<void> on_gpu(GpuPathTracer& gpu, std::uint32_t first, std::uint32_t samples,
                              const std::function<void(double)>& progress) {
     const PathSettings& settings = scene_.settings;
-    const std::uint32_t rows = std::clamp(gpu.capacity() / settings.width, 1u, settings.height);
+    const std::uint32_t side_by_side = std::min(samples, kSideBySide);
+    const std::uint32_t rows = std::clamp(gpu.capacity() / (settings.width * side_by_side), 1u, settings.height);
     const std::uint32_t together = std::max(1u, gpu.capacity() / (rows * settings.width));
     for (std::uint32_t top = 0; top < settings.height; top += rows)
       for (std::uint32_t s = 0; s < samples && !interrupted(); s += together) {
