@@ -86,7 +86,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     Outcome outcome = Outcome::kFinished;
     NodeRef stopped_node = kInvalidRef, stopped_leaf = kInvalidRef;
     // Lanes enter instances together: behind the tests of triangles, which some have first; in batches before the
-    // search, so that new rays need not wait for the others (on many levels that costs more than it saves: 0014).
+    // search, so that new rays need not wait for the others (on more levels that changes nothing: 0014).
     constexpr bool kEntersFirst = Schedule::kBatchOnly && P::kLevels == 1;
     for (;;) {
       if constexpr (Schedule::kTogether) {
