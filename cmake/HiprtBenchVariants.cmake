@@ -12,8 +12,8 @@ set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
-set(hiprt_values_stacks private=PrivatePlace shared=SharedPlace rolling=RollingPlace rolling-pool=RollingPoolPlace
-  global=GlobalPlace restart=RestartPlace)
+set(hiprt_values_stacks private=PrivatePlace shared-ways=SharedWaysPlace shared=SharedPlace rolling=RollingPlace
+  rolling-pool=RollingPoolPlace global=GlobalPlace restart=RestartPlace)
 # batchN has the default kSearchAbove, batchNvM the one of M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
   batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)
@@ -50,6 +50,7 @@ set(hiprt_selections_small
   "features=triangles,splits,filter,custom schedules=postponed queries=closest"
   "features=custom schedules=batch12v0 queries=any"
   "features=levels1,levels8,moving2 schedules=postponed queries=closest"
+  "features=levels1 stacks=shared-ways schedules=batch16 queries=closest"
   "features=custom schedules=postponed queries=all"
   "layouts=float tests=watertight-hardware queries=closest"
   "layouts=half tests=hardware schedules=immediate queries=closest")
@@ -64,6 +65,7 @@ set(hiprt_selections_full
   "layouts=planes,quantized schedules=postponed,batch12 tests=fast queries=any orders=sorted"
   "layouts=* schedules=postponed,batch12 features=triangles,splits,masks,filter,custom"
   "layouts=planes,quantized schedules=postponed,batch12 features=levels1,levels2,levels8,levels32,moving1,moving2"
+  "layouts=planes,quantized stacks=private,shared-ways schedules=immediate,postponed,batch12,batch16 features=levels1"
   "layouts=planes,quantized schedules=postponed,batch1,batch12 blocks=*"
   "layouts=planes,quantized stacks=rolling schedules=batch12 blocks=*"
   "layouts=* queries=all schedules=immediate,postponed features=triangles,masks"
@@ -143,6 +145,10 @@ function(hiprt_can_be variable)
     return()
   endif()
   if(stack STREQUAL "restart" AND NOT order STREQUAL "sorted" AND NOT (order STREQUAL "stored" AND usual STREQUAL "stored"))
+    return()
+  endif()
+  # More levels would not fit into the shared memory of a block.
+  if(stack STREQUAL "shared-ways" AND NOT features MATCHES "^(levels|moving)[12]$")
     return()
   endif()
   set(${variable} TRUE PARENT_SCOPE)

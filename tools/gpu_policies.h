@@ -18,10 +18,18 @@ enum class GpuStack {
 inline constexpr unsigned kGpuPrivateStack = 192;
 inline constexpr unsigned kGpuRing = 8;
 
+/// WholeWave<fetch_below, search_above>.
+struct GpuSchedule {
+  unsigned fetch_below = 12, search_above = 4;
+};
+
 struct GpuPolicy {
   std::string_view architectures;  ///< What the names of the architectures begin with.
   GpuStack stack;
-  unsigned fetch_below;  ///< WholeWave<fetch_below>.
+  GpuSchedule schedule;
+  GpuSchedule schedule_of_levels;  ///< Where there is more than one level of instances, and no motion.
+  /// Whether one level's LevelWays are in shared memory, where nothing moves; else in the thread's own.
+  bool shared_ways;
   unsigned block;        ///< Threads of a block, a multiple of 64: waves are whole.
   /// What the compiler makes room for in registers. NVIDIA: blocks per multiprocessor; AMD: waves per SIMD.
   unsigned min_blocks;
@@ -30,9 +38,9 @@ struct GpuPolicy {
 
 /// The first that fits is taken. sm_, private stack: measured on an H200 (sm_90). The others are not measured.
 inline constexpr std::array<GpuPolicy, 3> kGpuPolicies{{
-    {"gfx", GpuStack::kRolling, 16, 64, 1, 1},
-    {"sm_", GpuStack::kPrivate, 12, 64, 14, 12},
-    {"sm_", GpuStack::kRolling, 12, 64, 14, 12},
+    {"gfx", GpuStack::kRolling, {16, 4}, {16, 4}, false, 64, 1, 1},
+    {"sm_", GpuStack::kPrivate, {12, 4}, {1, 0}, true, 64, 14, 12},
+    {"sm_", GpuStack::kRolling, {12, 4}, {1, 0}, true, 64, 14, 12},
 }};
 
 constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound) {

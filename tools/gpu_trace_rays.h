@@ -31,9 +31,15 @@ template <std::size_t kPolicy>
 using StackOfPolicy = std::conditional_t<kGpuPolicies[kPolicy].stack == GpuStack::kPrivate,
                                          PrivateStack<kGpuPrivateStack>, RollingStack<kGpuRing>>;
 
-template <std::size_t kPolicy, class Layout, class Triangle, class Boxes>
+template <class Kind> constexpr GpuSchedule schedule_of(const GpuPolicy& policy) {
+  return Kind::kLevels > 1 && !Kind::kMoves ? policy.schedule_of_levels : policy.schedule;
+}
+
+/// But for the levels.
+template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes>
 struct FlatPolicies : Policies<Layout, Triangle, Boxes, StackOfPolicy<kPolicy>> {
-  using Schedule = WholeWave<kGpuPolicies[kPolicy].fetch_below>;
+  static constexpr GpuSchedule kSchedule = schedule_of<Kind>(kGpuPolicies[kPolicy]);
+  using Schedule = WholeWave<kSchedule.fetch_below, kSchedule.search_above>;
 };
 
 template <unsigned kLevels, bool kMoves, class Flat> struct PoliciesOfLevels { using Type = Instanced<Flat, kLevels>; };
@@ -60,6 +66,21 @@ constexpr unsigned least_resident(const GpuPolicy& policy, bool levels) {
   return levels ? policy.min_blocks_of_levels : policy.min_blocks;
 }
 
+/// use(storage) with the storage of this lane's stack, but for the levels.
+template <std::size_t kPolicy, class Use>
+__device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
+  using Stack = StackOfPolicy<kPolicy>;
+  if constexpr (kGpuPolicies[kPolicy].stack == GpuStack::kPrivate) {
+    typename Stack::Memory memory;
+    use(typename Stack::Storage(memory, &job.counts->overflowed_rays));
+  } else {
+    constexpr unsigned kBlock = kGpuPolicies[kPolicy].block;
+    __shared__ StackEntry ring[kBlock * Stack::kEntriesPerThread];
+    const Spill spill = grid_spill(job.spill, gridDim.x * kBlock, job.spill_entries, blockIdx.x * kBlock + threadIdx.x);
+    use(typename Stack::Storage(ring, threadIdx.x, kBlock, spill, &job.counts->overflowed_rays));
+  }
+}
+
 /// @param storage of this lane's stack.
 template <class Kind, class Search>
 __device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Search::Storage& storage) {
@@ -81,28 +102,23 @@ template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class B
 __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block,
                                   least_resident(kGpuPolicies[kPolicy], Kind::kLevels > 1 || Kind::kMoves))
     trace_rays(GpuTraceJob job) {
-  using Flat = FlatPolicies<kPolicy, Layout, Triangle, Boxes>;
+  using Flat = FlatPolicies<Kind, kPolicy, Layout, Triangle, Boxes>;
   using P = typename PoliciesOfLevels<Kind::kLevels, Kind::kMoves, Flat>::Type;
   using Filter = typename Kind::Filter;
   using Primitives = typename Kind::Primitives;
   using Search =
       std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, AnyHit<P, Filter, Primitives>>;
-  if constexpr (kGpuPolicies[kPolicy].stack == GpuStack::kPrivate) {
-    typename P::Stack::Memory memory;
-    trace_all<Kind, Search>(job, {memory, &job.counts->overflowed_rays});
-  } else {
-    constexpr unsigned kBlock = kGpuPolicies[kPolicy].block;
-    __shared__ StackEntry ring[kBlock * P::Stack::kEntriesPerThread];
-    const Spill spill = grid_spill(job.spill, gridDim.x * kBlock, job.spill_entries, blockIdx.x * kBlock + threadIdx.x);
-    const typename StackOfPolicy<kPolicy>::Storage stack(ring, threadIdx.x, kBlock, spill,
-                                                         &job.counts->overflowed_rays);
-    if constexpr (Kind::kLevels != 0) {
+  with_stack<kPolicy>(job, [&](const auto& stack) HIPRT_INLINE_LAMBDA {
+    if constexpr (Kind::kLevels == 1 && !Kind::kMoves && kGpuPolicies[kPolicy].shared_ways) {
+      __shared__ LevelWays<1> ways[kGpuPolicies[kPolicy].block];
+      trace_all<Kind, Search>(job, {stack, ways[threadIdx.x]});
+    } else if constexpr (Kind::kLevels != 0) {
       LevelWays<Kind::kLevels> ways;
       trace_all<Kind, Search>(job, {stack, ways});
     } else {
       trace_all<Kind, Search>(job, stack);
     }
-  }
+  });
 }
 
 template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes>

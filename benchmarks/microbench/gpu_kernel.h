@@ -59,6 +59,9 @@ struct PrivatePlace {
   }
 };
 
+/// The same, with what rays of instances need on their ways in and out (LevelWays) in shared memory.
+struct SharedWaysPlace : PrivatePlace {};
+
 /// No global memory: rays that need more entries fail, and are counted.
 struct SharedPlace {
   using Stack = SharedStack<24>;
@@ -188,7 +191,10 @@ template <Query kQuery, class Asked> __device__ HIPRT_INLINE Answer ask(Asked& q
 /// use(storage of P's stack).
 template <class P, unsigned kBlock, class Use> __device__ HIPRT_INLINE void with_storage(const GpuJob& job, Use&& use) {
   P::StackPlace::template with<kBlock>(job, [&](const auto& storage) {
-    if constexpr (P::kLevels != 0) {
+    if constexpr (std::is_same_v<typename P::StackPlace, SharedWaysPlace>) {
+      __shared__ LevelWays<P::kLevels> ways[kBlock];
+      use(typename P::Stack::Storage(storage, ways[threadIdx.x]));
+    } else if constexpr (P::kLevels != 0) {
       LevelWays<P::kLevels> ways;
       use(typename P::Stack::Storage(storage, ways));
     } else {

@@ -18,6 +18,13 @@ template <class Real> struct EnteredObject {
 
 /// The ray of a query, and its slabs outside of each instance that it is in, for the way out. Then what is on the ray's
 /// way, and three ways through instances: the ray's, the hit's, and that of the hit before.
+///
+/// A thread's own memory will do. In batches (trace_batch()) of rays that part ways, one level's are better in shared
+/// memory, 76 bytes per thread: a GPU's local memory is laid out for lanes that go together (decision 0014).
+///
+///     __shared__ hiprt::LevelWays<1> ways[kBlock];
+///     Tracer::Stack::Storage storage(hiprt::PrivateStack<>::Storage(memory), ways[threadIdx.x]);
+///
 /// @tparam Real of the rays.
 template <unsigned kLevels, class Real = float> struct LevelWays {
   BasicRay<Real> ray;

@@ -197,8 +197,9 @@ TEST_CASE("a scene is traced where it lies while the next is made") {
     scene.groups.push_back(frames[frame]);
     scene.build({.bounds = InstanceBounds::kChildren});
     scene.groups.pop_back();
-    const auto device = must(trace_instances(reports[frame], rays, nullptr, stage.allocator));
     const auto host = trace_instances(scene.view(), rays);
+    const auto device = must(trace_instances(reports[frame], rays, MemoryOfStacks::kThread, nullptr, stage.allocator));
+    CHECK(must(trace_instances(reports[frame], rays, MemoryOfStacks::kShared, nullptr, stage.allocator)) == device);
     CHECK(std::count_if(host.begin(), host.end(), [](const auto& a) { return a.primitive != kInvalidId; }) > 50);
     CHECK(device == host);
   }

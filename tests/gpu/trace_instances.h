@@ -17,9 +17,17 @@ struct InstanceAnswer {
   friend bool operator==(const InstanceAnswer&, const InstanceAnswer&) = default;
 };
 
-/// By the default policies for two levels of instances, of layout kPlanes; as host() with the file's view.
+/// Where a ray's stack and ways (LevelWays) are.
+enum class MemoryOfStacks {
+  kThread,
+  kShared,  ///< A rolling stack's ring, and the ways.
+};
+
+/// By the default policies but for the stack, for two levels of instances, of layout kPlanes.
 gpu::Result<std::vector<InstanceAnswer>> trace_instances(const gpu::InstanceReport* report, std::span<const Ray> rays,
-                                                         hipStream_t stream, gpu::Allocator& allocator);
+                                                         MemoryOfStacks memory, hipStream_t stream,
+                                                         gpu::Allocator& allocator);
+/// On the host.
 std::vector<InstanceAnswer> trace_instances(const SceneView& view, std::span<const Ray> rays);
 
 }  // namespace hiprt::checks
