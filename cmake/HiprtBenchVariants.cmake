@@ -66,6 +66,8 @@ set(hiprt_selections_full
   "layouts=* schedules=postponed,batch12 features=triangles,splits,masks,filter,custom"
   "layouts=planes,quantized schedules=postponed,batch12 features=levels1,levels2,levels8,levels32,moving1,moving2"
   "layouts=planes,quantized stacks=private,shared-ways schedules=immediate,postponed,batch12,batch16 features=levels1"
+  "layouts=planes,quantized schedules=postponed,batch12 features=moving1 blocks=64x12,64x10"
+  "layouts=planes,quantized schedules=postponed,batch12,batch1v0 queries=closest features=levels8 blocks=64x12"
   "layouts=planes,quantized schedules=postponed,batch1,batch12 blocks=*"
   "layouts=planes,quantized stacks=rolling schedules=batch12 blocks=*"
   "layouts=* queries=all schedules=immediate,postponed features=triangles,masks"

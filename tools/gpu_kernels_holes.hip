@@ -18,6 +18,7 @@ GpuTraceKernel find_kernel_through_holes(std::size_t policy, const SceneView& sc
   const bool moves = (scene.features & feature_bit(Feature::kMotion)) != 0;
   if (scene.levels == 0) return default_kernel(KernelKind<0, false, CutOut>{}, policy, scene, query);
   if (scene.levels == 1 && !moves) return default_kernel(KernelKind<1, false, CutOut>{}, policy, scene, query);
+  if (scene.levels == 1) return default_kernel(KernelKind<1, true, CutOut>{}, policy, scene, query);
   return default_kernel(KernelKind<kTraceLevels, true, CutOut>{}, policy, scene, query);
 }
 

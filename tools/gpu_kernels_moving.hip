@@ -1,4 +1,4 @@
-// The traversal on the GPU of scenes whose instances move.
+// The traversal on the GPU of scenes of more than one level of instances that move.
 
 #include "gpu_trace_rays.h"
 

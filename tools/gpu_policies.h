@@ -30,17 +30,18 @@ struct GpuPolicy {
   GpuSchedule schedule_of_levels;  ///< Where there is more than one level of instances, and no motion.
   /// Whether one level's LevelWays are in shared memory, where nothing moves; else in the thread's own.
   bool shared_ways;
-  unsigned block;        ///< Threads of a block, a multiple of 64: waves are whole.
+  unsigned block;  ///< Threads of a block, a multiple of 64: waves are whole.
   /// What the compiler makes room for in registers. NVIDIA: blocks per multiprocessor; AMD: waves per SIMD.
   unsigned min_blocks;
-  unsigned min_blocks_of_levels;  ///< The same where there is more than one level of instances, or motion.
+  unsigned min_blocks_of_levels;  ///< The same where there is more than one level of instances.
+  unsigned min_blocks_of_motion;  ///< Where instances move that hold triangles only.
 };
 
 /// The first that fits is taken. sm_, private stack: measured on an H200 (sm_90). The others are not measured.
 inline constexpr std::array<GpuPolicy, 3> kGpuPolicies{{
-    {"gfx", GpuStack::kRolling, {16, 4}, {16, 4}, false, 64, 1, 1},
-    {"sm_", GpuStack::kPrivate, {12, 4}, {1, 0}, true, 64, 14, 12},
-    {"sm_", GpuStack::kRolling, {12, 4}, {1, 0}, true, 64, 14, 12},
+    {"gfx", GpuStack::kRolling, {16, 4}, {16, 4}, false, 64, 1, 1, 1},
+    {"sm_", GpuStack::kPrivate, {12, 4}, {1, 0}, true, 64, 14, 12, 10},
+    {"sm_", GpuStack::kRolling, {12, 4}, {1, 0}, true, 64, 14, 12, 10},
 }};
 
 constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound) {

@@ -62,13 +62,13 @@ template <class Primitives> __device__ HIPRT_INLINE Primitives make_primitives(c
     return Primitives(scene);
 }
 
-constexpr unsigned least_resident(const GpuPolicy& policy, bool levels) {
-  return levels ? policy.min_blocks_of_levels : policy.min_blocks;
+template <class Kind> constexpr unsigned least_resident(const GpuPolicy& policy) {
+  if (Kind::kMoves && std::is_same_v<typename Kind::Primitives, NoPrimitives>) return policy.min_blocks_of_motion;
+  return Kind::kLevels > 1 ? policy.min_blocks_of_levels : policy.min_blocks;
 }
 
 /// use(storage) with the storage of this lane's stack, but for the levels.
-template <std::size_t kPolicy, class Use>
-__device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
+template <std::size_t kPolicy, class Use> __device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
   using Stack = StackOfPolicy<kPolicy>;
   if constexpr (kGpuPolicies[kPolicy].stack == GpuStack::kPrivate) {
     typename Stack::Memory memory;
@@ -99,8 +99,7 @@ __device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Se
 }
 
 template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes, Query kQuery>
-__global__ void __launch_bounds__(kGpuPolicies[kPolicy].block,
-                                  least_resident(kGpuPolicies[kPolicy], Kind::kLevels > 1 || Kind::kMoves))
+__global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Kind>(kGpuPolicies[kPolicy]))
     trace_rays(GpuTraceJob job) {
   using Flat = FlatPolicies<Kind, kPolicy, Layout, Triangle, Boxes>;
   using P = typename PoliciesOfLevels<Kind::kLevels, Kind::kMoves, Flat>::Type;
@@ -204,6 +203,7 @@ GpuTraceKernel find_kernel_of(std::size_t policy, NodeLayout layout, Query query
 using FlatKernels = KernelKind<0>;
 using OneLevelKernels = KernelKind<1>;
 using LevelsKernels = KernelKind<kTraceLevels>;
+using OneMovingLevelKernels = KernelKind<1, true>;
 using MovingKernels = KernelKind<kTraceLevels, true>;
 using FlatShapeKernels = KernelKind<0, false, NoFilter, SceneShapes>;
 /// With or without holes: one kernel, because they take long to compile.
@@ -212,6 +212,8 @@ using ShapeKernels = KernelKind<kTraceLevels, true, CutOut, SceneShapes>;
 extern template GpuTraceKernel find_kernel_of<FlatKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<OneLevelKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<LevelsKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of<OneMovingLevelKernels>(std::size_t, NodeLayout, Query,
+                                                                     const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<MovingKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<FlatShapeKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<ShapeKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
