@@ -98,9 +98,9 @@ template <unsigned kLevels, class Real> class KeptRay {
  public:
   template <class Storage>
   HIPRT_HD HIPRT_INLINE KeptRay(const BasicRay<Real>& ray, const Storage& storage) : ways_(storage.ways) {
-    stack_detail::in_memory(ways_).ray = ray;
+    stack_detail::in_memory(ways_).ray.get() = ray;
   }
-  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return stack_detail::in_memory(ways_).ray; }
+  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return stack_detail::in_memory(ways_).ray.get(); }
 
  private:
   LevelWays<kLevels, Real>* ways_;

@@ -5,6 +5,7 @@
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/stack.h>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace hiprt {
@@ -16,25 +17,32 @@ template <class Real> struct EnteredObject {
   Real origin[3], direction[3];
 };
 
+/// Room for a ray. A BasicRay has initialisers, which variables in shared memory must not have.
+template <class Real> struct RoomForRay {
+  alignas(BasicRay<Real>) std::byte bytes[sizeof(BasicRay<Real>)];
+  HIPRT_HD HIPRT_INLINE BasicRay<Real>& get() { return *reinterpret_cast<BasicRay<Real>*>(bytes); }
+};
+
 /// The ray of a query, and its slabs outside of each instance that it is in, for the way out. Then what is on the ray's
 /// way, and three ways through instances: the ray's, the hit's, and that of the hit before.
 ///
 /// A thread's own memory will do. In batches (trace_batch()) of rays that part ways, one level's are better in shared
-/// memory, 76 bytes per thread: a GPU's local memory is laid out for lanes that go together (decision 0014).
+/// memory, 76 bytes per thread: NVIDIA's local memory is laid out for lanes that go together (decision 0014). On AMD,
+/// where accesses through this pointer find out the kind of memory at run time, nothing is measured.
 ///
 ///     __shared__ hiprt::LevelWays<1> ways[kBlock];
 ///     Tracer::Stack::Storage storage(hiprt::PrivateStack<>::Storage(memory), ways[threadIdx.x]);
 ///
 /// @tparam Real of the rays.
 template <unsigned kLevels, class Real = float> struct LevelWays {
-  BasicRay<Real> ray;
+  RoomForRay<Real> ray;
   KeptSlabs outside[kLevels];
   EnteredObject<Real> entered[kLevels];
   std::uint32_t instance[3 * kLevels];
 };
 /// One level needs no more than numbers for its ways.
 template <class Real> struct LevelWays<1, Real> {
-  BasicRay<Real> ray;
+  RoomForRay<Real> ray;
   KeptSlabs outside[1];
 };
 

@@ -99,7 +99,11 @@ TEST_CASE("a GPU's hits on many levels, and of what moves, are the CPU's") {
   compare(random_scene(NodeLayout::kPlanes, 3), Query::kClosest, TriangleTestKind::kWatertight, 4000);
   compare(random_scene(NodeLayout::kQuantized, 2), Query::kAny, TriangleTestKind::kWatertight, 4000);
   compare(random_scene(NodeLayout::kFloat, 2, true), Query::kClosest, TriangleTestKind::kWatertight, 4000);
-  compare(random_scene(NodeLayout::kPlanes, 1, true), Query::kAny, TriangleTestKind::kWatertight, 4000);
+  for (const auto& [name, layout] : kLayouts) {
+    CAPTURE(name);
+    compare(random_scene(layout, 1, true), Query::kClosest, TriangleTestKind::kWatertight, 4000);
+    compare(random_scene(layout, 1, true), Query::kAny, TriangleTestKind::kWatertight, 1000);
+  }
 }
 
 TEST_CASE("a GPU's hits of spheres and curves are the CPU's, flat and in instances that move") {
