@@ -15,7 +15,7 @@ GpuTraceKernel find_trace_kernel(std::size_t policy, const SceneView& scene, Que
     return scene.levels == 0 ? find_kernel_of<FlatShapeKernels>(policy, layout, query, policies)
                              : find_kernel_of<ShapeKernels>(policy, layout, query, policies);
   if (has(Feature::kMotion))
-    return scene.levels <= 1 ? find_kernel_of<OneMovingLevelKernels>(policy, layout, query, policies)
+    return scene.levels == 1 ? find_kernel_of<OneMovingLevelKernels>(policy, layout, query, policies)
                              : find_kernel_of<MovingKernels>(policy, layout, query, policies);
   if (scene.levels == 0) return find_kernel_of<FlatKernels>(policy, layout, query, policies);
   return scene.levels == 1 ? find_kernel_of<OneLevelKernels>(policy, layout, query, policies)

@@ -20,7 +20,7 @@ inline constexpr unsigned kGpuRing = 8;
 
 /// WholeWave<fetch_below, search_above>.
 struct GpuSchedule {
-  unsigned fetch_below = 12, search_above = 4;
+  unsigned fetch_below, search_above;
 };
 
 struct GpuPolicy {
