@@ -79,9 +79,9 @@ HIPRT_HD HIPRT_INLINE float reciprocal(float a) {
 #endif
 }
 
-/// RaySlabs as they lie in memory.
+/// What makes RaySlabs anew without a division.
 struct KeptSlabs {
-  float rcp[3], near_offset[3], far_offset[3];
+  float rcp[3], margin;
 };
 
 /// A ray prepared for slabs: distance to a plane p of axis k = p * rcp[k] + offset[k].
@@ -108,25 +108,18 @@ template <class Lanes> struct RaySlabs {
     prepare(2, ray.origin.z, ray.direction.z, floor, margin);
   }
 
-  HIPRT_HD HIPRT_INLINE explicit RaySlabs(const KeptSlabs& kept) {
-    const auto take = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
-      rcp[axis] = Lanes::uniform(kept.rcp[axis]);
-      near_offset[axis] = Lanes::uniform(kept.near_offset[axis]);
-      far_offset[axis] = Lanes::uniform(kept.far_offset[axis]);
-    };
-    take(0);
-    take(1);
-    take(2);
+  /// @param origin of the ray whose slabs were kept.
+  HIPRT_HD HIPRT_INLINE RaySlabs(const KeptSlabs& kept, const Vec3& origin) {
+    put(0, origin.x, kept.rcp[0], kept.margin);
+    put(1, origin.y, kept.rcp[1], kept.margin);
+    put(2, origin.z, kept.rcp[2], kept.margin);
   }
-  HIPRT_HD HIPRT_INLINE void keep(KeptSlabs& kept) const {
-    const auto put = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
-      kept.rcp[axis] = Lanes::value(rcp[axis]);
-      kept.near_offset[axis] = Lanes::value(near_offset[axis]);
-      kept.far_offset[axis] = Lanes::value(far_offset[axis]);
-    };
-    put(0);
-    put(1);
-    put(2);
+  /// @param margin that they were made with.
+  HIPRT_HD HIPRT_INLINE void keep(KeptSlabs& kept, float margin) const {
+    kept.rcp[0] = Lanes::value(rcp[0]);
+    kept.rcp[1] = Lanes::value(rcp[1]);
+    kept.rcp[2] = Lanes::value(rcp[2]);
+    kept.margin = margin;
   }
 
  private:
@@ -134,8 +127,10 @@ template <class Lanes> struct RaySlabs {
     const bool down = std::bit_cast<std::int32_t>(direction) < 0;
     const float length = max_of(absolute(direction), floor);
     const float magnitude = within_range(max_of(reciprocal(length), std::numeric_limits<float>::min()));
-    const float signed_rcp = down ? -magnitude : magnitude;
-    const float widening = margin * magnitude;
+    put(axis, origin, down ? -magnitude : magnitude, margin);
+  }
+  HIPRT_HD HIPRT_INLINE void put(unsigned axis, float origin, float signed_rcp, float margin) {
+    const float widening = margin * absolute(signed_rcp);
     const float offset = -origin * signed_rcp;
     rcp[axis] = Lanes::uniform(signed_rcp);
     near_offset[axis] = Lanes::uniform(within_range(offset - widening));
@@ -236,8 +231,8 @@ HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const Ray
     return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side(axis) ^ 1u), slabs.rcp(axis),
                        slabs.far_offset(axis));
   };
-  const auto first = Lanes::max(Lanes::max(enter(0), enter(1)), Lanes::max(enter(2), tmin));
-  const auto last = Lanes::min(Lanes::min(leave(0), leave(1)), Lanes::min(leave(2), tmax));
+  const auto first = Lanes::first_in(enter(0), enter(1), enter(2), tmin);
+  const auto last = Lanes::last_in(leave(0), leave(1), leave(2), tmax);
   return {first, last, load_present(node)};
 }
 

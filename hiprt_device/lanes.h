@@ -61,6 +61,20 @@ HIPRT_HD HIPRT_INLINE float larger(float a, float b) {
 #endif
 }
 
+/// The largest of four, none a NaN and d 0 or more, not -0: the bits of floats that are not negative order as integers
+/// do, below 0 is whatever is negative.
+HIPRT_HD HIPRT_INLINE float largest_by_bits(float a, float b, float c, float d) {
+  const auto later = [](std::int32_t x, std::int32_t y) HIPRT_INLINE_LAMBDA { return x > y ? x : y; };
+  const auto bits = [](float x) HIPRT_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
+  return std::bit_cast<float>(later(later(later(bits(a), bits(b)), bits(c)), bits(d)));
+}
+/// The smallest of four, none a NaN; where some are negative (-0 counts), any of those.
+HIPRT_HD HIPRT_INLINE float smallest_by_bits(float a, float b, float c, float d) {
+  const auto sooner = [](std::int32_t x, std::int32_t y) HIPRT_INLINE_LAMBDA { return x < y ? x : y; };
+  const auto bits = [](float x) HIPRT_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
+  return std::bit_cast<float>(sooner(sooner(sooner(bits(a), bits(b)), bits(c)), bits(d)));
+}
+
 /// Four lanes in an array; loops over lanes are unrolled by the compiler.
 /// @tparam Real float; double for the triangle tests of double rays, which load floats too.
 template <class Real> struct BasicArrayLanes {
@@ -160,6 +174,25 @@ template <class Real> struct BasicArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float max(const Float& a, Uniform b) {
     return map([&](int i) HIPRT_INLINE_LAMBDA { return larger(a.lane[i], b); });
   }
+  /// Where a ray is in all of three slabs, from where it enters them and begins, and from where it leaves them and
+  /// ends.
+  /// @param begin, end 0 or more; begin not -0. first_in() <= last_in() is what it would be for exact largest and
+  /// smallest ones, unless the ray leaves at -0 exactly: then it may be true.
+  HIPRT_HD static HIPRT_INLINE Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    // Hopper has one instruction for the largest of three integers.
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });
+#else
+    return max(max(a, b), max(c, begin));
+#endif
+  }
+  HIPRT_HD static HIPRT_INLINE Float last_in(const Float& a, const Float& b, const Float& c, Uniform end) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return smallest_by_bits(a.lane[i], b.lane[i], c.lane[i], end); });
+#else
+    return min(min(a, b), min(c, end));
+#endif
+  }
   HIPRT_HD static HIPRT_INLINE Float magnitude(const Float& a) {
     return map([&](int i) HIPRT_INLINE_LAMBDA { return __builtin_fabsf(a.lane[i]); });
   }
@@ -242,6 +275,8 @@ struct SimdLanes {
 #endif
   static HIPRT_INLINE Float min(Float a, Float b) { return _mm_min_ps(a, b); }
   static HIPRT_INLINE Float max(Float a, Float b) { return _mm_max_ps(a, b); }
+  static HIPRT_INLINE Float first_in(Float a, Float b, Float c, Uniform begin) { return max(max(a, b), max(c, begin)); }
+  static HIPRT_INLINE Float last_in(Float a, Float b, Float c, Uniform end) { return min(min(a, b), min(c, end)); }
   static HIPRT_INLINE Float magnitude(Float a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
   static HIPRT_INLINE float largest(Float a) {
     const Float no_nan = _mm_min_ps(a, _mm_set1_ps(std::numeric_limits<float>::infinity()));

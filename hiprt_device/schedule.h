@@ -42,12 +42,12 @@ template <unsigned kFetchBelow = 12, unsigned kSearchAbove = 4> struct WholeWave
   /// Whether to go on through box nodes. @param searches whether this lane looks for a leaf.
   HIPRT_HD static HIPRT_INLINE bool search_on(LaneMask group, bool searches) {
     if constexpr (kSearchAbove == 0) return group_any(group, searches);
-    return lane_count(group_ballot(group, searches)) * 32 > kSearchAbove * wave_size();
+    return lane_count(group_ballot(group, searches)) > kSearchAbove * wave_size() / 32;
   }
   /// @param may_pause whether there are rays to fetch. The same for all lanes, as is the result.
   HIPRT_HD static HIPRT_INLINE bool leaves(LaneMask group, bool busy, bool may_pause) {
     const unsigned lanes = lane_count(group_ballot(group, busy));
-    return lanes == 0 || (may_pause && lanes * 32 < kFetchBelow * wave_size());
+    return lanes == 0 || (may_pause && lanes < (kFetchBelow * wave_size() + 31) / 32);
   }
 };
 

@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <concepts>
+#include <limits>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -35,11 +36,21 @@ static_assert(!is_box(kExitRef) && kExitRef < kOverflowRef);
 /// Neither node nor leaf: kInvalidRef or kOverflowRef.
 HIPRT_HD constexpr bool is_end(NodeRef ref) { return ref >= kOverflowRef; }
 
+/// What an empty stack pops that has a bottom (kHasBottom): the end, at no distance too far, whatever that is compared
+/// with. So pop() need not ask whether there is anything.
+template <class Entry> HIPRT_HD HIPRT_INLINE Entry bottom_entry() {
+  if constexpr (std::same_as<Entry, NodeRef>)
+    return kInvalidRef;
+  else
+    return make_entry(-std::numeric_limits<float>::infinity(), kInvalidRef);
+}
+
 /// Children that a node may leave on the stack.
 inline constexpr unsigned kMostPushed = kBranching - 1;
 
 /// A stack of one kind of entry (StackEntry or NodeRef), as a ray uses it. has_room(): whether kMostPushed more entries
-/// fit; asked once per node, before push(). pop() needs !empty(). So a stack never overflows whose capacity is at least
+/// fit; asked once per node, before push(). pop() needs !empty(), unless the stack says kHasBottom: then it gives
+/// bottom_entry() as often as it is asked. So a stack never overflows whose capacity is at least
 /// the scene's stack bound + kMostPushed.
 template <class T, class Entry, class Storage>
 concept StackOf = requires(T stack, const T& constant, Entry entry, const Storage& storage) {
@@ -84,14 +95,15 @@ template <class Stack, class Entry> class StackBacktrack {
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
-    while (!stack_.empty()) {
+    while (kHasBottom || !stack_.empty()) {
       const Entry entry = stack_.pop();
-      if (entry_distance(entry) <= limit) return entry_ref(entry);
+      if (!(entry_distance(entry) > limit)) return entry_ref(entry);
     }
     return kInvalidRef;
   }
 
  private:
+  static constexpr bool kHasBottom = requires { Stack::template Of<Entry>::kHasBottom; };
   typename Stack::template Of<Entry> stack_;
 };
 

@@ -52,7 +52,9 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
         prepared_(kHasLevels && scene.instances != nullptr ? PreparedRay(BasicRay<Real>{}) : PreparedRay(ray)),
         tmin_(max_of(ray.tmin, Real(0))),
         way_(storage, root),
-        node_(root) {}
+        node_(root) {
+    keep_slabs(scene.instances != nullptr, margin(scene, ray));
+  }
 
   /// Starts again at the root, for the part of the ray from tmin on.
   HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const BasicRay<Real>& ray, Real tmin,
@@ -62,6 +64,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       levels_.restart(scene);
       boxes_ = BoxRay<Real>(ray, scene.bounds, ray.tmax);
       prepare(ray, margin(scene, ray));
+      keep_slabs(scene.instances != nullptr, margin(scene, ray));
     }
     way_ = Way(storage, scene.root);
     node_ = scene.root;
@@ -91,13 +94,13 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     for (;;) {
       if constexpr (Schedule::kTogether) {
         if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
-        if constexpr (kHasLevels && kEntersFirst) enter_instance(scene, ray, limit, counter);
+        if constexpr (kHasLevels && kEntersFirst) enter_instance<Primitives>(scene, ray, limit, counter);
         find_leaves_together(scene, ray, limit, counter, group);
       } else {
         if (is_end(leaf_)) find_leaf(scene, ray, limit, counter);
         if (is_end(leaf_)) return outcome;
       }
-      while (!is_end(leaf_) && !is_at_instance(scene)) {
+      while (!is_end(leaf_) && !is_at_instance<Primitives>(scene)) {
         if (!test_leaf(scene, ray, limit, primitives, counter, visit)) {
           outcome = Outcome::kStopped;
           if constexpr (!Schedule::kTogether) return outcome;
@@ -107,7 +110,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
         }
         if (Schedule::kTogether && is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
       }
-      if constexpr (kHasLevels && !kEntersFirst) enter_instance(scene, ray, limit, counter);
+      if constexpr (kHasLevels && !kEntersFirst) enter_instance<Primitives>(scene, ray, limit, counter);
       if constexpr (Schedule::kTogether) {
         const bool busy = !is_end(node_) || (kHasLevels && kEntersFirst && !is_end(leaf_));
         if (!Schedule::leaves(group, busy, may_pause)) continue;
@@ -119,7 +122,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       } else {
         if (kHasLevels && leaf_ == kOverflowRef) return outcome;
         node_ = way_.pop(boxes_.far_end(limit));
-        leave_instances(scene, ray, limit, counter);
+        if (kHasLevels && node_ == kExitRef) leave_instances(scene, ray, limit, counter);
       }
     }
   }
@@ -165,12 +168,18 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     prepared_ = PreparedRay(ray);
   }
 
+  /// For the way out of instances, where there are any.
+  HIPRT_HD HIPRT_INLINE void keep_slabs(bool has_instances, float margin) {
+    if constexpr (kHasLevels)
+      if (has_instances) slabs_.keep(levels_.slabs(), margin);
+  }
+
   /// Through box nodes to the next run of leaves, or the end.
   HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const Kept& ray, Real limit,
                                        typename P::Counter& counter) {
     while (is_box(node_)) {
       node_ = visit_boxes(scene, ray, limit, counter);
-      leave_instances(scene, ray, limit, counter);
+      if (kHasLevels && node_ == kExitRef) leave_instances(scene, ray, limit, counter);
     }
     leaf_ = node_;
   }
@@ -192,8 +201,10 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const Kept& ray, Real limit,
                                        typename P::Counter& counter) {
     if constexpr (kHasLevels) {
-      leave_instances(scene, ray, limit, counter);
-      if (is_box(node_)) return;
+      if (node_ == kExitRef) {
+        leave_instances(scene, ray, limit, counter);
+        if (is_box(node_)) return;
+      }
     }
     leaf_ = node_;
     if (!is_end(leaf_)) node_ = way_.pop(boxes_.far_end(limit));
@@ -233,11 +244,13 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   }
 
   /// Whether the leaf at hand is an instance's.
-  HIPRT_HD HIPRT_INLINE bool is_at_instance(const SceneView& scene) const {
-    if constexpr (kHasLevels)
-      return ref_type(leaf_) == NodeType::kProcedural && levels_.instances(scene) != nullptr;
-    else
+  template <class Primitives> HIPRT_HD HIPRT_INLINE bool is_at_instance(const SceneView& scene) const {
+    if constexpr (!kHasLevels)
       return false;
+    else if constexpr (!has_custom<Primitives>())
+      return ref_type(leaf_) == NodeType::kProcedural;
+    else
+      return ref_type(leaf_) == NodeType::kProcedural && levels_.instances(scene) != nullptr;
   }
 
   /// Tests the leaf at hand, no instance's, and steps to the next of its run. @return false if the visitor stopped.
@@ -279,7 +292,6 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Kept& ray, Real limit,
                                              typename P::Counter& counter) {
     if constexpr (kHasLevels) {
-      if (node_ != kExitRef) return;
       do {
         if constexpr (kObserved) counter.on_exit();
         levels_.leave(scene);
@@ -291,7 +303,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
         node_ = way_.pop(boxes_.far_end(limit));
       } while (node_ == kExitRef);
       // Outside there are instances only: no triangle is tested.
-      if (!is_end(node_)) slabs_ = RaySlabs<Lanes>(levels_.slabs());
+      if (!is_end(node_)) slabs_ = RaySlabs<Lanes>(levels_.slabs(), boxes_.ray(levels_.ray(scene, ray.get())).origin);
     }
   }
 
@@ -302,9 +314,10 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
 
   /// On with the object of the instance at hand, if there is one and the ray sees it. Its leaf has one primitive, the
   /// instance or a part of it, and is alone in its run.
+  template <class Primitives>
   HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Kept& ray, Real limit,
                                             typename P::Counter& counter) {
-    if (is_end(leaf_) || !is_at_instance(scene)) return;
+    if (is_end(leaf_) || !is_at_instance<Primitives>(scene)) return;
     const auto& leaf = *reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_));
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
     leaf_ = kInvalidRef;
@@ -329,10 +342,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     }
     if (P::Schedule::kTogether && !is_end(node_)) way_.later(entry_of(node_));
     // Where nothing is left outside, nobody has to find the way out.
-    if (kObserved || !way_.empty()) {
-      way_.later(entry_of(kExitRef));
-      slabs_.keep(levels_.slabs());
-    }
+    if (kObserved || !way_.empty()) way_.later(entry_of(kExitRef));
     if constexpr (P::Schedule::kTogether)
       node_ = entered_ref(leaf.info);
     else
@@ -342,10 +352,12 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     levels_.enter(scene, instance, object, local);
     boxes_ = BoxRay<Real>(local, object.bounds, limit);
     // In a group of instances no triangle is tested.
-    if (P::kLevels > 1 && object.instances != 0)
+    if (P::kLevels > 1 && object.instances != 0) {
       slabs_ = RaySlabs<Lanes>(boxes_.ray(local), margin(object, local));
-    else
+      keep_slabs(true, margin(object, local));
+    } else {
       prepare(local, margin(object, local));
+    }
   }
 
   /// Of a node that is visited whatever its distance.

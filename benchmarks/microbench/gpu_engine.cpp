@@ -142,6 +142,8 @@ class GpuEngine final : public Engine {
                   "hipOccupancyMaxActiveBlocksPerMultiprocessor");
         !got)
       return tl::unexpected(got.error());
+    if (auto divided = gpu::divide_l1(function, static_cast<unsigned>(blocks), attributes.sharedSizeBytes); !divided)
+      return tl::unexpected(divided.error());
     hipDeviceProp_t properties{};
     if (auto got = check(hipGetDeviceProperties(&properties, device_.index), "hipGetDeviceProperties"); !got)
       return tl::unexpected(got.error());

@@ -3,6 +3,7 @@
 
 #include <hiprt_build/gpu/error.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
@@ -140,8 +141,36 @@ Result<void> launch(void (*kernel)(Parameters...), std::uint64_t count, hipStrea
   return launch_detail::start(*plan, stream, addresses.data());
 }
 
+/// Leaves L1 as much as can be of the memory that an NVIDIA multiprocessor divides between L1 and shared memory: tells
+/// the driver how much these blocks need, which takes more by itself. On AMD these are not one memory.
+/// @param resident blocks of @p kernel on a multiprocessor. @param bytes of shared memory that each has.
+inline Result<void> divide_l1([[maybe_unused]] const void* kernel, [[maybe_unused]] unsigned resident,
+                              [[maybe_unused]] std::size_t bytes) {
+#if defined(__HIP_PLATFORM_NVIDIA__)
+  if (bytes == 0) return {};
+  int device = 0, most = 0, reserved = 0;
+  auto done = check(hipGetDevice(&device), "hipGetDevice");
+  if (done)
+    done = check(hipDeviceGetAttribute(&most, hipDeviceAttributeMaxSharedMemoryPerMultiprocessor, device),
+                 "hipDeviceGetAttribute", "MaxSharedMemoryPerMultiprocessor");
+  if (done)
+    done = check(hipDeviceGetAttribute(&reserved, hipDeviceAttributeReservedSharedMemPerBlock, device),
+                 "hipDeviceGetAttribute", "ReservedSharedMemPerBlock");
+  if (!done) return done;
+  const std::uint64_t needed = std::uint64_t{resident} * (bytes + static_cast<std::uint64_t>(reserved));
+  // In percent; the driver goes up to the next division that there is.
+  const std::uint64_t percent =
+      (100 * needed + static_cast<std::uint64_t>(most) - 1) / static_cast<std::uint64_t>(most);
+  return check(hipFuncSetAttribute(kernel, hipFuncAttributePreferredSharedMemoryCarveout,
+                                   static_cast<int>(std::min<std::uint64_t>(percent, 100))),
+               "hipFuncSetAttribute", "PreferredSharedMemoryCarveout");
+#else
+  return {};
+#endif
+}
+
 /// Blocks of @p block threads that the whole device holds at once: the grid of a kernel whose blocks fetch work until
-/// there is none.
+/// there is none. Divides L1 for them (divide_l1()).
 /// @param block more than 0.
 /// @param dynamic_shared_bytes of a block.
 /// @return at least 1, or kInvalidInput with the limit if not even one block fits.
@@ -163,6 +192,9 @@ Result<unsigned> persistent_grid(void (*kernel)(Parameters...), unsigned block, 
   if (!done) return tl::unexpected(std::move(done.error()));
   if (resident < 1 || units < 1)
     return fail(ErrorCode::kInvalidInput, launch_detail::describe(*plan), ": not one block fits on a compute unit");
+  const auto divided =
+      divide_l1(plan->kernel, static_cast<unsigned>(resident), plan->attributes.sharedSizeBytes + dynamic_shared_bytes);
+  if (!divided) return tl::unexpected(divided.error());
   return static_cast<unsigned>(resident) * static_cast<unsigned>(units);
 }
 

@@ -23,11 +23,11 @@ template <class Real> struct RoomForRay {
   HIPRT_HD HIPRT_INLINE BasicRay<Real>& get() { return *reinterpret_cast<BasicRay<Real>*>(bytes); }
 };
 
-/// The ray of a query, and its slabs outside of each instance that it is in, for the way out. Then what is on the ray's
-/// way, and three ways through instances: the ray's, the hit's, and that of the hit before.
+/// The ray of a query, and what makes its slabs outside of each instance that it is in, for the way out. Then what is
+/// on the ray's way, and three ways through instances: the ray's, the hit's, and that of the hit before.
 ///
 /// A thread's own memory will do. In batches (trace_batch()) of rays that part ways, one level's are better in shared
-/// memory, 76 bytes per thread: NVIDIA's local memory is laid out for lanes that go together (decision 0014). On AMD,
+/// memory, 56 bytes per thread: NVIDIA's local memory is laid out for lanes that go together (decision 0014). On AMD,
 /// where accesses through this pointer find out the kind of memory at run time, nothing is measured.
 ///
 ///     __shared__ hiprt::LevelWays<1> ways[kBlock];

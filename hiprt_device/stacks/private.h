@@ -15,7 +15,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// all of it out of registers.
 template <unsigned kEntries = 192> struct PrivateStack {
   struct Memory {
-    StackEntry entries[kEntries];
+    StackEntry entries[kEntries + 1];  ///< The bottom first.
   };
 
   struct Storage : OverflowCount {
@@ -28,15 +28,23 @@ template <unsigned kEntries = 192> struct PrivateStack {
 
   template <class Entry> class Of {
    public:
-    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {}
-    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries; }
+    static constexpr bool kHasBottom = true;
+
+    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {
+      entries_[0] = bottom_entry<Entry>();
+    }
+    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
     HIPRT_HD HIPRT_INLINE void push(Entry entry) { entries_[size_++] = entry; }
-    HIPRT_HD HIPRT_INLINE Entry pop() { return static_cast<Entry>(entries_[--size_]); }
-    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
+    HIPRT_HD HIPRT_INLINE Entry pop() {
+      const unsigned top = size_ - 1;
+      size_ = top > 1 ? top : 1;
+      return static_cast<Entry>(entries_[top]);
+    }
+    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 1; }
 
    private:
     StackEntry* entries_;
-    unsigned size_ = 0;
+    unsigned size_ = 1;  ///< With the bottom.
   };
 };
 

@@ -137,6 +137,13 @@ TEST_CASE("a persistent grid fills the device and no more") {
   const unsigned half = must(gpu::persistent_grid(nothing, 64, 20000));
   CHECK(half > 0);
   CHECK(half < must(gpu::persistent_grid(nothing, 64)));
+  // What it tells the driver of shared memory leaves room for all of these blocks.
+  for (const std::size_t bytes : {std::size_t{16}, std::size_t{3584}, std::size_t{20000}}) {
+    CAPTURE(bytes);
+    const unsigned blocks = must(gpu::persistent_grid(nothing, 64, bytes));
+    CHECK(must(gpu::persistent_grid(nothing, 64, bytes)) == blocks);
+  }
+  CHECK(must(gpu::persistent_grid(nothing, 64, 20000)) == half);
   CHECK(error_of(gpu::persistent_grid(nothing, 0)).code == ErrorCode::kInvalidInput);
   CHECK(error_of(gpu::persistent_grid(nothing, 2048)).code == ErrorCode::kInvalidInput);
   CHECK(error_of(gpu::persistent_grid(nothing, 64, 1 << 20)).code == ErrorCode::kInvalidInput);

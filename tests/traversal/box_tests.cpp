@@ -14,6 +14,16 @@ template <class Layout> bool round(NodeBoxes& boxes) {
   return true;
 }
 
+/// The way of GPUs that have one instruction for the largest of three integers.
+struct BitLanes : ArrayLanes {
+  static Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
+    return map([&](int i) { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });
+  }
+  static Float last_in(const Float& a, const Float& b, const Float& c, Uniform end) {
+    return map([&](int i) { return smallest_by_bits(a.lane[i], b.lane[i], c.lane[i], end); });
+  }
+};
+
 template <class Layout, class Lanes, class Policy>
 std::uint32_t passing(const Ray& ray, const NodeBoxes& boxes, const Box& bounds) {
   typename Layout::Node node{};
@@ -35,6 +45,8 @@ constexpr NamedBoxTest kTests[] = {
     test<FloatLayout, ArrayLanes, Conservative>("conservative float array"),
     test<HalfLayout, ArrayLanes, Conservative>("conservative half array"),
     test<QuantizedLayout, ArrayLanes, Conservative>("conservative quantized array"),
+    test<PlanesLayout, BitLanes, Conservative>("conservative planes bits"),
+    test<QuantizedLayout, BitLanes, Conservative>("conservative quantized bits"),
     test<PlanesLayout, DefaultLanes, Conservative>("conservative planes simd"),
     test<FloatLayout, DefaultLanes, Conservative>("conservative float simd"),
     test<HalfLayout, DefaultLanes, Conservative>("conservative half simd"),

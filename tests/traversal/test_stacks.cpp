@@ -13,6 +13,8 @@
 #include <tests/traversal/workers.h>
 
 #include <catch2/catch.hpp>
+#include <limits>
+#include <type_traits>
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -141,6 +143,38 @@ TEST_CASE("a stack that is too small says so", "[stack]") {
   SECTION("shared") { check_overflow<SharedStack<5>>(scene); }
   SECTION("rolling") { check_overflow<RollingStack<4>>(scene, 2); }
   SECTION("global") { check_overflow<GlobalStack>(scene, 6); }
+}
+
+TEMPLATE_TEST_CASE("an empty private stack gives the end, as often as it is asked and whatever the limit", "[stack]",
+                   StackEntry, NodeRef) {
+  using Stack = PrivateStack<7>;
+  const auto entry = [](unsigned i) {
+    const NodeRef ref = make_ref(64 * i, NodeType::kBox32);
+    if constexpr (std::is_same_v<TestType, NodeRef>)
+      return ref;
+    else
+      return make_entry(static_cast<float>(i), ref);
+  };
+  Stack::Memory memory;
+  const Stack::Storage place(memory);
+  StackBacktrack<Stack, TestType> way(place, kInvalidRef);
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (const float limit : {infinity, 1.0f, 0.0f, -0.0f, std::numeric_limits<float>::quiet_NaN(), -1.0f}) {
+    CAPTURE(limit);
+    CHECK(way.empty());
+    CHECK(way.pop(limit) == kInvalidRef);
+    CHECK(way.pop(limit) == kInvalidRef);
+    CHECK(way.empty());
+  }
+  // Full, and empty again.
+  for (unsigned round = 0; round < 2; ++round) {
+    for (unsigned i = 0; i < 7; ++i) {
+      CHECK(way.make_room() == (i + kMostPushed <= 7));
+      way.later(entry(i));
+    }
+    for (unsigned i = 7; i-- > 0;) CHECK(way.pop(infinity) == entry_ref(entry(i)));
+    CHECK(way.pop(infinity) == kInvalidRef);
+  }
 }
 
 TEST_CASE("a private stack that is too small says so", "[stack]") {

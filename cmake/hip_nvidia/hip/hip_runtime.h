@@ -28,6 +28,12 @@ inline constexpr hipDeviceAttribute_t hipDeviceAttributeMaxGridDimX = cudaDevAtt
 inline constexpr hipDeviceAttribute_t hipDeviceAttributeMaxGridDimY = cudaDevAttrMaxGridDimY;
 inline constexpr hipDeviceAttribute_t hipDeviceAttributeMaxGridDimZ = cudaDevAttrMaxGridDimZ;
 inline constexpr hipDeviceAttribute_t hipDeviceAttributeMultiprocessorCount = cudaDevAttrMultiProcessorCount;
+inline constexpr hipDeviceAttribute_t hipDeviceAttributeMaxSharedMemoryPerMultiprocessor =
+    cudaDevAttrMaxSharedMemoryPerMultiprocessor;
+inline constexpr hipDeviceAttribute_t hipDeviceAttributeReservedSharedMemPerBlock =
+    cudaDevAttrReservedSharedMemoryPerBlock;
+inline constexpr cudaFuncAttribute hipFuncAttributePreferredSharedMemoryCarveout =
+    cudaFuncAttributePreferredSharedMemoryCarveout;
 inline constexpr hipMemcpyKind hipMemcpyHostToDevice = cudaMemcpyHostToDevice;
 inline constexpr hipMemcpyKind hipMemcpyDeviceToHost = cudaMemcpyDeviceToHost;
 inline constexpr hipMemcpyKind hipMemcpyDeviceToDevice = cudaMemcpyDeviceToDevice;
@@ -123,6 +129,9 @@ inline hipError_t hipGraphDestroy(hipGraph_t graph) { return cudaGraphDestroy(gr
 
 inline hipError_t hipFuncGetAttributes(hipFuncAttributes* attributes, const void* kernel) {
   return cudaFuncGetAttributes(attributes, kernel);
+}
+inline hipError_t hipFuncSetAttribute(const void* kernel, cudaFuncAttribute attribute, int value) {
+  return cudaFuncSetAttribute(kernel, attribute, value);
 }
 /// Blocks that one multiprocessor holds at once.
 inline hipError_t hipOccupancyMaxActiveBlocksPerMultiprocessor(int* blocks, const void* kernel, int block,
