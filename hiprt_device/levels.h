@@ -67,6 +67,14 @@ struct ObjectPlace {
     else
       return (instances[i]);
   }
+  /// A ray, as instance @p i sees it.
+  template <bool kMoves, class Real>
+  HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(std::uint32_t i, const BasicRay<Real>& ray) const {
+    if constexpr (kMoves)
+      return ray_to_object(instance<kMoves>(i, ray.time), ray);
+    else
+      return ray_to_object(load_record(instances[i]), ray);
+  }
   /// Its motion; nullptr: it stands still.
   template <bool kMoves> HIPRT_HD HIPRT_INLINE const MotionRecord* motion(std::uint32_t i) const {
     return kMoves && motions != nullptr && motions[i].count != 0 ? &motions[i] : nullptr;
@@ -149,7 +157,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
                                                 const BasicRay<Real>& of_object) const {
     const ObjectPlace place = object_ == nullptr ? ObjectPlace(scene) : ObjectPlace(scene, *object_);
-    return ray_to_object(place.template instance<kMoves>(instance, of_object.time), of_object);
+    return place.template ray_into<kMoves>(instance, of_object);
   }
   HIPRT_HD HIPRT_INLINE InstancePath<kLevels> path() const {
     InstancePath<kLevels> path;
@@ -227,7 +235,7 @@ template <bool kMoves, class Real> class Levels<1, kMoves, Real> {
   }
   HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
                                                 const BasicRay<Real>& of_scene) const {
-    return ray_to_object(ObjectPlace(scene).template instance<kMoves>(instance, of_scene.time), of_scene);
+    return ObjectPlace(scene).template ray_into<kMoves>(instance, of_scene);
   }
   HIPRT_HD HIPRT_INLINE InstancePath<1> path() const { return {depth(), {depth() == 0 ? 0 : instance_}}; }
   HIPRT_HD HIPRT_INLINE std::uint32_t depth() const { return instance_ == kInvalidId ? 0 : 1; }

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -56,6 +57,26 @@ HIPRT_HD HIPRT_INLINE Words load_words(const void* address) {
   std::memcpy(&words, address, sizeof(words));
   return words;
 #endif
+}
+
+namespace memory_detail {
+
+template <std::size_t kCount> struct WordsOf { Words part[kCount]; };
+
+template <std::size_t... kPart>
+HIPRT_HD HIPRT_INLINE WordsOf<sizeof...(kPart)> load_parts(const void* address, std::index_sequence<kPart...>) {
+  return {{load_words(static_cast<const std::byte*>(address) + kPart * sizeof(Words))...}};
+}
+
+}  // namespace memory_detail
+
+/// A record in loads of 16 bytes, but for those of which nothing is used: lanes that read different records pay for
+/// every load.
+/// @param record in the scene, which no one writes meanwhile, at a multiple of 16 bytes.
+template <class Record> HIPRT_HD HIPRT_INLINE Record load_record(const Record& record) {
+  static_assert(sizeof(Record) % sizeof(Words) == 0);
+  return std::bit_cast<Record>(
+      memory_detail::load_parts(&record, std::make_index_sequence<sizeof(Record) / sizeof(Words)>{}));
 }
 
 /// The same address, about which the compiler knows nothing: what is read and computed from it again need not be kept

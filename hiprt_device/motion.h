@@ -3,6 +3,7 @@
 
 #include <hiprt_device/format/affine.h>
 #include <hiprt_device/format/motion.h>
+#include <hiprt_device/memory.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -106,15 +107,16 @@ HIPRT_HD HIPRT_INLINE float part_of(float begin, float end, float time) {
 }
 
 /// The instance as it is at a time: a record that stands still, good for all of instance.h.
-/// @param base first byte of the file that has the instance.
+/// @param instance, of_motion, base in the file that has the instance: its records, and its first byte.
 /// @param time any, not NaN: before the first key and behind the last the instance is where it is there.
-HIPRT_HD HIPRT_OUTLINE InstanceRecord at_time(const InstanceRecord& instance, const MotionRecord& motion,
+HIPRT_HD HIPRT_OUTLINE InstanceRecord at_time(const InstanceRecord& instance, const MotionRecord& of_motion,
                                               const std::byte* base, float time) {
-  InstanceRecord placed = instance;
+  InstanceRecord placed = load_record(instance);
+  const MotionRecord motion = load_record(of_motion);
   if (motion.count == 0) return placed;
   const auto* segments = reinterpret_cast<const MotionSegment*>(base + motion.segments);
-  const MotionSegment& segment =
-      segments[segment_at(motion.count, time, [&](std::uint32_t i) { return segments[i].time[0]; })];
+  const MotionSegment segment =
+      load_record(segments[segment_at(motion.count, time, [&](std::uint32_t i) { return segments[i].time[0]; })]);
   const float s = part_of(segment.time[0], segment.time[1], time);
   for (unsigned k = 0; k < 3; ++k)
     placed.translation[k] = motion_detail::between(segment.translation[0][k], segment.translation[1][k], 1.0f - s, s);

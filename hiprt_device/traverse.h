@@ -318,7 +318,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
   HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Kept& ray, Real limit,
                                             typename P::Counter& counter) {
     if (is_end(leaf_) || !is_at_instance<Primitives>(scene)) return;
-    const auto& leaf = *reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_));
+    const CustomLeaf leaf = load_record(*reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_)));
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
     leaf_ = kInvalidRef;
     // Elsewhere the run's box is the leaf's, which the ray meets.
@@ -331,7 +331,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       }
     }
     const std::uint32_t instance = leaf.info.primitive[0];
-    const InstanceRecord& record = levels_.instances(scene)[instance];
+    const InstanceRecord record = load_record(levels_.instances(scene)[instance]);
     if constexpr (requires { counter.on_instance(); }) counter.on_instance();
     if ((record.mask & ray.get().mask) == 0 || node_ == kOverflowRef) return;
     const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray(scene, ray.get()));
@@ -347,9 +347,10 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
       node_ = entered_ref(leaf.info);
     else
       way_.later(entry_of(entered_ref(leaf.info)));
-    const ObjectRecord& object = scene.objects[record.object];
+    const ObjectRecord& in_file = scene.objects[record.object];
+    const ObjectRecord object = load_record(in_file);
     if constexpr (kObserved) counter.on_enter(instance);
-    levels_.enter(scene, instance, object, local);
+    levels_.enter(scene, instance, in_file, local);
     boxes_ = BoxRay<Real>(local, object.bounds, limit);
     // In a group of instances no triangle is tested.
     if (P::kLevels > 1 && object.instances != 0) {
