@@ -153,6 +153,10 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     ray.direction = {at.direction[0], at.direction[1], at.direction[2]};
     return ray;
   }
+  /// The same before the ray enters an instance.
+  HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_before(const SceneView& scene, const BasicRay<Real>& of_scene) const {
+    return ray(scene, of_scene);
+  }
   /// A ray of the object at hand, as an instance of it sees it.
   HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
                                                 const BasicRay<Real>& of_object) const {
@@ -232,6 +236,10 @@ template <bool kMoves, class Real> class Levels<1, kMoves, Real> {
   }
   HIPRT_HD HIPRT_INLINE BasicRay<Real> ray(const SceneView& scene, const BasicRay<Real>& of_scene) const {
     return depth() == 0 ? of_scene : ray_into(scene, instance_, of_scene);
+  }
+  /// Instances are in the scene only.
+  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& ray_before(const SceneView&, const BasicRay<Real>& of_scene) const {
+    return of_scene;
   }
   HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
                                                 const BasicRay<Real>& of_scene) const {

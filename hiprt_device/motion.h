@@ -111,9 +111,13 @@ HIPRT_HD HIPRT_INLINE float part_of(float begin, float end, float time) {
 /// @param time any, not NaN: before the first key and behind the last the instance is where it is there.
 HIPRT_HD HIPRT_OUTLINE InstanceRecord at_time(const InstanceRecord& instance, const MotionRecord& of_motion,
                                               const std::byte* base, float time) {
-  InstanceRecord placed = load_record(instance);
   const MotionRecord motion = load_record(of_motion);
-  if (motion.count == 0) return placed;
+  if (motion.count == 0) return load_record(instance);
+  InstanceRecord placed{};
+  placed.object = instance.object;
+  placed.mask = instance.mask;
+  placed.id = instance.id;
+  placed.flags = instance.flags;
   const auto* segments = reinterpret_cast<const MotionSegment*>(base + motion.segments);
   const MotionSegment segment =
       load_record(segments[segment_at(motion.count, time, [&](std::uint32_t i) { return segments[i].time[0]; })]);

@@ -334,7 +334,7 @@ template <PolicySet P, class Order, bool kResumable, class Test = typename P::Tr
     const InstanceRecord record = load_record(levels_.instances(scene)[instance]);
     if constexpr (requires { counter.on_instance(); }) counter.on_instance();
     if ((record.mask & ray.get().mask) == 0 || node_ == kOverflowRef) return;
-    const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray(scene, ray.get()));
+    const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray_before(scene, ray.get()));
     if (!is_traceable(local)) return;
     if (!way_.make_room()) {
       node_ = leaf_ = kOverflowRef;

@@ -108,7 +108,7 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Ki
   using Search =
       std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, AnyHit<P, Filter, Primitives>>;
   with_stack<kPolicy>(job, [&](const auto& stack) HIPRT_INLINE_LAMBDA {
-    if constexpr (Kind::kLevels == 1 && !Kind::kMoves && kGpuPolicies[kPolicy].shared_ways) {
+    if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_ways) {
       __shared__ LevelWays<1> ways[kGpuPolicies[kPolicy].block];
       trace_all<Kind, Search>(job, {stack, ways[threadIdx.x]});
     } else if constexpr (Kind::kLevels != 0) {

@@ -59,6 +59,8 @@ build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& p
     return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound, " with ",
                      scene.view.levels, " levels of instances");
   const GpuPolicy& policy = kGpuPolicies[chosen];
+  if (auto divided = gpu::divide_l1(reinterpret_cast<const void*>(kernel), policy.block); !divided)
+    return tl::unexpected(std::move(divided.error()));
   const auto blocks = gpu::persistent_grid(kernel, policy.block);
   if (!blocks) return tl::unexpected(blocks.error());
   Launch launch{kernel, policy.block, *blocks, 0, with_paths};

@@ -136,14 +136,9 @@ class GpuEngine final : public Engine {
     hipFuncAttributes attributes{};
     if (auto got = check(hipFuncGetAttributes(&attributes, function), "hipFuncGetAttributes"); !got)
       return tl::unexpected(got.error());
-    int blocks = 0;
-    if (auto got =
-            check(hipOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, function, static_cast<int>(kernel.block), 0),
-                  "hipOccupancyMaxActiveBlocksPerMultiprocessor");
-        !got)
-      return tl::unexpected(got.error());
-    if (auto divided = gpu::divide_l1(function, static_cast<unsigned>(blocks), attributes.sharedSizeBytes); !divided)
-      return tl::unexpected(divided.error());
+    if (auto divided = gpu::divide_l1(function, kernel.block); !divided) return tl::unexpected(divided.error());
+    const auto blocks = gpu::resident_blocks(function, kernel.block, 0);
+    if (!blocks) return tl::unexpected(blocks.error());
     hipDeviceProp_t properties{};
     if (auto got = check(hipGetDeviceProperties(&properties, device_.index), "hipGetDeviceProperties"); !got)
       return tl::unexpected(got.error());
@@ -151,7 +146,7 @@ class GpuEngine final : public Engine {
     resources.registers = static_cast<unsigned>(attributes.numRegs);
     resources.local_bytes = attributes.localSizeBytes;
     resources.shared_bytes = attributes.sharedSizeBytes;
-    resources.resident_threads = static_cast<unsigned>(blocks) * kernel.block;
+    resources.resident_threads = *blocks * kernel.block;
     resources.occupancy = resources.resident_threads / static_cast<double>(properties.maxThreadsPerMultiProcessor);
     return resources;
   }

@@ -141,13 +141,22 @@ Result<void> launch(void (*kernel)(Parameters...), std::uint64_t count, hipStrea
   return launch_detail::start(*plan, stream, addresses.data());
 }
 
-/// Leaves L1 as much as can be of the memory that an NVIDIA multiprocessor divides between L1 and shared memory: tells
-/// the driver how much these blocks need, which takes more by itself. On AMD these are not one memory.
-/// @param resident blocks of @p kernel on a multiprocessor. @param bytes of shared memory that each has.
-inline Result<void> divide_l1([[maybe_unused]] const void* kernel, [[maybe_unused]] unsigned resident,
-                              [[maybe_unused]] std::size_t bytes) {
+namespace launch_detail {
+
+/// How much of the memory that an NVIDIA multiprocessor divides between L1 and shared memory is to be shared memory;
+/// -1: as the driver likes. On AMD these are not one memory.
+inline Result<void> prefer_shared_memory([[maybe_unused]] const void* kernel, [[maybe_unused]] int percent) {
 #if defined(__HIP_PLATFORM_NVIDIA__)
-  if (bytes == 0) return {};
+  return check(hipFuncSetAttribute(kernel, hipFuncAttributePreferredSharedMemoryCarveout, percent),
+               "hipFuncSetAttribute", "PreferredSharedMemoryCarveout");
+#else
+  return {};
+#endif
+}
+
+/// The least that @p resident blocks need, in percent; the driver goes up to the next division that there is.
+inline Result<int> percent_needed([[maybe_unused]] unsigned resident, [[maybe_unused]] std::size_t bytes) {
+#if defined(__HIP_PLATFORM_NVIDIA__)
   int device = 0, most = 0, reserved = 0;
   auto done = check(hipGetDevice(&device), "hipGetDevice");
   if (done)
@@ -156,21 +165,48 @@ inline Result<void> divide_l1([[maybe_unused]] const void* kernel, [[maybe_unuse
   if (done)
     done = check(hipDeviceGetAttribute(&reserved, hipDeviceAttributeReservedSharedMemPerBlock, device),
                  "hipDeviceGetAttribute", "ReservedSharedMemPerBlock");
-  if (!done) return done;
+  if (!done) return tl::unexpected(std::move(done.error()));
+  if (most < 1) return 100;
   const std::uint64_t needed = std::uint64_t{resident} * (bytes + static_cast<std::uint64_t>(reserved));
-  // In percent; the driver goes up to the next division that there is.
-  const std::uint64_t percent =
-      (100 * needed + static_cast<std::uint64_t>(most) - 1) / static_cast<std::uint64_t>(most);
-  return check(hipFuncSetAttribute(kernel, hipFuncAttributePreferredSharedMemoryCarveout,
-                                   static_cast<int>(std::min<std::uint64_t>(percent, 100))),
-               "hipFuncSetAttribute", "PreferredSharedMemoryCarveout");
+  const auto all = static_cast<std::uint64_t>(most);
+  return static_cast<int>(std::min<std::uint64_t>((100 * needed + all - 1) / all, 100));
 #else
-  return {};
+  return 100;
 #endif
 }
 
+}  // namespace launch_detail
+
+/// Blocks of @p block threads that a compute unit holds at once; 0 if not one fits.
+inline Result<unsigned> resident_blocks(const void* kernel, unsigned block, std::size_t dynamic_shared_bytes) {
+  int resident = 0;
+  const auto done = check(
+      hipOccupancyMaxActiveBlocksPerMultiprocessor(&resident, kernel, static_cast<int>(block), dynamic_shared_bytes),
+      "hipOccupancyMaxActiveBlocksPerMultiprocessor");
+  if (!done) return tl::unexpected(done.error());
+  return resident < 1 ? 0u : static_cast<unsigned>(resident);
+}
+
+/// For kernels that read much through L1 and have shared memory. NVIDIA's driver takes more of the memory that both are
+/// parts of than the blocks need that a multiprocessor holds; this tells it how much that is, until it is called for
+/// the kernel again. On AMD, nothing.
+/// @param block, dynamic_shared_bytes as the kernel will be launched.
+inline Result<void> divide_l1(const void* kernel, unsigned block, std::size_t dynamic_shared_bytes = 0) {
+  const auto plan = launch_detail::make_plan(kernel, {.block = block, .dynamic_shared_bytes = dynamic_shared_bytes});
+  if (!plan) return tl::unexpected(plan.error());
+  const std::size_t bytes = plan->attributes.sharedSizeBytes + dynamic_shared_bytes;
+  // A division made before would limit the blocks.
+  auto done = launch_detail::prefer_shared_memory(kernel, bytes == 0 ? -1 : 100);
+  if (!done || bytes == 0) return done;
+  const auto resident = resident_blocks(kernel, block, dynamic_shared_bytes);
+  if (!resident) return tl::unexpected(resident.error());
+  const auto percent = launch_detail::percent_needed(*resident, bytes);
+  if (!percent) return tl::unexpected(percent.error());
+  return launch_detail::prefer_shared_memory(kernel, *percent);
+}
+
 /// Blocks of @p block threads that the whole device holds at once: the grid of a kernel whose blocks fetch work until
-/// there is none. Divides L1 for them (divide_l1()).
+/// there is none.
 /// @param block more than 0.
 /// @param dynamic_shared_bytes of a block.
 /// @return at least 1, or kInvalidInput with the limit if not even one block fits.
@@ -180,22 +216,17 @@ Result<unsigned> persistent_grid(void (*kernel)(Parameters...), unsigned block, 
   const auto plan = launch_detail::make_plan(reinterpret_cast<const void*>(kernel),
                                              {.block = block, .dynamic_shared_bytes = dynamic_shared_bytes});
   if (!plan) return tl::unexpected(plan.error());
-  int device = 0, units = 0, resident = 0;
+  int device = 0, units = 0;
   auto done = check(hipGetDevice(&device), "hipGetDevice");
   if (done)
     done = check(hipDeviceGetAttribute(&units, hipDeviceAttributeMultiprocessorCount, device), "hipDeviceGetAttribute",
                  "MultiprocessorCount");
-  if (done)
-    done = check(hipOccupancyMaxActiveBlocksPerMultiprocessor(&resident, plan->kernel, static_cast<int>(block),
-                                                              dynamic_shared_bytes),
-                 "hipOccupancyMaxActiveBlocksPerMultiprocessor", launch_detail::describe(*plan));
   if (!done) return tl::unexpected(std::move(done.error()));
-  if (resident < 1 || units < 1)
+  const auto resident = resident_blocks(plan->kernel, block, dynamic_shared_bytes);
+  if (!resident) return fail(resident.error().code, resident.error().message, "; ", launch_detail::describe(*plan));
+  if (*resident < 1 || units < 1)
     return fail(ErrorCode::kInvalidInput, launch_detail::describe(*plan), ": not one block fits on a compute unit");
-  const auto divided =
-      divide_l1(plan->kernel, static_cast<unsigned>(resident), plan->attributes.sharedSizeBytes + dynamic_shared_bytes);
-  if (!divided) return tl::unexpected(divided.error());
-  return static_cast<unsigned>(resident) * static_cast<unsigned>(units);
+  return *resident * static_cast<unsigned>(units);
 }
 
 }  // namespace hiprt::gpu

@@ -137,16 +137,25 @@ TEST_CASE("a persistent grid fills the device and no more") {
   const unsigned half = must(gpu::persistent_grid(nothing, 64, 20000));
   CHECK(half > 0);
   CHECK(half < must(gpu::persistent_grid(nothing, 64)));
-  // What it tells the driver of shared memory leaves room for all of these blocks.
-  for (const std::size_t bytes : {std::size_t{16}, std::size_t{3584}, std::size_t{20000}}) {
-    CAPTURE(bytes);
-    const unsigned blocks = must(gpu::persistent_grid(nothing, 64, bytes));
-    CHECK(must(gpu::persistent_grid(nothing, 64, bytes)) == blocks);
-  }
-  CHECK(must(gpu::persistent_grid(nothing, 64, 20000)) == half);
   CHECK(error_of(gpu::persistent_grid(nothing, 0)).code == ErrorCode::kInvalidInput);
   CHECK(error_of(gpu::persistent_grid(nothing, 2048)).code == ErrorCode::kInvalidInput);
   CHECK(error_of(gpu::persistent_grid(nothing, 64, 1 << 20)).code == ErrorCode::kInvalidInput);
+}
+
+TEST_CASE("L1 is divided so that as many blocks stay resident as without") {
+  const auto* kernel = reinterpret_cast<const void*>(nothing);
+  const unsigned without = must(gpu::persistent_grid(nothing, 64));
+  for (const std::size_t bytes :
+       {std::size_t{0}, std::size_t{16}, std::size_t{3584}, std::size_t{20000}, std::size_t{16}, std::size_t{0}}) {
+    CAPTURE(bytes);
+    must(gpu::divide_l1(kernel, 64));
+    const unsigned blocks = must(gpu::persistent_grid(nothing, 64, bytes));
+    must(gpu::divide_l1(kernel, 64, bytes));
+    CHECK(must(gpu::persistent_grid(nothing, 64, bytes)) == blocks);
+  }
+  CHECK(must(gpu::persistent_grid(nothing, 64)) == without);
+  CHECK(error_of(gpu::divide_l1(kernel, 64, 1 << 20)).code == ErrorCode::kInvalidInput);
+  CHECK(error_of(gpu::divide_l1(kernel, 2048)).code == ErrorCode::kInvalidInput);
 }
 
 TEST_CASE("a stopwatch measures what the stream does") {

@@ -18,6 +18,7 @@ TEST_CASE("without a GPU every door says so", "[.no_device]") {
                                  error_of(ordered.allocate(64, 64, nullptr)),
                                  error_of(gpu::launch(nothing, 1, nullptr, {})),
                                  error_of(gpu::persistent_grid(nothing, 64)),
+                                 error_of(gpu::divide_l1(reinterpret_cast<const void*>(nothing), 64)),
                                  error_of(gpu::Event::make())};
   for (const gpu::Error& error : errors) {
     CHECK(error.code == gpu::ErrorCode::kNoDevice);

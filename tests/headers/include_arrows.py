@@ -22,7 +22,7 @@ import sys
 
 # Headers of hiprt_device that know nothing of scenes: arithmetic, atomic operations, lanes of a wave. Everything else
 # outside format/ is traversal.
-MATH = {'hiprt_device/atomic.h', 'hiprt_device/motion.h', 'hiprt_device/vec.h', 'hiprt_device/wave.h'}
+MATH = {'hiprt_device/atomic.h', 'hiprt_device/memory.h', 'hiprt_device/motion.h', 'hiprt_device/vec.h', 'hiprt_device/wave.h'}
 # What a tracer is given: host code that uploads a scene needs it without the traversal.
 SCENE = {'hiprt_device/scene_view.h'}
 
