@@ -36,8 +36,8 @@ static_assert(!is_box(kExitRef) && kExitRef < kOverflowRef);
 /// Neither node nor leaf: kInvalidRef or kOverflowRef.
 HIPRT_HD constexpr bool is_end(NodeRef ref) { return ref >= kOverflowRef; }
 
-/// What an empty stack pops that has a bottom (kHasBottom): the end, at no distance too far, whatever that is compared
-/// with. So pop() need not ask whether there is anything.
+/// What an empty stack pops that has a bottom (kHasBottom): the end, never too far. So pop() need not ask whether there
+/// is anything.
 template <class Entry> HIPRT_HD HIPRT_INLINE Entry bottom_entry() {
   if constexpr (std::same_as<Entry, NodeRef>)
     return kInvalidRef;
@@ -95,11 +95,19 @@ template <class Stack, class Entry> class StackBacktrack {
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
-    while (kHasBottom || !stack_.empty()) {
-      const Entry entry = stack_.pop();
-      if (!(entry_distance(entry) > limit)) return entry_ref(entry);
+    if constexpr (kHasBottom) {
+      Entry entry = stack_.pop();
+      // Not for the bottom, whatever the limit is.
+      if constexpr (!std::same_as<Entry, NodeRef>)
+        while (entry_distance(entry) > limit) entry = stack_.pop();
+      return entry_ref(entry);
+    } else {
+      while (!stack_.empty()) {
+        const Entry entry = stack_.pop();
+        if (entry_distance(entry) <= limit) return entry_ref(entry);
+      }
+      return kInvalidRef;
     }
-    return kInvalidRef;
   }
 
  private:
