@@ -95,23 +95,18 @@ template <class Stack, class Entry> class StackBacktrack {
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
-    if constexpr (kHasBottom) {
-      Entry entry = stack_.pop();
-      // Not for the bottom, whatever the limit is.
-      if constexpr (!std::same_as<Entry, NodeRef>)
-        while (entry_distance(entry) > limit) entry = stack_.pop();
-      return entry_ref(entry);
-    } else {
-      while (!stack_.empty()) {
-        const Entry entry = stack_.pop();
-        if (entry_distance(entry) <= limit) return entry_ref(entry);
-      }
-      return kInvalidRef;
+    // The bottom is not too far, whatever the limit is.
+    while (kHasBottom || !stack_.empty()) {
+      const Entry entry = stack_.pop();
+      if (kHasBottom ? kNoDistances || !(entry_distance(entry) > limit) : entry_distance(entry) <= limit)
+        return entry_ref(entry);
     }
+    return kInvalidRef;
   }
 
  private:
   static constexpr bool kHasBottom = requires { Stack::template Of<Entry>::kHasBottom; };
+  static constexpr bool kNoDistances = std::same_as<Entry, NodeRef>;
   typename Stack::template Of<Entry> stack_;
 };
 
