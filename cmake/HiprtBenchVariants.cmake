@@ -12,7 +12,8 @@ set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
-set(hiprt_values_stacks private=PrivatePlace shared-ways=SharedWaysPlace shared=SharedPlace rolling=RollingPlace
+set(hiprt_values_stacks private=PrivatePlace shared-ways=SharedWaysPlace tiered=TieredPlace<16> tiered22=TieredPlace<22>
+  tiered-ways=TieredWaysPlace<16> tiered22-ways=TieredWaysPlace<22> shared=SharedPlace rolling=RollingPlace
   rolling-pool=RollingPoolPlace global=GlobalPlace restart=RestartPlace)
 # batchN has the default kSearchAbove, batchNvM the one of M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
@@ -50,7 +51,8 @@ set(hiprt_selections_small
   "features=triangles,splits,filter,custom schedules=postponed queries=closest"
   "features=custom schedules=batch12v0 queries=any"
   "features=levels1,levels8,moving2 schedules=postponed queries=closest"
-  "features=levels1 stacks=shared-ways schedules=batch16 queries=closest"
+  "features=levels1 stacks=shared-ways,tiered-ways schedules=batch16 queries=closest"
+  "stacks=tiered queries=any"
   "features=custom schedules=postponed queries=all"
   "layouts=float tests=watertight-hardware queries=closest"
   "layouts=half tests=hardware schedules=immediate queries=closest")
@@ -66,6 +68,9 @@ set(hiprt_selections_full
   "layouts=* schedules=postponed,batch12 features=triangles,splits,masks,filter,custom"
   "layouts=planes,quantized schedules=postponed,batch12 features=levels1,levels2,levels8,levels32,moving1,moving2"
   "layouts=planes,quantized stacks=private,shared-ways schedules=immediate,postponed,batch12,batch16 features=levels1"
+  "stacks=tiered-ways,tiered22-ways schedules=postponed,batch12 features=levels1"
+  "stacks=shared-ways,tiered-ways,tiered22-ways features=moving1 blocks=64x10"
+  "stacks=tiered,tiered22 schedules=batch1v0 queries=closest features=levels8 blocks=64x12"
   "layouts=planes,quantized schedules=postponed,batch12 features=moving1 blocks=64x12,64x10"
   "layouts=planes,quantized schedules=postponed,batch12,batch1v0 queries=closest features=levels8 blocks=64x12"
   "layouts=planes,quantized schedules=postponed,batch1,batch12 blocks=*"
@@ -150,7 +155,7 @@ function(hiprt_can_be variable)
     return()
   endif()
   # More levels would not fit into the shared memory of a block.
-  if(stack STREQUAL "shared-ways" AND NOT features MATCHES "^(levels|moving)[12]$")
+  if(stack MATCHES "ways$" AND NOT features MATCHES "^(levels|moving)[12]$")
     return()
   endif()
   set(${variable} TRUE PARENT_SCOPE)

@@ -40,7 +40,7 @@ struct InstanceOptions {
   /// taken; leaves hold one instance.
   BuildOptions tree{.builder = Builder::kHploc, .reinsertion_rounds = 8};
   InstanceBounds bounds = InstanceBounds::kGrandchildren;
-  /// Leaves that the trees may have per instance, 1 to 16 on average: the instances with the largest boxes are opened,
+  /// Leaves that the trees may have per instance, 1 to 64 on average: the instances with the largest boxes are opened,
   /// that is they are in several leaves, from which rays enter parts of the object (Benthin et al. 2017, "Improved
   /// two-level BVHs using partial re-braiding"). For instances that overlap. Hits are the same.
   double opening_budget = 1.0;

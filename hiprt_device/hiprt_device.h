@@ -17,5 +17,6 @@
 #include <hiprt_device/stacks/restart.h>
 #include <hiprt_device/stacks/rolling.h>
 #include <hiprt_device/stacks/shared.h>
+#include <hiprt_device/stacks/tiered.h>
 #include <hiprt_device/stacks/spill.h>
 #include <hiprt_device/t_error.h>

@@ -34,8 +34,14 @@ template <class Way> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
   a = low;
 }
 
-template <class Way> HIPRT_HD HIPRT_INLINE void leave(const Child& child, Way& way) {
-  if (child.enter < kMissed) way.later(make_entry(child.enter, child.ref));
+/// All but the nearest, the farthest first.
+template <class Way>
+HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer, Way& way) {
+  way.later_some([&](auto&& later) HIPRT_INLINE_LAMBDA {
+    if (farthest.enter < kMissed) later(make_entry(farthest.enter, farthest.ref));
+    if (middle.enter < kMissed) later(make_entry(middle.enter, middle.ref));
+    if (nearer.enter < kMissed) later(make_entry(nearer.enter, nearer.ref));
+  });
 }
 
 }  // namespace order_detail
@@ -111,9 +117,7 @@ struct NearFirst {
     order_detail::sort<Way>(a, b);
     order_detail::sort<Way>(c, d);
     order_detail::sort<Way>(b, c);
-    leave(d, way);
-    leave(c, way);
-    leave(b, way);
+    leave(d, c, b, way);
     return way.follow(make_entry(a.enter, a.ref));
   }
 };
@@ -133,9 +137,7 @@ struct NearestFirst {
     order_detail::sort<Way>(a, b);
     order_detail::sort<Way>(c, d);
     order_detail::sort<Way>(a, c);
-    leave(d, way);
-    leave(c, way);
-    leave(b, way);
+    leave(d, c, b, way);
     return way.follow(make_entry(a.enter, a.ref));
   }
 };
@@ -150,15 +152,17 @@ struct Unordered {
     if (!way.make_room()) return kOverflowRef;
     if constexpr (Lanes::kScalar) {
       NodeRef first = kInvalidRef;
-      const auto add = [&](unsigned i) HIPRT_INLINE_LAMBDA {
-        if (!hits.hit(i)) return;
-        if (first != kInvalidRef) way.later(first);
-        first = child[i];
-      };
-      add(3);
-      add(2);
-      add(1);
-      add(0);
+      way.later_some([&](auto&& later) HIPRT_INLINE_LAMBDA {
+        const auto add = [&](unsigned i) HIPRT_INLINE_LAMBDA {
+          if (!hits.hit(i)) return;
+          if (first != kInvalidRef) later(first);
+          first = child[i];
+        };
+        add(3);
+        add(2);
+        add(1);
+        add(0);
+      });
       return way.follow(first);
     } else {
       std::uint32_t mask = hits.mask;

@@ -93,6 +93,12 @@ template <class Stack, class Entry> class StackBacktrack {
   HIPRT_HD HIPRT_INLINE bool make_room() const { return stack_.has_room(); }
   HIPRT_HD HIPRT_INLINE bool empty() const { return stack_.empty(); }
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
+  template <class Each> HIPRT_HD HIPRT_INLINE void later_some(Each&& each) {
+    if constexpr (requires { stack_.push_some(each); })
+      stack_.push_some(each);
+    else
+      each([&](Entry entry) HIPRT_INLINE_LAMBDA { stack_.push(entry); });
+  }
   HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
     // The bottom is not too far, whatever the limit is.

@@ -114,9 +114,9 @@ void add_scene_options(CLI::App& app, BuildCommand& command) {
       ->disable_flag_override();
   app.add_option(
          "--opening-budget", command.opening_budget,
-         "Leaves that trees over instances may have per instance, 1 to 16 on average: the largest instances are "
+         "Leaves that trees over instances may have per instance, 1 to 64 on average: the largest instances are "
          "opened, and rays enter parts of their objects. For instances that overlap")
-      ->check(CLI::Range(1.0, 16.0))
+      ->check(CLI::Range(1.0, 64.0))
       ->type_name("X")
       ->excludes("--flatten")
       ->capture_default_str();

@@ -10,7 +10,7 @@
 namespace hiprt::tools {
 
 enum class GpuStack {
-  kPrivate,  ///< PrivateStack<kGpuPrivateStack>: for trees whose stack bound fits.
+  kPrivate,  ///< PrivateStack<kGpuPrivateStack>, with instances TieredStack: for trees whose stack bound fits.
   kRolling,  ///< RollingStack<kGpuRing> over global memory: for every tree.
 };
 
@@ -31,6 +31,8 @@ struct GpuPolicy {
   /// Whether one level's LevelWays are in shared memory; else in the thread's own.
   bool shared_ways;
   unsigned block;  ///< Threads of a block, a multiple of 64: waves are whole.
+  /// Entries of a TieredStack in shared memory: of one level, and of more.
+  unsigned shared_entries, shared_entries_of_levels;
   /// What the compiler makes room for in registers. NVIDIA: blocks per multiprocessor; AMD: waves per SIMD.
   unsigned min_blocks;
   unsigned min_blocks_of_levels;  ///< The same where there is more than one level of instances.
@@ -39,9 +41,9 @@ struct GpuPolicy {
 
 /// The first that fits is taken. sm_, private stack: measured on an H200 (sm_90). The others are not measured.
 inline constexpr std::array<GpuPolicy, 3> kGpuPolicies{{
-    {"gfx", GpuStack::kRolling, {16, 4}, {16, 4}, false, 64, 1, 1, 1},
-    {"sm_", GpuStack::kPrivate, {12, 4}, {1, 0}, true, 64, 14, 12, 10},
-    {"sm_", GpuStack::kRolling, {12, 4}, {1, 0}, true, 64, 14, 12, 10},
+    {"gfx", GpuStack::kRolling, {16, 4}, {16, 4}, false, 64, 0, 0, 1, 1, 1},
+    {"sm_", GpuStack::kPrivate, {12, 4}, {1, 0}, true, 64, 16, 22, 14, 12, 10},
+    {"sm_", GpuStack::kRolling, {12, 4}, {1, 0}, true, 64, 0, 0, 14, 12, 10},
 }};
 
 constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound) {

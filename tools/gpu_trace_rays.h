@@ -27,9 +27,19 @@ constexpr std::string_view kPlatform = "sm_";
 constexpr std::string_view kPlatform = "gfx";
 #endif
 
-template <std::size_t kPolicy>
+/// Of policies with private stacks, for instances of triangles: 0 for all others.
+template <class Kind> constexpr unsigned shared_entries(const GpuPolicy& policy) {
+  if (Kind::kLevels == 0 || !std::is_same_v<typename Kind::Primitives, NoPrimitives>) return 0;
+  return Kind::kLevels == 1 ? policy.shared_entries : policy.shared_entries_of_levels;
+}
+
+template <unsigned kShared> struct PrivateOrTiered { using Stack = TieredStack<kShared, kGpuPrivateStack>; };
+template <> struct PrivateOrTiered<0> { using Stack = PrivateStack<kGpuPrivateStack>; };
+
+template <class Kind, std::size_t kPolicy>
 using StackOfPolicy = std::conditional_t<kGpuPolicies[kPolicy].stack == GpuStack::kPrivate,
-                                         PrivateStack<kGpuPrivateStack>, RollingStack<kGpuRing>>;
+                                         typename PrivateOrTiered<shared_entries<Kind>(kGpuPolicies[kPolicy])>::Stack,
+                                         RollingStack<kGpuRing>>;
 
 template <class Kind> constexpr GpuSchedule schedule_of(const GpuPolicy& policy) {
   return Kind::kLevels > 1 && !Kind::kMoves ? policy.schedule_of_levels : policy.schedule;
@@ -37,7 +47,7 @@ template <class Kind> constexpr GpuSchedule schedule_of(const GpuPolicy& policy)
 
 /// But for the levels.
 template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes>
-struct FlatPolicies : Policies<Layout, Triangle, Boxes, StackOfPolicy<kPolicy>> {
+struct FlatPolicies : Policies<Layout, Triangle, Boxes, StackOfPolicy<Kind, kPolicy>> {
   static constexpr GpuSchedule kSchedule = schedule_of<Kind>(kGpuPolicies[kPolicy]);
   using Schedule = WholeWave<kSchedule.fetch_below, kSchedule.search_above>;
 };
@@ -68,13 +78,18 @@ template <class Kind> constexpr unsigned least_resident(const GpuPolicy& policy)
 }
 
 /// use(storage) with the storage of this lane's stack, but for the levels.
-template <std::size_t kPolicy, class Use> __device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
-  using Stack = StackOfPolicy<kPolicy>;
-  if constexpr (kGpuPolicies[kPolicy].stack == GpuStack::kPrivate) {
+template <class Kind, std::size_t kPolicy, class Use>
+__device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
+  using Stack = StackOfPolicy<Kind, kPolicy>;
+  constexpr unsigned kBlock = kGpuPolicies[kPolicy].block;
+  if constexpr (std::is_same_v<Stack, PrivateStack<kGpuPrivateStack>>) {
     typename Stack::Memory memory;
     use(typename Stack::Storage(memory, &job.counts->overflowed_rays));
+  } else if constexpr (kGpuPolicies[kPolicy].stack == GpuStack::kPrivate) {
+    __shared__ StackEntry entries[kBlock * Stack::kEntriesPerThread];
+    typename Stack::Memory memory;
+    use(typename Stack::Storage(entries, threadIdx.x, kBlock, memory, &job.counts->overflowed_rays));
   } else {
-    constexpr unsigned kBlock = kGpuPolicies[kPolicy].block;
     __shared__ StackEntry ring[kBlock * Stack::kEntriesPerThread];
     const Spill spill = grid_spill(job.spill, gridDim.x * kBlock, job.spill_entries, blockIdx.x * kBlock + threadIdx.x);
     use(typename Stack::Storage(ring, threadIdx.x, kBlock, spill, &job.counts->overflowed_rays));
@@ -107,7 +122,7 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Ki
   using Primitives = typename Kind::Primitives;
   using Search =
       std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, AnyHit<P, Filter, Primitives>>;
-  with_stack<kPolicy>(job, [&](const auto& stack) HIPRT_INLINE_LAMBDA {
+  with_stack<Kind, kPolicy>(job, [&](const auto& stack) HIPRT_INLINE_LAMBDA {
     if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_ways) {
       __shared__ LevelWays<1> ways[kGpuPolicies[kPolicy].block];
       trace_all<Kind, Search>(job, {stack, ways[threadIdx.x]});

@@ -12,6 +12,7 @@
 #include <hiprt_device/stacks/restart.h>
 #include <hiprt_device/stacks/rolling.h>
 #include <hiprt_device/stacks/shared.h>
+#include <hiprt_device/stacks/tiered.h>
 
 #include <type_traits>
 
@@ -61,6 +62,21 @@ struct PrivatePlace {
 
 /// The same, with what rays of instances need on their ways in and out (LevelWays) in shared memory.
 struct SharedWaysPlace : PrivatePlace {};
+
+/// The first entries in shared memory, the others in the thread's own.
+template <unsigned kShared> struct TieredPlace {
+  using Stack = TieredStack<kShared>;
+  static constexpr SpillUse kSpill = SpillUse::kNone;
+  static constexpr std::uint32_t kOnChip = 192;
+  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+    __shared__ StackEntry entries[kBlock * Stack::kEntriesPerThread];
+    typename Stack::Memory memory;
+    use(typename Stack::Storage(entries, threadIdx.x, kBlock, memory, job.overflowed));
+  }
+};
+
+/// The same, with LevelWays in shared memory.
+template <unsigned kShared> struct TieredWaysPlace : TieredPlace<kShared> {};
 
 /// No global memory: rays that need more entries fail, and are counted.
 struct SharedPlace {
@@ -188,10 +204,13 @@ template <Query kQuery, class Asked> __device__ HIPRT_INLINE Answer ask(Asked& q
   }
 }
 
+template <class Place> inline constexpr bool kSharesWays = std::is_same_v<Place, SharedWaysPlace>;
+template <unsigned kShared> inline constexpr bool kSharesWays<TieredWaysPlace<kShared>> = true;
+
 /// use(storage of P's stack).
 template <class P, unsigned kBlock, class Use> __device__ HIPRT_INLINE void with_storage(const GpuJob& job, Use&& use) {
   P::StackPlace::template with<kBlock>(job, [&](const auto& storage) {
-    if constexpr (std::is_same_v<typename P::StackPlace, SharedWaysPlace>) {
+    if constexpr (kSharesWays<typename P::StackPlace>) {
       __shared__ LevelWays<P::kLevels> ways[kBlock];
       use(typename P::Stack::Storage(storage, ways[threadIdx.x]));
     } else if constexpr (P::kLevels != 0) {

@@ -13,7 +13,8 @@ struct VariantName {
   std::string_view layout;    ///< float, planes, half, quantized
   std::string_view tests;     ///< accurate: Watertight + Conservative, fast: Fast + Plain, hardware: both hardware's;
                               ///< TRIANGLES-BOXES: the other pairs, e.g. watertight-hardware
-  std::string_view stack;     ///< private, shared-ways, shared, rolling, rolling-pool, global, restart
+  std::string_view stack;     ///< private, tieredN (N entries in shared memory; tiered: 16), shared, rolling,
+                              ///< rolling-pool, global, restart; with -ways: of instances too, in shared memory
   std::string_view schedule;  ///< immediate, postponed, batchN, batchNvM: WholeWave<N, M> through trace_batch()
   std::string_view order;     ///< sorted: NearFirst, nearest: NearestFirst, stored: Unordered, tested: AsTested
   std::string_view features;  ///< triangles, splits, masks, filter, custom, custom-filter, levelsN: with

@@ -85,7 +85,8 @@ class PartBoxes {
   }
 
   /// Puts the children of the parts with the largest boxes into their places, until there are @p budget times as many
-  /// as instances.
+  /// as instances. An eighth of the room is filled at once, so that boxes are made by all threads: which parts are open
+  /// in the end depends little on that, and not on the threads.
   void open(CpuEngine& engine, double budget) {
     const auto most = static_cast<std::size_t>(budget * static_cast<double>(group_.records.size()));
     std::priority_queue<std::pair<float, std::size_t>> largest;
@@ -95,24 +96,22 @@ class PartBoxes {
         largest.emplace(half_area(group_.boxes[i]), i);
     };
     for (std::size_t i = 0; i < group_.parts.size(); ++i) offer(i);
+    std::vector<std::size_t> made;
     while (!largest.empty() && group_.parts.size() + kBranching - 1 <= most) {
-      if (group_.parts.size() % 256 == 0) engine.monitor().check();
-      const std::size_t opened = largest.top().second;
-      largest.pop();
-      const InstancePart part = group_.parts[opened];
-      bool first = true;
-      for (const NodeRef child : children_of(part)) {
-        if (child == kInvalidRef) continue;
-        const std::size_t at = first ? opened : group_.parts.size();
-        if (!first) {
-          group_.parts.emplace_back();
-          group_.boxes.emplace_back();
-        }
-        first = false;
-        group_.parts[at] = {part.instance, child, part.depth + 1};
-        group_.boxes[at] = box_of(group_.parts[at]);
-        offer(at);
+      const std::size_t room = (most - group_.parts.size()) / (kBranching - 1);
+      made.clear();
+      for (std::size_t left = std::max<std::size_t>(room / 8, 1); left != 0 && !largest.empty(); --left) {
+        add_children(largest.top().second, made);
+        largest.pop();
       }
+      group_.boxes.resize(group_.parts.size());
+      engine.for_quiet_chunks(
+          made.size(),
+          [&](std::size_t, std::size_t begin, std::size_t end) {
+            for (std::size_t i = begin; i < end; ++i) group_.boxes[made[i]] = box_of(group_.parts[made[i]]);
+          },
+          kChunk);
+      for (const std::size_t i : made) offer(i);
     }
   }
 
@@ -138,6 +137,19 @@ class PartBoxes {
       std::copy_n(node.child, kBranching, children.begin());
       return children;
     });
+  }
+
+  /// The first takes the place of their parent. @param made gets their numbers.
+  void add_children(std::size_t opened, std::vector<std::size_t>& made) {
+    const InstancePart part = group_.parts[opened];
+    bool first = true;
+    for (const NodeRef child : children_of(part)) {
+      if (child == kInvalidRef) continue;
+      made.push_back(first ? opened : group_.parts.size());
+      if (!first) group_.parts.emplace_back();
+      first = false;
+      group_.parts[made.back()] = {part.instance, child, part.depth + 1};
+    }
   }
 
   MotionKind kind_of(std::size_t i) const { return group_.motions.empty() ? MotionKind{} : group_.motions[i].kind; }

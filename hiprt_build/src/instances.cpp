@@ -256,8 +256,8 @@ class SceneBuilder {
 }  // namespace
 
 Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& options) {
-  if (!(options.opening_budget >= 1.0 && options.opening_budget <= 16.0))
-    return tl::unexpected(invalid("opening_budget is " + text(options.opening_budget) + ", 1 to 16 expected"));
+  if (!(options.opening_budget >= 1.0 && options.opening_budget <= 64.0))
+    return tl::unexpected(invalid("opening_budget is " + text(options.opening_budget) + ", 1 to 64 expected"));
   if (scene.groups.empty()) return tl::unexpected(invalid("a scene of instances has a group at least"));
   auto objects = open_files(scene.files);
   if (!objects) return tl::unexpected(std::move(objects.error()));

@@ -89,32 +89,45 @@ HIPRT_HD inline double norm(const float (&m)[3][3]) {
 
 }  // namespace affine_detail
 
-/// A box that holds all points whose images in the object lie in @p box.
-/// @param slack 1 for builders; less for who checks a box that another compiler's builder has made.
-HIPRT_HD inline Box bounds_in_scene(const InstanceRecord& instance, const LinearInverse& inverse, const Box& box,
-                                    double slack = 1.0) {
-  using namespace affine_detail;
-  const double magnification = inverse.norm();
-  // The inverse is off by a few units of 2^-53, times the condition; its products and sums by as much without it.
-  const double unit = 0x1p-48 * (1.0 + magnification * norm(instance.linear)) * magnification;
-  double size = 0.0;
-  for (unsigned c = 0; c < 3; ++c) size += larger(LinearInverse::size(box.min[c]), LinearInverse::size(box.max[c]));
-  Box result;
-  for (unsigned r = 0; r < 3; ++r) {
-    const double origin = instance.translation[r];
-    double low = origin, high = origin;
-    for (unsigned c = 0; c < 3; ++c) {
-      const double a = inverse.row[r][c] * static_cast<double>(box.min[c]),
-                   b = inverse.row[r][c] * static_cast<double>(box.max[c]);
-      low += smaller(a, b);
-      high += larger(a, b);
-    }
-    const double pad = slack * (unit * size + 0x1p-50 * LinearInverse::size(origin));
-    result.min[r] = round_down(low - pad);
-    result.max[r] = round_up(high + pad);
+/// Where an instance stands: what boxes of its object become in the scene.
+class StillPlace {
+ public:
+  /// @param record must live as long as this.
+  /// @param slack 1 for builders; less for who checks a box that another compiler's builder has made.
+  HIPRT_HD explicit StillPlace(const InstanceRecord& record, double slack = 1.0)
+      : record_(record), inverse_(record), slack_(slack) {
+    const double magnification = inverse_.norm();
+    // The inverse is off by a few units of 2^-53, times the condition; its products and sums by as much without it.
+    unit_ = 0x1p-48 * (1.0 + magnification * affine_detail::norm(record.linear)) * magnification;
   }
-  return result;
-}
+
+  /// A box that holds all points whose images in the object lie in @p box.
+  HIPRT_HD Box bounds(const Box& box) const {
+    using namespace affine_detail;
+    double size = 0.0;
+    for (unsigned c = 0; c < 3; ++c) size += larger(LinearInverse::size(box.min[c]), LinearInverse::size(box.max[c]));
+    Box result;
+    for (unsigned r = 0; r < 3; ++r) {
+      const double origin = record_.translation[r];
+      double low = origin, high = origin;
+      for (unsigned c = 0; c < 3; ++c) {
+        const double a = inverse_.row[r][c] * static_cast<double>(box.min[c]),
+                     b = inverse_.row[r][c] * static_cast<double>(box.max[c]);
+        low += smaller(a, b);
+        high += larger(a, b);
+      }
+      const double pad = slack_ * (unit_ * size + 0x1p-50 * LinearInverse::size(origin));
+      result.min[r] = round_down(low - pad);
+      result.max[r] = round_up(high + pad);
+    }
+    return result;
+  }
+
+ private:
+  const InstanceRecord& record_;
+  LinearInverse inverse_;
+  double slack_, unit_;
+};
 
 /// The longest and the shortest image of a unit vector. The shorter one is off by about 2^-50 of itself times the
 /// condition number of the matrix with columns of length 1: down to 2^-20 of the longer it is good to 2^-30.

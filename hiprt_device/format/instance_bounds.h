@@ -14,10 +14,10 @@ namespace hiprt::format_detail {
 /// Where an instance is, or goes: what boxes of its object become in the scene.
 class InstancePlace {
  public:
-  /// @param segments none: it stands still. @param slack of bounds_in_scene().
+  /// @param segments none: it stands still. @param slack of StillPlace.
   InstancePlace(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
                 double slack = 1.0)
-      : record_(record), inverse_(record), slack_(slack) {
+      : still_(record, slack), slack_(slack) {
     for (const MotionSegment& segment : segments) motion_.emplace_back(segment, kind);
   }
   /// Instance @p i of a file.
@@ -27,23 +27,13 @@ class InstancePlace {
 
   /// A box that holds all images of a box of the object.
   Box bounds(const Box& box) const {
-    return motion_.empty() ? bounds_in_scene(record_, inverse_, box, slack_) : bounds_in_motion(motion_, box, slack_);
+    return motion_.empty() ? still_.bounds(box) : bounds_in_motion(motion_, box, slack_);
   }
 
  private:
-  const InstanceRecord& record_;
-  LinearInverse inverse_;
+  StillPlace still_;
   std::vector<SegmentMotion> motion_;
   double slack_;
-};
-
-/// The same of one that stands still, on a GPU too.
-struct StillPlace {
-  const InstanceRecord& record;
-  LinearInverse inverse;
-
-  HIPRT_HD explicit StillPlace(const InstanceRecord& of) : record(of), inverse(of) {}
-  HIPRT_HD Box bounds(const Box& box) const { return bounds_in_scene(record, inverse, box); }
 };
 
 /// What is needed to know of an object's file.
@@ -68,11 +58,14 @@ struct BoundedObject {
         has_moving_boxes(view.has_moving_boxes()) {}
 };
 
-/// A node or run whose box is to be looked at, and how many levels below.
+/// A node or run to be looked into, and how many levels down.
 struct PendingPart {
   NodeRef ref;
   unsigned levels;
-  Box box;
+  float excess;  ///< How far it has reached beyond what was found before, in sizes of the whole.
+  Box here;      ///< Its box in the scene.
+
+  HIPRT_HD friend bool operator<(const PendingPart& a, const PendingPart& b) { return a.excess < b.excess; }
 };
 
 /// A vector of so many elements at most, without an allocation.
@@ -109,13 +102,13 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
     const Box whole = box_of(root);
     // Each is a bound: of a part's corners some may be farther than those of the whole.
     limit_ = in_scene(whole);
-    pending_.clear();
-    pending_.push_back({root, levels, whole});
-    while (!pending_.empty()) {
-      const PendingPart part = pending_.back();
-      pending_.pop_back();
-      if (part.ref != kInvalidRef) visit(part);
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const float size = limit_.max[axis] - limit_.min[axis];
+      per_size_[axis] = size > 0.0f ? 1.0f / size : 0.0f;
     }
+    pending_.clear();
+    if (root != kInvalidRef) offer(root, levels, limit_);
+    while (!pending_.empty()) visit(take());
     return result_;
   }
 
@@ -140,20 +133,58 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   }
 
   HIPRT_HD void visit(const PendingPart& part) {
-    const Box here = clipped(in_scene(part.box), limit_);
-    if (first_plane_outside(here, result_) == kNoPlane) return;
+    if (first_plane_outside(part.here, result_) == kNoPlane) return;
     if (part.levels == 0 || (!is_box(part.ref) && !into_leaves_)) {
-      grow(result_, here);
+      grow(result_, part.here);
     } else if (is_box(part.ref)) {
       const auto& node = at<typename Layout::Node>(part.ref);
       for (unsigned c = 0; c < kBranching; ++c)
-        pending_.push_back({node.child[c], part.levels - 1, bounded(Layout::box(node, c), object_.bounds)});
+        if (node.child[c] != kInvalidRef)
+          offer(node.child[c], part.levels - 1,
+                clipped(in_scene(bounded(Layout::box(node, c), object_.bounds)), limit_));
     } else {
       // The parts of split triangles end at the run's box.
       Box content = empty_box();
       for_each_leaf(part.ref, [&](const Box& box) { grow(content, in_scene(box)); });
-      grow(result_, clipped(content, here));
+      grow(result_, clipped(content, part.here));
     }
+  }
+
+  /// Of vectors, as a heap, the part comes first that reaches farthest beyond what is found: most others are inside
+  /// that then, and not looked into. The result is the same in any order.
+  static constexpr bool kFarthestFirst = requires(Pending pending) { pending.begin(); };
+
+  HIPRT_HD void offer(NodeRef ref, unsigned levels, const Box& here) {
+    if (first_plane_outside(here, result_) == kNoPlane) return;
+    pending_.push_back({ref, levels, kFarthestFirst ? excess_of(here) : 0.0f, here});
+    if constexpr (kFarthestFirst) std::push_heap(pending_.begin(), pending_.end());
+  }
+  HIPRT_HD PendingPart take() {
+    if constexpr (kFarthestFirst) {
+      // What is found grows, so what stands in the heap is no less than what it is now.
+      for (;;) {
+        std::pop_heap(pending_.begin(), pending_.end());
+        PendingPart& part = pending_.back();
+        const float excess = excess_of(part.here);
+        if (pending_.size() == 1 || !(excess < pending_.front().excess)) break;
+        part.excess = excess;
+        std::push_heap(pending_.begin(), pending_.end());
+      }
+    }
+    const PendingPart part = pending_.back();
+    pending_.pop_back();
+    return part;
+  }
+  HIPRT_HD float excess_of(const Box& here) const {
+    float most = 0.0f;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const float low = limit_.min[axis], high = limit_.max[axis];
+      const float below = (std::min(result_.min[axis], high) - here.min[axis]) * per_size_[axis],
+                  above = (here.max[axis] - std::max(result_.max[axis], low)) * per_size_[axis];
+      if (below > most) most = below;
+      if (above > most) most = above;
+    }
+    return most;
   }
 
   /// visit(box) for the corners, or the boxes, of a run's primitives.
@@ -193,6 +224,7 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   const Place& place_;
   bool into_leaves_ = false;
   Box limit_{};
+  float per_size_[3] = {};  ///< One over the sizes of limit_.
   Box result_{};
   Pending pending_{};
 };

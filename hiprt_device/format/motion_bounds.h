@@ -348,7 +348,7 @@ inline Box rounded_box(const MotionRange (&low)[3], const MotionRange (&high)[3]
 }  // namespace motion_detail
 
 /// A box that holds, at all times of a motion, the images of all points of @p box.
-/// @param slack as bounds_in_scene(); 0 may be up to 2^-26 of the size too small.
+/// @param slack as StillPlace; 0 may be up to 2^-26 of the size too small.
 inline Box bounds_in_motion(std::span<const SegmentMotion> segments, const Box& box, double slack = 1.0) {
   MotionRange range[3];
   for (const SegmentMotion& segment : segments)

@@ -41,7 +41,7 @@ class DriftingPlace {
   /// @param slack as InstancePlace's.
   DriftingPlace(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
                 const Shutter& shutter, const BoxDrift& drift, double slack = 1.0)
-      : record_(record), inverse_(record), drift_(drift), slack_(slack) {
+      : still_(record, slack), drift_(drift), slack_(slack) {
     for (const MotionSegment& segment : segments)
       parts_.push_back({SegmentMotion(segment, kind), shutter.place(segment.time[0]), shutter.place(segment.time[1])});
   }
@@ -49,7 +49,7 @@ class DriftingPlace {
   Box bounds(const Box& box) const {
     Box result;
     if (parts_.empty()) {
-      const Box still = bounds_in_scene(record_, inverse_, box, slack_);
+      const Box still = still_.bounds(box);
       for (unsigned axis = 0; axis < 3; ++axis) {
         const double low = still.min[axis], high = still.max[axis];
         result.min[axis] = affine_detail::round_down(std::min(low, low - drift_.min[axis]));
@@ -89,8 +89,7 @@ class DriftingPlace {
     parts_.back().motion.curve(axis, p).grow_at(range, 1.0, drift, slack_);
   }
 
-  const InstanceRecord& record_;
-  LinearInverse inverse_;
+  StillPlace still_;
   std::vector<Part> parts_;
   BoxDrift drift_;
   double slack_;

@@ -36,6 +36,9 @@ template <unsigned kEntries = 4> struct RestartStack {
       passed_[0] = entry;
       ++passed_count_;
     }
+    template <class Each> HIPRT_HD HIPRT_INLINE void later_some(Each&& each) {
+      each([&](Entry entry) HIPRT_INLINE_LAMBDA { later(entry); });
+    }
 
     HIPRT_HD HIPRT_INLINE NodeRef follow(Entry nearest) {
       const unsigned done = child_index(level_), count = passed_count_ + 1;

@@ -5,6 +5,7 @@
 #include <hiprt_device/stacks/private.h>
 #include <hiprt_device/stacks/restart.h>
 #include <hiprt_device/stacks/shared.h>
+#include <hiprt_device/stacks/tiered.h>
 #include <tests/gpu/traversal_job.h>
 
 namespace hiprt::checks {
@@ -62,6 +63,23 @@ template <unsigned kEntries> class InShared {
 
  private:
   SharedBlock<kEntries> block_;
+};
+
+template <unsigned kShared, unsigned kEntries> class InTiers {
+ public:
+  using Stack = TieredStack<kShared, kEntries>;
+
+  __device__ explicit InTiers(const Job&) { before_ = behind_ = kGuardEntry; }
+  __device__ typename Stack::Storage storage(const Job& job) {
+    return {block_.begin(), threadIdx.x, kBlock, memory_, job.failed_rays};
+  }
+  __device__ bool is_intact() const { return block_.is_intact() && before_ == kGuardEntry && behind_ == kGuardEntry; }
+
+ private:
+  SharedBlock<kShared> block_;
+  volatile StackEntry before_;
+  typename Stack::Memory memory_;
+  volatile StackEntry behind_;
 };
 
 __device__ inline Spill spill_of_thread(const Job& job) {

@@ -84,9 +84,9 @@ TEMPLATE_TEST_CASE("opened instances give the same hits, each once", "", FloatLa
   }
 }
 
-TEST_CASE("opening budgets are numbers from 1 to 16") {
+TEST_CASE("opening budgets are numbers from 1 to 64") {
   OverlappingScene scene(NodeLayout::kPlanes, 1);
-  for (const double budget : {0.5, 17.0, std::numeric_limits<double>::quiet_NaN()})
+  for (const double budget : {0.5, 65.0, std::numeric_limits<double>::quiet_NaN()})
     CHECK(scene.try_build({.opening_budget = budget}).error().message.find("opening_budget is ") == 0);
 }
 

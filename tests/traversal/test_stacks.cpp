@@ -4,6 +4,7 @@
 #include <hiprt_device/stacks/restart.h>
 #include <hiprt_device/stacks/rolling.h>
 #include <hiprt_device/stacks/shared.h>
+#include <hiprt_device/stacks/tiered.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>
@@ -35,6 +36,7 @@ template <class StackPolicy, class LanesPolicy, class SchedulePolicy> struct Wit
 struct Room {
   std::vector<StackEntry> block = std::vector<StackEntry>(kThreads * 64, kUntouched);
   std::vector<StackEntry> global = std::vector<StackEntry>(kThreads * 256, kUntouched);
+  TieredStack<1, 256>::Memory own;  ///< Of thread 1.
   std::uint32_t overflows = 0;
 
   /// @pre entries were StackEntry: NodeRefs lie closer together.
@@ -48,6 +50,12 @@ struct Room {
 
 template <unsigned N> auto storage(SharedStack<N>, Room& room, std::uint32_t) {
   return typename SharedStack<N>::Storage(room.block.data(), 1, kThreads, &room.overflows);
+}
+template <unsigned N, unsigned M> auto storage(TieredStack<N, M>, Room& room, std::uint32_t) {
+  using Stack = TieredStack<N, M>;
+  static_assert(sizeof(typename Stack::Memory) <= sizeof(room.own));
+  return typename Stack::Storage(room.block.data(), 1, kThreads, reinterpret_cast<typename Stack::Memory&>(room.own),
+                                 &room.overflows);
 }
 template <unsigned N> auto storage(RollingStack<N>, Room& room, std::uint32_t capacity) {
   return typename RollingStack<N>::Storage(room.block.data(), 1, kThreads,
@@ -128,6 +136,10 @@ TEST_CASE("every stack gives the same hits", "[stack]") {
   const Scene scene = test_scene();
   const std::uint32_t bound = scene.traced.stack_bound;
   SECTION("shared") { check_stack<SharedStack<64>>(scene); }
+  SECTION("tiered, next to nothing shared") { check_stack<TieredStack<1, 64>>(scene); }
+  SECTION("tiered, less shared than a node leaves") { check_stack<TieredStack<2, 64>>(scene); }
+  SECTION("tiered") { check_stack<TieredStack<8, 64>>(scene); }
+  SECTION("tiered, next to all shared") { check_stack<TieredStack<63, 64>>(scene); }
   SECTION("rolling, small ring") { check_stack<RollingStack<2>>(scene, RollingStack<2>::spill_entries(bound)); }
   SECTION("rolling") { check_stack<RollingStack<8>>(scene, RollingStack<8>::spill_entries(bound)); }
   SECTION("global") { check_stack<GlobalStack>(scene, bound + kMostPushed); }
@@ -141,23 +153,24 @@ TEST_CASE("a stack that is too small says so", "[stack]") {
   INFO("seed " << kSeed);
   const Scene scene = test_scene();
   SECTION("shared") { check_overflow<SharedStack<5>>(scene); }
+  SECTION("tiered") { check_overflow<TieredStack<3, 6>>(scene); }
   SECTION("rolling") { check_overflow<RollingStack<4>>(scene, 2); }
   SECTION("global") { check_overflow<GlobalStack>(scene, 6); }
 }
 
-TEMPLATE_TEST_CASE("an empty private stack gives the end, as often as it is asked and whatever the limit", "[stack]",
-                   StackEntry, NodeRef) {
-  using Stack = PrivateStack<7>;
-  const auto entry = [](unsigned i) {
-    const NodeRef ref = make_ref(64 * i, NodeType::kBox32);
-    if constexpr (std::is_same_v<TestType, NodeRef>)
-      return ref;
-    else
-      return make_entry(static_cast<float>(i), ref);
-  };
-  Stack::Memory memory;
-  const Stack::Storage place(memory);
-  StackBacktrack<Stack, TestType> way(place, kInvalidRef);
+namespace {
+
+template <class Entry> Entry entry_of(unsigned i) {
+  const NodeRef ref = make_ref(64 * i, NodeType::kBox32);
+  if constexpr (std::is_same_v<Entry, NodeRef>)
+    return ref;
+  else
+    return make_entry(static_cast<float>(i), ref);
+}
+
+/// @param place of a stack with a bottom and seven entries.
+template <class Stack, class Entry> void check_bottom(const typename Stack::Storage& place) {
+  StackBacktrack<Stack, Entry> way(place, kInvalidRef);
   const float infinity = std::numeric_limits<float>::infinity();
   for (const float limit : {infinity, 1.0f, 0.0f, -0.0f, std::numeric_limits<float>::quiet_NaN(), -1.0f}) {
     CAPTURE(limit);
@@ -170,11 +183,37 @@ TEMPLATE_TEST_CASE("an empty private stack gives the end, as often as it is aske
   for (unsigned round = 0; round < 2; ++round) {
     for (unsigned i = 0; i < 7; ++i) {
       CHECK(way.make_room() == (i + kMostPushed <= 7));
-      way.later(entry(i));
+      way.later(entry_of<Entry>(i));
     }
-    for (unsigned i = 7; i-- > 0;) CHECK(way.pop(infinity) == entry_ref(entry(i)));
+    for (unsigned i = 7; i-- > 0;) CHECK(way.pop(infinity) == entry_ref(entry_of<Entry>(i)));
     CHECK(way.pop(infinity) == kInvalidRef);
   }
+  // Some at once, as a node leaves them.
+  for (unsigned i = 0; i < 6; i += 3)
+    way.later_some([&](auto&& later) {
+      for (unsigned k = 0; k < 3; ++k) later(entry_of<Entry>(i + k));
+    });
+  for (unsigned i = 6; i-- > 0;) CHECK(way.pop(infinity) == entry_ref(entry_of<Entry>(i)));
+  CHECK(way.empty());
+}
+
+template <unsigned kShared, class Entry> void check_tiered_bottom() {
+  CAPTURE(kShared);
+  Room room;
+  check_bottom<TieredStack<kShared, 7>, Entry>(storage(TieredStack<kShared, 7>{}, room, 0));
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("an empty stack with a bottom gives the end, as often as it is asked and whatever the limit",
+                   "[stack]", StackEntry, NodeRef) {
+  PrivateStack<7>::Memory memory;
+  check_bottom<PrivateStack<7>, TestType>(memory);
+  check_tiered_bottom<1, TestType>();
+  check_tiered_bottom<2, TestType>();
+  check_tiered_bottom<4, TestType>();
+  check_tiered_bottom<5, TestType>();
+  check_tiered_bottom<6, TestType>();
 }
 
 TEST_CASE("a private stack that is too small says so", "[stack]") {

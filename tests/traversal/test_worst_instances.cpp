@@ -49,7 +49,7 @@ template <class Test, class Real> double instance_margin_share(const Genes& gene
   const auto& [it, record, ray, local] = *placed;
   const auto hit = hit_of<Test>(it.corners, local);
   if (!hit || !(hit->t <= std::numeric_limits<Real>::max())) return -1.0;
-  const format_detail::StillPlace place(record);
+  const StillPlace place(record);
   Box around = format_detail::empty_box();
   for (const Position& p : {it.corners.p0, it.corners.p1, it.corners.p2}) {
     const Box corner = place.bounds({{p[0], p[1], p[2]}, {p[0], p[1], p[2]}});
