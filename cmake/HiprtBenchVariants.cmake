@@ -27,7 +27,7 @@ set(hiprt_values_tests accurate=Tests<Watertight,Conservative> fast=Tests<Fast,P
 # usual: what the library takes for the query and the tests.
 set(hiprt_values_orders sorted=NearFirst nearest=NearestFirst stored=Unordered tested=AsTested)
 set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMasks filter=WithFilter custom=WithCustom
-  custom-filter=WithCustomAndFilter levels1=WithLevels<1> levels2=WithLevels<2> levels8=WithLevels<8>
+  custom-filter=WithCustomAndFilter placed=Placed levels1=WithLevels<1> levels2=WithLevels<2> levels8=WithLevels<8>
   levels32=WithLevels<32> moving1=WithMotion<1> moving2=WithMotion<2> moving8=WithMotion<8>)
 set(hiprt_values_blocks 64x1 64x8 64x10 64x12 64x14 64x16 128x7 128x8)
 
@@ -53,6 +53,7 @@ set(hiprt_selections_small
   "features=levels1,levels8,moving2 schedules=postponed queries=closest"
   "features=levels1 stacks=shared-ways,tiered-ways schedules=batch16 queries=closest"
   "stacks=tiered queries=any"
+  "features=placed queries=closest"
   "features=custom schedules=postponed queries=all"
   "layouts=float tests=watertight-hardware queries=closest"
   "layouts=half tests=hardware schedules=immediate queries=closest")
@@ -69,6 +70,7 @@ set(hiprt_selections_full
   "layouts=planes,quantized schedules=postponed,batch12 features=levels1,levels2,levels8,levels32,moving1,moving2"
   "layouts=planes,quantized stacks=private,shared-ways schedules=immediate,postponed,batch12,batch16 features=levels1"
   "stacks=tiered-ways,tiered22-ways schedules=postponed,batch12 features=levels1"
+  "schedules=postponed,batch12 features=placed"
   "stacks=shared-ways,tiered-ways,tiered22-ways features=moving1 blocks=64x10"
   "stacks=tiered,tiered22 schedules=batch1v0 queries=closest features=levels8 blocks=64x12"
   "layouts=planes,quantized schedules=postponed,batch12 features=moving1 blocks=64x12,64x10"

@@ -8,6 +8,7 @@
 #include <hiprt_device/exact_triangle_test.h>
 #include <hiprt_device/filter.h>
 #include <hiprt_device/path_transform.h>
+#include <hiprt_device/placed_object.h>
 #include <hiprt_device/primitive_table.h>
 #include <hiprt_device/query.h>
 #include <hiprt_device/ray.h>
@@ -17,6 +18,6 @@
 #include <hiprt_device/stacks/restart.h>
 #include <hiprt_device/stacks/rolling.h>
 #include <hiprt_device/stacks/shared.h>
-#include <hiprt_device/stacks/tiered.h>
 #include <hiprt_device/stacks/spill.h>
+#include <hiprt_device/stacks/tiered.h>
 #include <hiprt_device/t_error.h>

@@ -1,5 +1,6 @@
 #include "bvh_file.h"
 
+#include "parallel.h"
 #include "trace_limits.h"
 
 #include <hiprt_build/file.h>
@@ -45,10 +46,17 @@ build::Result<BvhFile> open_bvh(const std::filesystem::path& path) {
   return BvhFile{std::move(*buffer), *view};
 }
 
-build::Result<BvhFile> load_bvh(const std::filesystem::path& path) {
+tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::span<const std::byte> bytes) {
+  return validate(bytes, [&](std::size_t count, const std::function<void(std::size_t)>& body) {
+    parallel_each(count, threads, body);
+  });
+}
+
+build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned threads) {
   auto file = open_bvh(path);
   if (!file) return file;
-  if (const auto valid = validate(file->view.bytes); !valid) return tl::unexpected(format_error(path, valid.error()));
+  if (const auto valid = validate_on(threads, file->view.bytes); !valid)
+    return tl::unexpected(format_error(path, valid.error()));
   return file;
 }
 

@@ -6,7 +6,9 @@
 #include <hiprt_device/format/validate.h>
 #include <hiprt_device/format/view.h>
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 
 namespace hiprt::tools {
@@ -21,8 +23,11 @@ struct BvhFile {
 /// @return kIo, or kInvalidInput with the path and the FormatIssue's text.
 build::Result<BvhFile> open_bvh(const std::filesystem::path& path);
 
-/// Checks everything (hiprt::validate()): the file may be traversed.
-build::Result<BvhFile> load_bvh(const std::filesystem::path& path);
+/// hiprt::validate(). @param threads 0: as many as the machine has.
+tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::span<const std::byte> bytes);
+
+/// Checks everything: the file may be traversed. @param threads 0: as many as the machine has.
+build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned threads = 0);
 
 /// Whether trace() can trace a file. @return kInvalidInput: it has custom primitives, or some object has, that are no
 /// shapes (spheres and curves, which the file holds); kTooLarge with the path, the levels of instances or stack entries

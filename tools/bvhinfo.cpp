@@ -265,7 +265,7 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   const auto file = open_bvh(options.path);
   if (!file) return tl::unexpected(file.error());
   if (!options.exported.empty()) return write_tree(cli, options, file->view);
-  const auto valid = validate(file->view.bytes);
+  const auto valid = validate_on(0, file->view.bytes);
   if (!valid && options.dump) return tl::unexpected(format_error(options.path, valid.error()));
   if (options.dump) {
     cli.json() ? dump_json(file->view, std::cout) : dump_text(file->view, std::cout);

@@ -342,7 +342,7 @@ build::Result<void> run(const Cli& cli, Options& options) {
   if (auto ready = options.compare.prepare(options.render.width, options.render.height, options.path, options.outputs);
       !ready)
     return ready;
-  const auto file = load_bvh(options.path);
+  const auto file = load_bvh(options.path, options.render.threads);
   if (!file) return tl::unexpected(file.error());
   if (options.render.mode != RenderMode::kBoxes)
     if (auto checked = check_traceable(options.path, file->view); !checked) return checked;

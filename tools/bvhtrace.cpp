@@ -258,7 +258,7 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   const ThreadLimit limit(options.threads);
   if (!options.explained)
     if (auto checked = check_outputs(options); !checked) return checked;
-  const auto file = load_bvh(options.path);
+  const auto file = load_bvh(options.path, options.threads);
   if (!file) return tl::unexpected(file.error());
   if (auto checked = check_primitive_counts(options.path, file->view); !checked) return checked;
   if (auto checked = check_traceable(options.path, file->view); !checked) return checked;

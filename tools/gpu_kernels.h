@@ -27,6 +27,9 @@ struct GpuTraceJob {
   GpuCounts* counts;
   std::uint32_t* paths;    ///< scene.levels per ray; nullptr: nobody asks.
   const PathScene* holes;  ///< Of materials (CutOut), for kernels that ask.
+  /// Of a scene that is one instance (PlacedObject), for find_placed_kernel().
+  SceneView object;
+  std::uint32_t instance;
 };
 
 using GpuTraceKernel = void (*)(GpuTraceJob job);
@@ -36,6 +39,10 @@ using GpuTraceKernel = void (*)(GpuTraceJob job);
 /// policy's, or for tests other than the default ones where kGpuChoiceLevels (trace_limits.h) says that there are none.
 GpuTraceKernel find_trace_kernel(std::size_t policy, const SceneView& scene, Query query,
                                  const TracePolicies& policies);
+
+/// The same of kernels for a scene that is one instance of an object with triangles, with the default policies.
+/// @param object GpuTraceJob::object.
+GpuTraceKernel find_placed_kernel(std::size_t policy, const SceneView& object, Query query);
 
 /// The same of kernels for materials with holes, with the default policies.
 GpuTraceKernel find_kernel_through_holes(std::size_t policy, const SceneView& scene, Query query);

@@ -97,6 +97,21 @@ __device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
 }
 
 /// @param storage of this lane's stack.
+template <class Search, Query kQuery>
+__device__ HIPRT_INLINE void trace_placed(const GpuTraceJob& job, const typename Search::Storage& storage) {
+  const PlacedObject placed{job.scene, job.object, job.instance};
+  trace_batch(
+      job.count, &job.counts->next_ray,
+      [&](std::uint32_t i) HIPRT_INLINE_LAMBDA { return Search(job.object, placed.to_object(job.rays[i]), storage); },
+      [&](std::uint32_t i, const Search& search) HIPRT_INLINE_LAMBDA {
+        const auto hit =
+            kQuery == Query::kClosest ? placed.to_scene(search.hit(), job.rays[i]) : placed.with_path(search.hit());
+        job.hits[i] = hit;
+        if (job.paths != nullptr) store_path(hit, job.paths + i, 1);
+      });
+}
+
+/// @param storage of this lane's stack.
 template <class Kind, class Search>
 __device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Search::Storage& storage) {
   trace_batch(
@@ -123,7 +138,9 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Ki
   using Search =
       std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, AnyHit<P, Filter, Primitives>>;
   with_stack<Kind, kPolicy>(job, [&](const auto& stack) HIPRT_INLINE_LAMBDA {
-    if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_ways) {
+    if constexpr (Kind::kPlaced) {
+      trace_placed<Search, kQuery>(job, stack);
+    } else if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_ways) {
       __shared__ LevelWays<1> ways[kGpuPolicies[kPolicy].block];
       trace_all<Kind, Search>(job, {stack, ways[threadIdx.x]});
     } else if constexpr (Kind::kLevels != 0) {
@@ -196,16 +213,19 @@ GpuTraceKernel choose_policy(std::index_sequence<kIndices...>, std::size_t polic
 }  // namespace gpu_kernels
 
 /// What kernels are compiled for.
-/// @tparam Asked about hits. @tparam Customs of the scene.
-template <unsigned kMostLevels, bool kOfMotion = false, class Asked = NoFilter, class Customs = NoPrimitives>
+/// @tparam Asked about hits. @tparam Customs of the scene. @tparam kIsPlaced of a scene that is one instance: levels
+/// are those of its object.
+template <unsigned kMostLevels, bool kOfMotion = false, class Asked = NoFilter, class Customs = NoPrimitives,
+          bool kIsPlaced = false>
 struct KernelKind {
+  static constexpr bool kPlaced = kIsPlaced;
   static constexpr unsigned kLevels = kMostLevels;
   static constexpr bool kMoves = kOfMotion;
   using Filter = Asked;
   using Primitives = Customs;
   /// Whether there are kernels of other tests than the default ones.
-  static constexpr bool kAllTests = kLevels <= kGpuChoiceLevels && !kMoves && std::is_same_v<Filter, NoFilter> &&
-                                    std::is_same_v<Primitives, NoPrimitives>;
+  static constexpr bool kAllTests = kLevels <= kGpuChoiceLevels && !kMoves && !kPlaced &&
+                                    std::is_same_v<Filter, NoFilter> && std::is_same_v<Primitives, NoPrimitives>;
 };
 
 /// As find_trace_kernel(), of one kind.
@@ -216,6 +236,7 @@ GpuTraceKernel find_kernel_of(std::size_t policy, NodeLayout layout, Query query
 }
 
 using FlatKernels = KernelKind<0>;
+using PlacedKernels = KernelKind<0, false, NoFilter, NoPrimitives, true>;
 using OneLevelKernels = KernelKind<1>;
 using LevelsKernels = KernelKind<kTraceLevels>;
 using OneMovingLevelKernels = KernelKind<1, true>;
@@ -225,6 +246,7 @@ using FlatShapeKernels = KernelKind<0, false, NoFilter, SceneShapes>;
 using ShapeKernels = KernelKind<kTraceLevels, true, CutOut, SceneShapes>;
 
 extern template GpuTraceKernel find_kernel_of<FlatKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
+extern template GpuTraceKernel find_kernel_of<PlacedKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<OneLevelKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<LevelsKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<OneMovingLevelKernels>(std::size_t, NodeLayout, Query,

@@ -6,9 +6,11 @@
 #include "progress.h"
 
 #include <hiprt_build/gpu/gpu.h>
+#include <hiprt_device/placed_object.h>
 #include <hiprt_device/stacks/rolling.h>
 
 #include <algorithm>
+#include <optional>
 
 namespace hiprt::tools {
 namespace {
@@ -34,6 +36,7 @@ struct GpuTracer::State {
   gpu::Device device;
   std::string device_name;
   gpu::DeviceScene scene;
+  std::optional<PlacedObject> placed;  ///< The scene, if it is one instance of triangles.
   gpu::DeviceArray<Ray> rays;
   gpu::DeviceArray<Hit> hits;
   gpu::DeviceArray<std::uint32_t> paths;
@@ -54,7 +57,9 @@ build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& p
   const std::uint32_t bound = scene.view.stack_bound;
   const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
   const GpuTraceKernel kernel = holes ? find_kernel_through_holes(chosen, scene.view, query)
-                                      : find_trace_kernel(chosen, scene.view, query, policies);
+                                : placed && policies == TracePolicies{}
+                                    ? find_placed_kernel(chosen, placed->object, query)
+                                    : find_trace_kernel(chosen, scene.view, query, policies);
   if (kernel == nullptr)
     return gpu::fail(gpu::ErrorCode::kNoDevice, device_name, ": no kernel for trees of stack bound ", bound, " with ",
                      scene.view.levels, " levels of instances");
@@ -89,8 +94,20 @@ build::Result<void> GpuTracer::State::reserve(const Launch& launch, std::size_t 
 }
 
 build::Result<void> GpuTracer::State::start(const Launch& launch, const DeviceRays& work, const PathScene* holes) {
-  const GpuTraceJob job{scene.view,   work.rays,     work.hits,  work.count, launch.spill_entries,
-                        spill.data(), counts.data(), work.paths, holes};
+  GpuTraceJob job{};
+  job.scene = scene.view;
+  job.rays = work.rays;
+  job.hits = work.hits;
+  job.count = work.count;
+  job.spill_entries = launch.spill_entries;
+  job.spill = spill.data();
+  job.counts = counts.data();
+  job.paths = work.paths;
+  job.holes = holes;
+  if (placed) {
+    job.object = placed->object;
+    job.instance = placed->instance;
+  }
   const unsigned blocks = std::min(launch.blocks, (work.count - 1) / launch.block + 1);
   return gpu::launch(launch.kernel, gpu::Grid{.x = blocks}, nullptr, {.block = launch.block, .name = "trace_rays"},
                      job);
@@ -146,6 +163,9 @@ build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracer
   state->device_name = device->name + ", " + device->architecture;
   state->device = std::move(*device);
   state->scene = std::move(*scene);
+  state->placed = only_instance(view, state->scene.view.base);
+  // Shapes have no kernels of their own for it.
+  if (state->placed && (state->placed->object.features & feature_bit(Feature::kCustom)) != 0) state->placed.reset();
   return GpuTracer(std::move(state));
 }
 

@@ -37,4 +37,11 @@ bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& l
   return !interrupted();
 }
 
+void parallel_each(std::size_t count, unsigned threads, const std::function<void(std::size_t)>& body) {
+  if (count == 1) return body(0);
+  const ThreadLimit limit(threads);
+  tbb::task_arena arena(static_cast<int>(limit.threads()));
+  arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, body, tbb::simple_partitioner{}); });
+}
+
 }  // namespace hiprt::tools

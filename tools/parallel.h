@@ -29,4 +29,8 @@ bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& l
                       const std::function<void(std::size_t begin, std::size_t end)>& body,
                       const std::function<void(double)>& progress = {});
 
+/// Calls @p body(i) for every i below @p count, each once, in no particular order; an interruption does not end it.
+/// @param threads 0: as many as the machine has.
+void parallel_each(std::size_t count, unsigned threads, const std::function<void(std::size_t i)>& body);
+
 }  // namespace hiprt::tools

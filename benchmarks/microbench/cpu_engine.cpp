@@ -97,6 +97,7 @@ class CpuEngine final : public Engine {
                          mask,
                          instances ? kCpuLevels : 0,
                          custom,
+                         false,
                          Resources{}});
   }
 

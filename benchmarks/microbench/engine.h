@@ -27,6 +27,7 @@ struct Variant {
   FeatureMask features;  ///< That a scene may have.
   unsigned levels;       ///< Of instances, that a scene may have.
   bool custom;           ///< Whether it can intersect custom primitives.
+  bool placed;           ///< Only for scenes that are one instance (PlacedObject).
   Resources resources;
 };
 

@@ -3,12 +3,14 @@
 
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_build/gpu/scene.h>
+#include <hiprt_device/placed_object.h>
 #include <hiprt_device/stack.h>
 
 #include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace hiprt::bench {
 namespace {
@@ -57,7 +59,8 @@ class GpuEngine final : public Engine {
       const auto resources = engine->measure_resources(kernel);
       if (!resources) return tl::unexpected(resources.error());
       const bool custom = (kernel.features & feature_bit(Feature::kCustom)) != 0;
-      engine->variants_.push_back({kernel.name, kernel.query, kernel.features, kernel.levels, custom, *resources});
+      engine->variants_.push_back(
+          {kernel.name, kernel.query, kernel.features, kernel.levels, custom, kernel.placed, *resources});
     }
     return engine;
   }
@@ -87,6 +90,7 @@ class GpuEngine final : public Engine {
     auto scene = gpu::upload_scene(tree.view, nullptr, allocator_);
     if (!scene) return tl::unexpected(scene.error());
     scene_ = std::move(*scene);
+    placed_ = only_instance(tree.view, scene_.view.base);
     auto boxes = DeviceArray<Box>::from(tree.boxes, nullptr, allocator_);
     if (!boxes) return tl::unexpected(boxes.error());
     boxes_ = std::move(*boxes);
@@ -160,6 +164,10 @@ class GpuEngine final : public Engine {
     job.next = words_.data();
     job.overflowed = words_.data() + 1;
     job.boxes = boxes_.data();
+    if (placed_) {
+      job.object = placed_->object;
+      job.instance = placed_->instance;
+    }
     return job;
   }
 
@@ -244,6 +252,7 @@ class GpuEngine final : public Engine {
   std::vector<Variant> variants_;
   DeviceArray<std::uint32_t> words_;  ///< GpuJob::next and GpuJob::overflowed.
   gpu::DeviceScene scene_;
+  std::optional<PlacedObject> placed_;  ///< The scene, if it is one instance.
   DeviceArray<Box> boxes_;
   const std::vector<Ray>* rays_ = nullptr;
   DeviceArray<PackedRay> device_rays_;

@@ -24,8 +24,9 @@ template <class TriangleType, class BoxesType> struct Tests {
 };
 
 template <FeatureMask kMask, class FilterType = NoFilter, class PrimitivesType = NoPrimitives, unsigned kLevelCount = 0,
-          bool kMotion = false>
+          bool kMotion = false, bool kIsPlaced = false>
 struct FeatureSet {
+  static constexpr bool kPlaced = kIsPlaced;
   static constexpr FeatureMask kFeatures = kMask;
   static constexpr unsigned kLevels = kLevelCount;
   static constexpr bool kMoves = kMotion;
@@ -45,6 +46,8 @@ using WithCustomAndFilter =
 
 template <unsigned kLevels>
 using WithLevels = FeatureSet<kMaskBits | feature_bit(Feature::kInstances), NoFilter, NoPrimitives, kLevels>;
+/// A scene that is one instance (PlacedObject). The levels are those of its object.
+using Placed = FeatureSet<kMaskBits, NoFilter, NoPrimitives, 0, false, true>;
 template <unsigned kLevels>
 using WithMotion = FeatureSet<kMaskBits | feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion), NoFilter,
                               NoPrimitives, kLevels, true>;
@@ -228,7 +231,11 @@ template <class P, Query kQuery, unsigned kBlock> __device__ HIPRT_INLINE void t
   using Asked = typename QueryOf<kQuery, P, typename Choice::Filter, typename Choice::Primitives>::Type;
   with_storage<P, kBlock>(job, [&](const auto& storage) {
     const auto make = [&](std::uint32_t i) {
-      return Asked(job.scene, load_ray(job, i), storage, make_filter<Choice>(job), make_primitives<Choice>(job));
+      if constexpr (Choice::kPlaced)
+        return Asked(job.object, PlacedObject{job.scene, job.object, job.instance}.to_object(load_ray(job, i)),
+                     storage);
+      else
+        return Asked(job.scene, load_ray(job, i), storage, make_filter<Choice>(job), make_primitives<Choice>(job));
     };
     if constexpr (P::Schedule::kBatchOnly) {
       trace_batch(job.count, job.next, make,
@@ -256,7 +263,9 @@ template <class P, Query kQuery, unsigned kBlock, unsigned kBlocks>
 void add_kernel(std::vector<GpuKernel>& kernels, const VariantName& name) {
   using Place = typename P::StackPlace;
   kernels.push_back({name, kQuery, &trace_rays<P, kQuery, kBlock, kBlocks>, kBlock, P::Schedule::kBatchOnly,
-                     Place::kSpill, Place::kOnChip, P::kFeatures, P::kLevels, kNeedsRayInstruction<P>});
+                     Place::kSpill, Place::kOnChip,
+                     P::kFeatures | (P::FeatureChoice::kPlaced ? feature_bit(Feature::kInstances) : 0),
+                     P::FeatureChoice::kPlaced ? 1 : P::kLevels, P::FeatureChoice::kPlaced, kNeedsRayInstruction<P>});
 }
 
 }  // namespace hiprt::bench

@@ -26,6 +26,8 @@ struct GpuJob {
   std::uint32_t* overflowed;  ///< Counts rays whose stack was too small.
   const Box* boxes;           ///< Custom primitives (BoxSet).
   ExceptPrimitive filter;     ///< No primitive at all: accepts everything, which the compiler cannot know.
+  SceneView object;           ///< Of a scene that is one instance (PlacedObject), for GpuKernel::placed.
+  std::uint32_t instance;
 };
 
 /// Which global memory a stack needs.
@@ -41,6 +43,7 @@ struct GpuKernel {
   std::uint32_t on_chip;  ///< Entries of a thread that need no global memory.
   FeatureMask features;   ///< That a scene may have.
   unsigned levels;        ///< Of instances, that a scene may have.
+  bool placed;            ///< For scenes that are one instance, and no others.
   bool ray_instruction;   ///< Empty on GPUs without that of amd_ray_test.h.
 };
 

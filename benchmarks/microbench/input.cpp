@@ -4,7 +4,7 @@
 #include "cpu_kernels.h"
 
 #include <hiprt_build/file.h>
-#include <hiprt_device/format/validate.h>
+#include <tools/bvh_file.h>
 #include <tools/camera.h>
 #include <tools/rays_file.h>
 
@@ -117,7 +117,7 @@ build::Result<std::vector<fs::path>> find_trees(const fs::path& folder, const st
 build::Result<Tree> load_tree(const fs::path& path) {
   auto buffer = build::map_file(path);
   if (!buffer) return tl::unexpected(buffer.error());
-  if (const auto valid = validate(buffer->bytes()); !valid)
+  if (const auto valid = tools::validate_on(0, buffer->bytes()); !valid)
     return fail(path, "not a valid BVH file: " + to_string(valid.error()));
   const auto view = open_buffer(buffer->bytes());
   if (!view) return fail(path, "not a valid BVH file: " + to_string(view.error()));

@@ -2,6 +2,8 @@
 
 #include "check.h"
 
+#include <hiprt_device/placed_object.h>
+
 #include <algorithm>
 #include <array>
 #include <map>
@@ -104,7 +106,7 @@ class Session {
       const bool fits = variant.name.layout == kLayoutNames[header.layout] &&
                         (variant.query == Query::kAny) == rays.any_hit &&
                         (header.features & ~(variant.features | feature_bit(Feature::kMovingBoxes))) == 0 &&
-                        header.levels <= variant.levels;
+                        header.levels <= variant.levels && (!variant.placed || only_instance(tree.view));
       if (!fits || !is_wanted(variant.name, options_.values)) continue;
       auto& host = hosts[static_cast<std::size_t>(variant.query)];
       if (!host) host.emplace(tree, engine_.rays(), variant.query);

@@ -17,8 +17,9 @@ struct VariantName {
                               ///< rolling-pool, global, restart; with -ways: of instances too, in shared memory
   std::string_view schedule;  ///< immediate, postponed, batchN, batchNvM: WholeWave<N, M> through trace_batch()
   std::string_view order;     ///< sorted: NearFirst, nearest: NearestFirst, stored: Unordered, tested: AsTested
-  std::string_view features;  ///< triangles, splits, masks, filter, custom, custom-filter, levelsN: with
-                              ///< that many levels of instances; movingN: which may move
+  std::string_view features;  ///< triangles, splits, masks, filter, custom, custom-filter, placed: a scene
+                              ///< that is one instance, levelsN: with that many
+                              ///< levels of instances; movingN: which may move
   std::string_view blocks;    ///< 64x14: threads of a block x least blocks of a multiprocessor; CPU: 1x1
 };
 

@@ -253,6 +253,14 @@ struct InstanceNeeds {
     features |= object.features;
     if (record.mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
   }
+  HIPRT_HD void add(const InstanceNeeds& other) {
+    using affine_detail::larger;
+    condition = larger(condition, other.condition);
+    reach = larger(reach, other.reach);
+    if (levels < other.levels) levels = other.levels;
+    if (stack < other.stack) stack = other.stack;
+    features |= other.features;
+  }
 };
 
 /// What a scene's file says of an object, but for where it lies.

@@ -98,7 +98,8 @@ inline Check check_provenance(const BufferView& view) {
 /// @param objects that the file's instances may name, checked; @p records of them.
 template <class Layout>
 tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& view, std::span<const BufferView> objects,
-                                                            std::span<const ObjectRecord> records) {
+                                                            std::span<const ObjectRecord> records,
+                                                            const ParallelLoop& loop) {
   if (auto single = check_instance_leaves(view); !single) return tl::unexpected(single.error());
   const auto tree = TreeCheck<Layout>(view).run();
   if (!tree) return tl::unexpected(tree.error());
@@ -107,7 +108,7 @@ tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& vi
   if (auto shapes = ShapeCheck<Layout>(view).run(); !shapes) return tl::unexpected(shapes.error());
   std::uint32_t need = tree->stack_need;
   if (view.has_instances()) {
-    const auto all = InstanceCheck<Layout>(view, objects, records).run(need);
+    const auto all = InstanceCheck<Layout>(view, objects, records).run(need, loop);
     if (!all) return tl::unexpected(all.error());
     need = *all;
   }
@@ -130,17 +131,19 @@ tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& vi
 /// A whole file. @param objects see validate_content().
 inline tl::expected<ValidateSummary, FormatIssue> validate_file(const BufferView& view,
                                                                 std::span<const BufferView> objects,
-                                                                std::span<const ObjectRecord> records) {
+                                                                std::span<const ObjectRecord> records,
+                                                                const ParallelLoop& loop) {
   if (const std::uint64_t sum = file_checksum(view.bytes); sum != view.header->checksum)
     return fail(FormatError::kBadChecksum, offsetof(FileHeader, checksum), view.header->checksum, sum);
   for (const auto check : {check_padding, check_features, check_provenance})
     if (auto good = check(view); !good) return tl::unexpected(good.error());
   return dispatch_layout(view.layout(),
-                         [&](auto layout) { return validate_content<decltype(layout)>(view, objects, records); });
+                         [&](auto layout) { return validate_content<decltype(layout)>(view, objects, records, loop); });
 }
 
 /// The objects of a scene. An object's instances are of those before it. Offsets in issues are the scene's.
-inline tl::expected<std::vector<BufferView>, FormatIssue> validate_objects(const BufferView& scene) {
+inline tl::expected<std::vector<BufferView>, FormatIssue> validate_objects(const BufferView& scene,
+                                                                           const ParallelLoop& loop) {
   std::vector<BufferView> objects;
   const auto in_scene = [&](FormatIssue issue, std::size_t i) {
     issue.offset += scene.objects[i].offset;
@@ -151,7 +154,7 @@ inline tl::expected<std::vector<BufferView>, FormatIssue> validate_objects(const
     if (!object) return in_scene(object.error(), i);
     if (!object->objects.empty() || object->layout() != scene.layout())
       return fail(FormatError::kBadObject, scene.objects[i].offset, object->header->layout, scene.header->layout);
-    if (auto good = validate_file(*object, objects, scene.objects); !good) return in_scene(good.error(), i);
+    if (auto good = validate_file(*object, objects, scene.objects, loop); !good) return in_scene(good.error(), i);
     if (auto record = check_object_record(scene, i, *object); !record) return tl::unexpected(record.error());
     objects.push_back(*object);
   }
@@ -165,13 +168,21 @@ inline tl::expected<std::vector<BufferView>, FormatIssue> validate_objects(const
 /// @return what was counted, or the first thing that is wrong. Memory: 4 bytes per node, a few bits per leaf and
 /// primitive,
 ///         24 bytes per split primitive. Throws std::bad_alloc only.
-inline tl::expected<ValidateSummary, FormatIssue> validate(std::span<const std::byte> bytes) {
+/// @param loop may check the boxes of instances on many threads, which are most of the work where they are tight. The
+///        answer is the same.
+inline tl::expected<ValidateSummary, FormatIssue> validate(std::span<const std::byte> bytes, const ParallelLoop& loop) {
   using namespace format_detail;
   const auto view = open_buffer(bytes);
   if (!view) return tl::unexpected(view.error());
-  const auto objects = validate_objects(*view);
+  const auto objects = validate_objects(*view, loop);
   if (!objects) return tl::unexpected(objects.error());
-  return validate_file(*view, *objects, view->objects);
+  return validate_file(*view, *objects, view->objects, loop);
+}
+/// The same on this thread.
+inline tl::expected<ValidateSummary, FormatIssue> validate(std::span<const std::byte> bytes) {
+  return validate(bytes, [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    for (std::size_t i = 0; i < count; ++i) body(i);
+  });
 }
 
 }  // namespace hiprt

@@ -9,10 +9,19 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
+
+namespace hiprt {
+
+/// Calls body(i) for every i below a count, in any order, on one thread or many.
+using ParallelLoop = std::function<void(std::size_t count, const std::function<void(std::size_t i)>& body)>;
+
+}  // namespace hiprt
 
 namespace hiprt::format_detail {
 
@@ -40,7 +49,7 @@ template <class Layout> class InstanceCheck {
       : view_(view), objects_(objects), records_(records) {}
 
   /// @param stack_need of the file's own tree. @return that of a traversal with all objects.
-  tl::expected<std::uint32_t, FormatIssue> run(std::uint32_t stack_need) {
+  tl::expected<std::uint32_t, FormatIssue> run(std::uint32_t stack_need, const ParallelLoop& loop) {
     if (view_.geometries.size() != 1 || view_.geometries[0].flags != custom_geometry_flags(0) ||
         view_.geometries[0].mask != 0xffffffffu)
       return fail(FormatError::kGeometryCount, view_.geometry_entry.offset, view_.geometries.size(), 1);
@@ -48,9 +57,7 @@ template <class Layout> class InstanceCheck {
       return fail(FormatError::kPrimitiveCount, view_.geometry_entry.offset + 8, view_.geometries[0].primitive_count,
                   view_.instances.size());
     const auto leaves = view_.records<CustomLeaf>(view_.leaves);
-    for (std::size_t i = 0; i < leaves.size(); ++i)
-      if (auto leaf = check_leaf(leaves[i], view_.leaves.offset + i * sizeof(CustomLeaf)); !leaf)
-        return tl::unexpected(leaf.error());
+    if (auto checked = check_leaves(leaves, loop); !checked) return tl::unexpected(checked.error());
     if (view_.has_moving_boxes())
       if (auto runs = for_each_leaf<Layout>(view_, [this](const LeafPlace& place) { return check_run_box(place); });
           !runs)
@@ -61,7 +68,28 @@ template <class Layout> class InstanceCheck {
   }
 
  private:
-  Check check_leaf(const CustomLeaf& leaf, std::uint64_t at) {
+  /// Boxes that are tight take a while each. @return what is wrong with the first leaf of those that are.
+  Check check_leaves(std::span<const CustomLeaf> leaves, const ParallelLoop& loop) {
+    struct Part {
+      InstanceNeeds needs;
+      std::optional<FormatIssue> issue;
+    };
+    constexpr std::size_t kLeaves = 1024;
+    std::vector<Part> parts((leaves.size() + kLeaves - 1) / kLeaves);
+    loop(parts.size(), [&](std::size_t p) {
+      const std::size_t end = std::min(leaves.size(), (p + 1) * kLeaves);
+      for (std::size_t i = p * kLeaves; i < end && !parts[p].issue; ++i)
+        if (auto leaf = check_leaf(leaves[i], view_.leaves.offset + i * sizeof(CustomLeaf), parts[p].needs); !leaf)
+          parts[p].issue = leaf.error();
+    });
+    for (const Part& part : parts) {
+      if (part.issue) return tl::unexpected(*part.issue);
+      needs_.add(part.needs);
+    }
+    return {};
+  }
+
+  Check check_leaf(const CustomLeaf& leaf, std::uint64_t at, InstanceNeeds& needs) const {
     const LeafInfo& info = leaf.info;
     const InstanceRecord& record = view_.instances[info.primitive[0]];
     const std::uint64_t record_at = view_.instance_entry.offset + info.primitive[0] * sizeof(InstanceRecord);
@@ -83,8 +111,8 @@ template <class Layout> class InstanceCheck {
       return fail(FormatError::kBadInstance, record_at, std::bit_cast<std::uint64_t>(LinearInverse(record).determinant),
                   0);
     if (view_.motion_of(info.primitive[0]).empty())
-      needs_.add(record, records_[record.object]);
-    else if (auto motion = check_motion(info.primitive[0]); !motion)
+      needs.add(record, records_[record.object]);
+    else if (auto motion = check_motion(info.primitive[0], needs); !motion)
       return motion;
     if (object.has_instances() &&
         (object.has_moving_boxes() != view_.has_moving_boxes() ||
@@ -140,7 +168,7 @@ template <class Layout> class InstanceCheck {
     return {};
   }
 
-  Check check_motion(std::size_t instance) {
+  Check check_motion(std::size_t instance, InstanceNeeds& needs) const {
     const MotionRecord& motion = view_.motions[instance];
     const std::uint64_t at = view_.motion_entry.offset + instance * sizeof(MotionRecord);
     if (motion.kind < MotionKind::kSlerp || motion.kind > MotionKind::kMatrix)
@@ -179,8 +207,8 @@ template <class Layout> class InstanceCheck {
     if (!(double{motion.farthest} >= kAlmost * magnification.farthest))
       return fail(FormatError::kBadMotion, at + offsetof(MotionRecord, farthest), float_bits(motion.farthest),
                   float_bits(static_cast<float>(magnification.farthest)));
-    needs_.add(view_.instances[instance], records_[view_.instances[instance].object], magnification);
-    needs_.features |= feature_bit(Feature::kMotion);
+    needs.add(view_.instances[instance], records_[view_.instances[instance].object], magnification);
+    needs.features |= feature_bit(Feature::kMotion);
     return {};
   }
 

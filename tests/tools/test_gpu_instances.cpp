@@ -95,6 +95,23 @@ TEST_CASE("a GPU's hits of instances, and the ways to them, are the CPU's on one
   }
 }
 
+TEST_CASE("a GPU's hits of a scene that is one instance are the CPU's, in every layout") {
+  for (const auto& [name, layout] : kLayouts) {
+    CAPTURE(name);
+    Random random(kSeed);
+    InstanceScene scene;
+    scene.add_file({oracle::soup(40, 0.5, kSeed), oracle::torus(12, 8, 0.4)}, layout);
+    // What holds nothing is in no leaf, and leaves a number behind.
+    scene.add_file({{}}, layout);
+    scene.groups.push_back({{.object = 1}, {.object = 0, .to_scene = checks::random_affine(random, 0.1)}});
+    scene.build();
+    REQUIRE(only_instance(*open_buffer(std::as_const(scene.file).bytes())));
+    compare(scene.file, Query::kClosest, TriangleTestKind::kWatertight, 1000, 0.8);
+    compare(scene.file, Query::kAny, TriangleTestKind::kWatertight, 4000, 0.8);
+    compare(scene.file, Query::kClosest, TriangleTestKind::kFast, 4000, 0.8);
+  }
+}
+
 TEST_CASE("a GPU's hits on many levels, and of what moves, are the CPU's") {
   compare(random_scene(NodeLayout::kPlanes, 3), Query::kClosest, TriangleTestKind::kWatertight, 4000);
   compare(random_scene(NodeLayout::kQuantized, 2), Query::kAny, TriangleTestKind::kWatertight, 4000);

@@ -66,6 +66,69 @@ TEST_CASE("hits do not depend on how instances' boxes and trees are made") {
     }
 }
 
+TEST_CASE("boxes from primitives hold all corners, and no more") {
+  InstanceScene scene;
+  const oracle::Mesh mesh = oracle::soup(300, 0.3, kSeed);
+  scene.add_file({mesh}, NodeLayout::kPlanes);
+  Random random(kSeed);
+  scene.groups.emplace_back();
+  for (unsigned i = 0; i < 60; ++i) scene.groups[0].push_back({.to_scene = random_affine(random, 3.0)});
+  scene.build({.bounds = build::InstanceBounds::kPrimitives});
+  const BufferView view = *open_buffer(scene.file.bytes());
+  for (const CustomLeaf& leaf : view.records<CustomLeaf>(view.leaves)) {
+    CAPTURE(leaf.info.primitive[0]);
+    const StillPlace place(view.instances[leaf.info.primitive[0]]);
+    Box all = format_detail::empty_box();
+    for (const auto& triangle : mesh.triangles)
+      for (const std::uint32_t corner : triangle) {
+        const auto& p = mesh.positions[corner];
+        format_detail::grow(all, place.bounds({{p[0], p[1], p[2]}, {p[0], p[1], p[2]}}));
+      }
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      // Parts of triangles end at boxes, which are rounded.
+      const float slack = 0x1p-20f * (all.max[axis] - all.min[axis]);
+      CHECK(std::fabs(leaf.box[0].min[axis] - all.min[axis]) <= slack);
+      CHECK(std::fabs(leaf.box[0].max[axis] - all.max[axis]) <= slack);
+    }
+  }
+}
+
+TEST_CASE("opened scenes do not depend on the number of threads") {
+  InstanceScene one = random_scene(kSeed, NodeLayout::kPlanes, 1, 100),
+                many = random_scene(kSeed, NodeLayout::kPlanes, 1, 100);
+  one.build({.tree = {.threads = 1}, .opening_budget = 8.0});
+  many.build({.tree = {.threads = 5}, .opening_budget = 8.0});
+  const auto a = std::as_const(one.file).bytes(), b = std::as_const(many.file).bytes();
+  CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end()));
+  CHECK(open_buffer(a)->leaves.count > 700);
+}
+
+TEST_CASE("what validate() says does not depend on who checks the leaves, and when") {
+  InstanceScene scene;
+  scene.add_file({oracle::icosphere(0)}, NodeLayout::kPlanes);
+  scene.groups.emplace_back(5000);
+  Random random(kSeed);
+  for (Instance& instance : scene.groups[0]) instance.to_scene = random_affine(random, 100.0);
+  scene.build();
+  const auto bytes = std::as_const(scene.file).bytes();
+  const auto backwards = [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    CHECK(count > 3);
+    while (count-- > 0) body(count);
+  };
+  REQUIRE(validate(bytes, backwards));
+  CHECK(validate(bytes, backwards)->stack_need == validate(bytes)->stack_need);
+  const BufferView view = *open_buffer(bytes);
+  auto* leaves = reinterpret_cast<CustomLeaf*>(scene.file.bytes().data() + view.leaves.offset);
+  for (const std::size_t bad : {4000u, 1500u}) leaves[bad].box[0].max[1] = leaves[bad].box[0].min[1];
+  reinterpret_cast<FileHeader*>(scene.file.bytes().data())->checksum = file_checksum(bytes);
+  const auto issue = validate(bytes), issue_backwards = validate(bytes, backwards);
+  REQUIRE_FALSE(issue);
+  REQUIRE_FALSE(issue_backwards);
+  CHECK(issue.error().error == FormatError::kBoxNotContained);
+  CHECK(to_string(issue.error()) == to_string(issue_backwards.error()));
+  CHECK((issue.error().offset - view.leaves.offset) / sizeof(CustomLeaf) == 1500);
+}
+
 TEST_CASE("sixteen levels") {
   InstanceScene scene = random_scene(kSeed, NodeLayout::kPlanes, kMostLevels, 2);
   scene.build();
