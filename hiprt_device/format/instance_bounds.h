@@ -102,10 +102,11 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
     const Box whole = box_of(root);
     // Each is a bound: of a part's corners some may be farther than those of the whole.
     limit_ = in_scene(whole);
-    for (unsigned axis = 0; axis < 3; ++axis) {
-      const float size = limit_.max[axis] - limit_.min[axis];
-      per_size_[axis] = size > 0.0f ? 1.0f / size : 0.0f;
-    }
+    if constexpr (kFarthestFirst)
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        const float size = limit_.max[axis] - limit_.min[axis];
+        per_size_[axis] = size > 0.0f ? 1.0f / size : 0.0f;
+      }
     pending_.clear();
     if (root != kInvalidRef) offer(root, levels, limit_);
     while (!pending_.empty()) visit(take());
@@ -113,6 +114,10 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   }
 
  private:
+  /// Of vectors, as a heap, the part comes first that reaches farthest beyond what is found: most others are inside
+  /// that then, and not looked into. The result is the same in any order.
+  static constexpr bool kFarthestFirst = requires(Pending pending) { pending.begin(); };
+
   // clang-format off
   HIPRT_MAY_CALL_HOST  // InstancePlace, which is used on hosts only.
   HIPRT_HD Box in_scene(const Box& box) const { return place_.bounds(box); }
@@ -149,10 +154,6 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
       grow(result_, clipped(content, part.here));
     }
   }
-
-  /// Of vectors, as a heap, the part comes first that reaches farthest beyond what is found: most others are inside
-  /// that then, and not looked into. The result is the same in any order.
-  static constexpr bool kFarthestFirst = requires(Pending pending) { pending.begin(); };
 
   HIPRT_HD void offer(NodeRef ref, unsigned levels, const Box& here) {
     if (first_plane_outside(here, result_) == kNoPlane) return;

@@ -25,6 +25,7 @@
 #include "rolling_stack_host.hip"
 #include "shadow.hip"
 #include "spheres_and_curves_host.hip"
+#include "tiered_stack.hip"
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -73,6 +74,7 @@ TEST_CASE("examples of closest hits, with every kind of stack", "[examples]") {
   SECTION("one call") { start(closest_hits, scene, rays, hits.data(), kCount); }
   SECTION("rolling") { CHECK(launch_rolling(scene, rays, hits.data(), kCount) == 0); }
   SECTION("restart") { start(trace_restarting, scene, rays, hits.data(), kCount); }
+  SECTION("tiered") { start(trace_tiered, scene, rays, hits.data(), kCount); }
   SECTION("global") {
     SpillPool pool{nullptr, nullptr, 3, 0};
     std::vector<StackEntry> memory(global_stack_bytes(scene, pool.slots, 1, pool.entries) / sizeof(StackEntry));

@@ -16,6 +16,7 @@
 #include <tests/examples/restart_stack.hip>
 #include <tests/examples/rolling_stack_host.hip>
 #include <tests/examples/spheres_and_curves_host.hip>
+#include <tests/examples/tiered_stack.hip>
 
 #include <algorithm>
 #include <cmath>
@@ -143,6 +144,8 @@ int check_stacks(const Scene& soup, Work& work) {
   faults += compare("rolling", work.hits, work.expected, same);
   start(trace_restarting, kBlocks, scene, rays, hits, kCount);
   faults += compare("restart", work.hits, work.expected, same);
+  start(trace_tiered, kBlocks, scene, rays, hits, kCount);
+  faults += compare("tiered", work.hits, work.expected, same);
 
   auto locks = cleared<std::uint32_t>(kSlots);
   hiprt::SpillPool pool{locks.data(), nullptr, kSlots, 0};
