@@ -4,7 +4,8 @@
 #include "cpu_kernels.h"
 
 #include <hiprt_build/file.h>
-#include <tools/bvh_file.h>
+#include <hiprt_device/format/validate.h>
+#include <tbb/parallel_for.h>
 #include <tools/camera.h>
 #include <tools/rays_file.h>
 
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -117,7 +119,10 @@ build::Result<std::vector<fs::path>> find_trees(const fs::path& folder, const st
 build::Result<Tree> load_tree(const fs::path& path) {
   auto buffer = build::map_file(path);
   if (!buffer) return tl::unexpected(buffer.error());
-  if (const auto valid = tools::validate_on(0, buffer->bytes()); !valid)
+  const ParallelLoop side_by_side = [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    tbb::parallel_for(std::size_t{0}, count, body);
+  };
+  if (const auto valid = validate(buffer->bytes(), side_by_side); !valid)
     return fail(path, "not a valid BVH file: " + to_string(valid.error()));
   const auto view = open_buffer(buffer->bytes());
   if (!view) return fail(path, "not a valid BVH file: " + to_string(view.error()));

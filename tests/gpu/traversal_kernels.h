@@ -69,7 +69,7 @@ template <unsigned kShared, unsigned kEntries> class InTiers {
  public:
   using Stack = TieredStack<kShared, kEntries>;
 
-  __device__ explicit InTiers(const Job&) { before_ = behind_ = kGuardEntry; }
+  __device__ explicit InTiers(const Job&) : before_(kGuardEntry), behind_(kGuardEntry) {}
   __device__ typename Stack::Storage storage(const Job& job) {
     return {block_.begin(), threadIdx.x, kBlock, memory_, job.failed_rays};
   }
