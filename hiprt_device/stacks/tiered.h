@@ -9,7 +9,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// For rays that part ways, on NVIDIA: local memory is laid out for lanes that go together, their words side by side.
 /// Lanes whose stacks differ in size use four bytes of every sector of 32 that they move, and the L1 cache is full of
-/// stacks. In scenes of instances 1.02 to 1.14 times as fast as a PrivateStack; where lanes go together it is the
+/// stacks. In scenes of many instances 1.02 to 1.14 times as fast as a PrivateStack; where lanes go together it is the
 /// slower one, by up to 5 % (docs/decisions/0010-traversal-on-gpus.md). On AMD nothing is measured.
 /// @tparam kShared entries in shared memory: those that a ray leaves first. @tparam kEntries capacity.
 ///

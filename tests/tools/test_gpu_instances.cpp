@@ -108,7 +108,6 @@ TEST_CASE("a GPU's hits of a scene that is one instance are the CPU's, in every 
     REQUIRE(only_instance(*open_buffer(std::as_const(scene.file).bytes())));
     compare(scene.file, Query::kClosest, TriangleTestKind::kWatertight, 1000, 0.8);
     compare(scene.file, Query::kAny, TriangleTestKind::kWatertight, 4000, 0.8);
-    compare(scene.file, Query::kClosest, TriangleTestKind::kFast, 4000, 0.8);
   }
 }
 
