@@ -32,6 +32,7 @@ constexpr unsigned kResident = 14;
 constexpr unsigned kResident = 1;
 #endif
 using Private = PrivateStack<64>;
+using Tiered = TieredStack<16, 64>;
 using Shared = SharedStack<>;
 using Rolling = RollingStack<8>;
 using Global = GlobalStack;
@@ -67,6 +68,10 @@ template <class Stack, class Use> __device__ void with_storage(const Arguments& 
   if constexpr (std::is_same_v<Stack, Private>) {
     Private::Memory memory;
     use(Private::Storage(memory));
+  } else if constexpr (std::is_same_v<Stack, Tiered>) {
+    __shared__ StackEntry entries[kBlock * Tiered::kEntriesPerThread];
+    Tiered::Memory memory;
+    use(Tiered::Storage(entries, threadIdx.x, kBlock, memory));
   } else if constexpr (std::is_same_v<Stack, Shared>) {
     __shared__ StackEntry entries[kBlock * Shared::kEntriesPerThread];
     use(Shared::Storage(entries, threadIdx.x, kBlock));
@@ -152,6 +157,7 @@ __global__ void __launch_bounds__(kBlock) closest_hardware(Arguments arguments) 
 }
 
 template __global__ void closest<PlanesLayout, Private>(Arguments);
+template __global__ void closest<PlanesLayout, Tiered>(Arguments);
 template __global__ void closest<PlanesLayout, Shared>(Arguments);
 template __global__ void closest<PlanesLayout, Rolling>(Arguments);
 template __global__ void closest<PlanesLayout, Global>(Arguments);
@@ -160,6 +166,7 @@ template __global__ void closest<QuantizedLayout, Private>(Arguments);
 template __global__ void closest<QuantizedLayout, Rolling>(Arguments);
 template __global__ void closest<QuantizedLayout, Restart>(Arguments);
 template __global__ void any<PlanesLayout, Private>(Arguments);
+template __global__ void any<PlanesLayout, Tiered>(Arguments);
 template __global__ void any<PlanesLayout, Shared>(Arguments);
 template __global__ void any<PlanesLayout, Rolling>(Arguments);
 template __global__ void any<PlanesLayout, Global>(Arguments);
@@ -168,6 +175,7 @@ template __global__ void any<QuantizedLayout, Private>(Arguments);
 template __global__ void any<QuantizedLayout, Rolling>(Arguments);
 template __global__ void any<QuantizedLayout, Restart>(Arguments);
 template __global__ void closest_batch<PlanesLayout, Private>(Arguments);
+template __global__ void closest_batch<PlanesLayout, Tiered>(Arguments);
 template __global__ void closest_batch<PlanesLayout, Rolling>(Arguments);
 template __global__ void closest_batch<QuantizedLayout, Rolling>(Arguments);
 template __global__ void any_batch<PlanesLayout, Private>(Arguments);
