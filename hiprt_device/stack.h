@@ -80,9 +80,9 @@ concept PlainStack = StackOf < typename T::template Of<StackEntry>,
 typename T::Storage > &&StackOf<typename T::template Of<NodeRef>, NodeRef, typename T::Storage>;
 
 /// How a traversal comes back to the children that it passed by: make_room() (false: an overflow, which ends
-/// the traversal), later() for each child to visit later, the farthest first, then follow() for the nearest, which
-/// returns where to go on; pop() when a branch is done: the next node no farther than limit, or kInvalidRef at the end.
-/// This is the usual way, on a PlainStack.
+/// the traversal), later() or later_some() for the children to visit later, the farthest first, then follow() for the
+/// nearest, which returns where to go on; pop() when a branch is done: the next node no farther than limit, or
+/// kInvalidRef at the end. This is the usual way, on a PlainStack.
 template <class Stack, class Entry> class StackBacktrack {
  public:
   /// Whether children at the same distance must come in the same order at every visit of their node.
@@ -93,6 +93,8 @@ template <class Stack, class Entry> class StackBacktrack {
   HIPRT_HD HIPRT_INLINE bool make_room() const { return stack_.has_room(); }
   HIPRT_HD HIPRT_INLINE bool empty() const { return stack_.empty(); }
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
+  /// later() for what @p each calls its argument with: kMostPushed entries at most. Stacks with a push_some() are asked
+  /// once for all of them.
   template <class Each> HIPRT_HD HIPRT_INLINE void later_some(Each&& each) {
     if constexpr (requires { stack_.push_some(each); })
       stack_.push_some(each);
@@ -116,6 +118,13 @@ template <class Stack, class Entry> class StackBacktrack {
   typename Stack::template Of<Entry> stack_;
 };
 
+namespace stack_detail {
+/// What later_some() takes, for the concept.
+struct NoEntries {
+  template <class Later> HIPRT_HD void operator()(Later&&) const {}
+};
+}  // namespace stack_detail
+
 /// A policy that brings a way back of its own (stacks/restart.h).
 template <class T>
 concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> way, StackEntry entry, float limit) {
@@ -123,6 +132,7 @@ concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> 
   const typename T::Storage&, NodeRef > ;
   { way.make_room() } -> std::same_as<bool>;
   way.later(entry);
+  way.later_some(stack_detail::NoEntries{});
   { way.follow(entry) } -> std::same_as<NodeRef>;
   { way.pop(limit) } -> std::same_as<NodeRef>;
   { T::template Backtrack<StackEntry>::kNeedsStableOrder } -> std::convertible_to<bool>;
