@@ -36,7 +36,7 @@ template <class StackPolicy, class LanesPolicy, class SchedulePolicy> struct Wit
 struct Room {
   std::vector<StackEntry> block = std::vector<StackEntry>(kThreads * 64, kUntouched);
   std::vector<StackEntry> global = std::vector<StackEntry>(kThreads * 256, kUntouched);
-  TieredStack<1, 256>::Memory own;  ///< Of thread 1.
+  std::vector<StackEntry> own = std::vector<StackEntry>(256);  ///< Of thread 1.
   std::uint32_t overflows = 0;
 
   /// @pre entries were StackEntry: NodeRefs lie closer together.
@@ -53,9 +53,10 @@ template <unsigned N> auto storage(SharedStack<N>, Room& room, std::uint32_t) {
 }
 template <unsigned N, unsigned M> auto storage(TieredStack<N, M>, Room& room, std::uint32_t) {
   using Stack = TieredStack<N, M>;
-  static_assert(sizeof(typename Stack::Memory) <= sizeof(room.own));
-  return typename Stack::Storage(room.block.data(), 1, kThreads, reinterpret_cast<typename Stack::Memory&>(room.own),
-                                 &room.overflows);
+  typename Stack::Memory memory;
+  typename Stack::Storage made(room.block.data(), 1, kThreads, memory, &room.overflows);
+  made.own = room.own.data();
+  return made;
 }
 template <unsigned N> auto storage(RollingStack<N>, Room& room, std::uint32_t capacity) {
   return typename RollingStack<N>::Storage(room.block.data(), 1, kThreads,
