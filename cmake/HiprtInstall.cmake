@@ -10,7 +10,7 @@ install(EXPORT hiprtDeviceTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_di
 
 if(HIPRT_BUILD_LIBRARY)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT build
-    FILES_MATCHING PATTERN "*.h" REGEX "/hiprt_build/[a-z]+$" EXCLUDE)
+    FILES_MATCHING PATTERN "*.h" REGEX "/hiprt_build/[a-z_]+$" EXCLUDE)
   # The GPU runtime, and the header that makes it CUDA's: -I <prefix>/lib/cmake/hiprt/hip_nvidia for nvcc.
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/gpu
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT build FILES_MATCHING PATTERN "*.h")

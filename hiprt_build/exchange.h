@@ -7,7 +7,7 @@
 ///     if (!bvh) std::cerr << bvh.error().message;
 
 #include <hiprt_build/build.h>
-#include <hiprt_device/format/view.h>
+#include <hiprt_build/format/view.h>
 
 #include <vector>
 

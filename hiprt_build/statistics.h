@@ -2,7 +2,7 @@
 /// Quality figures of a tree, measured from its file by one cost function for every builder.
 
 #include <hiprt_build/build.h>
-#include <hiprt_device/format/view.h>
+#include <hiprt_build/format/view.h>
 
 #include <array>
 #include <cstdint>

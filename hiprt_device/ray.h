@@ -2,7 +2,7 @@
 /// Rays and hits.
 
 #include <hiprt_device/format/node.h>
-#include <hiprt_device/vec.h>
+#include <hiprt_device/math/vec.h>
 
 #include <limits>
 

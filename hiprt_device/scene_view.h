@@ -1,8 +1,8 @@
 #pragma once
 /// What a tracer needs of a BVH file: a small value that is passed to kernels.
 
-#include <hiprt_device/format/view.h>
-#include <hiprt_device/vec.h>
+#include <hiprt_build/format/view.h>
+#include <hiprt_device/math/vec.h>
 
 namespace hiprt {
 

@@ -1,20 +1,20 @@
 /// bvhbuild: meshes or a scene of instances in, a BVH file out.
 
-#include "build_command.h"
-#include "build_meshes.h"
-#include "build_report.h"
-#include "cli.h"
-#include "exchange_json.h"
-#include "mesh_inputs.h"
-#include "parallel.h"
-#include "progress.h"
-#include "refit_command.h"
-#include "scene_bake.h"
-#include "scene_build.h"
-#include "scene_flatten.h"
-#include "scene_input.h"
-#include "scene_merge.h"
-#include "shape_inputs.h"
+#include <tools/cli/build_command.h>
+#include <tools/cli/build_meshes.h>
+#include <tools/cli/build_report.h>
+#include <tools/cli/cli.h>
+#include <tools/cli/mesh_inputs.h>
+#include <tools/cli/progress.h>
+#include <tools/cli/refit_command.h>
+#include <tools/cli/scene_input.h>
+#include <tools/cli/shape_inputs.h>
+#include <tools/scene_io/exchange_json.h>
+#include <tools/scene_io/parallel.h>
+#include <tools/scene_io/scene/scene_bake.h>
+#include <tools/scene_io/scene/scene_build.h>
+#include <tools/scene_io/scene/scene_flatten.h>
+#include <tools/scene_io/scene/scene_merge.h>
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exec/stopwatch.h>
@@ -39,7 +39,8 @@ constexpr ToolInfo kInfo{
     "warning says how many there are.\n"
     "A .json or .scene file describes a scene of instances: objects of meshes and shapes, and groups of their "
     "instances on\n"
-    "any number of levels. tools/scene.schema.json says what is in a .json, tools/scene_binary.h what in a .scene.",
+    "any number of levels. tools/scene_io/scene/scene.schema.json says what is in a .json, "
+    "tools/scene_io/scene/scene_binary.h what in a .scene.",
     "  bvhbuild bunny.obj -o bunny.bvh\n"
     "  bvhbuild room.glb chair.ply -o scene.bvh --quality high --stats\n"
     "  bvhbuild city.ply -o city.bvh --device gpu --builder lbvh\n"

@@ -1,12 +1,12 @@
 /// bvhinfo: what is in a BVH file.
 
-#include "bvh_dump.h"
-#include "bvh_file.h"
-#include "cli.h"
-#include "exchange_json.h"
-#include "names.h"
-#include "report.h"
-#include "scene_figures.h"
+#include <tools/cli/bvh_dump.h>
+#include <tools/cli/bvh_file.h>
+#include <tools/cli/cli.h>
+#include <tools/cli/names.h>
+#include <tools/cli/report.h>
+#include <tools/cli/scene_figures.h>
+#include <tools/scene_io/exchange_json.h>
 
 #include <hiprt_build/statistics.h>
 

@@ -1,16 +1,16 @@
 /// bvhrender: a picture of a BVH file.
 
-#include "bvh_file.h"
-#include "cli.h"
-#include "compare_command.h"
-#include "path_command.h"
-#include "progress.h"
-#include "render.h"
-#include "report.h"
-#include "shutter.h"
-#include "text.h"
-#include "trace_device.h"
-#include "trace_names.h"
+#include <tools/cli/bvh_file.h>
+#include <tools/cli/cli.h>
+#include <tools/cli/compare_command.h>
+#include <tools/cli/path_command.h>
+#include <tools/cli/progress.h>
+#include <tools/cli/report.h>
+#include <tools/cli/trace_device.h>
+#include <tools/cli/trace_names.h>
+#include <tools/render/studio/render.h>
+#include <tools/render/studio/shutter.h>
+#include <tools/scene_io/text.h>
 
 #include <hiprt_build/file.h>
 

@@ -1,14 +1,14 @@
 /// bvhtrace: rays through a BVH file.
 
-#include "bvh_file.h"
-#include "cli.h"
-#include "explain.h"
-#include "parallel.h"
-#include "progress.h"
-#include "rays_file.h"
-#include "trace_device.h"
-#include "trace_names.h"
-#include "trace_records.h"
+#include <tools/cli/bvh_file.h>
+#include <tools/cli/cli.h>
+#include <tools/cli/explain.h>
+#include <tools/cli/progress.h>
+#include <tools/cli/trace_device.h>
+#include <tools/cli/trace_names.h>
+#include <tools/cli/trace_records.h>
+#include <tools/scene_io/parallel.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <hiprt_device/scene_view.h>
 

@@ -4,8 +4,8 @@
 #include <benchmarks/common/rounds.h>
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/view.h>
 
 #include <algorithm>
 #include <array>

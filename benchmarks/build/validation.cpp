@@ -4,7 +4,7 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 
 #include <unistd.h>
 

@@ -3,12 +3,12 @@
 #include <benchmarks/common/rounds.h>
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/view.h>
 #include <tests/oracle/cost_within.h>
 #include <tests/oracle/opera_house.h>
-#include <tools/names.h>
-#include <tools/tracer.h>
+#include <tools/cli/names.h>
+#include <tools/render/tracers/tracer.h>
 
 #include <algorithm>
 #include <optional>

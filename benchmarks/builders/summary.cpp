@@ -3,7 +3,7 @@
 #include <benchmarks/common/markdown.h>
 #include <benchmarks/common/program.h>
 
-#include <tools/tracer.h>
+#include <tools/render/tracers/tracer.h>
 
 #include <cmath>
 

@@ -3,7 +3,7 @@
 
 #include <embree3/rtcore.h>
 #include <hiprt_build/error.h>
-#include <tools/mesh_import.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <atomic>
 #include <cstdint>

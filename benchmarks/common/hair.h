@@ -1,8 +1,8 @@
 #pragma once
 /// A head of hair: many thin curves, long and close to each other. The same on every machine.
 
-#include <tools/camera.h>
-#include <tools/mesh_import.h>
+#include <tools/render/studio/camera.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <hiprt_build/input.h>
 

@@ -2,8 +2,8 @@
 /// An island with a forest, in the manner of Disney's Moana scene: few triangles, thousands of millions in instances on
 /// three levels. The same on every machine.
 
-#include <tools/camera.h>
-#include <tools/scene_description.h>
+#include <tools/render/studio/camera.h>
+#include <tools/scene_io/scene/scene_description.h>
 
 #include <cstdint>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// What procedural meshes are put together from.
 
-#include <tools/mesh_import.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <glm/glm.hpp>
 

@@ -2,8 +2,8 @@
 /// Scenes that need no file: the same on every run.
 
 #include <hiprt_build/error.h>
-#include <tools/camera.h>
-#include <tools/mesh_import.h>
+#include <tools/render/studio/camera.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <cstdint>
 

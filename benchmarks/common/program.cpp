@@ -4,7 +4,7 @@
 #include <embree3/rtcore_config.h>
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
-#include <tools/tracer.h>
+#include <tools/render/tracers/tracer.h>
 
 #include <iostream>
 #include <span>

@@ -4,9 +4,9 @@
 #include "spawned_rays.h"
 
 #include <hiprt_build/build.h>
-#include <hiprt_device/format/view.h>
-#include <tools/rays_file.h>
-#include <tools/tracer.h>
+#include <hiprt_build/format/view.h>
+#include <tools/render/tracers/tracer.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <cmath>
 #include <limits>

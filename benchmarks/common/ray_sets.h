@@ -3,8 +3,8 @@
 
 #include <hiprt_build/error.h>
 #include <hiprt_device/ray.h>
-#include <tools/camera.h>
-#include <tools/mesh_import.h>
+#include <tools/render/studio/camera.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <cstdint>
 #include <filesystem>

@@ -6,7 +6,7 @@
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/input.h>
-#include <tools/mesh_import.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <string>
 #include <string_view>

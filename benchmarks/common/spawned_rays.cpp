@@ -1,7 +1,7 @@
 #include "spawned_rays.h"
 
-#include <hiprt_device/spawn.h>
-#include <tools/sampler.h>
+#include <hiprt_device/query/spawn.h>
+#include <tools/render/studio/sampler.h>
 
 #include <array>
 #include <cmath>

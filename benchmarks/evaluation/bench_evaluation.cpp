@@ -7,9 +7,9 @@
 
 #include <embree3/rtcore_config.h>
 #include <hiprt_build/file.h>
-#include <tools/gpu_tracer.h>
-#include <tools/names.h>
-#include <tools/progress.h>
+#include <tools/cli/names.h>
+#include <tools/cli/progress.h>
+#include <tools/render/tracers/gpu_tracer.h>
 
 #include <sys/utsname.h>
 

@@ -1,6 +1,6 @@
 #include "forms.h"
 
-#include <tools/transform.h>
+#include <tools/scene_io/transform.h>
 
 #include <algorithm>
 #include <utility>

@@ -3,7 +3,7 @@
 
 #include "scene_source.h"
 
-#include <tools/scene_flatten.h>
+#include <tools/scene_io/scene/scene_flatten.h>
 
 #include <cstdint>
 #include <span>
@@ -36,7 +36,7 @@ struct Form {
 /// Levels of instances between a scene and its triangles; 1 or more.
 unsigned levels_of(const tools::SceneDescription& scene);
 
-/// - flat: what instances have, transformed (tools/scene_flatten.h): one tree without instances.
+/// - flat: what instances have, transformed (tools/scene_io/scene/scene_flatten.h): one tree without instances.
 /// - two_level: one tree over instances of objects; a group in a group becomes as many instances as there are ways to
 ///   its objects. A scene that is one mesh is one instance of it, which shows what an instance costs.
 /// - deep: the groups as the scene has them.

@@ -3,13 +3,13 @@
 
 #include <benchmarks/common/rounds.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/view.h>
-#include <tools/gpu_builder.h>
-#include <tools/gpu_tracer.h>
-#include <tools/names.h>
-#include <tools/trace_limits.h>
+#include <tools/cli/gpu_builder.h>
+#include <tools/cli/names.h>
+#include <tools/render/tracers/gpu_tracer.h>
+#include <tools/render/tracers/trace_limits.h>
 
 #include <utility>
 

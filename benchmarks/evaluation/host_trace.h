@@ -2,8 +2,8 @@
 /// Rays on all threads of the CPU.
 
 #include <hiprt_device/scene_view.h>
-#include <tools/parallel.h>
-#include <tools/tracer.h>
+#include <tools/render/tracers/tracer.h>
+#include <tools/scene_io/parallel.h>
 
 #include <functional>
 #include <span>

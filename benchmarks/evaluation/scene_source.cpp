@@ -4,8 +4,8 @@
 #include <benchmarks/common/procedural.h>
 #include <benchmarks/common/stadium.h>
 
-#include <tools/mesh_import.h>
-#include <tools/scene_binary.h>
+#include <tools/scene_io/mesh/mesh_import.h>
+#include <tools/scene_io/scene/scene_binary.h>
 
 #include <algorithm>
 #include <array>

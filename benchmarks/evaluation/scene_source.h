@@ -4,9 +4,9 @@
 #include <benchmarks/common/flags.h>
 
 #include <hiprt_build/error.h>
-#include <hiprt_device/vec.h>
-#include <tools/camera.h>
-#include <tools/scene_description.h>
+#include <hiprt_device/math/vec.h>
+#include <tools/render/studio/camera.h>
+#include <tools/scene_io/scene/scene_description.h>
 
 #include <memory>
 #include <optional>

@@ -4,7 +4,7 @@
 
 #include <benchmarks/common/spawned_rays.h>
 
-#include <tools/sampler.h>
+#include <tools/render/studio/sampler.h>
 
 #include <limits>
 #include <utility>

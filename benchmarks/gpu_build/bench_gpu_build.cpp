@@ -7,13 +7,13 @@
 #include <benchmarks/common/flags.h>
 #include <benchmarks/common/markdown.h>
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/gpu/batch.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/device.h>
 #include <hiprt_build/gpu/refit.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/validate.h>
-#include <tools/mesh_formats.h>
+#include <tools/scene_io/mesh/mesh_formats.h>
 
 #include <nlohmann/json.hpp>
 

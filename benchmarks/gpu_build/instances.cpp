@@ -4,9 +4,9 @@
 #include "median.h"
 
 #include <benchmarks/common/markdown.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/gpu/instances.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/validate.h>
 
 #include <nlohmann/json.hpp>
 

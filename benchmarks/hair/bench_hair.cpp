@@ -8,12 +8,12 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
-#include <hiprt_device/format/validate.h>
-#include <tools/names.h>
-#include <tools/parallel.h>
-#include <tools/tracer.h>
+#include <tools/cli/names.h>
+#include <tools/render/tracers/tracer.h>
+#include <tools/scene_io/parallel.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include "cpu_kernels.h"
 
-#include <tools/isa.h>
+#include <tools/render/tracers/isa.h>
 
 namespace hiprt::bench {
 

@@ -3,8 +3,8 @@
 
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_build/gpu/scene.h>
-#include <hiprt_device/placed_object.h>
-#include <hiprt_device/stack.h>
+#include <hiprt_device/instances/placed_object.h>
+#include <hiprt_device/traverse/stacks/stack.h>
 
 #include <algorithm>
 #include <cstring>

@@ -6,13 +6,13 @@
 #include "gpu_kernels.h"
 
 #include <hip/hip_runtime.h>
-#include <hiprt_device/amd_ray_test.h>
-#include <hiprt_device/batch.h>
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/stacks/restart.h>
-#include <hiprt_device/stacks/rolling.h>
-#include <hiprt_device/stacks/shared.h>
-#include <hiprt_device/stacks/tiered.h>
+#include <hiprt_device/intersect/amd_ray_test.h>
+#include <hiprt_device/query/batch.h>
+#include <hiprt_device/traverse/stacks/restart.h>
+#include <hiprt_device/traverse/stacks/rolling.h>
+#include <hiprt_device/traverse/stacks/shared.h>
+#include <hiprt_device/traverse/stacks/tiered.h>
 
 #include <type_traits>
 

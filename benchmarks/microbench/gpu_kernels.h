@@ -6,7 +6,7 @@
 
 #include <hiprt_device/filter.h>
 #include <hiprt_device/scene_view.h>
-#include <hiprt_device/stacks/spill.h>
+#include <hiprt_device/traverse/stacks/spill.h>
 
 #include <vector>
 

@@ -4,10 +4,10 @@
 #include "cpu_kernels.h"
 
 #include <hiprt_build/file.h>
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 #include <tbb/parallel_for.h>
-#include <tools/camera.h>
-#include <tools/rays_file.h>
+#include <tools/render/studio/camera.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <algorithm>
 #include <cmath>

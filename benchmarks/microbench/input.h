@@ -3,7 +3,7 @@
 
 #include <hiprt_build/buffer.h>
 #include <hiprt_build/error.h>
-#include <hiprt_device/format/view.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/ray.h>
 
 #include <filesystem>

@@ -2,7 +2,7 @@
 
 #include "check.h"
 
-#include <hiprt_device/placed_object.h>
+#include <hiprt_device/instances/placed_object.h>
 
 #include <algorithm>
 #include <array>

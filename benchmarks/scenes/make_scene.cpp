@@ -13,9 +13,9 @@
 #include "../common/stadium.h"
 
 #include <hiprt_build/file.h>
-#include <tools/scene_binary.h>
-#include <tools/shape_import.h>
-#include <tools/text.h>
+#include <tools/scene_io/scene/scene_binary.h>
+#include <tools/scene_io/shapes/shape_import.h>
+#include <tools/scene_io/text.h>
 
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,6 @@
 #include "kernel.h"
 
-#include <tools/tracer.h>
+#include <tools/render/tracers/tracer.h>
 
 #include <string_view>
 

@@ -4,7 +4,7 @@
 #include <benchmarks/common/program.h>
 #include <benchmarks/common/rounds.h>
 
-#include <tools/tracer.h>
+#include <tools/render/tracers/tracer.h>
 
 #include <algorithm>
 #include <cmath>

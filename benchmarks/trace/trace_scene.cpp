@@ -1,6 +1,6 @@
 #include "trace_scene.h"
 
-#include <hiprt_device/format/view.h>
+#include <hiprt_build/format/view.h>
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,7 @@
 
 #include <hiprt_build/file.h>
 #include <tests/oracle/meshes.h>
-#include <tools/progress.h>
+#include <tools/cli/progress.h>
 
 #include <algorithm>
 #include <ctime>

@@ -5,8 +5,8 @@
 #include <benchmarks/common/rounds.h>
 #include <benchmarks/trace/embree_trace.h>
 #include <tests/oracle/embree_scene.h>
-#include <tools/isa.h>
-#include <tools/parallel.h>
+#include <tools/render/tracers/isa.h>
+#include <tools/scene_io/parallel.h>
 
 #include <exception>
 #include <memory>

@@ -3,7 +3,7 @@
 #include "places.h"
 
 #include <hiprt_build/gpu/gpu.h>
-#include <tools/progress.h>
+#include <tools/cli/progress.h>
 
 #include <algorithm>
 #include <optional>

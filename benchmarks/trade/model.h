@@ -3,9 +3,9 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/error.h>
-#include <hiprt_device/vec.h>
+#include <hiprt_device/math/vec.h>
 #include <tests/oracle/mesh.h>
-#include <tools/mesh_import.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <array>
 #include <string>

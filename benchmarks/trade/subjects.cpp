@@ -1,6 +1,6 @@
 #include "engine.h"
 
-#include <tools/names.h>
+#include <tools/cli/names.h>
 
 #include <iterator>
 

@@ -2,8 +2,8 @@
 /// 32 lanes of a wave as a group (see group.h), whatever the wave's size: so results are the same on every GPU. All
 /// functions are called by all lanes of the group together. Internal.
 
-#include <hiprt_device/atomic.h>
-#include <hiprt_device/wave.h>
+#include <hiprt_device/math/atomic.h>
+#include <hiprt_device/math/wave.h>
 
 #include <array>
 #include <cstddef>

@@ -1,9 +1,9 @@
 #pragma once
 /// Triangles that custom primitives compute, met by the tests that those of a scene's leaves are met by.
 
-#include <hiprt_device/double_triangle_test.h>
-#include <hiprt_device/primitive.h>
-#include <hiprt_device/surface.h>
+#include <hiprt_device/intersect/double_triangle_test.h>
+#include <hiprt_device/intersect/hit_surface.h>
+#include <hiprt_device/primitives/primitive.h>
 
 #include <type_traits>
 

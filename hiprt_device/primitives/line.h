@@ -5,9 +5,9 @@
 /// them correctly rounded (docs/decisions/0009-custom-primitives.md), and no plain product is an operand of + or -, so
 /// that a compiler that contracts finds nothing to contract.
 
-#include <hiprt_device/box_test.h>
 #include <hiprt_device/format/shape.h>
-#include <hiprt_device/primitive.h>
+#include <hiprt_device/intersect/box_test.h>
+#include <hiprt_device/primitives/primitive.h>
 #include <hiprt_device/ray.h>
 
 #include <bit>

@@ -1,7 +1,7 @@
 #pragma once
 /// Triangles whose corners move, as custom primitives: meshes that deform.
 
-#include <hiprt_device/motion.h>
+#include <hiprt_device/instances/motion.h>
 #include <hiprt_device/primitives/computed_leaf.h>
 #include <hiprt_device/primitives/line.h>
 

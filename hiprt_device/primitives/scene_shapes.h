@@ -1,7 +1,7 @@
 #pragma once
 /// Spheres and round linear curves as a scene's file has them.
 
-#include <hiprt_device/primitive_table.h>
+#include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>
 #include <hiprt_device/scene_view.h>

@@ -1,8 +1,8 @@
 #pragma once
 /// A built file that tests of refits move: what must hold after a refit, and after a refusal.
 
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/refit.h>
-#include <hiprt_device/format/validate.h>
 #include <tests/build/tight_boxes.h>
 #include <tests/oracle/mesh.h>
 

@@ -1,11 +1,11 @@
 // Trees over Morton codes, step by step: against slow texts of the same definitions.
 
-#include <hiprt_build/builders/bottom_up.h>
-#include <hiprt_build/exec/group.h>
-#include <hiprt_build/steps/hploc.h>
-#include <hiprt_build/steps/lbvh.h>
-#include <hiprt_build/steps/morton.h>
-#include <hiprt_build/steps/ploc.h>
+#include <hiprt_build/exec/lane_group.h>
+#include <hiprt_build/lbvh_ploc/bottom_up.h>
+#include <hiprt_build/lbvh_ploc/hploc.h>
+#include <hiprt_build/lbvh_ploc/lbvh.h>
+#include <hiprt_build/lbvh_ploc/morton.h>
+#include <hiprt_build/lbvh_ploc/ploc_steps.h>
 #include <tests/build/machine.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>

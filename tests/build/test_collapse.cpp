@@ -1,8 +1,8 @@
 // The collapse to four children against all ways to collapse, and its cost against the one measured from the file.
 
-#include <hiprt_build/builders/sah.h>
+#include <hiprt_build/collapse/collapse.h>
+#include <hiprt_build/sah_sbvh/sah.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_build/steps/collapse.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 

@@ -1,9 +1,9 @@
 // Custom primitives in trees: alone, beside meshes, in every layout and by every builder.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/validate.h>
+#include <hiprt_build/pair/custom_pair.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_build/steps/custom_pair.h>
-#include <hiprt_device/format/validate.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 

@@ -1,11 +1,11 @@
 // Reinsertion and cut references, step by step.
 
-#include <hiprt_build/builders/presplit.h>
-#include <hiprt_build/builders/reinsertion.h>
+#include <hiprt_build/input/references.h>
+#include <hiprt_build/lbvh_ploc/cluster.h>
+#include <hiprt_build/pair/pair.h>
+#include <hiprt_build/presplit/presplit.h>
+#include <hiprt_build/reinsert/reinsert_rounds.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_build/steps/cluster.h>
-#include <hiprt_build/steps/pair.h>
-#include <hiprt_build/steps/references.h>
 #include <tests/build/machine.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>

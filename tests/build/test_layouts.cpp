@@ -2,8 +2,8 @@
 // per level.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/validate.h>
 #include <tests/amount.h>
 #include <tests/build/tight_boxes.h>
 #include <tests/oracle/meshes.h>

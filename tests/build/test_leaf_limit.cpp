@@ -1,8 +1,8 @@
 // The run of leaves below one reference holds at most max_leaf_triangles triangles, and makes use of them.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
-#include <hiprt_device/format/view.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 

@@ -1,7 +1,7 @@
 // Morton codes, and the sort of them.
 
 #include <hiprt_build/exec/radix_sort.h>
-#include <hiprt_build/steps/morton.h>
+#include <hiprt_build/lbvh_ploc/morton.h>
 #include <tests/build/machine.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>

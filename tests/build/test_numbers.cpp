@@ -1,12 +1,12 @@
 // Numbers and sizes at the limits of what can be built, without the memory: arrays that are mapped but not there.
 
+#include <hiprt_build/encode/encode.h>
 #include <hiprt_build/exec/scratch.h>
-#include <hiprt_build/steps/edges.h>
-#include <hiprt_build/steps/encode.h>
-#include <hiprt_build/steps/lbvh.h>
-#include <hiprt_build/steps/morton.h>
-#include <hiprt_build/steps/references.h>
-#include <hiprt_build/steps/reinsert.h>
+#include <hiprt_build/input/references.h>
+#include <hiprt_build/lbvh_ploc/lbvh.h>
+#include <hiprt_build/lbvh_ploc/morton.h>
+#include <hiprt_build/pair/edges.h>
+#include <hiprt_build/reinsert/reinsert_steps.h>
 #include <tests/build/machine.h>
 
 #include <catch2/catch.hpp>

@@ -1,6 +1,6 @@
 // Which triangles share a leaf: always two of one mesh with a common edge, whatever the index buffer looks like.
 
-#include <hiprt_build/steps/pair.h>
+#include <hiprt_build/pair/pair.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 

@@ -1,14 +1,14 @@
 // Progress and cancelling: how often a build asks whether to go on, and what it leaves behind when it is not to.
 
-#include <hiprt_build/builders/presplit.h>
-#include <hiprt_build/src/build_on.h>
-#include <hiprt_build/steps/pair.h>
-#include <hiprt_build/steps/references.h>
+#include <hiprt_build/input/references.h>
+#include <hiprt_build/pair/pair.h>
+#include <hiprt_build/pipeline/build_on.h>
+#include <hiprt_build/presplit/presplit.h>
 #include <tests/build/machine.h>
 #include <tests/build/progress_watch.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
-#include <tools/names.h>
+#include <tools/cli/names.h>
 
 #include <catch2/catch.hpp>
 

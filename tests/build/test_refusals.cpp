@@ -1,7 +1,7 @@
 // What a builder refuses, with what it says.
 
 #include <hiprt_build/build.h>
-#include <hiprt_build/steps/encode.h>
+#include <hiprt_build/encode/encode.h>
 #include <tests/oracle/meshes.h>
 
 #include <catch2/catch.hpp>

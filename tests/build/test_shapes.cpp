@@ -1,10 +1,10 @@
 // Spheres and curves in builds: what the file holds, what is refused and where, what a refit moves.
 
 #include <hiprt_build/exchange.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_build/shapes.h>
-#include <hiprt_device/format/validate.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,8 +1,8 @@
 #pragma once
 /// Whether the boxes of a file are as small as its layout allows, looked at node by node.
 
-#include <hiprt_device/format/validate_box.h>
-#include <hiprt_device/format/view.h>
+#include <hiprt_build/format/validate_box.h>
+#include <hiprt_build/format/view.h>
 
 #include <catch2/catch.hpp>
 

@@ -2,7 +2,7 @@
 // A restart trail under an order that it cannot follow.
 
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/stacks/restart.h>
+#include <hiprt_device/traverse/stacks/restart.h>
 
 struct P : hiprt::Policies<> {
   using Stack = hiprt::RestartStack<4>;

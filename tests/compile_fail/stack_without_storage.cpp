@@ -2,7 +2,7 @@
 // One call with a stack in shared memory, and no word of where that is.
 
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/stacks/rolling.h>
+#include <hiprt_device/traverse/stacks/rolling.h>
 
 #if HIPRT_FAULT
 using Stack = hiprt::RollingStack<8>;

@@ -1,7 +1,7 @@
 // What a user's first program does: one triangle, its BVH, one ray. Exit status 0 when the ray hits where it should.
 
 #include <hiprt_build/build.h>
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
 
 #include <array>

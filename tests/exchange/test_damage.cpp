@@ -2,7 +2,7 @@
 
 #include "trees.h"
 
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/every_hit.h>
 

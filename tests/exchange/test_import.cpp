@@ -2,8 +2,8 @@
 
 #include "trees.h"
 
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/validate.h>
 #include <tests/build/progress_watch.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// No box hides a hit: what is hit through a tree is what is hit when every triangle is tried, to the last bit.
 
-#include <hiprt_device/exact_triangle_test.h>
+#include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/primitives/computed_leaf.h>
 #include <tests/flags/check.h>
 #include <tests/flags/lattice.h>

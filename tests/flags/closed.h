@@ -1,8 +1,8 @@
 #pragma once
 /// Closed meshes: rays from inside, mostly at vertices and edges, do not leak, and lines cross evenly.
 
-#include <hiprt_device/exact_triangle_test.h>
-#include <hiprt_device/t_error.h>
+#include <hiprt_device/intersect/exact_triangle_test.h>
+#include <hiprt_device/query/t_error.h>
 #include <tests/flags/check.h>
 #include <tests/flags/lattice.h>
 

@@ -2,7 +2,7 @@
 /// Instances that move and turn: closed meshes do not leak, no box hides a hit, hits lie within their instances' boxes,
 /// and nothing leaves its bounds.
 
-#include <hiprt_device/format/instance_bounds.h>
+#include <hiprt_build/format/instance_bounds.h>
 #include <tests/flags/boxes.h>
 #include <tests/flags/closed.h>
 #include <tests/flags/spawned.h>

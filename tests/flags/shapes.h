@@ -3,7 +3,7 @@
 
 #include <hiprt_build/shapes.h>
 #include <hiprt_device/primitives/scene_shapes.h>
-#include <hiprt_device/spawn.h>
+#include <hiprt_device/query/spawn.h>
 #include <tests/flags/spawned.h>
 #include <tests/primitives/digest.h>
 #include <tests/primitives/measure.h>

@@ -2,8 +2,8 @@
 /// Hits are within their error of the triangle, and a ray that starts there at spawn_origin() does not meet the
 /// triangle again and starts near the hit.
 
-#include <hiprt_device/exact_triangle_test.h>
-#include <hiprt_device/spawn.h>
+#include <hiprt_device/intersect/exact_triangle_test.h>
+#include <hiprt_device/query/spawn.h>
 #include <tests/flags/boxes.h>
 
 #include <array>

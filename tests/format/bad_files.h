@@ -3,7 +3,7 @@
 
 #include "test_scene.h"
 
-#include <hiprt_device/format/error.h>
+#include <hiprt_build/format/error.h>
 
 #include <functional>
 #include <vector>

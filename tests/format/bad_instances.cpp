@@ -3,8 +3,8 @@
 
 #include "bad_files.h"
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
-#include <hiprt_device/format/view.h>
 
 #include <stdexcept>
 

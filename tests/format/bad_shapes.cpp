@@ -3,7 +3,7 @@
 #include "bad_files.h"
 #include "shape_files.h"
 
-#include <hiprt_device/format/view.h>
+#include <hiprt_build/format/view.h>
 
 #include <limits>
 

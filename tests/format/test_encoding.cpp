@@ -1,7 +1,7 @@
 /// Boxes into nodes and back, for every layout: contained, as tight as promised, exact. By exact rationals (GMP).
 
+#include <hiprt_build/format/validate_quantized.h>
 #include <hiprt_device/format/layout.h>
-#include <hiprt_device/format/validate_quantized.h>
 #include <tests/oracle/exact.h>
 #include <tests/oracle/random.h>
 

@@ -3,8 +3,8 @@
 #include "safe_walk.h"
 #include "test_scene.h"
 
+#include <hiprt_build/format/validate.h>
 #include <hiprt_device/format/layout.h>
-#include <hiprt_device/format/validate.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,8 +1,8 @@
 /// The validator's own helpers: bit sets with rank, UTF-8, boxes.
 
-#include <hiprt_device/format/bit_set.h>
-#include <hiprt_device/format/utf8.h>
-#include <hiprt_device/format/validate_box.h>
+#include <hiprt_build/format/bit_set.h>
+#include <hiprt_build/format/utf8.h>
+#include <hiprt_build/format/validate_box.h>
 
 #include <catch2/catch.hpp>
 

@@ -4,7 +4,7 @@
 #include "safe_walk.h"
 #include "shape_files.h"
 
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 
 #include <catch2/catch.hpp>
 

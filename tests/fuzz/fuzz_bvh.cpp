@@ -5,7 +5,7 @@
 #include "mutate.h"
 #include "rays.h"
 
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/primitives/scene_shapes.h>
 

@@ -4,9 +4,9 @@
 #include "../format/test_scene.h"
 #include "random.h"
 
+#include <hiprt_build/format/validate_box.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
-#include <hiprt_device/format/validate_box.h>
-#include <hiprt_device/format/view.h>
 
 #include <cstring>
 

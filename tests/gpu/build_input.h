@@ -1,8 +1,8 @@
 #pragma once
 /// Scenes that a device and the host build, and what must hold of the files.
 
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/gpu/build.h>
-#include <hiprt_device/format/validate.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>
 #include <tests/oracle/meshes.h>

@@ -1,12 +1,12 @@
 // Traversal kernels as programs write them, whose use of registers and memory is in resources.json.
 
-#include <hiprt_device/amd_ray_test.h>
-#include <hiprt_device/batch.h>
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/primitive_table.h>
-#include <hiprt_device/stacks/restart.h>
-#include <hiprt_device/stacks/rolling.h>
-#include <hiprt_device/stacks/shared.h>
+#include <hiprt_device/intersect/amd_ray_test.h>
+#include <hiprt_device/primitives/primitive_table.h>
+#include <hiprt_device/query/batch.h>
+#include <hiprt_device/traverse/stacks/restart.h>
+#include <hiprt_device/traverse/stacks/rolling.h>
+#include <hiprt_device/traverse/stacks/shared.h>
 
 namespace hiprt::checks {
 
@@ -25,7 +25,7 @@ struct Discs {
 namespace {
 
 constexpr unsigned kBlock = 64;
-/// As tools/gpu_policies.h: blocks of a multiprocessor on NVIDIA, waves of a SIMD on AMD.
+/// As tools/render/tracers/gpu_policies.h: blocks of a multiprocessor on NVIDIA, waves of a SIMD on AMD.
 #if defined(__CUDACC__)
 constexpr unsigned kResident = 14;
 #else

@@ -1,7 +1,7 @@
 // BVHs built on the device: the files are those of the CPU's builders, bit by bit, where both pair alike.
 
+#include <hiprt_build/collapse/collapse_plan.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_build/steps/collapse_plan.h>
 #include <tests/gpu/build_input.h>
 #include <tests/oracle/odd_meshes.h>
 

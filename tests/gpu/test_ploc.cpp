@@ -1,8 +1,8 @@
 // Locally-ordered clustering on the device makes the host's tree, byte by byte.
 
-#include <hiprt_build/builders/ploc.h>
 #include <hiprt_build/gpu/device_buffer.h>
-#include <hiprt_build/src/gpu_ploc.h>
+#include <hiprt_build/lbvh_ploc/gpu_ploc.h>
+#include <hiprt_build/lbvh_ploc/ploc.h>
 #include <tests/build/machine.h>
 #include <tests/gpu/results.h>
 

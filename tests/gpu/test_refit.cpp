@@ -1,9 +1,9 @@
 // Refits on the device: the files are those of the host's refit, bit by bit.
 
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/gpu/refit.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/validate.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>
 #include <tests/oracle/meshes.h>

@@ -1,12 +1,12 @@
 // Trees from the top on the device: whole, and as cheap as those of the host.
 
-#include <hiprt_build/builders/sah.h>
-#include <hiprt_build/builders/sbvh.h>
-#include <hiprt_build/exec/group.h>
+#include <hiprt_build/exec/lane_group.h>
 #include <hiprt_build/gpu/device_buffer.h>
-#include <hiprt_build/src/gpu_top_down.h>
-#include <hiprt_build/steps/pair_window.h>
-#include <hiprt_build/steps/references.h>
+#include <hiprt_build/input/references.h>
+#include <hiprt_build/pair/pair_window.h>
+#include <hiprt_build/sah_sbvh/gpu_top_down.h>
+#include <hiprt_build/sah_sbvh/sah.h>
+#include <hiprt_build/sah_sbvh/sbvh.h>
 #include <tests/build/machine.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>

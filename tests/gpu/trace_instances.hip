@@ -2,7 +2,7 @@
 
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/stacks/rolling.h>
+#include <hiprt_device/traverse/stacks/rolling.h>
 
 namespace hiprt::checks {
 namespace {

@@ -2,10 +2,10 @@
 /// What the host gives the kernels of the traversal test, what they answer, and the table of kernels.
 
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/primitive_table.h>
+#include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>
-#include <hiprt_device/stacks/rolling.h>
+#include <hiprt_device/traverse/stacks/rolling.h>
 
 #include <hip/hip_runtime.h>
 

@@ -1,11 +1,11 @@
 #pragma once
 /// One kernel template for all policies and queries; for .hip sources.
 
-#include <hiprt_device/batch.h>
-#include <hiprt_device/stacks/private.h>
-#include <hiprt_device/stacks/restart.h>
-#include <hiprt_device/stacks/shared.h>
-#include <hiprt_device/stacks/tiered.h>
+#include <hiprt_device/query/batch.h>
+#include <hiprt_device/traverse/stacks/private.h>
+#include <hiprt_device/traverse/stacks/restart.h>
+#include <hiprt_device/traverse/stacks/shared.h>
+#include <hiprt_device/traverse/stacks/tiered.h>
 #include <tests/gpu/traversal_job.h>
 
 namespace hiprt::checks {

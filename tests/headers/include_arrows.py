@@ -22,7 +22,7 @@ import sys
 
 # Headers of hiprt_device that know nothing of scenes: arithmetic, atomic operations, lanes of a wave. Everything else
 # outside format/ is traversal.
-MATH = {'hiprt_device/atomic.h', 'hiprt_device/memory.h', 'hiprt_device/motion.h', 'hiprt_device/vec.h', 'hiprt_device/wave.h'}
+MATH = {'hiprt_device/math/atomic.h', 'hiprt_device/math/memory.h', 'hiprt_device/instances/motion.h', 'hiprt_device/math/vec.h', 'hiprt_device/math/wave.h'}
 # What a tracer is given: host code that uploads a scene needs it without the traversal.
 SCENE = {'hiprt_device/scene_view.h'}
 
@@ -100,8 +100,8 @@ def fault(root, path, name, quoted):
     if target is None:
         if quoted or name.startswith(('hiprt_device/', 'hiprt_build/', 'tools/')):
             return f'{name} does not exist in the project'
-        if name.startswith('glm/') and path != 'hiprt_device/vec.h':
-            return 'only hiprt_device/vec.h includes GLM'
+        if name.startswith('glm/') and path != 'hiprt_device/math/vec.h':
+            return 'only hiprt_device/math/vec.h includes GLM'
         in_device = mine in ('format', 'math', 'scene', 'traversal')
         if GPU.match(name) and in_device and path != 'hiprt_device/format/portability.h':
             return 'in hiprt_device only format/portability.h includes a GPU runtime'

@@ -2,8 +2,8 @@
 /// The surface area heuristic for a part of a scene.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
-#include <hiprt_device/format/view.h>
 
 #include <algorithm>
 

@@ -3,8 +3,8 @@
 /// Meshes are closed and lie around Target::centre, so that a ray from inside has something to meet.
 
 #include <hiprt_build/input.h>
-#include <hiprt_device/closest_hit.h>
-#include <hiprt_device/spawn.h>
+#include <hiprt_device/query/closest_hit.h>
+#include <hiprt_device/query/spawn.h>
 
 #include <cstdint>
 

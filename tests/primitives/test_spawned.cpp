@@ -1,6 +1,6 @@
 // Rays that leave a primitive from a hit do not meet it again from outside; those that enter it leave it once.
 
-#include <hiprt_device/spawn.h>
+#include <hiprt_device/query/spawn.h>
 #include <tests/primitives/measure.h>
 
 #include <catch2/catch.hpp>

@@ -5,7 +5,7 @@
 #include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
 #include <tests/oracle/meshes.h>
-#include <tools/path_trace.h>
+#include <tools/render/path/path_trace.h>
 
 #include <catch2/catch.hpp>
 

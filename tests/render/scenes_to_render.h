@@ -4,9 +4,9 @@
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/scenes.h>
-#include <tools/color.h>
-#include <tools/render.h>
-#include <tools/studio.h>
+#include <tools/render/image/color.h>
+#include <tools/render/studio/render.h>
+#include <tools/render/studio/studio.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,9 +1,9 @@
 #pragma once
 /// LDR-FLIP step by step as the paper has it, in double precision, with filters that are applied as a whole to every
-/// pixel: what tools/flip.h is held against. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images",
-/// 2020.
+/// pixel: what tools/render/image/flip.h is held against. Andersson et al., "FLIP: A Difference Evaluator for
+/// Alternating Images", 2020.
 
-#include <tools/color_image.h>
+#include <tools/render/image/color_image.h>
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include <tools/camera.h>
+#include <tools/render/studio/camera.h>
 
 #include <catch2/catch.hpp>
 

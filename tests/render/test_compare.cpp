@@ -4,11 +4,11 @@
 #include "slow_flip.h"
 
 #include <tests/oracle/random.h>
-#include <tools/color.h>
-#include <tools/color_map.h>
-#include <tools/flip_color.h>
-#include <tools/flip_filters.h>
-#include <tools/image_compare.h>
+#include <tools/render/image/color.h>
+#include <tools/render/image/flip_color.h>
+#include <tools/render/image/flip_filters.h>
+#include <tools/render/image/image_compare.h>
+#include <tools/render/studio/color_map.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
-#include <tools/color_map.h>
-#include <tools/heatmap.h>
+#include <tools/render/studio/color_map.h>
+#include <tools/render/studio/heatmap.h>
 
 #include <catch2/catch.hpp>
 

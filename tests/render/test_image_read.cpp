@@ -5,7 +5,7 @@
 #include <hiprt_build/file.h>
 #include <tests/oracle/random.h>
 #include <tests/tools/temp_folder.h>
-#include <tools/image_read.h>
+#include <tools/render/image/image_read.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,8 +1,8 @@
 #include "read_images.h"
 
 #include <tests/tools/temp_folder.h>
-#include <tools/color.h>
-#include <tools/image.h>
+#include <tools/render/image/color.h>
+#include <tools/render/image/image.h>
 
 #include <catch2/catch.hpp>
 

@@ -4,7 +4,7 @@
 #include "scenes_to_render.h"
 
 #include <tests/traversal/instance_scenes.h>
-#include <tools/heatmap.h>
+#include <tools/render/studio/heatmap.h>
 
 #include <cmath>
 

@@ -3,9 +3,9 @@
 
 #include <tests/amount.h>
 #include <tests/oracle/random.h>
-#include <tools/path_bsdf.h>
-#include <tools/path_lights.h>
-#include <tools/path_sky.h>
+#include <tools/render/path/path_bsdf.h>
+#include <tools/render/path/path_lights.h>
+#include <tools/render/path/path_sky.h>
 
 #include <catch2/catch.hpp>
 

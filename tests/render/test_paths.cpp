@@ -3,8 +3,8 @@
 #include "path_scenes.h"
 
 #include <tests/oracle/random.h>
-#include <tools/path_bsdf.h>
-#include <tools/progress.h>
+#include <tools/cli/progress.h>
+#include <tools/render/path/path_bsdf.h>
 
 #include <algorithm>
 #include <csignal>

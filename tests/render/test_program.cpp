@@ -5,7 +5,7 @@
 
 #include <hiprt_build/instances.h>
 #include <hiprt_device/format/node.h>
-#include <tools/color.h>
+#include <tools/render/image/color.h>
 
 #include <nlohmann/json.hpp>
 

@@ -3,8 +3,8 @@
 #include "read_images.h"
 #include "renderer.h"
 
-#include <tools/image_compare.h>
-#include <tools/image_read.h>
+#include <tools/render/image/image_compare.h>
+#include <tools/render/image/image_read.h>
 
 #include <nlohmann/json.hpp>
 

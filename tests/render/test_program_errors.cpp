@@ -2,7 +2,7 @@
 
 #include "renderer.h"
 
-#include <tools/bvh_file.h>
+#include <tools/cli/bvh_file.h>
 
 #include <algorithm>
 

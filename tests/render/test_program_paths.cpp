@@ -4,8 +4,8 @@
 #include "renderer.h"
 
 #include <tests/tools/gltf_builder.h>
-#include <tools/image.h>
-#include <tools/mesh_import.h>
+#include <tools/render/image/image.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <hiprt_build/shapes.h>
 

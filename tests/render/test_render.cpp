@@ -3,9 +3,9 @@
 
 #include "scenes_to_render.h"
 
-#include <hiprt_device/query.h>
+#include <hiprt_device/query/query.h>
 #include <tests/oracle/brute_force.h>
-#include <tools/progress.h>
+#include <tools/cli/progress.h>
 
 #include <cmath>
 #include <csignal>

@@ -1,4 +1,4 @@
-#include <tools/sampler.h>
+#include <tools/render/studio/sampler.h>
 
 #include <catch2/catch.hpp>
 

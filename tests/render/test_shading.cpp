@@ -2,8 +2,8 @@
 
 #include "scenes_to_render.h"
 
-#include <tools/color_map.h>
-#include <tools/heatmap.h>
+#include <tools/render/studio/color_map.h>
+#include <tools/render/studio/heatmap.h>
 
 #include <algorithm>
 #include <cmath>

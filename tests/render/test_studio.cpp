@@ -1,5 +1,5 @@
-#include <tools/color.h>
-#include <tools/studio.h>
+#include <tools/render/image/color.h>
+#include <tools/render/studio/studio.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,7 +1,7 @@
 /// The boxes of a tree's levels: all of the scene is in them, on every level, whatever its instances do.
 
 #include <hiprt_build/instances.h>
-#include <tools/tree_boxes.h>
+#include <tools/render/studio/tree_boxes.h>
 
 #include <catch2/catch.hpp>
 

@@ -3,13 +3,13 @@
 
 #include "gltf_builder.h"
 
-#include <tools/build_meshes.h>
-#include <tools/mesh_inputs.h>
-#include <tools/scene_build.h>
-#include <tools/scene_flatten.h>
-#include <tools/scene_input.h>
-#include <tools/shape_inputs.h>
-#include <tools/surface_load.h>
+#include <tools/cli/build_meshes.h>
+#include <tools/cli/mesh_inputs.h>
+#include <tools/cli/scene_input.h>
+#include <tools/cli/shape_inputs.h>
+#include <tools/scene_io/scene/scene_build.h>
+#include <tools/scene_io/scene/scene_flatten.h>
+#include <tools/scene_io/surface/surface_load.h>
 
 #include <catch2/catch.hpp>
 

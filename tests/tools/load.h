@@ -3,7 +3,7 @@
 
 #include "temp_folder.h"
 
-#include <tools/mesh_import.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <catch2/catch.hpp>
 

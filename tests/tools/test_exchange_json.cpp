@@ -3,7 +3,7 @@
 #include "temp_folder.h"
 
 #include <tests/exchange/trees.h>
-#include <tools/exchange_json.h>
+#include <tools/scene_io/exchange_json.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -1,9 +1,9 @@
 /// GpuTracer in scenes of instances: hits and paths are those of trace(), bit for bit, on any levels and in motion.
 
 #include <tests/traversal/shape_scenes.h>
-#include <tools/gpu_tracer.h>
-#include <tools/names.h>
-#include <tools/trace_device.h>
+#include <tools/cli/names.h>
+#include <tools/cli/trace_device.h>
+#include <tools/render/tracers/gpu_tracer.h>
 
 #include <algorithm>
 #include <bit>

@@ -2,7 +2,7 @@
 
 #include <tests/render/path_scenes.h>
 #include <tests/traversal/shape_scenes.h>
-#include <tools/gpu_tracer.h>
+#include <tools/render/tracers/gpu_tracer.h>
 
 using namespace hiprt;
 using namespace hiprt::test;

@@ -1,6 +1,6 @@
 /// The table of gpu_policies.h, and which device runs which code.
 
-#include <tools/gpu_policies.h>
+#include <tools/render/tracers/gpu_policies.h>
 
 #include <catch2/catch.hpp>
 

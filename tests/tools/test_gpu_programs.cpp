@@ -5,10 +5,10 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 #include <tests/gpu/random_scene.h>
-#include <tools/names.h>
-#include <tools/rays_file.h>
+#include <tools/cli/names.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -3,9 +3,9 @@
 
 #include <hiprt_build/build.h>
 #include <tests/gpu/random_scene.h>
-#include <tools/gpu_tracer.h>
-#include <tools/names.h>
-#include <tools/progress.h>
+#include <tools/cli/names.h>
+#include <tools/cli/progress.h>
+#include <tools/render/tracers/gpu_tracer.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,7 +1,7 @@
 #include "load.h"
 
-#include <tools/polygons.h>
-#include <tools/progress.h>
+#include <tools/cli/progress.h>
+#include <tools/scene_io/mesh/polygons.h>
 
 #include <csignal>
 #include <filesystem>

@@ -1,6 +1,6 @@
 #include "load.h"
 
-#include <tools/polygons.h>
+#include <tools/scene_io/mesh/polygons.h>
 
 #include <limits>
 

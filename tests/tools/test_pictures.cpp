@@ -3,8 +3,8 @@
 #include "picture_files.h"
 
 #include <tests/oracle/random.h>
-#include <tools/material_library.h>
-#include <tools/picture.h>
+#include <tools/scene_io/surface/material_library.h>
+#include <tools/scene_io/surface/picture.h>
 
 #include <catch2/catch.hpp>
 

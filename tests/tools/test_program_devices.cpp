@@ -2,7 +2,7 @@
 
 #include "programs.h"
 
-#include <tools/rays_file.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

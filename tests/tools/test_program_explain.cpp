@@ -3,7 +3,7 @@
 #include "json_result.h"
 #include "programs.h"
 
-#include <tools/rays_file.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <nlohmann/json.hpp>
 

@@ -4,7 +4,7 @@
 
 #include <hiprt_build/file.h>
 #include <hiprt_build/instances.h>
-#include <tools/rays_file.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

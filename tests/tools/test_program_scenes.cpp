@@ -6,7 +6,7 @@
 #include "scene_file.h"
 
 #include <hiprt_build/file.h>
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
 
 #include <catch2/catch.hpp>

@@ -5,8 +5,8 @@
 #include "programs.h"
 
 #include <hiprt_build/file.h>
-#include <hiprt_device/format/validate.h>
-#include <tools/rays_file.h>
+#include <hiprt_build/format/validate.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

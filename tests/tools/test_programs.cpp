@@ -4,7 +4,7 @@
 #include "json_result.h"
 #include "programs.h"
 
-#include <tools/rays_file.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

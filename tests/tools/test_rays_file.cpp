@@ -1,6 +1,6 @@
 #include "load.h"
 
-#include <tools/rays_file.h>
+#include <tools/scene_io/rays_file.h>
 
 #include <limits>
 

@@ -3,7 +3,7 @@
 #include "load.h"
 #include "two_levels.h"
 
-#include <tools/scene_bake.h>
+#include <tools/scene_io/scene/scene_bake.h>
 
 #include <catch2/catch.hpp>
 

@@ -3,7 +3,7 @@
 #include "load.h"
 #include "scene_file.h"
 
-#include <tools/scene_binary.h>
+#include <tools/scene_io/scene/scene_binary.h>
 
 #include <catch2/catch.hpp>
 

@@ -3,7 +3,7 @@
 #include "load.h"
 #include "two_levels.h"
 
-#include <tools/scene_flatten.h>
+#include <tools/scene_io/scene/scene_flatten.h>
 
 #include <catch2/catch.hpp>
 

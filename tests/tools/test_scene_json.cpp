@@ -3,7 +3,7 @@
 #include "load.h"
 #include "temp_folder.h"
 
-#include <tools/scene_json.h>
+#include <tools/scene_io/scene/scene_json.h>
 
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 
 #include "hair_files.h"
 
-#include <tools/shape_import.h>
+#include <tools/scene_io/shapes/shape_import.h>
 
 #include <catch2/catch.hpp>
 

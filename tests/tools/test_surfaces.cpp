@@ -6,7 +6,7 @@
 
 #include <hiprt_device/scene_view.h>
 #include <tests/oracle/random.h>
-#include <tools/tracer.h>
+#include <tools/render/tracers/tracer.h>
 
 #include <array>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 /// A small scene of instances, as descriptions have it.
 
-#include <tools/scene_description.h>
+#include <tools/scene_io/scene/scene_description.h>
 
 #include <string>
 

@@ -1,7 +1,7 @@
 #include <tests/traversal/box_tests.h>
 
-#include <hiprt_device/box_test.h>
 #include <hiprt_device/format/layout.h>
+#include <hiprt_device/intersect/box_test.h>
 
 namespace hiprt::checks {
 

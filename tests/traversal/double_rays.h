@@ -1,8 +1,8 @@
 #pragma once
 /// What tests of double rays have in common: tracers for every layout, rays, and exact answers (GMP rationals).
 
-#include <hiprt_device/double_rays.h>
-#include <hiprt_device/query.h>
+#include <hiprt_device/query/double_rays.h>
+#include <hiprt_device/query/query.h>
 #include <tests/oracle/probe.h>
 #include <tests/oracle/random.h>
 #include <tests/traversal/scenes.h>

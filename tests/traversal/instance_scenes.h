@@ -1,8 +1,8 @@
 #pragma once
 /// Scenes of instances, and what a ray hits in them when every instance is tried.
 
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/instances.h>
-#include <hiprt_device/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>

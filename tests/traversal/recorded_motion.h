@@ -3,10 +3,10 @@
 
 #include <tests/traversal/moving_scenes.h>
 
-#include <hiprt_build/src/motion_segments.h>
-#include <hiprt_device/format/instance_bounds.h>
-#include <hiprt_device/format/moving_box.h>
-#include <hiprt_device/motion.h>
+#include <hiprt_build/format/instance_bounds.h>
+#include <hiprt_build/format/moving_box.h>
+#include <hiprt_build/instances/motion_segments.h>
+#include <hiprt_device/instances/motion.h>
 
 #include <algorithm>
 #include <array>

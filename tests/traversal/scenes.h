@@ -2,12 +2,12 @@
 /// Built scenes for traversal tests: one mesh list under every builder, layout, leaf size and pairing.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/quantize.h>
-#include <hiprt_device/format/view.h>
 #include <hiprt_device/scene_view.h>
 #include <tests/oracle/brute_force.h>
 #include <tests/oracle/mesh.h>
-#include <tools/names.h>
+#include <tools/cli/names.h>
 
 #include <catch2/catch.hpp>
 

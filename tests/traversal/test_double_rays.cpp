@@ -1,8 +1,8 @@
 // Rays in double: against exact arithmetic, far from the origin, through instances; hits do not depend on the tree, and
 // nothing leaks.
 
-#include <hiprt_device/spawn.h>
-#include <hiprt_device/t_error.h>
+#include <hiprt_device/query/spawn.h>
+#include <hiprt_device/query/t_error.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/double_rays.h>
 #include <tests/traversal/instance_scenes.h>

@@ -5,7 +5,7 @@
 #include <tests/traversal/triangle_judge.h>
 #include <tests/traversal/workers.h>
 
-#include <hiprt_device/format/affine.h>
+#include <hiprt_device/math/affine.h>
 
 #include <functional>
 

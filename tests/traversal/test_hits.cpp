@@ -7,7 +7,7 @@
 #include <tests/traversal/tracers.h>
 #include <tests/traversal/workers.h>
 
-#include <hiprt_device/spawn.h>
+#include <hiprt_device/query/spawn.h>
 #include <catch2/catch.hpp>
 
 using namespace hiprt;

@@ -1,7 +1,7 @@
 // Instances and motion at the extremes: closed meshes do not leak, whatever is between them and the scene; rays and
 // times of any bits.
 
-#include <hiprt_device/exact_triangle_test.h>
+#include <hiprt_device/intersect/exact_triangle_test.h>
 #include <tests/traversal/extreme_instances.h>
 #include <tests/traversal/workers.h>
 

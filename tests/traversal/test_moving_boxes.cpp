@@ -3,7 +3,7 @@
 
 #include <tests/traversal/recorded_motion.h>
 
-#include <hiprt_device/moving_box.h>
+#include <hiprt_device/instances/moving_box.h>
 #include <tests/oracle/hill_climb.h>
 #include <tests/traversal/workers.h>
 

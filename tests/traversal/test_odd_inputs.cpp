@@ -6,7 +6,7 @@
 #include <tests/traversal/scenes.h>
 #include <tests/traversal/tracers.h>
 
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 
 #include <catch2/catch.hpp>
 

@@ -5,7 +5,7 @@
 #include <tests/traversal/embree_agreement.h>
 #include <tests/traversal/tracers.h>
 #include <tests/traversal/workers.h>
-#include <tools/mesh_import.h>
+#include <tools/scene_io/mesh/mesh_import.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,9 +1,9 @@
 // Refitted files are traced like fresh ones, bit for bit; their bytes do not depend on threads; and what the figures
 // of a refit say of the work of rays.
 
+#include <hiprt_build/format/validate.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_build/statistics.h>
-#include <hiprt_device/format/validate.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/motions.h>
 #include <tests/oracle/odd_meshes.h>

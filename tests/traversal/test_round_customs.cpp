@@ -2,7 +2,7 @@
 
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>
-#include <hiprt_device/stacks/restart.h>
+#include <hiprt_device/traverse/stacks/restart.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/custom_shapes.h>
 #include <tests/traversal/explain.h>

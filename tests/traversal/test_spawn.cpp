@@ -1,6 +1,6 @@
 // Rays spawned at hits do not meet the surface they leave, and their origins are moved no farther than they must.
 
-#include <hiprt_device/spawn.h>
+#include <hiprt_device/query/spawn.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/explain.h>

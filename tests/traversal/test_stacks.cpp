@@ -1,10 +1,10 @@
 // Every stack gives the hits of a stack that is large enough, or says that it was too small.
 
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/stacks/restart.h>
-#include <hiprt_device/stacks/rolling.h>
-#include <hiprt_device/stacks/shared.h>
-#include <hiprt_device/stacks/tiered.h>
+#include <hiprt_device/traverse/stacks/restart.h>
+#include <hiprt_device/traverse/stacks/rolling.h>
+#include <hiprt_device/traverse/stacks/shared.h>
+#include <hiprt_device/traverse/stacks/tiered.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>

@@ -1,10 +1,10 @@
 // The bound of t holds against exact arithmetic, and is not much larger than it must be; policies without a surface
 // find the same hits.
 
-#include <hiprt_device/double_rays.h>
-#include <hiprt_device/exact_triangle_test.h>
-#include <hiprt_device/query.h>
-#include <hiprt_device/t_error.h>
+#include <hiprt_device/intersect/exact_triangle_test.h>
+#include <hiprt_device/query/double_rays.h>
+#include <hiprt_device/query/query.h>
+#include <hiprt_device/query/t_error.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/scenes.h>

@@ -2,10 +2,10 @@
 
 #include <tests/traversal/worst_cases.h>
 
-#include <hiprt_device/double_triangle_test.h>
-#include <hiprt_device/exact_triangle_test.h>
-#include <hiprt_device/format/instance_bounds.h>
-#include <hiprt_device/spawn.h>
+#include <hiprt_build/format/instance_bounds.h>
+#include <hiprt_device/intersect/double_triangle_test.h>
+#include <hiprt_device/intersect/exact_triangle_test.h>
+#include <hiprt_device/query/spawn.h>
 
 using namespace hiprt;
 using namespace hiprt::checks;

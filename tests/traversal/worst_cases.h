@@ -2,7 +2,7 @@
 /// A ray and a triangle made of genes, what a test makes of them, and searches for the case that uses up most of a
 /// bound.
 
-#include <hiprt_device/box_ray.h>
+#include <hiprt_device/intersect/box_ray.h>
 #include <hiprt_device/primitives/computed_leaf.h>
 #include <tests/oracle/hill_climb.h>
 #include <tests/oracle/ray_triangle.h>

@@ -1,6 +1,6 @@
 // A user who has a BVH file and no builder. Here the file is too short to be one, and is refused with the reason.
 
-#include <hiprt_device/format/validate.h>
+#include <hiprt_build/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
 
 #include <array>

@@ -1,3 +1,3 @@
 #pragma once
+#include <hiprt_device/math/vec.h>
 #include <hiprt_device/ray.h>  // expect
-#include <hiprt_device/vec.h>

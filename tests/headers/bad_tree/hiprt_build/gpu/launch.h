@@ -2,7 +2,7 @@
 #include <embree3/rtcore.h>  // expect
 #include <hip/hip_runtime.h>
 #include <hiprt_build/build.h>
-#include <hiprt_build/steps/pair.h>  // expect
-#include <hiprt_device/ray.h>        // expect
+#include <hiprt_build/pair/pair.h>  // expect
+#include <hiprt_device/ray.h>       // expect
 #include <hiprt_device/scene_view.h>
 #include <tools/options.h>  // expect

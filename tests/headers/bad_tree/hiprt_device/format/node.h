@@ -1,10 +1,10 @@
 #pragma once
 // A tree that breaks each rule of include_arrows.py once; every forbidden line says so.
-#include <hip/hip_runtime.h>    // expect
-#include <hiprt_build/build.h>  // expect
-#include <hiprt_device/ray.h>   // expect
-#include <hiprt_device/vec.h>   // expect
-#include <tools/options.h>      // expect
+#include <hip/hip_runtime.h>        // expect
+#include <hiprt_build/build.h>      // expect
+#include <hiprt_device/math/vec.h>  // expect
+#include <hiprt_device/ray.h>       // expect
+#include <tools/options.h>          // expect
 
 #include <cstdint>
 /* #include <hiprt_device/ray.h> in a comment is none */

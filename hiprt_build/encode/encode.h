@@ -1,0 +1,30 @@
+#pragma once
+/// Wide tree to the bytes of a file. Internal.
+
+#include <hiprt_build/collapse/collapse.h>
+#include <hiprt_build/error.h>
+#include <hiprt_build/pair/pair.h>
+
+#include <string>
+
+namespace hiprt::build {
+
+struct EncodeInput {
+  const PrimitiveSoup& soup;
+  const GroupedPrimitives& grouped;
+  const BinaryTree& tree;
+  const WideTree& wide;
+  NodeLayout layout;
+  std::string provenance;  ///< Of make_provenance(); encode() sets its exchange slack.
+};
+
+/// @return kTooLarge, with the numbers, when the last of so many nodes and leaves would be beyond kAddressLimit.
+Result<void> check_addresses(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves);
+
+/// Writes a whole file. Nodes lie in depth-first order with siblings side by side, leaves in the order of the tree.
+/// Boxes are encoded from the leaves to the root: a parent states for a node what that node's bytes decode to.
+/// @pre layout kQuantized: no coordinate is beyond kQuantizedLimit.
+/// @return the error of check_addresses().
+Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input);
+
+}  // namespace hiprt::build

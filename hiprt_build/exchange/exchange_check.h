@@ -1,0 +1,46 @@
+#pragma once
+/// What the import needs to know of a tree of unknown origin. Internal.
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/exchange.h>
+#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/input/geometry.h>
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace hiprt::build {
+
+/// A triangle that is in several leaves, and one of those.
+struct Share {
+  std::uint32_t primitive, leaf;
+
+  friend bool operator<(const Share& a, const Share& b) {
+    return a.primitive != b.primitive ? a.primitive < b.primitive : a.leaf < b.leaf;
+  }
+};
+
+struct CheckedTree {
+  /// Of a home: the number of a primitive that is in the same several leaves.
+  static constexpr std::uint32_t kShared = 0x80000000u;
+
+  ScratchArray<std::uint32_t> order;  ///< All nodes, parents before their children.
+  /// Per primitive: its leaf; or kShared and a primitive, the same one for all that are in the same leaves; kInvalidId
+  /// for dropped ones. Of a custom primitive in several leaves the one whose box it enlarges least, then the lower
+  /// node: what is in a part of its box nobody knows.
+  ScratchArray<std::uint32_t> home;
+  std::vector<Share> shares;  ///< Sorted.
+
+  std::span<const Share> shares_of(std::uint32_t primitive) const {
+    const auto begin = std::lower_bound(shares.begin(), shares.end(), Share{primitive, 0});
+    const auto end = std::lower_bound(begin, shares.end(), Share{primitive + 1, 0});
+    return {begin, end};
+  }
+};
+
+/// @pre check_sizes() and check_indices() accepted the scene.
+/// @return the errors of validate(const ExchangeBvh&, const SceneInput&).
+Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const PrimitiveSoup& soup);
+
+}  // namespace hiprt::build

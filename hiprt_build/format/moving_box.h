@@ -1,0 +1,145 @@
+#pragma once
+/// Boxes of instances that go with these, linearly from the begin of a scene's motion to its end, so that a ray enters
+/// only what is about where it is at the ray's time. In double, host only; why so: hiprt_device/docs/decisions/0015.
+
+#include <hiprt_build/format/motion_bounds.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace hiprt::format_detail {
+
+/// When a scene moves: FileHeader::shutter_begin and shutter_rate.
+struct Shutter {
+  float begin = 0.0f, rate = 0.0f;
+
+  /// Where a time is in it: 0 at the begin, 1 at the end.
+  double place(double time) const { return (time - double{begin}) * double{rate}; }
+};
+
+/// What each plane of a box has gone at the end.
+struct BoxDrift {
+  double min[3] = {}, max[3] = {};
+
+  BoxDrift() = default;
+  BoxDrift(const Box& begin, const Box& end) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      min[axis] = double{end.min[axis]} - double{begin.min[axis]};
+      max[axis] = double{end.max[axis]} - double{begin.max[axis]};
+    }
+  }
+};
+
+/// An instance on its way as planes see it that drift, for InstanceBounder: bounds() holds at the begin, and its planes
+/// at any time after they have gone their drift's part.
+class DriftingPlace {
+ public:
+  /// @param slack as InstancePlace's.
+  DriftingPlace(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
+                const Shutter& shutter, const BoxDrift& drift, double slack = 1.0)
+      : still_(record, slack), drift_(drift), slack_(slack) {
+    for (const MotionSegment& segment : segments)
+      parts_.push_back({SegmentMotion(segment, kind), shutter.place(segment.time[0]), shutter.place(segment.time[1])});
+  }
+
+  Box bounds(const Box& box) const {
+    Box result;
+    if (parts_.empty()) {
+      const Box still = still_.bounds(box);
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        const double low = still.min[axis], high = still.max[axis];
+        result.min[axis] = affine_detail::round_down(std::min(low, low - drift_.min[axis]));
+        result.max[axis] = affine_detail::round_up(std::max(high, high - drift_.max[axis]));
+      }
+      return result;
+    }
+    MotionRange low[3], high[3];
+    motion_detail::for_each_corner(box, [&](const double(&p)[3]) {
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        grow(low[axis], axis, p, drift_.min[axis]);
+        grow(high[axis], axis, p, drift_.max[axis]);
+      }
+    });
+    return motion_detail::rounded_box(low, high);
+  }
+
+ private:
+  struct Part {
+    SegmentMotion motion;
+    double begin, end;  ///< In the shutter.
+  };
+
+  void grow(MotionRange& range, unsigned axis, const double (&p)[3], double drift) const {
+    for (const Part& part : parts_) {
+      const MotionCurve curve = part.motion.curve(axis, p);
+      MotionRange passed;
+      curve.drifting(drift * part.begin, drift * part.end).grow(passed, slack_);
+      // at_time() has s with three roundings: it is where the motion is by as much earlier or later. What does not
+      // drift holds that already.
+      const double beside = drift == 0.0 ? 0.0 : (4.0 + slack_) * 0x1p-24 * curve.speed();
+      range.low = std::min(range.low, passed.low - beside);
+      range.high = std::max(range.high, passed.high + beside);
+    }
+    // Before the first key and behind the last it stands still.
+    parts_.front().motion.curve(axis, p).grow_at(range, 0.0, 0.0, slack_);
+    parts_.back().motion.curve(axis, p).grow_at(range, 1.0, drift, slack_);
+  }
+
+  StillPlace still_;
+  std::vector<Part> parts_;
+  BoxDrift drift_;
+  double slack_;
+};
+
+/// Where an instance is when its motion begins, or when it ends.
+class PlaceAtKey {
+ public:
+  PlaceAtKey(std::span<const MotionSegment> segments, MotionKind kind, bool last)
+      : motion_(last ? segments.back() : segments.front(), kind), s_(last ? 1.0 : 0.0) {}
+
+  Box bounds(const Box& box) const {
+    MotionRange range[3];
+    motion_detail::for_each_corner(box, [&](const double(&p)[3]) {
+      for (unsigned axis = 0; axis < 3; ++axis) motion_.curve(axis, p).grow_at(range[axis], s_, 0.0, 1.0);
+    });
+    return motion_detail::rounded_box(range, range);
+  }
+
+ private:
+  SegmentMotion motion_;
+  double s_;
+};
+
+/// What box_at() may round, with the largest coordinate m of both boxes along an axis and u = 2^-24: the place in the
+/// shutter is off by 2 u at most, so what is added, at most 2 m, by 4 u m; the difference by 2 u m, the product by 2 u
+/// m, the sum by u m. Less than 12 u m.
+inline double moving_box_room(const Box& begin, const BoxDrift& drift, unsigned axis) {
+  const double low = begin.min[axis], high = begin.max[axis];
+  return 12 * 0x1p-24 *
+         std::max(
+             {std::fabs(low), std::fabs(high), std::fabs(low + drift.min[axis]), std::fabs(high + drift.max[axis])});
+}
+
+/// @param at_begin what DriftingPlace says. @return at begin and end, with room for box_at()'s rounding; or @p whole,
+/// twice, where floats do not hold that.
+inline std::pair<Box, Box> moving_box(const Box& at_begin, const BoxDrift& drift, const Box& whole) {
+  Box begin, end;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const double low = at_begin.min[axis], high = at_begin.max[axis];
+    const double low_end = low + drift.min[axis], high_end = high + drift.max[axis];
+    const double room = 1.25 * moving_box_room(at_begin, drift, axis);
+    begin.min[axis] = affine_detail::round_down(low - room);
+    end.min[axis] = affine_detail::round_down(low_end - room);
+    begin.max[axis] = affine_detail::round_up(high + room);
+    end.max[axis] = affine_detail::round_up(high_end + room);
+    for (const float gone : {end.min[axis] - begin.min[axis], end.max[axis] - begin.max[axis]})
+      if (!std::isfinite(gone)) return {whole, whole};
+  }
+  return {begin, end};
+}
+
+}  // namespace hiprt::format_detail

@@ -1,0 +1,102 @@
+#include <hiprt_build/exec/run_cpu.h>
+#include <hiprt_build/input/check_input.h>
+#include <hiprt_build/shapes.h>
+
+namespace hiprt::build {
+namespace {
+
+/// "point 17: radius -1"
+std::string point_fault(const Shapes& shapes, std::size_t i) {
+  const ShapePoint& point = shapes.points[i];
+  std::string message = "point " + std::to_string(i) + ": ";
+  for (unsigned axis = 0; axis < 3; ++axis)
+    if (!shape_detail::is_finite(point.position[axis]))
+      return message + "xyz"[axis] + " is " + text(static_cast<double>(point.position[axis]));
+  return message + "radius " + text(static_cast<double>(point.radius)) +
+         (point.radius < 0.0f ? ", at least 0 expected" : ", a finite number expected");
+}
+
+/// @param place in front of messages.
+Result<void> check_shapes(CpuEngine& engine, const Shapes& shapes, const std::string& place) {
+  constexpr std::uint64_t kMostPoints = kInvalidId;
+  const std::size_t points = shapes.points.size();
+  if (points > kMostPoints)
+    return tl::unexpected(
+        Error{ErrorCode::kTooLarge,
+              place + std::to_string(points) + " points of shapes, the limit is " + std::to_string(kMostPoints)});
+  if (shapes.kind != ShapeKind::kCurves && !shapes.segments.empty())
+    return tl::unexpected(
+        invalid(place + std::to_string(shapes.segments.size()) + " segments of shapes that are no curves"));
+  const std::size_t bad =
+      engine.find_first(points, [&](std::size_t i) { return !shape_detail::is_valid(shapes.points[i]); });
+  if (bad != points) return tl::unexpected(invalid(place + point_fault(shapes, bad)));
+  const std::size_t i = engine.find_first(shapes.segments.size(),
+                                          [&](std::size_t k) { return std::size_t{shapes.segments[k]} + 1 >= points; });
+  if (i == shapes.segments.size()) return {};
+  return tl::unexpected(
+      invalid(place + "segment " + std::to_string(i) + ": points " + std::to_string(shapes.segments[i]) + " and " +
+              std::to_string(std::uint64_t{shapes.segments[i]} + 1) + ", but there are " + std::to_string(points)));
+}
+
+/// Boxes that build() drops need not hold anything.
+bool holds(const Box& box, const Box& shape) {
+  for (unsigned axis = 0; axis < 3; ++axis)
+    if (!(shape_detail::is_finite(box.min[axis]) && shape_detail::is_finite(box.max[axis]) &&
+          box.min[axis] <= box.max[axis]))
+      return true;
+  for (unsigned axis = 0; axis < 3; ++axis)
+    if (box.min[axis] > shape.min[axis] || box.max[axis] < shape.max[axis]) return false;
+  return true;
+}
+
+}  // namespace
+
+Result<void> check_shapes(CpuEngine& engine, const PrimitiveSoup& soup) {
+  for (std::size_t c = 0; c < soup.customs.size(); ++c) {
+    const CustomGeometry& custom = soup.customs[c];
+    const Shapes& shapes = custom.shapes;
+    if (shapes.kind == ShapeKind::kNone && shapes.points.empty() && shapes.segments.empty()) continue;
+    const std::size_t geometry = soup.meshes.size() + c;
+    const std::string here = place(soup, geometry) + ": ";
+    if (shapes.kind != ShapeKind::kSpheres && shapes.kind != ShapeKind::kCurves)
+      return tl::unexpected(
+          invalid(here + "shapes of kind " + std::to_string(static_cast<std::uint32_t>(shapes.kind))));
+    if (auto checked = check_shapes(engine, shapes, here); !checked) return checked;
+    if (shapes.size() != custom.boxes.size())
+      return tl::unexpected(invalid(here + std::to_string(shapes.size()) + " shapes, but " +
+                                    std::to_string(custom.boxes.size()) + " boxes"));
+    const std::size_t outside =
+        engine.find_first(shapes.size(), [&](std::size_t i) { return !holds(custom.boxes[i], shapes.bounds(i)); });
+    if (outside != shapes.size())
+      return tl::unexpected(invalid(place(soup, geometry, outside) + "its shape is not inside its box"));
+  }
+  return {};
+}
+
+Result<std::vector<Box>> shape_boxes(const Shapes& shapes, unsigned threads) {
+  return run_cpu("boxes of shapes", 1, threads, {}, [&](CpuEngine& engine) -> Result<std::vector<Box>> {
+    if (auto checked = check_shapes(engine, shapes, ""); !checked) return tl::unexpected(checked.error());
+    std::vector<Box> boxes(shapes.size());
+    engine.for_each(boxes.size(), [&](std::size_t i) {
+      const Box box = shapes.bounds(i);
+      // Finite, so that build() does not count it with those that floats cannot hold.
+      boxes[i] = box.min[0] <= box.max[0] ? box : Box{{1, 1, 1}, {-1, -1, -1}};
+    });
+    return boxes;
+  });
+}
+
+std::vector<std::uint32_t> strand_segments(std::span<const std::uint32_t> points) {
+  std::vector<std::uint32_t> segments;
+  std::size_t count = 0;
+  for (const std::uint32_t n : points) count += n > 1 ? n - 1 : 0;
+  segments.reserve(count);
+  std::uint32_t first = 0;
+  for (const std::uint32_t n : points) {
+    for (std::uint32_t i = 0; i + 1 < n; ++i) segments.push_back(first + i);
+    first += n;
+  }
+  return segments;
+}
+
+}  // namespace hiprt::build

@@ -1,0 +1,67 @@
+#pragma once
+/// Morton codes: places in space as numbers whose order keeps neighbours close (Morton 1966). Internal.
+
+#include <hiprt_build/tree/box.h>
+#include <hiprt_device/math/wave.h>
+
+#include <cstdint>
+
+namespace hiprt::build {
+
+/// Bits per axis of a code.
+inline constexpr unsigned kMortonBits63 = 21;
+/// Of codes with 30 bits, as fast builders have them: too few for small detail in large scenes.
+inline constexpr unsigned kMortonBits30 = 10;
+
+/// Every third bit from 0 on is one of the low 21 bits of @p x.
+HIPRT_HD constexpr std::uint64_t spread_bits(std::uint32_t x) {
+  std::uint64_t v = x & 0x1fffffu;
+  v = (v | v << 32) & 0x001f00000000ffffu;
+  v = (v | v << 16) & 0x001f0000ff0000ffu;
+  v = (v | v << 8) & 0x100f00f00f00f00fu;
+  v = (v | v << 4) & 0x10c30c30c30c30c3u;
+  v = (v | v << 2) & 0x1249249249249249u;
+  return v;
+}
+
+/// Maps the centres of boxes to the cells of a grid of 2^bits cells per axis. The cells are cubes: of a flat scene's
+/// codes the bits of the flat axis are 0, and no cut through it comes before the useful ones.
+struct MortonGrid {
+  float low[3];
+  float cells_per_unit;
+  std::uint32_t last;
+
+  /// @param centers holds every split_position().
+  HIPRT_HD static constexpr MortonGrid over(const Box& centers, unsigned bits) {
+    MortonGrid grid{{centers.min[0], centers.min[1], centers.min[2]}, 0.0f, (1u << bits) - 1u};
+    float extent = 0.0f;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const float length = centers.max[axis] - centers.min[axis];
+      extent = length > extent ? length : extent;
+    }
+    // Below that the quotient would overflow; a grid over denormal numbers is of no use.
+    if (extent > 0x1p-100f) grid.cells_per_unit = static_cast<float>(1u << bits) / extent;
+    return grid;
+  }
+
+  HIPRT_HD constexpr std::uint32_t cell(const Box& box, unsigned axis) const {
+    const float position = (build::split_position(box, axis) - low[axis]) * cells_per_unit;
+    const auto whole = static_cast<std::uint32_t>(position);
+    return whole < last ? whole : last;
+  }
+
+  /// x in the highest bit of each three.
+  HIPRT_HD constexpr std::uint64_t code(const Box& box) const {
+    return spread_bits(cell(box, 0)) << 2 | spread_bits(cell(box, 1)) << 1 | spread_bits(cell(box, 2));
+  }
+};
+
+/// How far apart neighbours in a sorted list of codes are: 0 to 31 by their places where the codes are equal (which
+/// keeps runs of equal codes balanced), else 32 + the number of the highest bit that differs. Of all boundaries inside
+/// a node's range one has the largest value: there it is cut (Karras 2012; Apetrei 2014).
+HIPRT_HD HIPRT_INLINE std::uint8_t boundary_level(std::uint64_t code, std::uint64_t next, std::uint32_t place) {
+  const unsigned level = code == next ? highest_bit(place ^ (place + 1)) : 32 + highest_bit(code ^ next);
+  return static_cast<std::uint8_t>(level);
+}
+
+}  // namespace hiprt::build

@@ -1,0 +1,151 @@
+#include <hiprt_build/pipeline/gpu_build_plan.h>
+
+#include <hiprt_build/input/check_options.h>
+#include <hiprt_build/input/references.h>
+#include <hiprt_build/lbvh_ploc/gpu_ploc.h>
+#include <hiprt_build/presplit/gpu_presplit.h>
+#include <hiprt_build/reinsert/gpu_reinsert.h>
+#include <hiprt_build/sah_sbvh/gpu_top_down.h>
+
+#include <algorithm>
+
+namespace hiprt::gpu {
+namespace {
+
+using build::Builder;
+using build::KeptCluster;
+using build::LeafPrimitives;
+using build::LeafReference;
+using build::LinkedNode;
+
+constexpr unsigned kHqRounds = 8;
+
+/// @return the number of all primitives.
+Result<std::uint32_t> check_geometries(std::span<const DeviceGeometry> geometries) {
+  if (geometries.size() > kMaxGeometries)
+    return fail(ErrorCode::kTooLarge, geometries.size(), " geometries, a file names at most ", kMaxGeometries);
+  std::uint64_t primitives = 0;
+  for (std::size_t i = 0; i < geometries.size(); ++i) {
+    const DeviceGeometry& geometry = geometries[i];
+    primitives += geometry.primitive_count;
+    const bool mesh = geometry.positions != nullptr && geometry.triangles != nullptr && geometry.boxes == nullptr;
+    const bool custom = geometry.boxes != nullptr && geometry.positions == nullptr && geometry.triangles == nullptr;
+    if (geometry.primitive_count != 0 && !mesh && !custom)
+      return fail(ErrorCode::kInvalidInput, "geometry ", i, ": ", geometry.primitive_count,
+                  " primitives need positions and triangles, or boxes alone");
+  }
+  if (primitives > kMaxBuildPrimitives)
+    return fail(ErrorCode::kTooLarge, primitives, " primitives, the limit is ", kMaxBuildPrimitives);
+  return static_cast<std::uint32_t>(primitives);
+}
+
+bool has_customs(std::span<const DeviceGeometry> geometries) {
+  return std::any_of(geometries.begin(), geometries.end(), [](const DeviceGeometry& geometry) {
+    return geometry.boxes != nullptr && geometry.primitive_count != 0;
+  });
+}
+
+/// How many references there may be after cuts.
+std::uint32_t room_after(std::uint32_t count, double budget) {
+  return budget > 1.0 ? static_cast<std::uint32_t>(build::room_for_splits(count, budget)) : count;
+}
+
+/// Of the stages that run one after the other the largest.
+std::uint64_t stage_scratch(const BuildPlan& plan) {
+  std::uint64_t most = 0;
+  if (plan.presplits()) most = std::max(most, cut_scratch(plan.primitives, plan.pieces));
+  if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.room, plan.tuning()));
+  if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.room));
+  if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.room, plan.rounds));
+  return most;
+}
+
+}  // namespace
+
+Transient::Transient(Pieces& pieces, const BuildPlan& plan) : references(pieces.take<LeafReference>(plan.primitives)) {
+  const std::uint32_t n = plan.pieces;
+  Pieces before = pieces;
+  if (plan.pairs) pairing = PairBeyondScratch::take(before, plan.primitives);
+  if (plan.presplits()) parts = pieces.take<LeafReference>(n);
+  if (!plan.from_top()) {
+    for (unsigned i = 0; i < 2; ++i) {
+      sort.keys[i] = pieces.take<std::uint64_t>(n);
+      sort.values[i] = pieces.take<std::uint32_t>(n);
+    }
+    sort_temp = pieces.take<std::byte>(plan.sort_bytes);
+    if (!plan.splits()) sorted.references = pieces.take<LeafReference>(n);
+    sorted.levels = pieces.take<std::uint8_t>(n);
+    sorted.met = pieces.take<std::uint32_t>(n);
+    kept = pieces.take<KeptCluster>(n);
+  } else if (!plan.splits()) {
+    sorted.references = pieces.take<LeafReference>(n);
+  }
+  stage = pieces.take<std::byte>(stage_scratch(plan));
+  pieces.pass(before);
+}
+
+Kept::Kept(Pieces& pieces, const BuildPlan& plan) {
+  const std::uint32_t n = plan.room;
+  state = pieces.take<build::kernels::BuildState>(1);
+  geometries = pieces.take<build::GeometryView>(plan.geometries);
+  primitives = pieces.take<LeafPrimitives>(n);
+  nodes = pieces.take<LinkedNode>(n);
+  plans = pieces.take<build::CollapsePlan>(n);
+  if (!plan.splits()) return;
+  leaves = pieces.take<LeafReference>(n);
+  if (plan.layout == NodeLayout::kHalf || plan.layout == NodeLayout::kQuantized) leaf_boxes = pieces.take<Box>(n);
+}
+
+Layouts::Layouts(const BuildPlan& build_plan)
+    : plan(build_plan), file(plan.layout, plan.room, plan.room, plan.primitives, plan.geometries) {
+  report = align(file.size, kDeviceAlignment);
+  Pieces pieces, more;
+  Transient(pieces, plan);
+  Kept(more, plan);
+  transient = pieces.size();
+  kept = more.size();
+  transient_in_output = transient_offset() + transient <= file.sections[2].offset;
+}
+
+Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options) {
+  if (auto checked = check_options(options); !checked) return tl::unexpected(std::move(checked.error()));
+  const auto primitives = check_geometries(geometries);
+  if (!primitives) return tl::unexpected(primitives.error());
+  const bool whole = has_customs(geometries);
+  BuildPlan plan;
+  plan.primitives = *primitives;
+  plan.geometries = geometries.size();
+  plan.builder = options.builder;
+  plan.layout = options.nodes;
+  plan.pairs = options.pair_triangles && options.max_leaf_triangles > 1;
+  plan.presplit_budget = whole ? 1.0 : options.presplit_budget;
+  plan.split_budget =
+      whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(build::kSplitBudget);
+  plan.rounds = options.reinsertion_rounds.value_or(options.builder == Builder::kHq ? kHqRounds : 0);
+  plan.radius = options.ploc_radius;
+  plan.pieces = room_after(plan.primitives, plan.presplit_budget);
+  plan.room = plan.from_top() ? room_after(plan.pieces, plan.split_budget) : plan.pieces;
+  build::SortBuffers none{};
+  if (!plan.from_top())
+    if (auto asked = build::sort_pairs(nullptr, plan.sort_bytes, none, plan.pieces, nullptr); !asked)
+      return tl::unexpected(std::move(asked.error()));
+  const Layouts layouts(plan);
+  if (layouts.file.sections[2].offset > kAddressLimit)
+    return fail(ErrorCode::kTooLarge, plan.primitives, " primitives: their nodes and leaves may end at byte ",
+                layouts.file.sections[2].offset, ", a node reference addresses ", kAddressLimit);
+  return layouts;
+}
+
+Result<void> check_options(const BuildOptions& options) {
+  if (options.builder < Builder::kSah || options.builder > Builder::kHq)
+    return fail(ErrorCode::kInvalidInput, "builder ", build::name(options.builder), " does not run on the GPU");
+  return build::check_ranges(options);
+}
+
+Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options) {
+  const auto layouts = plan_build(geometries, options);
+  if (!layouts) return tl::unexpected(layouts.error());
+  return layouts->sizes();
+}
+
+}  // namespace hiprt::gpu

@@ -1,0 +1,46 @@
+#include <hiprt_build/pipeline/gpu_file.h>
+
+#include <hiprt_build/format/checksum.h>
+#include <hiprt_device/format/buffer.h>
+
+#include <nlohmann/json.hpp>
+
+#include <cstring>
+
+namespace hiprt::build {
+namespace {
+
+std::string make_provenance(const gpu::BuildReport& report, std::string_view tool) {
+  using Json = nlohmann::ordered_json;
+  const Json document = {{"tool", tool.empty() ? "hiprt_build" : std::string(tool)},
+                         {"library", std::string("hiprt ") + version()},
+                         {"device", "gpu"},
+                         {"statistics",
+                          {{"builder", name(report.builder)},
+                           {"dropped_not_finite", report.dropped_not_finite},
+                           {"dropped_degenerate", report.dropped_degenerate},
+                           {"pairs", report.pairs},
+                           {"nodes", report.nodes},
+                           {"leaves", report.leaves}}}};
+  return document.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace
+
+Buffer complete_file(std::span<const std::byte> bytes, const gpu::BuildReport& report, std::string_view tool) {
+  const std::string provenance = make_provenance(report, tool);
+  SectionEntry section{};
+  std::memcpy(&section, bytes.data() + sizeof(FileHeader) + 4 * sizeof(SectionEntry), sizeof(section));
+  section.count = provenance.size();
+  Buffer buffer(section.offset + section.count);
+  std::byte* to = buffer.bytes().data();
+  std::memcpy(to, bytes.data(), bytes.size());
+  std::memcpy(to + section.offset, provenance.data(), provenance.size());
+  std::memcpy(to + sizeof(FileHeader) + 4 * sizeof(SectionEntry), &section, sizeof(section));
+  auto& header = *reinterpret_cast<FileHeader*>(to);
+  header.byte_size = buffer.size();
+  header.checksum = file_checksum(buffer.bytes());
+  return buffer;
+}
+
+}  // namespace hiprt::build

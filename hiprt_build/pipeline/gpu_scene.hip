@@ -1,0 +1,137 @@
+#include <hiprt_build/gpu/build.h>
+
+#include <hiprt_build/gpu/launch.h>
+#include <hiprt_build/pipeline/gpu_file.h>
+#include <hiprt_build/pipeline/gpu_places.h>
+#include <hiprt_build/pipeline/gpu_state.h>
+
+#include <algorithm>
+
+namespace hiprt::gpu {
+namespace {
+
+constexpr unsigned kMoveBlock = 256;
+
+/// Nodes whose children move by so many bytes: for a file whose gaps are closed.
+template <class Node>
+__global__ void __launch_bounds__(kMoveBlock)
+    move_nodes(const Node* from, Node* to, std::uint32_t count, std::uint64_t leaves_from, std::uint32_t leaves_back) {
+  const std::uint32_t i = blockIdx.x * kMoveBlock + threadIdx.x;
+  if (i >= count) return;
+  Node node = from[i];
+  for (unsigned c = 0; c < kBranching; ++c)
+    if (node.child[c] != kInvalidRef && ref_offset(node.child[c]) >= leaves_from) node.child[c] -= leaves_back << 3;
+  to[i] = node;
+}
+
+/// A report with the head of its file.
+struct Downloaded {
+  BuildReport report;
+  std::array<std::byte, kHeaderBytes> head;
+
+  FileHeader& header() { return *reinterpret_cast<FileHeader*>(head.data()); }
+  SectionEntry* sections() { return reinterpret_cast<SectionEntry*>(head.data() + sizeof(FileHeader)); }
+};
+
+Result<void> wait(hipStream_t stream) { return check(hipStreamSynchronize(stream), "hipStreamSynchronize"); }
+
+Result<void> copy(void* to, const void* from, std::size_t bytes, hipMemcpyKind kind, hipStream_t stream) {
+  if (bytes == 0) return {};
+  return check(hipMemcpyAsync(to, from, bytes, kind, stream), "hipMemcpyAsync", bytes, " bytes");
+}
+
+/// The sections of a file with gaps, at their places in one without.
+template <class Layout>
+Result<void> move_sections(const Downloaded& from, const FilePlaces& places, std::byte* to, hipStream_t stream) {
+  using Node = typename Layout::Node;
+  const auto* sections = reinterpret_cast<const SectionEntry*>(from.head.data() + sizeof(FileHeader));
+  const std::byte* base = from.report.view.base;
+  const std::uint64_t back = sections[1].offset - places.sections[1].offset;
+  auto done = launch(
+      move_nodes<Node>, std::uint64_t{from.report.nodes}, stream, {.block = kMoveBlock, .name = "move_nodes"},
+      reinterpret_cast<const Node*>(base + sections[0].offset), reinterpret_cast<Node*>(to + places.sections[0].offset),
+      from.report.nodes, sections[1].offset, static_cast<std::uint32_t>(back / kNodeGranularity));
+  // Zero bytes between the sections.
+  std::uint64_t end = kHeaderBytes;
+  for (unsigned i = 0; i < 5 && done; ++i) {
+    const SectionEntry& section = places.sections[i];
+    const std::uint64_t gap = std::min(section.offset, places.size) - std::min(end, places.size);
+    if (gap != 0) done = check(hipMemsetAsync(to + end, 0, gap, stream), "hipMemsetAsync", gap, " bytes");
+    end = section.offset + section.count * section.stride;
+  }
+  for (unsigned i = 1; i < 4 && done; ++i)
+    done = copy(to + places.sections[i].offset, base + sections[i].offset,
+                places.sections[i].count * places.sections[i].stride, hipMemcpyDeviceToDevice, stream);
+  return done;
+}
+
+}  // namespace
+
+Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Allocator& allocator) {
+  Downloaded from;
+  auto done = copy(&from.report, report, sizeof(from.report), hipMemcpyDeviceToHost, stream);
+  if (done) done = wait(stream);
+  if (done && from.report.status == BuildStatus::kTooDeep)
+    done = fail(ErrorCode::kTooLarge, "the tree needs ", from.report.view.stack_bound, " stack entries, the limit is ",
+                build::kernels::kMaxStackBound);
+  if (done && from.report.status == BuildStatus::kTooLarge)
+    done = fail(
+        ErrorCode::kInvalidInput,
+        "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; float, planes and half can");
+  if (done) done = copy(from.head.data(), from.report.view.base, kHeaderBytes, hipMemcpyDeviceToHost, stream);
+  if (done) done = wait(stream);
+  if (!done) return tl::unexpected(std::move(done.error()));
+  const SceneView& view = from.report.view;
+  const FilePlaces places(view.layout, from.report.nodes, from.report.leaves, from.header().primitive_count,
+                          from.header().geometry_count);
+  auto buffer = DeviceBuffer::make(places.size, stream, allocator);
+  if (!buffer) return tl::unexpected(std::move(buffer.error()));
+  std::byte* to = buffer->data();
+  done = dispatch_layout(view.layout,
+                         [&](auto layout) { return move_sections<decltype(layout)>(from, places, to, stream); });
+  FileHeader& header = from.header();
+  if (header.root != kInvalidRef && ref_offset(header.root) >= from.sections()[1].offset)
+    header.root = make_ref(places.sections[1].offset, ref_type(header.root));
+  header.byte_size = places.size;
+  std::copy_n(places.sections, 5, from.sections());
+  if (done) done = copy(to, from.head.data(), kHeaderBytes, hipMemcpyHostToDevice, stream);
+  if (done) done = wait(stream);
+  if (!done) return tl::unexpected(std::move(done.error()));
+  BuiltScene scene{std::move(*buffer), view, from.report};
+  scene.view.base = to;
+  scene.view.size = places.size;
+  scene.view.geometries = reinterpret_cast<const GeometryRecord*>(to + places.sections[3].offset);
+  scene.view.root = header.root;
+  scene.report.view = scene.view;
+  return scene;
+}
+
+Result<BuiltScene> build_scene(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
+                               hipStream_t stream, Allocator& allocator) {
+  const auto sizes = build_sizes(geometries, options);
+  if (!sizes) return tl::unexpected(sizes.error());
+  auto output = DeviceBuffer::make(sizes->output, stream, allocator);
+  if (!output) return tl::unexpected(std::move(output.error()));
+  auto scratch = DeviceBuffer::make(sizes->scratch, stream, allocator);
+  if (!scratch) return tl::unexpected(std::move(scratch.error()));
+  const auto report = enqueue_build(geometries, options, output->data(), scratch->data(), stream);
+  if (!report) return tl::unexpected(report.error());
+  auto scene = compact(*report, stream, allocator);
+  if (scene && scene->report.status == BuildStatus::kBadIndex)
+    return fail(ErrorCode::kInvalidInput, scene->report.bad_indices,
+                " triangles have an index beyond their mesh's positions");
+  return scene;
+}
+
+Result<build::Buffer> download_file(const BuiltScene& scene, std::string_view tool, hipStream_t stream) {
+  try {
+    std::vector<std::byte> bytes(scene.buffer.size());
+    if (auto copied = scene.buffer.download(bytes, stream); !copied) return tl::unexpected(std::move(copied.error()));
+    if (auto passed = wait(stream); !passed) return tl::unexpected(std::move(passed.error()));
+    return build::complete_file(bytes, scene.report, tool);
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorCode::kOutOfMemory, scene.buffer.size(), " bytes of host memory wanted for a download");
+  }
+}
+
+}  // namespace hiprt::gpu

@@ -1,0 +1,25 @@
+#pragma once
+/// References of triangles that are cut on the device before there is a tree. Internal.
+
+#include <hiprt_build/gpu/error.h>
+#include <hiprt_build/pipeline/gpu_state.h>
+
+namespace hiprt::gpu {
+
+struct CutInput {
+  build::SoupView soup;
+  const build::LeafReference* references;  ///< [input]; some may be none.
+  std::uint32_t input;
+  std::uint32_t room;  ///< room_for_splits(input, budget)
+  double budget;
+  build::kernels::BuildState* state;  ///< Its number of leaves becomes that of the parts.
+};
+
+/// @pre no custom primitives.
+std::uint64_t cut_scratch(std::uint32_t input, std::uint32_t room);
+
+/// Cuts references as presplit() does on the host, as steps of a stream.
+/// @param parts [room]; some become none.
+Result<void> enqueue_cut(const CutInput& input, build::LeafReference* parts, std::byte* scratch, hipStream_t stream);
+
+}  // namespace hiprt::gpu

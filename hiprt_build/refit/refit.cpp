@@ -1,0 +1,277 @@
+#include <hiprt_build/exec/run_cpu.h>
+#include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/format/checksum.h>
+#include <hiprt_build/format/view.h>
+#include <hiprt_build/input/check_input.h>
+#include <hiprt_build/input/provenance.h>
+#include <hiprt_build/refit.h>
+#include <hiprt_build/refit/refit_file.h>
+#include <hiprt_build/statistics/tree_quality.h>
+
+#include <cstring>
+
+namespace hiprt::build {
+namespace {
+
+std::uint64_t number_of(const SceneInput& scene) { return scene.meshes.size() + scene.customs.size(); }
+
+Result<void> check_options(const RefitOptions& options) {
+  if (!(options.rebuild_slack >= 0.0))
+    return tl::unexpected(
+        invalid("rebuild_slack is " + std::to_string(options.rebuild_slack) + ", it must be at least 0"));
+  if (!(options.rebuild_ratio >= 1.0))
+    return tl::unexpected(
+        invalid("rebuild_ratio is " + std::to_string(options.rebuild_ratio) + ", it must be at least 1"));
+  return {};
+}
+
+/// The moved scene has the file's geometries.
+Result<void> check_geometries(const BufferView& view, const PrimitiveSoup& soup) {
+  if (soup.geometries() != view.geometries.size())
+    return tl::unexpected(invalid(std::to_string(soup.geometries()) + " geometries, but the file to refit has " +
+                                  std::to_string(view.geometries.size())));
+  for (std::size_t g = 0; g < soup.geometries(); ++g) {
+    const GeometryRecord& record = view.geometries[g];
+    const bool custom = g >= soup.meshes.size();
+    if (custom != ((record.flags & kGeometryCustom) != 0))
+      return tl::unexpected(invalid(place(soup, g) + ": geometry " + std::to_string(g) + " of the file to refit is " +
+                                    (custom ? "a mesh" : "of custom primitives")));
+    if (soup.size(g) != record.primitive_count)
+      return tl::unexpected(invalid(place(soup, g) + ": " + std::to_string(soup.size(g)) +
+                                    (custom ? " primitives" : " triangles") + ", but the file to refit has " +
+                                    std::to_string(record.primitive_count)));
+    if (custom && soup.customs[g - soup.meshes.size()].type != custom_type(record.flags))
+      return tl::unexpected(invalid(place(soup, g) + ": type " +
+                                    std::to_string(soup.customs[g - soup.meshes.size()].type) +
+                                    ", but in the file to refit type " + std::to_string(custom_type(record.flags))));
+  }
+  return {};
+}
+
+/// The moved shapes are the file's, with other points: what their primitives are stays.
+Result<void> check_same_shapes(const BufferView& view, const PrimitiveSoup& soup) {
+  for (std::size_t g = soup.meshes.size(); g < soup.geometries(); ++g) {
+    const Shapes& shapes = soup.customs[g - soup.meshes.size()].shapes;
+    const ShapeKind kind = view.shapes.empty() ? ShapeKind::kNone : view.shapes[g].kind;
+    const auto kind_text = [](ShapeKind k) {
+      return k == ShapeKind::kSpheres  ? "spheres"
+             : k == ShapeKind::kCurves ? "curves"
+                                       : "custom primitives without shapes";
+    };
+    if (shapes.kind != kind)
+      return tl::unexpected(invalid(place(soup, g) + ": " + kind_text(shapes.kind) +
+                                    ", but in the file to refit they are " + kind_text(kind)));
+    if (kind == ShapeKind::kNone) continue;
+    if (shapes.points.size() != view.shapes[g].point_count)
+      return tl::unexpected(invalid(place(soup, g) + ": " + std::to_string(shapes.points.size()) +
+                                    " points of shapes, but the file to refit has " +
+                                    std::to_string(view.shapes[g].point_count)));
+    const auto segments = view.segments_of(g);
+    const auto [here, there] =
+        std::mismatch(shapes.segments.begin(), shapes.segments.end(), segments.begin(), segments.end());
+    if (here != shapes.segments.end())
+      return tl::unexpected(invalid(place(soup, g) + ": segment " + std::to_string(here - shapes.segments.begin()) +
+                                    " begins at point " + std::to_string(*here) + ", but in the file to refit at " +
+                                    std::to_string(*there)));
+  }
+  return {};
+}
+
+const char* reason(MoveFault fault, bool custom) {
+  switch (fault) {
+    case MoveFault::kNotFinite:
+      return custom ? "is in the tree, but its box is not finite now" : "is in the tree, but is not finite now";
+    case MoveFault::kInverted:
+      return "is in the tree, but its box is inverted now";
+    default:
+      return "has a coordinate of 2^126 (8.5e37) or more now, which node layout quantized cannot hold";
+  }
+}
+
+/// Finds the first leaf that cannot hold its primitives where they are now.
+Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const PrimitiveSoup& soup,
+                          std::span<const MovedGeometry> geometries) {
+  const float limit = view.layout() == NodeLayout::kQuantized ? kQuantizedLimit : kNoLimit;
+  const std::span<const CustomLeaf> leaves = view.records<CustomLeaf>(view.leaves);
+  const std::size_t i = engine.find_first(leaves.size(), [&](std::size_t k) {
+    return leaf_fault(geometries.data(), leaves[k].info, limit) != MoveFault::kNone;
+  });
+  if (i == leaves.size()) return {};
+  const LeafInfo& info = leaves[i].info;
+  const std::uint32_t g = info.geometry_and_flags & kGeometryMask;
+  for (const std::uint32_t primitive : info.primitive)
+    if (primitive != kInvalidId)
+      if (const MoveFault fault = primitive_fault(geometries[g], primitive, limit); fault != MoveFault::kNone)
+        return tl::unexpected(invalid(place(soup, g, primitive) + reason(fault, geometries[g].is_custom())));
+  return tl::unexpected(invalid(place(soup, g, info.primitive[0]) + "its edge with triangle " +
+                                std::to_string(info.primitive[1]) +
+                                ", with which it shares a leaf, has come apart: that needs a new build (without "
+                                "pairs every motion can be refitted)"));
+}
+
+/// Finds the first primitive that is in no leaf, and now would be.
+Result<void> check_dropped(CpuEngine& engine, const BufferView& view, const PrimitiveSoup& soup,
+                           std::span<const MovedGeometry> geometries) {
+  for (std::size_t g = 0; g < geometries.size(); ++g) {
+    if (view.geometries[g].dropped_count == 0) continue;
+    const std::uint32_t* map = view.primitive_map.data() + soup.first[g];
+    const std::size_t i = engine.find_first(soup.size(g), [&](std::size_t k) {
+      return map[k] == kInvalidId && would_be_kept(geometries[g], static_cast<std::uint32_t>(k));
+    });
+    if (i != soup.size(g))
+      return tl::unexpected(
+          invalid(place(soup, g, i) + "was dropped by the build, and is good now: that needs a new build"));
+  }
+  return {};
+}
+
+std::vector<MovedGeometry> moved_geometries(const PrimitiveSoup& soup) {
+  std::vector<MovedGeometry> result;
+  result.reserve(soup.geometries());
+  for (const TriangleMesh& mesh : soup.meshes)
+    result.push_back({reinterpret_cast<const float*>(mesh.positions.data()),
+                      reinterpret_cast<const std::uint32_t*>(mesh.triangles.data()), nullptr});
+  for (const CustomGeometry& custom : soup.customs) result.push_back({nullptr, nullptr, custom.boxes.data()});
+  return result;
+}
+
+/// A file in memory on its way.
+template <class Layout> class Refit {
+ public:
+  Refit(CpuEngine& engine, std::span<std::byte> bytes, const BufferView& view, const PrimitiveSoup& soup)
+      : engine_(engine),
+        bytes_(bytes),
+        view_(view),
+        soup_(soup),
+        geometries_(moved_geometries(soup)),
+        ways_(engine.allocate<std::uint32_t>(view.nodes.count)),
+        file_{reinterpret_cast<FileHeader*>(bytes.data()),
+              reinterpret_cast<typename Layout::Node*>(bytes.data() + view.nodes.offset),
+              reinterpret_cast<typename Layout::Leaf*>(bytes.data() + view.leaves.offset),
+              view.nodes.offset,
+              view.leaves.offset,
+              geometries_.data(),
+              ways_.data(),
+              &outer_} {}
+
+  /// @param writing set once nothing can go wrong and the first byte is about to be written.
+  Result<RefitStatistics> run(const RefitOptions& options, bool& writing) {
+    Stopwatch total, watch;
+    RefitStatistics statistics{.nodes = view_.nodes.count, .leaves = view_.leaves.count};
+    engine_.monitor().start("check", 0.35, soup_.size() + view_.leaves.count);
+    if (auto checked = check(); !checked) return tl::unexpected(checked.error());
+    BuiltTree built = read_built_tree(view_.provenance);
+    if (!built.sah_cost || !built.exchange_slack) complete(built);
+    statistics.check_seconds = watch.lap();
+    engine_.monitor().start("refit", 0.95, view_.leaves.count + 3 * view_.nodes.count);
+    writing = true;
+    write();
+    statistics.write_seconds = watch.lap();
+    advise(statistics, built, options);
+    statistics.measure_seconds = watch.lap();
+    engine_.monitor().start("checksum", 1.0, 1);
+    file_.header->checksum = file_checksum(bytes_);
+    statistics.scratch_bytes_peak = engine_.ledger().peak();
+    statistics.total_seconds = total.lap();
+    return statistics;
+  }
+
+ private:
+  Result<void> check() {
+    if (auto indices = check_indices(engine_, soup_); !indices) return indices;
+    if (auto shapes = check_shapes(engine_, soup_); !shapes) return shapes;
+    if (auto same = check_same_shapes(view_, soup_); !same) return same;
+    if (auto leaves = check_leaves(engine_, view_, soup_, geometries_); !leaves) return leaves;
+    return check_dropped(engine_, view_, soup_, geometries_);
+  }
+
+  void write() {
+    engine_.for_each(view_.nodes.count, LinkUpStep<Layout>{file_});
+    engine_.for_each(view_.leaves.count, MoveLeafStep<Layout>{file_});
+    engine_.for_each(view_.nodes.count, RefitNodeStep<Layout>{file_});
+    if (file_.header->root != kInvalidRef) MoveBoundsStep<Layout>{file_}(0);
+    for (std::size_t c = 0; c < soup_.customs.size(); ++c) {
+      const std::span<const ShapePoint> points = soup_.customs[c].shapes.points;
+      if (points.empty()) continue;
+      const ShapeRecord& record = view_.shapes[soup_.meshes.size() + c];
+      engine_.copy(points, std::span(reinterpret_cast<ShapePoint*>(bytes_.data() + record.points), points.size()));
+    }
+  }
+
+  TreeQuality<Layout> quality(const SahCosts& costs) const {
+    return {file_.header, file_.nodes, file_.leaves, file_.first_node, file_.first_leaf, costs};
+  }
+
+  /// What the provenance does not say: of the tree as it is.
+  void complete(BuiltTree& built) {
+    const TreeQuality<Layout> now = quality(built.costs);
+    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count);
+    if (!built.sah_cost) built.sah_cost = now.sah_cost(sums);
+    if (!built.exchange_slack) built.exchange_slack = sums.exchange_slack();
+  }
+
+  void advise(RefitStatistics& statistics, const BuiltTree& built, const RefitOptions& options) {
+    const TreeQuality<Layout> now = quality(built.costs);
+    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count);
+    statistics.sah_cost_built = *built.sah_cost;
+    statistics.sah_cost = now.sah_cost(sums);
+    statistics.exchange_slack_built = *built.exchange_slack;
+    statistics.exchange_slack = sums.exchange_slack();
+    // Without area the cost is a count, which a build does not change.
+    if (exact_half_area(file_.header->bounds) > 0 && statistics.sah_cost_built > 0)
+      statistics.cost_ratio = statistics.sah_cost / statistics.sah_cost_built;
+    const bool split = (file_.header->features & feature_bit(Feature::kSplitReferences)) != 0;
+    statistics.rebuild_advised = statistics.exchange_slack > statistics.exchange_slack_built + options.rebuild_slack ||
+                                 (split && statistics.cost_ratio > options.rebuild_ratio);
+  }
+
+  CpuEngine& engine_;
+  std::span<std::byte> bytes_;
+  const BufferView& view_;
+  const PrimitiveSoup& soup_;
+  std::vector<MovedGeometry> geometries_;
+  ScratchArray<std::uint32_t> ways_;
+  OuterPlanes outer_{};
+  RefitFile<Layout> file_;
+};
+
+Result<RefitStatistics> run(CpuEngine& engine, std::span<std::byte> file, const SceneInput& moved,
+                            const RefitOptions& options, bool& writing) {
+  const auto view = open_buffer(file);
+  if (!view) return tl::unexpected(invalid("not a BVH file to refit: " + to_string(view.error())));
+  if (view->has_instances())
+    return tl::unexpected(invalid("a scene of instances cannot be refitted, only its objects' files can"));
+  const PrimitiveSoup soup(moved);
+  if (auto checked = check_geometries(*view, soup); !checked) return tl::unexpected(checked.error());
+  return dispatch_layout(view->layout(), [&](auto layout) {
+    return Refit<decltype(layout)>(engine, file, *view, soup).run(options, writing);
+  });
+}
+
+}  // namespace
+
+Result<RefitStatistics> refit(std::span<std::byte> file, const SceneInput& moved, const RefitOptions& options) {
+  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+  bool writing = false;
+  ProgressCallback progress;
+  if (options.progress) progress = [&](const Progress& p) { return options.progress(p) || writing; };
+  return run_cpu("refit", number_of(moved), options.threads, progress,
+                 [&](CpuEngine& engine) { return run(engine, file, moved, options, writing); });
+}
+
+Result<RefittedBvh> refit_copy(std::span<const std::byte> file, const SceneInput& moved, const RefitOptions& options) {
+  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+  return run_cpu("refit", number_of(moved), options.threads, options.progress,
+                 [&](CpuEngine& engine) -> Result<RefittedBvh> {
+                   RefittedBvh result{Buffer(file.size()), {}};
+                   engine.ledger().add(file.size());
+                   if (!file.empty()) std::memcpy(result.buffer.bytes().data(), file.data(), file.size());
+                   bool writing = false;
+                   auto statistics = run(engine, result.buffer.bytes(), moved, options, writing);
+                   if (!statistics) return tl::unexpected(statistics.error());
+                   result.statistics = *statistics;
+                   return result;
+                 });
+}
+
+}  // namespace hiprt::build

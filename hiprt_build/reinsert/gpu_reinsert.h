@@ -1,0 +1,23 @@
+#pragma once
+/// What becomes of a tree on the device before it is shown as a wide one. Internal.
+
+#include <hiprt_build/gpu/error.h>
+#include <hiprt_build/pipeline/gpu_state.h>
+
+namespace hiprt::gpu {
+
+struct TreeInput {
+  /// Of the references [room], of which some may be none. Nodes [room]; those that are none have no first child. The
+  /// plans may be uninitialised, and are written.
+  build::kernels::PlannedTree tree;
+  std::uint32_t room;
+  unsigned rounds;  ///< Of reinsertion.
+};
+
+std::uint64_t finish_tree_scratch(std::uint32_t room, unsigned rounds);
+
+/// Reinsertion, then the plans of all nodes, as steps of a stream. A tree that reinsertion has made too deep for a file
+/// becomes again what it was.
+Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* scratch, hipStream_t stream);
+
+}  // namespace hiprt::gpu

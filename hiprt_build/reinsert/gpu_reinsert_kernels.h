@@ -1,0 +1,87 @@
+#pragma once
+/// Kernels of gpu_reinsert.hip. Internal.
+
+#include <hiprt_build/pipeline/gpu_state.h>
+#include <hiprt_build/reinsert/reinsert_steps.h>
+
+namespace hiprt::build::kernels {
+
+/// While places change, nothing is summed up.
+struct ShapeTree {
+  LinkedTree<SortedBoxes, NoSums> tree;
+  std::uint32_t room;
+  std::uint32_t* parents;  ///< [2 room]: kInvalidId where there is none.
+
+  HIPRT_HD ParentedTree<LinkedTree<SortedBoxes, NoSums>> parented() const { return {tree, room, parents}; }
+};
+using Shape = LinkedTree<SortedBoxes, NoSums>;
+
+/// Nodes are numbered from 1 on.
+inline __device__ bool has_node(const LinkedNode* nodes, std::uint32_t i) {
+  return i != 0 && nodes[i].child[0] != kInvalidId;
+}
+
+static __global__ void __launch_bounds__(kBlock) set_parents(ShapeTree shape) {
+  const std::uint32_t i = thread_index();
+  if (i < shape.room && has_node(shape.tree.nodes, i)) SetParentsStep<Shape>{shape.parented()}(i - 1);
+}
+
+static __global__ void __launch_bounds__(kBlock)
+    find_places(ShapeTree shape, Lookers lookers, std::uint32_t looking, Reinsertion* found) {
+  const std::uint32_t i = thread_index();
+  if (i < looking) FindReinsertionStep<Shape>{shape.parented(), lookers, found}(i);
+}
+static __global__ void __launch_bounds__(kBlock) bid_for_places(ShapeTree shape, Lookers lookers, std::uint32_t looking,
+                                                                const Reinsertion* found, ReinsertionBids* bids) {
+  const std::uint32_t i = thread_index();
+  if (i < looking) BidReinsertionStep<Shape>{shape.parented(), lookers, found, bids}(i);
+}
+static __global__ void __launch_bounds__(kBlock)
+    grant_places(ShapeTree shape, Lookers lookers, std::uint32_t looking, const Reinsertion* found,
+                 const ReinsertionBids* bids, std::uint8_t* granted) {
+  const std::uint32_t i = thread_index();
+  if (i < looking) GrantReinsertionStep<Shape>{shape.parented(), lookers, found, bids, granted}(i);
+}
+static __global__ void __launch_bounds__(kBlock) take_places(ShapeTree shape, Lookers lookers, std::uint32_t looking,
+                                                             const Reinsertion* found, const std::uint8_t* granted) {
+  const std::uint32_t i = thread_index();
+  if (i < looking) ReinsertStep<Shape>{shape.parented(), lookers, found, granted}(i);
+}
+
+/// Boxes of all nodes, and what Sums sums up. @param met per node: 0.
+template <class Sums>
+__global__ void __launch_bounds__(kBlock)
+    refit_tree(LinkedTree<SortedBoxes, Sums> tree, std::uint32_t room, std::uint32_t* parents, std::uint32_t* met) {
+  const std::uint32_t i = thread_index();
+  if (i < room) RefitStep<LinkedTree<SortedBoxes, Sums>>{{tree, room, parents}, met}(i);
+}
+
+/// Whether the tree needs more stack entries than a file may say.
+inline __device__ bool is_too_deep(const PlannedTree& tree) {
+  const LinkedRef root = *tree.root;
+  return root != kInvalidId && (root & kLinkedLeaf) == 0 && tree.sums.plans[root].need > kMaxStackBound;
+}
+
+static __global__ void note_depth(PlannedTree tree, std::uint32_t* too_deep) { *too_deep = is_too_deep(tree) ? 1 : 0; }
+
+/// A tree that is too deep becomes again what it was: its nodes, their parents, their plans.
+static __global__ void __launch_bounds__(kBlock)
+    restore_nodes(ShapeTree shape, const LinkedNode* before, std::uint32_t* met, const std::uint32_t* too_deep) {
+  const std::uint32_t i = thread_index();
+  if (i >= shape.room || *too_deep == 0) return;
+  shape.tree.nodes[i] = before[i];
+  met[i] = 0;
+  shape.parents[i] = shape.parents[shape.room + i] = kInvalidId;
+}
+static __global__ void __launch_bounds__(kBlock) restore_parents(ShapeTree shape, const std::uint32_t* too_deep) {
+  const std::uint32_t i = thread_index();
+  if (i < shape.room && *too_deep != 0 && has_node(shape.tree.nodes, i)) SetParentsStep<Shape>{shape.parented()}(i - 1);
+}
+static __global__ void __launch_bounds__(kBlock)
+    restore_plans(PlannedTree tree, std::uint32_t room, std::uint32_t* parents, std::uint32_t* met,
+                  const std::uint32_t* too_deep) {
+  const std::uint32_t i = thread_index();
+  if (i < room && *too_deep != 0) RefitStep<PlannedTree>{{tree, room, parents}, met}(i);
+}
+
+}  // namespace hiprt::build::kernels

@@ -1,0 +1,13 @@
+#pragma once
+/// A better tree over the same references. Internal.
+
+#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/tree/binary_tree.h>
+
+namespace hiprt::build {
+
+/// Moves subtrees to better places, in so many rounds (see reinsertion.h). The result does not depend on the number of
+/// threads.
+BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds);
+
+}  // namespace hiprt::build

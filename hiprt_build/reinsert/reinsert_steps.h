@@ -1,0 +1,216 @@
+#pragma once
+/// Subtrees that move to a better place (Meister and Bittner, "Parallel reinsertion for bounding volume hierarchy
+/// optimization", 2018). Internal.
+///
+/// In a round every subtree looks for the place where the tree's inner nodes would lose most area in all, and bids for
+/// its move what it gains. It moves if it bids most for every node whose links the move changes, and if two subtrees
+/// cannot come to lie below each other: of the ways down to new places, from where they part from the ways up, none may
+/// pass through another subtree that moves. (A circle of moves would have such a pass: else each of its subtrees had to
+/// be above the next.)
+
+#include <hiprt_build/refit/refit_steps.h>
+
+#include <bit>
+
+namespace hiprt::build {
+
+/// Where a subtree should go. gain 0: it stays.
+struct Reinsertion {
+  float gain;          ///< Area that inner nodes lose.
+  LinkedRef beside;    ///< Its new sibling.
+  std::uint32_t meet;  ///< The lowest node over both places.
+};
+
+/// Subtrees are numbered as their parents are kept: inner node k is k, leaf k is leaves + k.
+template <class Tree> HIPRT_HD LinkedRef subtree(const ParentedTree<Tree>& tree, std::uint32_t number) {
+  return number < tree.leaves ? number : (number - tree.leaves) | kLinkedLeaf;
+}
+
+/// Which subtrees look for a better place in a round: every 2^shift-th. Arrays over them are indexed as they are
+/// counted.
+struct Lookers {
+  /// All together would stand in each other's way.
+  static constexpr unsigned kUsualShift = 3;
+
+  unsigned shift;
+  std::uint32_t phase;  ///< Below 2^shift.
+
+  HIPRT_HD static std::uint32_t count(std::uint32_t subtrees, unsigned shift) {
+    return (subtrees + (1u << shift) - 1) >> shift;
+  }
+  HIPRT_HD std::uint32_t subtree(std::uint32_t looker) const { return looker << shift | phase; }
+  HIPRT_HD bool includes(std::uint32_t subtree) const { return (subtree & ((1u << shift) - 1)) == phase; }
+  HIPRT_HD std::uint32_t looker(std::uint32_t subtree) const { return subtree >> shift; }
+};
+
+/// Step: the best place for looker i.
+/// @tparam Tree a LinkedTree.
+template <class Tree> struct FindReinsertionStep {
+  /// Subtrees that a search puts off; more are not looked at.
+  static constexpr unsigned kOpen = 96;
+  /// For the CPU's engine.
+  static constexpr std::size_t kChunk = 64;
+
+  ParentedTree<Tree> tree;
+  Lookers lookers;
+  Reinsertion* found;
+
+  HIPRT_HD void operator()(std::size_t i) const {
+    const std::uint32_t at = lookers.subtree(static_cast<std::uint32_t>(i));
+    found[i] = Reinsertion{0.0f, kInvalidId, kInvalidId};
+    // Number 0 is no inner node; the root and its children have nowhere to go.
+    if (at == 0 || at >= 2 * tree.leaves || tree.parents[at] == kInvalidId ||
+        tree.parents[tree.parents[at]] == kInvalidId)
+      return;
+    found[i] = search(subtree(tree, at));
+  }
+
+ private:
+  HIPRT_HD Reinsertion search(LinkedRef moving) const {
+    const Box box = tree.tree.box(moving);
+    const float least = half_area(box);
+    Reinsertion best{0.0f, kInvalidId, kInvalidId};
+    std::uint32_t above = tree.parent(moving);
+    // The parent goes away; its other child takes its place.
+    float saved = half_area(tree.tree.nodes[above].box);
+    LinkedRef other = tree.sibling(moving);
+    Box rest = tree.tree.box(other);
+    search_below(other, above, box, least, saved, best);
+    // Outside of the subtree of `above`, that node shrinks to `rest`.
+    for (;;) {
+      const LinkedRef here = above;
+      above = tree.parents[here];
+      if (above == kInvalidId) return best;
+      other = tree.sibling(here);
+      search_below(other, above, box, least, saved, best);
+      grow(rest, tree.tree.box(other));
+      saved += half_area(tree.tree.nodes[above].box) - half_area(rest);
+    }
+  }
+
+  /// @param saved what was gained by leaving, were it for nothing in this subtree.
+  HIPRT_HD void search_below(LinkedRef root, std::uint32_t meet, const Box& box, float least, float saved,
+                             Reinsertion& best) const {
+    struct Open {
+      LinkedRef ref;
+      float saved;
+    } open[kOpen];
+    unsigned count = 0;
+    open[count++] = {root, saved};
+    while (count > 0) {
+      const Open here = open[--count];
+      if (!(here.saved - least > best.gain)) continue;
+      const Box before = tree.tree.box(here.ref);
+      const float beside = here.saved - half_area(unite(before, box));
+      if (beside > best.gain) best = Reinsertion{beside, here.ref, meet};
+      if ((here.ref & kLinkedLeaf) != 0 || count + 2 > kOpen) continue;
+      // Below, the node has to hold the box too.
+      const float below = beside + half_area(before);
+      if (!(below - least > best.gain)) continue;
+      const LinkedNode& node = tree.tree.nodes[here.ref];
+      open[count++] = {node.child[1], below};
+      open[count++] = {node.child[0], below};
+    }
+  }
+};
+
+/// Bids for one subtree, numbered as subtrees are.
+struct ReinsertionBids {
+  std::uint64_t change;  ///< The highest of those whose move changes its links.
+  std::uint64_t pass;    ///< The highest of those whose way down passes it.
+};
+
+/// A bid: the gain's bits, which order as gains do, then the subtree's number. 0: it does not want to move.
+HIPRT_HD HIPRT_INLINE std::uint64_t reinsertion_bid(const Reinsertion& move, std::uint32_t number) {
+  return move.gain > 0.0f ? std::uint64_t{std::bit_cast<std::uint32_t>(move.gain)} << 32 | number : 0;
+}
+
+/// What a move has to do with other subtrees.
+template <class Tree> struct ReinsertionWay {
+  ParentedTree<Tree> tree;
+  LinkedRef moving;
+  Reinsertion move;
+
+  HIPRT_HD std::uint32_t number(LinkedRef ref) const {
+    return (ref & kLinkedLeaf) != 0 ? tree.leaves + (ref & ~kLinkedLeaf) : ref;
+  }
+  /// visit(number) of every subtree whose links change.
+  template <class Visit> HIPRT_HD HIPRT_INLINE void visit_changed(Visit&& visit) const {
+    const std::uint32_t parent = tree.parent(moving);
+    visit(number(moving));
+    visit(parent);
+    visit(number(tree.sibling(moving)));
+    visit(tree.parents[parent]);
+    visit(tree.parent(move.beside));
+    visit(number(move.beside));
+  }
+  /// visit(number) of every subtree on the way down.
+  template <class Visit> HIPRT_HD HIPRT_INLINE void visit_passed(Visit&& visit) const {
+    for (LinkedRef ref = move.beside; ref != move.meet; ref = tree.parent(ref)) visit(number(ref));
+  }
+};
+
+/// Step: looker i bids.
+/// @param bids 0.
+template <class Tree> struct BidReinsertionStep {
+  ParentedTree<Tree> tree;
+  Lookers lookers;
+  const Reinsertion* found;
+  ReinsertionBids* bids;
+
+  HIPRT_HD void operator()(std::size_t i) const {
+    const std::uint32_t at = lookers.subtree(static_cast<std::uint32_t>(i));
+    const std::uint64_t bid = reinsertion_bid(found[i], at);
+    if (bid == 0) return;
+    const ReinsertionWay<Tree> way{tree, subtree(tree, at), found[i]};
+    way.visit_changed([&](std::uint32_t number) { raise(&bids[number].change, bid); });
+    way.visit_passed([&](std::uint32_t number) { raise(&bids[number].pass, bid); });
+  }
+};
+
+/// Step: whether looker i may move.
+template <class Tree> struct GrantReinsertionStep {
+  ParentedTree<Tree> tree;
+  Lookers lookers;
+  const Reinsertion* found;
+  const ReinsertionBids* bids;
+  std::uint8_t* granted;
+
+  HIPRT_HD void operator()(std::size_t i) const {
+    const std::uint32_t at = lookers.subtree(static_cast<std::uint32_t>(i));
+    const std::uint64_t bid = reinsertion_bid(found[i], at);
+    bool mine = bid != 0 && bids[at].pass <= bid;
+    if (mine) {
+      const ReinsertionWay<Tree> way{tree, subtree(tree, at), found[i]};
+      way.visit_changed([&](std::uint32_t number) { mine = mine && bids[number].change == bid; });
+      way.visit_passed([&](std::uint32_t number) { mine = mine && bid_of(number) < bid; });
+    }
+    granted[i] = mine ? 1 : 0;
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE std::uint64_t bid_of(std::uint32_t number) const {
+    return lookers.includes(number) ? reinsertion_bid(found[lookers.looker(number)], number) : 0;
+  }
+};
+
+/// Step: looker i moves, and its parent with it. Boxes and counts are to be refitted.
+template <class Tree> struct ReinsertStep {
+  ParentedTree<Tree> tree;
+  Lookers lookers;
+  const Reinsertion* found;
+  const std::uint8_t* granted;
+
+  HIPRT_HD void operator()(std::size_t i) const {
+    if (granted[i] == 0) return;
+    const LinkedRef moving = subtree(tree, lookers.subtree(static_cast<std::uint32_t>(i)));
+    const LinkedRef beside = found[i].beside;
+    const std::uint32_t parent = tree.parent(moving);
+    const LinkedRef left_behind = tree.sibling(moving);
+    tree.replace_child(tree.parents[parent], parent, left_behind);
+    tree.replace_child(tree.parent(beside), beside, parent);
+    tree.replace_child(parent, left_behind, beside);
+  }
+};
+
+}  // namespace hiprt::build

@@ -1,0 +1,102 @@
+#pragma once
+/// What blocks of threads do with references: stable ranks, bounds, and the lists of ranges. Internal.
+
+#include <hiprt_build/sah_sbvh/gpu_top_down_state.h>
+
+namespace hiprt::build::kernels {
+
+inline constexpr unsigned kTaskBlock = 256, kTaskGroups = kTaskBlock / WaveGroup::kLanes;
+
+/// Ranks of the references of a block that go to a side, in their order.
+struct BlockRanks {
+  std::uint32_t in_group[2][kTaskGroups];
+
+  /// @param sides of this thread's reference, 0 where it has none. @param rank those before it, left and right.
+  /// @param total of the block. To be called by all threads.
+  __device__ void rank(unsigned sides, std::uint32_t (&rank)[2], std::uint32_t (&total)[2]) {
+    const WaveGroup group;
+    const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
+    for (unsigned side = 0; side < 2; ++side) {
+      const std::uint32_t lanes = group.ballot((sides >> side & 1u) != 0);
+      rank[side] = lane_count(lanes & ((1u << group.lane()) - 1));
+      if (group.lane() == 0) in_group[side][my_group] = lane_count(lanes);
+    }
+    __syncthreads();
+    for (unsigned side = 0; side < 2; ++side) {
+      total[side] = 0;
+      for (unsigned g = 0; g < kTaskGroups; ++g) {
+        rank[side] += g < my_group ? in_group[side][g] : 0;
+        total[side] += in_group[side][g];
+      }
+    }
+    __syncthreads();
+  }
+};
+
+/// Bounds of the references that a thread has seen.
+struct ThreadBounds {
+  Box box = empty_box(), centers = empty_box();
+
+  __device__ void add(const Box& other) {
+    grow_fast(box, other);
+    Box center;
+    for (unsigned k = 0; k < 3; ++k) center.min[k] = center.max[k] = split_position(other, k);
+    grow_fast(centers, center);
+  }
+  /// Adds the group's to those of the block.
+  __device__ void give(const WaveGroup& group, RangeBox& to) const {
+    const Box all = unite_lanes(group, box), all_centers = unite_lanes(group, centers);
+    if (group.lane() != 0 || holds_nothing(all)) return;
+    to.box.add(all);
+    to.centers.add(all_centers);
+  }
+};
+/// Adds a block's bounds, a word per thread. @param word below RangeBox::kWords.
+inline __device__ void add_word(RangeBox& to, RangeBox& from, unsigned word) {
+  std::uint32_t* target = to.words() + word;
+  const std::uint32_t value = from.words()[word], there = load_shared(target);
+  if (RangeBox::is_low(word)) {
+    if (value < there) hiprt::lower(target, value);
+  } else if (value > there) {
+    raise(target, value);
+  }
+}
+inline __device__ void clear(RangeBox& bounds) {
+  bounds.box.clear();
+  bounds.centers.clear();
+}
+
+/// Lists a range of which all but the bounds is known: its tasks, or itself if it is small. @return its number in the
+/// list, or kInvalidId. To be called by all lanes.
+inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDownTree& tree, unsigned level,
+                                           const SmallRange& range) {
+  TopDownState& state = *tree.state;
+  std::uint32_t number = kInvalidId, first_task = 0;
+  if (range.size() <= tree.few) {
+    if (group.lane() == 0) tree.small_ranges[fetch_add(&state.small_ranges, 1)] = range;
+    return kInvalidId;
+  }
+  const std::uint32_t tasks = (range.size() - 1) / tree.task + 1;
+  if (group.lane() == 0) {
+    number = fetch_add(&state.ranges[level], 1);
+    first_task = fetch_add(&state.tasks[level], tasks);
+    LargeRange& large = tree.ranges[level % 2][number];
+    clear(large.bounds);
+    large.begin = range.begin;
+    large.end = range.end;
+    large.limit = range.limit;
+    large.depth = range.depth();
+    large.link = range.link;
+    large.first_task = first_task;
+    large.way = Way::kHalves;
+    large.tries_cut = 0;
+  }
+  number = group.from(0, number);
+  first_task = group.from(0, first_task);
+  for (std::uint32_t i = group.lane(); i < tasks; i += WaveGroup::kLanes)
+    tree.tasks[level % 2][first_task + i] = LargeTask{number, range.begin + i * tree.task};
+  tree.object_bins(number).clear(group.lane(), WaveGroup::kLanes);
+  return number;
+}
+
+}  // namespace hiprt::build::kernels

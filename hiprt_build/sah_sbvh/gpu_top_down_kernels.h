@@ -1,0 +1,260 @@
+#pragma once
+/// Large ranges of references, split level by level: each kernel does one step for all ranges of a level. Internal.
+
+#include <hiprt_build/sah_sbvh/gpu_top_down_blocks.h>
+
+namespace hiprt::build::kernels {
+
+/// The references of a task that this thread looks at: visit(reference, place).
+template <class Visit>
+__device__ void for_references(const TopDownTree& tree, unsigned level, const LargeRange& range, const LargeTask& task,
+                               Visit&& visit) {
+  const LeafReference* from = tree.references[level % 2];
+  const std::uint32_t end = min(range.end, task.begin + tree.task);
+  for (std::uint32_t i = task.begin + threadIdx.x; i < end; i += kTaskBlock) visit(load(from + i), i);
+}
+
+static __global__ void __launch_bounds__(kTaskBlock) bin_objects(TopDownTree tree, unsigned level) {
+  __shared__ std::uint32_t words[ObjectBins::kSize];
+  const ObjectBins bins{words};
+  const std::uint32_t tasks = tree.state->tasks[level];
+  for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
+    const LargeTask task = tree.tasks[level % 2][t];
+    const LargeRange& range = tree.ranges[level % 2][task.range];
+    bins.clear(threadIdx.x, kTaskBlock);
+    const BinMapping mapping = lane_mapping(range.bounds.centers.get());
+    __syncthreads();
+    for_references(tree, level, range, task,
+                   [&](const LeafReference& r, std::uint32_t) { bin_object(bins, mapping, r.box); });
+    __syncthreads();
+    tree.object_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
+    __syncthreads();
+  }
+}
+
+/// A group per range.
+template <bool kCuts> __global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, unsigned level) {
+  const WaveGroup group;
+  const std::uint32_t count = tree.state->ranges[level];
+  const float least = tree.least_overlap();
+  for (std::uint32_t r = thread_index() / WaveGroup::kLanes; r < count; r += gridDim.x * kGroupsPerBlock) {
+    LargeRange& range = tree.ranges[level % 2][r];
+    const std::uint32_t places = range.limit - range.begin;
+    if (is_deep(range.depth, places)) continue;
+    const ObjectSplit split = best_object_split(group, tree.object_bins(r), range.bounds.box.get());
+    const bool cuts = kCuts && places > range.size() && split.overlap > least;
+    if (cuts) {
+      group.sync();
+      tree.slab_bins(r).clear(group.lane(), WaveGroup::kLanes);
+    }
+    if (group.lane() != 0) continue;
+    range.split = split;
+    range.way = split.axis == ObjectSplit::kNoAxis ? Way::kHalves : Way::kObjects;
+    range.tries_cut = cuts ? 1 : 0;
+  }
+}
+
+static __global__ void __launch_bounds__(kTaskBlock) bin_space(TopDownTree tree, unsigned level) {
+  __shared__ std::uint32_t words[SlabBins::kSize];
+  __shared__ SlabPlanes planes;
+  const SlabBins bins{words};
+  const std::uint32_t tasks = tree.state->tasks[level];
+  for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
+    const LargeTask task = tree.tasks[level % 2][t];
+    const LargeRange& range = tree.ranges[level % 2][task.range];
+    if (range.tries_cut == 0) continue;
+    bins.clear(threadIdx.x, kTaskBlock);
+    fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
+    __syncthreads();
+    for_references(tree, level, range, task, [&](const LeafReference& r, std::uint32_t) {
+#pragma unroll 1
+      for (unsigned axis = 0; axis < 3; ++axis) bin_slabs(bins, planes, tree.soup, r, axis);
+    });
+    __syncthreads();
+    tree.slab_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
+    __syncthreads();
+  }
+}
+
+/// A group per range.
+static __global__ void __launch_bounds__(kGroupBlock) choose_cuts(TopDownTree tree, unsigned level) {
+  const WaveGroup group;
+  const std::uint32_t count = tree.state->ranges[level];
+  for (std::uint32_t r = thread_index() / WaveGroup::kLanes; r < count; r += gridDim.x * kGroupsPerBlock) {
+    LargeRange& range = tree.ranges[level % 2][r];
+    if (range.tries_cut == 0) continue;
+    const Cut cut = best_cut(group, tree.slab_bins(r), range.bounds.box.get(), range.limit - range.begin);
+    if (group.lane() != 0 || !(cut.cost < range.split.cost)) continue;
+    range.cut = cut;
+    range.way = Way::kCut;
+  }
+}
+
+/// Whether a reference goes left by the split of references.
+inline __device__ bool goes_left(const ObjectSplit& split, const BinMapping& mapping, const Box& box) {
+  const std::array<int, 3> bin = mapping(to_aabb(box));
+  const int mine = split.axis == 0 ? bin[0] : split.axis == 1 ? bin[1] : bin[2];
+  return mine < static_cast<int>(split.bin);
+}
+
+/// Where a cut is chosen the split of references is counted too: it is taken if all end up on one side of the cut.
+static __global__ void __launch_bounds__(kTaskBlock) count_sides(TopDownTree tree, unsigned level) {
+  __shared__ TaskCounts all;
+  const WaveGroup group;
+  const std::uint32_t tasks = tree.state->tasks[level];
+  for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
+    const LargeTask task = tree.tasks[level % 2][t];
+    const LargeRange& range = tree.ranges[level % 2][task.range];
+    if (range.way == Way::kHalves) continue;
+    if (threadIdx.x == 0) all = TaskCounts{0, 0, 0};
+    __syncthreads();
+    const BinMapping mapping = lane_mapping(range.bounds.centers.get());
+    const ObjectSplit split = range.split;
+    const bool is_cut = range.way == Way::kCut;
+    TaskCounts mine{0, 0, 0};
+    for_references(tree, level, range, task, [&](const LeafReference& r, std::uint32_t) {
+      mine.objects_left += split.axis != ObjectSplit::kNoAxis && goes_left(split, mapping, r.box) ? 1 : 0;
+      if (!is_cut) return;
+      const unsigned sides = cut_sides(range.cut, r.box);
+      mine.cut_left += sides & kLeftSide;
+      mine.cut_right += sides >> 1;
+    });
+    const std::uint32_t sums[3] = {sum_up(group, mine.objects_left), sum_up(group, mine.cut_left),
+                                   sum_up(group, mine.cut_right)};
+    if (group.lane() == WaveGroup::kLanes - 1) {
+      fetch_add(&all.objects_left, sums[0]);
+      if (is_cut) {
+        fetch_add(&all.cut_left, sums[1]);
+        fetch_add(&all.cut_right, sums[2]);
+      }
+    }
+    __syncthreads();
+    if (threadIdx.x == 0) tree.counts[t] = all;
+    __syncthreads();
+  }
+}
+
+/// Counts of a range's tasks become sums of those before. @return those of all.
+inline __device__ TaskCounts sum_counts(const WaveGroup& group, TaskCounts* counts, std::uint32_t tasks) {
+  TaskCounts sum{0, 0, 0};
+  for (std::uint32_t begin = 0; begin < tasks; begin += WaveGroup::kLanes) {
+    const std::uint32_t i = begin + group.lane();
+    const TaskCounts mine = i < tasks ? counts[i] : TaskCounts{0, 0, 0};
+    const TaskCounts up_to{sum_up(group, mine.objects_left), sum_up(group, mine.cut_left),
+                           sum_up(group, mine.cut_right)};
+    if (i < tasks)
+      counts[i] =
+          TaskCounts{sum.objects_left + up_to.objects_left - mine.objects_left,
+                     sum.cut_left + up_to.cut_left - mine.cut_left, sum.cut_right + up_to.cut_right - mine.cut_right};
+    sum.objects_left += group.from(WaveGroup::kLanes - 1, up_to.objects_left);
+    sum.cut_left += group.from(WaveGroup::kLanes - 1, up_to.cut_left);
+    sum.cut_right += group.from(WaveGroup::kLanes - 1, up_to.cut_right);
+  }
+  return sum;
+}
+
+/// A group per range: its node, and its halves among the ranges of the next level.
+static __global__ void __launch_bounds__(kGroupBlock) part_ranges(TopDownTree tree, unsigned level) {
+  const WaveGroup group;
+  const std::uint32_t count = tree.state->ranges[level];
+  for (std::uint32_t r = thread_index() / WaveGroup::kLanes; r < count; r += gridDim.x * kGroupsPerBlock) {
+    LargeRange& range = tree.ranges[level % 2][r];
+    const std::uint32_t size = range.size();
+    Way way = range.way;
+    std::uint32_t left_count = size / 2, right_count = size - left_count;
+    if (way != Way::kHalves) {
+      const TaskCounts sum = sum_counts(group, tree.counts + range.first_task, (size - 1) / tree.task + 1);
+      if (way == Way::kCut && (sum.cut_left == 0 || sum.cut_right == 0)) way = Way::kObjects;
+      if (way == Way::kObjects && (sum.objects_left == 0 || sum.objects_left == size)) way = Way::kHalves;
+      if (way == Way::kObjects) left_count = sum.objects_left, right_count = size - left_count;
+      if (way == Way::kCut) left_count = sum.cut_left, right_count = sum.cut_right;
+    }
+    const Halves halves(range.begin, range.limit, left_count, right_count);
+    const std::uint32_t node = halves.right_begin, depth = range.depth + 1;
+    const std::uint32_t in_array = (level + 1) % 2 != 0 ? SmallRange::kOther : 0;
+    const std::uint32_t left =
+        list_range(group, tree, level + 1,
+                   SmallRange{range.begin, halves.left_end, halves.right_begin, 2 * node, depth | in_array, 0.0f});
+    const std::uint32_t right =
+        list_range(group, tree, level + 1,
+                   SmallRange{halves.right_begin, halves.right_end, range.limit, 2 * node + 1, depth | in_array, 0.0f});
+    if (group.lane() != 0) continue;
+    tree.nodes[node].box = range.bounds.box.get();
+    tree.set(range.link, node);
+    range.way = way;
+    range.half = range.begin + left_count;
+    range.right_begin = halves.right_begin;
+    range.child[0] = left;
+    range.child[1] = right;
+  }
+}
+
+/// What moves a task's references to their half's place in the other array, in their order.
+struct Scatterer {
+  const TopDownTree& tree;
+  const LargeRange& range;
+  LeafReference* to;
+  BinMapping mapping;
+  std::uint32_t next[2];
+  ThreadBounds bounds[2];
+
+  __device__ unsigned sides(const LeafReference& r, std::uint32_t place) const {
+    if (range.way == Way::kCut) return cut_sides(range.cut, r.box);
+    const bool left = range.way == Way::kHalves ? place < range.half : goes_left(range.split, mapping, r.box);
+    return left ? kLeftSide : kRightSide;
+  }
+  __device__ void place(const LeafReference& r, unsigned sides, const std::uint32_t (&rank)[2]) {
+    Parts parts{r.box, r.box};
+    if (sides == (kLeftSide | kRightSide)) parts = cut_reference(tree.soup, r, range.cut.axis, range.cut.plane);
+    if ((sides & kLeftSide) != 0) {
+      to[next[0] + rank[0]] = LeafReference{parts.left, r.group, r.primitive};
+      bounds[0].add(parts.left);
+    }
+    if ((sides & kRightSide) != 0) {
+      to[next[1] + rank[1]] = LeafReference{parts.right, r.group, r.primitive};
+      bounds[1].add(parts.right);
+    }
+  }
+};
+
+static __global__ void __launch_bounds__(kTaskBlock, 3) scatter_references(TopDownTree tree, unsigned level) {
+  __shared__ BlockRanks ranks;
+  __shared__ RangeBox sum[2];
+  const LeafReference* from = tree.references[level % 2];
+  const std::uint32_t tasks = tree.state->tasks[level];
+  for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
+    const LargeTask task = tree.tasks[level % 2][t];
+    const LargeRange& range = tree.ranges[level % 2][task.range];
+    if (threadIdx.x < 2) clear(sum[threadIdx.x]);
+    const std::uint32_t offset = task.begin - range.begin, end = min(range.end, task.begin + tree.task);
+    std::uint32_t left = min(offset, range.half - range.begin), right = offset - left;
+    if (range.way == Way::kObjects) left = tree.counts[t].objects_left, right = offset - left;
+    if (range.way == Way::kCut) left = tree.counts[t].cut_left, right = tree.counts[t].cut_right;
+    Scatterer scatterer{tree,
+                        range,
+                        tree.references[(level + 1) % 2],
+                        lane_mapping(range.bounds.centers.get()),
+                        {range.begin + left, range.right_begin + right},
+                        {}};
+    for (std::uint32_t first = task.begin; first < end; first += kTaskBlock) {
+      const std::uint32_t i = first + threadIdx.x;
+      LeafReference reference{};
+      if (i < end) reference = load(from + i);
+      const unsigned sides = i < end ? scatterer.sides(reference, i) : 0;
+      std::uint32_t rank[2], total[2];
+      ranks.rank(sides, rank, total);
+      if (sides != 0) scatterer.place(reference, sides, rank);
+      for (unsigned side = 0; side < 2; ++side) scatterer.next[side] += total[side];
+    }
+    __syncthreads();
+    for (unsigned side = 0; side < 2; ++side)
+      if (range.child[side] != kInvalidId) scatterer.bounds[side].give(WaveGroup{}, sum[side]);
+    __syncthreads();
+    const unsigned side = threadIdx.x / RangeBox::kWords, word = threadIdx.x % RangeBox::kWords;
+    if (side < 2 && range.child[side] != kInvalidId)
+      add_word(tree.ranges[(level + 1) % 2][range.child[side]].bounds, sum[side], word);
+    __syncthreads();
+  }
+}
+
+}  // namespace hiprt::build::kernels

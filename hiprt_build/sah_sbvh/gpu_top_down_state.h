@@ -1,0 +1,131 @@
+#pragma once
+/// What the kernels of the builder from the top know of a build: ranges of references, level by level, in two arrays
+/// that take turns. Nothing in the tree depends on the order in which ranges and tasks are listed. Internal.
+
+#include <hiprt_build/sah_sbvh/gpu_top_down_bins.h>
+
+namespace hiprt::build::kernels {
+
+inline constexpr unsigned kMostLevels = 64;
+
+struct RangeBox {
+  SharedBox box, centers;
+
+  static constexpr unsigned kWords = 12;
+  __device__ static bool is_low(unsigned word) { return word % 6 < 3; }
+  __device__ std::uint32_t* words() { return box.low; }
+};
+static_assert(sizeof(RangeBox) == RangeBox::kWords * sizeof(std::uint32_t));
+
+enum class Way : std::uint32_t { kHalves, kObjects, kCut };
+
+/// References [begin, end) and room for those that cuts will make of them, up to limit, with more than one wave can
+/// split alone.
+struct LargeRange {
+  RangeBox bounds;
+  std::uint32_t begin, end, limit;
+  std::uint32_t depth;
+  std::uint32_t link;        ///< Where its number goes: see TopDownTree::link().
+  std::uint32_t first_task;  ///< Of those that follow each other.
+  // What it is split by.
+  Way way;
+  std::uint32_t tries_cut;
+  ObjectSplit split;
+  Cut cut;
+  // What comes of it.
+  std::uint32_t half;         ///< Where the right half begins among the references, for Way::kHalves.
+  std::uint32_t right_begin;  ///< Place of the right half, and number of the node.
+  std::uint32_t child[2];     ///< Numbers in the list of the next level; kInvalidId: it is a small one.
+
+  __device__ std::uint32_t size() const { return end - begin; }
+};
+
+/// A piece of a large range: places [begin, begin + task) of it.
+struct LargeTask {
+  std::uint32_t range, begin;
+};
+/// References of a task, then of all tasks of the range before it: left by the split of references, and both sides by
+/// the cut.
+struct TaskCounts {
+  std::uint32_t objects_left, cut_left, cut_right;
+};
+
+/// A range for one group of lanes.
+struct SmallRange {
+  std::uint32_t begin, end, limit, link;
+  std::uint32_t depth_bits;  ///< Depth, and flags.
+  float cost;                ///< With kTryCut: of the best split of references.
+
+  static constexpr std::uint32_t kOther = 0x80000000u;   ///< It lies in the second array.
+  static constexpr std::uint32_t kTryCut = 0x40000000u;  ///< Halves overlap: space may be cut.
+  static constexpr std::uint32_t kNoCut = 0x20000000u;   ///< No cut of space is cheaper.
+  static constexpr std::uint32_t kFlags = kOther | kTryCut | kNoCut;
+
+  __device__ std::uint32_t size() const { return end - begin; }
+  __device__ unsigned depth() const { return depth_bits & ~kFlags; }
+  __device__ bool is(std::uint32_t flag) const { return (depth_bits & flag) != 0; }
+};
+
+struct TopDownState {
+  RangeBox bounds;
+  std::uint32_t count, limit;  ///< References, and what may come of them.
+  std::uint32_t ranges[kMostLevels + 1], tasks[kMostLevels + 1];
+  std::uint32_t small_ranges, ticket;
+};
+
+/// What unused places of the output hold.
+inline __device__ LeafReference no_reference() { return LeafReference{empty_box(), PackedGroup::none(), kInvalidId}; }
+
+/// Everything that does not change during a build.
+struct TopDownTree {
+  SoupView soup;
+  LeafReference* references[2];  ///< [room]. The second is the output.
+  LinkedNode* nodes;
+  LinkedRef* root;
+  std::uint32_t* leaves;
+  TopDownState* state;
+  LargeRange* ranges[2];
+  LargeTask* tasks[2];
+  TaskCounts* counts;
+  std::uint32_t* bins;  ///< ObjectBins or SlabBins of each large range.
+  SmallRange* small_ranges;
+  std::uint32_t room, task, few;
+
+  /// @param link node * 2 + side; kInvalidId for the root.
+  __device__ void set(std::uint32_t link, LinkedRef ref) const {
+    *(link == kInvalidId ? root : &nodes[link / 2].child[link % 2]) = ref;
+  }
+  __device__ void set_leaf(std::uint32_t link, std::uint32_t begin, std::uint32_t limit,
+                           const LeafReference& reference) const {
+    references[1][begin] = reference;
+    for (std::uint32_t i = begin + 1; i < limit; ++i) references[1][i] = no_reference();
+    set(link, begin | kLinkedLeaf);
+  }
+  __device__ ObjectBins object_bins(std::uint32_t range) const {
+    return ObjectBins{bins + std::size_t{range} * ObjectBins::kSize};
+  }
+  __device__ SlabBins slab_bins(std::uint32_t range) const {
+    return SlabBins{bins + std::size_t{range} * ObjectBins::kSize};
+  }
+  __device__ float least_overlap() const { return kLeastOverlap * half_area(state->bounds.box.get()); }
+  static_assert(SlabBins::kSize <= ObjectBins::kSize);
+};
+
+/// Where the halves of a range go; the right one moves behind the left one's share of the room.
+struct Halves {
+  std::uint32_t left_end, right_begin, right_end;
+
+  __device__ Halves(std::uint32_t begin, std::uint32_t limit, std::uint32_t left_count, std::uint32_t right_count) {
+    const std::uint32_t room = limit - begin - left_count - right_count;
+    left_end = begin + left_count;
+    right_begin = left_end + (room == 0 ? 0 : static_cast<std::uint32_t>(share_of_room(room, left_count, right_count)));
+    right_end = right_begin + right_count;
+  }
+};
+
+/// Whether a range must be halved by count from here on, or its leaves would be too deep.
+inline __device__ bool is_deep(unsigned depth, std::uint32_t places) {
+  return depth + static_cast<unsigned>(std::bit_width(places)) >= kMaxDepth;
+}
+
+}  // namespace hiprt::build::kernels

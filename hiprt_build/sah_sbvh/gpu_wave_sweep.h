@@ -1,0 +1,255 @@
+#pragma once
+/// The subtree over up to 32 references, one in each lane of a group: all ranges of a level are split at once, by an
+/// exact sweep along the axes, in whose orders the references stay. Internal.
+
+#include <hiprt_build/sah_sbvh/gpu_top_down_state.h>
+
+namespace hiprt::build::kernels {
+
+/// Shared by the lanes of a group.
+struct FewShared {
+  static constexpr unsigned kLanes = WaveGroup::kLanes;
+
+  float min[3][kLanes], max[3][kLanes];  ///< Boxes of references by their slots: lanes that they began in.
+  float center[3][kLanes];
+  std::uint32_t group[kLanes], primitive[kLanes];
+  std::uint32_t order[3][kLanes];  ///< Slots along each axis.
+  std::uint32_t left[kLanes];      ///< Whether a slot's reference goes to the left half.
+
+  __device__ Box box(unsigned slot) const {
+    Box result;
+    for (unsigned k = 0; k < 3; ++k) {
+      result.min[k] = min[k][slot];
+      result.max[k] = max[k][slot];
+    }
+    return result;
+  }
+  __device__ LeafReference reference(unsigned slot) const {
+    return LeafReference{box(slot), PackedGroup{group[slot]}, primitive[slot]};
+  }
+};
+
+/// Ranges that wait for their turn with one group: each is written down in a node that only its own subtree will use,
+/// so that there is always room.
+struct PendingRanges {
+  const TopDownTree& tree;
+  std::uint32_t first = kInvalidId;  ///< Where it begins.
+
+  /// By one lane. @pre at least two places. @param next becomes first once this one is taken.
+  __device__ void write(const SmallRange& range, std::uint32_t next) const {
+    auto* words = reinterpret_cast<std::uint32_t*>(tree.nodes + range.begin + 1);
+    words[0] = range.end;
+    words[1] = range.limit;
+    words[2] = range.link;
+    words[3] = range.depth_bits;
+    words[4] = std::bit_cast<std::uint32_t>(range.cost);
+    words[5] = next;
+  }
+  /// By all lanes. @pre there is one.
+  __device__ SmallRange take(const WaveGroup& group) {
+    group.sync();
+    const auto* words = reinterpret_cast<const std::uint32_t*>(tree.nodes + first + 1);
+    const SmallRange range{first, words[0], words[1], words[2], words[3], std::bit_cast<float>(words[4])};
+    first = words[5];
+    group.sync();
+    return range;
+  }
+};
+
+/// @tparam kCuts ranges whose halves overlap are put off, for FewBuilder knows no cuts of space.
+template <bool kCuts> class FewBuilder {
+ public:
+  __device__ FewBuilder(const WaveGroup& group, FewShared& shared, const TopDownTree& tree, float least_overlap)
+      : group_(group), shared_(shared), tree_(tree), least_overlap_(least_overlap) {}
+
+  /// @pre 1 to 32 references. @return how many leaves this lane has written.
+  __device__ std::uint32_t build(const SmallRange& range, PendingRanges& pending) {
+    load(range);
+    bool may_put_off = !range.is(SmallRange::kNoCut);
+    const std::uint32_t array = range.depth_bits & SmallRange::kOther;
+    std::uint32_t leaves = 0;
+    for (;;) {
+      leaves += write_leaves() ? 1 : 0;
+      if (!group_.any(size() > 1)) return leaves;
+      const LaneSplit split = best_split();
+      if (kCuts && may_put_off) put_off(split, array, pending);
+      may_put_off = true;
+      part(split);
+    }
+  }
+
+ private:
+  /// Of the range that a lane is in.
+  struct LaneSplit {
+    unsigned middle;  ///< Lane where the right half begins.
+    unsigned axis;
+    float cost;
+    bool overlaps;
+    Box box;  ///< Of both halves; known to lane middle.
+  };
+
+  __device__ unsigned size() const { return last_ - first_; }
+
+  __device__ void load(const SmallRange& range) {
+    const unsigned lane = group_.lane(), n = range.size();
+    group_.sync();
+    float center[3] = {};
+    if (lane < n) {
+      const LeafReference reference = tree_.references[range.is(SmallRange::kOther) ? 1 : 0][range.begin + lane];
+      for (unsigned k = 0; k < 3; ++k) {
+        shared_.min[k][lane] = reference.box.min[k];
+        shared_.max[k][lane] = reference.box.max[k];
+        shared_.center[k][lane] = center[k] = split_position(reference.box, k);
+      }
+      shared_.group[lane] = reference.group.bits;
+      shared_.primitive[lane] = reference.primitive;
+    }
+    group_.sync();
+    unsigned rank[3] = {};
+    for (unsigned i = 0; i < n; ++i)
+      for (unsigned k = 0; k < 3; ++k) {
+        const float other = shared_.center[k][i];
+        rank[k] += other < center[k] || (other == center[k] && i < lane) ? 1 : 0;
+      }
+    if (lane < n)
+      for (unsigned k = 0; k < 3; ++k) shared_.order[k][rank[k]] = lane;
+    group_.sync();
+    for (unsigned k = 0; k < 3; ++k) order_[k] = lane < n ? shared_.order[k][lane] : lane;
+    first_ = lane < n ? 0 : lane;
+    last_ = lane < n ? n : lane;
+    begin_ = range.begin;
+    limit_ = range.limit;
+    link_ = range.link;
+    depth_ = range.depth();
+  }
+
+  /// Ranges of one reference, and of two parts of one. @return whether this lane wrote one.
+  __device__ bool write_leaves() {
+    const unsigned lane = group_.lane(), other = size() != 2 ? lane : lane == first_ ? lane + 1 : lane - 1;
+    const unsigned other_slot = group_.from(other, order_[0]);
+    const bool joined = size() == 2 && shared_.primitive[order_[0]] == shared_.primitive[other_slot];
+    if (size() != 1 && !joined) return false;
+    const bool writes = lane == first_;
+    if (writes) {
+      LeafReference reference = shared_.reference(order_[0]);
+      grow_fast(reference.box, shared_.box(other_slot));
+      tree_.set_leaf(link_, begin_, limit_, reference);
+    }
+    retire();
+    return writes;
+  }
+  __device__ void retire() { first_ = last_ = group_.lane(); }
+
+  __device__ LaneSplit best_split() const {
+    const unsigned lane = group_.lane();
+    unsigned steps = 1;
+    while (group_.any(size() > 1u << steps)) ++steps;
+    LaneChoice best(Aabb::kInfinity, 0);
+    LaneSplit split{};
+#pragma unroll
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const unsigned before = group_.from(lane > 0 ? lane - 1 : 0, order_[axis]);
+      Box right = shared_.box(order_[axis]), left = lane > first_ ? shared_.box(before) : empty_box();
+      sum_up(group_, left, first_, steps);
+      sum_down(group_, right, last_, steps);
+      const bool splits = lane > first_ && size() > 1;
+      const float cost =
+          half_area(left) * static_cast<float>(lane - first_) + half_area(right) * static_cast<float>(last_ - lane);
+      // Of equal boxes any place is as good: the middle makes the flattest tree.
+      const unsigned off = 2 * lane > first_ + last_ ? 2 * lane - first_ - last_ : first_ + last_ - 2 * lane;
+      const LaneChoice choice(splits ? cost : Aabb::kInfinity, off << 7 | axis << 5 | lane);
+      if (choice.cost < best.cost) {
+        best = choice;
+        if (kCuts) split.overlaps = overlap_area(left, right) > least_overlap_;
+      }
+      if (axis == 0) {
+        split.box = left;
+        grow_fast(split.box, right);
+      }
+    }
+    return agree(split, best, steps);
+  }
+  /// What is best for all lanes of a range.
+  __device__ LaneSplit agree(LaneSplit split, LaneChoice best, unsigned steps) const {
+    const unsigned lane = group_.lane();
+    for (unsigned k = 0; k < steps; ++k) {
+      const bool inside = lane >= first_ + (1u << k);
+      best.add(best.from(group_, inside ? lane - (1u << k) : lane), inside);
+    }
+    best = best.from(group_, last_ > first_ ? last_ - 1 : lane);
+    const bool halves = !best.exists() || is_deep(depth_, limit_ - begin_);
+    split.middle = halves ? first_ + size() / 2 : best.tie & 31u;
+    split.axis = halves ? 0 : best.tie >> 5 & 3u;
+    split.cost = best.value();
+    if (kCuts) split.overlaps = group_.from(split.middle & 31u, split.overlaps ? 1u : 0u) != 0 && !halves;
+    return split;
+  }
+
+  __device__ bool wants_cut(const LaneSplit& split) const {
+    return kCuts && size() > 1 && split.overlaps && limit_ - begin_ > size();
+  }
+  /// Ranges whose halves overlap go back to memory.
+  __device__ void put_off(const LaneSplit& split, std::uint32_t array, PendingRanges& pending) {
+    const unsigned lane = group_.lane();
+    const bool wants = wants_cut(split);
+    const std::uint32_t firsts = group_.ballot(wants && lane == first_);
+    if (firsts == 0) return;
+    const std::uint32_t behind = firsts & ~((2u << lane) - 1);
+    const std::uint32_t next = group_.from(behind != 0 ? lowest(behind) : lane, begin_);
+    if (wants) tree_.references[array != 0 ? 1 : 0][begin_ + lane - first_] = shared_.reference(order_[0]);
+    if (wants && lane == first_)
+      pending.write({begin_, begin_ + size(), limit_, link_, depth_ | array | SmallRange::kTryCut, split.cost},
+                    behind != 0 ? next : pending.first);
+    pending.first = group_.from(lowest(firsts), begin_);
+    if (wants) retire();
+  }
+  __device__ static unsigned lowest(std::uint32_t lanes) { return highest_bit(lanes & (~lanes + 1)); }
+
+  /// Writes the nodes, and brings the references of each half together in all orders.
+  __device__ void part(const LaneSplit& split) {
+    const unsigned lane = group_.lane();
+    const bool splits = size() > 1;
+    const unsigned middle = splits ? split.middle : lane;
+    const Halves halves(begin_, splits ? limit_ : begin_, middle - first_, last_ - middle);
+    const std::uint32_t node = halves.right_begin;
+    if (splits && lane == middle) {
+      tree_.nodes[node].box = split.box;
+      tree_.set(link_, node);
+    }
+    const bool is_left = lane < middle;
+    const unsigned slot = split.axis == 0 ? order_[0] : split.axis == 1 ? order_[1] : order_[2];
+    if (splits) shared_.left[slot] = is_left ? 1 : 0;
+    group_.sync();
+    const std::uint32_t mine = (last_ < 32 ? (1u << last_) - 1 : ~0u) & ~((1u << (first_ & 31u)) - 1);
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const bool left = splits && shared_.left[order_[axis]] != 0;
+      const std::uint32_t lefts = group_.ballot(left) & mine;
+      const unsigned rank = lane_count(lefts & ((1u << lane) - 1));
+      const unsigned to = !splits ? lane : left ? first_ + rank : middle + (lane - first_ - rank);
+      shared_.order[axis][to] = order_[axis];
+    }
+    group_.sync();
+    for (unsigned axis = 0; axis < 3; ++axis) order_[axis] = shared_.order[axis][lane];
+    if (!splits) return;
+    if (is_left) {
+      last_ = middle;
+      limit_ = halves.right_begin;
+    } else {
+      first_ = middle;
+      begin_ = halves.right_begin;
+    }
+    link_ = 2 * node + (is_left ? 0 : 1);
+    ++depth_;
+  }
+
+  const WaveGroup& group_;
+  FewShared& shared_;
+  const TopDownTree& tree_;
+  float least_overlap_;
+  unsigned order_[3];      ///< Slot of the reference at this lane's place, along each axis.
+  unsigned first_, last_;  ///< Lanes of the range that this lane is in; none: it has nothing to do.
+  std::uint32_t begin_, limit_, link_;
+  unsigned depth_;
+};
+
+}  // namespace hiprt::build::kernels

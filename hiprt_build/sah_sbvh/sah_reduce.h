@@ -1,0 +1,56 @@
+#pragma once
+/// What splits of a range of references are chosen by, gathered by several threads where the range is large. Internal.
+
+#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/sah_sbvh/sah_bins.h>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_reduce.h>
+
+namespace hiprt::build {
+
+/// Ranges above this are worth more than one thread.
+inline constexpr std::size_t kParallelSize = 65536;
+
+/// sum(references, so far) over the parts of a range, combined by combine(a, b). The result must not depend on how it
+/// is parted.
+template <class T, class Sum, class Combine>
+T reduce_references(CpuEngine& engine, std::span<const Reference> references, const T& none, const Sum& sum,
+                    const Combine& combine) {
+  if (references.size() < kParallelSize) return sum(references, none);
+  return tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, references.size(), CpuEngine::kChunk), none,
+      [&](const tbb::blocked_range<std::size_t>& range, const T& so_far) {
+        engine.monitor().check();
+        return sum(references.subspan(range.begin(), range.size()), so_far);
+      },
+      combine);
+}
+
+inline RangeBounds bound_references(CpuEngine& engine, std::span<const Reference> references) {
+  return reduce_references(
+      engine, references, RangeBounds{},
+      [](std::span<const Reference> part, RangeBounds bounds) {
+        for (const Reference& reference : part) bounds.add(reference.box());
+        return bounds;
+      },
+      [](RangeBounds a, const RangeBounds& b) {
+        a.add(b);
+        return a;
+      });
+}
+
+inline Bins bin_references(CpuEngine& engine, std::span<const Reference> references, const BinMapping& mapping) {
+  return reduce_references(
+      engine, references, Bins{},
+      [&](std::span<const Reference> part, Bins bins) {
+        bins.add(part, mapping);
+        return bins;
+      },
+      [&](Bins a, const Bins& b) {
+        a.add(b, mapping.bins);
+        return a;
+      });
+}
+
+}  // namespace hiprt::build

@@ -1,0 +1,203 @@
+#pragma once
+/// Where to cut space, and the references in it (Stich, Friedrich, Dietrich, "Spatial splits in bounding volume
+/// hierarchies", 2009). Internal.
+
+#include <hiprt_build/presplit/clip.h>
+#include <hiprt_build/sah_sbvh/sah_bins.h>
+
+namespace hiprt::build {
+
+inline constexpr int kSpatialBins = 16;
+/// Space is cut where the halves of the best split of references overlap by more than this part of the scene (Stich et
+/// al. 2009, section 4.2).
+inline constexpr float kLeastOverlap = 1e-5f;
+
+/// What the left half of a range gets of the room for references that cuts will make.
+HIPRT_HD HIPRT_INLINE std::size_t share_of_room(std::size_t room, std::size_t left_count, std::size_t right_count) {
+  const double share = static_cast<double>(left_count) / static_cast<double>(left_count + right_count);
+  const auto wanted = static_cast<std::size_t>(static_cast<double>(room) * share);
+  return wanted < room ? wanted : room;
+}
+
+/// Edges of a leaf's triangles, for their parts between planes across an axis.
+struct TriangleEdges {
+  Float4 corner[4];
+  float inverse[5];  ///< Of the edges' lengths along the axis; 0 for those across it.
+  int axis;
+  bool pair;
+
+  HIPRT_HD HIPRT_INLINE TriangleEdges(const LeafCorners& corners, bool is_pair, int along)
+      : corner{clip_detail::to_float4(corners.v[0]), clip_detail::to_float4(corners.v[1]),
+               clip_detail::to_float4(corners.v[2]), clip_detail::to_float4(corners.v[3])},
+        inverse{},
+        axis(along),
+        pair(is_pair) {
+    for (int edge = 0; edge < 5; ++edge) {
+      const float length = corner[last(edge)][axis] - corner[first(edge)][axis];
+      inverse[edge] = length != 0.0f ? 1.0f / length : 0.0f;
+    }
+  }
+  /// v0 v1, v1 v2, v2 v0, and of a pair v1 v3, v3 v2.
+  HIPRT_HD static constexpr int first(int edge) { return edge == 3 ? 1 : edge == 4 ? 3 : edge; }
+  HIPRT_HD static constexpr int last(int edge) { return edge < 3 ? (edge + 1) % 3 : edge == 3 ? 3 : 2; }
+
+  /// Of the parts between two planes; may be empty. The corners of such a part lie on edges.
+  HIPRT_HD HIPRT_INLINE Aabb between(float low, float high) const {
+    Aabb part;
+    for (int edge = 0; edge < 5; ++edge) {
+      if (edge > 2 && !pair) break;
+      const Float4 a = corner[first(edge)], d = corner[last(edge)] - a;
+      const float from = a[axis], to = corner[last(edge)][axis];
+      if ((from < to ? to : from) < low || (from < to ? from : to) > high) continue;
+      const bool across = inverse[edge] == 0.0f;
+      part.add(a + (across ? 0.0f : within_edge((low - from) * inverse[edge])) * d);
+      part.add(a + (across ? 1.0f : within_edge((high - from) * inverse[edge])) * d);
+    }
+    return part;
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE static float within_edge(float share) {
+    return share > 0.0f ? (share < 1.0f ? share : 1.0f) : 0.0f;
+  }
+};
+
+/// Planes that cut a box into slabs of the same width, on each axis.
+struct SlabPlanes {
+  float plane[3][kSpatialBins + 1];  ///< [i]: between slabs i - 1 and i; never decreasing.
+
+  HIPRT_HD HIPRT_INLINE static SlabPlanes over(const Aabb& box) {
+    SlabPlanes planes;
+    for (int axis = 0; axis < 3; ++axis)
+      for (int i = 0; i <= kSpatialBins; ++i) planes.plane[axis][i] = at(box.min[axis], box.max[axis], i);
+    return planes;
+  }
+  /// Plane @p i of an axis on which the box is so long.
+  HIPRT_HD HIPRT_INLINE static float at(float min, float max, int i) {
+    const float share = static_cast<float>(i) / kSpatialBins;
+    return (1.0f - share) * min + share * max;
+  }
+  /// The slab in which a reference that begins at @p x begins: of two it is the upper.
+  HIPRT_HD HIPRT_INLINE int first(float x, int axis) const {
+    return find(axis, [x](float p) { return p <= x; });
+  }
+  /// The slab in which one that ends at @p x ends: of two it is the lower.
+  HIPRT_HD HIPRT_INLINE int last(float x, int axis) const {
+    return find(axis, [x](float p) { return p < x; });
+  }
+  /// visit(slab, box of the part there) for the slabs of an axis that a reference is in, in their order.
+  /// @param whole its box.
+  template <class Visit>
+  HIPRT_HD HIPRT_INLINE void visit(const LeafCorners& corners, bool pair, const Aabb& whole, int axis,
+                                   Visit&& visit) const {
+    const int begin = first(whole.min[axis], axis), end = last(whole.max[axis], axis);
+    cut(plane[axis], begin, end, corners, pair, whole, axis, visit);
+  }
+  /// The same for one in slabs @p begin to @p end between the planes of a row, which lie across @p axis of the corners.
+  /// Boxes of parts are good enough to choose a cut by: they are not rounded outwards.
+  template <class Visit>
+  HIPRT_HD HIPRT_INLINE static void cut(const float* row, int begin, int end, const LeafCorners& corners, bool pair,
+                                        const Aabb& whole, int axis, Visit&& visit) {
+    if (begin >= end) return visit(begin, whole);
+    const TriangleEdges edges(corners, pair, axis);
+    for (int i = begin; i <= end; ++i) visit(i, clip_detail::intersect(edges.between(row[i], row[i + 1]), whole));
+  }
+
+ private:
+  /// The number of inner planes for which below() holds: those before the others.
+  template <class Below> HIPRT_HD HIPRT_INLINE int find(int axis, const Below& below) const {
+    int low = 0, high = kSpatialBins - 1;
+    while (low < high) {
+      const int middle = (low + high + 1) / 2;
+      if (below(plane[axis][middle]))
+        low = middle;
+      else
+        high = middle - 1;
+    }
+    return low;
+  }
+};
+
+/// A cut of space, and what it makes of the references.
+struct SpatialSplit {
+  float cost = Aabb::kInfinity;  ///< As Split::cost.
+  unsigned axis = 0;
+  float plane = 0.0f;
+  Aabb left, right;
+  std::uint32_t left_count = 0, right_count = 0;  ///< Cut references count on both sides.
+};
+
+/// Where a reference that crosses a cut goes.
+enum class CutSide : std::uint8_t { kBoth, kLeft, kRight };
+
+/// All of it on one side where that is cheaper ("reference unsplitting", Stich et al. 2009, section 4.4).
+/// @param whole the reference's box.
+HIPRT_HD HIPRT_INLINE CutSide cheapest_side(const SpatialSplit& split, const Aabb& whole) {
+  Aabb larger_left = split.left, larger_right = split.right;
+  larger_left.add(whole);
+  larger_right.add(whole);
+  const float both = side_cost(split.left, split.left_count) + side_cost(split.right, split.right_count);
+  const float only_left = side_cost(larger_left, split.left_count) + side_cost(split.right, split.right_count - 1);
+  const float only_right = side_cost(split.left, split.left_count - 1) + side_cost(larger_right, split.right_count);
+  if (only_left < both && only_left <= only_right) return CutSide::kLeft;
+  return only_right < both ? CutSide::kRight : CutSide::kBoth;
+}
+
+/// Boxes of the parts of references in each slab, and how many references begin and end there.
+struct SpatialBins {
+  Aabb box[3][kSpatialBins];
+  std::uint32_t begin[3][kSpatialBins] = {}, end[3][kSpatialBins] = {};
+
+  /// @param whole the reference's box.
+  void add(const LeafCorners& corners, bool pair, const Aabb& whole, const SlabPlanes& planes) {
+    for (int axis = 0; axis < 3; ++axis) {
+      int first = kSpatialBins, last = 0;
+      planes.visit(corners, pair, whole, axis, [&](int slab, const Aabb& part) {
+        box[axis][slab].add(part);
+        first = std::min(first, slab);
+        last = slab;
+      });
+      ++begin[axis][first];
+      ++end[axis][last];
+    }
+  }
+  void add(const SpatialBins& other) {
+    for (int axis = 0; axis < 3; ++axis)
+      for (int i = 0; i < kSpatialBins; ++i) {
+        box[axis][i].add(other.box[axis][i]);
+        begin[axis][i] += other.begin[axis][i];
+        end[axis][i] += other.end[axis][i];
+      }
+  }
+
+  /// The cheapest cut that makes at most @p most references, counting both sides. Infinite cost: there is none.
+  SpatialSplit best(const SlabPlanes& planes, std::size_t most) const {
+    SpatialSplit result;
+    for (int axis = 0; axis < 3; ++axis) {
+      Aabb right_box[kSpatialBins];
+      std::uint32_t right_count[kSpatialBins];
+      Aabb right;
+      std::uint32_t count = 0;
+      for (int i = kSpatialBins - 1; i > 0; --i) {
+        right.add(box[axis][i]);
+        count += end[axis][i];
+        right_box[i] = right;
+        right_count[i] = count;
+      }
+      Aabb left;
+      count = 0;
+      for (int i = 1; i < kSpatialBins; ++i) {
+        left.add(box[axis][i - 1]);
+        count += begin[axis][i - 1];
+        if (count == 0 || right_count[i] == 0 || count + right_count[i] > most) continue;
+        const float cost = side_cost(left, count) + side_cost(right_box[i], right_count[i]);
+        if (!(cost < result.cost)) continue;
+        result = SpatialSplit{
+            cost, static_cast<unsigned>(axis), planes.plane[axis][i], left, right_box[i], count, right_count[i]};
+      }
+    }
+    return result;
+  }
+};
+
+}  // namespace hiprt::build

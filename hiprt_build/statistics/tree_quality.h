@@ -1,0 +1,23 @@
+#pragma once
+/// The quality of a whole tree on the CPU. Internal.
+
+#include <hiprt_build/exec/cpu.h>
+#include <hiprt_build/statistics/tree_quality_steps.h>
+
+#include <vector>
+
+namespace hiprt::build {
+
+/// @param nodes in the file. @return their sums, the same with any number of threads.
+template <class Layout>
+QualitySums sum_quality(CpuEngine& engine, const TreeQuality<Layout>& quality, std::size_t nodes) {
+  std::vector<QualitySums> parts(CpuEngine::chunk_count(nodes));
+  engine.for_chunks(nodes, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) parts[chunk].add(quality(i));
+  });
+  QualitySums sums;
+  for (const QualitySums& part : parts) sums.add(part);
+  return sums;
+}
+
+}  // namespace hiprt::build

@@ -1,0 +1,191 @@
+#pragma once
+/// Box and triangle tests by the ray instruction of AMD's RDNA2 and RDNA3 GPUs (image_bvh_intersect_ray), as policies
+/// for scenes of layouts float and half.
+///
+///     __global__ void trace(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits) {
+///       if constexpr (hiprt::kHasRayInstruction)  // for sources that are compiled for other GPUs too
+///         hits[threadIdx.x] = hiprt::closest_hit<hiprt::HardwarePolicies<>>(scene, rays[threadIdx.x]);
+///     }
+///
+/// A part of hiprt_device.h on every processor: sources for many GPUs ask kHasRayInstruction also where it is false,
+/// and templates that nobody names cost nothing. What the instruction does not guarantee:
+/// docs/decisions/0008-amd-ray-instruction.md.
+
+#include <hiprt_device/traverse/policies.h>
+
+#include <concepts>
+
+/// 1 while code is generated for a GPU that has the instruction: gfx103x, gfx110x.
+#if defined(__gfx1030__) || defined(__gfx1031__) || defined(__gfx1032__) || defined(__gfx1033__) || \
+    defined(__gfx1034__) || defined(__gfx1035__) || defined(__gfx1036__) || defined(__gfx1100__) || \
+    defined(__gfx1101__) || defined(__gfx1102__) || defined(__gfx1103__)
+#define HIPRT_HAS_RAY_INSTRUCTION HIPRT_DEVICE_CODE
+#else
+#define HIPRT_HAS_RAY_INSTRUCTION 0
+#endif
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Whether the code that is being compiled may use the policies of this file. It differs between the passes over one
+/// source: for `if constexpr` in kernels, never for template arguments of a kernel, whose name it would change.
+inline constexpr bool kHasRayInstruction = HIPRT_HAS_RAY_INSTRUCTION != 0;
+
+namespace ray_instruction_detail {
+
+/// hipcc looks at kernels in its host pass too, where nothing calls them.
+#if HIPRT_GPU_COMPILER && !HIPRT_DEVICE_CODE
+inline constexpr bool kMayBeNamed = true;
+#else
+inline constexpr bool kMayBeNamed = kHasRayInstruction;
+#endif
+
+/// Which memory the instruction reads, and how: its 128-bit resource.
+struct Descriptor {
+  std::uint32_t word[4];
+
+  /// Pointers count from base. @param base multiple of 256; nullptr: pointers are addresses.
+  /// @param units size in units of 64 bytes; 0: everything behind base.
+  HIPRT_HD HIPRT_INLINE Descriptor(const std::byte* base, std::uint64_t units) {
+    constexpr std::uint64_t kSizeMask = (std::uint64_t{1} << 42) - 1;
+    constexpr std::uint32_t kSort = 1u << 31, kBarycentrics = 1u << 24, kRayResource = 8u << 28;
+    const std::uint64_t origin = reinterpret_cast<std::uintptr_t>(base) >> 8, last = (units - 1) & kSizeMask;
+    word[0] = static_cast<std::uint32_t>(origin);
+    word[1] = static_cast<std::uint32_t>(origin >> 32) | kBoxGrowth << 23 | kSort;
+    word[2] = static_cast<std::uint32_t>(last);
+    word[3] = static_cast<std::uint32_t>(last >> 32) | kBarycentrics | kRayResource;
+  }
+
+ private:
+  /// Units in the last place by which a box's exit distance grows: both distances of an interval are two roundings and
+  /// a reciprocal away from the truth. GPURT's and HIPRT's value.
+  static constexpr std::uint32_t kBoxGrowth = 6;
+};
+
+#if HIPRT_HAS_RAY_INSTRUCTION
+
+using Float4 = float __attribute__((ext_vector_type(4)));
+using Word4 = std::uint32_t __attribute__((ext_vector_type(4)));
+
+template <class Lanes> HIPRT_HD HIPRT_INLINE Float4 inverse_direction(const RaySlabs<Lanes>& slabs) {
+  return {Lanes::value(slabs.rcp[0]), Lanes::value(slabs.rcp[1]), Lanes::value(slabs.rcp[2]), 0.0f};
+}
+
+/// For operands in scalar registers: without this the compiler emits a loop over the values that the lanes have.
+HIPRT_HD HIPRT_INLINE std::uint32_t same_in_wave(std::uint32_t value) {
+  return static_cast<std::uint32_t>(__builtin_amdgcn_readfirstlane(static_cast<int>(value)));
+}
+HIPRT_HD HIPRT_INLINE Word4 resource(const Descriptor& descriptor) {
+  return {same_in_wave(descriptor.word[0]), same_in_wave(descriptor.word[1]), same_in_wave(descriptor.word[2]),
+          same_in_wave(descriptor.word[3])};
+}
+
+/// @param node of the memory that the descriptor describes.
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE Words intersect(const Descriptor& descriptor, NodeRef node, const Vec3& origin,
+                                      const Vec3& direction, const RaySlabs<Lanes>& slabs, float extent) {
+  const Word4 result = __builtin_amdgcn_image_bvh_intersect_ray(
+      node, extent, Float4{origin.x, origin.y, origin.z, 0.0f}, Float4{direction.x, direction.y, direction.z, 0.0f},
+      inverse_direction(slabs), resource(descriptor));
+  return {{result.x, result.y, result.z, result.w}};
+}
+
+/// @param record a multiple of 64, of a node of that type.
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE Words intersect_at(const void* record, NodeType type, const Vec3& origin, const Vec3& direction,
+                                         const RaySlabs<Lanes>& slabs, float extent) {
+  const Descriptor descriptor(nullptr, 0);
+  const std::uint64_t pointer = (reinterpret_cast<std::uintptr_t>(record) >> 3) | static_cast<std::uint64_t>(type);
+  const Word4 result = __builtin_amdgcn_image_bvh_intersect_ray_l(
+      pointer, extent, Float4{origin.x, origin.y, origin.z, 0.0f}, Float4{direction.x, direction.y, direction.z, 0.0f},
+      inverse_direction(slabs), resource(descriptor));
+  return {{result.x, result.y, result.z, result.w}};
+}
+
+#else
+
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE Words intersect(const Descriptor&, NodeRef, const Vec3&, const Vec3&, const RaySlabs<Lanes>&,
+                                      float) {
+  __builtin_trap();
+}
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE Words intersect_at(const void*, NodeType, const Vec3&, const Vec3&, const RaySlabs<Lanes>&,
+                                         float) {
+  __builtin_trap();
+}
+
+#endif
+
+template <class Lanes> HIPRT_HD constexpr void require_instruction() {
+  static_assert(Lanes::kScalar && kMayBeNamed,
+                "hiprt: HardwareBoxes and HardwareTriangle need the ray instruction of gfx103x or gfx110x, which what "
+                "is being compiled for does not have; see kHasRayInstruction");
+}
+
+}  // namespace ray_instruction_detail
+
+/// Layouts whose box nodes the instruction reads.
+template <class Layout>
+concept RayInstructionLayout = Layout::kId == NodeLayout::kFloat || Layout::kId == NodeLayout::kHalf;
+
+/// Box test policy: the instruction, which also sorts a node's children by distance but does not tell the distances, so
+/// the stack cannot drop what a nearer hit has put out of reach. Boxes of custom primitives are tested as by
+/// Conservative. Those of nodes are not widened by its margin: the watertight triangle test may find a hit up to
+/// 2^-24 * 19 * (farthest side of the scene's bounds) beyond its box, and such a hit can be lost.
+struct HardwareBoxes : Conservative {
+  /// @param scene at an address that is a multiple of 256; the same for all lanes of a wave.
+  /// @param limit hits beyond do not count; boxes before tmin are visited, as the instruction knows no tmin.
+  template <RayInstructionLayout Layout, class Lanes>
+  HIPRT_HD static HIPRT_INLINE SortedChildren intersect(const SceneView& scene, NodeRef node, const Ray& ray,
+                                                        const RaySlabs<Lanes>& slabs, float limit) {
+    ray_instruction_detail::require_instruction<Lanes>();
+    const ray_instruction_detail::Descriptor descriptor(scene.base, scene.size / kNodeGranularity);
+    const Words met = ray_instruction_detail::intersect(descriptor, node, ray.origin, ray.direction, slabs, limit);
+    return {{met.word[0], met.word[1], met.word[2], met.word[3]}};
+  }
+};
+
+/// Triangle test policy: the instruction. How it rounds is not published: no claim is made that rays do not slip
+/// between neighbours, and Hit::error (of the other tests) is no bound of its errors.
+struct HardwareTriangle {
+  template <class Lanes> struct PreparedRay {
+    Vec3 origin, direction;
+    RaySlabs<Lanes> slabs;  ///< For the inverse direction.
+    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray)
+        : origin(ray.origin), direction(ray.direction), slabs(ray, 0.0f) {}
+  };
+
+  template <class Lanes, class Leaf, class Accept>
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
+                                              Accept&& accept) {
+    static_assert(std::same_as<Leaf, FloatLeaf>, "hiprt: HardwareTriangle needs layout float or half");
+    ray_instruction_detail::require_instruction<Lanes>();
+    constexpr float kMax = std::numeric_limits<float>::max();
+    const unsigned count = info.primitive[1] == kInvalidId ? 1 : 2;
+    for (unsigned triangle = 0; triangle < count; ++triangle) {
+      const auto type = static_cast<NodeType>(static_cast<std::uint32_t>(NodeType::kTriangle0) + triangle);
+      const Words met = ray_instruction_detail::intersect_at(&leaf, type, ray.origin, ray.direction, ray.slabs, kMax);
+      // Distance and weights are numerators; the sign of their denominator is the side. A miss has t = +inf.
+      const float denominator = met.as_float(1), t = met.as_float(0) / denominator;
+      const float scale = 1.0f / denominator;
+      if (!(absolute(t) <= kMax)) continue;
+      if (!accept(Candidate{t, met.as_float(2) * scale, met.as_float(3) * scale}, triangle)) return false;
+    }
+    return true;
+  }
+};
+
+/// Policies for the instruction.
+/// @tparam LayoutPolicy FloatLayout or HalfLayout.
+/// @tparam TrianglePolicy Watertight, HardwareTriangle or Fast.
+template <RayInstructionLayout LayoutPolicy = FloatLayout, class TrianglePolicy = Watertight,
+          class StackPolicy = PrivateStack<>, class CounterPolicy = NoCounter, FeatureMask kFeatureSet = kKnownFeatures>
+struct HardwarePolicies
+    : Policies<LayoutPolicy, TrianglePolicy, HardwareBoxes, StackPolicy, ArrayLanes, CounterPolicy, kFeatureSet> {
+  using ClosestOrder = AsTested;
+  using AnyOrder = AsTested;
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,258 @@
+#pragma once
+/// Ray against the four boxes of a node: slabs with one fused multiply-add per plane. The rounding of the box test and
+/// of the triangle test is covered by a margin in scene units that is computed once per ray, so a conservative test
+/// costs nothing per node. Proof of the constants: docs/decisions/0003-conservative-boxes.md.
+
+#include <hiprt_device/intersect/node_lanes.h>
+#include <hiprt_device/ray.h>
+
+#include <bit>
+#include <limits>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// |a|, the larger of two, and the largest magnitude of a vector's components. NaN: see larger() in lanes.h.
+HIPRT_HD HIPRT_INLINE float absolute(float a) {
+  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(a) << 1 >> 1);
+}
+HIPRT_HD HIPRT_INLINE double absolute(double a) {
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(a) << 1 >> 1);
+}
+HIPRT_HD HIPRT_INLINE float max_of(float a, float b) { return larger(a, b); }
+HIPRT_HD HIPRT_INLINE double max_of(double a, double b) { return a > b ? a : b; }
+template <class Real> HIPRT_HD HIPRT_INLINE Real max_component(const BasicVec3<Real>& a) {
+  return max_of(max_of(absolute(a.x), absolute(a.y)), absolute(a.z));
+}
+
+/// Box test policy: every hit that the Watertight triangle test reports lies in boxes that pass. The default.
+struct Conservative {
+  /// @return how far every box is widened, in scene units.
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds) {
+    return margin(origin, bounds, 0.0f, 0.0f);
+  }
+  /// The same for boxes of instances, whose transforms round too. @param condition, transform_reach of the file's
+  /// header. Proof of the constants: docs/decisions/0014-instances.md.
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds, float condition,
+                                            float transform_reach) {
+    float reach = 0.0f, magnitude = 0.0f;
+    const auto read = [&](unsigned axis, float from) {
+      reach = max_of(reach, max_of(bounds.max[axis] - from, from - bounds.min[axis]));
+      magnitude = max_of(magnitude, max_of(absolute(bounds.max[axis]), absolute(bounds.min[axis])));
+    };
+    read(0, origin.x);
+    read(1, origin.y);
+    read(2, origin.z);
+    constexpr float kUnit = 0x1p-24f;
+    magnitude += max_component(origin);
+    const float own = 24.0f * reach + 4.0f * magnitude;
+    // Not 0 times what may be infinite.
+    if (!(condition > 0.0f)) return kUnit * own;
+    return kUnit * (own + condition * (84.0f * reach + 25.0f * magnitude + 28.0f * transform_reach));
+  }
+};
+
+/// Box test policy: slabs as they round. Loses hits near box faces.
+struct Plain {
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0.0f; }
+  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&, float, float) { return 0.0f; }
+};
+
+/// Overflow to infinity becomes the largest float. For rays outside the range of the guarantees (ray.h): an infinite
+/// offset would give inf - inf = NaN at the planes of absent children, which could then pass and be followed out of the
+/// file. A NaN becomes a number too.
+HIPRT_HD HIPRT_INLINE float within_range(float a) {
+  constexpr float kMax = std::numeric_limits<float>::max();
+  return smaller(larger(a, -kMax), kMax);
+}
+
+/// 1 / a within one unit in the last place. Boxes only: machines differ. @pre a is 0 or normal
+HIPRT_HD HIPRT_INLINE float reciprocal(float a) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return __builtin_amdgcn_rcpf(a);
+#elif HIPRT_DEVICE_CODE
+  float result;
+  asm("rcp.approx.ftz.f32 %0, %1;" : "=f"(result) : "f"(a));
+  return result;
+#else
+  return 1.0f / a;
+#endif
+}
+
+/// What makes RaySlabs anew without a division.
+struct KeptSlabs {
+  float rcp[3], margin;
+};
+
+/// A ray prepared for slabs: distance to a plane p of axis k = p * rcp[k] + offset[k].
+template <class Lanes> struct RaySlabs {
+  typename Lanes::Uniform rcp[3];
+  typename Lanes::Uniform near_offset[3];
+  typename Lanes::Uniform far_offset[3];
+
+  /// Whether the ray meets the maximum first.
+  HIPRT_HD HIPRT_INLINE bool is_down(unsigned axis) const {
+    return std::bit_cast<std::int32_t>(Lanes::value(rcp[axis])) < 0;
+  }
+  /// Which plane the ray meets first: 0 minimum, 1 maximum.
+  HIPRT_HD HIPRT_INLINE unsigned near_side(unsigned axis) const {
+    return std::bit_cast<std::uint32_t>(Lanes::value(rcp[axis])) >> 31;
+  }
+
+  /// Direction components below 2^-26 of the largest are raised to it, for boxes only: within [tmin, tmax] and the
+  /// scene the ray moves by less than the margin. So no reciprocal is infinite and no product is 0 * inf.
+  HIPRT_HD HIPRT_INLINE RaySlabs(const Ray& ray, float margin) {
+    const float floor = max_component(ray.direction) * 0x1p-26f;
+    prepare(0, ray.origin.x, ray.direction.x, floor, margin);
+    prepare(1, ray.origin.y, ray.direction.y, floor, margin);
+    prepare(2, ray.origin.z, ray.direction.z, floor, margin);
+  }
+
+  /// @param origin of the ray whose slabs were kept.
+  HIPRT_HD HIPRT_INLINE RaySlabs(const KeptSlabs& kept, const Vec3& origin) {
+    put(0, origin.x, kept.rcp[0], kept.margin);
+    put(1, origin.y, kept.rcp[1], kept.margin);
+    put(2, origin.z, kept.rcp[2], kept.margin);
+  }
+  /// @param margin that they were made with.
+  HIPRT_HD HIPRT_INLINE void keep(KeptSlabs& kept, float margin) const {
+    kept.rcp[0] = Lanes::value(rcp[0]);
+    kept.rcp[1] = Lanes::value(rcp[1]);
+    kept.rcp[2] = Lanes::value(rcp[2]);
+    kept.margin = margin;
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin) {
+    const bool down = std::bit_cast<std::int32_t>(direction) < 0;
+    const float length = max_of(absolute(direction), floor);
+    const float magnitude = within_range(max_of(reciprocal(length), std::numeric_limits<float>::min()));
+    put(axis, origin, down ? -magnitude : magnitude, margin);
+  }
+  HIPRT_HD HIPRT_INLINE void put(unsigned axis, float origin, float signed_rcp, float margin) {
+    const float widening = margin * absolute(signed_rcp);
+    const float offset = -origin * signed_rcp;
+    rcp[axis] = Lanes::uniform(signed_rcp);
+    near_offset[axis] = Lanes::uniform(within_range(offset - widening));
+    far_offset[axis] = Lanes::uniform(within_range(offset + widening));
+  }
+};
+
+/// Which children a ray meets and where it enters them.
+template <class Lanes> struct BoxHits {
+  std::uint32_t mask;           ///< Bit per child.
+  typename Lanes::Float enter;  ///< t of entry (at least tmin), where the bit is set.
+
+  HIPRT_HD HIPRT_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                std::uint32_t present)
+      : mask(Lanes::less_equal(first, last) & present), enter(first) {}
+  HIPRT_HD HIPRT_INLINE bool hit(unsigned child) const { return (mask >> child & 1u) != 0; }
+  HIPRT_HD HIPRT_INLINE bool any() const { return mask != 0; }
+};
+
+/// The same as comparisons, which a GPU has in predicates.
+template <class Lanes>
+requires(Lanes::kScalar) struct BoxHits<Lanes> {
+  bool met[kBranching];
+  typename Lanes::Float enter;
+
+  HIPRT_HD HIPRT_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                std::uint32_t present)
+      : met{meets(first, last, present, 0), meets(first, last, present, 1), meets(first, last, present, 2),
+            meets(first, last, present, 3)},
+        enter(first) {}
+  HIPRT_HD HIPRT_INLINE bool hit(unsigned child) const { return met[child]; }
+  HIPRT_HD HIPRT_INLINE bool any() const { return met[0] | met[1] | met[2] | met[3]; }
+
+ private:
+  HIPRT_HD static HIPRT_INLINE bool meets(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                          std::uint32_t present, unsigned child) {
+    return Lanes::get(first, child) <= Lanes::get(last, child) && (present & (1u << child)) != 0;
+  }
+};
+
+/// A ray in the units of a node's planes: those of the scene, or of the node's own grid.
+template <class Lanes, class Node> struct NodeSlabs {
+  const RaySlabs<Lanes>& ray;
+  HIPRT_HD HIPRT_INLINE NodeSlabs(const Node&, const RaySlabs<Lanes>& of) : ray(of) {}
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform rcp(unsigned axis) const { return ray.rcp[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform near_offset(unsigned axis) const { return ray.near_offset[axis]; }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform far_offset(unsigned axis) const { return ray.far_offset[axis]; }
+};
+
+/// (origin + q * scale) * rcp + offset = q * (scale * rcp) + (origin * rcp + offset): the product with the power of two
+/// is exact, the sum in the second bracket is one more rounding for the margin to cover (0003).
+///
+/// Where bytes come with a bias (lanes.h), it goes into the second bracket, whose rounding is then up to 2^-9 of the
+/// grid's step: boxes grow by twice that.
+template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
+  const RaySlabs<Lanes>& ray;
+  Words grid;
+  HIPRT_HD HIPRT_INLINE NodeSlabs(const QuantizedBoxNode& node, const RaySlabs<Lanes>& of)
+      : ray(of), grid(load_words(node.origin)) {}
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform rcp(unsigned axis) const {
+    // The exponent's byte, moved to its place in a float.
+    const std::uint32_t bits = axis == 0   ? grid.word[3] << 23 & 0x7f800000u
+                               : axis == 1 ? grid.word[3] << 15 & 0x7f800000u
+                                           : grid.word[3] << 7 & 0x7f800000u;
+    return Lanes::uniform(std::bit_cast<float>(bits)) * ray.rcp[axis];
+  }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform near_offset(unsigned axis) const {
+    return biased(axis, ray.near_offset[axis], !ray.is_down(axis));
+  }
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform far_offset(unsigned axis) const {
+    return biased(axis, ray.far_offset[axis], ray.is_down(axis));
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform biased(unsigned axis, typename Lanes::Uniform offset, bool more) const {
+    const auto plain = uniform_madd(Lanes::uniform(grid.as_float(axis)), ray.rcp[axis], offset);
+    if constexpr (Lanes::kByteBias == 0.0f) return plain;
+    constexpr float kStep = 0x1p-8f;
+    const float bias = more ? -(Lanes::kByteBias + kStep) : -(Lanes::kByteBias - kStep);
+    return uniform_madd(Lanes::uniform(bias), rcp(axis), plain);
+  }
+  HIPRT_HD static HIPRT_INLINE float uniform_madd(float a, float b, float c) { return multiply_add(a, b, c); }
+  template <class Vector> static HIPRT_INLINE Vector uniform_madd(Vector a, Vector b, Vector c) {
+    return Lanes::madd(a, b, c);
+  }
+};
+
+/// Tests the part [tmin, tmax] of the ray. Absent children are never hit.
+template <class Lanes, class Node>
+HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
+                                                     typename Lanes::Uniform tmin, typename Lanes::Uniform tmax) {
+  const NodeSlabs<Lanes, Node> slabs(node, ray);
+  // Not a loop over arrays: GCC keeps such a loop, and the arrays in memory.
+  const auto enter = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side(axis)), slabs.rcp(axis), slabs.near_offset(axis));
+  };
+  const auto leave = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+    return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side(axis) ^ 1u), slabs.rcp(axis),
+                       slabs.far_offset(axis));
+  };
+  const auto first = Lanes::first_in(enter(0), enter(1), enter(2), tmin);
+  const auto last = Lanes::last_in(leave(0), leave(1), leave(2), tmax);
+  return {first, last, load_present(node)};
+}
+
+/// Whether the part [tmin, tmax] of the ray meets one box.
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE bool meets_box(const Box& box, const RaySlabs<Lanes>& ray, float tmin, float tmax) {
+  float first = tmin, last = tmax;
+  const auto clip = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+    const bool down = ray.is_down(axis);
+    const float near_plane = down ? box.max[axis] : box.min[axis], far_plane = down ? box.min[axis] : box.max[axis];
+    const float rcp = Lanes::value(ray.rcp[axis]);
+    first = max_of(first, multiply_add(near_plane, rcp, Lanes::value(ray.near_offset[axis])));
+    const float leave = multiply_add(far_plane, rcp, Lanes::value(ray.far_offset[axis]));
+    last = leave < last ? leave : last;
+  };
+  clip(0);
+  clip(1);
+  clip(2);
+  return first <= last;
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

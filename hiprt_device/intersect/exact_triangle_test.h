@@ -1,0 +1,381 @@
+#pragma once
+/// Triangle tests whose every decision is as if computed with real numbers.
+
+#include <hiprt_device/intersect/triangle_test.h>
+#include <hiprt_device/math/exact.h>
+
+#include <limits>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+namespace exact_detail {
+
+/// A line and a triangle, as vectors with numbers, and others to compute with.
+struct LineAndTriangle {
+  static constexpr unsigned kOrigin = 0, kDirection = 1, kCorner = 2, kAxis = 5, kMinusOrigin = 8, kZero = 9;
+  float vector[10][3];
+};
+
+/// The determinant of three differences of vectors, in twice the precision of double if the differences are exact in
+/// double (as they are unless one vector is 2^29 times the other).
+struct RoundedDeterminant {
+  double value = 0.0,
+         error = 0.0;  ///< Where the exact one is: within the error of the value, but for its last rounding.
+
+  /// Of the vectors with the numbers minuend[i] - subtrahend[i].
+  HIPRT_HD HIPRT_INLINE RoundedDeterminant(const LineAndTriangle& of, const unsigned (&minuend)[3],
+                                           const unsigned (&subtrahend)[3]) {
+    double row[3][3];
+    bool exact = true;
+    HIPRT_NO_UNROLL
+    for (unsigned i = 0; i < 3; ++i) {
+      HIPRT_NO_UNROLL
+      for (unsigned k = 0; k < 3; ++k) {
+        const TwoSum difference(of.vector[minuend[i]][k], -static_cast<double>(of.vector[subtrahend[i]][k]));
+        row[i][k] = difference.sum;
+        exact = exact && difference.rest == 0.0;
+      }
+    }
+    double low = 0.0, size = 0.0;
+    HIPRT_NO_UNROLL
+    for (unsigned term = 0; term < 6; ++term) {
+      const unsigned i = term >> 1, after = i == 2 ? 0 : i + 1, before = i == 0 ? 2 : i - 1;
+      const bool negative = (term & 1u) != 0;
+      const double x = negative ? -row[0][i] : row[0][i], y = row[1][negative ? before : after],
+                   z = row[2][negative ? after : before];
+      const double pair = y * z, product = rounded_product(x, pair);
+      const TwoSum sum(value, product);
+      value = sum.sum;
+      low += fused_multiply_add(x, fused_multiply_add(y, z, -pair), sum.rest + fused_multiply_add(x, pair, -product));
+      size += product < 0.0 ? -product : product;
+    }
+    value += low;
+    error = (exact ? 0x1p-96 : 0x1p-49) * size;
+  }
+};
+
+enum class InDouble { kPasses, kMisses, kUndecided };
+
+/// Whether a line passes through a triangle, and where, in double. Undecided: the sign of an edge function, or t,
+/// unless it is negative, is not certain to be within 2^-26 of itself, or u and v within 2^-23 of 1. Result is set if
+/// it passes.
+/// @param uncertainty of the triangle's edge functions as Reference computes them. Those in double are off by
+/// less than 2^-26 of it, with the direction's last component as the scale instead of 1.
+HIPRT_HD HIPRT_INLINE InDouble find_in_double(const LineAndTriangle& of, float uncertainty, Candidate& result) {
+  const double d[3] = {of.vector[1][0], of.vector[1][1], of.vector[1][2]};
+  double x[3], y[3], z[3];
+  const auto shear = [&](unsigned i) HIPRT_INLINE_LAMBDA {
+    const auto from = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+      return static_cast<double>(of.vector[2 + i][axis]) - static_cast<double>(of.vector[0][axis]);
+    };
+    z[i] = from(2);
+    x[i] = fused_multiply_add(from(0), d[2], -(d[0] * z[i]));
+    y[i] = fused_multiply_add(from(1), d[2], -(d[1] * z[i]));
+  };
+  shear(0);
+  shear(1);
+  shear(2);
+  const auto edge = [&](unsigned i, unsigned j)
+                        HIPRT_INLINE_LAMBDA { return fused_multiply_add(x[i], y[j], -(y[i] * x[j])); };
+  const auto magnitude = [](double a) HIPRT_INLINE_LAMBDA { return a < 0.0 ? -a : a; };
+  const double w0 = edge(1, 2), w1 = edge(2, 0), w2 = edge(0, 1),
+               least = 0x1p-26 * static_cast<double>(uncertainty) * (d[2] * d[2]);
+  if ((w0 > least || w1 > least || w2 > least) && (w0 < -least || w1 < -least || w2 < -least)) return InDouble::kMisses;
+  if (!(magnitude(w0) > least && magnitude(w1) > least && magnitude(w2) > least)) return InDouble::kUndecided;
+  // One division for both of its uses.
+  const double sum = w0 + w1 + w2, inverse = 1.0 / (sum * d[2]), scale = inverse * d[2];
+  const double slope1 = z[1] - z[0], slope2 = z[2] - z[0], spread = magnitude(slope1) + magnitude(slope2);
+  const double depth = fused_multiply_add(fused_multiply_add(w1, slope1, w2 * slope2), scale, z[0]);
+  // A weight may be off by 4 times this.
+  const double off = least * magnitude(scale);
+  const double error = fused_multiply_add(4.0 * off, spread, 0x1p-50 * (magnitude(z[0]) + spread));
+  const bool behind = d[2] > 0.0 ? depth < -error : depth > error;
+  if (!(off < 0x1p-26) || (!behind && !(error < 0x1p-26 * magnitude(depth)))) return InDouble::kUndecided;
+  result = {static_cast<float>(depth * (inverse * sum)), static_cast<float>(w1 * scale),
+            static_cast<float>(w2 * scale)};
+  return InDouble::kPasses;
+}
+
+/// The exact decision whether a line passes through a triangle, and where. A line through an edge or a corner is taken
+/// for one that lies beside it: moved by e, e^2, e^3 along the axes, then turned by f, f^2, f^3, for an e that is small
+/// enough and an f much smaller (simulation of simplicity, Edelsbrunner and Muecke 1990).
+class ExactDecision {
+ public:
+  using Vectors = LineAndTriangle;
+
+  /// @param of origin, direction and corners.
+  HIPRT_HD HIPRT_INLINE explicit ExactDecision(const LineAndTriangle& of) : of_(of) {
+    for (unsigned i = 0; i < 3; ++i) {
+      for (unsigned k = 0; k < 3; ++k) of_.vector[Vectors::kAxis + i][k] = i == k ? 1.0f : 0.0f;
+      of_.vector[Vectors::kMinusOrigin][i] = -of_.vector[Vectors::kOrigin][i];
+      of_.vector[Vectors::kZero][i] = 0.0f;
+    }
+  }
+
+  /// @return false: it does not, or is parallel to the triangle. Else t, u and v are set, as rounded from what is
+  /// within 2^-28 of t and of 1.
+  HIPRT_HD HIPRT_INLINE bool passes(Candidate& result) {
+    // Edge functions opposite to corners 0, 1 and 2; along the normal; the plane's distance along the normal.
+    double value[5] = {};
+    bool positive = false, negative = false;
+    HIPRT_NO_UNROLL
+    for (unsigned step = 0; step < 5; ++step) {
+      const int sign = find(step, value[step]);
+      positive = positive || (step < 3 && sign > 0);
+      negative = negative || (step < 3 && sign < 0);
+      // An edge without length has no sign.
+      if ((positive && negative) || (step < 4 && sign == 0)) return false;
+    }
+    result = {static_cast<float>(value[4] / value[3]), static_cast<float>(value[1] / value[3]),
+              static_cast<float>(value[2] / value[3])};
+    return true;
+  }
+
+ private:
+  /// Numbers of the two corners of an edge.
+  HIPRT_HD static HIPRT_INLINE unsigned edge_from(unsigned step) {
+    return Vectors::kCorner + (step == 2 ? 0 : step + 1);
+  }
+  HIPRT_HD static HIPRT_INLINE unsigned edge_to(unsigned step) { return Vectors::kCorner + (step == 0 ? 2 : step - 1); }
+
+  /// A value and its sign.
+  HIPRT_HD HIPRT_INLINE int find(unsigned step, double& value) const {
+    const unsigned corner = Vectors::kCorner, origin = Vectors::kOrigin;
+    const unsigned minuend[3] = {step == 4 ? corner : Vectors::kDirection, step < 3 ? edge_from(step) : corner + 1,
+                                 step < 3 ? edge_to(step) : corner + 2};
+    const unsigned subtrahend[3] = {step == 4 ? origin : Vectors::kZero, step < 3 ? origin : corner,
+                                    step < 3 ? origin : corner};
+    const RoundedDeterminant rounded(of_, minuend, subtrahend);
+    value = rounded.value;
+    // Not the sign alone must be certain: u, v and t are made of the values.
+    const double least = 0x1p30 * rounded.error;
+    if (value > least) return 1;
+    if (value < -least) return -1;
+    int sign = 0;
+    HIPRT_NO_UNROLL
+    for (unsigned attempt = 0; attempt < 7; ++attempt) {
+      ExactSum<48> sum;
+      add_terms(sum, step, attempt);
+      sign = sum.sign();
+      if (attempt == 0) value = sum.value();
+      if (attempt > 3 && sign == 0) sign = sign_of_last(step, attempt - 4);
+      if (step > 2 || sign != 0) break;
+    }
+    return sign;
+  }
+
+  /// All are sums of determinants det[first, list k, list k + 1].
+  HIPRT_HD HIPRT_INLINE void add_terms(ExactSum<48>& sum, unsigned step, unsigned attempt) const {
+    unsigned first = Vectors::kDirection, list[3] = {Vectors::kCorner, Vectors::kCorner + 1, Vectors::kCorner + 2};
+    unsigned count = 3;
+    if (step < 3) {
+      // det[direction, a - origin, b - origin]; or, for a line that is moved by h, dot(h, cross(direction, b - a)); or,
+      // where that is 0 too, as direction and edge are parallel, and for a line that is turned by g, dot(g, cross(a -
+      // origin, b - origin) + cross(h, a - b)).
+      list[0] = edge_from(step);
+      list[1] = edge_to(step);
+      list[2] = Vectors::kOrigin;
+      if (attempt > 0) first = Vectors::kAxis + (attempt - 1) % 3;
+      if (attempt > 0 && attempt < 4) {
+        list[2] = list[1];
+        list[1] = Vectors::kDirection;
+        count = 2;
+      }
+    } else if (step == 4) {
+      first = Vectors::kMinusOrigin;  // And one more, behind the others.
+      count = 4;
+    }
+    HIPRT_NO_UNROLL
+    for (unsigned k = 0; k < count; ++k) {
+      const unsigned from = k < 3 ? k : 1, to = k < 3 ? (k == 2 ? 0 : k + 1) : 2;
+      sum.add_determinant(of_.vector[k < 3 ? first : list[0]], of_.vector[list[from]], of_.vector[list[to]]);
+    }
+  }
+
+  /// Of cross(h, a - b) along an axis: of h's other components the first is the largest.
+  HIPRT_HD HIPRT_INLINE int sign_of_last(unsigned step, unsigned axis) const {
+    const float* const a = of_.vector[edge_from(step)];
+    const float* const b = of_.vector[edge_to(step)];
+    const unsigned after = axis == 2 ? 0 : axis + 1, before = axis == 0 ? 2 : axis - 1;
+    const int along_after = a[before] > b[before] ? 1 : a[before] < b[before] ? -1 : 0;
+    const int along_before = a[after] > b[after] ? -1 : a[after] < b[after] ? 1 : 0;
+    const int first = after < before ? along_after : along_before, other = after < before ? along_before : along_after;
+    return first != 0 ? first : other;
+  }
+
+  Vectors of_;
+};
+
+}  // namespace exact_detail
+
+/// Decides by the triangle and the ray themselves, exactly, for all finite floats; t is within one unit in its last
+/// place. A filter in float decides nearly always: the sheared edge functions with a bound of the shear's rounding, one
+/// per leaf. What it leaves open is decided in double, then exactly (docs/decisions/0018-exact-decisions.md).
+///
+/// A line through an edge or a corner is decided as one that lies beside it by less than any float, always the same one
+/// for a ray. So of the triangles that share an edge the ray meets one where it passes through the surface, and none or
+/// two where it touches it: every ray from outside crosses a closed surface an even number of times, also counted by
+/// AllHits. A triangle without area, or seen exactly edge-on, is never hit.
+struct Reference : ShearedTriangleTest<Reference> {
+  template <class Lanes> struct PreparedRay : ShearedRay<Lanes> {
+    float dx, dy, dz;  ///< The direction, in the sheared space's axes.
+    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray)
+        : ShearedRay<Lanes>(ray),
+          dx(this->component(ray.direction, this->x())),
+          dy(this->component(ray.direction, this->y())),
+          dz(this->component(ray.direction, this->z)) {}
+  };
+
+  /// See ShearedTriangleTest::meet().
+  template <class Lanes, class Leaf, class Accept>
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
+                                              Accept&& accept) {
+    return meet<Lanes>(leaf, info, ray, accept);
+  }
+
+  struct Bounds;
+
+  /// As intersect(), of one triangle of the leaf. @param id its LeafInfo::triangle_ids.
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool decide(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
+                                           std::uint32_t id, Candidate& result) {
+    return decide_by<Lanes, true>(leaf, ray, second, id, 0.0f, result);
+  }
+
+  /// With u = 2^-24 and a shear of s or less, a sheared coordinate is within u (2 |x| + 3 s |z|) of the exact one, so
+  /// an edge function within 6 u R (T + 3 u R) for the largest R = |x| + |y| + s |z| and T = |x| + |y| of the leaf's
+  /// vertices (docs/decisions/0018-exact-decisions.md).
+  template <class Lanes, class Vertices>
+  HIPRT_HD static HIPRT_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
+    const auto beside = Lanes::add(Lanes::magnitude(at.x), Lanes::magnitude(at.y));
+    const auto far = Lanes::madd(Lanes::magnitude(at.z), Lanes::all(most_shear<Lanes>(ray)), beside);
+    return uncertainty_of(Lanes::largest(beside), Lanes::largest(far));
+  }
+
+ private:
+  friend ShearedTriangleTest;
+
+  /// The triangle in the sheared space's axes, corners in the mesh's order.
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE exact_detail::LineAndTriangle read(const Leaf& leaf, const PreparedRay<Lanes>& ray,
+                                                                  bool second, std::uint32_t id) {
+    exact_detail::LineAndTriangle of;
+    const auto read_axis = [&](unsigned axis, unsigned from, float origin, float direction) HIPRT_INLINE_LAMBDA {
+      float corner[3];
+      corners_of<Lanes>(load_coordinates<Lanes>(leaf, from), second, id, corner);
+      of.vector[0][axis] = origin;
+      of.vector[1][axis] = direction;
+      of.vector[2][axis] = corner[0];
+      of.vector[3][axis] = corner[1];
+      of.vector[4][axis] = corner[2];
+    };
+    read_axis(0, ray.x(), Lanes::value(ray.ox), ray.dx);
+    read_axis(1, ray.y(), Lanes::value(ray.oy), ray.dy);
+    read_axis(2, ray.z, Lanes::value(ray.oz), ray.dz);
+    return of;
+  }
+
+  /// As uncertainty(), of the triangle alone.
+  template <class Lanes>
+  HIPRT_HD static HIPRT_INLINE float own_uncertainty(const exact_detail::LineAndTriangle& of,
+                                                     const PreparedRay<Lanes>& ray) {
+    const float shear = most_shear<Lanes>(ray);
+    float width = 0.0f, reach = 0.0f;
+    const auto read = [&](const float(&corner)[3]) HIPRT_INLINE_LAMBDA {
+      const float z = corner[2] - of.vector[0][2];
+      const float beside = absolute(fused_multiply_add(-Lanes::value(ray.sx), z, corner[0] - of.vector[0][0])) +
+                           absolute(fused_multiply_add(-Lanes::value(ray.sy), z, corner[1] - of.vector[0][1]));
+      // Where coordinates overflow the uncertainty is infinite, never NaN.
+      constexpr float kInfinity = std::numeric_limits<float>::infinity();
+      width = larger(width, smaller(beside, kInfinity));
+      reach = larger(reach, smaller(fused_multiply_add(shear, absolute(z), beside), kInfinity));
+    };
+    read(of.vector[2]);
+    read(of.vector[3]);
+    read(of.vector[4]);
+    return uncertainty_of(width, reach);
+  }
+
+  template <class Lanes> HIPRT_HD static HIPRT_INLINE float most_shear(const PreparedRay<Lanes>& ray) {
+    return larger(absolute(Lanes::value(ray.sx)), absolute(Lanes::value(ray.sy)));
+  }
+
+  HIPRT_HD static HIPRT_INLINE float uncertainty_of(float width, float reach) {
+    constexpr float kUnit = 0x1p-24f;
+    // Fused: the same bits everywhere.
+    return fused_multiply_add(7.0f * kUnit * reach, fused_multiply_add(4.0f * kUnit, reach, width), kTiny);
+  }
+
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf& leaf,
+                                           const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
+                                           Candidate& result) {
+    return decide_by<Lanes, false>(leaf, ray, second, id, corners.uncertainty * (1.0f + 0x1p-20f), result);
+  }
+
+  /// @tparam kOwn by the uncertainty of the triangle alone. @param uncertainty else of the whole leaf.
+  template <class Lanes, bool kOwn, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool decide_by(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
+                                              std::uint32_t id, float uncertainty, Candidate& result) {
+    using namespace exact_detail;
+    const LineAndTriangle of = read<Lanes>(read_again(leaf), ray, second, id);
+    // What is enough with the uncertainty of the whole leaf is enough with the triangle's own. In the end the triangle
+    // alone counts: what is found does not depend on the leaf's other one.
+    if constexpr (kOwn) uncertainty = own_uncertainty<Lanes>(of, ray);
+    for (bool own = kOwn;; own = true) {
+      const InDouble decision = find_in_double(of, uncertainty, result);
+      if (decision != InDouble::kUndecided) return decision == InDouble::kPasses;
+      if (own) return ExactDecision(of).passes(result);
+      uncertainty = own_uncertainty<Lanes>(of, ray);
+    }
+  }
+};
+
+/// Bounds of t, which are enough to choose between nearly all hits (DeferringTest).
+///
+/// t = sum(w_i z_i) / (s dz), s = sum(w_i). With all w_i of one certain sign, each off by e_i up to the uncertainty U,
+/// the depth is off by |sum(e_i (z_i - depth))| / |s| <= 2 U (max z - min z) / |s|, as the depth is one between the
+/// z_i. Roundings, in units u = 2^-24 of max |z|: 1 of z_i, 4 of w_i besides U, 3 of the sum of products, 5 of s, s dz,
+/// quotient and product. What decide() has is within 2 u of the exact t. The bounds are wider than all that; underflow
+/// moves a depth by less than 2^-122, also where subnormal numbers are flushed.
+struct Reference::Bounds : ShearedTriangleTest<Bounds> {
+  template <class Lanes> using PreparedRay = Reference::PreparedRay<Lanes>;
+
+  template <class Lanes, class Leaf, class Accept>
+  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
+                                              Accept&& accept) {
+    return Bounds::template meet<Lanes>(leaf, info, ray, accept);
+  }
+
+ private:
+  friend ShearedTriangleTest<Bounds>;
+
+  template <class Lanes, class Vertices>
+  HIPRT_HD static HIPRT_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
+    return Reference::uncertainty<Lanes>(at, ray);
+  }
+
+  template <class Lanes, class Leaf>
+  HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf&, const PreparedRay<Lanes>& ray,
+                                           bool, std::uint32_t, Candidate& result) {
+    const float(&w)[3] = corners.weight;
+    const float(&z)[3] = corners.z;
+    const float dz = ray.dz;
+    const float sum = w[0] + w[1] + w[2], inverse = divided(1.0f, sum * dz), size = absolute(inverse);
+    const float t = fused_multiply_add(w[0], z[0], fused_multiply_add(w[1], z[1], w[2] * z[2])) * inverse;
+    const float nearest = smaller(smaller(z[0], z[1]), z[2]), farthest = larger(larger(z[0], z[1]), z[2]);
+    const float off = fused_multiply_add(
+        2.25f * corners.uncertainty, farthest - nearest,
+        fused_multiply_add(16.0f * 0x1p-24f * larger(absolute(nearest), absolute(farthest)), absolute(sum), 0x1p-122f));
+    const float error = fused_multiply_add(off, size, fused_multiply_add(absolute(t), 0x1p-21f, 0x1p-122f));
+    // Elsewhere products and quotient may have lost digits.
+    const bool is_good = corners.are_certain() & (size > 0x1p-100f) & (size < 0x1p100f) & (error < 0x1p126f);
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    result = {is_good ? t + error : kInfinity, is_good ? t - error : -kInfinity, 0.0f};
+    return true;
+  }
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

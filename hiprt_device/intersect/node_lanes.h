@@ -1,0 +1,111 @@
+#pragma once
+/// Reads a node's planes and a leaf's coordinates four lanes at a time, for each layout.
+
+#include <hiprt_device/format/layout.h>
+#include <hiprt_device/math/lanes.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Bits 3-0: the children that exist; those of layouts whose absent children have the empty box are all set.
+template <class Node> HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const Node&) { return 0xfu; }
+HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
+  return load_words(node.origin).word[3] >> 24;
+}
+
+/// The four children's planes of one axis. @param side 0 minimum, 1 maximum.
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const PlanesBoxNode& node, unsigned axis, unsigned side) {
+#if defined(__CUDA_ARCH__)
+  // Nodes are aligned, so the side is a bit of the address: six sums of 64 bits less.
+  static_assert(kNodeGranularity % (2 * sizeof(node.plane[0][0])) == 0);
+  const std::uint64_t first = reinterpret_cast<std::uint64_t>(&node) | (side * sizeof(node.plane[0][0]));
+  return Lanes::load(reinterpret_cast<const PlanesBoxNode*>(first)->plane[axis][0]);
+#else
+  return Lanes::load(node.plane[axis][side]);
+#endif
+}
+
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const FloatBoxNode& node, unsigned axis, unsigned side) {
+  if constexpr (Lanes::kScalar) {
+    const Words words[6] = {load_words(&node.box[0].min[0]),      load_words(&node.box[0].min[0] + 4),
+                            load_words(&node.box[0].min[0] + 8),  load_words(&node.box[0].min[0] + 12),
+                            load_words(&node.box[0].min[0] + 16), load_words(&node.box[0].min[0] + 20)};
+    const auto plane = [&](unsigned child) HIPRT_INLINE_LAMBDA {
+      const unsigned low = 6 * child + axis, high = low + 3;
+      const float minimum = words[low / 4].as_float(low % 4), maximum = words[high / 4].as_float(high % 4);
+      return side == 0 ? minimum : maximum;
+    };
+    return Lanes::set(plane(0), plane(1), plane(2), plane(3));
+  } else {
+    const float* first = &node.box[0].min[0] + 3 * side + axis;
+    return Lanes::set(first[0], first[6], first[12], first[18]);
+  }
+}
+
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const HalfBoxNode& node, unsigned axis, unsigned side) {
+  if constexpr (Lanes::kScalar) {
+    const std::uint16_t* first = node.box[0].min;
+    const Words words[3] = {load_words(first), load_words(first + 8), load_words(first + 16)};
+    const auto plane = [&](unsigned child) HIPRT_INLINE_LAMBDA {
+      const auto half = [&](unsigned i)
+                            HIPRT_INLINE_LAMBDA { return words[i / 8].word[i / 2 % 4] >> (16 * (i % 2)) & 0xffffu; };
+      const std::uint32_t minimum = half(6 * child + axis), maximum = half(6 * child + 3 + axis);
+      return side == 0 ? minimum : maximum;
+    };
+    return Lanes::from_halves(plane(0), plane(1), plane(2), plane(3));
+  } else {
+    const std::uint16_t* first = node.box[0].min + 3 * side + axis;
+    return Lanes::from_halves(first[0], first[6], first[12], first[18]);
+  }
+}
+
+/// In units of the node's grid.
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const QuantizedBoxNode& node, unsigned axis, unsigned side) {
+  if constexpr (Lanes::kScalar) {
+    const Words words = load_words(node.plane[axis < 2 ? 0 : 2][0]);
+    // Values, not elements: a choice of addresses would put the words into memory.
+    const std::uint32_t minimum = words.word[axis == 1 ? 2 : 0], maximum = words.word[axis == 1 ? 3 : 1];
+    return Lanes::from_bytes(side == 0 ? minimum : maximum);
+  } else {
+    std::uint32_t bytes;
+    std::memcpy(&bytes, node.plane[axis][side], sizeof(bytes));
+    return Lanes::from_bytes(bytes);
+  }
+}
+
+/// One coordinate of a leaf's four vertices.
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const PlanesLeaf& leaf, unsigned axis) {
+  return Lanes::load(leaf.coordinate[axis]);
+}
+
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const FloatLeaf& leaf, unsigned axis) {
+  if constexpr (Lanes::kScalar) {
+    const float* first = leaf.vertex[0];
+    const Words words[3] = {load_words(first), load_words(first + 4), load_words(first + 8)};
+    const auto coordinate = [&](unsigned vertex) HIPRT_INLINE_LAMBDA {
+      const auto of = [&](unsigned i) HIPRT_INLINE_LAMBDA { return words[i / 4].as_float(i % 4); };
+      const float x = of(3 * vertex), y = of(3 * vertex + 1), z = of(3 * vertex + 2);
+      return axis == 0 ? x : axis == 1 ? y : z;
+    };
+    return Lanes::set(coordinate(0), coordinate(1), coordinate(2), coordinate(3));
+  } else {
+    return Lanes::set(leaf.vertex[0][axis], leaf.vertex[1][axis], leaf.vertex[2][axis], leaf.vertex[3][axis]);
+  }
+}
+
+/// The same leaf of a scene: its coordinates are loaded anew rather than kept in registers until then.
+template <class Leaf> HIPRT_HD HIPRT_INLINE const Leaf& read_again(const Leaf& leaf) { return *forget(&leaf); }
+
+/// The part that all leaves share. @param record first byte of a leaf.
+HIPRT_HD HIPRT_INLINE LeafInfo load_info(const std::byte* record) {
+  return std::bit_cast<LeafInfo>(load_words(record + offsetof(CustomLeaf, info)));
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,305 @@
+#pragma once
+/// Four floats at a time: the one vocabulary in which box and triangle tests are written. `ArrayLanes` is plain C++ for
+/// every compiler and the device; `SimdLanes` uses the host's vector registers. Both give the same bits: every
+/// operation is a single IEEE rounding per lane.
+
+#include <hiprt_device/format/half.h>
+#include <hiprt_device/math/arithmetic.h>
+#include <hiprt_device/math/memory.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+// A kernel's policies must have the same names in the host's and in the GPU's pass over a source.
+#if defined(__SSE2__) && !HIPRT_GPU_COMPILER
+#define HIPRT_SIMD_LANES 1
+#include <immintrin.h>
+#else
+#define HIPRT_SIMD_LANES 0
+#endif
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// The value of a half, from its bits; exact.
+HIPRT_HD HIPRT_INLINE float widen_half(std::uint32_t bits) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+  return static_cast<float>(std::bit_cast<_Float16>(static_cast<std::uint16_t>(bits)));
+#elif HIPRT_DEVICE_CODE
+  float value;
+  asm("cvt.f32.f16 %0, %1;" : "=f"(value) : "h"(static_cast<std::uint16_t>(bits)));
+  return value;
+#else
+  return half_to_float(static_cast<std::uint16_t>(bits));
+#endif
+}
+
+/// a * b + c with one rounding or two, whichever is faster: for results whose error bound allows both.
+HIPRT_HD HIPRT_INLINE float multiply_add(float a, float b, float c) {
+#if HIPRT_DEVICE_CODE || defined(__FMA__)
+  return fused_multiply_add(a, b, c);
+#else
+  return a * b + c;
+#endif
+}
+
+/// One instruction each: of a NaN and a number, devices take the number, hosts b.
+HIPRT_HD HIPRT_INLINE float smaller(float a, float b) {
+#if HIPRT_DEVICE_CODE
+  return fminf(a, b);
+#else
+  return a < b ? a : b;
+#endif
+}
+HIPRT_HD HIPRT_INLINE float larger(float a, float b) {
+#if HIPRT_DEVICE_CODE
+  return fmaxf(a, b);
+#else
+  return a > b ? a : b;
+#endif
+}
+
+/// The largest of four, none a NaN and d 0 or more, not -0: the bits of floats that are not negative order as integers
+/// do, below 0 is whatever is negative.
+HIPRT_HD HIPRT_INLINE float largest_by_bits(float a, float b, float c, float d) {
+  const auto later = [](std::int32_t x, std::int32_t y) HIPRT_INLINE_LAMBDA { return x > y ? x : y; };
+  const auto bits = [](float x) HIPRT_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
+  return std::bit_cast<float>(later(later(later(bits(a), bits(b)), bits(c)), bits(d)));
+}
+/// The smallest of four, none a NaN; where some are negative (-0 counts), any of those.
+HIPRT_HD HIPRT_INLINE float smallest_by_bits(float a, float b, float c, float d) {
+  const auto sooner = [](std::int32_t x, std::int32_t y) HIPRT_INLINE_LAMBDA { return x < y ? x : y; };
+  const auto bits = [](float x) HIPRT_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
+  return std::bit_cast<float>(sooner(sooner(sooner(bits(a), bits(b)), bits(c)), bits(d)));
+}
+
+/// Four lanes in an array; loops over lanes are unrolled by the compiler.
+/// @tparam Real float; double for the triangle tests of double rays, which load floats too.
+template <class Real> struct BasicArrayLanes {
+  /// Choices between lanes are made without branches and arrays without indices that vary: for registers of GPUs.
+  static constexpr bool kScalar = true;
+  using Scalar = Real;
+  struct Float {
+    Real lane[4];
+  };
+  /// A value that is the same in all lanes.
+  using Uniform = Real;
+  HIPRT_HD static HIPRT_INLINE Uniform uniform(Real a) { return a; }
+  HIPRT_HD static HIPRT_INLINE Real value(Uniform a) { return a; }
+
+  /// @param p multiple of 16 bytes, in the scene.
+  HIPRT_HD static HIPRT_INLINE Float load(const float* p) {
+    const Words words = load_words(p);
+    return {{words.as_float(0), words.as_float(1), words.as_float(2), words.as_float(3)}};
+  }
+  HIPRT_HD static HIPRT_INLINE void store(Real* p, const Float& a) {
+    for (int i = 0; i < 4; ++i) p[i] = a.lane[i];
+  }
+  HIPRT_HD static HIPRT_INLINE Float set(Real a, Real b, Real c, Real d) { return {{a, b, c, d}}; }
+  HIPRT_HD static HIPRT_INLINE Float all(Real a) { return {{a, a, a, a}}; }
+  /// From the low 16 bits of each.
+  HIPRT_HD static HIPRT_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    return {{widen_half(a), widen_half(b), widen_half(c), widen_half(d)}};
+  }
+  /// Lane i is byte i, 0 to 255, plus kByteBias. Devices put the byte into the middle of 32768's significand, which
+  /// costs one instruction, and where a conversion costs three.
+  HIPRT_HD static HIPRT_INLINE Float from_bytes(std::uint32_t bytes) {
+#if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return static_cast<float>(bytes >> (8 * i) & 0xffu); });
+#elif HIPRT_DEVICE_CODE
+    return {{std::bit_cast<float>(__byte_perm(bytes, 0x47000000u, 0x7604)),
+             std::bit_cast<float>(__byte_perm(bytes, 0x47000000u, 0x7614)),
+             std::bit_cast<float>(__byte_perm(bytes, 0x47000000u, 0x7624)),
+             std::bit_cast<float>(__byte_perm(bytes, 0x47000000u, 0x7634))}};
+#else
+    return map([&](int i) { return static_cast<float>(bytes >> (8 * i) & 0xffu); });
+#endif
+  }
+#if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
+  static constexpr float kByteBias = 32768.0f;
+#else
+  static constexpr float kByteBias = 0.0f;
+#endif
+  template <class Operation> HIPRT_HD static HIPRT_INLINE Float map(Operation operation) {
+    return {{operation(0), operation(1), operation(2), operation(3)}};
+  }
+  HIPRT_HD static HIPRT_INLINE Float add(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] + b.lane[i]; });
+  }
+  HIPRT_HD static HIPRT_INLINE Float sub(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] - b.lane[i]; });
+  }
+  HIPRT_HD static HIPRT_INLINE Float sub(const Float& a, Uniform b) {
+    return map([&](int i) { return a.lane[i] - b; });
+  }
+  HIPRT_HD static HIPRT_INLINE Float mul(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] * b.lane[i]; });
+  }
+  HIPRT_HD static HIPRT_INLINE Float div(const Float& a, const Float& b) {
+    return map([&](int i) { return a.lane[i] / b.lane[i]; });
+  }
+  /// Correctly rounded a * b + c.
+  HIPRT_HD static HIPRT_INLINE Float fma(const Float& a, const Float& b, const Float& c) {
+    return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
+  }
+  /// Correctly rounded c - a * b.
+  HIPRT_HD static HIPRT_INLINE Float fnma(const Float& a, const Float& b, const Float& c) {
+    return map([&](int i) { return fused_multiply_add(-a.lane[i], b.lane[i], c.lane[i]); });
+  }
+  HIPRT_HD static HIPRT_INLINE Float fnma(Uniform a, const Float& b, const Float& c) {
+    return map([&](int i) { return fused_multiply_add(-a, b.lane[i], c.lane[i]); });
+  }
+  /// a * b - c, correctly rounded.
+  HIPRT_HD static HIPRT_INLINE Float fms(const Float& a, const Float& b, const Float& c) {
+    return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], -c.lane[i]); });
+  }
+  /// One rounding or two.
+  HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, const Float& b, const Float& c) {
+    return map([&](int i) { return multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
+  }
+  HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, Uniform b, Uniform c) {
+    return map([&](int i) { return multiply_add(a.lane[i], b, c); });
+  }
+  HIPRT_HD static HIPRT_INLINE Float min(const Float& a, const Float& b) {
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return smaller(a.lane[i], b.lane[i]); });
+  }
+  HIPRT_HD static HIPRT_INLINE Float max(const Float& a, const Float& b) {
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return larger(a.lane[i], b.lane[i]); });
+  }
+  HIPRT_HD static HIPRT_INLINE Float min(const Float& a, Uniform b) {
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return smaller(a.lane[i], b); });
+  }
+  HIPRT_HD static HIPRT_INLINE Float max(const Float& a, Uniform b) {
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return larger(a.lane[i], b); });
+  }
+  /// Where a ray is in all of three slabs, from where it enters them and begins, and from where it leaves them and
+  /// ends.
+  /// @param begin, end 0 or more; begin not -0. first_in() <= last_in() is what it would be for exact largest and
+  /// smallest ones, unless the ray leaves at -0 exactly: then it may be true.
+  HIPRT_HD static HIPRT_INLINE Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    // Hopper has one instruction for the largest of three integers.
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });
+#else
+    return max(max(a, b), max(c, begin));
+#endif
+  }
+  HIPRT_HD static HIPRT_INLINE Float last_in(const Float& a, const Float& b, const Float& c, Uniform end) {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return smallest_by_bits(a.lane[i], b.lane[i], c.lane[i], end); });
+#else
+    return min(min(a, b), min(c, end));
+#endif
+  }
+  HIPRT_HD static HIPRT_INLINE Float magnitude(const Float& a) {
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return __builtin_fabsf(a.lane[i]); });
+  }
+  /// A NaN does not hide other lanes: devices leave it out, hosts take it for infinity.
+  HIPRT_HD static HIPRT_INLINE Real largest(const Float& a) {
+#if HIPRT_DEVICE_CODE
+    return larger(larger(a.lane[0], a.lane[1]), larger(a.lane[2], a.lane[3]));
+#else
+    const auto at = [&](int i) { return smaller(a.lane[i], std::numeric_limits<float>::infinity()); };
+    return larger(larger(at(0), at(1)), larger(at(2), at(3)));
+#endif
+  }
+  template <int A, int B, int C, int D> HIPRT_HD static HIPRT_INLINE Float shuffle(const Float& a) {
+    return {{a.lane[A], a.lane[B], a.lane[C], a.lane[D]}};
+  }
+  /// Bit i: a[i] > b[i] (false for NaN).
+  HIPRT_HD static HIPRT_INLINE std::uint32_t greater(const Float& a, const Float& b) {
+    return bits([&](int i) { return a.lane[i] > b.lane[i]; });
+  }
+  /// Bit i: a[i] <= b[i] (false for NaN).
+  HIPRT_HD static HIPRT_INLINE std::uint32_t less_equal(const Float& a, const Float& b) {
+    return bits([&](int i) { return a.lane[i] <= b.lane[i]; });
+  }
+  HIPRT_HD static HIPRT_INLINE Real get(const Float& a, unsigned i) { return a.lane[i]; }
+
+ private:
+  template <class Predicate> HIPRT_HD static HIPRT_INLINE std::uint32_t bits(Predicate predicate) {
+    std::uint32_t result = 0;
+    for (int i = 0; i < 4; ++i) result |= predicate(i) ? 1u << i : 0u;
+    return result;
+  }
+};
+
+/// For any machine.
+using ArrayLanes = BasicArrayLanes<float>;
+/// For the triangle test of double rays.
+using DoubleLanes = BasicArrayLanes<double>;
+
+#if HIPRT_SIMD_LANES
+
+/// Four lanes in an SSE register (the compilers' vector type of 16 bytes).
+struct SimdLanes {
+  static constexpr bool kScalar = false;
+  using Scalar = float;
+  static constexpr float kByteBias = 0.0f;
+  using Float = __m128;
+  using Uniform = __m128;
+  static HIPRT_INLINE Uniform uniform(float a) { return _mm_set1_ps(a); }
+  static HIPRT_INLINE float value(Uniform a) { return a[0]; }
+
+  static HIPRT_INLINE Float load(const float* p) { return _mm_loadu_ps(p); }
+  static HIPRT_INLINE void store(float* p, Float a) { _mm_storeu_ps(p, a); }
+  static HIPRT_INLINE Float set(float a, float b, float c, float d) { return _mm_setr_ps(a, b, c, d); }
+  static HIPRT_INLINE Float all(float a) { return _mm_set1_ps(a); }
+  static HIPRT_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    return set(widen_half(a), widen_half(b), widen_half(c), widen_half(d));
+  }
+  static HIPRT_INLINE Float from_bytes(std::uint32_t bytes) {
+    const __m128i zero = _mm_setzero_si128();
+    const __m128i shorts = _mm_unpacklo_epi8(_mm_cvtsi32_si128(static_cast<int>(bytes)), zero);
+    return _mm_cvtepi32_ps(_mm_unpacklo_epi16(shorts, zero));
+  }
+  static HIPRT_INLINE Float add(Float a, Float b) { return a + b; }
+  static HIPRT_INLINE Float sub(Float a, Float b) { return a - b; }
+  static HIPRT_INLINE Float mul(Float a, Float b) { return a * b; }
+  static HIPRT_INLINE Float div(Float a, Float b) { return a / b; }
+#if defined(__FMA__)
+  static HIPRT_INLINE Float fma(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
+  static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return _mm_fnmadd_ps(a, b, c); }
+  static HIPRT_INLINE Float fms(Float a, Float b, Float c) { return _mm_fmsub_ps(a, b, c); }
+  static HIPRT_INLINE Float madd(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
+#else
+  static HIPRT_INLINE Float fma(Float a, Float b, Float c) {
+    return set(__builtin_fmaf(a[0], b[0], c[0]), __builtin_fmaf(a[1], b[1], c[1]), __builtin_fmaf(a[2], b[2], c[2]),
+               __builtin_fmaf(a[3], b[3], c[3]));
+  }
+  static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return fma(-a, b, c); }
+  static HIPRT_INLINE Float fms(Float a, Float b, Float c) { return fma(a, b, -c); }
+  static HIPRT_INLINE Float madd(Float a, Float b, Float c) { return a * b + c; }
+#endif
+  static HIPRT_INLINE Float min(Float a, Float b) { return _mm_min_ps(a, b); }
+  static HIPRT_INLINE Float max(Float a, Float b) { return _mm_max_ps(a, b); }
+  static HIPRT_INLINE Float first_in(Float a, Float b, Float c, Uniform begin) { return max(max(a, b), max(c, begin)); }
+  static HIPRT_INLINE Float last_in(Float a, Float b, Float c, Uniform end) { return min(min(a, b), min(c, end)); }
+  static HIPRT_INLINE Float magnitude(Float a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
+  static HIPRT_INLINE float largest(Float a) {
+    const Float no_nan = _mm_min_ps(a, _mm_set1_ps(std::numeric_limits<float>::infinity()));
+    const Float two = _mm_max_ps(no_nan, _mm_movehl_ps(no_nan, no_nan));
+    return _mm_cvtss_f32(_mm_max_ss(two, shuffle<1, 1, 1, 1>(two)));
+  }
+  template <int A, int B, int C, int D> static HIPRT_INLINE Float shuffle(Float a) {
+    return _mm_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
+  }
+  static HIPRT_INLINE std::uint32_t greater(Float a, Float b) {
+    return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmpgt_ps(a, b)));
+  }
+  static HIPRT_INLINE std::uint32_t less_equal(Float a, Float b) {
+    return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmple_ps(a, b)));
+  }
+  static HIPRT_INLINE float get(Float a, unsigned i) { return a[i]; }
+};
+
+/// What this machine is fastest with; the hits are those of every other.
+using DefaultLanes = SimdLanes;
+#else
+using DefaultLanes = ArrayLanes;
+#endif
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

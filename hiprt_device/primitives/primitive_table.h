@@ -1,0 +1,167 @@
+#pragma once
+/// Custom primitives of a scene: functors by compile-time list, dispatched by comparisons that the compiler can inline;
+/// there are no function pointers.
+///
+///     using Hair = hiprt::PrimitiveList<hiprt::SphereSet, hiprt::RoundCurveSet>;  // custom types 0 and 1
+///     Hair primitives{{spheres}, {vertices, first_vertex}};
+///     hiprt::ClosestHit<P, hiprt::NoFilter, Hair> query(scene, ray, stack, {}, primitives);
+///
+/// For several kinds of ray, PrimitiveTable has one list per kind: the table of types and ray types of HIPRT (HPG
+/// 2024).
+
+#include <hiprt_device/filter.h>
+#include <hiprt_device/primitives/primitive.h>
+
+#include <concepts>
+#include <type_traits>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Whose intersection is asked for.
+struct PrimitiveId {
+  std::uint32_t geometry;             ///< Of the scene, or of the object that has it.
+  std::uint32_t primitive;            ///< Within the geometry.
+  std::uint32_t object = kInvalidId;  ///< In an instance: the object's number (InstanceRecord::object).
+};
+
+namespace primitive_detail {
+
+template <class Real> using Report = bool (*)(const BasicCustomHit<Real>&);
+
+template <class T, class Real>
+concept TakesPrimitive = requires(const T& functor, const BasicRay<Real>& ray, Real t, std::uint32_t primitive,
+                                  Report<Real> report) {
+  { functor.intersect(ray, t, t, primitive, report) } -> std::same_as<bool>;
+};
+template <class T, class Real>
+concept TakesId = requires(const T& functor, const BasicRay<Real>& ray, Real t, PrimitiveId id, Report<Real> report) {
+  { functor.intersect(ray, t, t, id, report) } -> std::same_as<bool>;
+};
+
+}  // namespace primitive_detail
+
+/// A functor with `bool intersect(ray, tmin, tmax, id, report) const`, id a PrimitiveId or, for a type with one
+/// geometry, the std::uint32_t number of the primitive. It calls report(CustomHit) for what the ray meets in
+/// [tmin, tmax], at the same t with the same bits whenever it is asked, and returns false as soon as report does. What
+/// it reports outside [tmin, tmax] is discarded. It may have `FilterAnswer filter(ray, hit) const`, an intersection
+/// filter (filter.h) for its type.
+///
+/// For DoubleRays it takes a RayD, tmin and tmax in double, and reports a CustomHitD: a template of Real serves both.
+template <class T, class Real = float>
+concept CustomPrimitive = primitive_detail::TakesPrimitive<T, Real> || primitive_detail::TakesId<T, Real>;
+
+/// What a traversal asks of its custom primitives.
+/// @tparam Real of the rays.
+template <class T, class Real = float>
+concept PrimitiveSet = requires(const T& set, const BasicRay<Real>& ray, Real t, PrimitiveId id,
+                                const BasicHit<Real>& hit, primitive_detail::Report<Real> report) {
+  { T::kCount } -> std::convertible_to<unsigned>;
+  { set.intersect(0u, ray, t, t, id, report) } -> std::same_as<bool>;
+  { set.filter(0u, ray, hit) } -> std::same_as<FilterAnswer>;
+};
+
+/// Functor i is for custom type i (CustomGeometry::type). Primitives of other types are never hit.
+template <class... Functors> struct PrimitiveList;
+
+template <> struct PrimitiveList<> {
+  static constexpr unsigned kCount = 0;
+  template <class Real, class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const BasicRay<Real>&, std::type_identity_t<Real>,
+                                       std::type_identity_t<Real>, PrimitiveId, Report&&) const {
+    return true;
+  }
+  template <class Real>
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterAnswer::kAccept;
+  }
+};
+
+template <class First, class... Others> struct PrimitiveList<First, Others...> {
+  static_assert(CustomPrimitive<First> || CustomPrimitive<First, double>,
+                "PrimitiveList: a CustomPrimitive has bool intersect(ray, tmin, tmax, id, report) const");
+  static constexpr unsigned kCount = 1 + sizeof...(Others);
+  First first;
+  PrimitiveList<Others...> others{};
+
+  PrimitiveList() = default;
+  /// One functor per type, in their order.
+  HIPRT_HD constexpr PrimitiveList(const First& of_type_0, const Others&... of_next_types)
+      : first(of_type_0), others(of_next_types...) {}
+
+  template <class Real, class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+    static_assert(CustomPrimitive<First, Real>,
+                  "PrimitiveList: for this query's rays, float or double, a primitive has no intersect()");
+    if (type != 0) return others.intersect(type - 1, ray, tmin, tmax, id, report);
+    if constexpr (primitive_detail::TakesId<First, Real>)
+      return first.intersect(ray, tmin, tmax, id, report);
+    else
+      return first.intersect(ray, tmin, tmax, id.primitive, report);
+  }
+  template <class Real>
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
+    if (type != 0) return others.filter(type - 1, ray, hit);
+    if constexpr (requires { first.filter(ray, hit); }) return first.filter(ray, hit);
+    static_assert(
+        !requires { first.filter(Ray{}, Hit{}); } || std::is_same_v<Real, float>,
+        "PrimitiveList: a primitive's filter takes no double rays");
+    return FilterAnswer::kAccept;
+  }
+};
+
+template <class... Functors> PrimitiveList(const Functors&...) -> PrimitiveList<Functors...>;
+
+/// For scenes without custom primitives.
+using NoPrimitives = PrimitiveList<>;
+
+/// One PrimitiveList per ray type.
+template <class... Rows> struct PrimitiveTable;
+
+template <> struct PrimitiveTable<> {
+  static constexpr unsigned kCount = 0;
+  template <class Visit> HIPRT_HD HIPRT_INLINE auto with_row(unsigned, Visit&& visit) const {
+    return visit(NoPrimitives{});
+  }
+};
+
+template <class Row, class... Others> struct PrimitiveTable<Row, Others...> {
+  static_assert(PrimitiveSet<Row>, "PrimitiveTable: its rows are PrimitiveLists (concept PrimitiveSet)");
+  static constexpr unsigned kCount =
+      Row::kCount > PrimitiveTable<Others...>::kCount ? Row::kCount : PrimitiveTable<Others...>::kCount;
+  Row row;
+  PrimitiveTable<Others...> others{};
+
+  PrimitiveTable() = default;
+  /// One list per ray type, in their order.
+  HIPRT_HD constexpr PrimitiveTable(const Row& of_type_0, const Others&... of_next_types)
+      : row(of_type_0), others(of_next_types...) {}
+
+  /// visit(row of the ray type).
+  template <class Visit> HIPRT_HD HIPRT_INLINE auto with_row(unsigned ray_type, Visit&& visit) const {
+    return ray_type == 0 ? visit(row) : others.with_row(ray_type - 1, visit);
+  }
+};
+
+template <class... Rows> PrimitiveTable(const Rows&...) -> PrimitiveTable<Rows...>;
+
+/// A table as one ray sees it: the PrimitiveSet of a ray type chosen at run time.
+template <class Table> struct TableRow {
+  static constexpr unsigned kCount = Table::kCount;
+  Table table;
+  unsigned ray_type = 0;  ///< Row of the table. Rays of a type beyond the last meet no custom primitive.
+
+  template <class Real, class Report>
+  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+    return table.with_row(ray_type, [&](const auto& row) { return row.intersect(type, ray, tmin, tmax, id, report); });
+  }
+  template <class Real>
+  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
+    return table.with_row(ray_type, [&](const auto& row) { return row.filter(type, ray, hit); });
+  }
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

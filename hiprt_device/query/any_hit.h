@@ -1,0 +1,59 @@
+#pragma once
+/// Whether a ray hits anything, and what else.
+
+#include <hiprt_device/query/query_core.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// An any-hit traversal: the hits of a ray in the order in which the tree has them, without normal and error.
+///
+///     bool shadowed = hiprt::AnyHit<P>(scene, ray, stack).next_hit().found();
+///
+/// next_hit() goes on where the last one stopped. A primitive that the builder has split (Feature::kSplitReferences)
+/// may come more than once: AllHits has each once.
+template <PolicySet P = Policies<>, IntersectionFilter<typename P::Real> Filter = NoFilter,
+          PrimitiveSet<typename P::Real> Primitives = NoPrimitives>
+class AnyHit {
+  using Search = HitSearch<P, typename P::AnyOrder, !P::Schedule::kBatchOnly, Filter, Primitives>;
+
+ public:
+  using Storage = typename Search::Storage;
+  using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
+
+  /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
+  /// @param counter goes on from what it is.
+  HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const BasicRay<typename P::Real>& ray, const Storage& storage,
+                               const Filter& filter = {}, const Primitives& primitives = {},
+                               const typename P::Counter& counter = {})
+      : search_(scene, ray, storage, filter, primitives, counter) {}
+
+  /// @return one more hit in [tmin, tmax]; a miss at the end; failed() (see state()) if nodes could not be visited.
+  HIPRT_HD HIPRT_INLINE Answer next_hit() {
+    static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
+    advance();
+    return hit();
+  }
+
+  /// The last answer.
+  HIPRT_HD HIPRT_INLINE Answer hit() const { return search_.hit(); }
+
+  /// next_hit() without its result, which hit() then has.
+  HIPRT_HD HIPRT_INLINE void advance() {
+    if (search_.can_go_on()) search_.find_any(false);
+  }
+
+  /// As those of ClosestHit.
+  HIPRT_HD HIPRT_INLINE bool advance_wave(bool may_pause) { return search_.find_any(may_pause); }
+  HIPRT_HD HIPRT_INLINE void cancel() { search_.cancel(); }
+
+  HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
+  /// What P::Counter counted, over all calls.
+  HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
+
+ private:
+  Search search_;
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

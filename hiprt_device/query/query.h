@@ -1,0 +1,100 @@
+#pragma once
+/// The two questions a ray asks most, in one call each. What else there is: closest_hit.h, any_hit.h, all_hits.h.
+
+#include <hiprt_device/query/all_hits.h>
+#include <hiprt_device/query/any_hit.h>
+#include <hiprt_device/query/closest_hit.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+// P is a PolicySet: the queries check that. Of constraints here compilers would tell behind a list of all overloads.
+
+/// The closest hit in [tmin, tmax], or a miss.
+/// @param counter goes on from what it is: zero it for the work of one ray.
+/// @param storage of the traversal's stack; one ray at a time may use it.
+template <class P>
+HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                 typename P::Counter& counter, const typename P::Stack::Storage& storage) {
+  ClosestHit<P> query(scene, ray, storage, {}, {}, counter);
+  const auto hit = query.next_hit();
+  counter = query.counter();
+  return hit;
+}
+
+/// Some hit in [tmin, tmax], without normal and error; which one depends on the tree. A miss if there is none.
+/// @param counter goes on from what it is: zero it for the work of one ray.
+/// @param storage of the traversal's stack; one ray at a time may use it.
+template <class P>
+HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                             typename P::Counter& counter, const typename P::Stack::Storage& storage) {
+  AnyHit<P> query(scene, ray, storage, {}, {}, counter);
+  const auto hit = query.next_hit();
+  counter = query.counter();
+  return hit;
+}
+
+/// The same without the counter.
+template <class P>
+HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                 const typename P::Stack::Storage& storage) {
+  return ClosestHit<P>(scene, ray, storage).next_hit();
+}
+
+/// The same without the counter.
+template <class P>
+HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                             const typename P::Stack::Storage& storage) {
+  return AnyHit<P>(scene, ray, storage).next_hit();
+}
+
+/// A PrivateStack, which needs no storage of the caller's.
+template <class Stack>
+concept OwnedStack = std::constructible_from<typename Stack::Storage, typename Stack::Memory&>;
+
+/// The same with a stack of the function's own.
+template <class P> HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray) {
+  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
+  typename P::Stack::Memory memory;
+  return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
+}
+
+/// The same with a stack of the function's own.
+template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray) {
+  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
+  typename P::Stack::Memory memory;
+  return any_hit<P>(scene, ray, typename P::Stack::Storage(memory));
+}
+
+namespace query_detail {
+
+/// ask(LayoutType{}) for the scene's layout.
+template <class Ask> HIPRT_HD HIPRT_INLINE Hit with_layout(const SceneView& scene, Ask&& ask) {
+  switch (scene.layout) {
+    case NodeLayout::kFloat:
+      return ask(FloatLayout{});
+    case NodeLayout::kPlanes:
+      return ask(PlanesLayout{});
+    case NodeLayout::kHalf:
+      return ask(HalfLayout{});
+    case NodeLayout::kQuantized:
+      return ask(QuantizedLayout{});
+  }
+  return {};
+}
+
+}  // namespace query_detail
+
+/// With the accurate defaults, whatever the scene's layout.
+HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
+  return query_detail::with_layout(scene,
+                                   [&](auto layout) { return closest_hit<Policies<decltype(layout)>>(scene, ray); });
+}
+
+/// As closest_hit(); without normal and error.
+HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
+  return query_detail::with_layout(scene, [&](auto layout) { return any_hit<Policies<decltype(layout)>>(scene, ray); });
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

@@ -1,0 +1,334 @@
+#pragma once
+/// What closest, any and all hits have in common: a traversal, a filter, and the hit at hand. Internal; the queries are
+/// in closest_hit.h, any_hit.h and all_hits.h.
+
+#include <hiprt_device/intersect/hit_surface.h>
+#include <hiprt_device/query/deferred_hits.h>
+#include <hiprt_device/traverse/traverse.h>
+
+namespace hiprt {
+
+/// How far a query has come.
+enum class TraversalState {
+  kInit,           ///< Nothing was asked yet.
+  kHit,            ///< The last next_hit() found a hit; the next goes on behind it.
+  kFinished,       ///< There are no more hits.
+  kStackOverflow,  ///< The stack was too small: parts of the tree were not visited, hits may be missing.
+  kRefused,  ///< The policies do not cover the scene (covers()), or it has custom primitives and the query has none
+             ///< (or a set whose own covers(scene) says no).
+};
+
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// A search for the hits of one ray.
+/// @tparam Order P::ClosestOrder or P::AnyOrder.
+/// @tparam kResumable whether the search can go on in the middle of the tree (find_any() after a hit).
+template <PolicySet P, class Order, bool kResumable, IntersectionFilter<typename P::Real> Filter,
+          PrimitiveSet<typename P::Real> Primitives>
+class HitSearch {
+ public:
+  using Storage = typename P::Stack::Storage;
+  using Counter = typename P::Counter;
+  using Real = typename P::Real;
+  using Answer = HitOf<Real, P::kLevels>;
+
+  HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const BasicRay<Real>& ray, const Storage& storage,
+                                  const Filter& filter, const Primitives& primitives, const Counter& counter)
+      : scene_(&scene),
+        ray_(ray, storage),
+        storage_(storage),
+        filter_(filter),
+        primitives_(primitives),
+        counter_(counter),
+        traversal_(scene, ray, is_covered() && is_traceable(ray) ? scene.root : kInvalidRef, storage),
+        hit_way_(storage, 1),
+        after_way_(storage, 2),
+        after_t_(max_of(ray.tmin, Real(0))),
+        limit_(finite(ray.tmax)) {
+    if constexpr (kDefers) undecided_.low = limit_;
+    if (!is_covered()) state_ = TraversalState::kRefused;
+  }
+
+  HIPRT_HD HIPRT_INLINE TraversalState state() const { return state_; }
+  HIPRT_HD HIPRT_INLINE const Counter& counter() const { return counter_; }
+  /// The hit at hand, without what complete_hit() adds to a triangle's.
+  HIPRT_HD HIPRT_INLINE Answer hit() const {
+    Answer hit;
+    static_cast<BasicHit<Real>&>(hit) = hit_;
+    if constexpr (P::kLevels != 0)
+      if (hit_.found()) hit.path = hit_way_.path();
+    return hit;
+  }
+
+  /// Whether asking makes sense; if not, hit() is a miss, or says that the search failed.
+  HIPRT_HD HIPRT_INLINE bool can_go_on() {
+    if (state_ == TraversalState::kHit && stopped_) state_ = TraversalState::kFinished;
+    if (state_ == TraversalState::kInit || state_ == TraversalState::kHit) return true;
+    forget_hit();
+    if (state_ != TraversalState::kFinished) hit_.t = std::numeric_limits<Real>::quiet_NaN();
+    return false;
+  }
+
+  /// Prepares for the closest hit behind the one at hand, in the order of t, geometry, primitive.
+  HIPRT_HD HIPRT_INLINE void start_behind_hit() {
+    after_t_ = max_of(hit_.t, Real(0));  // Not -0, whose bits would come last in the order of entry distances.
+    after_geometry_ = hit_.geometry;
+    after_primitive_ = hit_.primitive;
+    after_way_.save(hit_way_);
+    limit_ = finite(ray_.get().tmax);
+    if constexpr (kDefers) undecided_.low = limit_;
+    forget_hit();
+    traversal_.restart(*scene_, ray_.get(), after_t_, storage_);
+  }
+
+  /// Looks for the closest hit behind the last. @return false: the wave pauses, call again.
+  HIPRT_HD HIPRT_INLINE bool find_closest(bool may_pause) {
+    static_assert(!BacktrackingStack<typename P::Stack> || !std::same_as<Order, Unordered>,
+                  "hiprt: Unordered: a restart trail finds closest hits in the order of distance only");
+    if constexpr (kDefers) {
+      if (run_to_bounds(may_pause) == Outcome::kPaused) return false;
+      if (undecided_.open.is_crowded()) return find_closest_again();
+      decide_hits();
+    } else {
+      const Outcome outcome = traversal_.run(
+          *scene_, ray_, limit_, primitives_, counter_, may_pause, [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+            if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)) return true;
+            if (!accept(found)) return true;
+            limit_ = found.at.t;
+            return !stopped_;
+          });
+      if (outcome == Outcome::kPaused) return false;
+    }
+    // Limit and t are one register until here.
+    hit_.t = limit_;
+    // What was not visited may have been nearer.
+    conclude(hit_.found() && (stopped_ || !traversal_.overflowed()));
+    return true;
+  }
+
+  /// Looks for one more hit, whichever comes first. @return as find_closest().
+  HIPRT_HD HIPRT_INLINE bool find_any(bool may_pause) {
+    const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
+                                           [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                                             if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
+                                             return !accept(found);
+                                           });
+    if (outcome == Outcome::kPaused) return false;
+    conclude(outcome == Outcome::kStopped);
+    return true;
+  }
+
+  /// Nothing is left to visit, and nothing is counted.
+  HIPRT_HD HIPRT_INLINE void cancel() { traversal_.cancel(); }
+
+  HIPRT_HD HIPRT_INLINE void forget_hit() {
+    hit_ = BasicHit<Real>{};
+    leaf_ = kInvalidRef;
+  }
+
+  /// The hit at hand with normal and error bound, if P::kSurface (a custom primitive has told its own).
+  HIPRT_HD HIPRT_INLINE Answer complete_hit() const {
+    Answer hit = this->hit();
+    if constexpr (!P::kSurface) return hit;
+    using Leaf = typename P::Layout::Leaf;
+    const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
+      if (leaf_ != kInvalidRef)
+        complete<typename P::Layout>(hit, ray, *reinterpret_cast<const Leaf*>(base + ref_offset(leaf_)), leaf_ & 1u);
+    };
+    if constexpr (P::kLevels == 0)
+      complete_in(ray_.get(), scene_->base);
+    else if (hit.found())
+      complete_along<P::kMoves>(*scene_, hit, ray_.get(), complete_in);
+    return hit;
+  }
+
+ private:
+  HIPRT_HD HIPRT_INLINE bool is_covered() const {
+    if constexpr (requires { primitives_.covers(*scene_); })
+      if (!primitives_.covers(*scene_)) return false;
+    return covers<P>(*scene_) && (Primitives::kCount != 0 || (scene_->features & feature_bit(Feature::kCustom)) == 0);
+  }
+
+  /// No number is larger, so that an overflow of t is a miss.
+  HIPRT_HD static HIPRT_INLINE Real finite(Real tmax) {
+    constexpr Real kMax = std::numeric_limits<Real>::max();
+    return tmax < kMax ? tmax : kMax;
+  }
+
+  /// Of hits at the same t the one with the lowest geometry, then primitive number wins; those up to the last answer
+  /// are out.
+  HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit<Real>& found) const {
+    const std::uint32_t geometry = found.geometry, primitive = found.primitive;
+    bool loses = found.at.t == limit_ &&
+                 (geometry > hit_.geometry || (geometry == hit_.geometry && primitive >= hit_.primitive));
+    bool seen = found.at.t == after_t_ && after_primitive_ != kInvalidId &&
+                (geometry < after_geometry_ || (geometry == after_geometry_ && primitive <= after_primitive_));
+    if constexpr (P::kLevels != 0) {
+      // Ways come first.
+      if (found.at.t == limit_ && hit_.found())
+        if (const int order = hit_way_.compare(traversal_.levels()); order != 0) loses = order < 0;
+      if (found.at.t == after_t_ && after_primitive_ != kInvalidId)
+        if (const int order = after_way_.compare(traversal_.levels()); order != 0) seen = order > 0;
+    }
+    return loses || seen;
+  }
+
+  HIPRT_HD HIPRT_INLINE bool take_closest(const LeafHit<Real>& found) {
+    return found.at.t >= after_t_ && found.at.t <= limit_ && !loses_tie(found) && accept(found);
+  }
+
+  /// The part of a search that asks for bounds of t: limit_ and undecided_.low are those of the hit at hand. Triangles
+  /// of which they do not tell whether they are hit, or nearer, stay open. Where there are too many the search is
+  /// crowded, and ends.
+  HIPRT_HD HIPRT_INLINE Outcome run_to_bounds(bool may_pause) {
+    return traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
+                          [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                            const Real high = found.at.t, low = found.at.u;
+                            if (high < after_t_ || low > limit_) return true;
+                            if (low > after_t_ && high < undecided_.low) {
+                              if (!accept(found)) return true;
+                              limit_ = high;
+                              undecided_.low = low;
+                              if (undecided_.open.low > high) undecided_.open.forget();
+                              return true;
+                            }
+                            return undecided_.open.take(found.leaf, low, low > after_t_);
+                          });
+  }
+
+  /// What the test says of a triangle. @param leaf LeafHit::leaf.
+  HIPRT_HD HIPRT_INLINE bool decide(NodeRef leaf, const LeafInfo& info, BasicCandidate<Real>& at) const {
+    const bool second = (leaf & 1u) != 0;
+    return P::Triangle::template decide<typename P::Lanes>(
+        *reinterpret_cast<const typename P::Layout::Leaf*>(scene_->base + ref_offset(leaf)), traversal_.prepared_ray(),
+        second, info.triangle_ids >> (second ? 8 : 0), at);
+  }
+
+  /// What run_to_bounds() has found becomes a hit as deciding at once finds it.
+  HIPRT_HD HIPRT_INLINE void decide_hits() {
+    if (leaf_ != kInvalidRef) {
+      BasicCandidate<Real> at{};
+      decide(leaf_, load_info(scene_->base + ref_offset(leaf_)), at);
+      limit_ = at.t;
+      hit_.u = at.u;
+      hit_.v = at.v;
+    }
+    if (undecided_.open.is_empty()) return;
+    NodeRef leaf = undecided_.open.at_start;
+    HIPRT_NO_UNROLL
+    for (unsigned i = 0; i < 3; ++i, leaf = i == 1 ? undecided_.open.leaf : undecided_.open.other) {
+      if (leaf == kInvalidRef) continue;
+      const LeafInfo info = load_info(scene_->base + ref_offset(leaf));
+      LeafHit<Real> found{{},
+                          nullptr,
+                          info.geometry_and_flags & kGeometryMask,
+                          choose((leaf & 1u) != 0, info.primitive[1], info.primitive[0]),
+                          leaf};
+      if (decide(leaf, info, found.at) && take_closest(found)) limit_ = found.at.t;
+    }
+    undecided_.open = {};
+  }
+
+  /// All over again, by decisions at once: next to never. Each ray by itself, whatever the schedule.
+  HIPRT_HD HIPRT_INLINE bool find_closest_again() {
+    Traversal<Alone, Order, false> traversal(*scene_, ray_.get(), scene_->root, storage_);
+    traversal.restart(*scene_, ray_.get(), after_t_, storage_);
+    limit_ = finite(ray_.get().tmax);
+    forget_hit();
+    undecided_.open = {};
+    traversal.run(*scene_, ray_, limit_, primitives_, counter_, false,
+                  [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                    if (take_closest(found)) limit_ = found.at.t;
+                    return true;
+                  });
+    hit_.t = limit_;
+    // As far as the first traversal came its stack was large enough; if this one's is not, it has to say so.
+    if (traversal.overflowed()) traversal_.overflow();
+    conclude(hit_.found() && !traversal.overflowed());
+    return true;
+  }
+
+  /// Takes the hit unless mask or filter are against it.
+  HIPRT_HD HIPRT_INLINE bool accept(const LeafHit<Real>& found) {
+    if (!is_visible<P>(*scene_, traversal_.levels(), ray_.get(), found.geometry)) return false;
+    Answer candidate;
+    static_cast<BasicHit<Real>&>(candidate) =
+        BasicHit<Real>{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
+    if constexpr (P::kLevels != 0 && kAsks) candidate.path = traversal_.levels().path();
+    if (found.custom != nullptr) {
+      candidate.normal = found.custom->normal;
+      candidate.error = found.custom->error;
+    }
+    const FilterAnswer answer = ask_filters(found, candidate);
+    if (answer == FilterAnswer::kReject) return false;
+    stopped_ = answer == FilterAnswer::kAcceptAndStop;
+    hit_ = candidate;
+    hit_way_.save(traversal_.levels());
+    leaf_ = found.custom == nullptr ? found.leaf : kInvalidRef;
+    return true;
+  }
+
+  HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit<Real>& found, const Answer& candidate) const {
+    if constexpr (P::kLevels != 0 && kAsks)
+      if (traversal_.levels().without_filter(*scene_)) return FilterAnswer::kAccept;
+    bool stop = false;
+    if constexpr (Primitives::kCount != 0) {
+      if (found.custom != nullptr) {
+        const unsigned type = custom_type(traversal_.levels().geometry(*scene_, candidate.geometry).flags);
+        const FilterAnswer answer = primitives_.filter(type, ray_.get(), candidate);
+        if (answer == FilterAnswer::kReject) return answer;
+        stop = answer == FilterAnswer::kAcceptAndStop;
+      }
+    }
+    const FilterAnswer answer = filter_(ray_.get(), candidate);
+    return answer == FilterAnswer::kAccept && stop ? FilterAnswer::kAcceptAndStop : answer;
+  }
+
+  HIPRT_HD HIPRT_INLINE void conclude(bool found) {
+    state_ = found ? TraversalState::kHit : without_hit();
+    if (found) return;
+    forget_hit();
+    if (state_ == TraversalState::kFinished) return;
+    hit_.t = std::numeric_limits<Real>::quiet_NaN();
+    if constexpr (requires { storage_.on_overflow(); })
+      if (state_ == TraversalState::kStackOverflow) storage_.on_overflow();
+  }
+
+  /// What it means that there is no hit.
+  HIPRT_HD HIPRT_INLINE TraversalState without_hit() const {
+    if (!is_covered()) return TraversalState::kRefused;
+    return traversal_.overflowed() ? TraversalState::kStackOverflow : TraversalState::kFinished;
+  }
+
+  /// Whether somebody looks at hits on the way.
+  static constexpr bool kAsks = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
+  /// The policies for one ray by itself.
+  struct Alone : P {
+    using Schedule = Immediate;
+  };
+  /// Whether triangles on the way are known by bounds of t, and only those that are left are decided. Not under
+  /// WholeWave schedules, where the registers that it takes cost more than it saves (decision 0018).
+  static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kAsks &&
+                                  !TraversalObserver<Counter> &&
+                                  DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
+  const SceneView* scene_;
+  KeptRay<P::kLevels, Real> ray_;
+  Storage storage_;
+  Filter filter_;
+  Primitives primitives_;
+  Counter counter_;
+  Traversal<P, Order, kResumable, TestOnTheWay<kDefers, typename P::Triangle>> traversal_;
+  BasicHit<Real> hit_{};
+  SavedWay<P::kLevels> hit_way_, after_way_;
+  Real after_t_;                               ///< Hits from here on.
+  std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
+  std::uint32_t after_primitive_ = kInvalidId;
+  Real limit_;
+  UndecidedHits<kDefers, Real> undecided_;
+  NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is (LeafHit::leaf).
+  bool stopped_ = false;        ///< The filter ended the search with the last hit.
+  TraversalState state_ = TraversalState::kInit;
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

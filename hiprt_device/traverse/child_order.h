@@ -1,0 +1,226 @@
+#pragma once
+/// In which order the children that a ray meets are visited: a policy that picks the next node and leaves the others to
+/// the way back (stack.h).
+
+#include <hiprt_device/intersect/box_test.h>
+#include <hiprt_device/traverse/stacks/stack.h>
+
+#include <bit>
+#include <concepts>
+#include <limits>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+namespace order_detail {
+
+struct Child {
+  float enter;  ///< kMissed if the ray does not meet it.
+  NodeRef ref;
+};
+
+inline constexpr float kMissed = std::numeric_limits<float>::infinity();
+
+template <class Lanes>
+HIPRT_HD HIPRT_INLINE Child child_of(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, unsigned i) {
+  return Child{hits.hit(i) ? Lanes::get(hits.enter, i) : kMissed, child[i]};
+}
+
+template <class Way> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
+  bool swap = b.enter < a.enter;
+  if constexpr (Way::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
+  const Child low{swap ? b.enter : a.enter, swap ? b.ref : a.ref};
+  b = Child{swap ? a.enter : b.enter, swap ? a.ref : b.ref};
+  a = low;
+}
+
+/// All but the nearest, the farthest first.
+template <class Way>
+HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer, Way& way) {
+  way.later_some([&](auto&& later) HIPRT_INLINE_LAMBDA {
+    if (farthest.enter < kMissed) later(make_entry(farthest.enter, farthest.ref));
+    if (middle.enter < kMissed) later(make_entry(middle.enter, middle.ref));
+    if (nearer.enter < kMissed) later(make_entry(nearer.enter, nearer.ref));
+  });
+}
+
+}  // namespace order_detail
+
+/// Nearest child first, the others so that the nearer comes back earlier. For closest hits.
+struct NearFirst {
+  using Entry = StackEntry;
+
+  /// @pre hits.any()
+  template <class Lanes, class Way>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
+    if (!way.make_room()) return kOverflowRef;
+    if constexpr (Lanes::kScalar)
+      return next_by_network(child, hits, way);
+    else
+      return next_by_count(child, hits, way);
+  }
+
+  HIPRT_HD static HIPRT_INLINE unsigned take(std::uint32_t& mask) {
+    const unsigned lowest = static_cast<unsigned>(std::countr_zero(mask));
+    mask &= mask - 1;
+    return lowest;
+  }
+
+ private:
+  /// As few comparisons as there are hits: one or two, mostly.
+  template <class Lanes, class Way>
+  HIPRT_HD static HIPRT_INLINE NodeRef next_by_count(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                                     Way& way) {
+    std::uint32_t mask = hits.mask;
+    alignas(16) float enter[kBranching];
+    Lanes::store(enter, hits.enter);
+    const auto take_entry = [&] {
+      const unsigned i = take(mask);
+      return make_entry(enter[i], child[i]);
+    };
+    StackEntry a = take_entry();
+    if (mask == 0) return way.follow(a);
+    StackEntry b = take_entry();
+    sort(a, b);
+    if (mask != 0) {
+      StackEntry c = take_entry();
+      sort(b, c);
+      sort(a, b);
+      if (mask != 0) {
+        StackEntry d = take_entry();
+        sort(c, d);
+        sort(b, c);
+        sort(a, b);
+        way.later(d);
+      }
+      way.later(c);
+    }
+    way.later(b);
+    return way.follow(a);
+  }
+
+  HIPRT_HD static HIPRT_INLINE void sort(StackEntry& a, StackEntry& b) {
+    const StackEntry low = a < b ? a : b, high = a < b ? b : a;
+    a = low;
+    b = high;
+  }
+
+  /// Five compare-exchanges whatever the number of hits: no branches but the pushes.
+  template <class Lanes, class Way>
+  HIPRT_HD static HIPRT_INLINE NodeRef next_by_network(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                                       Way& way) {
+    using namespace order_detail;
+    Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
+          d = child_of(child, hits, 3);
+    order_detail::sort<Way>(a, c);
+    order_detail::sort<Way>(b, d);
+    order_detail::sort<Way>(a, b);
+    order_detail::sort<Way>(c, d);
+    order_detail::sort<Way>(b, c);
+    leave(d, c, b, way);
+    return way.follow(make_entry(a.enter, a.ref));
+  }
+};
+
+/// Nearest child first, the others as they are stored: three compare-exchanges.
+struct NearestFirst {
+  using Entry = StackEntry;
+
+  /// @pre hits.any()
+  template <class Lanes, class Way>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
+    static_assert(!Way::kNeedsStableOrder, "NearestFirst: a restart trail needs children in the order of distance");
+    if (!way.make_room()) return kOverflowRef;
+    using namespace order_detail;
+    Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
+          d = child_of(child, hits, 3);
+    order_detail::sort<Way>(a, b);
+    order_detail::sort<Way>(c, d);
+    order_detail::sort<Way>(a, c);
+    leave(d, c, b, way);
+    return way.follow(make_entry(a.enter, a.ref));
+  }
+};
+
+/// Children as they are stored. For any hit, where the first hit ends the search whatever its distance.
+struct Unordered {
+  using Entry = NodeRef;
+
+  /// @pre hits.any()
+  template <class Lanes, class Way>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
+    if (!way.make_room()) return kOverflowRef;
+    if constexpr (Lanes::kScalar) {
+      NodeRef first = kInvalidRef;
+      way.later_some([&](auto&& later) HIPRT_INLINE_LAMBDA {
+        const auto add = [&](unsigned i) HIPRT_INLINE_LAMBDA {
+          if (!hits.hit(i)) return;
+          if (first != kInvalidRef) later(first);
+          first = child[i];
+        };
+        add(3);
+        add(2);
+        add(1);
+        add(0);
+      });
+      return way.follow(first);
+    } else {
+      std::uint32_t mask = hits.mask;
+      const unsigned first = NearFirst::take(mask);
+      while (mask != 0) way.later(child[take_last(mask)]);
+      return way.follow(child[first]);
+    }
+  }
+
+ private:
+  HIPRT_HD static HIPRT_INLINE unsigned take_last(std::uint32_t& mask) {
+    const unsigned highest = static_cast<unsigned>(std::bit_width(mask)) - 1;
+    mask ^= 1u << highest;
+    return highest;
+  }
+};
+
+/// Children that a ray meets, in the order of their visits; then kInvalidRef.
+struct SortedChildren {
+  NodeRef child[kBranching];
+};
+
+/// Children as a box test that sorts (SortingBoxTest) has left them. It tells no distances.
+struct AsTested {
+  using Entry = NodeRef;
+
+  /// @pre sorted.child[0] != kInvalidRef
+  template <class Way> HIPRT_HD static HIPRT_INLINE NodeRef next(const SortedChildren& sorted, Way& way) {
+    static_assert(!Way::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children whose order is known");
+    if (!way.make_room()) return kOverflowRef;
+    for (unsigned i = kBranching - 1; i > 0; --i)
+      if (sorted.child[i] != kInvalidRef) way.later(sorted.child[i]);
+    return way.follow(sorted.child[0]);
+  }
+};
+
+/// Says what it leaves on the stack: entries with a distance or bare node references.
+template <class T>
+concept LeavesEntries = std::same_as<typename T::Entry, StackEntry> || std::same_as<typename T::Entry, NodeRef>;
+
+/// An order that compares the distances of a box test. next(): where to go on below a node, one of whose children the
+/// ray meets at least; kOverflowRef if the stack has no room for the others.
+template <class T, class Stack, class Lanes>
+concept DistanceOrder = LeavesEntries<T> && requires(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                                     BacktrackOf<Stack, typename T::Entry>& way) {
+  { T::next(child, hits, way) } -> std::same_as<NodeRef>;
+};
+
+/// An order of children that the box test has sorted. next() as that of a DistanceOrder.
+template <class T, class Stack>
+concept SortedOrder = LeavesEntries<T> &&
+    requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& way) {
+  { T::next(sorted, way) } -> std::same_as<NodeRef>;
+};
+
+/// What Policies::ClosestOrder and AnyOrder must be: one of the above.
+template <class T, class Stack, class Lanes>
+concept TraversalOrder = DistanceOrder<T, Stack, Lanes> || SortedOrder<T, Stack>;
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

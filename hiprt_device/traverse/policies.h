@@ -1,0 +1,142 @@
+#pragma once
+/// The compile-time choices of a tracer, gathered in one type.
+///
+///     using Quick = hiprt::Policies<hiprt::PlanesLayout, hiprt::Fast, hiprt::Plain>;
+///     hiprt::Hit hit = hiprt::closest_hit<Quick>(scene, ray);
+///
+/// Any struct with the same members will do; what differs from a Policies can be written down in a struct of it:
+///
+///     struct Mine : hiprt::Policies<hiprt::QuantizedLayout> {
+///       using Stack = hiprt::RollingStack<8>;
+///       using Schedule = hiprt::Postponed;
+///     };
+
+#include <hiprt_device/intersect/triangle_test.h>
+#include <hiprt_device/math/lanes.h>
+#include <hiprt_device/scene_view.h>
+#include <hiprt_device/traverse/child_order.h>
+#include <hiprt_device/traverse/counter.h>
+#include <hiprt_device/traverse/schedule.h>
+#include <hiprt_device/traverse/stacks/level_stack.h>
+#include <hiprt_device/traverse/stacks/private.h>
+
+#include <concepts>
+#include <type_traits>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// A margin for boxes from the ray's origin and the scene's bounds.
+template <class T>
+concept BoxTest = requires(const Vec3& origin, const Box& bounds) {
+  { T::margin(origin, bounds) } -> std::same_as<float>;
+};
+
+/// A box test that gives a node's children as they are to be visited, for the order AsTested (amd_ray_test.h).
+template <class T, class Layout, class Lanes>
+concept SortingBoxTest = BoxTest<T> &&
+    requires(const SceneView& scene, NodeRef node, const Ray& ray, const RaySlabs<Lanes>& slabs, float limit) {
+  { T::template intersect<Layout>(scene, node, ray, slabs, limit) } -> std::same_as<SortedChildren>;
+};
+
+/// A ray prepared once, and intersect(): calls accept(candidate, 0 or 1) for each of a leaf's triangles that the line
+/// meets, at any t, until it returns false; returns false then.
+/// @tparam Real of the rays and candidates.
+template <class T, class Layout, class Lanes, class Real>
+concept TriangleTest = requires(const typename Layout::Leaf& leaf, const LeafInfo& info,
+                                const typename T::template PreparedRay<Lanes>& ray,
+                                bool (*accept)(const BasicCandidate<Real>&, unsigned)) {
+  { T::template intersect<Lanes>(leaf, info, ray, accept) } -> std::same_as<bool>;
+};
+
+/// A test that can put a decision off. Bounds is a test of the same prepared rays whose candidates have bounds of t: t
+/// is the upper one, u the lower; where they are not finite the line may miss the triangle. decide() answers for one
+/// triangle as intersect() would.
+template <class T, class Layout, class Lanes>
+concept DeferringTest = TriangleTest<typename T::Bounds, Layout, Lanes, float> &&
+    requires(const typename Layout::Leaf& leaf, const typename T::template PreparedRay<Lanes>& ray, Candidate& at) {
+  { T::template decide<Lanes>(leaf, ray, false, 0u, at) } -> std::same_as<bool>;
+};
+
+/// Is told of every four-box test, and of every leaf test with the number of its triangles (1 or 2).
+template <class T>
+concept WorkCounting = requires(T counter) {
+  counter.on_boxes();
+  counter.on_leaf(2u);
+};
+
+/// @tparam LayoutPolicy FloatLayout, PlanesLayout, HalfLayout or QuantizedLayout: must be the scene's.
+/// @tparam TrianglePolicy Watertight, Fast or Reference (exact_triangle_test.h).
+/// @tparam BoxPolicy Conservative or Plain. (HardwareBoxes: see HardwarePolicies in amd_ray_test.h.)
+/// @tparam StackPolicy where the traversal keeps the nodes it has yet to visit (stack.h, stacks/).
+/// @tparam LanesPolicy SimdLanes (host) or ArrayLanes: same hits.
+/// @tparam CounterPolicy NoCounter or WorkCounter.
+/// @tparam kFeatureSet features compiled in; covers() says whether they are enough for a scene.
+template <class LayoutPolicy = PlanesLayout, class TrianglePolicy = Watertight, class BoxPolicy = Conservative,
+          class StackPolicy = PrivateStack<>, class LanesPolicy = DefaultLanes, class CounterPolicy = NoCounter,
+          FeatureMask kFeatureSet = kKnownFeatures>
+struct Policies {
+  using Real = float;  ///< Of the rays; double: see double_rays.h.
+  using Layout = LayoutPolicy;
+  using Triangle = TrianglePolicy;
+  using Boxes = BoxPolicy;
+  using Stack = StackPolicy;
+  using Lanes = LanesPolicy;
+  using Counter = CounterPolicy;
+  using Schedule = Immediate;
+  using ClosestOrder = NearFirst;
+  using AnyOrder = Unordered;
+  static constexpr FeatureMask kFeatures = kFeatureSet;
+  /// Whether closest and all hits on triangles have normal and error; else these are 0, and cost nothing.
+  static constexpr bool kSurface = true;
+  /// Instances that may be on a ray's way to a primitive, one in the other; 0: no code for instances. Instanced<> sets
+  /// it.
+  static constexpr unsigned kLevels = 0;
+  /// Whether instances may move; else no code for motion. Moving<> sets it.
+  static constexpr bool kMoves = false;
+};
+
+/// Policies for scenes of instances: of objects that hold triangles and custom primitives (kMost = 1), of objects that
+/// hold instances of those (2), and so on. A scene says how many it has (SceneView::levels).
+///
+///     using Tracer = hiprt::Instanced<hiprt::Policies<>, 2>;
+template <class Base, unsigned kMost = 1> struct Instanced : Base {
+  static_assert(kMost != 0, "hiprt: Instanced: policies without levels are Base itself");
+  using Stack = LevelStack<typename Base::Stack, kMost, typename Base::Real>;
+  static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kInstances);
+  static constexpr unsigned kLevels = kMost;
+};
+
+/// Policies for scenes whose instances move (Ray::time).
+///
+///     using Tracer = hiprt::Moving<hiprt::Instanced<hiprt::Policies<>>>;
+template <class Base> struct Moving : Base {
+  static_assert(Base::kLevels != 0, "hiprt: Moving: what moves are instances: Moving<Instanced<...>>");
+  static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kMotion);
+  static constexpr bool kMoves = true;
+};
+
+/// Everything that a tracer asks of its policies.
+template <class P>
+concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Stack> &&
+    WorkCounting<typename P::Counter> && TraversalSchedule<typename P::Schedule> &&
+    TriangleTest<typename P::Triangle, typename P::Layout, typename P::Lanes, typename P::Real> &&
+    TraversalOrder<typename P::ClosestOrder, typename P::Stack, typename P::Lanes> &&
+    TraversalOrder<typename P::AnyOrder, typename P::Stack, typename P::Lanes> && requires {
+  { P::kFeatures } -> std::convertible_to<FeatureMask>;
+  { P::kLevels } -> std::convertible_to<unsigned>;
+  { P::kMoves } -> std::convertible_to<bool>;
+  { P::kSurface } -> std::convertible_to<bool>;
+};
+
+/// Whether a tracer with policies P can trace the scene: its layout and its features.
+template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
+  const FeatureMask without =
+      (P::kLevels == 0 ? feature_bit(Feature::kInstances) : 0) | (P::kMoves ? 0 : feature_bit(Feature::kMotion));
+  // Where nothing moves the boxes do not.
+  const FeatureMask features = (P::kFeatures & ~without) | feature_bit(Feature::kMovingBoxes);
+  return scene.layout == P::Layout::kId && (scene.features & ~features) == 0 && scene.levels <= P::kLevels;
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

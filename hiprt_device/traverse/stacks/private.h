@@ -1,0 +1,52 @@
+#pragma once
+/// Stack in the thread's own memory: the processor's stack on a host, scratch or local memory on a GPU.
+
+#include <hiprt_device/traverse/stacks/stack.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// @tparam kEntries capacity. The builders' trees never need more than 180 + kMostPushed (FileHeader::stack_bound).
+///
+///     hiprt::PrivateStack<>::Memory memory;
+///     hiprt::ClosestHit<> query(scene, ray, memory);
+///
+/// The entries are a variable of their own, because indices into them vary: as a part of the traversal they would keep
+/// all of it out of registers.
+template <unsigned kEntries = 192> struct PrivateStack {
+  struct Memory {
+    StackEntry entries[kEntries + 1];  ///< The bottom first.
+  };
+
+  struct Storage : OverflowCount {
+    StackEntry* entries;
+
+    /// @param memory lives as long as the traversal.
+    HIPRT_HD HIPRT_INLINE Storage(Memory& memory, std::uint32_t* overflowed = nullptr)
+        : OverflowCount{overflowed}, entries(memory.entries) {}
+  };
+
+  template <class Entry> class Of {
+   public:
+    static constexpr bool kHasBottom = true;
+
+    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {
+      entries_[0] = bottom_entry<Entry>();
+    }
+    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
+    HIPRT_HD HIPRT_INLINE void push(Entry entry) { entries_[size_++] = entry; }
+    HIPRT_HD HIPRT_INLINE Entry pop() {
+      const unsigned top = size_ - 1;
+      size_ = top > 1 ? top : 1;
+      return static_cast<Entry>(entries_[top]);
+    }
+    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 1; }
+
+   private:
+    StackEntry* entries_;
+    unsigned size_ = 1;  ///< With the bottom.
+  };
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

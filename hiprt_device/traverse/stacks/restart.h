@@ -1,0 +1,132 @@
+#pragma once
+/// A short stack in registers with a restart trail: no memory at all.
+
+#include <hiprt_device/math/wave.h>
+#include <hiprt_device/traverse/stacks/stack.h>
+
+#include <limits>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Keeps the topmost entries; what falls off the bottom is found again from the root along the trail, which says for
+/// each level of the tree which of the children the ray has come to (Laine, "Restart trail for stackless BVH
+/// traversal", 2010; for wide trees Vaidyanathan, Woop, Benthin, "Wide BVH traversal with a short stack", 2019).
+/// @tparam kEntries held; 0 to 8. More are fewer restarts and more registers.
+///
+/// It relies on children coming in the same order at every visit, with those that an earlier hit has put out of reach
+/// missing only at the far end: orders sort by distance, then reference, or not at all (then no hit shortens the ray).
+/// Trees of more than 64 levels overflow it.
+template <unsigned kEntries = 4> struct RestartStack {
+  static_assert(kEntries <= 8, "RestartStack: entries live in registers");
+  struct Storage : OverflowCount {};
+
+  template <class Entry> class Backtrack {
+   public:
+    static constexpr bool kNeedsStableOrder = true;
+
+    HIPRT_HD HIPRT_INLINE Backtrack(const Storage&, NodeRef root) : root_(root) {}
+
+    /// Whether the tree is not too deep for the trail.
+    HIPRT_HD HIPRT_INLINE bool make_room() const { return level_ < kLevels; }
+
+    HIPRT_HD HIPRT_INLINE void later(Entry entry) {
+      passed_[2] = passed_[1];
+      passed_[1] = passed_[0];
+      passed_[0] = entry;
+      ++passed_count_;
+    }
+    template <class Each> HIPRT_HD HIPRT_INLINE void later_some(Each&& each) {
+      each([&](Entry entry) HIPRT_INLINE_LAMBDA { later(entry); });
+    }
+
+    HIPRT_HD HIPRT_INLINE NodeRef follow(Entry nearest) {
+      const unsigned done = child_index(level_), count = passed_count_ + 1;
+      passed_count_ = 0;
+      // After a restart the child on the trail, and so all behind it, may be out of reach.
+      if (done >= count) return pop_at_any_distance();
+      const auto push = [&](unsigned i) HIPRT_INLINE_LAMBDA {
+        if (i > done && i < count) push_entry(passed_[i - 1], i + 1 == count);
+      };
+      push(3);
+      push(2);
+      push(1);
+      set_more(level_, done + 1 < count);
+      ++level_;
+      return entry_ref(done == 0 ? nearest : done == 1 ? passed_[0] : done == 2 ? passed_[1] : passed_[2]);
+    }
+
+    HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
+      for (;;) {
+        const std::uint64_t pending = more_ & below(level_);
+        if (pending == 0) return kInvalidRef;
+        const unsigned parent = highest_bit(pending);
+        step_at(parent);
+        if (held_ == 0) {
+          level_ = 0;
+          return root_;
+        }
+        level_ = parent + 1;
+        bool last = false;
+        const Entry entry = pop_entry(last);
+        if (last) set_more(parent, false);
+        if (entry_distance(entry) <= limit) return entry_ref(entry);
+      }
+    }
+
+   private:
+    static constexpr unsigned kLevels = 64;
+
+    HIPRT_HD HIPRT_INLINE NodeRef pop_at_any_distance() { return pop(std::numeric_limits<float>::infinity()); }
+
+    /// Bits [0, level).
+    HIPRT_HD static HIPRT_INLINE std::uint64_t below(unsigned level) {
+      return level >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << level) - 1;
+    }
+    HIPRT_HD HIPRT_INLINE void set_more(unsigned level, bool more) {
+      const std::uint64_t bit = std::uint64_t{1} << level;
+      more_ = more ? more_ | bit : more_ & ~bit;
+    }
+    HIPRT_HD HIPRT_INLINE unsigned child_index(unsigned level) const {
+      return static_cast<unsigned>(index_[0] >> level & 1u) | static_cast<unsigned>(index_[1] >> level & 1u) << 1;
+    }
+    /// The next child at this level; nothing is known of the levels below any more.
+    HIPRT_HD HIPRT_INLINE void step_at(unsigned level) {
+      const std::uint64_t keep = below(level + 1), bit = std::uint64_t{1} << level;
+      index_[1] = (index_[1] ^ (index_[0] & bit)) & keep;
+      index_[0] = (index_[0] ^ bit) & keep;
+      more_ &= keep;
+    }
+
+    HIPRT_HD HIPRT_INLINE void push_entry(Entry entry, bool last) {
+      if constexpr (kEntries != 0) {
+        for (unsigned i = kEntries - 1; i > 0; --i) held_entries_[i] = held_entries_[i - 1];
+        held_entries_[0] = entry;
+        last_ = last_ << 1 | (last ? 1u : 0u);
+        held_ = held_ < kEntries ? held_ + 1 : kEntries;
+      }
+    }
+    HIPRT_HD HIPRT_INLINE Entry pop_entry(bool& last) {
+      const Entry top = held_entries_[0];
+      if constexpr (kEntries > 1)
+        for (unsigned i = 0; i + 1 < kEntries; ++i) held_entries_[i] = held_entries_[i + 1];
+      last = (last_ & 1u) != 0;
+      last_ >>= 1;
+      --held_;
+      return top;
+    }
+
+    NodeRef root_;
+    unsigned level_ = 0;           ///< Of the node at hand; the root's is 0.
+    std::uint64_t index_[2] = {};  ///< Bits 0 and 1 of the number, in visiting order, of the child on the way.
+    std::uint64_t more_ = 0;       ///< Levels with children to come behind that one.
+    Entry passed_[3] = {};         ///< later() since the last follow(), the nearest first.
+    unsigned passed_count_ = 0;
+    Entry held_entries_[kEntries == 0 ? 1 : kEntries] = {};  ///< The top of the stack first.
+    std::uint32_t last_ = 0;  ///< Bit i: entry i is its node's last child in reach when it was pushed.
+    unsigned held_ = 0;
+  };
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt

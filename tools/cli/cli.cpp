@@ -1,0 +1,128 @@
+#include <tools/cli/cli.h>
+
+#include <hiprt_build/build.h>
+#include <hiprt_build/file.h>
+#include <hiprt_build/format/utf8.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+
+#include <algorithm>
+#include <iostream>
+#include <new>
+
+namespace hiprt::tools {
+
+namespace {
+
+/// Messages hold names and contents of files: what a terminal would take for a command is shown as \x1b.
+std::string printable(std::string_view text) {
+  std::string result;
+  while (!text.empty()) {
+    const std::size_t size = format_detail::utf8_character(text);
+    const auto byte = static_cast<unsigned char>(text[0]);
+    if (size == 0 || byte < 0x20 || byte == 0x7f) {
+      std::array<char, 8> code{};
+      std::snprintf(code.data(), code.size(), "\\x%02x", unsigned{byte});
+      result += code.data();
+    } else {
+      result += text.substr(0, size);
+    }
+    text.remove_prefix(size == 0 ? 1 : size);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::string tool_version(const ToolInfo& info) { return std::string(info.name) + " " + build::version(); }
+
+build::Result<void> check_output(const std::string& output, std::span<const std::string> inputs) {
+  for (const std::string& input : inputs) {
+    std::error_code ignored;
+    if (std::filesystem::equivalent(input, output, ignored))
+      return tl::unexpected(
+          build::Error{build::ErrorCode::kInvalidInput, output + ": the output is one of the inputs"});
+  }
+  return build::check_writable(output);
+}
+
+void add_threads_option(CLI::App& app, unsigned& threads) {
+  app.add_option("--threads", threads, "Threads to use; 0: as many as the machine has")
+      ->check(CLI::Range(0u, 4096u))
+      ->type_name("N")
+      ->capture_default_str();
+}
+
+Cli::Cli(const ToolInfo& info) : info_(info), app_(info.description, info.name) {
+  app_.footer("\nExamples:\n" + std::string(info.examples) +
+              "\nExit status: 0 success, 1 bad input or failed operation, "
+              "2 bad usage.");
+  app_.set_version_flag("--version", tool_version(info), "Print the version and exit");
+  app_.set_help_flag("-h,--help", "Print this help with examples and exit");
+  app_.add_flag("--json", json_, "Print the results as JSON")->disable_flag_override();
+}
+
+int Cli::parse(int argc, const char* const* argv, bool& stop) {
+  stop = true;
+  // CLI11 takes [a,b] for a list; a file of that name has another way to be written.
+  std::vector<std::string> words(argv + 1, argv + argc);
+  for (std::string& word : words)
+    if (word.starts_with('[')) word.insert(0, "./");
+  std::reverse(words.begin(), words.end());
+  try {
+    app_.parse(std::move(words));
+    stop = false;
+    return kExitSuccess;
+  } catch (const CLI::CallForHelp&) {
+    std::cout << app_.help();
+  } catch (const CLI::CallForVersion&) {
+    std::cout << tool_version(info_) << "\n";
+  } catch (const CLI::ParseError& error) {
+    std::cerr << info_.name << ": " << printable(usage_error(error)) << "; see " << info_.name << " --help\n";
+    return kExitUsage;
+  }
+  return kExitSuccess;
+}
+
+/// An option that does not exist explains more than the one that it was meant to be and that is missing now.
+std::string Cli::usage_error(const CLI::ParseError& error) const {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError))
+    for (const std::string& word : app_.remaining())
+      if (word.size() > 1 && word[0] == '-') return "unknown option " + word;
+  return error.what();
+}
+
+int Cli::run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool) {
+  try {
+    bool stop = false;
+    const int status = parse(argc, argv, stop);
+    if (status != kExitSuccess) return status;
+    if (!stop)
+      if (const auto done = tool(); !done) return fail(done.error().message);
+    if (!std::cout.flush()) return fail("cannot write to standard output");
+    return kExitSuccess;
+  } catch (const std::bad_alloc&) {
+    return fail("not enough memory");
+  } catch (const std::exception& error) {
+    return fail(error.what());
+  }
+}
+
+int Cli::fail(const std::string& message) const {
+  if (json_ && !printed_) print({{"error", {{"message", message}}}});
+  std::cerr << info_.name << ": " << printable(message) << "\n";
+  return kExitFailure;
+}
+
+void Cli::warn(const std::string& message) const {
+  std::cerr << info_.name << ": warning: " << printable(message) << "\n";
+}
+
+void Cli::print(const nlohmann::json& value) const {
+  printed_ = true;
+  std::cout << value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
+}
+
+}  // namespace hiprt::tools

@@ -1,0 +1,148 @@
+#include <tools/cli/path_command.h>
+
+#include <tools/cli/cli.h>
+#include <tools/cli/report.h>
+#include <tools/render/image/image_read.h>
+#include <tools/render/studio/studio.h>
+#include <tools/scene_io/surface/surface_load.h>
+
+#include <hiprt_build/exec/stopwatch.h>
+
+#include <utility>
+
+namespace hiprt::tools {
+namespace {
+
+/// Of the light without --environment, which has no edges.
+constexpr std::uint32_t kStudioSky = 256;
+
+std::vector<Vec3> backdrop(std::uint32_t height) {
+  std::vector<Vec3> rows;
+  for (std::uint32_t y = 0; y < height; ++y)
+    rows.push_back(Studio::backdrop(1.0f - (static_cast<float>(y) + 0.5f) / static_cast<float>(height)));
+  return rows;
+}
+
+PathOptions path_options(const RenderOptions& options, std::uint32_t bounces) {
+  return {options.width, options.height, options.samples, options.seed, bounces, options.shutter, options.threads};
+}
+
+/// The layers that all modes have; the colours come later.
+build::Result<Image> layers(const SceneView& scene, const Camera& camera, RenderOptions options, const PathData& data,
+                            const PathOptions& of_paths, ProgressBar& bar) {
+  if (!options.layers) {
+    Image image(options.width, options.height);
+    image.has_instances = scene.instances != nullptr;
+    return image;
+  }
+  options.mode = RenderMode::kPrimary;
+  options.samples = 1;
+  auto rendering = render(scene, camera, options, [&](double done) { bar.update("layers", done); });
+  if (!rendering) return tl::unexpected(std::move(rendering.error()));
+  if (auto stored = store_surfaces(scene, data, camera, of_paths, rendering->image); !stored)
+    return tl::unexpected(std::move(stored.error()));
+  return std::move(rendering->image);
+}
+
+}  // namespace
+
+void PathCommand::add_options(CLI::App& app) {
+  app.add_option("--integrator", integrator_,
+                 "path: light by paths with materials, in place of a --mode; progressive: what there is is written at "
+                 "times, and when interrupted")
+      ->check(CLI::IsMember({"path"}))
+      ->type_name("NAME");
+  app.add_option("--bounces", bounces_, "path: surfaces on the way from the first one to a light, at most")
+      ->check(CLI::Range(0u, 1024u))
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--materials", materials_,
+                 "path: the files that bvhbuild was given, in the same order, for their materials; without them "
+                 "everything is clay, as spheres and curves always are")
+      ->type_name("FILE...");
+  app.add_option("--environment", environment_,
+                 "path: the sky, an equirectangular OpenEXR picture, +y up; without it a studio's light")
+      ->type_name("FILE");
+}
+
+void PathCommand::check(const CLI::App& app) const {
+  if (!chosen()) {
+    for (const char* option : {"--bounces", "--materials", "--environment"})
+      if (app.count(option) != 0) throw CLI::ValidationError(std::string(option) + " is of --integrator path");
+    return;
+  }
+  for (const char* option : {"--mode", "--ao-distance"})
+    if (app.count(option) != 0) throw CLI::ValidationError(std::string(option) + " is not of --integrator path");
+}
+
+build::Result<void> PathCommand::prepare(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
+                                         const std::vector<std::string>& outputs) {
+  std::vector<std::string> inputs = materials_;
+  if (!environment_.empty()) inputs.push_back(environment_);
+  for (const std::string& output : outputs)
+    if (auto checked = check_output(output, inputs); !checked) return checked;
+  PathSky sky;
+  std::vector<Vec3> behind;
+  if (environment_.empty()) {
+    const Studio studio(camera);
+    sky = make_sky([&](const Vec3& direction) { return studio.sky(direction); }, kStudioSky);
+    behind = backdrop(options.height);
+  } else {
+    const auto picture = read_exr_colors(environment_);
+    if (!picture) return tl::unexpected(picture.error());
+    sky = make_sky(picture->colors, picture->width, picture->height);
+  }
+  std::optional<SceneSurfaces> surfaces;
+  if (!materials_.empty()) {
+    auto loaded = load_surfaces(materials_, bvh, outputs.front());
+    if (!loaded) return tl::unexpected(std::move(loaded.error()));
+    surfaces = std::move(*loaded);
+  }
+  const Shutter& shutter = options.shutter;
+  auto data = make_path_data(bvh, surfaces ? &*surfaces : nullptr, std::move(sky), std::move(behind),
+                             0.5f * shutter.open + 0.5f * shutter.close);
+  if (!data) return tl::unexpected(std::move(data.error()));
+  data_ = std::move(*data);
+  return {};
+}
+
+build::Result<Rendering> PathCommand::render(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
+                                             GpuTracer* gpu, ProgressBar& bar,
+                                             const std::function<void(const Rendering&)>& keep) const {
+  const SceneView scene = make_scene_view(bvh);
+  const PathOptions of_paths = path_options(options, bounces_);
+  auto image = layers(scene, camera, options, *data_, of_paths, bar);
+  if (!image) return tl::unexpected(std::move(image.error()));
+  std::optional<GpuPathTracer> on_gpu;
+  if (gpu != nullptr) {
+    auto made = GpuPathTracer::make(*gpu, *data_, settings_of(of_paths, camera));
+    if (!made) return tl::unexpected(std::move(made.error()));
+    on_gpu = std::move(*made);
+  }
+  Rendering rendering{std::move(*image), {}, 0, 0.0, 0, 0.0};
+  const auto take = [&](const PathPicture& picture) {
+    store(picture, rendering.image);
+    const PathRayCounts& rays = picture.rays;
+    const std::uint64_t all = rays.camera + rays.secondary + rays.shadow;
+    rendering.rays = {rays.camera, rays.shadow, gpu != nullptr ? all : 0, rays.secondary};
+    rendering.threads = picture.threads;
+    rendering.seconds = picture.seconds;
+    rendering.samples = picture.samples;
+  };
+  double next = 1.0;
+  const PathProgress progress{[&](double done) { bar.update("render", done); },
+                              [&](const PathPicture& picture) {
+                                if (picture.seconds < next) return;
+                                next = 2.0 * picture.seconds;
+                                take(picture);
+                                keep(rendering);
+                              }};
+  const auto picture = trace_paths(scene, *data_, camera, of_paths, progress, on_gpu ? &*on_gpu : nullptr);
+  if (!picture) return tl::unexpected(picture.error());
+  if (picture->samples == 0)
+    return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled, nothing was written"});
+  take(*picture);
+  return rendering;
+}
+
+}  // namespace hiprt::tools

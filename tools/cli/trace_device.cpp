@@ -1,0 +1,27 @@
+#include <tools/cli/trace_device.h>
+
+namespace hiprt::tools {
+
+void add_device_option(CLI::App& app, std::string& device) {
+  app.add_option("--device", device,
+                 "auto: the GPU if there is one that this build has code for, else the CPU; the results are the same, "
+                 "but for last bits with the triangle test fast")
+      ->check(CLI::IsMember(words(kDeviceChoices)))
+      ->type_name("NAME")
+      ->capture_default_str();
+}
+
+build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
+                                                      const TracePolicies& policies) {
+  if (choice == DeviceChoice::kCpu) return std::nullopt;
+  auto gpu = GpuTracer::make(view, {.policies = policies});
+  if (gpu) return std::optional<GpuTracer>(std::move(*gpu));
+  if (choice == DeviceChoice::kAuto && gpu.error().code == build::ErrorCode::kNoDevice) return std::nullopt;
+  return tl::unexpected(build::Error{gpu.error().code, "GPU: " + gpu.error().message});
+}
+
+std::string device_word(const std::optional<GpuTracer>& gpu) { return gpu ? "gpu" : "cpu"; }
+
+std::string device_name(const std::optional<GpuTracer>& gpu) { return gpu ? gpu->device_name() : trace_isa(); }
+
+}  // namespace hiprt::tools

@@ -1,0 +1,33 @@
+#pragma once
+/// Which processor a tool traces on.
+
+#include <tools/cli/names.h>
+#include <tools/render/tracers/gpu_tracer.h>
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+
+namespace hiprt::tools {
+
+enum class DeviceChoice { kAuto, kCpu, kGpu };
+
+inline constexpr Names<DeviceChoice, 3> kDeviceChoices{
+    {{"auto", DeviceChoice::kAuto}, {"cpu", DeviceChoice::kCpu}, {"gpu", DeviceChoice::kGpu}}};
+
+/// Adds --device auto|cpu|gpu.
+void add_device_option(CLI::App& app, std::string& device);
+
+/// @param view of a file that validate() accepts. @param policies that rays will be traced with.
+/// @return the GPU with the scene on it, or nothing: the CPU traces. kAuto takes the GPU if there is one that this
+/// build has code for. kGpu: kNoDevice with the reason. Other errors of GpuTracer::make() for both.
+build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
+                                                      const TracePolicies& policies = {});
+
+/// "cpu" or "gpu".
+std::string device_word(const std::optional<GpuTracer>& gpu);
+/// The GPU's name, or the instruction set of the CPU's tracer.
+std::string device_name(const std::optional<GpuTracer>& gpu);
+
+}  // namespace hiprt::tools

@@ -1,9 +1,0 @@
-// The traversal on the GPU of scenes whose instances hold triangles and move.
-
-#include "gpu_trace_rays.h"
-
-namespace hiprt::tools {
-
-template GpuTraceKernel find_kernel_of<OneMovingLevelKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
-
-}  // namespace hiprt::tools

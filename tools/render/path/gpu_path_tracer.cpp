@@ -1,0 +1,128 @@
+#include <tools/render/path/gpu_path_tracer.h>
+
+#include <tools/render/path/gpu_path_kernels.h>
+#include <tools/render/tracers/gpu_tracer.h>
+
+#include <hiprt_build/gpu/gpu.h>
+
+#include <tuple>
+
+namespace hiprt::tools {
+namespace {
+
+/// Paths of a batch: they fill a GPU many times over, and take 600 MB, and 8 MB for each level of instances.
+constexpr std::uint32_t kCapacity = 1u << 21;
+
+template <class T> using PathDeviceArray = gpu::DeviceArray<T>;
+
+/// A wave's steps on a stream of the current device.
+class GpuPathEngine {
+ public:
+  template <class T> using Array = gpu::DeviceArray<T>;
+
+  GpuPathEngine(GpuTracer& tracer, const PathScene& scene, const PathScene* holes, gpu::Allocator& allocator)
+      : tracer_(tracer), levels_(scene.view.levels), holes_(holes), allocator_(allocator) {}
+
+  template <class T> build::Result<Array<T>> array(std::uint64_t count) {
+    return Array<T>::make(static_cast<std::size_t>(count), nullptr, allocator_);
+  }
+  template <class Stage> build::Result<void> for_each(std::uint32_t count, const PathJob& job) {
+    return gpu::launch(path_kernel(Stage::kStage), std::uint64_t{count}, nullptr,
+                       {.block = kPathBlock, .name = "path stage"}, job, count);
+  }
+  build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits, std::uint32_t* ways) {
+    return tracer_.trace_on_device(query, {rays, hits, levels_ != 0 ? ways : nullptr, count}, holes_);
+  }
+  static build::Result<PathCounts> read(const Array<PathCounts>& counts) {
+    PathCounts result{};
+    auto done = counts.download(std::span(&result, 1), nullptr);
+    if (done) done = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", "path tracing");
+    if (!done) return tl::unexpected(std::move(done.error()));
+    return result;
+  }
+  static build::Result<void> clear(Array<PathCounts>& counts) { return counts.fill(std::byte{0}, nullptr); }
+
+ private:
+  GpuTracer& tracer_;
+  std::uint32_t levels_;
+  const PathScene* holes_;  ///< On the device.
+  gpu::Allocator& allocator_;
+};
+
+}  // namespace
+
+struct GpuPathTracer::State {
+  State(const SceneView& view, const PathSettings& settings) : scene{view, {}, settings} {}
+
+  gpu::DeviceAllocator allocator;
+  PathArrays<PathDeviceArray> arrays;
+  PathScene scene;
+  gpu::DeviceArray<PathScene> on_device;  ///< Of scene, for filters; empty: no material has holes.
+  gpu::DeviceArray<PathSum> sums;
+  std::unique_ptr<GpuPathEngine> engine;
+  std::unique_ptr<PathWave<GpuPathEngine>> wave;
+
+  build::Result<void> upload(const PathData& data);
+  build::Result<void> prepare(GpuTracer& tracer, bool holes);
+};
+
+build::Result<void> GpuPathTracer::State::upload(const PathData& data) {
+  build::Result<void> done;
+  PathData::for_each(data, arrays, [&](const auto& from, auto& to) {
+    using Element = typename std::decay_t<decltype(from)>::value_type;
+    if (!done) return;
+    auto made = gpu::DeviceArray<Element>::from(from, nullptr, allocator);
+    if (made)
+      to = std::move(*made);
+    else
+      done = tl::unexpected(std::move(made.error()));
+  });
+  PathData::for_each(arrays, scene.arrays, [](const auto& from, auto& to) { to = {from.data(), from.size()}; });
+  return done;
+}
+
+build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool holes) {
+  const auto pixels = std::size_t{scene.settings.width} * scene.settings.height;
+  auto all = gpu::DeviceArray<PathSum>::make(pixels, nullptr, allocator);
+  if (!all) return tl::unexpected(std::move(all.error()));
+  sums = std::move(*all);
+  if (auto cleared = sums.fill(std::byte{0}, nullptr); !cleared) return cleared;
+  if (holes) {
+    auto copy = gpu::DeviceArray<PathScene>::from(std::span(&scene, 1), nullptr, allocator);
+    if (!copy) return tl::unexpected(std::move(copy.error()));
+    on_device = std::move(*copy);
+  }
+  engine = std::make_unique<GpuPathEngine>(tracer, scene, on_device.data(), allocator);
+  auto made = PathWave<GpuPathEngine>::make(*engine, scene, kCapacity);
+  if (!made) return tl::unexpected(std::move(made.error()));
+  wave = std::make_unique<PathWave<GpuPathEngine>>(std::move(*made));
+  return gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", "copying materials");
+}
+
+build::Result<GpuPathTracer> GpuPathTracer::make(GpuTracer& tracer, const PathData& data,
+                                                 const PathSettings& settings) {
+  auto state = std::make_unique<State>(tracer.scene(), settings);
+  auto done = state->upload(data);
+  if (done) done = state->prepare(tracer, has_holes(data));
+  if (!done) return tl::unexpected(std::move(done.error()));
+  return GpuPathTracer(std::move(state));
+}
+
+GpuPathTracer::GpuPathTracer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+GpuPathTracer::GpuPathTracer(GpuPathTracer&&) noexcept = default;
+GpuPathTracer& GpuPathTracer::operator=(GpuPathTracer&&) noexcept = default;
+GpuPathTracer::~GpuPathTracer() = default;
+
+std::uint32_t GpuPathTracer::capacity() const { return kCapacity; }
+
+build::Result<void> GpuPathTracer::run(const PathBatch& batch, PathRayCounts& rays) {
+  return state_->wave->run(batch, state_->sums.data(), rays);
+}
+
+build::Result<void> GpuPathTracer::download(std::span<PathSum> sums) {
+  auto done = state_->sums.download(sums, nullptr);
+  if (done) done = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize", sums.size(), " pixels");
+  return done;
+}
+
+}  // namespace hiprt::tools

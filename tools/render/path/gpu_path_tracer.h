@@ -1,0 +1,39 @@
+#pragma once
+/// Waves of paths on a GPU. A build without GPU code has the same class, which says so.
+
+#include <tools/render/path/path_data.h>
+#include <tools/render/path/path_wave.h>
+
+#include <memory>
+#include <span>
+
+namespace hiprt::tools {
+
+class GpuTracer;
+
+/// A picture on the GPU of a GpuTracer. One thread at a time may use it.
+class GpuPathTracer {
+ public:
+  /// Copies the arrays to the device.
+  /// @param tracer has the scene, and must live as long as this.
+  /// @return kOutOfMemory with the bytes wanted and free; kGpu; kNoDevice.
+  static build::Result<GpuPathTracer> make(GpuTracer& tracer, const PathData& data, const PathSettings& settings);
+
+  GpuPathTracer(GpuPathTracer&&) noexcept;
+  GpuPathTracer& operator=(GpuPathTracer&&) noexcept;
+  ~GpuPathTracer();
+
+  /// Paths that a batch may have.
+  std::uint32_t capacity() const;
+  build::Result<void> run(const PathBatch& batch, PathRayCounts& rays);
+  /// @param sums of the whole picture.
+  build::Result<void> download(std::span<PathSum> sums);
+
+ private:
+  struct State;
+  explicit GpuPathTracer(std::unique_ptr<State> state);
+
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hiprt::tools

@@ -1,0 +1,27 @@
+/// GpuPathTracer of builds without GPU code: there is no GpuTracer to make it of.
+
+#include <tools/render/path/gpu_path_tracer.h>
+
+namespace hiprt::tools {
+
+struct GpuPathTracer::State {};
+
+build::Result<GpuPathTracer> GpuPathTracer::make(GpuTracer&, const PathData&, const PathSettings&) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
+}
+
+GpuPathTracer::GpuPathTracer(GpuPathTracer&&) noexcept = default;
+GpuPathTracer& GpuPathTracer::operator=(GpuPathTracer&&) noexcept = default;
+GpuPathTracer::~GpuPathTracer() = default;
+
+std::uint32_t GpuPathTracer::capacity() const { return 0; }
+
+build::Result<void> GpuPathTracer::run(const PathBatch&, PathRayCounts&) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
+}
+
+build::Result<void> GpuPathTracer::download(std::span<PathSum>) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
+}
+
+}  // namespace hiprt::tools

@@ -1,0 +1,226 @@
+#include <tools/render/path/path_trace.h>
+
+#include <tools/cli/progress.h>
+#include <tools/render/studio/render.h>
+#include <tools/scene_io/parallel.h>
+
+#include <hiprt_build/exec/stopwatch.h>
+
+#include <algorithm>
+#include <mutex>
+
+namespace hiprt::tools {
+namespace {
+
+/// As in render.cpp: a tile's memory fits into a core's cache.
+constexpr std::uint32_t kTileSize = 32;
+
+/// Samples between two looks at the picture, at most.
+constexpr std::uint32_t kMostSamplesOfPass = 64;
+
+/// Samples of a pixel that neighbouring lanes of a GPU trace, if there are so many (decision 0017).
+constexpr std::uint32_t kSideBySide = 16;
+
+/// A wave's steps on the calling thread.
+class CpuPathEngine {
+ public:
+  template <class T> using Array = std::vector<T>;
+
+  CpuPathEngine(const PathScene& scene, bool holes) : scene_(scene), holes_(holes) {}
+
+  template <class T> build::Result<Array<T>> array(std::uint64_t count) const {
+    return Array<T>(static_cast<std::size_t>(count));
+  }
+  template <class Stage> build::Result<void> for_each(std::uint32_t count, const PathJob& job) const {
+    const Stage stage(job);
+    for (std::uint32_t i = 0; i < count; ++i) stage(i);
+    return {};
+  }
+  build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits, std::uint32_t* ways) const {
+    const std::span<const Ray> from(rays, count);
+    const std::span<Hit> to(hits, count);
+    const std::span<std::uint32_t> paths(ways, ways == nullptr ? 0 : std::size_t{count} * scene_.view.levels);
+    if (holes_)
+      hiprt::tools::trace(scene_, query, from, to, paths);
+    else
+      hiprt::tools::trace(scene_.view, query, {}, from, to, {}, paths);
+    return {};
+  }
+  static build::Result<PathCounts> read(const Array<PathCounts>& counts) { return counts[0]; }
+  static build::Result<void> clear(Array<PathCounts>& counts) {
+    counts[0] = {};
+    return {};
+  }
+
+ private:
+  const PathScene& scene_;
+  bool holes_;
+};
+
+/// Some samples of all pixels.
+class Pass {
+ public:
+  Pass(const PathScene& scene, bool holes, PathPicture& picture) : scene_(scene), holes_(holes), picture_(picture) {}
+
+  build::Result<void> on_cpu(std::uint32_t first, std::uint32_t samples, const ThreadLimit& limit,
+                             const std::function<void(double)>& progress) {
+    const PathSettings& settings = scene_.settings;
+    const std::uint32_t columns = (settings.width + kTileSize - 1) / kTileSize;
+    const std::uint32_t rows = (settings.height + kTileSize - 1) / kTileSize;
+    build::Result<void> result;
+    const auto take_tile = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t left = static_cast<std::uint32_t>(i % columns) * kTileSize;
+        const std::uint32_t top = static_cast<std::uint32_t>(i / columns) * kTileSize;
+        PathRayCounts rays;
+        auto done = tile({left, top, std::min(kTileSize, settings.width - left),
+                          std::min(kTileSize, settings.height - top), first, 1},
+                         samples, rays);
+        const std::lock_guard lock(mutex_);
+        add(rays);
+        if (!done && result) result = std::move(done);
+      }
+    };
+    parallel_batches(std::size_t{columns} * rows, 1, limit, take_tile, progress);
+    return result;
+  }
+
+  build::Result<void> on_gpu(GpuPathTracer& gpu, std::uint32_t first, std::uint32_t samples,
+                             const std::function<void(double)>& progress) {
+    const PathSettings& settings = scene_.settings;
+    const std::uint32_t side_by_side = std::min(samples, kSideBySide);
+    const std::uint32_t rows = std::clamp(gpu.capacity() / (settings.width * side_by_side), 1u, settings.height);
+    const std::uint32_t together = std::max(1u, gpu.capacity() / (rows * settings.width));
+    for (std::uint32_t top = 0; top < settings.height; top += rows)
+      for (std::uint32_t s = 0; s < samples && !interrupted(); s += together) {
+        PathRayCounts rays;
+        const PathBatch batch{
+            0, top, settings.width, std::min(rows, settings.height - top), first + s, std::min(together, samples - s)};
+        if (auto done = gpu.run(batch, rays); !done) return done;
+        add(rays);
+        if (progress) progress(static_cast<double>(top + batch.height) / settings.height);
+      }
+    return {};
+  }
+
+ private:
+  build::Result<void> tile(PathBatch batch, std::uint32_t samples, PathRayCounts& rays) {
+    CpuPathEngine engine(scene_, holes_);
+    auto wave = PathWave<CpuPathEngine>::make(engine, scene_, batch.paths());
+    if (!wave) return tl::unexpected(std::move(wave.error()));
+    for (std::uint32_t s = 0; s < samples && !interrupted(); ++s, ++batch.first_sample)
+      if (auto done = wave->run(batch, picture_.sums.data(), rays); !done) return done;
+    return {};
+  }
+
+  void add(const PathRayCounts& rays) {
+    picture_.rays.camera += rays.camera;
+    picture_.rays.secondary += rays.secondary;
+    picture_.rays.shadow += rays.shadow;
+    picture_.rays.failed += rays.failed;
+  }
+
+  const PathScene& scene_;
+  bool holes_;
+  PathPicture& picture_;
+  std::mutex mutex_;
+};
+
+build::Result<void> check(const PathPicture& picture) {
+  if (picture.rays.failed == 0) return {};
+  return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, std::to_string(picture.rays.failed) +
+                                                                          " rays could not be traced: the tracer does "
+                                                                          "not cover the scene, or its stack is too "
+                                                                          "small"});
+}
+
+}  // namespace
+
+PathSettings settings_of(const PathOptions& options, const Camera& camera) {
+  return {CameraRays(camera, options.width, options.height),
+          options.width,
+          options.height,
+          options.shutter,
+          options.seed,
+          options.bounces};
+}
+
+build::Result<PathPicture> trace_paths(const SceneView& scene, const PathData& data, const Camera& camera,
+                                       const PathOptions& options, const PathProgress& progress, GpuPathTracer* gpu) {
+  const ThreadLimit limit(options.threads);
+  const PathScene paths{scene, views(data), settings_of(options, camera)};
+  PathPicture picture;
+  picture.threads = limit.threads();
+  picture.sums.resize(std::size_t{options.width} * options.height);
+  Pass pass(paths, has_holes(data), picture);
+  build::Stopwatch watch;
+  std::uint32_t done = 0;
+  while (done < options.samples && !interrupted()) {
+    const std::uint32_t count = std::min({std::max(done, 1u), kMostSamplesOfPass, options.samples - done});
+    const auto part = [&](double fraction) {
+      if (progress.fraction) progress.fraction((done + fraction * count) / options.samples);
+    };
+    auto passed = gpu != nullptr ? pass.on_gpu(*gpu, done, count, part) : pass.on_cpu(done, count, limit, part);
+    if (passed) passed = check(picture);
+    if (passed && gpu != nullptr) passed = gpu->download(picture.sums);
+    if (!passed) return tl::unexpected(std::move(passed.error()));
+    done += count;
+    picture.seconds += watch.lap();
+    picture.samples = done;
+    if (progress.picture && !interrupted() && done < options.samples) progress.picture(picture);
+    watch.lap();
+  }
+  picture.samples = options.samples;
+  for (const PathSum& sum : picture.sums) picture.samples = std::min(picture.samples, sum.samples);
+  return picture;
+}
+
+void store(const PathPicture& picture, Image& image) {
+  image.shading.resize(image.pixels.size());
+  for (std::size_t i = 0; i < picture.sums.size(); ++i) {
+    const PathSum& sum = picture.sums[i];
+    const float n = static_cast<float>(std::max(sum.samples, 1u));
+    const Vec3 mean = sum.sum / n;
+    image.pixels[i].color = mean;
+    Vec3& variance = image.shading[i].variance;
+    Vec3& relative = image.shading[i].relative_variance;
+    for (int c = 0; c < 3; ++c) {
+      variance[c] = sum.samples > 1 ? std::max(0.0f, (sum.squares[c] - sum.sum[c] * mean[c]) / (n - 1.0f)) : 0.0f;
+      relative[c] = mean[c] > 0.0f ? variance[c] / (mean[c] * mean[c]) : 0.0f;
+    }
+  }
+}
+
+build::Result<void> store_surfaces(const SceneView& scene, const PathData& data, const Camera& camera,
+                                   const PathOptions& options, Image& image) {
+  const ThreadLimit limit(options.threads);
+  const PathScene paths{scene, views(data), settings_of(options, camera)};
+  const CpuPathEngine engine(paths, has_holes(data));
+  image.shading.resize(image.pixels.size());
+  const auto take_rows = [&](std::size_t begin, std::size_t end) {
+    std::vector<Ray> rays(options.width);
+    std::vector<Hit> hits(options.width);
+    std::vector<std::uint32_t> ways(std::size_t{options.width} * scene.levels);
+    for (std::size_t y = begin; y < end; ++y) {
+      for (std::uint32_t x = 0; x < options.width; ++x) {
+        rays[x] = paths.settings.camera.ray(x + 0.5, static_cast<double>(y) + 0.5);
+        rays[x].time = 0.5f * options.shutter.open + 0.5f * options.shutter.close;
+      }
+      static_cast<void>(engine.trace(Query::kClosest, rays.data(), options.width, hits.data(), ways.data()));
+      for (std::uint32_t x = 0; x < options.width; ++x) {
+        if (!hits[x].found()) continue;
+        const auto way = load_path(std::span(ways).subspan(std::size_t{x} * scene.levels, scene.levels));
+        const PathSurface surface = surface_at(paths, rays[x], hits[x], way);
+        ShadingPixel& pixel = image.shading[y * options.width + x];
+        pixel.albedo = surface.base_color;
+        pixel.normal = surface.normal;
+        pixel.u = surface.coordinates.u;
+        pixel.v = surface.coordinates.v;
+      }
+    }
+  };
+  if (parallel_batches(options.height, 8, limit, take_rows)) return {};
+  return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled"});
+}
+
+}  // namespace hiprt::tools

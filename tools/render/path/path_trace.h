@@ -1,0 +1,56 @@
+#pragma once
+/// Pictures by paths of light: bvhrender --integrator path.
+
+#include <tools/render/image/image.h>
+#include <tools/render/path/gpu_path_tracer.h>
+#include <tools/render/path/path_data.h>
+#include <tools/render/path/path_wave.h>
+
+#include <functional>
+#include <vector>
+
+namespace hiprt::tools {
+
+struct PathOptions {
+  std::uint32_t width = 1024, height = 768;
+  std::uint32_t samples = 64;
+  std::uint32_t seed = 0;
+  std::uint32_t bounces = 8;
+  Shutter shutter{};
+  unsigned threads = 0;  ///< 0: all the machine has. The picture does not depend on it.
+};
+
+/// As far as it has come.
+struct PathPicture {
+  std::vector<PathSum> sums;  ///< Per pixel, row by row from the top.
+  PathRayCounts rays;
+  std::uint32_t samples = 0;  ///< Of every pixel, at least.
+  unsigned threads = 0;
+  double seconds = 0;  ///< Ray generation, traversal and shading.
+};
+
+/// Told at times, by one thread: how far the picture is. Not asked more than once in a while.
+struct PathProgress {
+  std::function<void(double)> fraction{};             ///< 0 to 1, often.
+  std::function<void(const PathPicture&)> picture{};  ///< Behind 1, 2, 4, ... samples of all pixels.
+};
+
+PathSettings settings_of(const PathOptions& options, const Camera& camera);
+
+/// @param scene the host's.
+/// @param gpu traces and shades; nullptr: the CPU does. The pixels are the same.
+/// @return also when interrupted() became true: what there is then (PathPicture::samples; some pixels may have more).
+/// The errors of GpuPathTracer; kInvalidInput if rays failed.
+build::Result<PathPicture> trace_paths(const SceneView& scene, const PathData& data, const Camera& camera,
+                                       const PathOptions& options, const PathProgress& progress = {},
+                                       GpuPathTracer* gpu = nullptr);
+
+/// Colour and variance of the samples become the pixels'.
+void store(const PathPicture& picture, Image& image);
+
+/// What surfaces there are along the rays through the pixels' centres: albedo, normal, texture coordinates.
+/// @return kCancelled when interrupted() became true.
+build::Result<void> store_surfaces(const SceneView& scene, const PathData& data, const Camera& camera,
+                                   const PathOptions& options, Image& image);
+
+}  // namespace hiprt::tools

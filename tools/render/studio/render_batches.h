@@ -1,0 +1,20 @@
+#pragma once
+/// Many tiles step by step, so that their rays can go to a GPU together.
+
+#include <tools/render/studio/render_tile.h>
+#include <tools/render/tracers/gpu_tracer.h>
+#include <tools/scene_io/parallel.h>
+
+#include <functional>
+#include <span>
+
+namespace hiprt::tools {
+
+/// Takes the tiles from their first pass to finish(). Passes that count work, and batches so small that a GPU is not
+/// worth while, are traced on the CPU; the pixels are the same.
+/// @param progress called with 0 to 1.
+/// @return how many rays went to the GPU; kCancelled when interrupted() became true; the errors of GpuTracer::trace().
+build::Result<std::uint64_t> render_together(GpuTracer& gpu, const RenderJob& job, std::span<TileRenderer> tiles,
+                                             const ThreadLimit& limit, const std::function<void(double)>& progress);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,105 @@
+#pragma once
+/// One tile of a picture, wavefront style: each step handles all rays of the tile before the next step starts.
+
+#include <tools/render/studio/render.h>
+#include <tools/render/studio/studio.h>
+#include <tools/render/tracers/tracer.h>
+
+#include <span>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// What all tiles of a picture share.
+struct RenderJob {
+  const SceneView& scene;
+  const RenderOptions& options;
+  CameraRays camera;
+  Studio studio;
+};
+
+/// A rectangle of pixels; right and bottom are exclusive.
+struct Tile {
+  std::uint32_t left, top, right, bottom;
+};
+
+/// Rays of a tile that are to be traced: rays[i] into hits[i], costs and paths as for trace().
+struct TileRays {
+  Query query;
+  std::span<const Ray> rays;
+  std::span<Hit> hits;
+  std::span<RayCost> costs;
+  std::span<std::uint32_t> paths;  ///< Empty unless costs are asked for.
+};
+
+/// Each pass is make_rays(), the trace of primary(), shade(), the trace of shadows(), add_shadows(); finish() is behind
+/// the last one. What a tile does depends on nobody else, so tiles may take the steps together or one after the other.
+class TileRenderer {
+ public:
+  /// @param image, cost (tests of the pixels' primary rays, only in RenderMode::kHeatmap): the tile's pixels are
+  /// written.
+  TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost);
+
+  /// The rays through the pixels' centres, if they are needed, and a ray per pixel for each of several samples.
+  static unsigned passes(const RenderOptions& options);
+
+  void make_rays(unsigned pass);
+  TileRays primary();
+  void shade(unsigned pass);
+  TileRays shadows();
+  void add_shadows();
+  void finish();
+
+  /// All steps, on the CPU.
+  void run();
+
+  const RayCounts& counts() const { return counts_; }
+  bool failed() const { return refused_; }
+
+ private:
+  struct Shadow {
+    std::size_t ray;  ///< The primary ray; equal in all samples of a pixel.
+    Vec3 light;       ///< Arrives when the shadow ray meets nothing.
+  };
+  /// Sums over a pixel's samples. The light that a pixel's surfaces get is that of the open sky, which is known
+  /// exactly, times the share of the sampled light that arrives (Heitz, Hill, McGuire, "Combining analytic direct
+  /// illumination and stochastic shadows", I3D 2018): surfaces in the open have no noise.
+  struct SkyLight {
+    Vec3 open{0.0f};     ///< Of the open sky, by the normals.
+    Vec3 sampled{0.0f};  ///< Sent by the sky along the shadow rays.
+    Vec3 arrived{0.0f};  ///< The part of it that was not shadowed.
+  };
+
+  void make_centre_rays();
+  /// Of a ray, this part of the time in which the shutter is open.
+  float time_of(float part) const;
+  void make_sample_rays(std::uint32_t sample);
+  void store_layers();
+  void shade_sample(std::uint32_t sample);
+  void shade_ao(std::uint32_t sample);
+  void shade_primary();
+  void shade_normals();
+  void shade_heatmap();
+  void shade_boxes();
+  bool is_on_edge(const Hit& hit) const;
+  void add_sky_light();
+  std::size_t pixel_of(std::size_t ray) const;
+  Vec3 backdrop_of(std::size_t ray) const;
+
+  const RenderJob& job_;
+  Tile tile_;
+  std::uint32_t width_;
+  Image& image_;
+  std::span<float> cost_;
+  std::vector<Ray> rays_, shadow_rays_;
+  std::vector<Hit> hits_, shadow_hits_;
+  std::vector<RayCost> costs_;
+  std::vector<std::uint32_t> paths_;  ///< Empty if no layers are asked for, or the scene has no instances.
+  std::vector<Shadow> shadows_;
+  std::vector<SkyLight> sky_light_;
+  RayCounts counts_;
+  bool counting_ = false;  ///< The pass at hand needs costs_ and paths_.
+  bool refused_ = false;
+};
+
+}  // namespace hiprt::tools

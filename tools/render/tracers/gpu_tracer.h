@@ -1,0 +1,73 @@
+#pragma once
+/// Batches of rays through the traversal on a GPU. A build without GPU code has the same class, which says so.
+
+#include <tools/render/tracers/tracer.h>
+
+#include <hiprt_build/error.h>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace hiprt::tools {
+
+struct GpuTracerOptions {
+  /// Rays of a part, more than 0. The default fills a GPU many times over and takes 150 MB with the hits, and 8 MB
+  /// for each level of the paths.
+  std::size_t rays_at_once = std::size_t{1} << 21;
+  /// Those that trace() will be asked for.
+  TracePolicies policies{};
+};
+
+/// Rays that are on the device already; all pointers are the device's.
+struct DeviceRays {
+  const Ray* rays;
+  Hit* hits;
+  std::uint32_t* paths;  ///< SceneView::levels per ray; nullptr: nobody asks.
+  std::uint32_t count;
+};
+
+/// A scene on the process's current GPU. One thread at a time may use it.
+class GpuTracer {
+ public:
+  /// Copies the scene to the device.
+  /// @param view of a file that validate() and check_traceable() (bvh_file.h) accept.
+  /// @return kNoDevice: this build has no GPU code, there is no GPU, or its architecture is not among those that the
+  /// code was compiled for, or has no kernel for the scene and the policies; kOutOfMemory with the bytes wanted and
+  /// free; kGpu.
+  static build::Result<GpuTracer> make(const BufferView& view, const GpuTracerOptions& options = {});
+
+  GpuTracer(GpuTracer&&) noexcept;
+  GpuTracer& operator=(GpuTracer&&) noexcept;
+  ~GpuTracer();
+
+  /// "NVIDIA H200, sm_90"
+  const std::string& device_name() const;
+
+  /// As the device sees it.
+  const SceneView& scene() const;
+
+  /// Traces on the default stream, with the default policies; does not wait for it.
+  /// @param holes of materials that rays pass through (CutOut), on the device; nullptr: there are none.
+  /// @return the errors of a launch. Rays that overflow their stacks are Hit::failed().
+  build::Result<void> trace_on_device(Query query, const DeviceRays& rays, const PathScene* holes = nullptr);
+
+  /// Traces rays[i] into hits[i], part by part, so that device memory stays bounded.
+  /// @param hits as many as rays: the same, bit for bit, as trace() gives.
+  /// @param progress called behind every part with the finished fraction.
+  /// @param paths as for trace().
+  /// @return the seconds that the device spent in kernels; kCancelled when interrupted() became true between parts;
+  /// kOutOfMemory; kGpu, also when rays overflowed their stacks: their number and the stack's bound are said.
+  build::Result<double> trace(Query query, const TracePolicies& policies, std::span<const Ray> rays,
+                              std::span<Hit> hits, const std::function<void(double)>& progress = {},
+                              std::span<std::uint32_t> paths = {});
+
+ private:
+  struct State;
+  explicit GpuTracer(std::unique_ptr<State> state);
+
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace hiprt::tools

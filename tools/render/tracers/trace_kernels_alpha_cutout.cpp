@@ -1,0 +1,45 @@
+/// The traversal of scenes whose materials have holes.
+
+#include <tools/render/path/path_surface.h>
+#include <tools/render/tracers/trace_kernels.h>
+
+namespace hiprt::tools {
+inline namespace HIPRT_ISA_NAMESPACE {
+namespace {
+
+template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
+  typename P::Stack::Memory memory;
+  const typename P::Stack::Storage stack(memory);
+  const CutOut filter{job.holes};
+  const auto primitives = make_primitives<Primitives>(*job.scene);
+  for (std::size_t i = 0; i < job.count; ++i) {
+    const Ray& ray = job.rays[i];
+    const auto hit = job.query == Query::kClosest
+                         ? ClosestHit<P, CutOut, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit()
+                         : AnyHit<P, CutOut, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
+    job.hits[i] = hit;
+    if constexpr (P::kLevels != 0)
+      if (job.paths != nullptr) store_path(hit, job.paths + i * job.scene->levels, job.scene->levels);
+  }
+}
+
+}  // namespace
+
+template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob& job) {
+  dispatch_layout(job.scene->layout, [&](auto layout) {
+    using Flat = Policies<decltype(layout), Watertight, Conservative, PrivateStack<kTraceStack + kMostPushed>>;
+    if constexpr (kMoves)
+      trace_filtered<Moving<Instanced<Flat, kLevels>>, SceneShapes>(job);
+    else if constexpr (kLevels != 0)
+      trace_filtered<Instanced<Flat, kLevels>, NoPrimitives>(job);
+    else
+      trace_filtered<Flat, NoPrimitives>(job);
+  });
+}
+
+template void trace_through_holes<0, false>(const TraceJob& job);
+template void trace_through_holes<1, false>(const TraceJob& job);
+template void trace_through_holes<kTraceLevels, true>(const TraceJob& job);
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt::tools

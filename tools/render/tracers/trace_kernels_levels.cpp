@@ -1,0 +1,11 @@
+/// The traversal of scenes whose instances hold instances.
+
+#include <tools/render/tracers/trace_kernels.h>
+
+namespace hiprt::tools {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+template void trace_levels<kTraceLevels>(const TraceJob& job);
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt::tools

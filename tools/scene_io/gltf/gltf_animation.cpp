@@ -1,0 +1,132 @@
+#include <tools/scene_io/gltf/gltf_animation.h>
+
+#include <tools/scene_io/gltf/gltf_accessor.h>
+#include <tools/scene_io/mesh/mesh_formats.h>
+
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace hiprt::tools {
+namespace {
+
+using Value = std::array<double, 4>;
+
+double dot(const Value& a, const Value& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]; }
+
+Value blend(double wa, const Value& a, double wb, const Value& b) {
+  Value result{};
+  for (std::size_t i = 0; i < 4; ++i) result[i] = wa * a[i] + wb * b[i];
+  return result;
+}
+
+Value unit(const Value& q) {
+  const double length = std::sqrt(dot(q, q));
+  return length > 0 ? blend(1 / length, q, 0, q) : q;
+}
+
+/// As the appendix of glTF 2.0 has it: along the shorter arc; nearly equal ones linearly.
+Value slerp(const Value& a, const Value& b, double s) {
+  const double cosine = dot(a, b), angle = std::acos(std::min(1.0, std::fabs(cosine)));
+  const double sign = cosine < 0 ? -1.0 : 1.0;
+  if (angle < 1e-6) return unit(blend(1 - s, a, sign * s, b));
+  return blend(std::sin((1 - s) * angle) / std::sin(angle), a, sign * std::sin(s * angle) / std::sin(angle), b);
+}
+
+}  // namespace
+
+Animation::Value Animation::Channel::key(std::size_t i, unsigned which) const {
+  const std::size_t each = interpolation == Interpolation::kCubic ? 3 : 1;
+  Value value{};
+  std::copy_n(values.begin() + static_cast<std::ptrdiff_t>((i * each + which) * components()), components(),
+              value.begin());
+  return value;
+}
+
+Animation::Value Animation::Channel::at(double seconds) const {
+  const bool cubic = interpolation == Interpolation::kCubic;
+  const unsigned middle = cubic ? 1 : 0;
+  const auto next = static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), seconds) - times.begin());
+  const auto finished = [&](const Value& value) { return path == Path::kRotation ? unit(value) : value; };
+  if (next == 0) return finished(key(0, middle));
+  if (next == times.size() || interpolation == Interpolation::kStep) return finished(key(next - 1, middle));
+  const double length = times[next] - times[next - 1], s = (seconds - times[next - 1]) / length;
+  const Value a = key(next - 1, middle), b = key(next, middle);
+  if (!cubic) return path == Path::kRotation ? slerp(unit(a), unit(b), s) : blend(1 - s, a, s, b);
+  // Hermite, with tangents per second.
+  const double s2 = s * s, s3 = s2 * s;
+  const Value ends = blend(2 * s3 - 3 * s2 + 1, a, 3 * s2 - 2 * s3, b);
+  const Value tangents = blend(length * (s3 - 2 * s2 + s), key(next - 1, 2), length * (s3 - s2), key(next, 0));
+  return finished(blend(1, ends, 1, tangents));
+}
+
+build::Result<void> Animation::read_channel(const tinygltf::Model& model, std::size_t animation, std::size_t index,
+                                            std::vector<Channel>& channels) {
+  const tinygltf::Animation& from = model.animations[animation];
+  const tinygltf::AnimationChannel& channel = from.channels[index];
+  const std::string place = "animation " + std::to_string(animation) + ", channel " + std::to_string(index) + ": ";
+  const auto fault = [&](const std::string& what) { return invalid_input(place + what); };
+  // Without a node there is nothing to move (glTF 2.0, 3.11).
+  if (channel.target_node < 0 || channel.target_path == "weights") return {};
+  const auto node = static_cast<std::size_t>(channel.target_node);
+  if (node >= model.nodes.size()) return fault("node " + std::to_string(node) + " does not exist");
+  if (!model.nodes[node].matrix.empty()) return fault("node " + std::to_string(node) + " has a matrix");
+  if (channel.sampler < 0 || static_cast<std::size_t>(channel.sampler) >= from.samplers.size())
+    return fault("sampler " + std::to_string(channel.sampler) + " does not exist");
+  const tinygltf::AnimationSampler& sampler = from.samplers[static_cast<std::size_t>(channel.sampler)];
+  Channel result{node, Path::kTranslation, Interpolation::kLinear, {}, {}};
+  if (channel.target_path == "rotation")
+    result.path = Path::kRotation;
+  else if (channel.target_path == "scale")
+    result.path = Path::kScale;
+  else if (channel.target_path != "translation")
+    return fault("unknown path '" + channel.target_path + "'");
+  if (sampler.interpolation == "STEP")
+    result.interpolation = Interpolation::kStep;
+  else if (sampler.interpolation == "CUBICSPLINE")
+    result.interpolation = Interpolation::kCubic;
+  else if (!sampler.interpolation.empty() && sampler.interpolation != "LINEAR")
+    return fault("unknown interpolation '" + sampler.interpolation + "'");
+  auto times = read_vectors(model, sampler.input, 1);
+  if (!times) return fault("input: " + times.error().message);
+  auto values = read_vectors(model, sampler.output, static_cast<unsigned>(result.components()));
+  if (!values) return fault("output: " + values.error().message);
+  result.times = std::move(*times);
+  result.values = std::move(*values);
+  const auto all_finite = [](const std::vector<double>& numbers) {
+    return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+  };
+  if (result.times.empty()) return fault("it has no keys");
+  if (!all_finite(result.times) || !all_finite(result.values)) return fault("a number is not finite");
+  for (std::size_t i = 1; i < result.times.size(); ++i)
+    if (!(result.times[i - 1] < result.times[i]))
+      return fault("key " + std::to_string(i) + " is not after the one before");
+  const std::size_t wanted = result.times.size() * (result.interpolation == Interpolation::kCubic ? 3 : 1);
+  if (result.values.size() != wanted * result.components())
+    return fault(std::to_string(result.values.size() / result.components()) + " values, " + std::to_string(wanted) +
+                 " expected");
+  channels.push_back(std::move(result));
+  return {};
+}
+
+build::Result<Animation> Animation::read(const tinygltf::Model& model) {
+  Animation result;
+  for (std::size_t a = 0; a < model.animations.size(); ++a)
+    for (std::size_t c = 0; c < model.animations[a].channels.size(); ++c)
+      if (auto done = read_channel(model, a, c, result.channels_); !done) return tl::unexpected(done.error());
+  return result;
+}
+
+void Animation::pose(double seconds, tinygltf::Model& model) const {
+  for (const Channel& channel : channels_) {
+    tinygltf::Node& node = model.nodes[channel.node];
+    const Value value = channel.at(seconds);
+    std::vector<double>& to = channel.path == Path::kTranslation ? node.translation
+                              : channel.path == Path::kRotation  ? node.rotation
+                                                                 : node.scale;
+    to.assign(value.begin(), value.begin() + static_cast<std::ptrdiff_t>(channel.components()));
+  }
+}
+
+}  // namespace hiprt::tools

@@ -1,0 +1,101 @@
+#include <tools/scene_io/gltf/gltf_image.h>
+
+#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/scene_io/text.h>
+
+#include <hiprt_build/file.h>
+
+#include <tiny_gltf.h>
+
+#include <utility>
+
+namespace hiprt::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::string_view kDataUri = "data:";
+
+int hex_value(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+/// Percent-encoded bytes as they are meant (RFC 3986, 2.1).
+std::string decode_percents(std::string_view text) {
+  std::string result;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const int high = text[i] == '%' && i + 2 < text.size() ? hex_value(text[i + 1]) : -1;
+    const int low = high >= 0 ? hex_value(text[i + 2]) : -1;
+    if (low >= 0) i += 2;
+    result += low >= 0 ? static_cast<char>(high * 16 + low) : text[i];
+  }
+  return result;
+}
+
+build::Result<ImageBytes> from_data_uri(const std::string& uri) {
+  if (!tinygltf::IsDataURI(uri)) return invalid_input("its data URI is not base64 of image/png or image/jpeg");
+  ImageBytes result;
+  std::string ignored;
+  if (!tinygltf::DecodeDataURI(&result.decoded, ignored, uri, 0, false))
+    return invalid_input("its data URI is empty or damaged");
+  result.bytes = std::as_bytes(std::span(result.decoded));
+  return result;
+}
+
+build::Result<ImageBytes> from_file(const JsonPlace& place, const std::string& uri,
+                                    const std::filesystem::path& folder) {
+  const std::string name = decode_percents(uri);
+  if (name.empty() || name.find('\0') != std::string::npos) json_fault(place, "not the name of a file");
+  // As tinygltf joins the names of buffers: what begins with a slash stays in the folder.
+  const std::filesystem::path path = folder / std::filesystem::path(name).relative_path();
+  auto file = build::map_file(path);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  ImageBytes result{.mapped = std::move(*file), .path = path.string()};
+  result.bytes = std::as_const(result.mapped).bytes();
+  return result;
+}
+
+build::Result<ImageBytes> from_view(const JsonPlace& place, const Json& value, const tinygltf::Model& model) {
+  const std::uint32_t index = json_uint32(place, value);
+  if (index >= model.bufferViews.size())
+    json_fault(place, std::to_string(index) + ", there are " + std::to_string(model.bufferViews.size()));
+  const tinygltf::BufferView& view = model.bufferViews[index];
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
+    return invalid_input("bufferView " + std::to_string(index) + ": buffer " + std::to_string(view.buffer) +
+                         " does not exist");
+  const std::vector<unsigned char>& data = model.buffers[static_cast<std::size_t>(view.buffer)].data;
+  if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
+    return invalid_input("bufferView " + std::to_string(index) + " ends behind its buffer's " +
+                         std::to_string(data.size()) + " bytes");
+  ImageBytes result;
+  result.bytes = std::as_bytes(std::span(data).subspan(view.byteOffset, view.byteLength));
+  return result;
+}
+
+}  // namespace
+
+std::string image_label(const Json& image, std::size_t index) {
+  for (const char* key : {"uri", "name"}) {
+    const auto value = image.is_object() ? image.find(key) : image.end();
+    if (value == image.end() || !value->is_string()) continue;
+    const auto& text = value->get_ref<const std::string&>();
+    if (!text.empty() && !text.starts_with(kDataUri)) return "image " + in_quotes(text);
+  }
+  return "image " + std::to_string(index);
+}
+
+build::Result<ImageBytes> read_image_bytes(const JsonPlace& place, const Json& image, const tinygltf::Model& model,
+                                           const std::filesystem::path& folder) {
+  json_object(place, image);
+  const auto view = image.find("bufferView"), uri = image.find("uri");
+  if (view != image.end()) return from_view(JsonPlace(place, "bufferView"), *view, model);
+  if (uri == image.end()) json_fault(place, "it has neither 'uri' nor 'bufferView'");
+  const JsonPlace at(place, "uri");
+  const std::string& text = json_string(at, *uri);
+  return text.starts_with(kDataUri) ? from_data_uri(text) : from_file(at, text, folder);
+}
+
+}  // namespace hiprt::tools

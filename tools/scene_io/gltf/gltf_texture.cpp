@@ -1,0 +1,135 @@
+#include <tools/scene_io/gltf/gltf_texture.h>
+
+#include <tools/scene_io/gltf/gltf_image.h>
+#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/scene_io/surface/picture.h>
+
+#include <cmath>
+#include <utility>
+
+namespace hiprt::tools {
+namespace {
+
+using Json = nlohmann::json;
+
+TextureWrap wrap_of(const JsonPlace& place, const Json& sampler, const char* key) {
+  constexpr std::uint32_t kRepeat = 10497, kClampToEdge = 33071, kMirroredRepeat = 33648;  // OpenGL's.
+  const Json* value = json_member(sampler, key);
+  if (value == nullptr) return TextureWrap::kRepeat;
+  const JsonPlace at(place, key);
+  switch (const std::uint32_t mode = json_uint32(at, *value)) {
+    case kRepeat:
+      return TextureWrap::kRepeat;
+    case kClampToEdge:
+      return TextureWrap::kClamp;
+    case kMirroredRepeat:
+      return TextureWrap::kMirror;
+    default:
+      json_fault(at, std::to_string(mode) + ", known are 10497, 33071 and 33648");
+  }
+}
+
+void check_coordinates(const JsonPlace& place, const Json& object) {
+  const Json* value = json_member(object, "texCoord");
+  if (value == nullptr) return;
+  const JsonPlace at(place, "texCoord");
+  if (const std::uint32_t set = json_uint32(at, *value); set != 0)
+    json_fault(at, std::to_string(set) + ", only 0 is read");
+}
+
+/// Scale, then rotation (counter-clockwise as one sees coordinates with v down), then offset.
+std::array<float, 6> matrix_of(const JsonPlace& place, const Json& transform) {
+  std::array<double, 2> offset{0, 0}, scale{1, 1};
+  double rotation = 0;
+  if (const Json* value = json_member(transform, "offset"))
+    offset = json_numbers<2>(JsonPlace(place, "offset"), *value);
+  if (const Json* value = json_member(transform, "scale")) scale = json_numbers<2>(JsonPlace(place, "scale"), *value);
+  if (const Json* value = json_member(transform, "rotation"))
+    rotation = json_number(JsonPlace(place, "rotation"), *value);
+  const double c = std::cos(rotation), s = std::sin(rotation);
+  const std::array<double, 6> rows{c * scale[0], s * scale[1], offset[0], -s * scale[0], c * scale[1], offset[1]};
+  std::array<float, 6> result{};
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    result[i] = static_cast<float>(rows[i]);
+    if (!std::isfinite(result[i])) json_fault(place, "it has numbers that single precision cannot hold");
+  }
+  return result;
+}
+
+}  // namespace
+
+const Json* json_member(const Json& object, const char* key) {
+  const auto found = object.find(key);
+  return found == object.end() ? nullptr : &*found;
+}
+
+const Json& json_item(const JsonPlace& place, const Json& document, const char* list, std::uint32_t index) {
+  const Json* items = json_member(document, list);
+  const std::size_t count = items == nullptr ? 0 : json_array(JsonPlace(JsonPlace(), list), *items).size();
+  if (index >= count) json_fault(place, std::to_string(index) + ", there are " + std::to_string(count) + " " + list);
+  return (*items)[index];
+}
+
+GltfTextures::GltfTextures(const Json& document, const tinygltf::Model& model, std::filesystem::path folder,
+                           MaterialLibrary& library)
+    : document_(document), model_(model), folder_(std::move(folder)), library_(library) {}
+
+build::Result<TextureUse> GltfTextures::use(const JsonPlace& place, const Json& info) {
+  TextureUse result;
+  json_object(place, info);
+  check_coordinates(place, info);
+  const JsonPlace extensions_place(place, "extensions"), transform_place(extensions_place, "KHR_texture_transform");
+  if (const Json* extensions = json_member(info, "extensions"))
+    if (const Json* transform = json_member(json_object(extensions_place, *extensions), "KHR_texture_transform")) {
+      check_coordinates(transform_place, json_object(transform_place, *transform));
+      result.matrix = matrix_of(transform_place, *transform);
+    }
+  const JsonPlace index_place(place, "index");
+  const Json* index = json_member(info, "index");
+  if (index == nullptr) json_fault(index_place, "it is missing");
+  const std::uint32_t number = json_uint32(index_place, *index);
+  const Json& texture = json_item(index_place, document_, "textures", number);
+  const JsonPlace root, textures_place(root, "textures"), texture_place(textures_place, number);
+  json_object(texture_place, texture);
+  if (const Json* value = json_member(texture, "sampler")) {
+    const JsonPlace at(texture_place, "sampler"), samplers_place(root, "samplers");
+    const std::uint32_t sampler_number = json_uint32(at, *value);
+    const JsonPlace sampler_place(samplers_place, sampler_number);
+    const Json& sampler = json_object(sampler_place, json_item(at, document_, "samplers", sampler_number));
+    result.wrap_u = wrap_of(sampler_place, sampler, "wrapS");
+    result.wrap_v = wrap_of(sampler_place, sampler, "wrapT");
+  }
+  const Json* source = json_member(texture, "source");
+  const JsonPlace source_place(texture_place, "source");
+  if (source == nullptr) json_fault(source_place, "it is missing, and images of extensions are not read");
+  const std::uint32_t image = json_uint32(source_place, *source);
+  json_item(source_place, document_, "images", image);
+  const auto found = texture_of(image);
+  if (!found) return tl::unexpected(found.error());
+  result.texture = *found;
+  return result;
+}
+
+build::Result<std::uint32_t> GltfTextures::texture_of(std::size_t image) {
+  if (const auto known = numbers_.find(image); known != numbers_.end()) return known->second;
+  if (interrupted()) return cancelled_error();
+  const std::string label = image_label(document_["images"][image], image);
+  auto texture = read(image);
+  if (!texture) return tl::unexpected(build::Error{texture.error().code, label + ": " + texture.error().message});
+  texture->name = label;
+  const auto number = static_cast<std::uint32_t>(library_.textures.size());
+  library_.texels += texture->texels.size();
+  library_.textures.push_back(std::move(*texture));
+  numbers_.emplace(image, number);
+  return number;
+}
+
+build::Result<Texture> GltfTextures::read(std::size_t image) {
+  const JsonPlace root, images_place(root, "images"), place(images_place, image);
+  const auto bytes = read_image_bytes(place, document_["images"][image], model_, folder_);
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (!bytes->path.empty()) files_.push_back(bytes->path);
+  return decode_picture(bytes->bytes, kMostTexels - library_.texels);
+}
+
+}  // namespace hiprt::tools

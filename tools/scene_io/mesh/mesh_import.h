@@ -1,0 +1,76 @@
+#pragma once
+/// Triangle meshes from files.
+
+#include <tools/scene_io/surface/material_library.h>
+#include <tools/scene_io/transform.h>
+
+#include <hiprt_build/error.h>
+#include <hiprt_build/input.h>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hiprt::tools {
+
+/// What triangles and vertices of a mesh have besides positions.
+struct MeshSurface {
+  std::vector<std::uint32_t> materials;           ///< Per triangle, in the library.
+  std::vector<std::array<float, 2>> coordinates;  ///< Of textures, per vertex, 0 where there are none; empty: nowhere.
+  std::vector<std::array<float, 3>> normals;      ///< Per vertex, unit; 0: none. Empty: none at all.
+};
+
+/// The triangles of one file, in the file's order of faces.
+struct Mesh {
+  std::string name;  ///< The file's name without its folder.
+  std::vector<build::Position> positions;
+  std::vector<build::Triangle> triangles;  ///< Every index is below positions.size().
+  std::vector<std::string> files;          ///< Paths of other files that were read: buffers of glTF.
+  std::uint64_t skipped_faces = 0;         ///< Faces with fewer than three corners; they make no triangle.
+  std::optional<MeshSurface> surface{};    ///< If it was asked for and the format has materials.
+};
+
+/// Reads a whole file as one mesh. The format is chosen by the extension (any case), for unknown extensions by the
+/// first bytes:
+/// - .obj: all objects and groups together; numbers are rounded correctly; materials are not read.
+/// - .ply: ASCII and binary of either byte order.
+/// - .stl: ASCII and binary; all solids together; corners are not merged.
+/// - .gltf, .glb: glTF 2.0; every triangle primitive of every node of the default scene, with the node's transform
+///   (computed in double, rounded once; mirrored nodes keep their outside); images are not read; skins and morph
+///   targets are not applied, and a skinned mesh stays where it is, as its node's transform does not apply either.
+/// - .mesh, .mesh.zst: u32 vertex count, u32 triangle count, float32 positions, u32 indices, little-endian.
+/// Lines of text formats end with LF, CRLF or CR; a UTF-8 byte order mark before the first is skipped.
+/// Polygons become size - 2 triangles each (polygons.h). NaN and infinite coordinates are kept: the builder drops and
+/// counts such triangles.
+/// @param library if given, Mesh::surface of glTF files is filled, and their materials and textures are appended here.
+/// @return kIo if the file cannot be read, kInvalidInput with path, place and limit if its content is wrong, kTooLarge,
+/// kOutOfMemory, kCancelled when interrupted() (progress.h) became true. Never throws.
+build::Result<Mesh> load_mesh(const std::filesystem::path& path, MaterialLibrary* library = nullptr);
+
+/// A use of one of a file's meshes.
+struct MeshUse {
+  std::size_t mesh;
+  Transform to_world;
+  std::vector<Transform> keys{};  ///< Of one that moves: where it is at each of the times that were asked for.
+};
+
+/// The meshes of one file in their own spaces, and where the file has them.
+struct MeshAssembly {
+  std::vector<Mesh> meshes;
+  std::vector<MeshUse> uses;
+  std::vector<std::string> files;  ///< Paths of other files that were read.
+};
+
+/// As load_mesh(), but of glTF files every mesh by itself, with its uses by nodes (as often as EXT_mesh_gpu_instancing
+/// says) in the order of the file; meshes without triangles and those that no node has are left out. Other files are
+/// one mesh that is used once.
+/// @param times in seconds, at which to look at animations (all of the file at once, gltf_animation.h); none: nodes are
+/// where they are without.
+/// @param library as of load_mesh().
+build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path, const std::vector<float>& times = {},
+                                          MaterialLibrary* library = nullptr);
+
+}  // namespace hiprt::tools

@@ -1,0 +1,20 @@
+#pragma once
+/// Files of meshes and shapes as a scene of instances.
+
+#include <tools/scene_io/mesh/mesh_import.h>
+#include <tools/scene_io/scene/scene_description.h>
+
+#include <vector>
+
+namespace hiprt::tools {
+
+/// Appends the meshes of a file, each as an object of its own, and their uses to the scene's first group, with their
+/// numbers there as ids.
+/// @param times that the file was loaded with.
+/// @pre the scene has the group.
+void add_assembly(SceneDescription& scene, MeshAssembly assembly, const std::vector<float>& times);
+
+/// Appends an object of the shapes, and an instance of it. @pre the scene has a group.
+void add_shape_object(SceneDescription& scene, ShapeSet shapes);
+
+}  // namespace hiprt::tools

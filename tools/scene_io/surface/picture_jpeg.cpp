@@ -1,0 +1,104 @@
+/// JPEG through the decoder in tinygltf (stb_image), which takes truncated files for whole ones and allocates before
+/// it can be asked for the size: both are read from the markers first (ITU-T T.81, annex B).
+
+#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/scene_io/surface/picture.h>
+
+#include <tiny_gltf.h>
+
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+
+namespace hiprt::tools {
+namespace {
+
+struct JpegSize {
+  std::uint32_t width, height;
+};
+
+/// Walks a file's markers.
+class JpegMarkers {
+ public:
+  explicit JpegMarkers(std::span<const std::byte> file) : file_(file) {}
+
+  /// @return the frame's size, if the markers lead from the frame over its scans to the end of the image.
+  build::Result<JpegSize> size() {
+    std::optional<JpegSize> size;
+    at_ = 2;  // Behind the start of the image.
+    while (at_ + 2 <= file_.size()) {
+      if (byte(at_) != 0xff) return damaged("no marker at byte " + std::to_string(at_));
+      const unsigned marker = byte(at_ + 1);
+      if (marker == 0xff) {  // Fills.
+        ++at_;
+        continue;
+      }
+      at_ += 2;
+      if (marker == kEnd && size) return *size;
+      if (marker == kEnd) return damaged("it ends without a picture");
+      if (stands_alone(marker)) continue;
+      const std::size_t length = at_ + 2 <= file_.size() ? word(at_) : 0;
+      if (length < 2 || length > file_.size() - at_) return truncated();
+      if (is_frame(marker)) {
+        if (length < 8) return damaged("a frame header of " + std::to_string(length) + " bytes");
+        size = JpegSize{word(at_ + 5), word(at_ + 3)};
+      }
+      at_ += length;
+      if (marker == kScan) skip_scan();
+    }
+    return truncated();
+  }
+
+ private:
+  static constexpr unsigned kEnd = 0xd9, kScan = 0xda;
+
+  static bool is_restart(unsigned marker) { return marker >= 0xd0 && marker <= 0xd7; }
+  static bool stands_alone(unsigned marker) { return marker == 0x01 || marker == 0xd8 || is_restart(marker); }
+  /// Start of frame; between them are tables of other kinds.
+  static bool is_frame(unsigned marker) {
+    return marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+  }
+  static tl::unexpected<build::Error> damaged(const std::string& what) {
+    return invalid_input("damaged JPEG: " + what);
+  }
+  tl::unexpected<build::Error> truncated() const {
+    return damaged("truncated after " + std::to_string(file_.size()) + " bytes");
+  }
+
+  unsigned byte(std::size_t i) const { return std::to_integer<unsigned>(file_[i]); }
+  std::uint32_t word(std::size_t i) const { return byte(i) << 8 | byte(i + 1); }
+  /// To the marker behind coded data, which has 0xff only before 0 and in restart markers.
+  void skip_scan() {
+    while (at_ + 2 <= file_.size() && (byte(at_) != 0xff || byte(at_ + 1) == 0 || is_restart(byte(at_ + 1)))) ++at_;
+  }
+
+  std::span<const std::byte> file_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+build::Result<Texture> decode_jpeg(std::span<const std::byte> bytes, std::uint64_t most_texels) {
+  const auto size = JpegMarkers(bytes).size();
+  if (!size) return tl::unexpected(size.error());
+  if (auto checked = check_picture_size(size->width, size->height, most_texels); !checked)
+    return tl::unexpected(checked.error());
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+    return tl::unexpected(build::Error{build::ErrorCode::kTooLarge,
+                                       "JPEG of " + std::to_string(bytes.size()) + " bytes, the limit is 2147483647"});
+  tinygltf::Image image;
+  std::string ignored;
+  if (!tinygltf::LoadImageData(&image, 0, &ignored, &ignored, static_cast<int>(size->width),
+                               static_cast<int>(size->height), reinterpret_cast<const unsigned char*>(bytes.data()),
+                               static_cast<int>(bytes.size()), nullptr))
+    return invalid_input("damaged JPEG, or of a kind that is not read (baseline and progressive are)");
+  Texture result{{}, size->width, size->height, {}};
+  result.texels.resize(std::size_t{result.width} * result.height);
+  if (image.image.size() != result.texels.size() * sizeof(std::uint32_t))
+    return invalid_input("damaged JPEG: " + std::to_string(image.image.size()) + " bytes of texels");
+  std::memcpy(result.texels.data(), image.image.data(), image.image.size());
+  return result;
+}
+
+}  // namespace hiprt::tools
