@@ -1,4 +1,5 @@
-# Install rules and the package config. find_package(hiprt CONFIG COMPONENTS device) needs neither TBB nor Embree.
+# Install rules and the package config. Components: device (headers), format (opens and checks files) and build (builders).
+# find_package(hiprt CONFIG COMPONENTS device format) needs neither oneTBB nor Embree.
 
 include(CMakePackageConfigHelpers)
 set(hiprt_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hiprt)
@@ -7,6 +8,18 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_device DESTINATION ${CMAKE_INSTALL
   FILES_MATCHING PATTERN "*.h" PATTERN docs EXCLUDE)
 install(TARGETS hiprt_device EXPORT hiprtDeviceTargets)
 install(EXPORT hiprtDeviceTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT device)
+
+if(HIPRT_BUILD_FORMAT)
+  foreach(header IN ITEMS buffer error export file open_scene)
+    install(FILES ${PROJECT_SOURCE_DIR}/hiprt_build/${header}.h
+      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT format)
+  endforeach()
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/format
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT format FILES_MATCHING PATTERN "*.h")
+  install(TARGETS hiprt_format EXPORT hiprtFormatTargets
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT format)
+  install(EXPORT hiprtFormatTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT format)
+endif()
 
 if(HIPRT_BUILD_LIBRARY)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT build

@@ -5,6 +5,7 @@
 ///     if (moved && moved->rebuild_advised) bvh = hiprt::build::build(meshes);
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 
 #include <cstddef>
 #include <cstdint>

@@ -13,6 +13,7 @@
 #include <tools/scene_io/text.h>
 
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/view.h>
 
 #include <charconv>
 #include <chrono>

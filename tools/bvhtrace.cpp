@@ -10,6 +10,7 @@
 #include <tools/scene_io/parallel.h>
 #include <tools/scene_io/rays_file.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/scene_view.h>
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 
 #include "cpu_kernels.h"
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/scene_view.h>
 
 #include <algorithm>

@@ -3,6 +3,7 @@
 #include "engine.h"
 
 #include <benchmarks/common/machine.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/scene_view.h>
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "engine.h"
 #include "gpu_kernels.h"
 
+#include <hiprt_build/format/only_instance.h>
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_build/gpu/scene.h>
 #include <hiprt_device/instances/placed_object.h>

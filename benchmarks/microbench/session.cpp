@@ -2,6 +2,7 @@
 
 #include "check.h"
 
+#include <hiprt_build/format/only_instance.h>
 #include <hiprt_device/instances/placed_object.h>
 
 #include <algorithm>

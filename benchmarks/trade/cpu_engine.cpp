@@ -4,6 +4,7 @@
 #include <benchmarks/common/machine.h>
 #include <benchmarks/common/rounds.h>
 #include <benchmarks/trace/embree_trace.h>
+#include <hiprt_build/format/view.h>
 #include <tests/oracle/embree_scene.h>
 #include <tools/render/tracers/isa.h>
 #include <tools/scene_io/parallel.h>

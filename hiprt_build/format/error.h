@@ -1,9 +1,10 @@
 #pragma once
 /// The ways in which bytes can fail to be a BVH file. Host only.
 
+#include <hiprt_build/export.h>
+
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <string>
 
 namespace hiprt {
@@ -70,8 +71,8 @@ enum class FormatError : std::uint32_t {
 /// Number of enumerators.
 inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatError::kBadShape) + 1;
 
-/// @return the enumerator without its k, e.g. "BadMagic".
-const char* name(FormatError error);
+/// @return the enumerator without its k, e.g. "BadMagic"; a string literal.
+HIPRT_BUILD_API const char* name(FormatError error);
 
 /// What is wrong, where, and the numbers that show it.
 struct FormatIssue {
@@ -82,29 +83,8 @@ struct FormatIssue {
                          ///< the first one that is too large; the enumerator says which.
 };
 
-/// One line: "BadReference at byte 1280: found 77, expected or limit 12".
-inline std::string to_string(const FormatIssue& issue) {
-  return std::string(name(issue.error)) + " at byte " + std::to_string(issue.offset) + ": found " +
-         std::to_string(issue.value) + ", expected or limit " + std::to_string(issue.limit);
-}
-
-namespace format_detail {
-// clang-format off
-inline constexpr const char* kFormatErrorNames[] = {
-    "Misaligned", "TooSmall", "BadMagic", "UnknownMajorVersion", "UnknownLayout", "UnknownFeature", "SizeMismatch",
-    "BadReservedField", "SectionTableRange", "SectionMisaligned", "SectionStride", "SectionRange", "SectionOverlap",
-    "DuplicateSection", "MissingSection", "UnknownRequiredSection", "GeometryCount", "PrimitiveCount", "BadChecksum",
-    "BadReference", "ReferenceOrder", "SharedNode", "EmptyNode", "BadChildSlots", "BadGrid", "InexactPlane", "Unreachable", "BadBox", "BoxNotContained",
-    "BadBounds", "BadChildFlags", "UnterminatedRun", "BadVertex", "BadGeometryId", "BadPrimitiveId", "BadTriangleId",
-    "SplitWithoutFeature", "SplitDiffers", "SplitNotCovered", "SplitCustom", "PrimitiveMapMismatch", "DroppedCount",
-    "FeatureMismatch", "StackBound", "BadProvenance", "BadLevels", "BadTransformBound", "BadObject", "BadInstance",
-    "InstanceLeaf", "BadMotion", "BadShape",
-};
-// clang-format on
-static_assert(std::size(kFormatErrorNames) == kFormatErrors);
-}  // namespace format_detail
-
-/// @return a string literal.
-inline const char* name(FormatError error) { return format_detail::kFormatErrorNames[static_cast<std::size_t>(error)]; }
+/// One sentence with the place and the name of the error at its end, e.g. "210338 bytes, but its header says 420677:
+/// the file is truncated (byte 24, SizeMismatch)".
+HIPRT_BUILD_API std::string to_string(const FormatIssue& issue);
 
 }  // namespace hiprt

@@ -1,8 +1,8 @@
 #pragma once
 /// Bounds of an instance in its scene, from the boxes of its object.
 
+#include <hiprt_build/format/box.h>
 #include <hiprt_build/format/motion_bounds.h>
-#include <hiprt_build/format/validate_box.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/math/affine.h>
 

@@ -1,7 +1,7 @@
 #pragma once
 /// What validate() asks of a quantized node before its planes are decoded. Host only.
 
-#include <hiprt_build/format/validate_box.h>
+#include <hiprt_build/format/record_checks.h>
 #include <hiprt_device/math/arithmetic.h>
 
 #include <cmath>

@@ -1,77 +1,12 @@
 #pragma once
-/// The part of validate() that looks at shapes. Host only.
+/// The part of validate() that checks spheres and curves. Internal.
 
-#include <hiprt_build/format/validate_box.h>
-
-#include <cstdint>
+#include <hiprt_build/format/check.h>
+#include <hiprt_build/format/view.h>
 
 namespace hiprt::format_detail {
 
-/// Shapes of a file whose tree, leaves and primitive map have been checked.
-template <class Layout> class ShapeCheck {
- public:
-  explicit ShapeCheck(const BufferView& view)
-      : view_(view), leaves_(view.records<typename Layout::Leaf>(view.leaves)) {}
-
-  Check run() const {
-    for (std::size_t g = 0; g < view_.shapes.size(); ++g) {
-      if (auto points = check_points(g); !points) return points;
-      if (auto segments = check_segments(g); !segments) return segments;
-      if (auto boxes = check_boxes(g); !boxes) return boxes;
-    }
-    return {};
-  }
-
- private:
-  Check check_points(std::size_t geometry) const {
-    const auto points = view_.points_of(geometry);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const ShapePoint& point = points[i];
-      if (shape_detail::is_valid(point)) continue;
-      unsigned bad = 0;
-      while (bad < 3 && shape_detail::is_finite(point.position[bad])) ++bad;
-      return fail(FormatError::kBadShape, view_.shapes[geometry].points + i * sizeof(ShapePoint) + 4 * bad,
-                  float_bits(bad < 3 ? point.position[bad] : point.radius), 0x7f7fffff);
-    }
-    return {};
-  }
-
-  /// The second point of each segment is one of the geometry's too.
-  Check check_segments(std::size_t geometry) const {
-    const std::uint64_t points = view_.shapes[geometry].point_count;
-    const auto segments = view_.segments_of(geometry);
-    for (std::size_t i = 0; i < segments.size(); ++i)
-      if (std::uint64_t{segments[i]} + 1 >= points)
-        return fail(FormatError::kBadShape, view_.shapes[geometry].segments + i * sizeof(std::uint32_t), segments[i],
-                    points);
-    return {};
-  }
-
-  /// Each shape in a leaf lies in its box there.
-  Check check_boxes(std::size_t geometry) const {
-    const GeometryRecord& record = view_.geometries[geometry];
-    const auto points = view_.points_of(geometry);
-    const auto segments = view_.segments_of(geometry);
-    if (view_.shapes[geometry].kind == ShapeKind::kNone) return {};
-    for (std::size_t i = 0; i < record.primitive_count; ++i) {
-      const std::uint32_t place = view_.primitive_map[record.first_primitive + i];
-      if (place == kInvalidId) continue;
-      const Box shape = segments.empty() ? sphere_bounds(points[i])
-                                         : curve_bounds(points[segments[i]], points[std::size_t{segments[i]} + 1]);
-      const Box& box = custom_leaf(leaves_[place / 2]).box[place % 2];
-      const unsigned outside = is_empty(shape) ? kNoPlane : first_plane_outside(shape, box);
-      if (outside == kNoPlane) continue;
-      const std::uint64_t at = view_.leaves.offset + std::uint64_t{place / 2} * sizeof(CustomLeaf) +
-                               offsetof(CustomLeaf, box) + sizeof(Box) * (place % 2) + 4 * outside;
-      return fail_plane(FormatError::kBoxNotContained, at, outside, shape, box);
-    }
-    return {};
-  }
-
-  static bool is_empty(const Box& box) { return box.min[0] > box.max[0]; }
-
-  const BufferView& view_;
-  std::span<const typename Layout::Leaf> leaves_;
-};
+/// @pre check_tree() and check_primitives() accepted the file.
+Check check_shapes(const BufferView& view);
 
 }  // namespace hiprt::format_detail

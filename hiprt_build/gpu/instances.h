@@ -8,6 +8,7 @@
 ///     auto report = hiprt::gpu::enqueue_instances(objects, {instances, 10000}, {}, scene->buffer.data(), scratch,
 ///     stream); trace<<<...>>>(&(*report)->view, ...);
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/scene.h>
 #include <hiprt_build/instances.h>

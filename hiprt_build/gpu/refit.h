@@ -5,6 +5,7 @@
 ///     auto report = hiprt::gpu::enqueue_refit(scene, {&mesh, 1}, scratch_memory, stream);
 ///     trace<<<...>>>(report->view, ...);  // On the same stream.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/scene.h>
 

@@ -1,6 +1,7 @@
 #pragma once
 /// A BVH file on the device, ready to be traced.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/device_buffer.h>
 #include <hiprt_device/scene_view.h>
 

@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/instances.h>
 
 #include <hiprt_build/exec/gpu_launcher.h>

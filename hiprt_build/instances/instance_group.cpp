@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/instances/instance_group.h>
 
 #include <hiprt_build/input/check_input.h>

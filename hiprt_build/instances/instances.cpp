@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
 
 #include <hiprt_build/exec/run_cpu.h>

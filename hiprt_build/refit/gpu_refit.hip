@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/refit.h>
 
 #include <hiprt_build/gpu/launch.h>

@@ -5,8 +5,6 @@
 #include <hiprt_device/intersect/hit_surface.h>
 #include <hiprt_device/scene_view.h>
 
-#include <optional>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
@@ -46,24 +44,6 @@ struct PlacedObject {
     return result;
   }
 };
-
-/// @param view of a file that validate() accepts, on the host. @param device_base as in make_scene_view().
-/// @return nothing if the scene is not one whole instance, of an object without instances, that stands still.
-inline std::optional<PlacedObject> only_instance(const BufferView& view, const std::byte* device_base = nullptr) {
-  const NodeRef root = view.header->root;
-  if (!view.has_instances() || is_box(root) || is_end(root) || view.header->levels != 1) return std::nullopt;
-  if ((view.header->features & (feature_bit(Feature::kMotion) | feature_bit(Feature::kMovingBoxes))) != 0)
-    return std::nullopt;
-  const LeafInfo& info = reinterpret_cast<const CustomLeaf*>(view.bytes.data() + ref_offset(root))->info;
-  const ObjectRecord& record = view.objects[view.instances[info.primitive[0]].object];
-  // A run of one leaf, which leads to the object's root.
-  if ((info.geometry_and_flags & kLastInRun) == 0 || entered_ref(info) != record.root) return std::nullopt;
-  const auto object = open_buffer(view.object_file(record));
-  if (!object) return std::nullopt;
-  const std::byte* base = device_base != nullptr ? device_base : view.bytes.data();
-  return PlacedObject{make_scene_view(view, device_base), make_scene_view(*object, base + record.offset),
-                      info.primitive[0]};
-}
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

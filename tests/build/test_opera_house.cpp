@@ -1,5 +1,6 @@
 // What Morton codes of 30 bits do to fine detail in a large hall, and codes of 63 bits do not.
 
+#include <hiprt_build/format/view.h>
 #include <tests/oracle/cost_within.h>
 #include <tests/oracle/opera_house.h>
 

@@ -1,5 +1,6 @@
 // Refits change what they must and nothing else, in every layout.
 
+#include <hiprt_build/format/view.h>
 #include <tests/amount.h>
 #include <tests/build/progress_watch.h>
 #include <tests/build/refit_file.h>

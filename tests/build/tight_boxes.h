@@ -1,7 +1,7 @@
 #pragma once
 /// Whether the boxes of a file are as small as its layout allows, looked at node by node.
 
-#include <hiprt_build/format/validate_box.h>
+#include <hiprt_build/format/box.h>
 #include <hiprt_build/format/view.h>
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,6 @@
 #!/bin/bash
-# shared_library.sh LIBRARY SONAME: the library's SONAME, and that it shows its users nothing but hiprt::build.
+# shared_library.sh LIBRARY SONAME: the library's SONAME, and that it exports hiprt::build and the functions of
+# hiprt::format, and nothing else.
 set -euo pipefail
 
 library=$1 wanted=$2
@@ -14,7 +15,8 @@ if ! grep -q '^hiprt::build::build(' <<<"$symbols"; then
   echo "hiprt::build::build is not exported"
   status=1
 fi
-if stray=$(grep -vE '^((vtable|typeinfo|typeinfo name) for )?hiprt::build::' <<<"$symbols"); then
+format='hiprt::(open_scene|open_buffer|file_checksum|make_scene_view|name|validate|to_string)(\[abi:cxx11\])?\('
+if stray=$(grep -vE "^(((vtable|typeinfo|typeinfo name) for )?hiprt::build::|$format)" <<<"$symbols"); then
   printf 'exported by mistake:\n%s\n' "$stray"
   status=1
 fi

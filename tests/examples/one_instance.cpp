@@ -1,5 +1,6 @@
 // A scene that is one instance, traced by policies that know nothing of instances.
 
+#include <hiprt_build/format/only_instance.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,6 @@
 // A surface that waves: refitted frame by frame, rebuilt when that is advised.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,4 +1,5 @@
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/shapes.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/primitives/scene_shapes.h>

@@ -3,6 +3,7 @@
 /// of lattice numbers and products with powers of two are exact, also where they are contracted. What instances take
 /// elsewhere the library takes there, by the same bits.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/meshes.h>

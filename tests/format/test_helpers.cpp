@@ -2,7 +2,7 @@
 
 #include <hiprt_build/format/bit_set.h>
 #include <hiprt_build/format/utf8.h>
-#include <hiprt_build/format/validate_box.h>
+#include <hiprt_build/format/box.h>
 
 #include <catch2/catch.hpp>
 

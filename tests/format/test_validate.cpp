@@ -216,5 +216,5 @@ TEST_CASE("reports read well") {
   const BadFile bad = patched(row_scene(NodeLayout::kFloat), 52, 3u);
   const auto result = validate(bad.file.bytes());
   REQUIRE_FALSE(result);
-  CHECK(to_string(result.error()) == "GeometryCount at byte 52: found 3, expected or limit 2");
+  CHECK(to_string(result.error()) == "3 geometries; expected are 2 (byte 52, GeometryCount)");
 }

@@ -4,7 +4,7 @@
 #include "../format/test_scene.h"
 #include "random.h"
 
-#include <hiprt_build/format/validate_box.h>
+#include <hiprt_build/format/box.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
 

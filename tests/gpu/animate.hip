@@ -1,4 +1,5 @@
 #include <hip/hip_runtime.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_build/gpu/instances.h>
 #include <hiprt_device/hiprt_device.h>

@@ -2,6 +2,7 @@
 // matrices, and a mesh that deforms. Exit status 0 if so.
 
 #include <hip/hip_runtime.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_device/hiprt_device.h>

@@ -1,5 +1,6 @@
 // Many small BVHs at once: each answers rays as the host's does.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/batch.h>
 #include <hiprt_device/hiprt_device.h>
 #include <tests/gpu/counting_allocator.h>

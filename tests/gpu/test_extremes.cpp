@@ -3,6 +3,7 @@
 #include <tests/gpu/extremes.h>
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/scene.h>
 #include <tests/gpu/results.h>
 #include <tests/oracle/brute_force.h>

@@ -1,5 +1,6 @@
 // Work captured in a graph: launched again and again it gives the bytes that it gives on a stream.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/batch.h>
 #include <hiprt_build/gpu/instances.h>
 #include <hiprt_build/gpu/refit.h>

@@ -1,5 +1,6 @@
 // Trees over instances that the device makes: records and boxes are the host's, bit by bit, and so are hits.
 
+#include <hiprt_build/format/view.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>
 #include <tests/gpu/trace_instances.h>

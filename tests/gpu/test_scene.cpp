@@ -1,6 +1,7 @@
 // BVH files on the device.
 
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/scene.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/recorder.h>

@@ -1,6 +1,7 @@
 // The hits of a GPU are the host's, bit for bit: for every layout, stack, schedule, query and filter.
 
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/view.h>
 #include <tests/gpu/traversal_reference.h>
 #include <tests/gpu/traversal_runner.h>
 

@@ -1,6 +1,7 @@
 // Stacks that are too small say so, count the rays, and write nowhere else.
 
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/view.h>
 #include <tests/gpu/traversal_reference.h>
 #include <tests/gpu/traversal_runner.h>
 #include <tests/traversal/chain.h>

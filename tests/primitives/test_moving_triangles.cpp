@@ -4,6 +4,7 @@
 #include <tests/oracle/motions.h>
 #include <tests/traversal/every_hit.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/primitives/moving_triangle.h>
 
 #include <cstdio>

@@ -2,6 +2,7 @@
 /// Scenes with materials for the tests of the path tracer.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
 #include <tests/oracle/meshes.h>

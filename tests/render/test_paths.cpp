@@ -2,6 +2,7 @@
 
 #include "path_scenes.h"
 
+#include <hiprt_build/format/view.h>
 #include <tests/oracle/random.h>
 #include <tools/cli/progress.h>
 #include <tools/render/path/path_bsdf.h>

@@ -2,6 +2,7 @@
 
 #include "renderer.h"
 
+#include <hiprt_build/format/view.h>
 #include <tools/cli/bvh_file.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 /// The boxes of a tree's levels: all of the scene is in them, on every level, whatever its instances do.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
 #include <tools/render/studio/tree_boxes.h>
 

@@ -3,6 +3,7 @@
 
 #include "gltf_builder.h"
 
+#include <hiprt_build/format/view.h>
 #include <tools/cli/build_meshes.h>
 #include <tools/cli/mesh_inputs.h>
 #include <tools/cli/scene_input.h>

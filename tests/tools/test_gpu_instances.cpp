@@ -1,5 +1,6 @@
 /// GpuTracer in scenes of instances: hits and paths are those of trace(), bit for bit, on any levels and in motion.
 
+#include <hiprt_build/format/only_instance.h>
 #include <tests/traversal/shape_scenes.h>
 #include <tools/cli/names.h>
 #include <tools/cli/trace_device.h>

@@ -1,6 +1,7 @@
 /// A GPU whose architecture this build has no code for. Linked with usable_device() for gfx000 and sm_00.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <tools/cli/trace_device.h>
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,6 @@
 /// Paths on a GPU: every bit of the sums is the CPU's.
 
+#include <hiprt_build/format/view.h>
 #include <tests/render/path_scenes.h>
 #include <tests/traversal/shape_scenes.h>
 #include <tools/render/tracers/gpu_tracer.h>

@@ -2,6 +2,7 @@
 /// as the compiler and the device like.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <tests/gpu/random_scene.h>
 #include <tools/cli/names.h>
 #include <tools/cli/progress.h>

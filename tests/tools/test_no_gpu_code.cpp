@@ -1,6 +1,7 @@
 /// Builds without GPU code (HIPRT_GPU=OFF): linked with tools/render/tracers/gpu_tracer_off.cpp.
 
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <tools/cli/trace_device.h>
 
 #include <catch2/catch.hpp>

@@ -4,6 +4,7 @@
 #include "hair_files.h"
 #include "scene_file.h"
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/scene_view.h>
 #include <tests/oracle/random.h>
 #include <tools/render/tracers/tracer.h>

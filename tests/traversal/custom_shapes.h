@@ -2,6 +2,7 @@
 /// Custom primitives with hits that no rounding touches: boxes with integer corners, met by rays with integer origins
 /// and directions whose components are powers of two or zero.
 
+#include <hiprt_build/format/view.h>
 #include <tests/oracle/random.h>
 #include <tests/traversal/every_hit.h>
 

@@ -1,6 +1,7 @@
 #pragma once
 /// Scenes with spheres and curves, flat and in instances, and what a ray hits in them when every shape is asked.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/shapes.h>
 #include <hiprt_device/primitives/scene_shapes.h>
 #include <tests/traversal/moving_scenes.h>

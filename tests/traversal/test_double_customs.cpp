@@ -1,5 +1,6 @@
 // Custom primitives met by rays in double: triangles with double vertices, spheres, curves, and meshes that move.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/primitives/double_triangle.h>
 #include <hiprt_device/primitives/moving_triangle.h>
 #include <hiprt_device/primitives/round_curve.h>

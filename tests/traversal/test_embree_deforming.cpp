@@ -5,6 +5,7 @@
 #include <tests/traversal/triangle_judge.h>
 #include <tests/traversal/workers.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/primitives/moving_triangle.h>
 
 using namespace hiprt;

@@ -1,6 +1,7 @@
 // Instances whose transforms magnify rounding as far as is accepted, and beyond. What is held against the limit of 2^40
 // is the condition up to 2^20, and then a bound of it that is 3 to 9 times as large.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/query/double_rays.h>
 #include <tests/traversal/aim.h>

@@ -1,5 +1,6 @@
 // Rays in scenes of instances: what they hit does not depend on the trees over instances, on any number of levels.
 
+#include <hiprt_build/format/view.h>
 #include <tests/traversal/instance_scenes.h>
 
 #include <algorithm>

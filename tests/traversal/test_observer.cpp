@@ -3,6 +3,7 @@
 
 #include <tests/traversal/moving_scenes.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
 
 #include <set>

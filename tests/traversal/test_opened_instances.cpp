@@ -1,5 +1,6 @@
 // Opened instances: the same hits by the same ways, however many leaves an instance has; and flags of instances.
 
+#include <hiprt_build/format/view.h>
 #include <tests/traversal/moving_scenes.h>
 
 using namespace hiprt;

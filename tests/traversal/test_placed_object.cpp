@@ -1,5 +1,6 @@
 // A scene that is one instance, traced by policies without levels: the hits of those with one, bit by bit.
 
+#include <hiprt_build/format/only_instance.h>
 #include <tests/traversal/instance_scenes.h>
 
 #include <bit>

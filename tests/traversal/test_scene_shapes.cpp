@@ -1,5 +1,6 @@
 // Spheres and curves that a file holds: the hits are those of asking every shape, and of the exact oracle.
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/shapes.h>
 #include <hiprt_device/primitives/scene_shapes.h>
 #include <tests/oracle/ray_round_cone.h>

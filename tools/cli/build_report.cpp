@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <tools/cli/build_report.h>
 
 #include <tools/cli/names.h>

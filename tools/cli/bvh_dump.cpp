@@ -1,5 +1,6 @@
 #include <tools/cli/bvh_dump.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
 
 #include <nlohmann/json.hpp>

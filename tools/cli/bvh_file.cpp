@@ -4,6 +4,7 @@
 #include <tools/scene_io/parallel.h>
 
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/view.h>
 
 #include <utility>
 

@@ -1,6 +1,7 @@
 #include <tools/cli/bvh_dump.h>
 #include <tools/cli/explain.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
 
 #include <algorithm>

@@ -7,6 +7,7 @@
 #include <tools/scene_io/surface/surface_load.h>
 
 #include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/format/view.h>
 
 #include <utility>
 

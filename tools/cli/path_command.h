@@ -1,6 +1,7 @@
 #pragma once
 /// bvhrender --integrator path: its options, and what they lead to.
 
+#include <hiprt_build/format/view.h>
 #include <tools/cli/progress.h>
 #include <tools/render/path/path_trace.h>
 #include <tools/render/studio/render.h>

@@ -1,5 +1,6 @@
 #include <tools/cli/scene_figures.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/node.h>
 
 #include <span>

@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <tools/cli/trace_device.h>
 
 namespace hiprt::tools {

@@ -1,6 +1,7 @@
 #pragma once
 /// Which processor a tool traces on.
 
+#include <hiprt_build/format/view.h>
 #include <tools/cli/names.h>
 #include <tools/render/tracers/gpu_tracer.h>
 

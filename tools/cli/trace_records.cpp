@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <tools/cli/trace_records.h>
 
 #include <tools/render/tracers/instance_paths.h>

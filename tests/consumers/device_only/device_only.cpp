@@ -1,6 +1,6 @@
 // A user who has a BVH file and no builder. Here the file is too short to be one, and is refused with the reason.
 
-#include <hiprt_build/format/validate.h>
+#include <hiprt_build/open_scene.h>
 #include <hiprt_device/hiprt_device.h>
 
 #include <array>
@@ -8,8 +8,8 @@
 
 int main() {
   alignas(hiprt::kSectionAlignment) const std::array<std::byte, 16> bytes{};
-  const auto view = hiprt::validate(bytes);
-  if (view) return 1;
-  std::printf("refused with code %u\n", static_cast<unsigned>(view.error().error));
-  return view.error().error == hiprt::FormatError::kTooSmall ? 0 : 1;
+  const auto file = hiprt::open_scene(bytes, "sixteen zeros");
+  if (file) return 1;
+  std::printf("%s\n", file.error().message.c_str());
+  return file.error().code == hiprt::build::ErrorCode::kInvalidInput ? 0 : 1;
 }

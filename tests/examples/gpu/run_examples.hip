@@ -4,6 +4,7 @@
 
 #include <hip/hip_runtime.h>
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/gpu.h>
 #include <tests/oracle/odd_meshes.h>
 

@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <tools/render/path/path_data.h>
 
 #include <tools/render/image/color.h>

@@ -6,6 +6,7 @@
 #include <tools/scene_io/surface/surface.h>
 
 #include <hiprt_build/error.h>
+#include <hiprt_build/format/view.h>
 
 #include <vector>
 

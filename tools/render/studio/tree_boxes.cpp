@@ -1,5 +1,6 @@
 #include <tools/render/studio/tree_boxes.h>
 
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/instances/motion.h>
 #include <hiprt_device/math/affine.h>

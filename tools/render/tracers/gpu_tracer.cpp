@@ -5,6 +5,7 @@
 #include <tools/render/tracers/gpu_kernels.h>
 #include <tools/render/tracers/gpu_policies.h>
 
+#include <hiprt_build/format/only_instance.h>
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_device/instances/placed_object.h>
 #include <hiprt_device/traverse/stacks/rolling.h>

@@ -4,6 +4,7 @@
 #include <tools/render/tracers/tracer.h>
 
 #include <hiprt_build/error.h>
+#include <hiprt_build/format/view.h>
 
 #include <cstddef>
 #include <functional>

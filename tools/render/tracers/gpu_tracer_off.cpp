@@ -1,5 +1,6 @@
 /// GpuTracer of builds without GPU code: there is never one.
 
+#include <hiprt_build/format/view.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
 namespace hiprt::tools {

@@ -1,3 +1,4 @@
+#include <hiprt_build/format/view.h>
 #include <tools/scene_io/surface/surface_load.h>
 
 #include <tools/cli/build_command.h>

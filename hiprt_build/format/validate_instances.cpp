@@ -1,0 +1,281 @@
+#include <hiprt_build/format/instance_bounds.h>
+#include <hiprt_build/format/leaf_walk.h>
+#include <hiprt_build/format/moving_box.h>
+#include <hiprt_build/format/record_checks.h>
+#include <hiprt_build/format/validate_instances.h>
+#include <hiprt_build/format/validate_motion.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace hiprt::format_detail {
+
+namespace {
+
+/// Instances of a file whose tree and leaves have been checked.
+/// @tparam Layout of the file and of all objects.
+template <class Layout> class InstanceCheck {
+ public:
+  /// @param objects that the instances may name, all of them good.
+  InstanceCheck(const BufferView& view, std::span<const BufferView> objects, std::span<const ObjectRecord> records)
+      : view_(view), objects_(objects), records_(records) {}
+
+  /// @param stack_need of the file's own tree. @return that of a traversal with all objects.
+  tl::expected<std::uint32_t, FormatIssue> run(std::uint32_t stack_need, const ParallelLoop& loop) {
+    if (view_.geometries.size() != 1 || view_.geometries[0].flags != custom_geometry_flags(0) ||
+        view_.geometries[0].mask != 0xffffffffu)
+      return fail(FormatError::kGeometryCount, view_.geometry_entry.offset, view_.geometries.size(), 1);
+    if (view_.geometries[0].primitive_count != view_.instances.size())
+      return fail(FormatError::kPrimitiveCount, view_.geometry_entry.offset + 8, view_.geometries[0].primitive_count,
+                  view_.instances.size());
+    const auto leaves = view_.records<CustomLeaf>(view_.leaves);
+    if (auto checked = check_leaves(leaves, loop); !checked) return tl::unexpected(checked.error());
+    if (view_.has_moving_boxes())
+      if (auto runs = for_each_leaf<Layout>(view_, [this](const LeafPlace& place) { return check_run_box(place); });
+          !runs)
+        return tl::unexpected(runs.error());
+    if (auto parts = check_parts(leaves); !parts) return tl::unexpected(parts.error());
+    if (auto header = check_header_fields(); !header) return tl::unexpected(header.error());
+    return stack_need + needs_.stack;
+  }
+
+ private:
+  /// Boxes that are tight take a while each. @return what is wrong with the first leaf of those that are.
+  Check check_leaves(std::span<const CustomLeaf> leaves, const ParallelLoop& loop) {
+    struct Part {
+      InstanceNeeds needs;
+      std::optional<FormatIssue> issue;
+    };
+    constexpr std::size_t kLeaves = 1024;
+    std::vector<Part> parts((leaves.size() + kLeaves - 1) / kLeaves);
+    loop(parts.size(), [&](std::size_t p) {
+      const std::size_t end = std::min(leaves.size(), (p + 1) * kLeaves);
+      for (std::size_t i = p * kLeaves; i < end && !parts[p].issue; ++i)
+        if (auto leaf = check_leaf(leaves[i], view_.leaves.offset + i * sizeof(CustomLeaf), parts[p].needs); !leaf)
+          parts[p].issue = leaf.error();
+    });
+    for (const Part& part : parts) {
+      if (part.issue) return tl::unexpected(*part.issue);
+      needs_.add(part.needs);
+    }
+    return {};
+  }
+
+  Check check_leaf(const CustomLeaf& leaf, std::uint64_t at, InstanceNeeds& needs) const {
+    const LeafInfo& info = leaf.info;
+    const InstanceRecord& record = view_.instances[info.primitive[0]];
+    const std::uint64_t record_at = view_.instance_entry.offset + info.primitive[0] * sizeof(InstanceRecord);
+    if (record.object >= objects_.size())
+      return fail(FormatError::kBadInstance, record_at + offsetof(InstanceRecord, object), record.object,
+                  objects_.size());
+    const BufferView& object = objects_[record.object];
+    if ((record.flags & ~InstanceFlags::kKnown) != 0)
+      return fail(FormatError::kBadReservedField, record_at + offsetof(InstanceRecord, flags), record.flags,
+                  InstanceFlags::kKnown);
+    if (!may_be_part(object, entered_ref(info)))
+      return fail(FormatError::kBadInstance, at + offsetof(CustomLeaf, info) + 4, entered_ref(info),
+                  object.header->root);
+    for (unsigned i = 0; i < 12; ++i) {
+      const float x = i < 9 ? record.linear[i / 3][i % 3] : record.translation[i - 9];
+      if (!std::isfinite(x)) return fail(FormatError::kBadInstance, record_at + 4 * i, float_bits(x), 0);
+    }
+    if (!LinearInverse(record).exists() || !(condition_of(record) <= double{kMaxCondition}))
+      return fail(FormatError::kBadInstance, record_at, std::bit_cast<std::uint64_t>(LinearInverse(record).determinant),
+                  0);
+    if (view_.motion_of(info.primitive[0]).empty())
+      needs.add(record, records_[record.object]);
+    else if (auto motion = add_motion(info.primitive[0], needs); !motion)
+      return motion;
+    if (object.has_instances() &&
+        (object.has_moving_boxes() != view_.has_moving_boxes() ||
+         float_bits(object.header->shutter_begin) != float_bits(view_.header->shutter_begin) ||
+         float_bits(object.header->shutter_rate) != float_bits(view_.header->shutter_rate)))
+      return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), float_bits(view_.header->shutter_begin),
+                  float_bits(object.header->shutter_begin));
+    if (view_.has_moving_boxes()) return check_moving_box(object, leaf, at);
+    // Whatever is made by another compiler's arithmetic has its slack.
+    const InstancePlace place(view_, info.primitive[0], 0.0);
+    const Box content = InstanceBounder<Layout>(object, place)
+                            .bounds(entered_ref(info), InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
+    if (const unsigned outside = first_plane_outside(content, leaf.box[0]); outside != kNoPlane)
+      return fail(FormatError::kBoxNotContained, at + 4 * outside,
+                  float_bits(side_of(content, outside / 3, outside % 3)),
+                  float_bits(side_of(leaf.box[0], outside / 3, outside % 3)));
+    return {};
+  }
+
+  /// The box holds at all times what the instance has, and there is room for the rounding of box_at().
+  Check check_moving_box(const BufferView& object, const CustomLeaf& leaf, std::uint64_t at) const {
+    for (unsigned k = 0; k < 2; ++k)
+      if (const unsigned bad = first_bad_plane(leaf.box[k]); bad != kNoPlane)
+        return fail_plane(FormatError::kBadBox, at + sizeof(Box) * k + 4 * bad, bad, leaf.box[k], leaf.box[k]);
+    const std::size_t i = leaf.info.primitive[0];
+    const auto segments = view_.motion_of(i);
+    const BoxDrift drift(leaf.box[0], leaf.box[1]);
+    const DriftingPlace place(view_.instances[i], segments, segments.empty() ? MotionKind{} : view_.motions[i].kind,
+                              {view_.header->shutter_begin, view_.header->shutter_rate}, drift, 0.0);
+    // What stands still by boxes that do so is not rounded.
+    Box room = leaf.box[0];
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      const double by = moving_box_room(leaf.box[0], drift, axis);
+      if (drift.min[axis] != 0.0) room.min[axis] = affine_detail::round_up(double{room.min[axis]} + by);
+      if (drift.max[axis] != 0.0) room.max[axis] = affine_detail::round_down(double{room.max[axis]} - by);
+    }
+    const Box content = InstanceBounder<Layout, DriftingPlace>(object, place)
+                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, room);
+    if (const unsigned outside = first_plane_outside(content, room); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, content, room);
+    return {};
+  }
+
+  /// With moving boxes the leaf's say nothing of all times: the run's holds what the instance has.
+  Check check_run_box(const LeafPlace& place) const {
+    const CustomLeaf& leaf = view_.records<CustomLeaf>(view_.leaves)[place.index];
+    const InstancePlace everywhere(view_, leaf.info.primitive[0], 0.0);
+    const Box content = InstanceBounder<Layout>(objects_[view_.instances[leaf.info.primitive[0]].object], everywhere)
+                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, place.box);
+    if (const unsigned outside = first_plane_outside(content, place.box); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, view_.leaves.offset + place.index * sizeof(CustomLeaf), outside,
+                        content, place.box);
+    return {};
+  }
+
+  Check add_motion(std::size_t instance, InstanceNeeds& needs) const {
+    MotionMagnification magnification;
+    if (auto motion = check_motion(view_, instance, magnification); !motion) return motion;
+    needs.add(view_.instances[instance], records_[view_.instances[instance].object], magnification);
+    needs.features |= feature_bit(Feature::kMotion);
+    return {};
+  }
+
+  /// The leaves of an instance together let rays into all of its object, each into a part of its own.
+  Check check_parts(std::span<const CustomLeaf> leaves) const {
+    std::vector<std::uint32_t> order(leaves.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto key = [&](std::uint32_t i) { return std::pair(leaves[i].info.primitive[0], i); };
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+    for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+      const std::uint32_t instance = leaves[order[begin]].info.primitive[0];
+      std::vector<NodeRef> parts;
+      for (; end < order.size() && leaves[order[end]].info.primitive[0] == instance; ++end)
+        parts.push_back(entered_ref(leaves[order[end]].info));
+      std::sort(parts.begin(), parts.end());
+      const BufferView& object = objects_[view_.instances[instance].object];
+      if (!is_whole(object, parts))
+        return fail(FormatError::kBadInstance,
+                    view_.leaves.offset + order[begin] * sizeof(CustomLeaf) + offsetof(CustomLeaf, info) + 4, parts[0],
+                    object.header->root);
+    }
+    return {};
+  }
+
+  /// @param parts sorted.
+  static bool is_whole(const BufferView& object, std::span<const NodeRef> parts) {
+    struct Step {
+      NodeRef ref;
+      unsigned depth;
+    };
+    std::size_t found = 0;
+    std::vector<Step> pending{{object.header->root, 0}};
+    while (!pending.empty()) {
+      const auto [ref, depth] = pending.back();
+      pending.pop_back();
+      if (std::binary_search(parts.begin(), parts.end(), ref)) {
+        ++found;
+        continue;
+      }
+      if (!is_box(ref) || depth == kMostOpenedLevels) return false;
+      const auto& node = *reinterpret_cast<const typename Layout::Node*>(object.bytes.data() + ref_offset(ref));
+      for (const NodeRef child : node.child)
+        if (child != kInvalidRef) pending.push_back({child, depth + 1});
+    }
+    return found == parts.size();
+  }
+
+  /// A box node of the object, or a run's first leaf (or a later one: check_parts() knows).
+  static bool may_be_part(const BufferView& object, NodeRef ref) {
+    if (ref == object.header->root && ref != kInvalidRef) return true;
+    const SectionEntry& section = is_box(ref) ? object.nodes : object.leaves;
+    const std::uint64_t offset = ref_offset(ref);
+    if (ref == kInvalidRef || offset < section.offset || offset >= section.offset + section.count * section.stride ||
+        (offset - section.offset) % section.stride != 0)
+      return false;
+    if (is_box(ref)) return ref_type(ref) == Layout::kBoxType;
+    // Which kind a leaf is: its id bytes say.
+    const auto& info = reinterpret_cast<const CustomLeaf*>(object.bytes.data() + offset)->info;
+    return ref_type(ref) ==
+           ((info.triangle_ids & TriangleId::kProcedural) != 0 ? NodeType::kProcedural : NodeType::kTriangle0);
+  }
+
+  Check check_header_fields() {
+    const FileHeader& header = *view_.header;
+    // Groups of a scene that moves have the bit though nothing of theirs does.
+    needs_.features |= header.features & feature_bit(Feature::kMovingBoxes);
+    if (header.features != needs_.features)
+      return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features, needs_.features);
+    if (header.levels != needs_.levels)
+      return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, needs_.levels);
+    if (!(double{header.condition} >= kBoundSlack * needs_.condition))
+      return fail(FormatError::kBadTransformBound, offsetof(FileHeader, condition), float_bits(header.condition),
+                  float_bits(static_cast<float>(needs_.condition)));
+    if (!(double{header.reach} >= kBoundSlack * needs_.reach))
+      return fail(FormatError::kBadTransformBound, offsetof(FileHeader, reach), float_bits(header.reach),
+                  float_bits(static_cast<float>(needs_.reach)));
+    return {};
+  }
+
+  const BufferView& view_;
+  std::span<const BufferView> objects_;
+  std::span<const ObjectRecord> records_;
+  InstanceNeeds needs_;
+};
+
+}  // namespace
+
+Check check_instance_leaves(const BufferView& view) {
+  if (!view.has_instances()) return {};
+  const auto leaves = view.records<CustomLeaf>(view.leaves);
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    const LeafInfo& info = leaves[i].info;
+    if ((info.geometry_and_flags & kLastInRun) == 0)
+      return fail(FormatError::kInstanceLeaf,
+                  view.leaves.offset + i * sizeof(CustomLeaf) + offsetof(CustomLeaf, info) +
+                      offsetof(LeafInfo, geometry_and_flags),
+                  info.geometry_and_flags, info.geometry_and_flags | kLastInRun);
+  }
+  return {};
+}
+
+tl::expected<std::uint32_t, FormatIssue> check_instances(const BufferView& view, std::span<const BufferView> objects,
+                                                         std::span<const ObjectRecord> records,
+                                                         std::uint32_t stack_need, const ParallelLoop& loop) {
+  return dispatch_layout(view.layout(), [&](auto layout) {
+    return InstanceCheck<decltype(layout)>(view, objects, records).run(stack_need, loop);
+  });
+}
+
+Check check_object_record(const BufferView& scene, std::size_t i, const BufferView& object) {
+  if (!scene.object_shapes.empty() && scene.object_shapes[i] != object.shape_entry.offset)
+    return fail(FormatError::kBadShape, scene.object_shape_entry.offset + i * sizeof(std::uint64_t),
+                scene.object_shapes[i], object.shape_entry.offset);
+  ObjectRecord expected = describe(object);
+  expected.offset = scene.objects[i].offset;
+  const std::uint64_t at = scene.object_entry.offset + i * sizeof(ObjectRecord);
+  using Words = std::array<std::uint32_t, sizeof(ObjectRecord) / 4>;
+  const auto there = std::bit_cast<Words>(scene.objects[i]), wanted = std::bit_cast<Words>(expected);
+  for (std::size_t word = 0; word < there.size(); ++word)
+    if (there[word] != wanted[word]) return fail(FormatError::kBadObject, at + 4 * word, there[word], wanted[word]);
+  std::uint64_t end = i == 0 ? scene.object_file_entry.offset : scene.objects[i - 1].offset + scene.objects[i - 1].size;
+  for (; end < expected.offset; ++end)
+    if (scene.bytes[end] != std::byte{0})
+      return fail(FormatError::kBadReservedField, end, std::to_integer<std::uint64_t>(scene.bytes[end]), 0);
+  return {};
+}
+
+}  // namespace hiprt::format_detail
