@@ -13,8 +13,6 @@
 
 #include <hiprt_device/ray.h>
 
-#include <concepts>
-
 namespace hiprt {
 
 enum class FilterAnswer {

@@ -4,8 +4,6 @@
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/math/vec.h>
 
-#include <limits>
-
 namespace hiprt {
 
 /// The points origin + t * direction with tmin <= t <= tmax, t in units of the direction's length.

@@ -6,9 +6,6 @@
 #include <hiprt_device/format/motion.h>
 #include <hiprt_device/format/node.h>
 
-#include <cstddef>
-#include <cstdint>
-
 namespace hiprt {
 
 /// A file in memory that the tracer can read, and the few header fields that every ray uses.

@@ -3,6 +3,7 @@
 #include "mesh_parts.h"
 #include "random.h"
 
+#include <hiprt_device/math/vec_functions.h>
 #include <algorithm>
 #include <cmath>
 

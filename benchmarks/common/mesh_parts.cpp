@@ -1,5 +1,6 @@
 #include "mesh_parts.h"
 
+#include <hiprt_device/math/vec_functions.h>
 #include <cmath>
 
 namespace hiprt::bench {

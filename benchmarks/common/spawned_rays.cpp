@@ -1,8 +1,10 @@
 #include "spawned_rays.h"
 
+#include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/query/spawn.h>
 #include <tools/render/studio/sampler.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>

@@ -50,8 +50,13 @@ template <class P> void choose_primitives(const CpuJob& job) {
     trace_all<P>(job, PrimitiveList<BoxSet>{BoxSet{job.boxes}});
 }
 
+template <class Layout> struct Quick : WithLayout<Layout> {
+  using Triangle = Fast;
+  using Boxes = Plain;
+};
+
 template <class Layout> void choose_tests(const CpuJob& job) {
-  job.fast ? choose_primitives<Policies<Layout, Fast, Plain>>(job) : choose_primitives<Policies<Layout>>(job);
+  job.fast ? choose_primitives<Quick<Layout>>(job) : choose_primitives<WithLayout<Layout>>(job);
 }
 
 }  // namespace

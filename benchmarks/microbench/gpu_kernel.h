@@ -139,8 +139,12 @@ struct RestartPlace {
 };
 
 template <class LayoutType, class Place, class ScheduleType, class Tests, class Order, class FeaturesType>
-struct VariantPolicies : Policies<LayoutType, typename Tests::Triangle, typename Tests::Boxes, typename Place::Stack,
-                                  ArrayLanes, NoCounter, FeaturesType::kFeatures> {
+struct VariantPolicies : Policies {
+  using Layout = LayoutType;
+  using Triangle = typename Tests::Triangle;
+  using Boxes = typename Tests::Boxes;
+  using Lanes = ArrayLanes;
+  static constexpr FeatureMask kFeatures = FeaturesType::kFeatures;
   using Schedule = ScheduleType;
   using ClosestOrder = Order;
   using AnyOrder = Order;

@@ -32,9 +32,19 @@ template <class P, bool kAnyHit> void run(const KernelJob& job) {
 
 template <class P> void choose_query(const KernelJob& job) { job.any_hit ? run<P, true>(job) : run<P, false>(job); }
 
+template <class LayoutType, class TriangleType, class BoxesType, class CounterType> struct Variant : Policies {
+  using Layout = LayoutType;
+  using Triangle = TriangleType;
+  using Boxes = BoxesType;
+  using Counter = CounterType;
+};
+struct InArrays : Policies {
+  using Lanes = ArrayLanes;
+};
+
 template <class Layout, class Triangle, class Boxes> void choose_counter(const KernelJob& job) {
-  job.work == nullptr ? choose_query<Policies<Layout, Triangle, Boxes>>(job)
-                      : choose_query<Policies<Layout, Triangle, Boxes, PrivateStack<>, DefaultLanes, WorkCounter>>(job);
+  job.work == nullptr ? choose_query<Variant<Layout, Triangle, Boxes, NoCounter>>(job)
+                      : choose_query<Variant<Layout, Triangle, Boxes, WorkCounter>>(job);
 }
 
 template <class Layout> void choose_tests(const KernelJob& job) {
@@ -46,7 +56,7 @@ template <class Layout> void choose_tests(const KernelJob& job) {
 
 void HIPRT_BENCH_TRACE(const KernelJob& job) {
   if (job.lanes == Lanes::kArray)
-    choose_query<Policies<PlanesLayout, Watertight, Conservative, PrivateStack<>, ArrayLanes>>(job);
+    choose_query<InArrays>(job);
   else
     job.scene->layout == NodeLayout::kFloat ? choose_tests<FloatLayout>(job) : choose_tests<PlanesLayout>(job);
 }

@@ -21,12 +21,17 @@ template <class Layout, class Triangle, class Boxes, bool kPlaced = false> struc
   HIPRT_HD Hit every_box(const Ray& ray) const requires(!kPlaced) { return trace<oracle::EveryBox>(ray); }
 
  private:
+  template <class TriangleType, class BoxesType> struct Chosen : WithLayout<Layout> {
+    using Triangle = TriangleType;
+    using Boxes = BoxesType;
+  };
+
   template <class BoxTest> HIPRT_HD Hit trace(const Ray& ray) const {
     if constexpr (std::is_same_v<Triangle, WatertightDouble>)
-      return rounded(closest_hit<typename Put<DoubleRays<Policies<Layout, Watertight, BoxTest>>>::Type>(
-          *scene, convert<double>(ray)));
+      return rounded(
+          closest_hit<typename Put<DoubleRays<Chosen<Watertight, BoxTest>>>::Type>(*scene, convert<double>(ray)));
     else
-      return closest_hit<typename Put<Policies<Layout, Triangle, BoxTest>>::Type>(*scene, ray);
+      return closest_hit<typename Put<Chosen<Triangle, BoxTest>>::Type>(*scene, ray);
   }
 
   template <class P> struct Put { using Type = std::conditional_t<kPlaced, Moving<Instanced<P, kPlaceLevels>>, P>; };

@@ -10,9 +10,6 @@
 
 #include <hiprt_device/format/node.h>
 
-#include <bit>
-#include <cstdint>
-
 namespace hiprt {
 
 static_assert(std::endian::native == std::endian::little,

@@ -4,9 +4,6 @@
 
 #include <hiprt_device/format/portability.h>
 
-#include <bit>
-#include <cstdint>
-
 namespace hiprt {
 
 /// Bits of +inf and -inf.

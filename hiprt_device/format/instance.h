@@ -4,9 +4,6 @@
 
 #include <hiprt_device/format/buffer.h>
 
-#include <cstddef>
-#include <cstdint>
-
 namespace hiprt {
 
 /// One instance. point' = linear * (point - translation) takes a point of the scene that has the instance to the

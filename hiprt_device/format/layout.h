@@ -13,8 +13,6 @@
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/format/quantize.h>
 
-#include <limits>
-
 namespace hiprt {
 
 namespace layout_detail {

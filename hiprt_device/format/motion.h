@@ -4,9 +4,6 @@
 
 #include <hiprt_device/format/portability.h>
 
-#include <cstddef>
-#include <cstdint>
-
 namespace hiprt {
 
 /// How an instance goes from key to key.

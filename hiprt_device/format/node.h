@@ -6,9 +6,6 @@
 
 #include <hiprt_device/format/portability.h>
 
-#include <cstddef>
-#include <cstdint>
-
 namespace hiprt {
 
 /// How the bytes of box nodes and leaves are arranged. A file has one layout.

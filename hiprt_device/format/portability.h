@@ -2,7 +2,7 @@
 /// The few macros that let one text compile as plain C++, as HIP (hipcc) and as CUDA (nvcc). Nothing else in
 /// hiprt_device tests the compiler, except lanes.h (vector registers of the host) and vec.h (GLM).
 
-#include <cassert>
+#include <hiprt_device/format/standard.h>
 
 // nvcc's --use_fast_math cannot be seen here. It leaves the guarantees: what they need is written with operations that
 // it does not change (arithmetic.h), and subnormal numbers may be flushed.
@@ -17,8 +17,8 @@
     "hiprt: -ffast-math or a part of it breaks what these headers guarantee (no ray between neighbours, no hit behind a box that is missed, NaN never hit): compile without it, or define HIPRT_ALLOW_FAST_MATH and go without"
 #endif
 
-#if defined(__HIPCC__) || defined(__CUDACC__)
-#if defined(__HIPCC__) && !defined(__CUDACC__)
+#if defined(__HIPCC__) || defined(__CUDACC__) || HIPRT_RUN_TIME_COMPILER
+#if defined(__HIPCC__) && !defined(__CUDACC__) && !HIPRT_RUN_TIME_COMPILER
 #include <hip/hip_runtime.h>
 #endif
 /// Marks a function that runs on the host and on the device.
@@ -28,7 +28,7 @@
 #endif
 
 /// 1 in both passes of a GPU compiler over a source.
-#if defined(__HIPCC__) || defined(__CUDACC__)
+#if defined(__HIPCC__) || defined(__CUDACC__) || HIPRT_RUN_TIME_COMPILER
 #define HIPRT_GPU_COMPILER 1
 #else
 #define HIPRT_GPU_COMPILER 0
@@ -79,12 +79,6 @@
 #define HIPRT_NO_UNROLL _Pragma("GCC unroll 1")
 #else
 #define HIPRT_NO_UNROLL
-#endif
-
-#if defined(NDEBUG) || HIPRT_DEVICE_CODE
-#define HIPRT_ASSERT(condition) static_cast<void>(0)
-#else
-#define HIPRT_ASSERT(condition) assert(condition)
 #endif
 
 /// A program may hold the same kernels compiled for several x86-64 levels and choose at run time. The inline namespace

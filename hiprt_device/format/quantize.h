@@ -5,9 +5,6 @@
 
 #include <hiprt_device/format/node.h>
 
-#include <bit>
-#include <cstdint>
-
 namespace hiprt {
 
 /// The largest magnitude of a plane: the difference of any two is finite, and so is q * scale.

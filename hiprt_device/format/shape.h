@@ -4,11 +4,6 @@
 
 #include <hiprt_device/format/node.h>
 
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-
 namespace hiprt {
 
 /// What the primitives of a geometry are.

@@ -6,8 +6,6 @@
 #include <hiprt_device/scene_view.h>
 #include <hiprt_device/traverse/stacks/level_stack.h>
 
-#include <type_traits>
-
 namespace hiprt {
 
 /// The instances on the way from a scene to a primitive, the outermost first. Numbers are indices of InstanceRecord in

@@ -12,10 +12,10 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// object alone, but for two transforms per ray; those of one level have code for all that other scenes may have.
 ///
 ///     const auto placed = hiprt::only_instance(view);  // of the file
-///     hiprt::Hit hit = hiprt::closest_hit<hiprt::Policies<>>(placed->object, placed->to_object(ray));
+///     hiprt::Hit hit = hiprt::closest_hit<hiprt::Policies>(placed->object, placed->to_object(ray));
 ///     hiprt::PathHit<1> in_scene = placed->to_scene(hit, ray);
 ///
-/// The answers are those of Instanced<Policies<>>, bit by bit. Filters and custom primitives of a flat tracer see rays
+/// The answers are those of Instanced<Policies>, bit by bit. Filters and custom primitives of a flat tracer see rays
 /// and hits as the object does.
 struct PlacedObject {
   SceneView scene;         ///< What the instance is in.

@@ -4,7 +4,7 @@
 ///
 ///     __global__ void trace(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits) {
 ///       if constexpr (hiprt::kHasRayInstruction)  // for sources that are compiled for other GPUs too
-///         hits[threadIdx.x] = hiprt::closest_hit<hiprt::HardwarePolicies<>>(scene, rays[threadIdx.x]);
+///         hits[threadIdx.x] = hiprt::closest_hit<hiprt::HardwarePolicies>(scene, rays[threadIdx.x]);
 ///     }
 ///
 /// A part of hiprt_device.h on every processor: sources for many GPUs ask kHasRayInstruction also where it is false,
@@ -12,8 +12,6 @@
 /// docs/decisions/0008-amd-ray-instruction.md.
 
 #include <hiprt_device/traverse/policies.h>
-
-#include <concepts>
 
 /// 1 while code is generated for a GPU that has the instruction: gfx103x, gfx110x.
 #if defined(__gfx1030__) || defined(__gfx1031__) || defined(__gfx1032__) || defined(__gfx1033__) || \
@@ -176,13 +174,14 @@ struct HardwareTriangle {
   }
 };
 
-/// Policies for the instruction.
-/// @tparam LayoutPolicy FloatLayout or HalfLayout.
-/// @tparam TrianglePolicy Watertight, HardwareTriangle or Fast.
-template <RayInstructionLayout LayoutPolicy = FloatLayout, class TrianglePolicy = Watertight,
-          class StackPolicy = PrivateStack<>, class CounterPolicy = NoCounter, FeatureMask kFeatureSet = kKnownFeatures>
-struct HardwarePolicies
-    : Policies<LayoutPolicy, TrianglePolicy, HardwareBoxes, StackPolicy, ArrayLanes, CounterPolicy, kFeatureSet> {
+/// Policies for the instruction. Layout may be FloatLayout or HalfLayout; Triangle Watertight, HardwareTriangle or
+/// Fast.
+///
+///     struct Fastest : hiprt::HardwarePolicies { using Triangle = hiprt::HardwareTriangle; };
+struct HardwarePolicies : Policies {
+  using Layout = FloatLayout;
+  using Boxes = HardwareBoxes;
+  using Lanes = ArrayLanes;
   using ClosestOrder = AsTested;
   using AnyOrder = AsTested;
 };

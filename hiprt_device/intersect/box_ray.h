@@ -3,9 +3,6 @@
 
 #include <hiprt_device/intersect/box_test.h>
 
-#include <bit>
-#include <limits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

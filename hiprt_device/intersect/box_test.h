@@ -6,9 +6,6 @@
 #include <hiprt_device/intersect/node_lanes.h>
 #include <hiprt_device/ray.h>
 
-#include <bit>
-#include <limits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

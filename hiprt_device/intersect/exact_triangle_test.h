@@ -4,8 +4,6 @@
 #include <hiprt_device/intersect/triangle_test.h>
 #include <hiprt_device/math/exact.h>
 
-#include <limits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -6,9 +6,6 @@
 #include <hiprt_device/intersect/triangle_test.h>
 #include <hiprt_device/ray.h>
 
-#include <limits>
-#include <type_traits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -5,10 +5,6 @@
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/math/arithmetic.h>
 
-#include <bit>
-#include <cmath>
-#include <cstdint>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
@@ -150,8 +146,8 @@ struct Stretches {
       turned = turn(column[1], column[2]) || turned;
     }
     const double x = dot(column[0], column[0]), y = dot(column[1], column[1]), z = dot(column[2], column[2]);
-    longest = scale * ::sqrt(larger(larger(x, y), z));
-    shortest = scale * ::sqrt(smaller(smaller(x, y), z));
+    longest = scale * square_root(larger(larger(x, y), z));
+    shortest = scale * square_root(smaller(smaller(x, y), z));
   }
 
  private:
@@ -163,11 +159,12 @@ struct Stretches {
   /// were not as good as that already.
   HIPRT_HD static bool turn(double (&p)[3], double (&q)[3]) {
     const double pp = dot(p, p), qq = dot(q, q), pq = dot(p, q);
-    if (!(LinearInverse::size(pq) > 0x1p-50 * ::sqrt(pp * qq))) return false;
+    if (!(LinearInverse::size(pq) > 0x1p-50 * square_root(pp * qq))) return false;
     const double cotangent = (qq - pp) / (2.0 * pq);  // Of twice the angle.
-    const double tangent = (cotangent < 0.0 ? -1.0 : 1.0) /
-                           (LinearInverse::size(cotangent) + ::sqrt(fused_multiply_add(cotangent, cotangent, 1.0)));
-    const double cosine = 1.0 / ::sqrt(fused_multiply_add(tangent, tangent, 1.0)), sine = tangent * cosine;
+    const double tangent =
+        (cotangent < 0.0 ? -1.0 : 1.0) /
+        (LinearInverse::size(cotangent) + square_root(fused_multiply_add(cotangent, cotangent, 1.0)));
+    const double cosine = 1.0 / square_root(fused_multiply_add(tangent, tangent, 1.0)), sine = tangent * cosine;
     for (unsigned k = 0; k < 3; ++k) {
       const double x = p[k], y = q[k];
       p[k] = fused_multiply_add(cosine, x, -(sine * y));

@@ -3,8 +3,6 @@
 
 #include <hiprt_device/format/portability.h>
 
-#include <cmath>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
@@ -22,6 +20,16 @@ HIPRT_HD HIPRT_INLINE double fused_multiply_add(double a, double b, double c) {
   return ::fma(a, b, c);
 #else
   return __builtin_fma(a, b, c);
+#endif
+}
+
+/// Correctly rounded. Devices call the library's function: clang's builtin is the bare instruction on AMD, which is
+/// not.
+HIPRT_HD HIPRT_INLINE double square_root(double a) {
+#if HIPRT_DEVICE_CODE
+  return ::sqrt(a);
+#else
+  return __builtin_sqrt(a);
 #endif
 }
 

@@ -3,8 +3,6 @@
 
 #include <hiprt_device/format/portability.h>
 
-#include <cstdint>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -7,15 +7,15 @@
 #include <hiprt_device/math/arithmetic.h>
 #include <hiprt_device/math/memory.h>
 
-#include <bit>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-
 // A kernel's policies must have the same names in the host's and in the GPU's pass over a source.
 #if defined(__SSE2__) && !HIPRT_GPU_COMPILER
 #define HIPRT_SIMD_LANES 1
+// The header of all instruction sets is slow to compile: only where AVX or FMA is asked for.
+#if defined(__AVX__)
 #include <immintrin.h>
+#else
+#include <emmintrin.h>
+#endif
 #else
 #define HIPRT_SIMD_LANES 0
 #endif

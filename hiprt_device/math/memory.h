@@ -4,12 +4,6 @@
 
 #include <hiprt_device/format/portability.h>
 
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <utility>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

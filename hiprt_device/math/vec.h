@@ -1,8 +1,10 @@
 #pragma once
-/// Small vectors. The only file that includes GLM; the rest of the library writes hiprt::Vec3.
+/// Small vectors. The only file that includes GLM; the rest of the library writes hiprt::Vec3. Programs that want
+/// glm::dot(), glm::cross() and others in device code include vec_functions.h.
 
 #include <hiprt_device/math/arithmetic.h>
 
+#if !HIPRT_RUN_TIME_COMPILER
 #if defined(__CUDACC__) && !defined(__clang__)
 #pragma nv_diagnostic push
 #pragma nv_diag_suppress 20012
@@ -10,7 +12,6 @@
 #if defined(__clang__) && defined(__HIP__)
 #pragma clang force_cuda_host_device begin
 #endif
-#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #if defined(__clang__) && defined(__HIP__)
 #pragma clang force_cuda_host_device end
@@ -18,11 +19,45 @@
 #if defined(__CUDACC__) && !defined(__clang__)
 #pragma nv_diagnostic pop
 #endif
+#endif
 
 namespace hiprt {
 
+#if HIPRT_RUN_TIME_COMPILER
+/// GLM needs the standard library, which run-time compilers do not have. Same layout and operators.
+template <class Real> struct BasicVec3 {
+  Real x, y, z;
+
+  BasicVec3() = default;
+  HIPRT_HD constexpr explicit BasicVec3(Real a) : x(a), y(a), z(a) {}
+  HIPRT_HD constexpr BasicVec3(Real a, Real b, Real c) : x(a), y(b), z(c) {}
+  template <class Other>
+  HIPRT_HD constexpr explicit BasicVec3(const BasicVec3<Other>& a)
+      : x(static_cast<Real>(a.x)), y(static_cast<Real>(a.y)), z(static_cast<Real>(a.z)) {}
+
+  HIPRT_HD constexpr Real& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
+  HIPRT_HD constexpr const Real& operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
+  HIPRT_HD friend constexpr BasicVec3 operator-(const BasicVec3& a) { return {-a.x, -a.y, -a.z}; }
+  HIPRT_HD friend constexpr BasicVec3 operator+(const BasicVec3& a, const BasicVec3& b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
+  HIPRT_HD friend constexpr BasicVec3 operator-(const BasicVec3& a, const BasicVec3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
+  HIPRT_HD friend constexpr BasicVec3 operator*(const BasicVec3& a, const BasicVec3& b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+  }
+  HIPRT_HD friend constexpr BasicVec3 operator*(const BasicVec3& a, Real b) { return {a.x * b, a.y * b, a.z * b}; }
+  HIPRT_HD friend constexpr BasicVec3 operator*(Real a, const BasicVec3& b) { return b * a; }
+  HIPRT_HD friend constexpr BasicVec3 operator/(const BasicVec3& a, Real b) { return {a.x / b, a.y / b, a.z / b}; }
+  HIPRT_HD friend constexpr bool operator==(const BasicVec3& a, const BasicVec3& b) {
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+  }
+};
+#else
 /// Three numbers x, y, z; also v[0] to v[2], which on a GPU moves to memory what it indexes at run time.
 template <class Real> using BasicVec3 = glm::vec<3, Real>;
+#endif
 using Vec3 = BasicVec3<float>;
 using Vec3D = BasicVec3<double>;
 

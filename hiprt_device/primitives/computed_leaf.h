@@ -5,8 +5,6 @@
 #include <hiprt_device/intersect/hit_surface.h>
 #include <hiprt_device/primitives/primitive.h>
 
-#include <type_traits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 namespace primitive_detail {

@@ -10,10 +10,6 @@
 #include <hiprt_device/primitives/primitive.h>
 #include <hiprt_device/ray.h>
 
-#include <bit>
-#include <cmath>
-#include <type_traits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 namespace primitive_detail {
@@ -47,16 +43,13 @@ HIPRT_HD HIPRT_INLINE Double3 cross(const Double3& a, const Double3& b) {
           product_difference(a.x, b.y, a.y, b.x)};
 }
 HIPRT_HD HIPRT_INLINE double larger(double a, double b) { return a > b ? a : b; }
-HIPRT_HD HIPRT_INLINE double magnitude(double a) { return ::fabs(a); }
+HIPRT_HD HIPRT_INLINE double magnitude(double a) { return __builtin_fabs(a); }
 HIPRT_HD HIPRT_INLINE double largest(const Double3& a) {
   return larger(larger(magnitude(a.x), magnitude(a.y)), magnitude(a.z));
 }
 
 /// a * b for a later + or -: no compiler may drop the addition of 0, so it finds no product to contract.
 HIPRT_HD HIPRT_INLINE double multiplied(double a, double b) { return fused_multiply_add(a, b, 0.0); }
-
-/// Correctly rounded. The library's function: clang's builtin is the bare instruction on AMD, which is not.
-HIPRT_HD HIPRT_INLINE double square_root(double a) { return ::sqrt(a); }
 
 HIPRT_HD HIPRT_INLINE bool is_finite(float a) { return absolute(a) <= std::numeric_limits<float>::max(); }
 HIPRT_HD HIPRT_INLINE bool is_finite(const float (&a)[3]) {

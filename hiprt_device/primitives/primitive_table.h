@@ -12,9 +12,6 @@
 #include <hiprt_device/filter.h>
 #include <hiprt_device/primitives/primitive.h>
 
-#include <concepts>
-#include <type_traits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -2,8 +2,7 @@
 /// Every hit of a ray.
 
 #include <hiprt_device/query/query_core.h>
-
-#include <type_traits>
+#include <hiprt_device/traverse/policy_checks.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -22,9 +21,10 @@ enum class SplitPrimitives {
 /// In a scene without split primitives this is one traversal that stops at each hit and goes on. In a scene with them,
 /// and with kOnce, every next_hit() looks for the closest hit behind the last, as ClosestHit does: that is what each
 /// one once costs. Policies without Feature::kSplitReferences have no code for it.
-template <PolicySet P = Policies<>, IntersectionFilter<typename P::Real> Filter = NoFilter,
-          PrimitiveSet<typename P::Real> Primitives = NoPrimitives, SplitPrimitives kSplit = SplitPrimitives::kOnce>
+template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives,
+          SplitPrimitives kSplit = SplitPrimitives::kOnce>
 class AllHits {
+  static_assert(QueryCheck<P, Filter, Primitives>::kChecked);
   static constexpr bool kMaySort =
       kSplit == SplitPrimitives::kOnce && (P::kFeatures & feature_bit(Feature::kSplitReferences)) != 0;
   using Order = std::conditional_t<kMaySort, typename P::ClosestOrder, typename P::AnyOrder>;
@@ -41,6 +41,8 @@ class AllHits {
                                 const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter),
         sorts_(kMaySort && (scene.features & feature_bit(Feature::kSplitReferences)) != 0) {}
+  /// A query reads the scene until its end: a temporary would be gone by then.
+  template <class... Others> AllHits(const SceneView&&, Others&&...) = delete;
 
   /// @return one more hit; a miss at the end; failed() (see state()) if nodes could not be visited.
   HIPRT_HD HIPRT_INLINE Answer next_hit() {

@@ -2,6 +2,7 @@
 /// Whether a ray hits anything, and what else.
 
 #include <hiprt_device/query/query_core.h>
+#include <hiprt_device/traverse/policy_checks.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -12,9 +13,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 ///
 /// next_hit() goes on where the last one stopped. A primitive that the builder has split (Feature::kSplitReferences)
 /// may come more than once: AllHits has each once.
-template <PolicySet P = Policies<>, IntersectionFilter<typename P::Real> Filter = NoFilter,
-          PrimitiveSet<typename P::Real> Primitives = NoPrimitives>
-class AnyHit {
+template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives> class AnyHit {
+  static_assert(QueryCheck<P, Filter, Primitives>::kChecked);
   using Search = HitSearch<P, typename P::AnyOrder, !P::Schedule::kBatchOnly, Filter, Primitives>;
 
  public:
@@ -27,6 +27,8 @@ class AnyHit {
                                const Filter& filter = {}, const Primitives& primitives = {},
                                const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter) {}
+  /// A query reads the scene until its end: a temporary would be gone by then.
+  template <class... Others> AnyHit(const SceneView&&, Others&&...) = delete;
 
   /// @return one more hit in [tmin, tmax]; a miss at the end; failed() (see state()) if nodes could not be visited.
   HIPRT_HD HIPRT_INLINE Answer next_hit() {

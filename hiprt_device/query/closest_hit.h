@@ -2,6 +2,7 @@
 /// The closest hit of a ray, and the ones behind it.
 
 #include <hiprt_device/query/query_core.h>
+#include <hiprt_device/traverse/policy_checks.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -13,9 +14,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 ///
 /// Every next_hit() is a traversal of its own, of the part of the ray behind the last hit, so that hits come in the
 /// order of t, geometry and primitive, each once, however the tree was built.
-template <PolicySet P = Policies<>, IntersectionFilter<typename P::Real> Filter = NoFilter,
-          PrimitiveSet<typename P::Real> Primitives = NoPrimitives>
-class ClosestHit {
+template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives> class ClosestHit {
+  static_assert(QueryCheck<P, Filter, Primitives>::kChecked);
   using Search = HitSearch<P, typename P::ClosestOrder, false, Filter, Primitives>;
 
  public:
@@ -28,6 +28,8 @@ class ClosestHit {
                                    const Storage& storage, const Filter& filter = {}, const Primitives& primitives = {},
                                    const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter) {}
+  /// A query reads the scene until its end: a temporary would be gone by then.
+  template <class... Others> ClosestHit(const SceneView&&, Others&&...) = delete;
 
   /// @return the closest hit in [tmin, tmax] behind the last one, with normal and error; a miss at the end; failed()
   /// (see state()) when it cannot be told.

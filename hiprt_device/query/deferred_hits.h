@@ -3,8 +3,6 @@
 
 #include <hiprt_device/traverse/stacks/stack.h>
 
-#include <limits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

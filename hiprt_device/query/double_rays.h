@@ -19,7 +19,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// Guarantees (docs/decisions/0019-double-rays.md) hold while the largest coordinate of scene bounds is as in ray.h,
 /// the largest of the origin is below 2^200, and the largest direction component in [2^-200, 2^200].
 /// @tparam Base its triangle test is replaced by WatertightDouble.
-template <class Base = Policies<>> struct DoubleRays : Base {
+template <class Base = Policies> struct DoubleRays : Base {
   static_assert(Base::kLevels == 0, "hiprt: DoubleRays: levels come around it: Instanced<DoubleRays<...>>");
   using Real = double;
   using Triangle = WatertightDouble;

@@ -8,14 +8,14 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-// P is a PolicySet: the queries check that. Of constraints here compilers would tell behind a list of all overloads.
+// PolicyCheck in a signature makes its messages the first that a compiler prints.
 
 /// The closest hit in [tmin, tmax], or a miss.
 /// @param counter goes on from what it is: zero it for the work of one ray.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
-HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
-                                 typename P::Counter& counter, const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray,
+                                 typename P::Counter& counter, const typename PolicyCheck<P>::Storage& storage) {
   ClosestHit<P> query(scene, ray, storage, {}, {}, counter);
   const auto hit = query.next_hit();
   counter = query.counter();
@@ -26,8 +26,8 @@ HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename
 /// @param counter goes on from what it is: zero it for the work of one ray.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
-HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
-                             typename P::Counter& counter, const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray,
+                             typename P::Counter& counter, const typename PolicyCheck<P>::Storage& storage) {
   AnyHit<P> query(scene, ray, storage, {}, {}, counter);
   const auto hit = query.next_hit();
   counter = query.counter();
@@ -36,15 +36,15 @@ HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::
 
 /// The same without the counter.
 template <class P>
-HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
-                                 const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray,
+                                 const typename PolicyCheck<P>::Storage& storage) {
   return ClosestHit<P>(scene, ray, storage).next_hit();
 }
 
 /// The same without the counter.
 template <class P>
-HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
-                             const typename P::Stack::Storage& storage) {
+HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray,
+                             const typename PolicyCheck<P>::Storage& storage) {
   return AnyHit<P>(scene, ray, storage).next_hit();
 }
 
@@ -53,14 +53,14 @@ template <class Stack>
 concept OwnedStack = std::constructible_from<typename Stack::Storage, typename Stack::Memory&>;
 
 /// The same with a stack of the function's own.
-template <class P> HIPRT_HD inline auto closest_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray) {
+template <class P> HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
 /// The same with a stack of the function's own.
-template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const BasicRay<typename P::Real>& ray) {
+template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray) {
   static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
   typename P::Stack::Memory memory;
   return any_hit<P>(scene, ray, typename P::Stack::Storage(memory));
@@ -88,12 +88,13 @@ template <class Ask> HIPRT_HD HIPRT_INLINE Hit with_layout(const SceneView& scen
 /// With the accurate defaults, whatever the scene's layout.
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
   return query_detail::with_layout(scene,
-                                   [&](auto layout) { return closest_hit<Policies<decltype(layout)>>(scene, ray); });
+                                   [&](auto layout) { return closest_hit<WithLayout<decltype(layout)>>(scene, ray); });
 }
 
 /// As closest_hit(); without normal and error.
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
-  return query_detail::with_layout(scene, [&](auto layout) { return any_hit<Policies<decltype(layout)>>(scene, ray); });
+  return query_detail::with_layout(scene,
+                                   [&](auto layout) { return any_hit<WithLayout<decltype(layout)>>(scene, ray); });
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

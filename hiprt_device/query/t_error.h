@@ -5,9 +5,6 @@
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/ray.h>
 
-#include <cmath>
-#include <limits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -5,10 +5,6 @@
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/traverse/stacks/stack.h>
 
-#include <bit>
-#include <concepts>
-#include <limits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -3,9 +3,6 @@
 
 #include <hiprt_device/format/node.h>
 
-#include <cstddef>
-#include <cstdint>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -1,15 +1,5 @@
 #pragma once
-/// The compile-time choices of a tracer, gathered in one type.
-///
-///     using Quick = hiprt::Policies<hiprt::PlanesLayout, hiprt::Fast, hiprt::Plain>;
-///     hiprt::Hit hit = hiprt::closest_hit<Quick>(scene, ray);
-///
-/// Any struct with the same members will do; what differs from a Policies can be written down in a struct of it:
-///
-///     struct Mine : hiprt::Policies<hiprt::QuantizedLayout> {
-///       using Stack = hiprt::RollingStack<8>;
-///       using Schedule = hiprt::Postponed;
-///     };
+/// The compile-time choices of a tracer: members of one struct, with names.
 
 #include <hiprt_device/intersect/triangle_test.h>
 #include <hiprt_device/math/lanes.h>
@@ -19,9 +9,6 @@
 #include <hiprt_device/traverse/schedule.h>
 #include <hiprt_device/traverse/stacks/level_stack.h>
 #include <hiprt_device/traverse/stacks/private.h>
-
-#include <concepts>
-#include <type_traits>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -65,42 +52,45 @@ concept WorkCounting = requires(T counter) {
   counter.on_leaf(2u);
 };
 
-/// @tparam LayoutPolicy FloatLayout, PlanesLayout, HalfLayout or QuantizedLayout: must be the scene's.
-/// @tparam TrianglePolicy Watertight, Fast or Reference (exact_triangle_test.h).
-/// @tparam BoxPolicy Conservative or Plain. (HardwareBoxes: see HardwarePolicies in amd_ray_test.h.)
-/// @tparam StackPolicy where the traversal keeps the nodes it has yet to visit (stack.h, stacks/).
-/// @tparam LanesPolicy SimdLanes (host) or ArrayLanes: same hits.
-/// @tparam CounterPolicy NoCounter or WorkCounter.
-/// @tparam kFeatureSet features compiled in; covers() says whether they are enough for a scene.
-template <class LayoutPolicy = PlanesLayout, class TrianglePolicy = Watertight, class BoxPolicy = Conservative,
-          class StackPolicy = PrivateStack<>, class LanesPolicy = DefaultLanes, class CounterPolicy = NoCounter,
-          FeatureMask kFeatureSet = kKnownFeatures>
+/// The accurate defaults. A tracer's own policies derive from it and replace members by name:
+///
+///     struct Mine : hiprt::Policies {
+///       using Layout = hiprt::QuantizedLayout;
+///       using Stack = hiprt::RollingStack<8>;
+///       using Schedule = hiprt::Postponed;
+///     };
+///     hiprt::Hit hit = hiprt::closest_hit<Mine>(scene, ray, storage);
 struct Policies {
-  using Real = float;  ///< Of the rays; double: see double_rays.h.
-  using Layout = LayoutPolicy;
-  using Triangle = TrianglePolicy;
-  using Boxes = BoxPolicy;
-  using Stack = StackPolicy;
-  using Lanes = LanesPolicy;
-  using Counter = CounterPolicy;
-  using Schedule = Immediate;
-  using ClosestOrder = NearFirst;
-  using AnyOrder = Unordered;
-  static constexpr FeatureMask kFeatures = kFeatureSet;
-  /// Whether closest and all hits on triangles have normal and error; else these are 0, and cost nothing.
+  using Real = float;              ///< Of the rays. double: see query/double_rays.h.
+  using Layout = PlanesLayout;     ///< FloatLayout, PlanesLayout, HalfLayout or QuantizedLayout: must be the scene's.
+  using Triangle = Watertight;     ///< Watertight, Fast or Reference (intersect/exact_triangle_test.h).
+  using Boxes = Conservative;      ///< Conservative or Plain. (HardwareBoxes: see intersect/amd_ray_test.h.)
+  using Stack = PrivateStack<>;    ///< Where the traversal keeps the nodes to visit later (traverse/stacks).
+  using Lanes = DefaultLanes;      ///< SimdLanes (host) or ArrayLanes: same hits.
+  using Counter = NoCounter;       ///< NoCounter, WorkCounter or an observer (counter.h).
+  using Schedule = Immediate;      ///< Immediate, Postponed or WholeWave<> (schedule.h).
+  using ClosestOrder = NearFirst;  ///< Order of children for closest hits (child_order.h).
+  using AnyOrder = Unordered;      ///< Order of children for any and all hits.
+  /// Features compiled in. covers() says whether they suffice for a scene.
+  static constexpr FeatureMask kFeatures = kKnownFeatures;
+  /// Whether closest and all hits on triangles have a normal and an error bound. Without, both are 0 and cost nothing.
   static constexpr bool kSurface = true;
-  /// Instances that may be on a ray's way to a primitive, one in the other; 0: no code for instances. Instanced<> sets
-  /// it.
+  /// Nested instances that a ray may be in. 0: no code for instances. Instanced<> sets it.
   static constexpr unsigned kLevels = 0;
-  /// Whether instances may move; else no code for motion. Moving<> sets it.
+  /// Whether instances may move. false: no code for motion. Moving<> sets it.
   static constexpr bool kMoves = false;
 };
+
+/// Policies for scenes of another node layout, for code that handles several.
+///
+///     hiprt::closest_hit<hiprt::WithLayout<hiprt::HalfLayout>>(scene, ray);
+template <class LayoutPolicy, class Base = Policies> struct WithLayout : Base { using Layout = LayoutPolicy; };
 
 /// Policies for scenes of instances: of objects that hold triangles and custom primitives (kMost = 1), of objects that
 /// hold instances of those (2), and so on. A scene says how many it has (SceneView::levels).
 ///
-///     using Tracer = hiprt::Instanced<hiprt::Policies<>, 2>;
-template <class Base, unsigned kMost = 1> struct Instanced : Base {
+///     using Tracer = hiprt::Instanced<hiprt::Policies, 2>;
+template <class Base = Policies, unsigned kMost = 1> struct Instanced : Base {
   static_assert(kMost != 0, "hiprt: Instanced: policies without levels are Base itself");
   using Stack = LevelStack<typename Base::Stack, kMost, typename Base::Real>;
   static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kInstances);
@@ -109,8 +99,8 @@ template <class Base, unsigned kMost = 1> struct Instanced : Base {
 
 /// Policies for scenes whose instances move (Ray::time).
 ///
-///     using Tracer = hiprt::Moving<hiprt::Instanced<hiprt::Policies<>>>;
-template <class Base> struct Moving : Base {
+///     using Tracer = hiprt::Moving<hiprt::Instanced<hiprt::Policies>>;
+template <class Base = Instanced<>> struct Moving : Base {
   static_assert(Base::kLevels != 0, "hiprt: Moving: what moves are instances: Moving<Instanced<...>>");
   static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kMotion);
   static constexpr bool kMoves = true;

@@ -3,9 +3,6 @@
 
 #include <hiprt_device/math/wave.h>
 
-#include <concepts>
-#include <type_traits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

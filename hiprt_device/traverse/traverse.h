@@ -8,8 +8,6 @@
 #include <hiprt_device/traverse/child_order.h>
 #include <hiprt_device/traverse/policies.h>
 
-#include <type_traits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -1,6 +1,6 @@
 #!/bin/bash
-# compile_fail.sh COMPILER ROOT SOURCE...: each source compiles as it is and, with -DHIPRT_FAULT=1, fails with a message
-# that matches the regular expression of its first line (// expect: ...) within the first lines, where a reader looks.
+# compile_fail.sh COMPILER ROOT SOURCE...: each source compiles as it is and, with -DHIPRT_FAULT=1, fails. The first error
+# that the compiler prints matches the regular expression of the source's first line (// expect: ...).
 #
 # COMPILER is g++, clang++, hipcc or nvcc. Exit status: 0, 1 (a fault, which is printed) or 77 (no such compiler here).
 set -uo pipefail
@@ -11,13 +11,9 @@ if [[ $# -lt 3 ]]; then
 fi
 compiler=$1 root=$2
 shift 2
-# Lines that say something: those that only tell how the compiler came there are not counted.
-lines=15
-noise='^In file included from|^ +from |^compilation terminated'
-
-# first_lines MESSAGES. awk reads to the end: a reader that stops early kills its writer, which pipefail reports.
-first_lines() {
-  awk -v noise="$noise" -v lines="$lines" '$0 !~ noise && ++n <= lines' <<<"$1"
+# first_error MESSAGES. awk reads to the end: a reader that stops early kills its writer, which pipefail reports.
+first_error() {
+  awk '/error/ && !seen { print; seen = 1 }' <<<"$1"
 }
 
 if [[ $compiler == nvcc && -z $(command -v nvcc) && -x /usr/local/cuda/bin/nvcc ]]; then PATH=$PATH:/usr/local/cuda/bin; fi
@@ -54,8 +50,8 @@ for source in "$@"; do
   if messages=$("${command[@]}" -DHIPRT_FAULT=1 "$source" 2>&1); then
     echo "FAILED: $name compiles with its fault"
     faults=$((faults + 1))
-  elif ! grep -Eq -- "$expected" <<<"$(first_lines "$messages")"; then
-    printf 'FAILED: %s: no "%s" in the first %s lines:\n%s\n' "$name" "$expected" "$lines" "$messages"
+  elif ! grep -Eq -- "$expected" <<<"$(first_error "$messages")"; then
+    printf 'FAILED: %s: the first error is not "%s":\n%s\n' "$name" "$expected" "$messages"
     faults=$((faults + 1))
   fi
 done

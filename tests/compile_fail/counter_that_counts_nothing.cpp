@@ -1,4 +1,4 @@
-// expect: WorkCounting
+// expect: hiprt: Policies::Counter needs on_boxes
 // A counter without a member that the traversal calls.
 
 #include <hiprt_device/hiprt_device.h>
@@ -9,7 +9,7 @@ struct Counter {
   void on_leaf(unsigned) {}
 #endif
 };
-struct P : hiprt::Policies<> {
+struct P : hiprt::Policies {
   using Counter = ::Counter;
 };
 

@@ -4,9 +4,9 @@
 #include <hiprt_device/hiprt_device.h>
 
 #if HIPRT_FAULT
-using Tracer = hiprt::DoubleRays<hiprt::Instanced<hiprt::Policies<>, 2>>;
+using Tracer = hiprt::DoubleRays<hiprt::Instanced<hiprt::Policies, 2>>;
 #else
-using Tracer = hiprt::Instanced<hiprt::DoubleRays<hiprt::Policies<>>, 2>;
+using Tracer = hiprt::Instanced<hiprt::DoubleRays<hiprt::Policies>, 2>;
 #endif
 
 bool trace(const hiprt::SceneView& scene, const hiprt::RayD& ray) { return hiprt::any_hit<Tracer>(scene, ray).found(); }

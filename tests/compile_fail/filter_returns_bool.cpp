@@ -1,4 +1,4 @@
-// expect: IntersectionFilter
+// expect: hiprt: a filter needs FilterAnswer
 // A filter that answers with a bool.
 
 #include <hiprt_device/hiprt_device.h>
@@ -15,5 +15,5 @@ struct Filter {
 
 hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) {
   hiprt::PrivateStack<>::Memory memory;
-  return hiprt::ClosestHit<hiprt::Policies<>, Filter>(scene, ray, memory).next_hit();
+  return hiprt::ClosestHit<hiprt::Policies, Filter>(scene, ray, memory).next_hit();
 }

@@ -1,4 +1,4 @@
-// expect: TriangleTest
+// expect: hiprt: Policies::Triangle needs
 // A box test where the triangle test belongs.
 
 #include <hiprt_device/hiprt_device.h>
@@ -9,6 +9,8 @@ using Triangle = hiprt::Conservative;
 using Triangle = hiprt::Fast;
 #endif
 
-hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) {
-  return hiprt::closest_hit<hiprt::Policies<hiprt::PlanesLayout, Triangle>>(scene, ray);
-}
+struct P : hiprt::Policies {
+  using Triangle = ::Triangle;
+};
+
+hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) { return hiprt::closest_hit<P>(scene, ray); }

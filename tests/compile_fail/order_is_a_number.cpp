@@ -1,9 +1,9 @@
-// expect: TraversalOrder
+// expect: hiprt: Policies::ClosestOrder needs
 // A number where the order of closest hits belongs.
 
 #include <hiprt_device/hiprt_device.h>
 
-struct P : hiprt::Policies<> {
+struct P : hiprt::Policies {
 #if HIPRT_FAULT
   using ClosestOrder = int;
 #endif

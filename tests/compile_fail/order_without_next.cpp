@@ -1,4 +1,4 @@
-// expect: TraversalOrder
+// expect: hiprt: Policies::AnyOrder needs
 // An order of any hits that does not tell where to go on.
 
 #include <hiprt_device/hiprt_device.h>
@@ -12,7 +12,7 @@ struct LastFirst {
   }
 #endif
 };
-struct P : hiprt::Policies<> {
+struct P : hiprt::Policies {
   using AnyOrder = LastFirst;
 };
 

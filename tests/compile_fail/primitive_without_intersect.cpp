@@ -14,5 +14,5 @@ using Spheres = hiprt::PrimitiveList<Sphere>;
 
 hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) {
   hiprt::PrivateStack<>::Memory memory;
-  return hiprt::ClosestHit<hiprt::Policies<>, hiprt::NoFilter, Spheres>(scene, ray, memory).next_hit();
+  return hiprt::ClosestHit<hiprt::Policies, hiprt::NoFilter, Spheres>(scene, ray, memory).next_hit();
 }

@@ -1,10 +1,10 @@
-// expect: NearestFirst: a restart trail needs children in the order of distance
+// expect: NearestFirst: a restart trail needs
 // A restart trail under an order that it cannot follow.
 
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/traverse/stacks/restart.h>
 
-struct P : hiprt::Policies<> {
+struct P : hiprt::Policies {
   using Stack = hiprt::RestartStack<4>;
 #if HIPRT_FAULT
   using ClosestOrder = hiprt::NearestFirst;

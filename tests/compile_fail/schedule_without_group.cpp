@@ -1,4 +1,4 @@
-// expect: TraversalSchedule
+// expect: hiprt: Policies::Schedule needs
 // A schedule that does not say which lanes it is for.
 
 #include <hiprt_device/hiprt_device.h>
@@ -10,7 +10,7 @@ struct Schedule {
   static hiprt::LaneMask group() { return 1; }
 #endif
 };
-struct P : hiprt::Policies<> {
+struct P : hiprt::Policies {
   using Schedule = ::Schedule;
 };
 

@@ -1,4 +1,4 @@
-// expect: TraversalSchedule
+// expect: hiprt: Policies::Schedule needs
 // A schedule whose lanes wait for each other, but do not agree for what.
 
 #include <hiprt_device/hiprt_device.h>
@@ -14,7 +14,7 @@ struct Schedule {
   }
 #endif
 };
-struct P : hiprt::Policies<> {
+struct P : hiprt::Policies {
   using Schedule = ::Schedule;
 };
 

@@ -1,4 +1,4 @@
-// expect: TraversalStack
+// expect: hiprt: Policies::Stack needs
 // A stack that nothing can be taken from.
 
 #include <hiprt_device/hiprt_device.h>
@@ -15,7 +15,9 @@ struct Stack {
 #endif
   };
 };
-using P = hiprt::Policies<hiprt::PlanesLayout, hiprt::Watertight, hiprt::Conservative, Stack>;
+struct P : hiprt::Policies {
+  using Stack = ::Stack;
+};
 
 hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) {
   return hiprt::ClosestHit<P>(scene, ray, Stack::Storage{}).next_hit();

@@ -9,6 +9,8 @@ using Stack = hiprt::RollingStack<8>;
 #else
 using Stack = hiprt::PrivateStack<>;
 #endif
-using P = hiprt::Policies<hiprt::PlanesLayout, hiprt::Watertight, hiprt::Conservative, Stack>;
+struct P : hiprt::Policies {
+  using Stack = ::Stack;
+};
 
 hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) { return hiprt::any_hit<P>(scene, ray); }

@@ -17,5 +17,5 @@ using Seen = hiprt::TableRow<hiprt::PrimitiveTable<Row>>;
 
 hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) {
   hiprt::PrivateStack<>::Memory memory;
-  return hiprt::AnyHit<hiprt::Policies<>, hiprt::NoFilter, Seen>(scene, ray, memory).next_hit();
+  return hiprt::AnyHit<hiprt::Policies, hiprt::NoFilter, Seen>(scene, ray, memory).next_hit();
 }

@@ -3,7 +3,7 @@
 
 #include <hiprt_device/hiprt_device.h>
 
-struct P : hiprt::Policies<> {
+struct P : hiprt::Policies {
 #if HIPRT_FAULT
   using Schedule = hiprt::WholeWave<16>;
 #else

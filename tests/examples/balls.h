@@ -2,6 +2,7 @@
 // Custom primitives: balls, hit where a ray enters them and where it leaves them.
 
 #include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/math/vec_functions.h>
 
 struct Round {
   hiprt::Vec3 centre;

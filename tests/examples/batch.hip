@@ -3,7 +3,7 @@
 #include <hip/hip_runtime.h>
 #include <hiprt_device/hiprt_device.h>
 
-struct Batch : hiprt::Policies<> {
+struct Batch : hiprt::Policies {
   using Stack = hiprt::SharedStack<24>;
   using Schedule = hiprt::WholeWave<>;  // WholeWave<12, 4>.
 };

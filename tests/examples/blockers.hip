@@ -13,7 +13,7 @@ __global__ void count_blockers(hiprt::SceneView scene, const hiprt::Ray* rays, c
   if (i >= count) return;
   const hiprt::ExceptPrimitive filter{starts[i].geometry, starts[i].primitive};
   hiprt::PrivateStack<>::Memory memory;
-  hiprt::AnyHit<hiprt::Policies<>, hiprt::ExceptPrimitive> query(scene, rays[i], memory, filter);
+  hiprt::AnyHit<hiprt::Policies, hiprt::ExceptPrimitive> query(scene, rays[i], memory, filter);
   unsigned met = 0;
   while (met < kMostBlockers && query.next_hit().found()) ++met;
   const bool ended = query.state() == hiprt::TraversalState::kFinished;  // There are no more.

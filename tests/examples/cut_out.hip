@@ -25,5 +25,5 @@ __global__ void trace_cut_out(hiprt::SceneView scene, const hiprt::Ray* rays, hi
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
   hiprt::PrivateStack<>::Memory memory;
-  hits[i] = hiprt::ClosestHit<hiprt::Policies<>, CutOut>(scene, rays[i], memory, filter).next_hit();
+  hits[i] = hiprt::ClosestHit<hiprt::Policies, CutOut>(scene, rays[i], memory, filter).next_hit();
 }

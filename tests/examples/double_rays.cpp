@@ -24,7 +24,7 @@ int main() {
   // 123 millimetres beside the middle, from 5 metres above.
   const hiprt::RayD ray{.origin = {6378137.123, 0, 5}, .direction = {0, 0, -1}};
   const auto hit = hiprt::closest_hit<hiprt::Instanced<hiprt::DoubleRays<>>>(scene, ray);
-  const auto rough = hiprt::closest_hit<hiprt::Instanced<hiprt::Policies<>>>(scene, hiprt::convert<float>(ray));
+  const auto rough = hiprt::closest_hit<hiprt::Instanced<hiprt::Policies>>(scene, hiprt::convert<float>(ray));
   std::printf("double: t = %.9f, within %.1g\n", hit.t, static_cast<double>(hit.error));
   std::printf("float:  t = %.9f, within %.1g\n", static_cast<double>(rough.t), static_cast<double>(rough.error));
 }

@@ -4,7 +4,7 @@
 #include <hip/hip_runtime.h>
 #include <hiprt_device/hiprt_device.h>
 
-struct Global : hiprt::Policies<> {
+struct Global : hiprt::Policies {
   using Stack = hiprt::GlobalStack;
 };
 

@@ -5,7 +5,9 @@
 #include <hiprt_device/hiprt_device.h>
 
 __global__ void find_inside(hiprt::SceneView scene, const hiprt::Vec3* points, bool* inside, unsigned count) {
-  using Tracer = hiprt::Policies<hiprt::PlanesLayout, hiprt::Reference>;
+  struct Tracer : hiprt::Policies {
+    using Triangle = hiprt::Reference;
+  };
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
   Tracer::Stack::Memory memory;

@@ -20,7 +20,7 @@ int main() {
   const auto scene = hiprt::build::build_instances(hiprt::build::InstancedScene{files, groups});
   if (!scene) return 1;
 
-  using Tracer = hiprt::Instanced<hiprt::Policies<>, 2>;  // two levels of instances
+  using Tracer = hiprt::Instanced<hiprt::Policies, 2>;  // two levels of instances
   const hiprt::SceneView view = hiprt::make_scene_view(*hiprt::open_buffer(scene->buffer.bytes()));
   const auto hit = hiprt::closest_hit<Tracer>(view, hiprt::Ray{{84.2f, 0.2f, 1}, 0, {0, 0, -1}});
   std::printf("t %.1f: leaf %u of tree %u\n", hit.t, hit.path.instance[1], view.instances[hit.path.instance[0]].id);

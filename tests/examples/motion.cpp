@@ -19,7 +19,7 @@ int main() {
   const auto scene = hiprt::build::build_instances(files, wheel);
   if (!scene) return 1;
 
-  using Tracer = hiprt::Moving<hiprt::Instanced<hiprt::Policies<>>>;
+  using Tracer = hiprt::Moving<hiprt::Instanced<hiprt::Policies>>;
   const hiprt::SceneView view = hiprt::make_scene_view(*hiprt::open_buffer(scene->buffer.bytes()));
   for (const float time : {0.0f, 0.25f, 0.5f, 0.75f, 1.0f}) {
     const hiprt::Ray ray{.origin = {1.46f, 0.9f, 1}, .direction = {0, 0, -1}, .time = time};

@@ -19,11 +19,11 @@ int main() {
   const auto scene = hiprt::build::build_instances(files, instances);
   if (!scene) return 1;
 
-  // Nothing for other scenes: those take Instanced<Policies<>>. For a copy on a GPU say where it is.
+  // Nothing for other scenes: those take Instanced<Policies>. For a copy on a GPU say where it is.
   const auto placed = hiprt::only_instance(*hiprt::open_buffer(scene->buffer.bytes()));
   if (!placed) return 1;
   const hiprt::Ray ray{{0.2f, 0.2f, 1}, 0, {0, 0, -1}};
-  const hiprt::Hit inside = hiprt::closest_hit<hiprt::Policies<>>(placed->object, placed->to_object(ray));
+  const hiprt::Hit inside = hiprt::closest_hit<hiprt::Policies>(placed->object, placed->to_object(ray));
   const auto hit = placed->to_scene(inside, ray);
   std::printf("t %.1f: instance %u\n", hit.t, placed->scene.instances[hit.path.instance[0]].id);
 }

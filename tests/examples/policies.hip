@@ -3,7 +3,7 @@
 #include <hip/hip_runtime.h>
 #include <hiprt_device/hiprt_device.h>
 
-struct Lean : hiprt::Policies<> {  // What is not said is the default.
+struct Lean : hiprt::Policies {  // What is not said is the default.
   using Layout = hiprt::QuantizedLayout;
   using Stack = hiprt::PrivateStack<64>;
   static constexpr hiprt::FeatureMask kFeatures = hiprt::feature_bit(hiprt::Feature::kTriangles);

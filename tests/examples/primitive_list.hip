@@ -1,6 +1,7 @@
 // The closest of triangles, balls (CustomGeometry::type 0) and horizontal discs (type 1).
 
 #include <hip/hip_runtime.h>
+#include <hiprt_device/math/vec_functions.h>
 #include "balls.h"
 
 struct Discs {
@@ -21,6 +22,6 @@ __global__ void trace_shapes(hiprt::SceneView scene, const hiprt::Ray* rays, hip
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
   hiprt::PrivateStack<>::Memory memory;
-  hiprt::ClosestHit<hiprt::Policies<>, hiprt::NoFilter, Shapes> query(scene, rays[i], memory, {}, shapes);
+  hiprt::ClosestHit<hiprt::Policies, hiprt::NoFilter, Shapes> query(scene, rays[i], memory, {}, shapes);
   hits[i] = query.next_hit();
 }

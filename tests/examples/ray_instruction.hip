@@ -8,20 +8,23 @@ template <class Hardware> HIPRT_HD hiprt::Hit closest_by(const hiprt::SceneView&
   if constexpr (hiprt::kHasRayInstruction)
     return hiprt::closest_hit<Hardware>(scene, ray);
   else
-    return hiprt::closest_hit<hiprt::Policies<typename Hardware::Layout>>(scene, ray);
+    return hiprt::closest_hit<hiprt::WithLayout<typename Hardware::Layout>>(scene, ray);
 }
 
 /// Boxes by the instruction, triangles by the watertight test.
 __global__ void trace_boxes_in_hardware(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits,
                                         unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) hits[i] = closest_by<hiprt::HardwarePolicies<hiprt::FloatLayout>>(scene, rays[i]);
+  if (i < count) hits[i] = closest_by<hiprt::HardwarePolicies>(scene, rays[i]);
 }
+
+struct AllHardware : hiprt::HardwarePolicies {
+  using Triangle = hiprt::HardwareTriangle;
+};
 
 /// Both by the instruction.
 __global__ void trace_all_in_hardware(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits,
                                       unsigned count) {
-  using Hardware = hiprt::HardwarePolicies<hiprt::FloatLayout, hiprt::HardwareTriangle>;
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) hits[i] = closest_by<Hardware>(scene, rays[i]);
+  if (i < count) hits[i] = closest_by<AllHardware>(scene, rays[i]);
 }

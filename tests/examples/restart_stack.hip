@@ -3,7 +3,7 @@
 #include <hip/hip_runtime.h>
 #include <hiprt_device/hiprt_device.h>
 
-struct Restarting : hiprt::Policies<> {
+struct Restarting : hiprt::Policies {
   using Stack = hiprt::RestartStack<4>;
 };
 

@@ -3,7 +3,7 @@
 #include <hip/hip_runtime.h>
 #include <hiprt_device/hiprt_device.h>
 
-struct Rolling : hiprt::Policies<> {
+struct Rolling : hiprt::Policies {
   using Stack = hiprt::RollingStack<8>;
   using Schedule = hiprt::Postponed;
 };

@@ -3,7 +3,7 @@
 #include <hip/hip_runtime.h>
 #include <hiprt_device/hiprt_device.h>
 
-using Shadows = hiprt::Policies<hiprt::PlanesLayout>;
+using Shadows = hiprt::Policies;
 
 __global__ void shadows(hiprt::SceneView scene, const hiprt::Ray* rays, const hiprt::Hit* hits, hiprt::Vec3 light,
                         bool* lit, unsigned count) {

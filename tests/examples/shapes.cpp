@@ -23,7 +23,7 @@ int main() {
   for (const float x : {-2.0f, 0.0f, 1.0f, 2.0f}) {
     const hiprt::Ray ray{.origin = {x, -0.5f, 4}, .direction = {0, 0, -1}};
     hiprt::PrivateStack<>::Memory stack;
-    using Query = hiprt::ClosestHit<hiprt::Policies<>, hiprt::NoFilter, hiprt::SceneShapes>;
+    using Query = hiprt::ClosestHit<hiprt::Policies, hiprt::NoFilter, hiprt::SceneShapes>;
     const hiprt::Hit hit = Query(scene, ray, stack, {}, hiprt::SceneShapes(scene)).next_hit();
     std::printf("x = %2.0f: t = %.4f, geometry %d\n", x, hit.t, hit.found() ? static_cast<int>(hit.geometry) : -1);
   }

@@ -12,6 +12,6 @@ __global__ void trace_spheres_and_curves(hiprt::SceneView scene, const hiprt::Ra
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
   hiprt::PrivateStack<>::Memory memory;
-  hiprt::ClosestHit<hiprt::Policies<>, hiprt::NoFilter, SpheresAndCurves> query(scene, rays[i], memory, {}, primitives);
+  hiprt::ClosestHit<hiprt::Policies, hiprt::NoFilter, SpheresAndCurves> query(scene, rays[i], memory, {}, primitives);
   hits[i] = query.next_hit();
 }

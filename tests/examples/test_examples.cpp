@@ -1,6 +1,7 @@
 // The kernels of docs/API.md do what they say: run on the host, against brute force.
 
 #include <hiprt_build/format/view.h>
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/every_hit.h>

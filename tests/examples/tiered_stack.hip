@@ -3,7 +3,7 @@
 #include <hip/hip_runtime.h>
 #include <hiprt_device/hiprt_device.h>
 
-struct Tiered : hiprt::Policies<> {
+struct Tiered : hiprt::Policies {
   using Stack = hiprt::TieredStack<16>;
 };
 constexpr unsigned kTieredBlock = 64;

@@ -196,13 +196,17 @@ inline unsigned boxes_of_meshes(const std::string& place_name, const Vec3& offse
   const build::Bvh floats = built(NodeLayout::kFloat), planes = built(NodeLayout::kPlanes),
                    half = built(NodeLayout::kHalf), quantized = built(NodeLayout::kQuantized);
   const auto name = [&](const char* of) { return place_name + ", " + of; };
-  unsigned faults = expect_trials<Policies<FloatLayout>, true>(name("float"), view_of(floats), watertight);
-  faults += expect_trials<Policies<>, true>(name("planes"), view_of(planes), watertight);
-  faults += expect_trials<Policies<HalfLayout>, true>(name("half"), view_of(half), watertight);
-  faults += expect_trials<Policies<QuantizedLayout>, true>(name("quantized"), view_of(quantized), watertight);
-  using Array = Policies<QuantizedLayout, Watertight, Conservative, PrivateStack<>, ArrayLanes>;
+  unsigned faults = expect_trials<WithLayout<FloatLayout>, true>(name("float"), view_of(floats), watertight);
+  faults += expect_trials<Policies, true>(name("planes"), view_of(planes), watertight);
+  faults += expect_trials<WithLayout<HalfLayout>, true>(name("half"), view_of(half), watertight);
+  faults += expect_trials<WithLayout<QuantizedLayout>, true>(name("quantized"), view_of(quantized), watertight);
+  struct Array : WithLayout<QuantizedLayout> {
+    using Lanes = ArrayLanes;
+  };
   faults += expect_trials<Array, true>(name("quantized, ArrayLanes"), view_of(quantized), watertight);
-  using Exact = Policies<PlanesLayout, Reference>;
+  struct Exact : Policies {
+    using Triangle = Reference;
+  };
   faults += expect_trials<Exact, true>(name("Reference"), view_of(planes), reference);
   faults += expect_trials<DoubleRays<>, true>(name("double"), view_of(planes), of_double);
   return faults;

@@ -35,7 +35,9 @@ unsigned closed_meshes(const std::string& name, const SceneView& scene, const Me
 
 /// Rays from outside cross the surface an even number of times.
 inline unsigned even_crossings(const SceneView& scene, const Mesh& mesh) {
-  using P = Policies<PlanesLayout, Reference>;
+  struct P : Policies {
+    using Triangle = Reference;
+  };
   Check check("Reference: even crossings", kSeed + 2);
   Random random(kSeed + 2);
   P::Stack::Memory memory;

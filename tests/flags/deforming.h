@@ -66,7 +66,7 @@ class Deforming {
   build::Bvh bvh_;
 };
 
-/// @tparam P Policies<> or DoubleRays<>.
+/// @tparam P Policies or DoubleRays<>.
 template <class P> unsigned deforming_mesh(const std::string& name) {
   using Real = typename P::Real;
   constexpr unsigned kTimes = 60, kRays = 10;

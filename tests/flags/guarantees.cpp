@@ -12,7 +12,12 @@ using namespace hiprt::flags;
 
 namespace {
 
-using Exact = Policies<PlanesLayout, Reference>;
+struct Exact : Policies {
+  using Triangle = Reference;
+};
+struct Array : Policies {
+  using Lanes = ArrayLanes;
+};
 
 unsigned closed() {
   const Mesh mesh = lattice_mesh(3);
@@ -33,24 +38,23 @@ unsigned closed() {
   const build::Instance squeezed[] = {{.object = 0, .to_scene = lattice_affine(random, 2, 0x1p-10f)}};
   const build::Bvh flat = must(build::build_instances(files, squeezed));
 
-  using Array = Policies<PlanesLayout, Watertight, Conservative, PrivateStack<>, ArrayLanes>;
-  unsigned faults = closed_meshes<Policies<>>("Watertight", scene, mesh);
+  unsigned faults = closed_meshes<Policies>("Watertight", scene, mesh);
   faults += closed_meshes<Array>("ArrayLanes", scene, mesh);
-  faults += closed_meshes<Policies<FloatLayout>>("float", view_of(floats), mesh);
-  faults += closed_meshes<Policies<HalfLayout>>("half", view_of(half), mesh);
-  faults += closed_meshes<Policies<QuantizedLayout>>("quantized", view_of(quantized), mesh);
+  faults += closed_meshes<WithLayout<FloatLayout>>("float", view_of(floats), mesh);
+  faults += closed_meshes<WithLayout<HalfLayout>>("half", view_of(half), mesh);
+  faults += closed_meshes<WithLayout<QuantizedLayout>>("quantized", view_of(quantized), mesh);
   faults += closed_meshes<Exact>("Reference", scene, mesh);
   faults += closed_meshes<DoubleRays<>>("double", scene, mesh);
   faults += even_crossings(scene, mesh);
-  faults += closed_meshes<Instanced<Policies<>>>("quarter turn", view_of(turned), mesh);
-  faults += closed_meshes<Instanced<Policies<>>>("instance", view_of(sheared), mesh);
-  faults += closed_meshes<Instanced<Policies<>>>("flat instance", view_of(flat), mesh);
+  faults += closed_meshes<Instanced<Policies>>("quarter turn", view_of(turned), mesh);
+  faults += closed_meshes<Instanced<Policies>>("instance", view_of(sheared), mesh);
+  faults += closed_meshes<Instanced<Policies>>("flat instance", view_of(flat), mesh);
 
-  faults += spawned_rays<Policies<>>("Watertight", scene, mesh);
+  faults += spawned_rays<Policies>("Watertight", scene, mesh);
   faults += spawned_rays<Exact>("Reference", scene, mesh);
   faults += spawned_rays<DoubleRays<>>("double", scene, mesh);
-  faults += spawned_rays<Instanced<Policies<>>>("instance", view_of(sheared), mesh);
-  faults += spawned_rays<Instanced<Policies<>>>("flat instance", view_of(flat), mesh);
+  faults += spawned_rays<Instanced<Policies>>("instance", view_of(sheared), mesh);
+  faults += spawned_rays<Instanced<Policies>>("flat instance", view_of(flat), mesh);
   faults += spawned_rays<Instanced<Exact>>("instance, Reference", view_of(sheared), mesh);
   faults += spawned_rays<Instanced<DoubleRays<>>>("instance, double", view_of(sheared), mesh);
   return faults;
@@ -60,8 +64,8 @@ unsigned boxes() {
   unsigned faults = boxes_of_meshes("at home", Vec3(0), 1.0f);
   faults += boxes_of_meshes("far away", Vec3(700, -1000, 300), 1.0f);
   faults += boxes_of_meshes("tiny", Vec3(0), 0x1p-60f);
-  faults += boxes_of_instances<Instanced<Policies<>>>("instances");
-  faults += boxes_of_instances<Instanced<Policies<QuantizedLayout>>>("instances, quantized");
+  faults += boxes_of_instances<Instanced<Policies>>("instances");
+  faults += boxes_of_instances<Instanced<WithLayout<QuantizedLayout>>>("instances, quantized");
   faults += boxes_of_instances<Instanced<Exact>>("instances, Reference");
   faults += boxes_of_instances<Instanced<DoubleRays<>>>("instances, double");
   return faults;
@@ -70,14 +74,14 @@ unsigned boxes() {
 unsigned motion() {
   const Mesh mesh = lattice_mesh(2);
   unsigned faults = bounds_of_motion();
-  faults += closed_on_the_way<Policies<>>("moving", mesh);
+  faults += closed_on_the_way<Policies>("moving", mesh);
   faults += closed_on_the_way<Exact>("moving, Reference", mesh);
   faults += closed_on_the_way<DoubleRays<>>("moving, double", mesh);
-  faults += boxes_on_the_way<Moving<Instanced<Policies<>>>>("moving");
-  faults += boxes_on_the_way<Moving<Instanced<Policies<QuantizedLayout>>>>("moving, quantized");
+  faults += boxes_on_the_way<Moving<Instanced<Policies>>>("moving");
+  faults += boxes_on_the_way<Moving<Instanced<WithLayout<QuantizedLayout>>>>("moving, quantized");
   faults += boxes_on_the_way<Moving<Instanced<Exact>>>("moving, Reference");
   faults += boxes_on_the_way<Moving<Instanced<DoubleRays<>>>>("moving, double");
-  faults += deforming_mesh<Policies<>>("deforming mesh");
+  faults += deforming_mesh<Policies>("deforming mesh");
   faults += deforming_mesh<DoubleRays<>>("deforming mesh, double");
   return faults;
 }

@@ -283,9 +283,9 @@ template <class P> unsigned scene_of_shapes(const std::string& name, const Shape
 inline unsigned shapes() {
   const ShapeScene scene;
   unsigned faults = shapes_against_exact() + shapes_of_any_size() + boxes_of_shapes();
-  faults += scene_of_shapes<Policies<>>("shapes", scene, scene.view());
+  faults += scene_of_shapes<Policies>("shapes", scene, scene.view());
   faults += scene_of_shapes<DoubleRays<>>("shapes, double", scene, scene.view());
-  faults += scene_of_shapes<Instanced<Policies<>>>("shapes, instance", scene, scene.instanced());
+  faults += scene_of_shapes<Instanced<Policies>>("shapes, instance", scene, scene.instanced());
   return faults;
 }
 

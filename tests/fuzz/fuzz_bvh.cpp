@@ -41,7 +41,7 @@ void check_hit(const BufferView& view, const Ray& ray, const Hit& hit) {
 /// By the file's spheres and curves, if it has any.
 template <bool kAny> Hit hit_with_shapes(const SceneView& scene, const Ray& ray) {
   return dispatch_layout(scene.layout, [&](auto layout) -> Hit {
-    using P = Policies<decltype(layout)>;
+    using P = WithLayout<decltype(layout)>;
     using Query = std::conditional_t<kAny, AnyHit<P, NoFilter, SceneShapes>, ClosestHit<P, NoFilter, SceneShapes>>;
     PrivateStack<>::Memory stack;
     return Query(scene, ray, stack, {}, SceneShapes(scene)).next_hit();

@@ -11,7 +11,7 @@ using namespace hiprt;
 
 /// The view of a frame is known on the device only.
 __global__ void trace(const gpu::InstanceReport* frame, Ray ray, Hit* hit) {
-  *hit = closest_hit<Instanced<Policies<>>>(frame->view, ray);
+  *hit = closest_hit<Instanced<Policies>>(frame->view, ray);
 }
 
 __global__ void move(gpu::DeviceInstance* instances, unsigned count, float x) {

@@ -5,9 +5,13 @@
 namespace hiprt::checks {
 namespace {
 
+struct Exact : Policies {
+  using Triangle = Reference;
+};
+
 HIPRT_HD ExtremeAnswer answer(const SceneView& scene, const Ray& ray) {
-  return {closest_hit<Policies<>>(scene, ray), closest_hit<Policies<PlanesLayout, Reference>>(scene, ray),
-          any_hit<Policies<>>(scene, ray).found() ? 1u : 0u};
+  return {closest_hit<Policies>(scene, ray), closest_hit<Exact>(scene, ray),
+          any_hit<Policies>(scene, ray).found() ? 1u : 0u};
 }
 
 __global__ void answer_all(SceneView scene, const Ray* rays, ExtremeAnswer* answers, unsigned count) {

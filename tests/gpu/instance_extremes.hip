@@ -30,8 +30,11 @@ template <class P> HIPRT_HD InstanceAnswer answer(const SceneView& scene, const 
   return result;
 }
 
-using Default = Deep<Policies<>>;
-using Exact = Deep<Policies<PlanesLayout, Reference>>;
+using Default = Deep<Policies>;
+struct ByReference : Policies {
+  using Triangle = Reference;
+};
+using Exact = Deep<ByReference>;
 using Double = Deep<DoubleRays<>>;
 
 /// One policy's: a kernel each.

@@ -20,8 +20,11 @@ using hiprt::oracle::Probe, hiprt::oracle::Question;
 
 namespace {
 
-template <class Triangle, class Boxes> struct Tracer {
-  using P = hiprt::Policies<hiprt::PlanesLayout, Triangle, Boxes>;
+template <class TriangleTest, class BoxTest> struct Tracer {
+  struct P : hiprt::Policies {
+    using Triangle = TriangleTest;
+    using Boxes = BoxTest;
+  };
   __device__ hiprt::Hit closest(const hiprt::Ray& ray) const { return hiprt::closest_hit<P>(scene, ray); }
   const hiprt::SceneView& scene;
 };

@@ -20,7 +20,7 @@ using Random = hiprt::checks::DigestRandom;
 
 namespace {
 
-using P = hiprt::Moving<hiprt::Instanced<hiprt::Policies<>, 2>>;
+using P = hiprt::Moving<hiprt::Instanced<hiprt::Policies, 2>>;
 
 struct Answer {
   float t = 0, u = 0, v = 0, error = 0, normal[3] = {};

@@ -50,7 +50,7 @@ struct Arguments {
   const float* radius;
 };
 
-template <class Layout, class StackPolicy, class SchedulePolicy = Immediate> struct With : Policies<Layout> {
+template <class Layout, class StackPolicy, class SchedulePolicy = Immediate> struct With : WithLayout<Layout> {
   using Stack = StackPolicy;
   using Schedule = SchedulePolicy;
 };
@@ -143,6 +143,12 @@ template <class Layout, class Stack> __global__ void __launch_bounds__(kBlock) c
   });
 }
 
+template <class LayoutType, class TriangleType> struct ByInstruction : HardwarePolicies {
+  using Layout = LayoutType;
+  using Triangle = TriangleType;
+  using Stack = Rolling;
+};
+
 /// With AMD's ray instruction; empty for other GPUs.
 template <class Layout, class Triangle>
 __global__ void __launch_bounds__(kBlock) closest_hardware(Arguments arguments) {
@@ -150,8 +156,7 @@ __global__ void __launch_bounds__(kBlock) closest_hardware(Arguments arguments) 
     const std::uint32_t i = thread_index();
     with_storage<Rolling>(arguments, [&](const auto& storage) {
       if (i < arguments.count)
-        arguments.hits[i] =
-            closest_hit<HardwarePolicies<Layout, Triangle, Rolling>>(arguments.scene, arguments.rays[i], storage);
+        arguments.hits[i] = closest_hit<ByInstruction<Layout, Triangle>>(arguments.scene, arguments.rays[i], storage);
     });
   }
 }

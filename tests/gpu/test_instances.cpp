@@ -137,7 +137,7 @@ void check_same(const BufferView& device, const BufferView& host) {
   CHECK(device.header->shutter_rate == host.header->shutter_rate);
 }
 
-template <class LayoutType> struct Tracer : Instanced<Policies<LayoutType>, 2> {};
+template <class LayoutType> struct Tracer : Instanced<WithLayout<LayoutType>, 2> {};
 
 /// The same on the device and on the host.
 /// @param motion of one instance in the group.

@@ -7,9 +7,9 @@
 namespace hiprt::checks {
 namespace {
 
-using Tracer = Instanced<Policies<>, 2>;
+using Tracer = Instanced<Policies, 2>;
 
-struct Rolling : Policies<> {
+struct Rolling : Policies {
   using Stack = RollingStack<8>;
 };
 using RollingTracer = Instanced<Rolling, 2>;

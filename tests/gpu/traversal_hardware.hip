@@ -5,8 +5,10 @@ namespace hiprt::checks {
 
 namespace {
 
-template <class Layout, class Triangle, class Place, class SchedulePolicy = Immediate>
-struct Hardware : HardwarePolicies<Layout, Triangle> {
+template <class LayoutType, class TriangleType, class Place, class SchedulePolicy = Immediate>
+struct Hardware : HardwarePolicies {
+  using Layout = LayoutType;
+  using Triangle = TriangleType;
   using Stack = typename Place::Stack;
   using Schedule = SchedulePolicy;
 };

@@ -140,7 +140,7 @@ template <unsigned kEntries> class Restarting {
   __device__ bool is_intact() const { return true; }
 };
 
-template <class LayoutPolicy, class Place, class SchedulePolicy = Immediate> struct With : Policies<LayoutPolicy> {
+template <class LayoutPolicy, class Place, class SchedulePolicy = Immediate> struct With : WithLayout<LayoutPolicy> {
   using Stack = typename Place::Stack;
   using Schedule = SchedulePolicy;
 };

@@ -9,7 +9,7 @@ namespace {
 
 template <class Filter, class Primitives>
 Expected ask_host(const SceneView& scene, const Ray& ray, const Primitives& primitives) {
-  using P = Policies<PlanesLayout>;
+  using P = Policies;
   P::Stack::Memory memory;
   Expected expected;
   ClosestHit<P, Filter, Primitives> closest(scene, ray, memory, {}, primitives);

@@ -3,6 +3,7 @@
 
 #include <hiprt_build/input.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>

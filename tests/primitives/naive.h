@@ -1,6 +1,7 @@
 #pragma once
 /// The sphere test of textbooks, in float: what the measurements must find fault with, and a price to compare with.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/primitives/shapes.h>
 
 namespace hiprt::checks {

@@ -57,7 +57,7 @@ struct Deforming {
   }
   Hit closest(const Ray& ray) const {
     using List = PrimitiveList<MovingTriangleSet>;
-    using P = Policies<>;
+    using P = Policies;
     P::Stack::Memory memory;
     return ClosestHit<P, NoFilter, List>(make_scene_view(*open_buffer(file.bytes())), ray, P::Stack::Storage(memory),
                                          {}, List{set()})
@@ -95,7 +95,7 @@ unsigned check_as_still(const Deforming& deforming, const Mesh& still_mesh, floa
     Ray ray = aimed_ray(random);
     ray.time = time;
     INFO("time " << time << ", ray " << k);
-    const Hit expected = closest_hit<Policies<>>(scene, ray), hit = deforming.closest(ray);
+    const Hit expected = closest_hit<Policies>(scene, ray), hit = deforming.closest(ray);
     REQUIRE(hit.found() == expected.found());
     if (!hit.found()) continue;
     ++hits;

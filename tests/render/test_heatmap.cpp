@@ -1,3 +1,4 @@
+#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/studio/color_map.h>
 #include <tools/render/studio/heatmap.h>
 

@@ -1,5 +1,6 @@
 #include "read_images.h"
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/tools/temp_folder.h>
 #include <tools/render/image/color.h>
 #include <tools/render/image/image.h>

@@ -1,6 +1,7 @@
 /// What a path tracer is made of: materials, the sky, and how directions are chosen, against sums over all directions
 /// in double precision.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/amount.h>
 #include <tests/oracle/random.h>
 #include <tools/render/path/path_bsdf.h>

@@ -3,6 +3,7 @@
 
 #include "scenes_to_render.h"
 
+#include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/query/query.h>
 #include <tests/oracle/brute_force.h>
 #include <tools/cli/progress.h>

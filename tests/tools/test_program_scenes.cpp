@@ -23,8 +23,8 @@ using nlohmann::json;
 namespace {
 
 constexpr unsigned kMostLevels = 4;
-using SceneTracer = Instanced<Policies<PlanesLayout>, kMostLevels>;
-using FlatTracer = Policies<PlanesLayout>;
+using SceneTracer = Instanced<Policies, kMostLevels>;
+using FlatTracer = Policies;
 
 /// A grid of 4 x 4 and one of 2 x 2; three groups, of which one is in both others; a mirror and masks.
 json forest() {

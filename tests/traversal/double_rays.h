@@ -16,8 +16,8 @@ namespace hiprt::checks {
 inline constexpr std::uint64_t kDoubleSeed = 20261123;
 inline constexpr double kDoubleUnit = 0x1p-53;
 
-template <class LayoutType> struct Far : DoubleRays<Policies<LayoutType>> {};
-template <class LayoutType> struct FarEveryBox : DoubleRays<Policies<LayoutType>> { using Boxes = oracle::EveryBox; };
+template <class LayoutType> struct Far : DoubleRays<WithLayout<LayoutType>> {};
+template <class LayoutType> struct FarEveryBox : DoubleRays<WithLayout<LayoutType>> { using Boxes = oracle::EveryBox; };
 
 /// ask(policies) for the scene's layout.
 template <template <class> class P, class Ask> auto with_layout(const SceneView& scene, Ask&& ask) {

@@ -92,8 +92,13 @@ inline std::vector<Hit> every_hit(std::span<const Mesh> meshes, const Ray& ray) 
 /// Policies that the queries' tests vary.
 template <class LayoutPolicy, class SchedulePolicy = Immediate, class LanesPolicy = DefaultLanes,
           class StackPolicy = PrivateStack<>, FeatureMask kFeatureSet = kKnownFeatures>
-struct Tried : Policies<LayoutPolicy, Watertight, Conservative, StackPolicy, LanesPolicy, WorkCounter, kFeatureSet> {
+struct Tried : Policies {
+  using Layout = LayoutPolicy;
+  using Stack = StackPolicy;
+  using Lanes = LanesPolicy;
+  using Counter = WorkCounter;
   using Schedule = SchedulePolicy;
+  static constexpr FeatureMask kFeatures = kFeatureSet;
 };
 
 /// A stack of one ray, in whatever way the policy wants its memory.

@@ -233,7 +233,7 @@ TEST_CASE("scenes with custom primitives are refused by who knows none", "[custo
   for (const NodeLayout layout : kLayouts) {
     const Scene scene = world.scene({.nodes = layout});
     dispatch_layout(layout, [&](auto tag) {
-      check_refused<Policies<decltype(tag)>>(scene.traced, NoPrimitives{}, ray);
+      check_refused<WithLayout<decltype(tag)>>(scene.traced, NoPrimitives{}, ray);
       CHECK(closest_hit(scene.traced, ray).failed());
       CHECK(any_hit(scene.traced, ray).failed());
     });

@@ -1,5 +1,6 @@
 // Custom primitives in instances: their functors see the ray as the object does, and which object it is.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/moving_scenes.h>
 
 #include <hiprt_device/primitives/sphere.h>
@@ -102,6 +103,6 @@ template <class P> void check(unsigned levels) {
 }  // namespace
 
 TEST_CASE("custom primitives in instances are hit as each object has them") {
-  check<Moving<Instanced<Policies<>, 1>>>(1);
-  check<Moving<Instanced<Policies<>, 2>>>(2);
+  check<Moving<Instanced<Policies, 1>>>(1);
+  check<Moving<Instanced<Policies, 2>>>(2);
 }

@@ -72,7 +72,9 @@ struct Everything {
   }
 };
 
-using P = Policies<PlanesLayout, Reference>;
+struct P : Policies {
+  using Triangle = Reference;
+};
 
 template <class Query> std::vector<Hit> hits_of(const Scene& scene, const Ray& ray) {
   typename P::Stack::Memory stack;

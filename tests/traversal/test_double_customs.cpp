@@ -1,6 +1,7 @@
 // Custom primitives met by rays in double: triangles with double vertices, spheres, curves, and meshes that move.
 
 #include <hiprt_build/format/view.h>
+#include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/primitives/double_triangle.h>
 #include <hiprt_device/primitives/moving_triangle.h>
 #include <hiprt_device/primitives/round_curve.h>
@@ -89,7 +90,7 @@ TEST_CASE("triangles with double vertices ten million units away: exact, and no 
       CHECK(double{hit.error} < 1e-6);
       worst = std::max(worst, off_by.get_d());
       // A float ray there cannot know better than its own numbers.
-      const Hit rough = scene.closest<Policies<>>(convert<float>(ray), set);
+      const Hit rough = scene.closest<Policies>(convert<float>(ray), set);
       if (rough.found()) CHECK(double{rough.error} > 0.1);
     }
   std::printf("double vertices at 1e7: %lu rays, points off by up to %.3g\n", rays, worst);
@@ -105,7 +106,7 @@ TEST_CASE("float rays meet triangles with double vertices where double rays do",
     const Ray ray = random_ray(random, 3.0);
     RayD same = convert<double>(ray);
     same.tmax = std::numeric_limits<double>::infinity();
-    const Hit hit = scene.closest<Policies<>>(ray, set);
+    const Hit hit = scene.closest<Policies>(ray, set);
     const HitD precise = scene.closest<DoubleRays<>>(same, set);
     INFO("ray " << i << ": " << describe(same));
     if (!precise.found() || static_cast<float>(precise.t) > ray.tmax) {

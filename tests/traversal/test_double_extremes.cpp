@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity(), kNan = std::numeric_limits<double>::quiet_NaN();
 
-template <class LayoutType> struct FarPlaced : Instanced<DoubleRays<Policies<LayoutType>>, 1> {};
+template <class LayoutType> struct FarPlaced : Instanced<DoubleRays<WithLayout<LayoutType>>, 1> {};
 
 /// Squares in the planes z = 1, 2, 4 with corners at +-1: double rays of whole numbers meet them at exact distances.
 std::vector<Mesh> shelves() { return {grid_plane(3, 2, 1), grid_plane(3, 2, 2), grid_plane(3, 2, 4)}; }

@@ -1,6 +1,7 @@
 // Rays in double: against exact arithmetic, far from the origin, through instances; hits do not depend on the tree, and
 // nothing leaks.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/query/spawn.h>
 #include <hiprt_device/query/t_error.h>
 #include <tests/traversal/aim.h>

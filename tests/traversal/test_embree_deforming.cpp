@@ -69,7 +69,7 @@ Tolerances tolerances_of(const std::array<Real3, 3>& corners, const Ray& ray, do
 void compare(const char* name, const Deforming& deforming, unsigned rays) {
   const SceneView view = make_scene_view(*open_buffer(deforming.file.bytes()));
   using List = PrimitiveList<MovingTriangleSet>;
-  using P = Policies<>;
+  using P = Policies;
   double magnitude = 0.0;
   for (const float x : deforming.positions) magnitude = std::max(magnitude, 1.7321 * std::fabs(double{x}));
   Random random(kSeed);

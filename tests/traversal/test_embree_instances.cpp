@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261123;
 constexpr std::uint32_t kInstances = 12;
-using Tracer = Moving<Instanced<Policies<>, 2>>;
+using Tracer = Moving<Instanced<Policies, 2>>;
 
 /// A matrix in long double; column 3 is the translation.
 struct RealAffine {

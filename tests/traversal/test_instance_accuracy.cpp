@@ -1,5 +1,6 @@
 // How exact hits in instances are, and that their error bounds hold.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/instance_scenes.h>
 
 #include <algorithm>
@@ -13,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
 
-template <class LayoutType, unsigned kLevels> struct Tracer : Instanced<Policies<LayoutType>, kLevels> {};
+template <class LayoutType, unsigned kLevels> struct Tracer : Instanced<WithLayout<LayoutType>, kLevels> {};
 
 /// The exact closest hit, of the transforms and triangles as they stand in the file.
 struct ExactHit {

@@ -17,7 +17,9 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261126;
 
-struct Exact : Policies<PlanesLayout, Reference> {};
+struct Exact : Policies {
+  using Triangle = Reference;
+};
 
 /// For the object alone.
 template <class P> struct FlatOf : P { static constexpr unsigned kLevels = 0; };
@@ -201,10 +203,10 @@ TEST_CASE("closed meshes in instances of a condition up to 2^38 do not leak", "[
     const double found = open_buffer(scene.file.bytes())->header->condition;
     CHECK(found >= all[i].condition * (1 - 1e-3));
     CHECK(found <= 9 * all[i].condition * (1 + 1e-3));
-    traced[0] += check_no_leak<Instanced<Policies<PlanesLayout>>>(all[i].name + ", default", shape, scene);
+    traced[0] += check_no_leak<Instanced<Policies>>(all[i].name + ", default", shape, scene);
     traced[1] += check_no_leak<Instanced<Exact>>(all[i].name + ", Reference", shape, scene);
     traced[2] += check_no_leak<Instanced<DoubleRays<>>>(all[i].name + ", double", shape, scene);
-    hits[0] += check_as_object<Instanced<Policies<PlanesLayout>>>(all[i].name + ", default", shape, scene);
+    hits[0] += check_as_object<Instanced<Policies>>(all[i].name + ", default", shape, scene);
     hits[1] += check_as_object<Instanced<Exact>>(all[i].name + ", Reference", shape, scene);
     hits[2] += check_as_object<Instanced<DoubleRays<>>>(all[i].name + ", double", shape, scene);
   }

@@ -14,10 +14,12 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261124;
 
-struct Exact : Policies<PlanesLayout, Reference> {};
-template <unsigned kLevels> using Still = Instanced<Policies<PlanesLayout>, kLevels>;
+struct Exact : Policies {
+  using Triangle = Reference;
+};
+template <unsigned kLevels> using Still = Instanced<Policies, kLevels>;
 template <unsigned kLevels> using StillExact = Instanced<Exact, kLevels>;
-using Moved = Moving<Instanced<Policies<PlanesLayout>, 2>>;
+using Moved = Moving<Instanced<Policies, 2>>;
 using MovedExact = Moving<Instanced<Exact, 2>>;
 
 /// Rays from inside at edges, vertices and insides of the mesh.

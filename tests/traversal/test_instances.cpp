@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
 
-template <class LayoutType, unsigned kLevels> struct Tracer : Instanced<Policies<LayoutType>, kLevels> {};
-template <class LayoutType, unsigned kLevels> struct PostponedTracer : Instanced<Policies<LayoutType>, kLevels> {
+template <class LayoutType, unsigned kLevels> struct Tracer : Instanced<WithLayout<LayoutType>, kLevels> {};
+template <class LayoutType, unsigned kLevels> struct PostponedTracer : Instanced<WithLayout<LayoutType>, kLevels> {
   using Schedule = Postponed;
 };
 
@@ -136,7 +136,7 @@ TEST_CASE("sixteen levels") {
   CHECK(scene.view().levels == kMostLevels);
   CHECK_FALSE(covers<Tracer<PlanesLayout, kMostLevels - 1>>(scene.view()));
   CHECK(closest_hit<Tracer<PlanesLayout, kMostLevels - 1>>(scene.view(), Ray{}).failed());
-  CHECK_FALSE(covers<Policies<>>(scene.view()));
+  CHECK_FALSE(covers<Policies>(scene.view()));
 }
 
 TEST_CASE("transforms that cannot be are refused with their numbers") {
@@ -284,7 +284,7 @@ TEST_CASE("an identity instance is the scene itself, with numbers at their limit
     Ray ray = random_ray(random, 2.0);
     ray.direction *= static_cast<float>(random.log_uniform(1e-20, 1e20));
     ray.tmax = std::numeric_limits<float>::infinity();
-    const Hit expected = closest_hit<Policies<>>(flat, ray);
+    const Hit expected = closest_hit<Policies>(flat, ray);
     const auto hit = closest_hit<Tracer<PlanesLayout, 1>>(view, ray);
     INFO("ray " << i);
     REQUIRE(hit.found() == expected.found());

@@ -13,7 +13,7 @@ using hiprt::oracle::Random;
 namespace {
 
 constexpr std::uint64_t kSeed = 20261127;
-using Tracer = Moving<Instanced<Policies<>, 6>>;
+using Tracer = Moving<Instanced<Policies, 6>>;
 
 build::Result<build::MergedLevels> merge(const InstanceScene& scene, const build::MergeOptions& options = {}) {
   const std::vector<std::span<const std::byte>> files(scene.files.size());
@@ -198,8 +198,8 @@ TEMPLATE_TEST_CASE("where products are exact, so are hits", "", FloatLayout, Pla
   const auto merged = merge(scene);
   REQUIRE(merged.has_value());
   InstanceScene other = merged_scene(scene, *merged);
-  using P = Instanced<Policies<TestType>, 4>;
-  using One = Instanced<Policies<TestType>>;
+  using P = Instanced<WithLayout<TestType>, 4>;
+  using One = Instanced<WithLayout<TestType>>;
   const SceneView a = scene.view(), b = other.view();
   REQUIRE(covers<One>(b));
   unsigned hits = 0;

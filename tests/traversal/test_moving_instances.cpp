@@ -1,5 +1,6 @@
 // Rays in scenes that move: what they hit does not depend on the trees over instances, at any time.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/moving_scenes.h>
 
 using namespace hiprt;
@@ -10,13 +11,15 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
 
-template <class LayoutType, unsigned kLevels> struct Tracer : Moving<Instanced<Policies<LayoutType>, kLevels>> {};
+template <class LayoutType, unsigned kLevels> struct Tracer : Moving<Instanced<WithLayout<LayoutType>, kLevels>> {};
 template <class LayoutType, unsigned kLevels> struct PostponedTracer : Tracer<LayoutType, kLevels> {
   using Schedule = Postponed;
 };
 
-using CountingTracer =
-    Moving<Instanced<Policies<PlanesLayout, Watertight, Conservative, PrivateStack<>, DefaultLanes, WorkCounter>, 1>>;
+struct Counted : Policies {
+  using Counter = WorkCounter;
+};
+using CountingTracer = Moving<Instanced<Counted>>;
 
 /// Groups of instances of what is before them, most of which move.
 struct MovingScene : InstanceScene {
@@ -120,8 +123,8 @@ TEST_CASE("a ray enters only what is about where it is at its time") {
 TEST_CASE("what moves is for tracers that know of motion") {
   MovingScene moving(kSeed, NodeLayout::kPlanes, 1, 5);
   moving.build();
-  CHECK_FALSE(covers<Instanced<Policies<>>>(moving.view()));
-  CHECK(closest_hit<Instanced<Policies<>>>(moving.view(), Ray{}).failed());
+  CHECK_FALSE(covers<Instanced<Policies>>(moving.view()));
+  CHECK(closest_hit<Instanced<Policies>>(moving.view(), Ray{}).failed());
   // And those see what stands still as others do.
   InstanceScene still;
   still.add_file({oracle::icosphere(2)}, NodeLayout::kPlanes);
@@ -135,7 +138,7 @@ TEST_CASE("what moves is for tracers that know of motion") {
   for (unsigned i = 0; i < 300; ++i) {
     const Ray ray = random_ray(random, 6.0);
     const auto hit = closest_hit<Tracer<PlanesLayout, 1>>(still.view(), ray),
-               other = closest_hit<Instanced<Policies<>>>(still.view(), ray);
+               other = closest_hit<Instanced<Policies>>(still.view(), ray);
     REQUIRE((hit.t == other.t && hit.path == other.path && hit.error == other.error && hit.normal == other.normal));
   }
 }

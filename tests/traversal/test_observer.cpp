@@ -53,8 +53,8 @@ struct Watcher : WorkCounter {
 };
 static_assert(TraversalObserver<Watcher> && !TraversalObserver<WorkCounter> && !TraversalObserver<NoCounter>);
 
-template <class Layout, class Counter>
-using Tracer = Moving<Instanced<Policies<Layout, Watertight, Conservative, PrivateStack<>, DefaultLanes, Counter>, 2>>;
+template <class LayoutType, class CounterType> struct Counted : WithLayout<LayoutType> { using Counter = CounterType; };
+template <class Layout, class Counter> using Tracer = Moving<Instanced<Counted<Layout, Counter>, 2>>;
 
 }  // namespace
 
@@ -105,7 +105,7 @@ TEMPLATE_TEST_CASE("an observer sees what is counted, and changes nothing", "", 
 TEST_CASE("a counter goes on from what it is") {
   InstanceScene scene;
   scene.add_file({oracle::icosphere(2)}, NodeLayout::kPlanes);
-  using P = Policies<PlanesLayout, Watertight, Conservative, PrivateStack<>, DefaultLanes, WorkCounter>;
+  using P = Counted<PlanesLayout, WorkCounter>;
   const SceneView view = make_scene_view(*open_buffer(std::as_const(scene.files[0]).bytes()));
   const Ray ray{{0.1f, 0.2f, 5}, 0, {0, 0, -1}};
   P::Stack::Memory stack;
@@ -127,7 +127,7 @@ TEST_CASE("boxes and triangles before tmin or behind tmax are not looked at") {
   const auto bvh = build::build(oracle::views(balls), {.nodes = NodeLayout::kPlanes});
   REQUIRE(bvh.has_value());
   const SceneView view = make_scene_view(*open_buffer(bvh->buffer.bytes()));
-  using P = Policies<PlanesLayout, Watertight, Conservative, PrivateStack<>, DefaultLanes, WorkCounter>;
+  using P = Counted<PlanesLayout, WorkCounter>;
   const auto work = [&](float tmin, float tmax) {
     const Ray ray{.origin = {-5, 0.01f, 0.02f}, .tmin = tmin, .direction = {1, 0, 0}, .tmax = tmax};
     P::Stack::Memory memory;

@@ -65,7 +65,7 @@ TEMPLATE_TEST_CASE("opened instances give the same hits, each once", "", FloatLa
     CHECK(leaves(closed) == 8);
     CHECK(leaves(opened) > 40);
     CHECK(open_buffer(opened.file.bytes())->instances.size() == 8);
-    using P = Moving<Instanced<Policies<TestType>, 2>>;
+    using P = Moving<Instanced<WithLayout<TestType>, 2>>;
     Random random(kSeed);
     unsigned hits = 0;
     for (unsigned i = 0; i < 300; ++i) {
@@ -112,7 +112,7 @@ TEST_CASE("filters are not asked about instances without them") {
   OverlappingScene scene(NodeLayout::kPlanes, 2);
   for (Instance& instance : scene.groups[1]) instance.without_filter = instance.object == 0;
   scene.build();
-  using P = Moving<Instanced<Policies<>, 2>>;
+  using P = Moving<Instanced<Policies, 2>>;
   Random random(kSeed);
   unsigned hits = 0;
   for (unsigned i = 0; i < 300; ++i) {

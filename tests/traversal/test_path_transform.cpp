@@ -1,5 +1,6 @@
 // Transforms along ways of instances, still and moving: errors against long double, and their bounds.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/moving_scenes.h>
 
 #include <cstdio>

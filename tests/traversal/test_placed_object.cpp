@@ -35,7 +35,7 @@ bool same(const PathHit<1>& a, const PathHit<1>& b) {
 
 TEMPLATE_TEST_CASE("one instance has the hits of a tracer of one level", "", FloatLayout, PlanesLayout, HalfLayout,
                    QuantizedLayout) {
-  using Flat = Policies<TestType>;
+  using Flat = WithLayout<TestType>;
   using OneLevel = Instanced<Flat>;
   Random random(kSeed);
   unsigned hits = 0;
@@ -70,7 +70,7 @@ TEST_CASE("rays that are none hit nothing in one instance, either") {
   const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
   for (const Ray& ray : {Ray{.origin = {inf, 0, 0}}, Ray{.origin = {nan, 0, 0}}, Ray{.direction = {0, 0, 0}},
                          Ray{.direction = {inf, 0, 0}}, Ray{.tmin = 2, .tmax = 1}, Ray{.tmax = nan}})
-    CHECK_FALSE(alone->to_scene(closest_hit<Policies<>>(alone->object, alone->to_object(ray)), ray).found());
+    CHECK_FALSE(alone->to_scene(closest_hit<Policies>(alone->object, alone->to_object(ray)), ray).found());
 }
 
 TEST_CASE("only one whole instance that stands still, of an object without instances, is one") {

@@ -1,5 +1,6 @@
 // What ray.h promises about ranges, masks, directions, values that are not finite, and ids.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/explain.h>

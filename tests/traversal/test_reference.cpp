@@ -134,7 +134,9 @@ TEST_CASE("a triangle's hit does not depend on the other one of its leaf", "[ref
 }
 
 TEST_CASE("a ray from outside crosses a closed surface an even number of times", "[reference]") {
-  using Tracer = Policies<PlanesLayout, Reference>;
+  struct Tracer : Policies {
+    using Triangle = Reference;
+  };
   for (const Closed& closed : closed_meshes()) {
     const Scene scene = make_scene({closed.mesh}, {.nodes = NodeLayout::kPlanes});
     std::uint64_t rays = 0, crossings = 0;
@@ -172,8 +174,10 @@ TEST_CASE("a ray from outside crosses a closed surface an even number of times",
 
 namespace {
 
+template <class LayoutType> struct Exact : WithLayout<LayoutType> { using Triangle = hiprt::Reference; };
+
 template <class Layout> Hit closest_in(const Scene& scene, const Ray& ray) {
-  return closest_hit<Policies<Layout, hiprt::Reference>>(scene.traced, ray);
+  return closest_hit<Exact<Layout>>(scene.traced, ray);
 }
 
 Hit closest_in(const Scene& scene, const Ray& ray) {

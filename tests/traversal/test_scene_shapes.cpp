@@ -27,7 +27,7 @@ template <class P> auto any(const SceneView& view, const Ray& ray) {
 
 /// A query that has no other primitives answers for the mesh.
 template <class Layout> void check_flat(build::Builder builder) {
-  using P = Policies<Layout>;
+  using P = WithLayout<Layout>;
   const ShapeObject object(kSeed, 30);
   const build::Buffer file = object.build(Layout::kId, builder);
   const SceneView view = make_scene_view(*open_buffer(file.bytes()));
@@ -95,8 +95,8 @@ TEST_CASE("shapes in a file are hit as they are by themselves, in every layout")
 }
 
 TEST_CASE("shapes in instances, in motion and on two levels") {
-  check_instances<Moving<Instanced<Policies<>, 1>>>(1);
-  check_instances<Moving<Instanced<Policies<>, 2>>>(2);
+  check_instances<Moving<Instanced<Policies, 1>>>(1);
+  check_instances<Moving<Instanced<Policies, 2>>>(2);
 }
 
 TEST_CASE("exact arithmetic finds the crossings that a file's shapes give") {
@@ -110,7 +110,7 @@ TEST_CASE("exact arithmetic finds the crossings that a file's shapes give") {
     Ray ray;
     ray.origin = Vec3(from[0], from[1], from[2]);
     ray.direction = Vec3(to[0], to[1], to[2]) - ray.origin;
-    const auto hit = closest<Policies<>>(view, ray);
+    const auto hit = closest<Policies>(view, ray);
     const auto line = [&](const ShapePoint& a, const ShapePoint& b) {
       oracle::LineAndBalls balls{};
       for (int k = 0; k < 3; ++k) {
@@ -144,8 +144,8 @@ TEST_CASE("queries refuse custom primitives of which the file does not tell") {
   REQUIRE(bvh.has_value());
   const SceneView view = make_scene_view(*open_buffer(bvh->buffer.bytes()));
   const Ray ray{.origin = {0, 0, 5}, .direction = {0, 0, -1}};
-  CHECK(closest<Policies<>>(view, ray).failed());
-  CHECK(any<Policies<>>(view, ray).failed());
+  CHECK(closest<Policies>(view, ray).failed());
+  CHECK(any<Policies>(view, ray).failed());
 }
 
 TEST_CASE("a program's own primitives beside a file's shapes") {
@@ -162,7 +162,7 @@ TEST_CASE("a program's own primitives beside a file's shapes") {
   const auto t = [&](float x) {
     const Ray ray{.origin = {x, 0, 5}, .direction = {0, 0, -1}};
     PrivateStack<>::Memory memory;
-    return ClosestHit<Policies<>, NoFilter, Both>(view, ray, memory, {}, Both(SceneShapes(view), Plane{})).next_hit().t;
+    return ClosestHit<Policies, NoFilter, Both>(view, ray, memory, {}, Both(SceneShapes(view), Plane{})).next_hit().t;
   };
   CHECK(t(5) == 4.0f);
   CHECK(t(0) == 4.5f);

@@ -38,7 +38,9 @@ struct InterleavedStack {
 };
 static_assert(TraversalStack<InterleavedStack>);
 
-using P = Policies<PlanesLayout, Watertight, Conservative, InterleavedStack>;
+struct P : Policies {
+  using Stack = InterleavedStack;
+};
 
 }  // namespace
 

@@ -26,7 +26,7 @@ constexpr unsigned kThreads = 3;
 constexpr std::uint64_t kSeed = 78;
 constexpr StackEntry kUntouched = 0xfeedfeedfeedfeedu;
 
-template <class StackPolicy, class LanesPolicy, class SchedulePolicy> struct With : Policies<PlanesLayout> {
+template <class StackPolicy, class LanesPolicy, class SchedulePolicy> struct With : Policies {
   using Stack = StackPolicy;
   using Lanes = LanesPolicy;
   using Schedule = SchedulePolicy;

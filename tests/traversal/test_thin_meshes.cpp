@@ -1,5 +1,6 @@
 // Closed meshes of needles, 10^7 times as long as wide: no ray from inside leaks.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/double_rays.h>
 #include <tests/traversal/tracers.h>

@@ -1,6 +1,7 @@
 // Rays from inside closed meshes at shared edges and vertices: with the default policies not one may leak, in any
 // position and at any scale of the documented range. What the fast policies lose is counted and printed.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/explain.h>
 #include <tests/traversal/scenes.h>

@@ -7,8 +7,12 @@ namespace hiprt::checks {
 
 namespace {
 
-template <class Layout, class Triangle, class Boxes, class Lanes>
-using Chosen = Policies<Layout, Triangle, Boxes, PrivateStack<>, Lanes>;
+template <class LayoutType, class TriangleType, class BoxesType, class LanesType> struct Chosen : Policies {
+  using Layout = LayoutType;
+  using Triangle = TriangleType;
+  using Boxes = BoxesType;
+  using Lanes = LanesType;
+};
 
 template <class Triangle, class Boxes, class Lanes> Hit closest(const Scene& scene, const Ray& ray) {
   return dispatch_layout(scene.traced.layout, [&](auto layout) {

@@ -5,9 +5,6 @@
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/traverse/stacks/stack.h>
 
-#include <cstddef>
-#include <cstdint>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

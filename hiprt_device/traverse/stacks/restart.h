@@ -4,8 +4,6 @@
 #include <hiprt_device/math/wave.h>
 #include <hiprt_device/traverse/stacks/stack.h>
 
-#include <limits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -6,8 +6,6 @@
 #include <hiprt_device/math/wave.h>
 #include <hiprt_device/traverse/stacks/stack.h>
 
-#include <cstddef>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -4,10 +4,6 @@
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/math/atomic.h>
 
-#include <bit>
-#include <concepts>
-#include <limits>
-
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 

@@ -1,4 +1,5 @@
 #include <hiprt_build/format/view.h>
+#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/path/path_data.h>
 
 #include <tools/render/image/color.h>

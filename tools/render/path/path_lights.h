@@ -1,6 +1,7 @@
 #pragma once
 /// Where light comes from: a sky in octahedral projection, and triangles that emit.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/path/path_surface.h>
 
 namespace hiprt::tools {

@@ -2,6 +2,7 @@
 /// The steps of a wave of paths, each over an array of them: rays lie in queues, and between two steps they are traced.
 /// After Laine, Karras and Aila, "Megakernels considered harmful: wavefront path tracing on GPUs" (HPG 2013).
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/path/path_bsdf.h>
 #include <tools/render/path/path_lights.h>
 #include <tools/render/studio/sampler.h>

@@ -1,6 +1,7 @@
 #pragma once
 /// Where a path has hit a surface, and what is there.
 
+#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/path/path_scene.h>
 #include <tools/render/studio/frame.h>
 #include <tools/render/tracers/instance_paths.h>

@@ -1,3 +1,4 @@
+#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/studio/camera.h>
 
 #include <tools/scene_io/text.h>

@@ -2,6 +2,7 @@
 /// A pinhole camera: from the command line, from a scene's bounds, and as rays.
 
 #include <hiprt_device/format/node.h>
+#include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/ray.h>
 
 #include <tl/expected.hpp>

@@ -3,6 +3,7 @@
 
 #include <hiprt_device/math/arithmetic.h>
 #include <hiprt_device/math/vec.h>
+#include <hiprt_device/math/vec_functions.h>
 
 #include <cmath>
 

@@ -1,3 +1,4 @@
+#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/studio/render_tile.h>
 
 #include <tools/cli/progress.h>

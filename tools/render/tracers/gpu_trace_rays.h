@@ -46,8 +46,12 @@ template <class Kind> constexpr GpuSchedule schedule_of(const GpuPolicy& policy)
 }
 
 /// But for the levels.
-template <class Kind, std::size_t kPolicy, class Layout, class Triangle, class Boxes>
-struct FlatPolicies : Policies<Layout, Triangle, Boxes, StackOfPolicy<Kind, kPolicy>> {
+template <class Kind, std::size_t kPolicy, class LayoutType, class TriangleType, class BoxesType>
+struct FlatPolicies : Policies {
+  using Layout = LayoutType;
+  using Triangle = TriangleType;
+  using Boxes = BoxesType;
+  using Stack = StackOfPolicy<Kind, kPolicy>;
   static constexpr GpuSchedule kSchedule = schedule_of<Kind>(kGpuPolicies[kPolicy]);
   using Schedule = WholeWave<kSchedule.fetch_below, kSchedule.search_above>;
 };

@@ -70,9 +70,19 @@ template <class P, class Primitives = NoPrimitives> void trace_with(const TraceJ
   }
 }
 
+template <class LayoutType, class TriangleType = Watertight, class BoxesType = Conservative,
+          class CounterType = NoCounter>
+struct FlatPolicies : Policies {
+  using Layout = LayoutType;
+  using Triangle = TriangleType;
+  using Boxes = BoxesType;
+  using Counter = CounterType;
+  using Stack = PrivateStack<kTraceStack + kMostPushed>;
+};
+
 template <unsigned kLevels, bool kMoves, class Layout, class Triangle, class Boxes, class Counter>
 void trace_counting(const TraceJob& job) {
-  using Flat = Policies<Layout, Triangle, Boxes, PrivateStack<kTraceStack + kMostPushed>, DefaultLanes, Counter>;
+  using Flat = FlatPolicies<Layout, Triangle, Boxes, Counter>;
   if constexpr (kLevels == 0)
     trace_with<Flat>(job);
   else if constexpr (kMoves)
@@ -120,8 +130,7 @@ extern template void trace_through_holes<kTraceLevels, true>(const TraceJob& job
 template <unsigned kLevels, bool kMoves, class Triangle, class Primitives> void trace_accurate(const TraceJob& job) {
   dispatch_layout(job.scene->layout, [&](auto layout) {
     using Counter = std::conditional_t<kMoves, StepCounter, NoCounter>;
-    using Flat = Policies<decltype(layout), Triangle, Conservative, PrivateStack<kTraceStack + kMostPushed>,
-                          DefaultLanes, Counter>;
+    using Flat = FlatPolicies<decltype(layout), Triangle, Conservative, Counter>;
     if constexpr (kLevels == 0)
       trace_with<Flat, Primitives>(job);
     else

@@ -27,7 +27,7 @@ template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
 
 template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob& job) {
   dispatch_layout(job.scene->layout, [&](auto layout) {
-    using Flat = Policies<decltype(layout), Watertight, Conservative, PrivateStack<kTraceStack + kMostPushed>>;
+    using Flat = FlatPolicies<decltype(layout)>;
     if constexpr (kMoves)
       trace_filtered<Moving<Instanced<Flat, kLevels>>, SceneShapes>(job);
     else if constexpr (kLevels != 0)

@@ -4,6 +4,7 @@
 
 #include <hiprt_device/format/buffer.h>
 
+#include <algorithm>
 #include <new>
 #include <utility>
 
