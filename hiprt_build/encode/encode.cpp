@@ -2,6 +2,7 @@
 #include <hiprt_build/encode/encode.h>
 #include <hiprt_build/encode/wide_node.h>
 #include <hiprt_build/format/checksum.h>
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/input/provenance.h>
 #include <hiprt_build/statistics/tree_quality.h>
 #include <hiprt_device/format/buffer.h>

@@ -3,6 +3,7 @@
 /// For bytes of unknown origin call validate() (validate.h) instead, which checks everything.
 
 #include <hiprt_build/export.h>
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/format/error.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/instance.h>

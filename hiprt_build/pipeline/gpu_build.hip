@@ -1,3 +1,4 @@
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/gpu/build.h>
 
 #include <hiprt_build/exec/gpu_launcher.h>

@@ -1,6 +1,7 @@
 #pragma once
 /// Where things are in the memory of a build. Internal.
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_device/format/layout.h>
 

@@ -111,6 +111,7 @@ HIPRT_HD constexpr std::uint32_t custom_geometry_flags(std::uint8_t type) {
 }
 
 static_assert(sizeof(FileHeader) == 128 && sizeof(SectionEntry) == 32 && sizeof(GeometryRecord) == 32);
+#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
 static_assert(offsetof(FileHeader, magic) == 0 && offsetof(FileHeader, version_major) == 8);
 static_assert(offsetof(FileHeader, version_minor) == 10 && offsetof(FileHeader, layout) == 12);
 static_assert(offsetof(FileHeader, features) == 16 && offsetof(FileHeader, byte_size) == 24);
@@ -127,5 +128,6 @@ static_assert(offsetof(SectionEntry, stride) == 24);
 static_assert(offsetof(GeometryRecord, first_primitive) == 0 && offsetof(GeometryRecord, primitive_count) == 8);
 static_assert(offsetof(GeometryRecord, dropped_count) == 16 && offsetof(GeometryRecord, mask) == 24);
 static_assert(offsetof(GeometryRecord, flags) == 28);
+#endif
 
 }  // namespace hiprt

@@ -48,6 +48,7 @@ struct ObjectRecord {
 };
 
 static_assert(sizeof(InstanceRecord) == 64 && sizeof(ObjectRecord) == 96);
+#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
 static_assert(offsetof(InstanceRecord, linear) == 0 && offsetof(InstanceRecord, translation) == 36);
 static_assert(offsetof(InstanceRecord, object) == 48 && offsetof(InstanceRecord, mask) == 52);
 static_assert(offsetof(InstanceRecord, id) == 56 && offsetof(InstanceRecord, flags) == 60);
@@ -58,6 +59,7 @@ static_assert(offsetof(ObjectRecord, root) == 64 && offsetof(ObjectRecord, condi
 static_assert(offsetof(ObjectRecord, reach) == 72 && offsetof(ObjectRecord, stack_bound) == 76);
 static_assert(offsetof(ObjectRecord, levels) == 80 && offsetof(ObjectRecord, reserved) == 84);
 static_assert(offsetof(ObjectRecord, motions) == 88);
+#endif
 
 /// Of FileHeader::condition: transforms that magnify rounding more are refused.
 inline constexpr float kMaxCondition = 0x1p40f;

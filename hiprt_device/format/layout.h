@@ -152,23 +152,4 @@ HIPRT_HD constexpr unsigned corner_vertex(unsigned triangle, unsigned corner) {
   return triangle == 0 ? corner : corner == 0 ? 1u : corner == 1 ? 3u : 2u;
 }
 
-/// Calls function(LayoutType{}) for the layout of a file. @pre open_buffer() accepted the file.
-template <class Function> constexpr decltype(auto) dispatch_layout(NodeLayout layout, Function&& function) {
-  switch (layout) {
-    case NodeLayout::kFloat:
-      return function(FloatLayout{});
-    case NodeLayout::kHalf:
-      return function(HalfLayout{});
-    case NodeLayout::kQuantized:
-      return function(QuantizedLayout{});
-    default:
-      return function(PlanesLayout{});
-  }
-}
-
-/// Bytes of a layout's box nodes.
-constexpr std::uint64_t node_size(NodeLayout layout) {
-  return dispatch_layout(layout, [](auto tag) -> std::uint64_t { return sizeof(typename decltype(tag)::Node); });
-}
-
 }  // namespace hiprt

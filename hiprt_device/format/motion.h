@@ -45,6 +45,7 @@ struct alignas(128) MotionSegment {
 };
 
 static_assert(sizeof(MotionRecord) == 32 && sizeof(TurningSegment) == 84 && sizeof(MotionSegment) == 128);
+#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
 static_assert(offsetof(MotionRecord, segments) == 0 && offsetof(MotionRecord, count) == 8);
 static_assert(offsetof(MotionRecord, kind) == 12 && offsetof(MotionRecord, rounding) == 16);
 static_assert(offsetof(MotionRecord, farthest) == 20 && offsetof(MotionRecord, reserved) == 24);
@@ -53,6 +54,7 @@ static_assert(offsetof(MotionSegment, turning) == 32 && offsetof(MotionSegment, 
 static_assert(offsetof(MotionSegment, reserved) == 116);
 static_assert(offsetof(TurningSegment, rotation) == 0 && offsetof(TurningSegment, angle) == 32);
 static_assert(offsetof(TurningSegment, stretch) == 36);
+#endif
 
 /// Transforms that magnify rounding more are refused on the way of a moving instance: they are inverted as it goes.
 inline constexpr float kMaxMotionCondition = 0x1p20f;

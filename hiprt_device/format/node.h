@@ -161,6 +161,7 @@ static_assert(TriangleId::to_rotation(0x89) == 0 && TriangleId::to_rotation(0x84
               TriangleId::to_rotation(0x82) == 2);
 
 static_assert(sizeof(FloatBoxNode) == 128 && sizeof(PlanesBoxNode) == 128 && sizeof(Box) == 24);
+#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
 static_assert(offsetof(FloatBoxNode, child) == 0 && offsetof(FloatBoxNode, box) == 16);
 static_assert(offsetof(FloatBoxNode, child_flags) == 112 && offsetof(FloatBoxNode, reserved) == 116);
 static_assert(offsetof(PlanesBoxNode, child) == 0 && offsetof(PlanesBoxNode, plane) == 16);
@@ -179,5 +180,6 @@ static_assert(offsetof(PlanesLeaf, coordinate) == 0 && offsetof(PlanesLeaf, info
 static_assert(sizeof(CustomLeaf) == 64 && offsetof(CustomLeaf, box) == 0 && offsetof(CustomLeaf, info) == 48);
 static_assert(offsetof(LeafInfo, primitive) == 0 && offsetof(LeafInfo, geometry_and_flags) == 8);
 static_assert(offsetof(LeafInfo, triangle_ids) == 12);
+#endif
 
 }  // namespace hiprt

@@ -24,10 +24,6 @@
 
 #if HIPRT_RUN_TIME_COMPILER
 
-#ifndef offsetof
-#define offsetof(type, member) __builtin_offsetof(type, member)
-#endif
-
 namespace hiprt::std {
 
 using size_t = decltype(sizeof(0));
@@ -51,7 +47,7 @@ template <class A> inline constexpr bool is_same_v<A, A> = true;
 template <class T> inline constexpr bool is_empty_v = __is_empty(T);
 template <class A, class B>
 concept same_as = is_same_v<A, B> && is_same_v<B, A>;
-template <class T> T&& declval() noexcept;
+template <class T> __host__ __device__ T&& declval() noexcept;
 template <class From, class To>
 concept convertible_to = requires(void (&take)(To), From (&give)()) {
   take(give());
@@ -85,24 +81,22 @@ __device__ constexpr int countr_zero(uint32_t bits) noexcept {
   return count;
 }
 __device__ constexpr int bit_width(uint32_t bits) noexcept { return 32 - countl_zero(bits); }
-__host__ __device__ inline void* memcpy(void* to, const void* from, size_t size) {
-  return __builtin_memcpy(to, from, size);
-}
+__host__ __device__ inline void* memcpy(void* to, const void* from, size_t size) { return ::memcpy(to, from, size); }
 
 template <class T> struct numeric_limits;
 template <> struct numeric_limits<float> {
   __host__ __device__ static constexpr float min() { return 0x1p-126f; }
   __host__ __device__ static constexpr float max() { return 0x1.fffffep127f; }
   __host__ __device__ static constexpr float epsilon() { return 0x1p-23f; }
-  __host__ __device__ static constexpr float infinity() { return __builtin_huge_valf(); }
-  __host__ __device__ static constexpr float quiet_NaN() { return __builtin_nanf(""); }
+  __host__ __device__ static constexpr float infinity() { return __builtin_bit_cast(float, 0x7f800000u); }
+  __host__ __device__ static constexpr float quiet_NaN() { return __builtin_bit_cast(float, 0x7fc00000u); }
 };
 template <> struct numeric_limits<double> {
   __host__ __device__ static constexpr double min() { return 0x1p-1022; }
   __host__ __device__ static constexpr double max() { return 0x1.fffffffffffffp1023; }
   __host__ __device__ static constexpr double epsilon() { return 0x1p-52; }
-  __host__ __device__ static constexpr double infinity() { return __builtin_huge_val(); }
-  __host__ __device__ static constexpr double quiet_NaN() { return __builtin_nan(""); }
+  __host__ __device__ static constexpr double infinity() { return __builtin_bit_cast(double, 0x7ff0000000000000ull); }
+  __host__ __device__ static constexpr double quiet_NaN() { return __builtin_bit_cast(double, 0x7ff8000000000000ull); }
 };
 
 }  // namespace hiprt::std

@@ -210,7 +210,8 @@ template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
     return uniform_madd(Lanes::uniform(bias), rcp(axis), plain);
   }
   HIPRT_HD static HIPRT_INLINE float uniform_madd(float a, float b, float c) { return multiply_add(a, b, c); }
-  template <class Vector> static HIPRT_INLINE Vector uniform_madd(Vector a, Vector b, Vector c) {
+  // Host only: vector registers.
+  template <class Vector> HIPRT_HD static HIPRT_INLINE Vector uniform_madd(Vector a, Vector b, Vector c) {
     return Lanes::madd(a, b, c);
   }
 };

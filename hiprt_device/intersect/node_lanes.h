@@ -102,9 +102,12 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const FloatLeaf& le
 /// The same leaf of a scene: its coordinates are loaded anew rather than kept in registers until then.
 template <class Leaf> HIPRT_HD HIPRT_INLINE const Leaf& read_again(const Leaf& leaf) { return *forget(&leaf); }
 
+/// Every leaf record ends with its LeafInfo.
+inline constexpr std::size_t kInfoOffset = sizeof(CustomLeaf) - sizeof(LeafInfo);
+
 /// The part that all leaves share. @param record first byte of a leaf.
 HIPRT_HD HIPRT_INLINE LeafInfo load_info(const std::byte* record) {
-  return std::bit_cast<LeafInfo>(load_words(record + offsetof(CustomLeaf, info)));
+  return std::bit_cast<LeafInfo>(load_words(record + kInfoOffset));
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -83,18 +83,27 @@ template <class Ask> HIPRT_HD HIPRT_INLINE Hit with_layout(const SceneView& scen
   return {};
 }
 
+struct AskClosest {
+  const SceneView& scene;
+  const Ray& ray;
+  template <class Layout> HIPRT_HD Hit operator()(Layout) const { return closest_hit<WithLayout<Layout>>(scene, ray); }
+};
+struct AskAny {
+  const SceneView& scene;
+  const Ray& ray;
+  template <class Layout> HIPRT_HD Hit operator()(Layout) const { return any_hit<WithLayout<Layout>>(scene, ray); }
+};
+
 }  // namespace query_detail
 
 /// With the accurate defaults, whatever the scene's layout.
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
-  return query_detail::with_layout(scene,
-                                   [&](auto layout) { return closest_hit<WithLayout<decltype(layout)>>(scene, ray); });
+  return query_detail::with_layout(scene, query_detail::AskClosest{scene, ray});
 }
 
 /// As closest_hit(); without normal and error.
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
-  return query_detail::with_layout(scene,
-                                   [&](auto layout) { return any_hit<WithLayout<decltype(layout)>>(scene, ray); });
+  return query_detail::with_layout(scene, query_detail::AskAny{scene, ray});
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

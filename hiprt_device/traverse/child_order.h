@@ -30,14 +30,43 @@ template <class Way> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
   a = low;
 }
 
-/// All but the nearest, the farthest first.
-template <class Way>
-HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer, Way& way) {
-  way.later_some([&](auto&& later) HIPRT_INLINE_LAMBDA {
+// Functors in place of generic lambdas: NVRTC takes the latter for host code.
+
+/// Calls later() for all children except the nearest, the farthest first.
+struct EachLater {
+  const Child &farthest, &middle, &nearer;
+
+  template <class Later> HIPRT_HD HIPRT_INLINE void operator()(Later&& later) const {
     if (farthest.enter < kMissed) later(make_entry(farthest.enter, farthest.ref));
     if (middle.enter < kMissed) later(make_entry(middle.enter, middle.ref));
     if (nearer.enter < kMissed) later(make_entry(nearer.enter, nearer.ref));
-  });
+  }
+};
+
+/// Calls later() for all children that the ray meets except the first, the last first.
+template <class Lanes> struct EachMet {
+  const NodeRef (&child)[kBranching];
+  const BoxHits<Lanes>& hits;
+  NodeRef& first;
+
+  template <class Later> HIPRT_HD HIPRT_INLINE void operator()(Later&& later) const {
+    add(3, later);
+    add(2, later);
+    add(1, later);
+    add(0, later);
+  }
+
+ private:
+  template <class Later> HIPRT_HD HIPRT_INLINE void add(unsigned i, Later&& later) const {
+    if (!hits.hit(i)) return;
+    if (first != kInvalidRef) later(first);
+    first = child[i];
+  }
+};
+
+template <class Way>
+HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer, Way& way) {
+  way.later_some(EachLater{farthest, middle, nearer});
 }
 
 }  // namespace order_detail
@@ -148,17 +177,7 @@ struct Unordered {
     if (!way.make_room()) return kOverflowRef;
     if constexpr (Lanes::kScalar) {
       NodeRef first = kInvalidRef;
-      way.later_some([&](auto&& later) HIPRT_INLINE_LAMBDA {
-        const auto add = [&](unsigned i) HIPRT_INLINE_LAMBDA {
-          if (!hits.hit(i)) return;
-          if (first != kInvalidRef) later(first);
-          first = child[i];
-        };
-        add(3);
-        add(2);
-        add(1);
-        add(0);
-      });
+      way.later_some(order_detail::EachMet<Lanes>{child, hits, first});
       return way.follow(first);
     } else {
       std::uint32_t mask = hits.mask;

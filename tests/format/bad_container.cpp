@@ -1,5 +1,6 @@
 #include "bad_files.h"
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <utility>
 
 namespace hiprt::test {

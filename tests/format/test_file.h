@@ -1,6 +1,7 @@
 #pragma once
 /// Small BVH files assembled by hand: the oracle of the format tests, independent of hiprt_build's encoder.
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/buffer.h>
 
 #include <algorithm>

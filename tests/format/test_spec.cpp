@@ -1,5 +1,6 @@
 /// FORMAT.md and the code name the same fields at the same offsets, and the same constants: no row missing, none extra.
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/format/layout.h>

@@ -1,6 +1,7 @@
 #pragma once
 /// What tests of double rays have in common: tracers for every layout, rays, and exact answers (GMP rationals).
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/query/double_rays.h>
 #include <hiprt_device/query/query.h>
 #include <tests/oracle/probe.h>

@@ -1,6 +1,7 @@
 // Custom primitives through the builder and the traversal: types, lists, tables, masks, filters, several hits of one
 // primitive, and what a functor may report.
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/custom_shapes.h>

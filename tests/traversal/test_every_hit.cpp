@@ -1,5 +1,6 @@
 // Queries that go on behind a hit: ClosestHit in order, AnyHit and AllHits in any order, against brute force.
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>

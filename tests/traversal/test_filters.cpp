@@ -1,5 +1,6 @@
 // Filters: cut-outs, self-intersection by id, stops, and which candidates a filter sees.
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>

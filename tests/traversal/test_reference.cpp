@@ -1,6 +1,7 @@
 // The Reference triangle test against exact arithmetic: which triangles of a leaf a ray meets, where, and that a closed
 // surface is crossed an even number of times.
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/brute_force.h>
 #include <tests/oracle/odd_meshes.h>

@@ -1,5 +1,6 @@
 #include <tests/traversal/tracers.h>
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/hiprt_device.h>
 

@@ -6,6 +6,7 @@
 #include <tools/render/tracers/trace_job.h>
 #include <tools/render/tracers/trace_limits.h>
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/intersect/exact_triangle_test.h>

@@ -1,5 +1,6 @@
 /// The traversal of scenes whose materials have holes.
 
+#include <hiprt_build/format/dispatch_layout.h>
 #include <tools/render/path/path_surface.h>
 #include <tools/render/tracers/trace_kernels.h>
 
