@@ -2,7 +2,7 @@
 /// A scene that is one instance, traced by policies without levels: rays go into the object before, and hits come back
 /// behind.
 
-#include <hiprt_device/intersect/hit_surface.h>
+#include <hiprt_device/instances/instance_surface.h>
 #include <hiprt_device/scene_view.h>
 
 namespace hiprt {

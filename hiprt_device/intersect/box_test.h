@@ -9,19 +9,6 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// |a|, the larger of two, and the largest magnitude of a vector's components. NaN: see larger() in lanes.h.
-HIPRT_HD HIPRT_INLINE float absolute(float a) {
-  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(a) << 1 >> 1);
-}
-HIPRT_HD HIPRT_INLINE double absolute(double a) {
-  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(a) << 1 >> 1);
-}
-HIPRT_HD HIPRT_INLINE float max_of(float a, float b) { return larger(a, b); }
-HIPRT_HD HIPRT_INLINE double max_of(double a, double b) { return a > b ? a : b; }
-template <class Real> HIPRT_HD HIPRT_INLINE Real max_component(const BasicVec3<Real>& a) {
-  return max_of(max_of(absolute(a.x), absolute(a.y)), absolute(a.z));
-}
-
 /// Box test policy: every hit that the Watertight triangle test reports lies in boxes that pass. The default.
 struct Conservative {
   /// @return how far every box is widened, in scene units.

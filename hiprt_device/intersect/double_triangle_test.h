@@ -1,7 +1,7 @@
 #pragma once
 /// The triangle test of double rays.
 
-#include <hiprt_device/intersect/triangle_test.h>
+#include <hiprt_device/intersect/watertight.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -30,13 +30,13 @@ struct WatertightDouble : ShearedTriangleTest<WatertightDouble> {
   /// In the range of double rays a sign is lost to underflow only where a vertex is within 2^-480 of the ray: then it
   /// counts as on it.
   template <class Lanes, class Prepared>
-  HIPRT_HD static constexpr double uncertainty(const Sheared<Lanes>&, const Prepared&) {
+  HIPRT_HD static constexpr double uncertainty(const ShearedVertices<Lanes>&, const Prepared&) {
     return 0.0;
   }
 
   template <class Lanes, class Leaf, class Prepared>
-  HIPRT_HD static HIPRT_INLINE bool finish(const Corners<double>& corners, const Leaf&, const Prepared& ray, bool,
-                                           std::uint32_t id, BasicCandidate<double>& result) {
+  HIPRT_HD static HIPRT_INLINE bool finish(const TriangleCorners<double>& corners, const Leaf&, const Prepared& ray,
+                                           bool, std::uint32_t id, BasicCandidate<double>& result) {
     if (!(corners.weight[0] + corners.weight[1] + corners.weight[2] != 0.0)) return false;
     finish_quickly(corners, id, ray.dz, result);
     return true;

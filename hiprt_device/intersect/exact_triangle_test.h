@@ -1,7 +1,7 @@
 #pragma once
 /// Triangle tests whose every decision is as if computed with real numbers.
 
-#include <hiprt_device/intersect/triangle_test.h>
+#include <hiprt_device/intersect/watertight.h>
 #include <hiprt_device/math/exact.h>
 
 namespace hiprt {
@@ -306,7 +306,7 @@ struct Reference : ShearedTriangleTest<Reference> {
   }
 
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf& leaf,
+  HIPRT_HD static HIPRT_INLINE bool finish(const TriangleCorners<float>& corners, const Leaf& leaf,
                                            const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
                                            Candidate& result) {
     return decide_by<Lanes, false>(leaf, ray, second, id, corners.uncertainty * (1.0f + 0x1p-20f), result);
@@ -355,8 +355,8 @@ struct Reference::Bounds : ShearedTriangleTest<Bounds> {
   }
 
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool finish(const Corners<float>& corners, const Leaf&, const PreparedRay<Lanes>& ray,
-                                           bool, std::uint32_t, Candidate& result) {
+  HIPRT_HD static HIPRT_INLINE bool finish(const TriangleCorners<float>& corners, const Leaf&,
+                                           const PreparedRay<Lanes>& ray, bool, std::uint32_t, Candidate& result) {
     const float(&w)[3] = corners.weight;
     const float(&z)[3] = corners.z;
     const float dz = ray.dz;

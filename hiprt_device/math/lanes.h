@@ -4,8 +4,8 @@
 /// operation is a single IEEE rounding per lane.
 
 #include <hiprt_device/format/half.h>
-#include <hiprt_device/math/arithmetic.h>
 #include <hiprt_device/math/memory.h>
+#include <hiprt_device/math/scalar.h>
 
 // A kernel's policies must have the same names in the host's and in the GPU's pass over a source.
 #if defined(__SSE2__) && !HIPRT_GPU_COMPILER
@@ -33,31 +33,6 @@ HIPRT_HD HIPRT_INLINE float widen_half(std::uint32_t bits) {
   return value;
 #else
   return half_to_float(static_cast<std::uint16_t>(bits));
-#endif
-}
-
-/// a * b + c with one rounding or two, whichever is faster: for results whose error bound allows both.
-HIPRT_HD HIPRT_INLINE float multiply_add(float a, float b, float c) {
-#if HIPRT_DEVICE_CODE || defined(__FMA__)
-  return fused_multiply_add(a, b, c);
-#else
-  return a * b + c;
-#endif
-}
-
-/// One instruction each: of a NaN and a number, devices take the number, hosts b.
-HIPRT_HD HIPRT_INLINE float smaller(float a, float b) {
-#if HIPRT_DEVICE_CODE
-  return fminf(a, b);
-#else
-  return a < b ? a : b;
-#endif
-}
-HIPRT_HD HIPRT_INLINE float larger(float a, float b) {
-#if HIPRT_DEVICE_CODE
-  return fmaxf(a, b);
-#else
-  return a > b ? a : b;
 #endif
 }
 

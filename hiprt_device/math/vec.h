@@ -2,7 +2,7 @@
 /// Small vectors. The only file that includes GLM; the rest of the library writes hiprt::Vec3. Programs that want
 /// glm::dot(), glm::cross() and others in device code include vec_functions.h.
 
-#include <hiprt_device/math/arithmetic.h>
+#include <hiprt_device/math/scalar.h>
 
 #if !HIPRT_RUN_TIME_COMPILER
 #if defined(__CUDACC__) && !defined(__clang__)
@@ -66,6 +66,11 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// Each component correctly rounded, whatever a compiler's flags.
 template <class Real> HIPRT_HD HIPRT_INLINE BasicVec3<Real> divided(const BasicVec3<Real>& a, Real b) {
   return {divided(a.x, b), divided(a.y, b), divided(a.z, b)};
+}
+
+/// The largest magnitude of the components.
+template <class Real> HIPRT_HD HIPRT_INLINE Real max_component(const BasicVec3<Real>& a) {
+  return max_of(max_of(absolute(a.x), absolute(a.y)), absolute(a.z));
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

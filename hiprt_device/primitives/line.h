@@ -33,14 +33,9 @@ HIPRT_HD HIPRT_INLINE Double3 along(const Double3& from, double t, const Double3
 HIPRT_HD HIPRT_INLINE double dot(const Double3& a, const Double3& b) {
   return fused_multiply_add(a.x, b.x, fused_multiply_add(a.y, b.y, a.z * b.z));
 }
-/// a * d - b * c within 2 units of 2^-53 (Kahan; Jeannerod, Louvet, Muller 2013).
-HIPRT_HD HIPRT_INLINE double product_difference(double a, double d, double b, double c) {
-  const double product = b * c;
-  return fused_multiply_add(a, d, -product) + fused_multiply_add(-b, c, product);
-}
 HIPRT_HD HIPRT_INLINE Double3 cross(const Double3& a, const Double3& b) {
-  return {product_difference(a.y, b.z, a.z, b.y), product_difference(a.z, b.x, a.x, b.z),
-          product_difference(a.x, b.y, a.y, b.x)};
+  return {difference_of_products(a.y, b.z, a.z, b.y), difference_of_products(a.z, b.x, a.x, b.z),
+          difference_of_products(a.x, b.y, a.y, b.x)};
 }
 HIPRT_HD HIPRT_INLINE double larger(double a, double b) { return a > b ? a : b; }
 HIPRT_HD HIPRT_INLINE double magnitude(double a) { return __builtin_fabs(a); }

@@ -124,9 +124,9 @@ struct ConeForm {
         z(dot(offset, line.w) * line.inverse_length),
         radius(fused_multiply_add(line.sigma, z, line.first.radius)),
         growth(line.sigma * line.climb),
-        a(product_difference(line.c_squared, dot(q, q), growth, growth)),
-        b(product_difference(line.c_squared, dot(p, q), radius, growth)),
-        constant(product_difference(line.c_squared, dot(p, p), radius, radius)) {}
+        a(difference_of_products(line.c_squared, dot(q, q), growth, growth)),
+        b(difference_of_products(line.c_squared, dot(p, q), radius, growth)),
+        constant(difference_of_products(line.c_squared, dot(p, p), radius, radius)) {}
 
   /// Of a line that is outside at both seams: whether the form has a minimum between them that is not positive. It is
   /// evaluated there; the sign of root()'s operand says nothing about lines along the mantle, where a and b cancel.
@@ -146,8 +146,8 @@ struct ConeForm {
   /// sqrt(b^2 - a * constant), as a difference of squares that does not cancel except for tangents (Lagrange's identity
   /// in the metric of the form). 0 where rounding makes it imaginary.
   HIPRT_HD HIPRT_INLINE double root(const ConeLine& line) const {
-    const Double3 v{product_difference(radius, q.x, growth, p.x), product_difference(radius, q.y, growth, p.y),
-                    product_difference(radius, q.z, growth, p.z)};
+    const Double3 v{difference_of_products(radius, q.x, growth, p.x), difference_of_products(radius, q.y, growth, p.y),
+                    difference_of_products(radius, q.z, growth, p.z)};
     const Double3 pq = cross(p, q);
     const double room = fused_multiply_add(-line.c_squared, dot(pq, pq), dot(v, v));
     return multiplied(line.c, square_root(larger(room, 0.0)));

@@ -2,7 +2,7 @@
 /// What closest, any and all hits have in common: a traversal, a filter, and the hit at hand. Internal; the queries are
 /// in closest_hit.h, any_hit.h and all_hits.h.
 
-#include <hiprt_device/intersect/hit_surface.h>
+#include <hiprt_device/instances/instance_surface.h>
 #include <hiprt_device/query/deferred_hits.h>
 #include <hiprt_device/traverse/traverse.h>
 

@@ -1,6 +1,8 @@
 #pragma once
 /// Checks policies before anything else is compiled, so that the first message names the member and what it needs.
 
+#include <hiprt_device/filter.h>
+#include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/traverse/policies.h>
 
 namespace hiprt {

@@ -1,0 +1,92 @@
+#pragma once
+/// Normal and error bound of a hit in an object, as the scene sees them.
+
+#include <hiprt_device/instances/levels.h>
+#include <hiprt_device/intersect/hit_surface.h>
+
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+namespace surface_detail {
+
+/// An instance on the way to a hit, and what its transform may be off by. Bounds too are the same bits everywhere.
+/// @tparam Real of the ray.
+template <bool kMoves, class Real> class EnteredInstance {
+ public:
+  /// @param motion nullptr: it stands still. @param ray outside.
+  HIPRT_HD void enter(const InstanceRecord& record, const MotionRecord* motion, const BasicRay<Real>& ray, Real t) {
+    if constexpr (kMoves)
+      record_ = record;
+    else
+      record_ = &record;
+    const auto way = [&](unsigned axis, Real origin, Real direction) {
+      return absolute(origin - record.translation[axis]) + absolute(t * direction);
+    };
+    const BasicVec3<Real> from(way(0, ray.origin.x, ray.direction.x), way(1, ray.origin.y, ray.direction.y),
+                               way(2, ray.origin.z, ray.direction.z));
+    Real most = 0;
+    for (const float(&row)[3] : record.linear) {
+      const Real x = absolute(row[0]), y = absolute(row[1]), z = absolute(row[2]);
+      most = max_of(most, fused_multiply_add(x, from.x, fused_multiply_add(y, from.y, z * from.z)));
+    }
+    inside_ = to_bound(Real(10) * kUnit<Real> * most);
+    // What moves is placed in float, whatever the ray is.
+    if constexpr (kMoves)
+      if (motion != nullptr)
+        outside_ = kUnit<float> * fused_multiply_add(14.0f * motion->rounding, to_bound(from.x + from.y + from.z),
+                                                     6.0f * motion->farthest);
+  }
+  /// As it is at the ray's time.
+  HIPRT_HD const InstanceRecord& record() const {
+    if constexpr (kMoves)
+      return record_;
+    else
+      return *record_;
+  }
+  /// A bound of an error inside, with those of the transform.
+  HIPRT_HD float error_outside(float error) const {
+    return fused_multiply_add(static_cast<float>(LinearInverse(record()).norm()), error + inside_, outside_);
+  }
+
+ private:
+  // What moves is nowhere in the file.
+  std::conditional_t<kMoves, InstanceRecord, const InstanceRecord*> record_{};
+  float inside_ = 0.0f;   ///< Of the ray's transform, in the object.
+  float outside_ = 0.0f;  ///< Of the place of what moves, outside.
+};
+
+}  // namespace surface_detail
+
+/// The hit of an object's surface as the scene sees it: its normal, in any length, and its error bound, with what the
+/// transforms of the ray, and of one that starts there, may add (docs/decisions/0014-instances.md).
+/// @param complete_in called with the ray as the object sees it, and the first byte of the object's file: sets both as
+/// the object sees them.
+/// @tparam kMoves whether instances may move.
+template <bool kMoves, class Real, unsigned kLevels, class Complete>
+HIPRT_HD inline void complete_along(const SceneView& scene, BasicPathHit<Real, kLevels>& hit, const BasicRay<Real>& ray,
+                                    Complete&& complete_in) {
+  using surface_detail::kUnit, surface_detail::to_bound;
+  surface_detail::EnteredInstance<kMoves, Real> entered[kLevels];
+  BasicRay<Real> local = ray;
+  unsigned depth = 0;
+  const auto enter = [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord* motion) {
+    entered[depth++].enter(record, motion, local, hit.t);
+    local = ray_to_object(record, local);
+  };
+  const ObjectPlace place = follow<kMoves>(scene, hit.path, ray.time, enter);
+  complete_in(local, place.base);
+  while (depth-- > 0) {
+    const InstanceRecord& record = entered[depth].record();
+    const Real length = max_component(hit.normal);
+    hit.normal = normal_to_scene(record, length > Real(0) ? divided(hit.normal, length) : hit.normal);
+    hit.error = entered[depth].error_outside(hit.error);
+  }
+  if (hit.path.depth != 0)
+    hit.error = to_bound(
+        fused_multiply_add(Real(4) * kUnit<Real>,
+                           fused_multiply_add(absolute(hit.t), max_component(ray.direction), max_component(ray.origin)),
+                           static_cast<Real>(hit.error)));
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt
