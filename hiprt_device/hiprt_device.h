@@ -5,7 +5,6 @@
 #include <hiprt_device/filter.h>
 #include <hiprt_device/instances/path_transform.h>
 #include <hiprt_device/instances/placed_object.h>
-#include <hiprt_device/intersect/amd_ray_test.h>
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/query/batch.h>
@@ -15,6 +14,7 @@
 #include <hiprt_device/query/t_error.h>
 #include <hiprt_device/ray.h>
 #include <hiprt_device/scene_view.h>
+#include <hiprt_device/traverse/hardware_policies.h>
 #include <hiprt_device/traverse/stacks/private.h>
 #include <hiprt_device/traverse/stacks/restart.h>
 #include <hiprt_device/traverse/stacks/rolling.h>

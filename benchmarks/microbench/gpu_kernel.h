@@ -7,8 +7,8 @@
 
 #include <hip/hip_runtime.h>
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/intersect/amd_ray_test.h>
 #include <hiprt_device/query/batch.h>
+#include <hiprt_device/traverse/hardware_policies.h>
 #include <hiprt_device/traverse/stacks/restart.h>
 #include <hiprt_device/traverse/stacks/rolling.h>
 #include <hiprt_device/traverse/stacks/shared.h>

@@ -1,7 +1,7 @@
 #pragma once
 /// The builder's temporary arrays, counted. Internal.
 
-#include <hiprt_build/exec/pages.h>
+#include <hiprt_build/format/pages.h>
 
 #include <algorithm>
 #include <cstddef>

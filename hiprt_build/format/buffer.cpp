@@ -1,5 +1,5 @@
 #include <hiprt_build/buffer.h>
-#include <hiprt_build/exec/pages.h>
+#include <hiprt_build/format/pages.h>
 
 #include <cstring>
 #include <utility>

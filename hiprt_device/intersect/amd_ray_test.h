@@ -11,7 +11,9 @@
 /// and templates that nobody names cost nothing. What the instruction does not guarantee:
 /// docs/decisions/0008-amd-ray-instruction.md.
 
-#include <hiprt_device/traverse/policies.h>
+#include <hiprt_device/intersect/box_test.h>
+#include <hiprt_device/intersect/candidate.h>
+#include <hiprt_device/scene_view.h>
 
 /// 1 while code is generated for a GPU that has the instruction: gfx103x, gfx110x.
 #if defined(__gfx1030__) || defined(__gfx1031__) || defined(__gfx1032__) || defined(__gfx1033__) || \
@@ -172,18 +174,6 @@ struct HardwareTriangle {
     }
     return true;
   }
-};
-
-/// Policies for the instruction. Layout may be FloatLayout or HalfLayout; Triangle Watertight, HardwareTriangle or
-/// Fast.
-///
-///     struct Fastest : hiprt::HardwarePolicies { using Triangle = hiprt::HardwareTriangle; };
-struct HardwarePolicies : Policies {
-  using Layout = FloatLayout;
-  using Boxes = HardwareBoxes;
-  using Lanes = ArrayLanes;
-  using ClosestOrder = AsTested;
-  using AnyOrder = AsTested;
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

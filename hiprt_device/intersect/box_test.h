@@ -9,6 +9,11 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// Children that a ray meets, in the order of their visits; then kInvalidRef.
+struct SortedChildren {
+  NodeRef child[kBranching];
+};
+
 /// Box test policy: every hit that the Watertight triangle test reports lies in boxes that pass. The default.
 struct Conservative {
   /// @return how far every box is widened, in scene units.

@@ -1,18 +1,19 @@
 #pragma once
-/// What a search knows of hits while their decision is put off (DeferringTest). Internal.
+/// Deferred decisions: a closest-hit search with a DeferringTest first knows triangles by bounds of t, and decides
+/// exactly only those that can still be the closest. Internal.
 
-#include <hiprt_device/traverse/stacks/stack.h>
+#include <hiprt_device/traverse/traverse.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Triangles (LeafHit::leaf) of which it is not known yet whether they are hit, or nearer.
+/// Triangles (LeafHit::leaf) of which it is not yet known whether they are hit, or nearer.
 template <class Real> struct OpenTriangles {
   NodeRef at_start = kInvalidRef;  ///< Maybe before the search's range: what the ray starts on.
   NodeRef leaf = kInvalidRef, other = kInvalidRef;
   Real low = -std::numeric_limits<Real>::infinity();  ///< t of leaf and other is not below.
 
-  /// @return false: they are too many.
+  /// @return false: there are too many.
   HIPRT_HD HIPRT_INLINE bool take(NodeRef triangle, Real triangle_low, bool is_behind_start) {
     if (!is_behind_start && at_start == kInvalidRef) {
       at_start = triangle;
@@ -28,7 +29,7 @@ template <class Real> struct OpenTriangles {
     other = has_room ? triangle : kOverflowRef;
     return has_room;
   }
-  /// Those behind the start.
+  /// Forgets the triangles behind the start.
   HIPRT_HD HIPRT_INLINE void forget() {
     leaf = other = kInvalidRef;
     low = -std::numeric_limits<Real>::infinity();
@@ -37,20 +38,109 @@ template <class Real> struct OpenTriangles {
   HIPRT_HD HIPRT_INLINE bool is_crowded() const { return other == kOverflowRef; }
 };
 
-/// Nothing in a search that decides at once; else t of the hit at hand is in [low, the search's limit].
-template <bool kDefers, class Real> struct UndecidedHits {};
-template <class Real> struct UndecidedHits<true, Real> {
+/// Empty in a search that decides at once. Otherwise t of the hit at hand is in [low, the search's limit].
+template <bool kDefers, class Real> struct DeferredHits {};
+template <class Real> struct DeferredHits<true, Real> {
   Real low = Real(0);
   OpenTriangles<Real> open{};
 };
 
-namespace undecided_detail {
-template <bool kDefers, class Test> struct OnTheWay { using Type = Test; };
-template <class Test> struct OnTheWay<true, Test> { using Type = typename Test::Bounds; };
-}  // namespace undecided_detail
+namespace deferred_detail {
+template <bool kDefers, class Test> struct SearchTest { using Type = Test; };
+template <class Test> struct SearchTest<true, Test> { using Type = typename Test::Bounds; };
+}  // namespace deferred_detail
 
-/// What a search asks on its way: the test or its bounds.
-template <bool kDefers, class Test> using TestOnTheWay = typename undecided_detail::OnTheWay<kDefers, Test>::Type;
+/// The test that a search calls in the tree: the policy's, or its bounds.
+template <bool kDefers, class Test> using SearchTest = typename deferred_detail::SearchTest<kDefers, Test>::Type;
+
+/// The steps of a HitSearch that defers its decisions.
+template <class Search> class DeferredDecisions {
+  using P = typename Search::PolicyType;
+  using Real = typename P::Real;
+
+ public:
+  HIPRT_HD HIPRT_INLINE explicit DeferredDecisions(Search& search) : search_(search) {}
+
+  /// Searches by bounds of t: afterwards limit_ and deferred_.low are those of the hit at hand. Triangles stay open if
+  /// the bounds do not tell whether they are hit, or nearer. If too many are open the search is crowded, and ends.
+  HIPRT_HD HIPRT_INLINE Outcome search(bool may_pause) {
+    Search& s = search_;
+    return s.traversal_.run(*s.scene_, s.ray_, s.limit_, s.primitives_, s.counter_, may_pause,
+                            [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                              const Real high = found.at.t, low = found.at.u;
+                              if (high < s.after_t_ || low > s.limit_) return true;
+                              if (low > s.after_t_ && high < s.deferred_.low) {
+                                if (!s.accept(found)) return true;
+                                s.limit_ = high;
+                                s.deferred_.low = low;
+                                if (s.deferred_.open.low > high) s.deferred_.open.forget();
+                                return true;
+                              }
+                              return s.deferred_.open.take(found.leaf, low, low > s.after_t_);
+                            });
+  }
+
+  /// Decides the hit at hand and what is open, with the result of a search that decides at once.
+  HIPRT_HD HIPRT_INLINE void decide_hits() {
+    Search& s = search_;
+    if (s.leaf_ != kInvalidRef) {
+      BasicCandidate<Real> at{};
+      decide(s.leaf_, load_info(s.scene_->base + ref_offset(s.leaf_)), at);
+      s.limit_ = at.t;
+      s.hit_.u = at.u;
+      s.hit_.v = at.v;
+    }
+    if (s.deferred_.open.is_empty()) return;
+    NodeRef leaf = s.deferred_.open.at_start;
+    HIPRT_NO_UNROLL
+    for (unsigned i = 0; i < 3; ++i, leaf = i == 1 ? s.deferred_.open.leaf : s.deferred_.open.other) {
+      if (leaf == kInvalidRef) continue;
+      const LeafInfo info = load_info(s.scene_->base + ref_offset(leaf));
+      LeafHit<Real> found{{},
+                          nullptr,
+                          info.geometry_and_flags & kGeometryMask,
+                          choose((leaf & 1u) != 0, info.primitive[1], info.primitive[0]),
+                          leaf};
+      if (decide(leaf, info, found.at) && s.take_closest(found)) s.limit_ = found.at.t;
+    }
+    s.deferred_.open = {};
+  }
+
+  /// Searches again with decisions at once, each ray by itself. This is very rare. @return true
+  HIPRT_HD HIPRT_INLINE bool search_again() {
+    Search& s = search_;
+    Traversal<Alone, typename Search::OrderType, false> traversal(*s.scene_, s.ray_.get(), s.scene_->root, s.storage_);
+    traversal.restart(*s.scene_, s.ray_.get(), s.after_t_, s.storage_);
+    s.limit_ = Search::finite(s.ray_.get().tmax);
+    s.forget_hit();
+    s.deferred_.open = {};
+    traversal.run(*s.scene_, s.ray_, s.limit_, s.primitives_, s.counter_, false,
+                  [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                    if (s.take_closest(found)) s.limit_ = found.at.t;
+                    return true;
+                  });
+    s.hit_.t = s.limit_;
+    // The stack was large enough for the first traversal, as far as it came. If it is not for this one, say so.
+    if (traversal.overflowed()) s.traversal_.overflow();
+    s.conclude(s.hit_.found() && !traversal.overflowed());
+    return true;
+  }
+
+ private:
+  struct Alone : P {
+    using Schedule = Immediate;
+  };
+
+  /// What the test says of a triangle. @param leaf LeafHit::leaf.
+  HIPRT_HD HIPRT_INLINE bool decide(NodeRef leaf, const LeafInfo& info, BasicCandidate<Real>& at) const {
+    const bool second = (leaf & 1u) != 0;
+    return P::Triangle::template decide<typename P::Lanes>(
+        *reinterpret_cast<const typename P::Layout::Leaf*>(search_.scene_->base + ref_offset(leaf)),
+        search_.traversal_.prepared_ray(), second, info.triangle_ids >> (second ? 8 : 0), at);
+  }
+
+  Search& search_;
+};
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt

@@ -3,6 +3,7 @@
 /// in closest_hit.h, any_hit.h and all_hits.h.
 
 #include <hiprt_device/instances/instance_surface.h>
+#include <hiprt_device/instances/saved_path.h>
 #include <hiprt_device/query/deferred_hits.h>
 #include <hiprt_device/traverse/traverse.h>
 
@@ -30,6 +31,8 @@ class HitSearch {
   using Storage = typename P::Stack::Storage;
   using Counter = typename P::Counter;
   using Real = typename P::Real;
+  using PolicyType = P;
+  using OrderType = Order;
   using Answer = HitOf<Real, P::kLevels>;
 
   HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const BasicRay<Real>& ray, const Storage& storage,
@@ -41,11 +44,11 @@ class HitSearch {
         primitives_(primitives),
         counter_(counter),
         traversal_(scene, ray, is_covered() && is_traceable(ray) ? scene.root : kInvalidRef, storage),
-        hit_way_(storage, 1),
-        after_way_(storage, 2),
+        hit_path_(storage, 1),
+        after_path_(storage, 2),
         after_t_(max_of(ray.tmin, Real(0))),
         limit_(finite(ray.tmax)) {
-    if constexpr (kDefers) undecided_.low = limit_;
+    if constexpr (kDefers) deferred_.low = limit_;
     if (!is_covered()) state_ = TraversalState::kRefused;
   }
 
@@ -56,7 +59,7 @@ class HitSearch {
     Answer hit;
     static_cast<BasicHit<Real>&>(hit) = hit_;
     if constexpr (P::kLevels != 0)
-      if (hit_.found()) hit.path = hit_way_.path();
+      if (hit_.found()) hit.path = hit_path_.path();
     return hit;
   }
 
@@ -74,9 +77,9 @@ class HitSearch {
     after_t_ = max_of(hit_.t, Real(0));  // Not -0, whose bits would come last in the order of entry distances.
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
-    after_way_.save(hit_way_);
+    after_path_.save(hit_path_);
     limit_ = finite(ray_.get().tmax);
-    if constexpr (kDefers) undecided_.low = limit_;
+    if constexpr (kDefers) deferred_.low = limit_;
     forget_hit();
     traversal_.restart(*scene_, ray_.get(), after_t_, storage_);
   }
@@ -86,9 +89,10 @@ class HitSearch {
     static_assert(!BacktrackingStack<typename P::Stack> || !std::same_as<Order, Unordered>,
                   "hiprt: Unordered: a restart trail finds closest hits in the order of distance only");
     if constexpr (kDefers) {
-      if (run_to_bounds(may_pause) == Outcome::kPaused) return false;
-      if (undecided_.open.is_crowded()) return find_closest_again();
-      decide_hits();
+      DeferredDecisions<HitSearch> decisions(*this);
+      if (decisions.search(may_pause) == Outcome::kPaused) return false;
+      if (deferred_.open.is_crowded()) return decisions.search_again();
+      decisions.decide_hits();
     } else {
       const Outcome outcome = traversal_.run(
           *scene_, ray_, limit_, primitives_, counter_, may_pause, [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
@@ -143,6 +147,8 @@ class HitSearch {
   }
 
  private:
+  friend DeferredDecisions<HitSearch>;
+
   HIPRT_HD HIPRT_INLINE bool is_covered() const {
     if constexpr (requires { primitives_.covers(*scene_); })
       if (!primitives_.covers(*scene_)) return false;
@@ -166,86 +172,15 @@ class HitSearch {
     if constexpr (P::kLevels != 0) {
       // Ways come first.
       if (found.at.t == limit_ && hit_.found())
-        if (const int order = hit_way_.compare(traversal_.levels()); order != 0) loses = order < 0;
+        if (const int order = hit_path_.compare(traversal_.levels()); order != 0) loses = order < 0;
       if (found.at.t == after_t_ && after_primitive_ != kInvalidId)
-        if (const int order = after_way_.compare(traversal_.levels()); order != 0) seen = order > 0;
+        if (const int order = after_path_.compare(traversal_.levels()); order != 0) seen = order > 0;
     }
     return loses || seen;
   }
 
   HIPRT_HD HIPRT_INLINE bool take_closest(const LeafHit<Real>& found) {
     return found.at.t >= after_t_ && found.at.t <= limit_ && !loses_tie(found) && accept(found);
-  }
-
-  /// The part of a search that asks for bounds of t: limit_ and undecided_.low are those of the hit at hand. Triangles
-  /// of which they do not tell whether they are hit, or nearer, stay open. Where there are too many the search is
-  /// crowded, and ends.
-  HIPRT_HD HIPRT_INLINE Outcome run_to_bounds(bool may_pause) {
-    return traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                          [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
-                            const Real high = found.at.t, low = found.at.u;
-                            if (high < after_t_ || low > limit_) return true;
-                            if (low > after_t_ && high < undecided_.low) {
-                              if (!accept(found)) return true;
-                              limit_ = high;
-                              undecided_.low = low;
-                              if (undecided_.open.low > high) undecided_.open.forget();
-                              return true;
-                            }
-                            return undecided_.open.take(found.leaf, low, low > after_t_);
-                          });
-  }
-
-  /// What the test says of a triangle. @param leaf LeafHit::leaf.
-  HIPRT_HD HIPRT_INLINE bool decide(NodeRef leaf, const LeafInfo& info, BasicCandidate<Real>& at) const {
-    const bool second = (leaf & 1u) != 0;
-    return P::Triangle::template decide<typename P::Lanes>(
-        *reinterpret_cast<const typename P::Layout::Leaf*>(scene_->base + ref_offset(leaf)), traversal_.prepared_ray(),
-        second, info.triangle_ids >> (second ? 8 : 0), at);
-  }
-
-  /// What run_to_bounds() has found becomes a hit as deciding at once finds it.
-  HIPRT_HD HIPRT_INLINE void decide_hits() {
-    if (leaf_ != kInvalidRef) {
-      BasicCandidate<Real> at{};
-      decide(leaf_, load_info(scene_->base + ref_offset(leaf_)), at);
-      limit_ = at.t;
-      hit_.u = at.u;
-      hit_.v = at.v;
-    }
-    if (undecided_.open.is_empty()) return;
-    NodeRef leaf = undecided_.open.at_start;
-    HIPRT_NO_UNROLL
-    for (unsigned i = 0; i < 3; ++i, leaf = i == 1 ? undecided_.open.leaf : undecided_.open.other) {
-      if (leaf == kInvalidRef) continue;
-      const LeafInfo info = load_info(scene_->base + ref_offset(leaf));
-      LeafHit<Real> found{{},
-                          nullptr,
-                          info.geometry_and_flags & kGeometryMask,
-                          choose((leaf & 1u) != 0, info.primitive[1], info.primitive[0]),
-                          leaf};
-      if (decide(leaf, info, found.at) && take_closest(found)) limit_ = found.at.t;
-    }
-    undecided_.open = {};
-  }
-
-  /// All over again, by decisions at once: next to never. Each ray by itself, whatever the schedule.
-  HIPRT_HD HIPRT_INLINE bool find_closest_again() {
-    Traversal<Alone, Order, false> traversal(*scene_, ray_.get(), scene_->root, storage_);
-    traversal.restart(*scene_, ray_.get(), after_t_, storage_);
-    limit_ = finite(ray_.get().tmax);
-    forget_hit();
-    undecided_.open = {};
-    traversal.run(*scene_, ray_, limit_, primitives_, counter_, false,
-                  [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
-                    if (take_closest(found)) limit_ = found.at.t;
-                    return true;
-                  });
-    hit_.t = limit_;
-    // As far as the first traversal came its stack was large enough; if this one's is not, it has to say so.
-    if (traversal.overflowed()) traversal_.overflow();
-    conclude(hit_.found() && !traversal.overflowed());
-    return true;
   }
 
   /// Takes the hit unless mask or filter are against it.
@@ -263,7 +198,7 @@ class HitSearch {
     if (answer == FilterAnswer::kReject) return false;
     stopped_ = answer == FilterAnswer::kAcceptAndStop;
     hit_ = candidate;
-    hit_way_.save(traversal_.levels());
+    hit_path_.save(traversal_.levels());
     leaf_ = found.custom == nullptr ? found.leaf : kInvalidRef;
     return true;
   }
@@ -302,12 +237,8 @@ class HitSearch {
 
   /// Whether somebody looks at hits on the way.
   static constexpr bool kAsks = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
-  /// The policies for one ray by itself.
-  struct Alone : P {
-    using Schedule = Immediate;
-  };
-  /// Whether triangles on the way are known by bounds of t, and only those that are left are decided. Not under
-  /// WholeWave schedules, where the registers that it takes cost more than it saves (decision 0018).
+  /// Whether decisions are deferred (deferred_hits.h). Not under WholeWave schedules, where the registers that it takes
+  /// cost more than it saves (docs/decisions/0018-exact-decisions.md).
   static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kAsks &&
                                   !TraversalObserver<Counter> &&
                                   DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
@@ -317,14 +248,14 @@ class HitSearch {
   Filter filter_;
   Primitives primitives_;
   Counter counter_;
-  Traversal<P, Order, kResumable, TestOnTheWay<kDefers, typename P::Triangle>> traversal_;
+  Traversal<P, Order, kResumable, SearchTest<kDefers, typename P::Triangle>> traversal_;
   BasicHit<Real> hit_{};
-  SavedWay<P::kLevels> hit_way_, after_way_;
+  SavedPath<P::kLevels> hit_path_, after_path_;
   Real after_t_;                               ///< Hits from here on.
   std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;
   Real limit_;
-  UndecidedHits<kDefers, Real> undecided_;
+  DeferredHits<kDefers, Real> deferred_;
   NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is (LeafHit::leaf).
   bool stopped_ = false;        ///< The filter ended the search with the last hit.
   TraversalState state_ = TraversalState::kInit;

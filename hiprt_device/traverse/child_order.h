@@ -195,11 +195,6 @@ struct Unordered {
   }
 };
 
-/// Children that a ray meets, in the order of their visits; then kInvalidRef.
-struct SortedChildren {
-  NodeRef child[kBranching];
-};
-
 /// Children as a box test that sorts (SortingBoxTest) has left them. It tells no distances.
 struct AsTested {
   using Entry = NodeRef;

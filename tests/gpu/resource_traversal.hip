@@ -1,9 +1,9 @@
 // Traversal kernels as programs write them, whose use of registers and memory is in resources.json.
 
 #include <hiprt_device/hiprt_device.h>
-#include <hiprt_device/intersect/amd_ray_test.h>
 #include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/query/batch.h>
+#include <hiprt_device/traverse/hardware_policies.h>
 #include <hiprt_device/traverse/stacks/restart.h>
 #include <hiprt_device/traverse/stacks/rolling.h>
 #include <hiprt_device/traverse/stacks/shared.h>

@@ -1,4 +1,4 @@
-#include <hiprt_device/intersect/amd_ray_test.h>
+#include <hiprt_device/traverse/hardware_policies.h>
 #include <tests/gpu/traversal_kernels.h>
 
 namespace hiprt::checks {

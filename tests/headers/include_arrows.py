@@ -1,39 +1,60 @@
 #!/usr/bin/env python3
-"""Checks who includes whom in hiprt_device, hiprt_build and tools.
+"""Checks who includes whom in hiprt_device, hiprt_build and tools, room by room.
 
     include_arrows.py ROOT             exit 0, or 1 with one line per forbidden include
     include_arrows.py --expect ROOT    the forbidden includes must be exactly the lines that say '// expect'
 
-A <- B means that B may include A; there are no other arrows:
-
-    hiprt_device/format  <-  hiprt_device math  <-  scene_view.h  <-  hiprt_device traversal
-    hiprt_device/format, hiprt_device math                             <-  hiprt_build
-    hiprt_device/format, math, scene_view.h, hiprt_build's public headers  <-  hiprt_build/gpu
-    hiprt_build/gpu                             <-  GPU sources and internal headers of hiprt_build
-    hiprt_device, hiprt_build                   <-  tools
-
-Traversal is all of hiprt_device that is not format, math or scene_view.h, its folders primitives and stacks too.
-Headers directly in hiprt_build and in hiprt_build/gpu are public; those in its other sub-folders are not installed.
-What a C++ compiler alone must build (other public headers, .cpp files of hiprt_build) includes no GPU runtime.
+A room is a folder, or a few files of one. MAY_INCLUDE says which rooms it may include besides itself. Headers directly
+in hiprt_build, in hiprt_build/gpu and in hiprt_build/format are public; those in its other folders are not installed.
+What a C++ compiler alone must build (public headers, .cpp files of hiprt_build) includes no GPU runtime.
 """
 import os
 import re
 import sys
 
-# Headers of hiprt_device that know nothing of scenes: arithmetic, atomic operations, lanes of a wave. Everything else
-# outside format/ is traversal.
-MATH = {'hiprt_device/math/atomic.h', 'hiprt_device/math/memory.h', 'hiprt_device/instances/motion.h', 'hiprt_device/math/vec.h', 'hiprt_device/math/wave.h'}
-# What a tracer is given: host code that uploads a scene needs it without the traversal.
-SCENE = {'hiprt_device/scene_view.h'}
-
+# The longest prefix decides.
+ROOMS = {
+    'hiprt_device/format/': 'format',
+    'hiprt_device/math/': 'math',
+    'hiprt_device/scene_view.h': 'scene',
+    'hiprt_device/ray.h': 'ray',
+    'hiprt_device/filter.h': 'ray',
+    'hiprt_device/intersect/': 'intersect',
+    'hiprt_device/instances/': 'instances',
+    'hiprt_device/primitives/': 'primitives',
+    'hiprt_device/traverse/': 'traverse',
+    'hiprt_device/query/': 'query',
+    'hiprt_device/': 'query',
+    'hiprt_build/format/': 'host_format',
+    'hiprt_build/gpu/': 'gpu',
+    'hiprt_build/': 'build',
+    'tools/base/': 'base',
+    'tools/scene_io/': 'scene_io',
+    'tools/render/': 'render',
+    'tools/': 'cli',
+}
+DEVICE_ROOMS = ('format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives', 'traverse', 'query')
+# Public headers of hiprt_build that hiprt::format compiles.
+FORMAT_HEADERS = {f'hiprt_build/{name}.h' for name in ('buffer', 'error', 'export', 'file', 'open_scene')}
+LIBRARY = {*DEVICE_ROOMS, 'host_format', 'build', 'gpu'}
 MAY_INCLUDE = {
-    'format': {'format'},
-    'math': {'format', 'math'},
-    'scene': {'format', 'math', 'scene'},
-    'traversal': {'format', 'math', 'scene', 'traversal'},
-    'build': {'format', 'math', 'build', 'gpu'},
-    'gpu': {'format', 'math', 'scene', 'build', 'gpu'},
-    'tools': {'format', 'math', 'scene', 'traversal', 'build', 'gpu', 'tools'},
+    'format': set(),
+    'math': {'format'},
+    'scene': {'format', 'math'},
+    'ray': {'format', 'math'},
+    'intersect': {'format', 'math', 'scene', 'ray'},
+    'instances': {'format', 'math', 'scene', 'ray', 'intersect'},
+    'primitives': {'format', 'math', 'scene', 'ray', 'intersect', 'instances'},
+    'traverse': {'format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives'},
+    'query': set(DEVICE_ROOMS),
+    # instances: only_instance.h makes the PlacedObject that kernels take.
+    'host_format': {'format', 'math', 'scene', 'instances'},
+    'build': {'format', 'math', 'scene', 'host_format', 'gpu'},
+    'gpu': {'format', 'math', 'scene', 'host_format', 'build'},
+    'base': LIBRARY,
+    'scene_io': LIBRARY | {'base'},
+    'render': LIBRARY | {'base', 'scene_io'},
+    'cli': LIBRARY | {'base', 'scene_io', 'render'},
 }
 # Includes of other packages that are kept out of some places.
 GPU = re.compile(r'(hip|cuda|cub|rocprim|thrust)(/|_|\.)')
@@ -43,18 +64,17 @@ NAME = re.compile(r'^([<"])([^>"]+)[>"]')
 
 
 def zone(path):
-    if path.startswith('hiprt_device/'):
-        if path.startswith('hiprt_device/format/'):
-            return 'format'
-        return 'math' if path in MATH else 'scene' if path in SCENE else 'traversal'
-    if path.startswith('hiprt_build/gpu/'):
-        return 'gpu'
-    return {'hiprt_build': 'build', 'tools': 'tools'}.get(path.split('/')[0])
+    """The room of a file; None outside of the three folders."""
+    for prefix in sorted(ROOMS, key=len, reverse=True):
+        if path == prefix or prefix.endswith('/') and path.startswith(prefix):
+            return ROOMS[prefix]
+    return None
 
 
 def is_public(path):
     """Whether a header of hiprt_build is installed."""
-    return path.endswith('.h') and (zone(path) == 'gpu' or zone(path) == 'build' and path.count('/') == 1)
+    return path.endswith('.h') and (zone(path) in ('gpu', 'host_format') or
+                                    zone(path) == 'build' and path.count('/') == 1)
 
 
 def sources(root):
@@ -96,13 +116,13 @@ def fault(root, path, name, quoted):
     target = resolve(root, path, name, quoted)
     public = is_public(path)
     # Compiled where there is no GPU runtime.
-    host_only = mine == 'build' and (public or path.endswith('.cpp'))
+    host_only = mine in ('build', 'host_format') and (public or path.endswith('.cpp'))
     if target is None:
         if quoted or name.startswith(('hiprt_device/', 'hiprt_build/', 'tools/')):
             return f'{name} does not exist in the project'
-        if name.startswith('glm/') and path != 'hiprt_device/math/vec.h':
-            return 'only hiprt_device/math/vec.h includes GLM'
-        in_device = mine in ('format', 'math', 'scene', 'traversal')
+        if name.startswith('glm/') and path not in ('hiprt_device/math/vec.h', 'hiprt_device/math/vec_functions.h'):
+            return 'only hiprt_device/math/vec.h and vec_functions.h include GLM'
+        in_device = mine in DEVICE_ROOMS
         if GPU.match(name) and in_device and path != 'hiprt_device/format/portability.h':
             return 'in hiprt_device only format/portability.h includes a GPU runtime'
         if GPU.match(name) and host_only:
@@ -115,7 +135,9 @@ def fault(root, path, name, quoted):
         return f'{target} needs a GPU runtime, which a C++ compiler alone does not have'
     if public and theirs == 'build' and not is_public(target):
         return f'{target} is internal and not installed: public headers do not include it'
-    if theirs not in MAY_INCLUDE[mine]:
+    if mine == 'host_format' and target in FORMAT_HEADERS:
+        return None
+    if theirs != mine and theirs not in MAY_INCLUDE[mine]:
         return f'{mine} may not include {theirs or "tests, benchmarks or others"} ({target})'
     return None
 

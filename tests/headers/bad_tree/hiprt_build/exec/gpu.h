@@ -1,4 +1,5 @@
 #pragma once
 #include <hip/hip_runtime.h>
 #include <hiprt_build/gpu/launch.h>
-#include <hiprt_device/scene_view.h>  // expect
+#include <hiprt_device/query/query.h>  // expect
+#include <hiprt_device/scene_view.h>

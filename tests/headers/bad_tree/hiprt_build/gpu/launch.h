@@ -5,4 +5,4 @@
 #include <hiprt_build/pair/pair.h>  // expect
 #include <hiprt_device/ray.h>       // expect
 #include <hiprt_device/scene_view.h>
-#include <tools/options.h>  // expect
+#include <tools/cli/options.h>  // expect

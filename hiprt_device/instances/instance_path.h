@@ -1,0 +1,40 @@
+#pragma once
+/// Which instances lead from a scene to a primitive, and hits that say so.
+
+#include <hiprt_device/ray.h>
+
+namespace hiprt {
+
+/// The instances between a scene and a primitive, the outermost first. Numbers are indices of InstanceRecord in the
+/// file that has the instance (SceneView::instances for the first).
+template <unsigned kLevels> struct InstancePath {
+  std::uint32_t depth = 0;  ///< Number of instances; 0 in a scene without instances.
+  std::uint32_t instance[kLevels] = {};
+
+  /// Ordered by the numbers; a path comes before the paths that it begins.
+  HIPRT_HD friend bool operator<(const InstancePath& a, const InstancePath& b) {
+    for (unsigned i = 0; i < kLevels; ++i) {
+      if (i >= a.depth || i >= b.depth) return a.depth < b.depth;
+      if (a.instance[i] != b.instance[i]) return a.instance[i] < b.instance[i];
+    }
+    return false;
+  }
+  HIPRT_HD friend bool operator==(const InstancePath& a, const InstancePath& b) { return !(a < b) && !(b < a); }
+};
+/// For policies without levels.
+template <> struct InstancePath<0> {
+  static constexpr std::uint32_t depth = 0;
+  HIPRT_HD friend constexpr bool operator<(InstancePath, InstancePath) { return false; }
+  HIPRT_HD friend constexpr bool operator==(InstancePath, InstancePath) { return true; }
+};
+
+/// A hit in a scene of instances. Normal and error are the scene's; geometry and primitive are the object's at the end
+/// of the path; t, u and v are the same in both.
+template <class Real, unsigned kLevels> struct BasicPathHit : BasicHit<Real> { InstancePath<kLevels> path{}; };
+template <unsigned kLevels> using PathHit = BasicPathHit<float, kLevels>;
+
+/// The result of queries: a bare Hit for policies without levels.
+template <class Real, unsigned kLevels>
+using HitOf = std::conditional_t<kLevels == 0, BasicHit<Real>, BasicPathHit<Real, kLevels>>;
+
+}  // namespace hiprt

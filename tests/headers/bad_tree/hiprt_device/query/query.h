@@ -1,0 +1,3 @@
+#pragma once
+#include <hiprt_device/primitives/sphere.h>
+#include <hiprt_device/scene_view.h>

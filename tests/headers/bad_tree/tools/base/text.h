@@ -1,0 +1,2 @@
+#pragma once
+#include <tools/cli/options.h>  // expect
