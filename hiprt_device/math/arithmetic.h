@@ -23,6 +23,22 @@ HIPRT_HD HIPRT_INLINE double fused_multiply_add(double a, double b, double c) {
 #endif
 }
 
+/// |a| by the processor's own instruction, a sign modifier on GPUs.
+HIPRT_HD HIPRT_INLINE float without_sign(float a) {
+#if HIPRT_DEVICE_CODE
+  return fabsf(a);
+#else
+  return __builtin_fabsf(a);
+#endif
+}
+HIPRT_HD HIPRT_INLINE double without_sign(double a) {
+#if HIPRT_DEVICE_CODE
+  return ::fabs(a);
+#else
+  return __builtin_fabs(a);
+#endif
+}
+
 /// Correctly rounded. Devices call the library's function: clang's builtin is the bare instruction on AMD, which is
 /// not.
 HIPRT_HD HIPRT_INLINE double square_root(double a) {

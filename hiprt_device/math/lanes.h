@@ -169,7 +169,7 @@ template <class Real> struct BasicArrayLanes {
 #endif
   }
   HIPRT_HD static HIPRT_INLINE Float magnitude(const Float& a) {
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return __builtin_fabsf(a.lane[i]); });
+    return map([&](int i) HIPRT_INLINE_LAMBDA { return without_sign(a.lane[i]); });
   }
   /// A NaN does not hide other lanes: devices leave it out, hosts take it for infinity.
   HIPRT_HD static HIPRT_INLINE Real largest(const Float& a) {

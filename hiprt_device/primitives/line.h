@@ -38,7 +38,7 @@ HIPRT_HD HIPRT_INLINE Double3 cross(const Double3& a, const Double3& b) {
           difference_of_products(a.x, b.y, a.y, b.x)};
 }
 HIPRT_HD HIPRT_INLINE double larger(double a, double b) { return a > b ? a : b; }
-HIPRT_HD HIPRT_INLINE double magnitude(double a) { return __builtin_fabs(a); }
+HIPRT_HD HIPRT_INLINE double magnitude(double a) { return without_sign(a); }
 HIPRT_HD HIPRT_INLINE double largest(const Double3& a) {
   return larger(larger(magnitude(a.x), magnitude(a.y)), magnitude(a.z));
 }

@@ -123,6 +123,9 @@ def fault(root, path, name, quoted):
         if name.startswith('glm/') and path not in ('hiprt_device/math/vec.h', 'hiprt_device/math/vec_functions.h'):
             return 'only hiprt_device/math/vec.h and vec_functions.h include GLM'
         in_device = mine in DEVICE_ROOMS
+        if in_device and not GPU.match(name) and not name.startswith('glm/') and \
+                path not in ('hiprt_device/format/standard.h', 'hiprt_device/math/lanes.h') and not ENGINES.match(name):
+            return 'in hiprt_device only format/standard.h includes the standard library, lanes.h vector registers'
         if GPU.match(name) and in_device and path != 'hiprt_device/format/portability.h':
             return 'in hiprt_device only format/portability.h includes a GPU runtime'
         if GPU.match(name) and host_only:

@@ -6,6 +6,6 @@
 #include <hiprt_device/ray.h>       // expect
 #include <tools/cli/options.h>          // expect
 
-#include <cstdint>
+#include <cstdint>  // expect
 /* #include <hiprt_device/ray.h> in a comment is none */
 // #include <hiprt_device/ray.h> neither
