@@ -2,6 +2,7 @@
 /// Starting kernels: sizes are checked before, errors come back as values.
 
 #include <hiprt_build/gpu/error.h>
+#include <hiprt_device/scene_view.h>
 
 #include <algorithm>
 #include <array>
@@ -100,6 +101,27 @@ inline Result<Plan> make_plan(const void* kernel, const LaunchOptions& options) 
   return plan;
 }
 
+/// Debug builds look where the memory of a scene is: a view of host memory would fault in the kernel, or return hits of
+/// whatever is there on the device.
+template <class Argument> Result<void> check_argument(const Plan&, const Argument&) { return {}; }
+#if !defined(NDEBUG)
+inline Result<void> check_argument(const Plan& plan, const SceneView& scene) {
+  hipPointerAttribute_t attributes{};
+  if (scene.base == nullptr || hipPointerGetAttributes(&attributes, scene.base) == hipSuccess) return {};
+  static_cast<void>(hipGetLastError());  // The query has set it.
+  return fail(
+      ErrorCode::kInvalidInput, describe(plan),
+      ": the SceneView is of host memory, which the device cannot read; take the view of upload_scene(), or pass "
+      "the address of the device's copy to make_scene_view()");
+}
+#endif
+
+template <class... Arguments> Result<void> check_arguments(const Plan& plan, const Arguments&... arguments) {
+  Result<void> result;
+  static_cast<void>(((result = check_argument(plan, arguments)).has_value() && ...));
+  return result;
+}
+
 /// @param arguments the addresses of the kernel's arguments.
 inline Result<void> start(const Plan& plan, hipStream_t stream, void** arguments) {
   if (auto fits = check_grid_limits(plan); !fits) return fits;
@@ -113,13 +135,15 @@ inline Result<void> start(const Plan& plan, hipStream_t stream, void** arguments
 /// Starts @p kernel on @p stream, which must be one of the current device. Returns before the kernel is done: its own
 /// errors (a bad address) come from whoever waits for the stream.
 /// @param arguments convert to the kernel's parameters.
-/// @return kInvalidInput with the launch's sizes and the limit that it passes, or the runtime's error.
+/// @return kInvalidInput with the launch's sizes and the limit that it passes, or the runtime's error. In debug builds
+/// (without NDEBUG) also kInvalidInput for a SceneView of memory that the device cannot read.
 template <class... Parameters>
 Result<void> launch(void (*kernel)(Parameters...), Grid grid, hipStream_t stream, const LaunchOptions& options,
                     std::type_identity_t<Parameters>... arguments) {
   auto plan = launch_detail::make_plan(reinterpret_cast<const void*>(kernel), options);
   if (!plan) return tl::unexpected(std::move(plan.error()));
   plan->grid = grid;
+  if (auto good = launch_detail::check_arguments(*plan, arguments...); !good) return good;
   std::array<void*, sizeof...(Parameters) + 1> addresses{&arguments...};
   return launch_detail::start(*plan, stream, addresses.data());
 }
@@ -137,6 +161,7 @@ Result<void> launch(void (*kernel)(Parameters...), std::uint64_t count, hipStrea
       !fits)
     return fits;
   plan->grid.x = static_cast<unsigned>(blocks);
+  if (auto good = launch_detail::check_arguments(*plan, arguments...); !good) return good;
   std::array<void*, sizeof...(Parameters) + 1> addresses{&arguments...};
   return launch_detail::start(*plan, stream, addresses.data());
 }

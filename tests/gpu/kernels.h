@@ -2,6 +2,7 @@
 /// Kernels of the tests, for C++ sources that start them through hiprt::gpu::launch().
 
 #include <hip/hip_runtime.h>
+#include <hiprt_device/scene_view.h>
 
 namespace hiprt::checks {
 
@@ -19,6 +20,9 @@ __global__ void reverse_blocks(const unsigned* in, unsigned* out);
 
 /// Launch bounds of kSmallBlock threads.
 __global__ void small_blocks(unsigned* out);
+
+/// *size = scene.size.
+__global__ void write_scene_size(SceneView scene, std::uint64_t* size);
 
 /// Without launch bounds: what the compiler and the device allow.
 __global__ void nothing();

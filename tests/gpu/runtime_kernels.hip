@@ -27,6 +27,8 @@ __global__ void __launch_bounds__(kSmallBlock) small_blocks(unsigned* out) {
   out[blockIdx.x * blockDim.x + threadIdx.x] = blockIdx.x;
 }
 
+__global__ void write_scene_size(SceneView scene, std::uint64_t* size) { *size = scene.size; }
+
 __global__ void nothing() {}
 
 }  // namespace hiprt::checks

@@ -139,6 +139,13 @@ inline hipError_t hipOccupancyMaxActiveBlocksPerMultiprocessor(int* blocks, cons
   return cudaOccupancyMaxActiveBlocksPerMultiprocessor(blocks, kernel, block, dynamic_shared_bytes);
 }
 /// @param limit of threads in a block; 0: the kernel's.
+using hipPointerAttribute_t = cudaPointerAttributes;
+/// As AMD's: hipErrorInvalidValue for host memory that the runtime does not know.
+inline hipError_t hipPointerGetAttributes(hipPointerAttribute_t* attributes, const void* pointer) {
+  const cudaError_t result = cudaPointerGetAttributes(attributes, pointer);
+  return result == cudaSuccess && attributes->type == cudaMemoryTypeUnregistered ? cudaErrorInvalidValue : result;
+}
+
 inline hipError_t hipOccupancyMaxPotentialBlockSize(int* grid, int* block, const void* kernel,
                                                     size_t dynamic_shared_bytes, int limit) {
   return cudaOccupancyMaxPotentialBlockSize(grid, block, kernel, dynamic_shared_bytes, limit);
