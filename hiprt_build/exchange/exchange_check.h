@@ -4,7 +4,7 @@
 #include <hiprt_build/error.h>
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exec/cpu.h>
-#include <hiprt_build/input/geometry.h>
+#include <hiprt_build/input/build_input.h>
 
 #include <algorithm>
 #include <span>
@@ -41,6 +41,6 @@ struct CheckedTree {
 
 /// @pre check_sizes() and check_indices() accepted the scene.
 /// @return the errors of validate(const ExchangeBvh&, const SceneInput&).
-Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const PrimitiveSoup& soup);
+Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const BuildInput& input);
 
 }  // namespace hiprt::build

@@ -36,28 +36,25 @@ struct Placed {
 };
 
 /// Groups whole, or in parts where several leaves share them.
-Placed place(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked, const PrimitiveSoup& soup,
-             std::span<const PrimitiveGroup> groups, std::span<const Reference> whole) {
+Placed place(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked, const GeometryTable& geometries,
+             std::span<const Reference> whole) {
   // Every group that is shared has shares of its own.
   const std::size_t most = whole.size() + checked.shares.size();
   Placed placed;
   placed.references = engine.allocate<Reference>(most);
   placed.leaf = engine.allocate<std::uint32_t>(most);
-  GroupCutter<NodeBoxes> cutter(soup, NodeBoxes{tree.nodes});
+  GroupCutter<NodeBoxes> cutter(geometries, NodeBoxes{tree.nodes});
   std::vector<std::uint32_t> leaves;
   for (std::size_t i = 0; i < whole.size(); ++i) {
     if (i % CpuEngine::kChunk == 0) engine.monitor().add(CpuEngine::kChunk);
-    const PrimitiveGroup& group = groups[i];
-    const std::uint32_t home = checked.home[soup.first[group.geometry] + group.primitive[0]];
+    const std::uint32_t home = checked.home[whole[i].primitive];
     if ((home & CheckedTree::kShared) == 0) {
       placed.add(whole[i], home);
       continue;
     }
     leaves.clear();
     for (const Share& share : checked.shares_of(home & ~CheckedTree::kShared)) leaves.push_back(share.leaf);
-    cutter(group, whole[i].as_box(), leaves, [&](const Box& part, std::uint32_t leaf) {
-      placed.add(make_reference(to_aabb(part), static_cast<std::uint32_t>(i)), leaf);
-    });
+    cutter(whole[i], leaves, [&](const Box& part, std::uint32_t leaf) { placed.add(part_of(whole[i], part), leaf); });
   }
   return placed;
 }
@@ -92,7 +89,7 @@ struct BuildLeafStep {
   CpuEngine& engine;
   std::span<Reference> references, spare;
   std::span<const std::uint32_t> first;
-  std::span<BinaryNode> parts;  ///< Two per reference.
+  std::span<DepthFirstNode> parts;  ///< Two per reference.
   std::span<LinkedNode> nodes;
   std::span<std::uint32_t> counts;
   std::span<Cluster> clusters;
@@ -105,7 +102,7 @@ struct BuildLeafStep {
     build_sah(engine, references.subspan(begin, count), spare.empty() ? spare : spare.subspan(begin, count), part);
     const LinkNodeStep link{part, begin, nodes, counts};
     for (std::size_t node = 0; node < part.size(); ++node) link(node);
-    clusters[i] = Cluster{to_box(part[0].box()), link.ref(0), begin};
+    clusters[i] = Cluster{part[0].box, link.ref(0), begin};
   }
 };
 
@@ -145,14 +142,12 @@ Cluster join_nodes(CpuEngine& engine, const ExchangeBvh& tree, std::span<const s
 
 }  // namespace
 
-BinaryTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
-                          const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
-                          ScratchArray<Reference> references) {
+DepthFirstTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
+                              const GeometryTable& geometries, ScratchArray<Reference> references) {
   const std::size_t imported = tree.nodes.size();
-  if (references.size() == 0) return BinaryTree{};
+  if (references.size() == 0) return DepthFirstTree{};
   engine.monitor().start("split", 0.5, imported + 2 * references.size());
-  Sorted sorted =
-      sort_by_leaf(engine, imported, place(engine, tree, checked, soup, grouped.groups.span(), references.span()));
+  Sorted sorted = sort_by_leaf(engine, imported, place(engine, tree, checked, geometries, references.span()));
   references.release();
   const std::size_t count = sorted.references.size();
   std::size_t largest = 0;
@@ -161,7 +156,7 @@ BinaryTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const Chec
   auto counts = engine.allocate<std::uint32_t>(count);
   auto clusters = engine.allocate<Cluster>(imported);
   {
-    auto parts = engine.allocate<BinaryNode>(2 * count);
+    auto parts = engine.allocate<DepthFirstNode>(2 * count);
     auto spare = engine.allocate<Reference>(largest >= kParallelSize ? count : 0);
     engine.for_each(imported, BuildLeafStep{engine, sorted.references.span(), spare.span(), sorted.first.span(),
                                             parts.span(), nodes.span(), counts.span(), clusters.span()});

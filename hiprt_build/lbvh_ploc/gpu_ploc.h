@@ -2,8 +2,8 @@
 /// Locally-ordered clustering of sorted leaves on the device. Internal.
 
 #include <hiprt_build/gpu/error.h>
-#include <hiprt_build/input/soup_view.h>
-#include <hiprt_build/tree/linked_tree.h>
+#include <hiprt_build/input/geometry.h>
+#include <hiprt_build/tree/binary_tree.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -11,10 +11,10 @@
 namespace hiprt::gpu {
 
 struct PlocInput {
-  const build::LeafReference* references;  ///< On the device, in Morton order; the first *count exist.
-  const std::uint32_t* count;              ///< On the device.
-  std::uint32_t room;                      ///< *count <= room < 2^31.
-  unsigned radius;                         ///< 1 to 128: how far a cluster looks for its nearest.
+  const build::Reference* references;  ///< On the device, in Morton order; the first *count exist.
+  const std::uint32_t* count;          ///< On the device.
+  std::uint32_t room;                  ///< *count <= room < 2^31.
+  unsigned radius;                     ///< 1 to 128: how far a cluster looks for its nearest.
 };
 
 /// On the device.

@@ -1,8 +1,8 @@
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc_kernels.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 
 #include <algorithm>
 #include <bit>
@@ -25,20 +25,20 @@ std::uint32_t most_tiles(std::uint32_t room, unsigned radius) {
 }
 
 /// The memory of a build.
-void place(Pieces& pieces, std::uint32_t room, PlocJob& job) {
-  job.even = pieces.take<Cluster>(room);
-  job.odd = pieces.take<Cluster>(room);
-  job.rounds = pieces.take<PlocRound>(launched_rounds(room) + 1);
-  job.words = pieces.take<std::uint64_t>(most_tiles(room, kPlocMostRadius));
+void place(Arena& arena, std::uint32_t room, PlocJob& job) {
+  job.even = arena.take<Cluster>(room);
+  job.odd = arena.take<Cluster>(room);
+  job.rounds = arena.take<PlocRound>(launched_rounds(room) + 1);
+  job.words = arena.take<std::uint64_t>(most_tiles(room, kPlocMostRadius));
 }
 
 }  // namespace
 
 std::uint64_t ploc_scratch(std::uint32_t room) {
-  Pieces pieces;
+  Arena arena;
   PlocJob job{};
-  place(pieces, room, job);
-  return pieces.size();
+  place(arena, room, job);
+  return arena.size();
 }
 
 Result<void> enqueue_ploc(const PlocInput& input, const PlocOutput& output, std::byte* scratch, hipStream_t stream) {
@@ -47,8 +47,8 @@ Result<void> enqueue_ploc(const PlocInput& input, const PlocOutput& output, std:
   if (input.room >= build::kLinkedLeaf)
     return fail(ErrorCode::kInvalidInput, "PLOC of ", input.room, " leaves, the limit is ", build::kLinkedLeaf - 1);
   PlocJob job{{{input.references}, output.nodes, {}, output.root}, nullptr, nullptr, nullptr, nullptr, input.radius};
-  Pieces pieces(scratch);
-  place(pieces, input.room, job);
+  Arena arena(scratch);
+  place(arena, input.room, job);
   const std::uint32_t rounds = launched_rounds(input.room), tiles = most_tiles(input.room, input.radius);
   Launcher steps(stream);
   const std::uint32_t first = std::max(tiles, rounds + 1);

@@ -57,17 +57,17 @@ HIPRT_HD HIPRT_INLINE std::uint32_t ploc_neighbour(std::uint32_t i, std::uint32_
 }
 
 /// What becomes of a cluster in a round.
-enum class PlocFate : std::uint32_t {
+enum class PlocAction : std::uint32_t {
   kStays,
   kJoins,  ///< Becomes one with its nearest, which comes after it.
   kGoes,   ///< Its nearest, which comes before it, becomes one with it.
 };
 
 /// Of the i-th. @param nearest_of the place nearest to a place.
-template <class NearestOf> HIPRT_HD HIPRT_INLINE PlocFate ploc_fate(std::uint32_t i, const NearestOf& nearest_of) {
+template <class NearestOf> HIPRT_HD HIPRT_INLINE PlocAction ploc_action(std::uint32_t i, const NearestOf& nearest_of) {
   const std::uint32_t j = nearest_of(i);
-  if (j == i || nearest_of(j) != i) return PlocFate::kStays;
-  return i < j ? PlocFate::kJoins : PlocFate::kGoes;
+  if (j == i || nearest_of(j) != i) return PlocAction::kStays;
+  return i < j ? PlocAction::kJoins : PlocAction::kGoes;
 }
 
 }  // namespace hiprt::build

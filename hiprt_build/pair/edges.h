@@ -2,7 +2,8 @@
 /// Finds for every half-edge of a mesh the one it can be paired across. Internal.
 
 #include <hiprt_build/exec/cpu.h>
-#include <hiprt_build/input/geometry.h>
+#include <hiprt_build/input.h>
+#include <hiprt_build/input/leaf.h>
 
 #include <algorithm>
 #include <atomic>
@@ -14,9 +15,11 @@ using HalfEdge = std::uint32_t;
 
 /// The corners of a triangle, and what its leaf would save by taking in a neighbour.
 struct EdgeGain {
+  static Float4 to_float4(const Position& p) { return Float4{p[0], p[1], p[2], 0.0f}; }
+
   const TriangleMesh& mesh;
   Float4 corners[3];
-  Aabb box;
+  SimdBox box;
 
   EdgeGain(const TriangleMesh& mesh_in, std::size_t triangle) : mesh(mesh_in) {
     for (unsigned k = 0; k < 3; ++k) box.add(corners[k] = to_float4(mesh.positions[mesh.triangles[triangle][k]]));
@@ -25,7 +28,7 @@ struct EdgeGain {
   /// Half area saved by one box for the triangle and the one that @p other belongs to: the triangle's edge k, the other
   /// way round, whose ends need not be fetched again.
   float across(unsigned k, HalfEdge other) const {
-    Aabb others;
+    SimdBox others;
     others.add(corners[k]);
     others.add(corners[k == 2 ? 0 : k + 1]);
     const unsigned opposite = (other & 3u) == 0 ? 2 : (other & 3u) - 1;
@@ -107,8 +110,14 @@ struct MatchEdgesStep {
     for (const FiledEdge& edge : backward) choose(edge.edge, forward);
   }
 
+  /// Whether they are of two triangles that one leaf can name.
+  static bool may_pair(HalfEdge a, HalfEdge b) {
+    const std::uint32_t first = std::min(a, b) >> 2, second = std::max(a, b) >> 2;
+    return first != second && second - first <= LeafContents::kMaxDistance;
+  }
+
   void link(HalfEdge a, HalfEdge b) const {
-    if (a >> 2 == b >> 2) return;
+    if (!may_pair(a, b)) return;
     partner[std::size_t{a >> 2} * 3 + (a & 3u)] = b;
     partner[std::size_t{b >> 2} * 3 + (b & 3u)] = a;
   }
@@ -116,7 +125,7 @@ struct MatchEdgesStep {
   void choose(HalfEdge edge, std::span<const FiledEdge> others) const {
     float best = 0.0f;
     for (const FiledEdge& other : others) {
-      if (other.edge >> 2 == edge >> 2) continue;
+      if (!may_pair(edge, other.edge)) continue;
       const float gain = others.size() == 1 ? 1.0f : EdgeGain(mesh, edge >> 2).across(edge & 3u, other.edge);
       if (!(gain > best)) continue;
       best = gain;

@@ -24,7 +24,7 @@ __global__ void __launch_bounds__(kBlock)
 }
 
 __global__ void __launch_bounds__(kBlock)
-    pair_edges(PairBeyond beyond, const std::uint32_t* singles, LeafReference* references, BuildState* state) {
+    pair_edges(PairBeyond beyond, const std::uint32_t* singles, Reference* references, BuildState* state) {
   for_each_single(beyond, state, singles, [&](std::uint32_t i, std::uint32_t slots) {
     if (!beyond.shake_hands(i, slots, references)) return;
     fetch_add(&state->counts.pairs, 1);
@@ -39,10 +39,10 @@ namespace hiprt::gpu {
 
 using namespace build::kernels;
 
-Result<void> enqueue_pair_beyond(const build::SoupView& soup, build::LeafReference* references,
+Result<void> enqueue_pair_beyond(const build::GeometryTable& geometries, build::Reference* references,
                                  const PairBeyondScratch& scratch, BuildState* state, hipStream_t stream) {
-  const build::PairBeyond beyond{soup, scratch.table};
-  const std::uint64_t blocks = (soup.primitives - 1) / kBlock + 1;
+  const build::PairBeyond beyond{geometries, scratch.table};
+  const std::uint64_t blocks = (geometries.primitive_count - 1) / kBlock + 1;
   Launcher steps(stream);
   steps.persistent("clear_edges", kBlock, blocks, clear_edges, beyond, state);
   steps.persistent("file_edges", kBlock, blocks, file_edges, beyond, scratch.singles, state);

@@ -1,10 +1,10 @@
 #pragma once
 /// What a build on the device needs, and where it is. Internal.
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_sort.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/pair/gpu_pair_beyond.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>
 
@@ -38,9 +38,9 @@ struct BuildPlan {
 
 /// Needed until the tree stands: lies where the wide nodes and the leaves will be, if that is enough.
 struct Transient {
-  build::LeafReference* references;
+  build::Reference* references;
   PairBeyondScratch pairing{};  ///< Where everything below is once there are pairs.
-  build::LeafReference* parts = nullptr;
+  build::Reference* parts = nullptr;
   build::SortBuffers sort{};
   std::byte* sort_temp = nullptr;
   build::kernels::SortedLeaves sorted{};
@@ -48,7 +48,7 @@ struct Transient {
   /// Of the stage that runs.
   std::byte* stage = nullptr;
 
-  Transient(Pieces& pieces, const BuildPlan& plan);
+  Transient(Arena& arena, const BuildPlan& plan);
 };
 
 /// Needed until the wide tree stands.
@@ -58,26 +58,29 @@ struct Kept {
   build::LeafPrimitives* primitives;
   build::LinkedNode* nodes;
   build::CollapsePlan* plans;
-  build::LeafReference* leaves = nullptr;  ///< Where they are not what their primitives are.
+  build::Reference* leaves = nullptr;  ///< Where they are not what their primitives are.
   Box* leaf_boxes = nullptr;
 
-  Kept(Pieces& pieces, const BuildPlan& plan);
+  Kept(Arena& arena, const BuildPlan& plan);
 };
 
 /// All the sizes and places of a build.
 struct Layouts {
   BuildPlan plan;
-  FilePlaces file;
+  FileLayout file;
   std::uint64_t report, transient, kept;
   bool transient_in_output;
 
   explicit Layouts(const BuildPlan& build_plan);
 
-  std::uint64_t transient_offset() const { return align(file.sections[0].offset, kDeviceAlignment); }
+  std::uint64_t transient_offset() const { return align_up(file[kNodesAt].offset, kDeviceAlignment); }
   BuildSizes sizes() const {
-    return {report + align(sizeof(BuildReport), kDeviceAlignment), kept + (transient_in_output ? 0 : transient)};
+    return {report + align_up(sizeof(BuildReport), kDeviceAlignment), kept + (transient_in_output ? 0 : transient)};
   }
 };
+
+/// Of every kind of build.
+Result<void> check_options(const BuildOptions& options);
 
 Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options);
 

@@ -7,10 +7,10 @@
 namespace hiprt::gpu {
 
 struct CutInput {
-  build::SoupView soup;
-  const build::LeafReference* references;  ///< [input]; some may be none.
+  build::GeometryTable geometries;
+  const build::Reference* references;  ///< [input]; some may be none.
   std::uint32_t input;
-  std::uint32_t room;  ///< room_for_splits(input, budget)
+  std::uint32_t room;  ///< split_capacity(input, budget)
   double budget;
   build::kernels::BuildState* state;  ///< Its number of leaves becomes that of the parts.
 };
@@ -20,6 +20,6 @@ std::uint64_t cut_scratch(std::uint32_t input, std::uint32_t room);
 
 /// Cuts references as presplit() does on the host, as steps of a stream.
 /// @param parts [room]; some become none.
-Result<void> enqueue_cut(const CutInput& input, build::LeafReference* parts, std::byte* scratch, hipStream_t stream);
+Result<void> enqueue_cut(const CutInput& input, build::Reference* parts, std::byte* scratch, hipStream_t stream);
 
 }  // namespace hiprt::gpu

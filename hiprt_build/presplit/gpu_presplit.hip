@@ -1,15 +1,15 @@
 #include <hiprt_build/presplit/gpu_presplit.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/exec/gpu_scan.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/presplit/gpu_presplit_kernels.h>
 
 namespace hiprt::gpu {
 namespace {
 
 using namespace build::kernels;
-using build::LeafReference;
+using build::Reference;
 
 /// Launches in which references with many cuts are cut once each.
 constexpr unsigned kLargeLaunches = 10;
@@ -25,40 +25,38 @@ struct Places {
   std::uint32_t* pending;
   std::uint32_t* count;
 
-  Places(Pieces& pieces, std::uint32_t input, std::uint32_t room)
-      : tries(pieces.take<ScaleTries>(1)),
-        weights(pieces.take<float>(input)),
-        places(pieces.take<std::uint32_t>(input)) {
+  Places(Arena& arena, std::uint32_t input, std::uint32_t room)
+      : tries(arena.take<ScaleTries>(1)), weights(arena.take<float>(input)), places(arena.take<std::uint32_t>(input)) {
     // Only says how many bytes it needs: cannot fail.
     (void)build::exclusive_scan(nullptr, scan_bytes, nullptr, nullptr, input, nullptr, nullptr);
-    scan = pieces.take<std::byte>(scan_bytes);
-    pending = pieces.take<std::uint32_t>(room);
-    count = pieces.take<std::uint32_t>(1);
+    scan = arena.take<std::byte>(scan_bytes);
+    pending = arena.take<std::uint32_t>(room);
+    count = arena.take<std::uint32_t>(1);
   }
 };
 
 }  // namespace
 
 std::uint64_t cut_scratch(std::uint32_t input, std::uint32_t room) {
-  Pieces pieces;
-  Places(pieces, input, room);
-  return pieces.size();
+  Arena arena;
+  Places(arena, input, room);
+  return arena.size();
 }
 
-Result<void> enqueue_cut(const CutInput& input, LeafReference* parts, std::byte* scratch, hipStream_t stream) {
+Result<void> enqueue_cut(const CutInput& input, Reference* parts, std::byte* scratch, hipStream_t stream) {
   BuildState* const state = input.state;
   const std::uint32_t n = input.input, room = input.room;
   const double budget = input.budget;
-  Pieces pieces(scratch);
-  Places places(pieces, n, room);
-  LeafParts to{input.soup, parts, {places.pending}, 0};
+  Arena arena(scratch);
+  Places places(arena, n, room);
+  LeafParts to{input.geometries, parts, {places.pending}, 0};
   const CutPlanesOf planes{state};
   Launcher steps(stream);
   steps.fill_bytes("tries of scales", places.tries, 1, 0);
   steps.fill_bytes("parts", parts, room, 0xff);
   steps.fill_bytes("pending cuts", places.pending, room, 0);
   steps.fill_bytes("the number of parts", places.count, 1, 0);
-  steps.each(n, "weigh_references", weigh_references, input.soup, input.references, n, state, places.weights);
+  steps.each(n, "weigh_references", weigh_references, input.geometries, input.references, n, state, places.weights);
   for (unsigned i = 0; i < ScaleTries::kCount; ++i)
     steps.persistent("try_scale", Launcher::kBlock, (n - 1) / Launcher::kBlock + 1, try_scale, places.weights, n, state,
                      budget, i, places.tries);

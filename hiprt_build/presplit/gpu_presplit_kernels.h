@@ -24,7 +24,7 @@ struct ScaleTries {
 
 HIPRT_HD inline std::uint64_t most_cuts(const BuildState* state, double budget) {
   const std::uint32_t leaves = state->counts.leaves;
-  return room_for_splits(leaves, budget) - leaves;
+  return split_capacity(leaves, budget) - leaves;
 }
 
 /// The triangles of a reference.
@@ -32,22 +32,22 @@ struct ReferenceTriangles {
   LeafCorners corners;
   bool pair;
 
-  HIPRT_HD ReferenceTriangles(const SoupView& soup, const LeafReference& reference) {
-    const GeometryView& mesh = soup.geometries[soup.find(reference.primitive)];
-    corners = leaf_corners(mesh, reference.primitive - mesh.first, reference.group);
-    pair = reference.group.is_pair();
+  HIPRT_HD ReferenceTriangles(const GeometryTable& geometries, const Reference& reference) {
+    const GeometryView& mesh = geometries[geometries.find(reference.primitive)];
+    corners = leaf_corners(mesh, reference.primitive - mesh.first, reference.contents);
+    pair = reference.contents.is_pair();
   }
 };
 
 static __global__ void __launch_bounds__(kBlock)
-    weigh_references(SoupView soup, const LeafReference* references, std::uint32_t count, const BuildState* state,
-                     float* weights) {
+    weigh_references(GeometryTable geometries, const Reference* references, std::uint32_t count,
+                     const BuildState* state, float* weights) {
   const std::uint32_t i = thread_index();
   if (i >= count) return;
-  const LeafReference reference = references[i];
+  const Reference reference = references[i];
   weights[i] = 0.0f;
-  if (!reference.group.exists()) return;
-  const ReferenceTriangles triangles(soup, reference);
+  if (!reference.contents.exists()) return;
+  const ReferenceTriangles triangles(geometries, reference);
   weights[i] = cut_weight(CutPlanes(state->bounds.get()), reference.box, triangles.corners, triangles.pair);
 }
 
@@ -69,12 +69,12 @@ static __global__ void __launch_bounds__(kBlock)
 }
 
 static __global__ void __launch_bounds__(kBlock)
-    count_places(const LeafReference* references, const float* weights, std::uint32_t count, const BuildState* state,
+    count_places(const Reference* references, const float* weights, std::uint32_t count, const BuildState* state,
                  double budget, const ScaleTries* tries, std::uint32_t* places) {
   const std::uint32_t i = thread_index();
   if (i >= count) return;
   const float scale = tries->search(ScaleTries::kCount, most_cuts(state, budget)).result();
-  places[i] = references[i].group.exists() ? cut_count(weights[i], scale) + 1 : 0;
+  places[i] = references[i].contents.exists() ? cut_count(weights[i], scale) + 1 : 0;
 }
 
 /// Cuts that are to be made at a place, and since when: who cuts leaves the parts to later launches.
@@ -99,16 +99,18 @@ struct CutPlanesOf {
 
 /// CutStep's places. @p now the number of the launch.
 struct LeafParts {
-  SoupView soup;
-  LeafReference* parts;
+  GeometryTable geometries;
+  Reference* parts;
   PendingCuts pending;
   unsigned now;
 
   HIPRT_HD Box box(std::uint32_t place) const { return parts[place].box; }
-  HIPRT_HD LeafCorners corners(std::uint32_t place) const { return ReferenceTriangles(soup, parts[place]).corners; }
-  HIPRT_HD bool is_pair(std::uint32_t place) const { return parts[place].group.is_pair(); }
+  HIPRT_HD LeafCorners corners(std::uint32_t place) const {
+    return ReferenceTriangles(geometries, parts[place]).corners;
+  }
+  HIPRT_HD bool is_pair(std::uint32_t place) const { return parts[place].contents.is_pair(); }
   HIPRT_HD void put(std::uint32_t place, std::uint32_t from, const Box& box) const {
-    parts[place] = LeafReference{box, parts[from].group, parts[from].primitive};
+    parts[place] = Reference{box, parts[from].contents, parts[from].primitive};
   }
   HIPRT_HD std::uint32_t cuts(std::uint32_t place) const { return pending.count(place); }
   HIPRT_HD void set_cuts(std::uint32_t place, std::uint32_t count) const { pending.set(place, count, now); }
@@ -116,11 +118,11 @@ struct LeafParts {
 
 /// Parts are none, and no cuts are pending, but here.
 static __global__ void __launch_bounds__(kBlock)
-    place_references(const LeafReference* references, const float* weights, const std::uint32_t* places,
+    place_references(const Reference* references, const float* weights, const std::uint32_t* places,
                      std::uint32_t count, const BuildState* state, double budget, const ScaleTries* tries,
                      LeafParts to) {
   const std::uint32_t i = thread_index();
-  if (i >= count || !references[i].group.exists()) return;
+  if (i >= count || !references[i].contents.exists()) return;
   const float scale = tries->search(ScaleTries::kCount, most_cuts(state, budget)).result();
   to.parts[places[i]] = references[i];
   to.set_cuts(places[i], cut_count(weights[i], scale));
@@ -148,10 +150,10 @@ static __global__ void __launch_bounds__(kBlock) cut_rest(CutPlanesOf planes, Le
 
 /// The parts there are.
 static __global__ void __launch_bounds__(kBlock)
-    count_parts(const LeafReference* parts, std::uint32_t room, std::uint32_t* count) {
+    count_parts(const Reference* parts, std::uint32_t room, std::uint32_t* count) {
   const std::uint32_t i = thread_index();
   const WaveGroup group;
-  const std::uint32_t here = lane_count(group.ballot(i < room && parts[i].group.exists()));
+  const std::uint32_t here = lane_count(group.ballot(i < room && parts[i].contents.exists()));
   if (group.lane() == 0 && here != 0) fetch_add(count, here);
 }
 static __global__ void set_leaves(const std::uint32_t* count, BuildState* state) { state->counts.leaves = *count; }

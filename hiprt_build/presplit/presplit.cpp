@@ -15,17 +15,15 @@ constexpr std::size_t kManyPlaces = 1u << 10;
 
 /// CutStep's places.
 struct ReferenceParts {
-  const PrimitiveSoup& soup;
-  std::span<const PrimitiveGroup> groups;
+  const GeometryTable& geometries;
   std::span<Reference> references;
   std::span<std::uint32_t> pending;
 
-  const PrimitiveGroup& group(std::uint32_t place) const { return groups[references[place].leaf]; }
-  Box box(std::uint32_t place) const { return references[place].as_box(); }
-  LeafCorners corners(std::uint32_t place) const { return leaf_corners(soup, group(place)); }
-  bool is_pair(std::uint32_t place) const { return group(place).is_pair(); }
+  Box box(std::uint32_t place) const { return references[place].box; }
+  LeafCorners corners(std::uint32_t place) const { return leaf_corners(geometries, references[place]); }
+  bool is_pair(std::uint32_t place) const { return references[place].contents.is_pair(); }
   void put(std::uint32_t place, std::uint32_t from, const Box& box) const {
-    references[place] = make_reference(to_aabb(box), references[from].leaf);
+    references[place] = part_of(references[from], box);
   }
   std::uint32_t cuts(std::uint32_t place) const { return pending[place]; }
   void set_cuts(std::uint32_t place, std::uint32_t count) const { pending[place] = count; }
@@ -33,18 +31,16 @@ struct ReferenceParts {
 
 class Presplitter {
  public:
-  Presplitter(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
-              ScratchArray<Reference> references)
+  Presplitter(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references)
       : engine_(engine),
-        soup_(soup),
-        groups_(groups),
+        geometries_(geometries),
         references_(std::move(references)),
         planes_(to_box(bound_references(engine, references_.span()).box)),
         weight_(engine.allocate<float>(references_.size())) {
     engine.for_each(references_.size(), [this](std::size_t i) {
       const Reference& reference = references_[i];
-      const PrimitiveGroup& group = groups_[reference.leaf];
-      weight_[i] = cut_weight(planes_, reference.as_box(), leaf_corners(soup_, group), group.is_pair());
+      weight_[i] =
+          cut_weight(planes_, reference.box, leaf_corners(geometries_, reference), reference.contents.is_pair());
     });
   }
 
@@ -59,7 +55,7 @@ class Presplitter {
     const std::size_t places = engine_.exclusive_scan(std::span<std::size_t>(first));
     auto parts = engine_.allocate<Reference>(places);
     auto cuts = engine_.allocate<std::uint32_t>(places);
-    const CutStep<ReferenceParts> step{planes_, {soup_, groups_, parts.span(), cuts.span()}};
+    const CutStep<ReferenceParts> step{planes_, {geometries_, parts.span(), cuts.span()}};
     std::vector<std::size_t> used(first.size());
     engine_.for_chunks(references_.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
       std::size_t place = first[chunk], made = 0;
@@ -80,7 +76,7 @@ class Presplitter {
   std::size_t cut(const CutStep<ReferenceParts>& step, const Reference& whole, std::size_t first,
                   std::size_t end) const {
     for (std::size_t place = first; place < end; ++place) {
-      step.parts.references[place].leaf = kInvalidId;
+      step.parts.references[place].contents = LeafContents::none();
       step.parts.pending[place] = 0;
     }
     step.parts.references[first] = whole;
@@ -91,7 +87,7 @@ class Presplitter {
       if ((place - first) % kManyPlaces == kManyPlaces - 1) engine_.monitor().check();
       while (step(static_cast<std::uint32_t>(place))) {
       }
-      made += step.parts.references[place].leaf != kInvalidId ? 1 : 0;
+      made += step.parts.references[place].contents.exists() ? 1 : 0;
     }
     return made;
   }
@@ -105,7 +101,7 @@ class Presplitter {
       std::size_t at = to[chunk];
       for (std::size_t place = first[chunk]; place < end; ++place) {
         if (place % kManyPlaces == 0) engine_.monitor().check();
-        if (parts[place].leaf != kInvalidId) result[at++] = parts[place];
+        if (parts[place].contents.exists()) result[at++] = parts[place];
       }
     });
     return result;
@@ -129,8 +125,7 @@ class Presplitter {
   }
 
   CpuEngine& engine_;
-  const PrimitiveSoup& soup_;
-  std::span<const PrimitiveGroup> groups_;
+  const GeometryTable& geometries_;
   ScratchArray<Reference> references_;
   CutPlanes planes_;
   ScratchArray<float> weight_;
@@ -138,12 +133,12 @@ class Presplitter {
 
 }  // namespace
 
-ScratchArray<Reference> presplit(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
-                                 ScratchArray<Reference> references, double budget) {
-  const std::size_t count = references.size(), most = room_for_splits(count, budget);
+ScratchArray<Reference> presplit(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references,
+                                 double budget) {
+  const std::size_t count = references.size(), most = split_capacity(count, budget);
   if (most <= count) return references;
   engine.monitor().start("cut", 0.4, 4 * count);
-  return Presplitter(engine, soup, groups, std::move(references)).run(most - count);
+  return Presplitter(engine, geometries, std::move(references)).run(most - count);
 }
 
 }  // namespace hiprt::build

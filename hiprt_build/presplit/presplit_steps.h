@@ -28,7 +28,7 @@ class CutPlanes {
 
   HIPRT_HD explicit CutPlanes(const Box& scene) : low_{scene.min[0], scene.min[1], scene.min[2]} {
     const float longest = longest_edge(scene);
-    if (longest > 0x1p-100f && longest < Aabb::kInfinity) {
+    if (longest > 0x1p-100f && longest < SimdBox::kInfinity) {
       cells_per_unit_ = static_cast<float>(1u << kBits) / longest;
       unit_ = longest / static_cast<float>(1u << kBits);
     }
@@ -134,7 +134,7 @@ HIPRT_HD HIPRT_INLINE float cut_weight(const CutPlanes& planes, const Box& box, 
   const unsigned coarse = planes.coarseness(box);
   const float own = least_area(v[0], v[1], v[2]) + (pair ? least_area(v[1], v[3], v[2]) : 0.0f);
   const float empty = half_area(box) - kFilled * own;
-  if (coarse == 0 || !(empty > 0.0f) || !(empty < Aabb::kInfinity)) return 0.0f;
+  if (coarse == 0 || !(empty > 0.0f) || !(empty < SimdBox::kInfinity)) return 0.0f;
   const float part = empty * negative_power(CutPlanes::kBits - coarse);
   return part > 0.0f ? cube_root(part) : 0.0f;
 }
@@ -178,7 +178,7 @@ template <class Parts> struct CutStep {
     parts.set_cuts(place, 0);
     if (!(plane.position > low && plane.position < high)) return false;
     const SplitBounds halves =
-        split_bounds(parts.corners(place), parts.is_pair(place), to_aabb(box), plane.axis, plane.position);
+        split_bounds(parts.corners(place), parts.is_pair(place), to_simd(box), plane.axis, plane.position);
     const Box left_box = to_box(halves.left), right_box = to_box(halves.right);
     const float left = CutPlanes::longest_edge(left_box), right = CutPlanes::longest_edge(right_box);
     const float share = left + right > 0.0f ? left / (left + right) : 0.5f;

@@ -15,13 +15,12 @@ namespace hiprt::build {
 /// @tparam Leaves has const Box& operator()(std::uint32_t leaf) const.
 template <class Leaves> class GroupCutter {
  public:
-  GroupCutter(const PrimitiveSoup& soup, const Leaves& boxes) : soup_(soup), boxes_(boxes) {}
+  GroupCutter(const GeometryTable& geometries, const Leaves& boxes) : geometries_(geometries), boxes_(boxes) {}
 
   /// Calls emit(box of the part, leaf) once for each leaf that gets a part.
   /// @param leaves at least one; reordered.
-  template <class Emit>
-  void operator()(const PrimitiveGroup& group, const Box& bounds, std::span<std::uint32_t> leaves, const Emit& emit) {
-    cut(group, bounds, leaves, kMostCuts, emit);
+  template <class Emit> void operator()(const Reference& reference, std::span<std::uint32_t> leaves, const Emit& emit) {
+    cut(reference, reference.box, leaves, kMostCuts, emit);
   }
 
  private:
@@ -44,15 +43,15 @@ template <class Leaves> class GroupCutter {
   };
 
   template <class Emit>
-  void cut(const PrimitiveGroup& group, const Box& part, std::span<std::uint32_t> leaves, unsigned cuts,
+  void cut(const Reference& reference, const Box& part, std::span<std::uint32_t> leaves, unsigned cuts,
            const Emit& emit) {
     const Plane plane = leaves.size() == 1 || cuts == 0 ? Plane{} : find_plane(part, leaves);
     if (plane.left == 0) return emit(part, nearest(part, leaves));
     sort(leaves, plane.axis);
     const auto left = leaves.first(plane.left), right = leaves.subspan(plane.left);
-    const SplitBounds parts = split_bounds(soup_, group, to_aabb(part), plane.axis, plane.position);
-    cut(group, to_box(parts.left), left, cuts - 1, emit);
-    cut(group, to_box(parts.right), right, cuts - 1, emit);
+    const SplitBounds parts = split_bounds(geometries_, reference, to_simd(part), plane.axis, plane.position);
+    cut(reference, to_box(parts.left), left, cuts - 1, emit);
+    cut(reference, to_box(parts.right), right, cuts - 1, emit);
   }
 
   void sort(std::span<std::uint32_t> leaves, unsigned axis) const {
@@ -100,7 +99,7 @@ template <class Leaves> class GroupCutter {
     return best;
   }
 
-  const PrimitiveSoup& soup_;
+  const GeometryTable& geometries_;
   Leaves boxes_;
   std::vector<float> right_max_;  ///< [i]: largest plane of the leaves from i on.
 };

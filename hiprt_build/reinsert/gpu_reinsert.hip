@@ -1,7 +1,7 @@
 #include <hiprt_build/reinsert/gpu_reinsert.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/reinsert/gpu_reinsert_kernels.h>
 
 namespace hiprt::gpu {
@@ -23,32 +23,32 @@ struct Places {
   LinkedNode* before = nullptr;
   std::uint32_t* too_deep = nullptr;
 
-  Places(Pieces& pieces, std::uint32_t room, unsigned rounds)
+  Places(Arena& arena, std::uint32_t room, unsigned rounds)
       : looking(Lookers::count(2 * room, Lookers::kUsualShift)),
-        parents(pieces.take<std::uint32_t>(2 * std::uint64_t{room})),
-        met(pieces.take<std::uint32_t>(room)) {
+        parents(arena.take<std::uint32_t>(2 * std::uint64_t{room})),
+        met(arena.take<std::uint32_t>(room)) {
     if (rounds == 0) return;
-    found = pieces.take<Reinsertion>(looking);
-    bids = pieces.take<ReinsertionBids>(2 * std::uint64_t{room});
-    granted = pieces.take<std::uint8_t>(looking);
-    before = pieces.take<LinkedNode>(room);
-    too_deep = pieces.take<std::uint32_t>(1);
+    found = arena.take<Reinsertion>(looking);
+    bids = arena.take<ReinsertionBids>(2 * std::uint64_t{room});
+    granted = arena.take<std::uint8_t>(looking);
+    before = arena.take<LinkedNode>(room);
+    too_deep = arena.take<std::uint32_t>(1);
   }
 };
 
 }  // namespace
 
 std::uint64_t finish_tree_scratch(std::uint32_t room, unsigned rounds) {
-  Pieces pieces;
-  Places(pieces, room, rounds);
-  return pieces.size();
+  Arena arena;
+  Places(arena, room, rounds);
+  return arena.size();
 }
 
 Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* scratch, hipStream_t stream) {
   const std::uint32_t room = input.room;
   const PlannedTree& tree = input.tree;
-  Pieces pieces(scratch);
-  const Places places(pieces, room, input.rounds);
+  Arena arena(scratch);
+  const Places places(arena, room, input.rounds);
   const ShapeTree shape{{tree.leaves, tree.nodes, {}, tree.root}, room, places.parents};
   Launcher steps(stream);
   steps.fill_bytes("parents", places.parents, 2 * std::uint64_t{room}, 0xff);

@@ -8,6 +8,6 @@ namespace hiprt::build {
 
 /// Moves subtrees to better places, in so many rounds (see reinsertion.h). The result does not depend on the number of
 /// threads.
-BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds);
+DepthFirstTree optimize(CpuEngine& engine, DepthFirstTree tree, unsigned rounds);
 
 }  // namespace hiprt::build

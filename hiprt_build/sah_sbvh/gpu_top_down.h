@@ -3,8 +3,8 @@
 /// sbvh.cpp does it on the host). Internal.
 
 #include <hiprt_build/gpu/error.h>
-#include <hiprt_build/input/soup_view.h>
-#include <hiprt_build/tree/linked_tree.h>
+#include <hiprt_build/input/geometry.h>
+#include <hiprt_build/tree/binary_tree.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -12,8 +12,8 @@
 namespace hiprt::gpu {
 
 struct TopDownInput {
-  build::SoupView soup;                    ///< On the device; its corners are read where there are cuts.
-  const build::LeafReference* references;  ///< [input]; places where !group.exists() hold nothing.
+  build::GeometryTable geometries;     ///< On the device; its corners are read where there are cuts.
+  const build::Reference* references;  ///< [input]; places where !contents.exists() hold nothing.
   std::uint32_t input;
   std::uint32_t room;  ///< Places of the output, at least input.
   double budget;       ///< At least 1: at most floor(budget * references) references may come of them, within the room.
@@ -21,10 +21,10 @@ struct TopDownInput {
 };
 
 struct TopDownOutput {
-  build::LeafReference* references;  ///< [room] Leaf i of the tree; unused ones have no group.
-  build::LinkedNode* nodes;          ///< [room] By their numbers; unused ones have child[0] == kInvalidId.
-  build::LinkedRef* root;            ///< On the device; kInvalidId if there is nothing.
-  std::uint32_t* leaves;             ///< On the device: how many the tree has.
+  build::Reference* references;  ///< [room] Leaf i of the tree; unused ones have no group.
+  build::LinkedNode* nodes;      ///< [room] By their numbers; unused ones have child[0] == kInvalidId.
+  build::LinkedRef* root;        ///< On the device; kInvalidId if there is nothing.
+  std::uint32_t* leaves;         ///< On the device: how many the tree has.
 };
 
 /// Sizes by which the work is parted. The tree depends on spare_levels and few, never on task.

@@ -1,7 +1,7 @@
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/sah_sbvh/gpu_compact_references.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down_kernels.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down_small.h>
@@ -13,7 +13,7 @@ namespace hiprt::gpu {
 namespace {
 
 using namespace build::kernels;
-using build::LeafReference;
+using build::Reference;
 
 /// References of the input that a block packs.
 constexpr std::uint32_t kPiece = 2048;
@@ -45,18 +45,18 @@ struct Memory {
   std::uint64_t size;
 
   Memory(std::byte* scratch, const Limits& limits, std::uint32_t room) {
-    Pieces pieces(scratch);
-    tree.references[0] = pieces.take<LeafReference>(room);
-    tree.state = pieces.take<TopDownState>(1);
-    piece_counts = pieces.take<std::uint32_t>(limits.pieces);
+    Arena arena(scratch);
+    tree.references[0] = arena.take<Reference>(room);
+    tree.state = arena.take<TopDownState>(1);
+    piece_counts = arena.take<std::uint32_t>(limits.pieces);
     for (unsigned i = 0; i < 2; ++i) {
-      tree.ranges[i] = pieces.take<LargeRange>(limits.ranges);
-      tree.tasks[i] = pieces.take<LargeTask>(limits.tasks);
+      tree.ranges[i] = arena.take<LargeRange>(limits.ranges);
+      tree.tasks[i] = arena.take<LargeTask>(limits.tasks);
     }
-    tree.counts = pieces.take<TaskCounts>(limits.tasks);
-    tree.bins = pieces.take<std::uint32_t>(std::uint64_t{limits.ranges} * ObjectBins::kSize);
-    tree.small_ranges = pieces.take<SmallRange>(limits.small_ranges);
-    size = pieces.size();
+    tree.counts = arena.take<TaskCounts>(limits.tasks);
+    tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.ranges} * ObjectBins::kSize);
+    tree.small_ranges = arena.take<SmallRange>(limits.small_ranges);
+    size = arena.size();
   }
 };
 
@@ -71,7 +71,7 @@ class Enqueuer {
         tree_(memory_.tree),
         steps_(stream),
         cuts_(input.cut && input.budget > 1.0) {
-    tree_.soup = input.soup;
+    tree_.geometries = input.geometries;
     tree_.references[1] = output.references;
     tree_.nodes = output.nodes;
     tree_.root = output.root;
@@ -97,7 +97,7 @@ class Enqueuer {
   static std::uint32_t groups(std::uint32_t count) { return (count - 1) / kGroupsPerBlock + 1; }
 
   void pack() {
-    const LeafReference* from = input_.references;
+    const Reference* from = input_.references;
     std::uint32_t* counts = memory_.piece_counts;
     steps_.blocks("count_references", kTaskBlock, limits_.pieces, count_references, from, input_.input, kPiece, counts);
     steps_.blocks("begin_ranges", build::WaveGroup::kLanes, 1, begin_ranges, tree_, counts, limits_.pieces,

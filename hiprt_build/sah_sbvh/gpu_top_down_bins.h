@@ -3,7 +3,7 @@
 /// numbers in bins are integers that are lowered, raised or added to: in no order, with one result. Internal.
 
 #include <hiprt_build/exec/gpu_scan.h>
-#include <hiprt_build/input/soup_view.h>
+#include <hiprt_build/input/geometry.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 #include <hiprt_build/sah_sbvh/sah_bins.h>
 #include <hiprt_build/sah_sbvh/spatial_bins.h>
@@ -11,11 +11,11 @@
 namespace hiprt::build::kernels {
 
 /// A reference by two loads of 16 bytes, whatever becomes of its parts.
-inline __device__ LeafReference load(const LeafReference* from) {
+inline __device__ Reference load(const Reference* from) {
   const uint4 a = reinterpret_cast<const uint4*>(from)[0], b = reinterpret_cast<const uint4*>(from)[1];
   const auto number = [](std::uint32_t bits) { return std::bit_cast<float>(bits); };
-  return LeafReference{
-      {{number(a.x), number(a.y), number(a.z)}, {number(a.w), number(b.x), number(b.y)}}, PackedGroup{b.z}, b.w};
+  return Reference{
+      {{number(a.x), number(a.y), number(a.z)}, {number(a.w), number(b.x), number(b.y)}}, LeafContents{b.z}, b.w};
 }
 
 // Boxes among lanes ---------------------------------------------------------------------------------------------------
@@ -96,7 +96,7 @@ struct LaneChoice {
   static constexpr std::uint32_t kNone = 0xffffffffu;
 
   __device__ LaneChoice(float value, std::uint32_t tie_)
-      : cost(value < Aabb::kInfinity ? std::bit_cast<std::uint32_t>(value) : kNone), tie(tie_) {}
+      : cost(value < SimdBox::kInfinity ? std::bit_cast<std::uint32_t>(value) : kNone), tie(tie_) {}
   __device__ void add(const LaneChoice& other, bool valid) {
     const bool better = valid && (other.cost < cost || (other.cost == cost && other.tie < tie));
     cost = better ? other.cost : cost;
@@ -109,7 +109,7 @@ struct LaneChoice {
     return result;
   }
   __device__ bool exists() const { return cost != kNone; }
-  __device__ float value() const { return exists() ? std::bit_cast<float>(cost) : Aabb::kInfinity; }
+  __device__ float value() const { return exists() ? std::bit_cast<float>(cost) : SimdBox::kInfinity; }
 };
 inline __device__ LaneChoice best_of_lanes(const WaveGroup& group, LaneChoice mine) {
   for (unsigned step = 1; step < WaveGroup::kLanes; step *= 2) mine.add(mine.from(group, group.lane() ^ step), true);
@@ -180,11 +180,11 @@ using SlabBins = BinWords<kSpatialBins, 2>;  ///< References that begin there, a
 
 /// As many bins as lanes, however few references there are.
 inline __device__ BinMapping lane_mapping(const Box& centers) {
-  return BinMapping(to_aabb(centers), std::size_t{16} * kMaxBins);
+  return BinMapping(to_simd(centers), std::size_t{16} * kMaxBins);
 }
 
 inline __device__ void bin_object(const ObjectBins& bins, const BinMapping& mapping, const Box& box) {
-  const std::array<int, 3> bin = mapping(to_aabb(box));
+  const std::array<int, 3> bin = mapping(to_simd(box));
   std::uint32_t low[3], high[3];
   for (unsigned k = 0; k < 3; ++k) {
     low[k] = to_ordered(box.min[k]);
@@ -211,7 +211,7 @@ struct ObjectSplit {
 /// As find_best_split(). Lane i has the split before bin i. @param all the range's box.
 inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const ObjectBins& bins, const Box& all) {
   const unsigned lane = group.lane();
-  LaneChoice best(Aabb::kInfinity, 0);
+  LaneChoice best(SimdBox::kInfinity, 0);
   float overlap = 0.0f;
   std::uint32_t count_of_best = 0;
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -221,7 +221,7 @@ inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const Ob
     sum_up(group, left, 0, 5);
     sum_down(group, right, WaveGroup::kLanes, 5);
     const float cost = side_cost(left, left_count) + side_cost(right, right_count);
-    const LaneChoice mine(left_count == 0 || right_count == 0 ? Aabb::kInfinity : cost, axis << 5 | lane);
+    const LaneChoice mine(left_count == 0 || right_count == 0 ? SimdBox::kInfinity : cost, axis << 5 | lane);
     if (mine.cost < best.cost) {
       best = mine;
       overlap = overlap_area(left, right);
@@ -230,7 +230,7 @@ inline __device__ ObjectSplit best_object_split(const WaveGroup& group, const Ob
   }
   best = best_of_lanes(group, best);
   const unsigned from = best.tie & 31u;
-  if (!best.exists()) return {Aabb::kInfinity, ObjectSplit::kNoAxis, 0, half_area(all), 0};
+  if (!best.exists()) return {SimdBox::kInfinity, ObjectSplit::kNoAxis, 0, half_area(all), 0};
   return {best.value(), best.tie >> 5, from, from_lane(group, from, overlap), group.from(from, count_of_best)};
 }
 
@@ -253,11 +253,11 @@ inline __device__ unsigned cut_sides(const Cut& cut, const Box& box) {
   if (pick(box.max, cut.axis) <= cut.plane) return kLeftSide;
   if (pick(box.min, cut.axis) >= cut.plane) return kRightSide;
   SpatialSplit split;
-  split.left = to_aabb(cut.left);
-  split.right = to_aabb(cut.right);
+  split.left = to_simd(cut.left);
+  split.right = to_simd(cut.right);
   split.left_count = cut.left_count;
   split.right_count = cut.right_count;
-  const CutSide side = cheapest_side(split, to_aabb(box));
+  const CutSide side = cheapest_side(split, to_simd(box));
   return side == CutSide::kLeft ? kLeftSide : side == CutSide::kRight ? kRightSide : kLeftSide | kRightSide;
 }
 
@@ -278,22 +278,22 @@ inline __device__ void rotate(LeafCorners& corners, unsigned by) {
 }
 
 /// @pre triangles.
-inline __device__ LeafCorners corners_of(const SoupView& soup, const LeafReference& reference) {
-  const GeometryView mesh = soup.geometries[soup.find(reference.primitive)];
-  return leaf_corners(mesh, reference.primitive - mesh.first, reference.group);
+inline __device__ LeafCorners corners_of(const GeometryTable& geometries, const Reference& reference) {
+  const GeometryView mesh = geometries[geometries.find(reference.primitive)];
+  return leaf_corners(mesh, reference.primitive - mesh.first, reference.contents);
 }
 
 struct Parts {
   Box left, right;
 };
 /// @pre the plane crosses the reference's box.
-inline __device__ Parts cut_reference(const SoupView& soup, const LeafReference& reference, unsigned axis,
+inline __device__ Parts cut_reference(const GeometryTable& geometries, const Reference& reference, unsigned axis,
                                       float plane) {
-  LeafCorners corners = corners_of(soup, reference);
+  LeafCorners corners = corners_of(geometries, reference);
   Box whole = reference.box;
   rotate(corners, axis);
   rotate(whole, axis);
-  const SplitBounds bounds = split_bounds(corners, reference.group.is_pair(), to_aabb(whole), 0u, plane);
+  const SplitBounds bounds = split_bounds(corners, reference.contents.is_pair(), to_simd(whole), 0u, plane);
   Parts parts{to_box(bounds.left), to_box(bounds.right)};
   rotate(parts.left, axis == 0 ? 0 : 3 - axis);
   rotate(parts.right, axis == 0 ? 0 : 3 - axis);
@@ -301,19 +301,19 @@ inline __device__ Parts cut_reference(const SoupView& soup, const LeafReference&
 }
 
 /// One axis of a reference. Most are in one slab: only others need their corners.
-inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes, const SoupView& soup,
-                                 const LeafReference& reference, unsigned axis) {
+inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes, const GeometryTable& geometries,
+                                 const Reference& reference, unsigned axis) {
   const int begin = planes.first(pick(reference.box.min, axis), static_cast<int>(axis));
   const int end = planes.last(pick(reference.box.max, axis), static_cast<int>(axis));
   LeafCorners corners{};
   Box whole = reference.box;
   rotate(whole, axis);
   if (begin < end) {
-    corners = corners_of(soup, reference);
+    corners = corners_of(geometries, reference);
     rotate(corners, axis);
   }
-  SlabPlanes::cut(planes.plane[axis], begin, end, corners, reference.group.is_pair(), to_aabb(whole), 0,
-                  [&](int slab, const Aabb& part) {
+  SlabPlanes::cut(planes.plane[axis], begin, end, corners, reference.contents.is_pair(), to_simd(whole), 0,
+                  [&](int slab, const SimdBox& part) {
                     std::uint32_t low[3], high[3];
                     for (int k = 0; k < 3; ++k) {
                       low[k] = to_ordered(part.min[k]);
@@ -329,7 +329,7 @@ inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes,
 /// lanes.
 inline __device__ Cut best_cut(const WaveGroup& group, const SlabBins& bins, const Box& all, std::uint32_t most) {
   const unsigned lane = group.lane();
-  LaneChoice best(Aabb::kInfinity, 0);
+  LaneChoice best(SimdBox::kInfinity, 0);
   Cut cut{};
   for (unsigned axis = 0; axis < 3; ++axis) {
     const bool mine = lane < kSpatialBins;
@@ -342,7 +342,7 @@ inline __device__ Cut best_cut(const WaveGroup& group, const SlabBins& bins, con
     sum_down(group, right, kSpatialBins, 4);
     const float cost = side_cost(left, left_count) + side_cost(right, right_count);
     const bool fits = mine && left_count != 0 && right_count != 0 && left_count + right_count <= most;
-    const LaneChoice choice(fits ? cost : Aabb::kInfinity, axis << 5 | lane);
+    const LaneChoice choice(fits ? cost : SimdBox::kInfinity, axis << 5 | lane);
     if (choice.cost >= best.cost) continue;
     best = choice;
     cut = {cost, axis, 0.0f, left, right, left_count, right_count};

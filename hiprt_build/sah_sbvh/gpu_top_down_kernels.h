@@ -9,7 +9,7 @@ namespace hiprt::build::kernels {
 template <class Visit>
 __device__ void for_references(const TopDownTree& tree, unsigned level, const LargeRange& range, const LargeTask& task,
                                Visit&& visit) {
-  const LeafReference* from = tree.references[level % 2];
+  const Reference* from = tree.references[level % 2];
   const std::uint32_t end = min(range.end, task.begin + tree.task);
   for (std::uint32_t i = task.begin + threadIdx.x; i < end; i += kTaskBlock) visit(load(from + i), i);
 }
@@ -25,7 +25,7 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_objects(TopDownTree tre
     const BinMapping mapping = lane_mapping(range.bounds.centers.get());
     __syncthreads();
     for_references(tree, level, range, task,
-                   [&](const LeafReference& r, std::uint32_t) { bin_object(bins, mapping, r.box); });
+                   [&](const Reference& r, std::uint32_t) { bin_object(bins, mapping, r.box); });
     __syncthreads();
     tree.object_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
     __syncthreads();
@@ -66,9 +66,9 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_space(TopDownTree tree,
     bins.clear(threadIdx.x, kTaskBlock);
     fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
     __syncthreads();
-    for_references(tree, level, range, task, [&](const LeafReference& r, std::uint32_t) {
+    for_references(tree, level, range, task, [&](const Reference& r, std::uint32_t) {
 #pragma unroll 1
-      for (unsigned axis = 0; axis < 3; ++axis) bin_slabs(bins, planes, tree.soup, r, axis);
+      for (unsigned axis = 0; axis < 3; ++axis) bin_slabs(bins, planes, tree.geometries, r, axis);
     });
     __syncthreads();
     tree.slab_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
@@ -92,7 +92,7 @@ static __global__ void __launch_bounds__(kGroupBlock) choose_cuts(TopDownTree tr
 
 /// Whether a reference goes left by the split of references.
 inline __device__ bool goes_left(const ObjectSplit& split, const BinMapping& mapping, const Box& box) {
-  const std::array<int, 3> bin = mapping(to_aabb(box));
+  const std::array<int, 3> bin = mapping(to_simd(box));
   const int mine = split.axis == 0 ? bin[0] : split.axis == 1 ? bin[1] : bin[2];
   return mine < static_cast<int>(split.bin);
 }
@@ -112,7 +112,7 @@ static __global__ void __launch_bounds__(kTaskBlock) count_sides(TopDownTree tre
     const ObjectSplit split = range.split;
     const bool is_cut = range.way == Way::kCut;
     TaskCounts mine{0, 0, 0};
-    for_references(tree, level, range, task, [&](const LeafReference& r, std::uint32_t) {
+    for_references(tree, level, range, task, [&](const Reference& r, std::uint32_t) {
       mine.objects_left += split.axis != ObjectSplit::kNoAxis && goes_left(split, mapping, r.box) ? 1 : 0;
       if (!is_cut) return;
       const unsigned sides = cut_sides(range.cut, r.box);
@@ -193,25 +193,25 @@ static __global__ void __launch_bounds__(kGroupBlock) part_ranges(TopDownTree tr
 struct Scatterer {
   const TopDownTree& tree;
   const LargeRange& range;
-  LeafReference* to;
+  Reference* to;
   BinMapping mapping;
   std::uint32_t next[2];
   ThreadBounds bounds[2];
 
-  __device__ unsigned sides(const LeafReference& r, std::uint32_t place) const {
+  __device__ unsigned sides(const Reference& r, std::uint32_t place) const {
     if (range.way == Way::kCut) return cut_sides(range.cut, r.box);
     const bool left = range.way == Way::kHalves ? place < range.half : goes_left(range.split, mapping, r.box);
     return left ? kLeftSide : kRightSide;
   }
-  __device__ void place(const LeafReference& r, unsigned sides, const std::uint32_t (&rank)[2]) {
+  __device__ void place(const Reference& r, unsigned sides, const std::uint32_t (&rank)[2]) {
     Parts parts{r.box, r.box};
-    if (sides == (kLeftSide | kRightSide)) parts = cut_reference(tree.soup, r, range.cut.axis, range.cut.plane);
+    if (sides == (kLeftSide | kRightSide)) parts = cut_reference(tree.geometries, r, range.cut.axis, range.cut.plane);
     if ((sides & kLeftSide) != 0) {
-      to[next[0] + rank[0]] = LeafReference{parts.left, r.group, r.primitive};
+      to[next[0] + rank[0]] = Reference{parts.left, r.contents, r.primitive};
       bounds[0].add(parts.left);
     }
     if ((sides & kRightSide) != 0) {
-      to[next[1] + rank[1]] = LeafReference{parts.right, r.group, r.primitive};
+      to[next[1] + rank[1]] = Reference{parts.right, r.contents, r.primitive};
       bounds[1].add(parts.right);
     }
   }
@@ -220,7 +220,7 @@ struct Scatterer {
 static __global__ void __launch_bounds__(kTaskBlock, 3) scatter_references(TopDownTree tree, unsigned level) {
   __shared__ BlockRanks ranks;
   __shared__ RangeBox sum[2];
-  const LeafReference* from = tree.references[level % 2];
+  const Reference* from = tree.references[level % 2];
   const std::uint32_t tasks = tree.state->tasks[level];
   for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
     const LargeTask task = tree.tasks[level % 2][t];
@@ -238,7 +238,7 @@ static __global__ void __launch_bounds__(kTaskBlock, 3) scatter_references(TopDo
                         {}};
     for (std::uint32_t first = task.begin; first < end; first += kTaskBlock) {
       const std::uint32_t i = first + threadIdx.x;
-      LeafReference reference{};
+      Reference reference{};
       if (i < end) reference = load(from + i);
       const unsigned sides = i < end ? scatterer.sides(reference, i) : 0;
       std::uint32_t rank[2], total[2];

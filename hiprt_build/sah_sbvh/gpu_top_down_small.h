@@ -45,20 +45,20 @@ template <bool kCuts> class SmallBuilder {
     Box box, centers;
   };
 
-  __device__ const LeafReference* from(const SmallRange& range) const {
+  __device__ const Reference* from(const SmallRange& range) const {
     return tree_.references[range.is(SmallRange::kOther) ? 1 : 0];
   }
 
   /// visit(reference) by the lanes in turn.
   template <class Visit> __device__ void for_each(const SmallRange& range, Visit&& visit) const {
-    const LeafReference* references = from(range);
+    const Reference* references = from(range);
     for (std::uint32_t i = range.begin + group_.lane(); i < range.end; i += WaveGroup::kLanes)
       visit(load(references + i));
   }
 
   __device__ void measure(const SmallRange& range, Rule& rule) const {
     Box box = empty_box(), centers = empty_box();
-    for_each(range, [&](const LeafReference& r) {
+    for_each(range, [&](const Reference& r) {
       grow_fast(box, r.box);
       Box center;
       for (unsigned k = 0; k < 3; ++k) center.min[k] = center.max[k] = split_position(r.box, k);
@@ -74,7 +74,7 @@ template <bool kCuts> class SmallBuilder {
     bins.clear(group_.lane(), WaveGroup::kLanes);
     group_.sync();
     const BinMapping mapping = lane_mapping(rule.centers);
-    for_each(range, [&](const LeafReference& r) { bin_object(bins, mapping, r.box); });
+    for_each(range, [&](const Reference& r) { bin_object(bins, mapping, r.box); });
     group_.sync();
     rule.objects = best_object_split(group_, bins, rule.box);
     rule.way = rule.objects.axis == ObjectSplit::kNoAxis ? Way::kHalves : Way::kObjects;
@@ -88,16 +88,16 @@ template <bool kCuts> class SmallBuilder {
     fill_planes(shared_.slabs.planes, rule.box, group_.lane(), WaveGroup::kLanes);
     group_.sync();
     // A lane for each axis of a reference: there may be few of them, and each may cross many slabs.
-    const LeafReference* references = from(range) + range.begin;
+    const Reference* references = from(range) + range.begin;
     for (std::uint32_t i = group_.lane(); i < 3 * range.size(); i += WaveGroup::kLanes)
-      bin_slabs(bins, shared_.slabs.planes, tree_.soup, load(references + i / 3), i % 3);
+      bin_slabs(bins, shared_.slabs.planes, tree_.geometries, load(references + i / 3), i % 3);
     group_.sync();
     rule.cut = best_cut(group_, bins, rule.box, range.limit - range.begin);
     if (rule.cut.cost < rule.objects.cost) rule.way = Way::kCut;
   }
 
   __device__ static unsigned sides(const Rule& rule, const BinMapping& mapping, std::uint32_t half,
-                                   const LeafReference& reference, std::uint32_t place) {
+                                   const Reference& reference, std::uint32_t place) {
     if (kCuts && rule.way == Way::kCut) return cut_sides(rule.cut, reference.box);
     const bool left = rule.way == Way::kHalves ? place < half : goes_left(rule.objects, mapping, reference.box);
     return left ? kLeftSide : kRightSide;
@@ -121,21 +121,21 @@ template <bool kCuts> class SmallBuilder {
   __device__ void move(const SmallRange& range, const Rule& rule, const Halves& halves) const {
     const BinMapping mapping = lane_mapping(rule.centers);
     const std::uint32_t half = range.begin + range.size() / 2;
-    LeafReference* to = tree_.references[range.is(SmallRange::kOther) ? 0 : 1];
+    Reference* to = tree_.references[range.is(SmallRange::kOther) ? 0 : 1];
     std::uint32_t next[2] = {range.begin, halves.right_begin};
     for (std::uint32_t first = range.begin; first < range.end; first += WaveGroup::kLanes) {
       const std::uint32_t i = first + group_.lane();
-      LeafReference r{};
+      Reference r{};
       if (i < range.end) r = load(from(range) + i);
       const unsigned mine = i < range.end ? sides(rule, mapping, half, r, i) : 0;
       Parts parts{r.box, r.box};
       if (kCuts && mine == (kLeftSide | kRightSide))
-        parts = cut_reference(tree_.soup, r, rule.cut.axis, rule.cut.plane);
+        parts = cut_reference(tree_.geometries, r, rule.cut.axis, rule.cut.plane);
       for (unsigned side = 0; side < 2; ++side) {
         const bool goes = (mine >> side & 1u) != 0;
         const std::uint32_t lanes = group_.ballot(goes);
         const std::uint32_t rank = lane_count(lanes & ((1u << group_.lane()) - 1));
-        if (goes) to[next[side] + rank] = LeafReference{side == 0 ? parts.left : parts.right, r.group, r.primitive};
+        if (goes) to[next[side] + rank] = Reference{side == 0 ? parts.left : parts.right, r.contents, r.primitive};
         next[side] += lane_count(lanes);
       }
     }
@@ -144,7 +144,7 @@ template <bool kCuts> class SmallBuilder {
   __device__ void choose(const SmallRange& range, Rule& rule) const {
     measure(range, rule);
     rule.way = Way::kHalves;
-    rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, Aabb::kInfinity, 0};
+    rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, SimdBox::kInfinity, 0};
     if (is_deep(range.depth(), range.limit - range.begin)) return;
     if (!range.is(SmallRange::kTryCut)) choose_objects(range, rule);
     if (kCuts && range.limit - range.begin > range.size() && rule.objects.overlap > least_overlap_)

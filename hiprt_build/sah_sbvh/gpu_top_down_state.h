@@ -74,12 +74,12 @@ struct TopDownState {
 };
 
 /// What unused places of the output hold.
-inline __device__ LeafReference no_reference() { return LeafReference{empty_box(), PackedGroup::none(), kInvalidId}; }
+inline __device__ Reference no_reference() { return Reference{empty_box(), LeafContents::none(), kInvalidId}; }
 
 /// Everything that does not change during a build.
 struct TopDownTree {
-  SoupView soup;
-  LeafReference* references[2];  ///< [room]. The second is the output.
+  GeometryTable geometries;
+  Reference* references[2];  ///< [room]. The second is the output.
   LinkedNode* nodes;
   LinkedRef* root;
   std::uint32_t* leaves;
@@ -96,7 +96,7 @@ struct TopDownTree {
     *(link == kInvalidId ? root : &nodes[link / 2].child[link % 2]) = ref;
   }
   __device__ void set_leaf(std::uint32_t link, std::uint32_t begin, std::uint32_t limit,
-                           const LeafReference& reference) const {
+                           const Reference& reference) const {
     references[1][begin] = reference;
     for (std::uint32_t i = begin + 1; i < limit; ++i) references[1][i] = no_reference();
     set(link, begin | kLinkedLeaf);

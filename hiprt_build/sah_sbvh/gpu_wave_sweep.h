@@ -24,8 +24,8 @@ struct FewShared {
     }
     return result;
   }
-  __device__ LeafReference reference(unsigned slot) const {
-    return LeafReference{box(slot), PackedGroup{group[slot]}, primitive[slot]};
+  __device__ Reference reference(unsigned slot) const {
+    return Reference{box(slot), LeafContents{group[slot]}, primitive[slot]};
   }
 };
 
@@ -95,13 +95,13 @@ template <bool kCuts> class FewBuilder {
     group_.sync();
     float center[3] = {};
     if (lane < n) {
-      const LeafReference reference = tree_.references[range.is(SmallRange::kOther) ? 1 : 0][range.begin + lane];
+      const Reference reference = tree_.references[range.is(SmallRange::kOther) ? 1 : 0][range.begin + lane];
       for (unsigned k = 0; k < 3; ++k) {
         shared_.min[k][lane] = reference.box.min[k];
         shared_.max[k][lane] = reference.box.max[k];
         shared_.center[k][lane] = center[k] = split_position(reference.box, k);
       }
-      shared_.group[lane] = reference.group.bits;
+      shared_.group[lane] = reference.contents.bits;
       shared_.primitive[lane] = reference.primitive;
     }
     group_.sync();
@@ -131,7 +131,7 @@ template <bool kCuts> class FewBuilder {
     if (size() != 1 && !joined) return false;
     const bool writes = lane == first_;
     if (writes) {
-      LeafReference reference = shared_.reference(order_[0]);
+      Reference reference = shared_.reference(order_[0]);
       grow_fast(reference.box, shared_.box(other_slot));
       tree_.set_leaf(link_, begin_, limit_, reference);
     }
@@ -144,7 +144,7 @@ template <bool kCuts> class FewBuilder {
     const unsigned lane = group_.lane();
     unsigned steps = 1;
     while (group_.any(size() > 1u << steps)) ++steps;
-    LaneChoice best(Aabb::kInfinity, 0);
+    LaneChoice best(SimdBox::kInfinity, 0);
     LaneSplit split{};
 #pragma unroll
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -157,7 +157,7 @@ template <bool kCuts> class FewBuilder {
           half_area(left) * static_cast<float>(lane - first_) + half_area(right) * static_cast<float>(last_ - lane);
       // Of equal boxes any place is as good: the middle makes the flattest tree.
       const unsigned off = 2 * lane > first_ + last_ ? 2 * lane - first_ - last_ : first_ + last_ - 2 * lane;
-      const LaneChoice choice(splits ? cost : Aabb::kInfinity, off << 7 | axis << 5 | lane);
+      const LaneChoice choice(splits ? cost : SimdBox::kInfinity, off << 7 | axis << 5 | lane);
       if (choice.cost < best.cost) {
         best = choice;
         if (kCuts) split.overlaps = overlap_area(left, right) > least_overlap_;

@@ -1,6 +1,5 @@
 #include <hiprt_build/sah_sbvh/sbvh.h>
 
-#include <hiprt_build/input/geometry.h>
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/sah_sbvh/sah_reduce.h>
 #include <hiprt_build/sah_sbvh/spatial_bins.h>
@@ -31,12 +30,10 @@ struct Halves {
 
 class SbvhBuilder {
  public:
-  SbvhBuilder(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
-              std::span<Reference> references, std::span<Reference> spare, std::span<LinkedNode> nodes,
-              std::span<std::uint32_t> counts)
+  SbvhBuilder(CpuEngine& engine, const GeometryTable& geometries, std::span<Reference> references,
+              std::span<Reference> spare, std::span<LinkedNode> nodes, std::span<std::uint32_t> counts)
       : engine_(engine),
-        soup_(soup),
-        groups_(groups),
+        geometries_(geometries),
         references_(references),
         spare_(spare),
         nodes_(nodes),
@@ -78,12 +75,12 @@ class SbvhBuilder {
 
   std::uint32_t count(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 ? 1 : counts_[ref]; }
 
-  /// Two parts of one group need no node over them.
+  /// Two parts of one leaf need no node over them.
   void join_parts(Range& range) {
-    if (range.size() != 2 || references_[range.begin].leaf != references_[range.begin + 1].leaf) return;
-    Aabb box = references_[range.begin].box();
-    box.add(references_[range.begin + 1].box());
-    references_[range.begin] = make_reference(box, references_[range.begin].leaf);
+    if (range.size() != 2 || references_[range.begin].primitive != references_[range.begin + 1].primitive) return;
+    SimdBox box = simd_box(references_[range.begin]);
+    box.add(simd_box(references_[range.begin + 1]));
+    references_[range.begin].box = to_box(box);
     --range.end;
   }
 
@@ -99,9 +96,9 @@ class SbvhBuilder {
     std::size_t asked = 0;
     const auto goes_left = [&](const Reference& r) {
       if (++asked % CpuEngine::kChunk == 0) engine_.monitor().check();
-      return mapping(r.box())[static_cast<std::size_t>(best.axis)] < best.bin;
+      return mapping(simd_box(r))[static_cast<std::size_t>(best.axis)] < best.bin;
     };
-    Aabb left, right;
+    SimdBox left, right;
     for (int i = 0; i < mapping.bins && best.axis >= 0; ++i) (i < best.bin ? left : right).add(bins.box[best.axis][i]);
     if (best.axis < 0) left = right = bounds.box;
     if (const auto halves = cut_space(range, bounds.box, left, right, best.cost)) return *halves;
@@ -113,8 +110,8 @@ class SbvhBuilder {
   Halves split_few(const Range& range, const RangeBounds& bounds) {
     const auto all = span_of(range);
     const std::size_t swept = sweep_split(all), left_count = swept == 0 ? all.size() / 2 : swept;
-    Aabb left, right;
-    for (std::size_t i = 0; i < all.size(); ++i) (i < left_count ? left : right).add(all[i].box());
+    SimdBox left, right;
+    for (std::size_t i = 0; i < all.size(); ++i) (i < left_count ? left : right).add(simd_box(all[i]));
     const float cost = side_cost(left, static_cast<std::uint32_t>(left_count)) +
                        side_cost(right, static_cast<std::uint32_t>(all.size() - left_count));
     if (const auto halves = cut_space(range, bounds.box, left, right, cost)) return *halves;
@@ -138,10 +135,10 @@ class SbvhBuilder {
 
   /// Cuts space if the halves of the best split of references overlap, and that is cheaper.
   /// @param left,right,cost of the split of references.
-  std::optional<Halves> cut_space(const Range& range, const Aabb& box, const Aabb& left, const Aabb& right,
+  std::optional<Halves> cut_space(const Range& range, const SimdBox& box, const SimdBox& left, const SimdBox& right,
                                   float cost) {
     if (range.room() == 0) return std::nullopt;
-    const Aabb overlap{max4(left.min, right.min), min4(left.max, right.max)};
+    const SimdBox overlap{max4(left.min, right.min), min4(left.max, right.max)};
     if (overlap.empty() || !(half_area(overlap) > least_overlap_)) return std::nullopt;
     const SlabPlanes planes = SlabPlanes::over(box);
     const SpatialBins bins = reduce_references(
@@ -150,8 +147,7 @@ class SbvhBuilder {
           std::size_t added = 0;
           for (const Reference& r : part) {
             if (++added % kSlabChunk == 0) engine_.monitor().check();
-            const PrimitiveGroup& group = groups_[r.leaf];
-            so_far.add(leaf_corners(soup_, group), group.is_pair(), r.box(), planes);
+            so_far.add(leaf_corners(geometries_, r), r.contents.is_pair(), simd_box(r), planes);
           }
           return so_far;
         },
@@ -170,14 +166,14 @@ class SbvhBuilder {
     std::size_t seen = 0;
     for (const Reference& r : span_of(range)) {
       if (++seen % kSlabChunk == 0) engine_.monitor().check();
-      if (r.max[split.axis] <= split.plane) {
+      if (r.box.max[split.axis] <= split.plane) {
         spare_[left_end++] = r;
-      } else if (r.min[split.axis] >= split.plane) {
+      } else if (r.box.min[split.axis] >= split.plane) {
         spare_[--right_begin] = r;
       } else {
         const SplitBounds parts = parts_of(r, split);
-        if (!parts.left.empty()) spare_[left_end++] = make_reference(parts.left, r.leaf);
-        if (!parts.right.empty()) spare_[--right_begin] = make_reference(parts.right, r.leaf);
+        if (!parts.left.empty()) spare_[left_end++] = part_of(r, to_box(parts.left));
+        if (!parts.right.empty()) spare_[--right_begin] = part_of(r, to_box(parts.right));
       }
     }
     const std::size_t left_count = left_end - range.begin, right_count = range.limit - right_begin;
@@ -192,25 +188,24 @@ class SbvhBuilder {
   /// Both parts of a reference that crosses the plane, or all of it on one side; the other side is empty then, and the
   /// split counts one reference less there.
   SplitBounds parts_of(const Reference& r, SpatialSplit& split) const {
-    const Aabb whole = r.box();
+    const SimdBox whole = simd_box(r);
     switch (cheapest_side(split, whole)) {
       case CutSide::kLeft:
         split.left.add(whole);
         --split.right_count;
-        return SplitBounds{whole, Aabb{}};
+        return SplitBounds{whole, SimdBox{}};
       case CutSide::kRight:
         split.right.add(whole);
         --split.left_count;
-        return SplitBounds{Aabb{}, whole};
+        return SplitBounds{SimdBox{}, whole};
       case CutSide::kBoth:
         break;
     }
-    return split_bounds(soup_, groups_[r.leaf], whole, split.axis, split.plane);
+    return split_bounds(geometries_, r, whole, split.axis, split.plane);
   }
 
   CpuEngine& engine_;
-  const PrimitiveSoup& soup_;
-  std::span<const PrimitiveGroup> groups_;
+  const GeometryTable& geometries_;
   std::span<Reference> references_, spare_;
   std::span<LinkedNode> nodes_;
   std::span<std::uint32_t> counts_;
@@ -219,11 +214,11 @@ class SbvhBuilder {
 
 }  // namespace
 
-BinaryTree build_sbvh(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
-                      ScratchArray<Reference> references, double split_budget) {
+DepthFirstTree build_sbvh(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references,
+                          double split_budget) {
   const std::size_t count = references.size();
-  if (count == 0) return BinaryTree{};
-  const std::size_t room = room_for_splits(count, split_budget);
+  if (count == 0) return DepthFirstTree{};
+  const std::size_t room = split_capacity(count, split_budget);
   engine.monitor().start("split", 0.6, room);
   auto larger = engine.allocate<Reference>(room);
   engine.copy(std::as_const(references).span(), larger.span());
@@ -233,7 +228,7 @@ BinaryTree build_sbvh(CpuEngine& engine, const PrimitiveSoup& soup, std::span<co
   LinkedRef root = 0;
   {
     auto spare = engine.allocate<Reference>(room);
-    root = SbvhBuilder(engine, soup, groups, larger.span(), spare.span(), nodes.span(), counts.span()).build(count);
+    root = SbvhBuilder(engine, geometries, larger.span(), spare.span(), nodes.span(), counts.span()).build(count);
   }
   engine.monitor().start("order", 0.65, count);
   return flatten(engine, {larger.span(), nodes.span(), counts.span(), root});

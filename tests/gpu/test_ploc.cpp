@@ -37,12 +37,12 @@ Tree host_tree(const std::vector<Box>& boxes, unsigned radius) {
 /// @param room for leaves that do not exist, too. All memory is of noise before, another one in every run.
 Tree device_tree(const std::vector<Box>& boxes, std::uint32_t room, unsigned radius, std::byte noise) {
   gpu::DeviceAllocator allocator;
-  std::vector<build::LeafReference> leaves;
+  std::vector<build::Reference> leaves;
   leaves.reserve(room);
-  for (const Box& box : boxes) leaves.push_back({box, build::PackedGroup::none(), 0});
-  leaves.resize(room, {boxes.empty() ? Box{} : boxes[0], build::PackedGroup::none(), 0});
+  for (const Box& box : boxes) leaves.push_back({box, build::LeafContents::none(), 0});
+  leaves.resize(room, {boxes.empty() ? Box{} : boxes[0], build::LeafContents::none(), 0});
   const std::vector<std::uint32_t> count{static_cast<std::uint32_t>(boxes.size())};
-  const auto references = must(gpu::DeviceArray<build::LeafReference>::from(leaves, nullptr, allocator));
+  const auto references = must(gpu::DeviceArray<build::Reference>::from(leaves, nullptr, allocator));
   const auto device_count = must(gpu::DeviceArray<std::uint32_t>::from(count, nullptr, allocator));
   auto nodes = must(gpu::DeviceArray<LinkedNode>::make(room, nullptr, allocator));
   auto root = must(gpu::DeviceArray<LinkedRef>::make(1, nullptr, allocator));
