@@ -3,6 +3,7 @@
 #include <hiprt_build/batch/gpu_batch_kernels.h>
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/launch.h>
+#include <hiprt_build/pipeline/gpu_check_options.h>
 
 #include <algorithm>
 

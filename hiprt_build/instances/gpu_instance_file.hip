@@ -13,7 +13,8 @@ namespace hiprt::gpu {
 namespace {
 
 /// Sections of a scene's file besides those of its tree. They take the place of the provenance.
-enum SceneSection : std::uint32_t { kInstancesAt = kProvenanceAt, kObjectsAt, kObjectFilesAt, kSceneSections };
+constexpr std::uint32_t kInstancesAt = kProvenanceAt, kObjectsAt = kInstancesAt + 1, kObjectFilesAt = kObjectsAt + 1,
+                        kSceneSections = kObjectFilesAt + 1;
 
 /// The file without gaps.
 FileLayout scene_layout(const InstanceReport& report, std::uint64_t objects, std::uint64_t object_bytes) {

@@ -1,6 +1,7 @@
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/instances.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/instances/gpu_instance_kernels.h>
 #include <hiprt_build/instances/gpu_instance_layout.h>

@@ -3,7 +3,7 @@
 /// of single triangles are filed in a hash table, each triangle finds its neighbours there, and two that prefer each
 /// other share a leaf (a handshake, as in a window). The result does not depend on the order of threads. Internal.
 
-#include <hiprt_build/input/geometry.h>
+#include <hiprt_build/input/leaf.h>
 #include <hiprt_device/math/atomic.h>
 
 #include <bit>

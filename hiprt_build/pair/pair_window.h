@@ -2,7 +2,7 @@
 /// Pairs of triangles among 32 that lie next to each other in the index buffer: as pair.h pairs them, without looking
 /// further. Internal.
 
-#include <hiprt_build/input/geometry.h>
+#include <hiprt_build/input/leaf.h>
 #include <hiprt_build/pair/custom_pair.h>
 
 #include <bit>
@@ -185,7 +185,7 @@ template <class Group> struct PairWindow {
   }
 
   HIPRT_HD bool joins_next(const GeometryView& customs, std::uint32_t first) const {
-    if (!pair || first + 1 >= customs.primitives) return false;
+    if (!pair || first + 1 >= customs.primitive_count) return false;
     const Box &a = customs.boxes[first], &b = customs.boxes[first + 1];
     return drop_reason(a) == kKept && drop_reason(b) == kKept && share_leaf(a, b);
   }

@@ -79,9 +79,6 @@ struct Layouts {
   }
 };
 
-/// Of every kind of build.
-Result<void> check_options(const BuildOptions& options);
-
 Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options);
 
 }  // namespace hiprt::gpu

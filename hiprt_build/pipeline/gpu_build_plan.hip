@@ -3,6 +3,7 @@
 #include <hiprt_build/input/check_options.h>
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>
+#include <hiprt_build/pipeline/gpu_check_options.h>
 #include <hiprt_build/presplit/gpu_presplit.h>
 #include <hiprt_build/reinsert/gpu_reinsert.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>

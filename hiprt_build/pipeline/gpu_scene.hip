@@ -77,7 +77,7 @@ Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Alloca
   if (done) done = wait(stream);
   if (done && from.report.status == BuildStatus::kTooDeep)
     done = fail(ErrorCode::kTooLarge, "the tree needs ", from.report.view.stack_bound, " stack entries, the limit is ",
-                build::kernels::kMaxStackBound);
+                build::kMaxStackBound);
   if (done && from.report.status == BuildStatus::kTooLarge)
     done = fail(
         ErrorCode::kInvalidInput,

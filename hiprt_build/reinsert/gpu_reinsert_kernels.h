@@ -8,13 +8,13 @@ namespace hiprt::build::kernels {
 
 /// While places change, nothing is summed up.
 struct ShapeTree {
-  LinkedTree<SortedBoxes, NoSums> tree;
+  LinkedTree<ReferenceLeaves, NoSums> tree;
   std::uint32_t room;
   std::uint32_t* parents;  ///< [2 room]: kInvalidId where there is none.
 
-  HIPRT_HD ParentedTree<LinkedTree<SortedBoxes, NoSums>> parented() const { return {tree, room, parents}; }
+  HIPRT_HD ParentedTree<LinkedTree<ReferenceLeaves, NoSums>> parented() const { return {tree, room, parents}; }
 };
-using Shape = LinkedTree<SortedBoxes, NoSums>;
+using Shape = LinkedTree<ReferenceLeaves, NoSums>;
 
 /// Nodes are numbered from 1 on.
 inline __device__ bool has_node(const LinkedNode* nodes, std::uint32_t i) {
@@ -51,9 +51,9 @@ static __global__ void __launch_bounds__(kBlock) take_places(ShapeTree shape, Lo
 /// Boxes of all nodes, and what Sums sums up. @param met per node: 0.
 template <class Sums>
 __global__ void __launch_bounds__(kBlock)
-    refit_tree(LinkedTree<SortedBoxes, Sums> tree, std::uint32_t room, std::uint32_t* parents, std::uint32_t* met) {
+    refit_tree(LinkedTree<ReferenceLeaves, Sums> tree, std::uint32_t room, std::uint32_t* parents, std::uint32_t* met) {
   const std::uint32_t i = thread_index();
-  if (i < room) RefitStep<LinkedTree<SortedBoxes, Sums>>{{tree, room, parents}, met}(i);
+  if (i < room) RefitStep<LinkedTree<ReferenceLeaves, Sums>>{{tree, room, parents}, met}(i);
 }
 
 /// Whether the tree needs more stack entries than a file may say.
