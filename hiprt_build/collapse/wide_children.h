@@ -19,7 +19,7 @@ template <class Tree> struct WideChildren {
 
   /// Child @p c, 0 to 3, of the wide node of a binary node.
   HIPRT_HD Child find(std::uint32_t ref, unsigned c) const {
-    WideShare share = wide_share(tree.plan(ref));
+    WideSplit share = wide_split(tree.plan(ref));
     Child child{ref, 0, true};
     for (;;) {
       const std::uint32_t left = tree.child(child.ref, 0), right = tree.child(child.ref, 1);

@@ -203,7 +203,7 @@ class TreeCheck {
     const Box bounds = bounds_of(input_, at.geometry, primitive);
     if (several_.test(primitive)) {
       input_.is_custom(at.geometry) ? choose_leaf(primitive, node, bounds)
-                                    : result_.shares.push_back({primitive, node});
+                                    : result_.shared.push_back({primitive, node});
       return {};
     }
     const std::string text = outside_text(bounds, leaf);
@@ -221,13 +221,14 @@ class TreeCheck {
 
   /// Homes of the triangles in several leaves.
   void find_shared_homes() {
-    std::sort(result_.shares.begin(), result_.shares.end());
-    std::vector<std::span<const Share>> lists;
-    for (std::size_t i = 0; i < result_.shares.size(); i += lists.back().size())
-      lists.push_back(result_.shares_of(result_.shares[i].primitive));
-    const auto less = [](std::span<const Share> a, std::span<const Share> b) {
-      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
-                                          [](const Share& x, const Share& y) { return x.leaf < y.leaf; });
+    std::sort(result_.shared.begin(), result_.shared.end());
+    std::vector<std::span<const SharedTriangle>> lists;
+    for (std::size_t i = 0; i < result_.shared.size(); i += lists.back().size())
+      lists.push_back(result_.leaves_of(result_.shared[i].primitive));
+    const auto less = [](std::span<const SharedTriangle> a, std::span<const SharedTriangle> b) {
+      return std::lexicographical_compare(
+          a.begin(), a.end(), b.begin(), b.end(),
+          [](const SharedTriangle& x, const SharedTriangle& y) { return x.leaf < y.leaf; });
     };
     std::stable_sort(lists.begin(), lists.end(), less);
     std::uint32_t first = 0;

@@ -24,7 +24,7 @@ struct NodeBoxes {
 };
 
 /// References and the imported leaves that they are of.
-struct Placed {
+struct AssignedReferences {
   ScratchArray<Reference> references;
   ScratchArray<std::uint32_t> leaf;
   std::size_t count = 0;  ///< The first so many.
@@ -36,27 +36,28 @@ struct Placed {
 };
 
 /// Groups whole, or in parts where several leaves share them.
-Placed place(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked, const GeometryTable& geometries,
-             std::span<const Reference> whole) {
-  // Every group that is shared has shares of its own.
-  const std::size_t most = whole.size() + checked.shares.size();
-  Placed placed;
-  placed.references = engine.allocate<Reference>(most);
-  placed.leaf = engine.allocate<std::uint32_t>(most);
-  GroupCutter<NodeBoxes> cutter(geometries, NodeBoxes{tree.nodes});
+AssignedReferences assign(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
+                          const GeometryTable& geometries, std::span<const Reference> whole) {
+  // A leaf that several imported leaves share has an entry in checked.shared for each of them.
+  const std::size_t most = whole.size() + checked.shared.size();
+  AssignedReferences assigned;
+  assigned.references = engine.allocate<Reference>(most);
+  assigned.leaf = engine.allocate<std::uint32_t>(most);
+  TriangleSplitter<NodeBoxes> splitter(geometries, NodeBoxes{tree.nodes});
   std::vector<std::uint32_t> leaves;
   for (std::size_t i = 0; i < whole.size(); ++i) {
     if (i % CpuEngine::kChunk == 0) engine.monitor().add(CpuEngine::kChunk);
     const std::uint32_t home = checked.home[whole[i].primitive];
     if ((home & CheckedTree::kShared) == 0) {
-      placed.add(whole[i], home);
+      assigned.add(whole[i], home);
       continue;
     }
     leaves.clear();
-    for (const Share& share : checked.shares_of(home & ~CheckedTree::kShared)) leaves.push_back(share.leaf);
-    cutter(whole[i], leaves, [&](const Box& part, std::uint32_t leaf) { placed.add(part_of(whole[i], part), leaf); });
+    for (const SharedTriangle& shared : checked.leaves_of(home & ~CheckedTree::kShared)) leaves.push_back(shared.leaf);
+    splitter(whole[i], leaves,
+             [&](const Box& part, std::uint32_t leaf) { assigned.add(part_of(whole[i], part), leaf); });
   }
-  return placed;
+  return assigned;
 }
 
 /// References in the order of the imported nodes that hold them.
@@ -67,15 +68,15 @@ struct Sorted {
   std::uint32_t count(std::size_t node) const { return first[node + 1] - first[node]; }
 };
 
-Sorted sort_by_leaf(CpuEngine& engine, std::size_t nodes, const Placed& placed) {
+Sorted sort_by_leaf(CpuEngine& engine, std::size_t nodes, const AssignedReferences& assigned) {
   Sorted sorted;
-  sorted.references = engine.allocate<Reference>(placed.count);
+  sorted.references = engine.allocate<Reference>(assigned.count);
   sorted.first = engine.allocate<std::uint32_t>(nodes + 1);
   engine.fill(sorted.first.span(), 0u);
-  for (std::size_t i = 0; i < placed.count; ++i) ++sorted.first[placed.leaf[i]];
+  for (std::size_t i = 0; i < assigned.count; ++i) ++sorted.first[assigned.leaf[i]];
   engine.exclusive_scan(sorted.first.span());
-  for (std::size_t i = 0; i < placed.count; ++i)
-    sorted.references[sorted.first[placed.leaf[i]]++] = placed.references[i];
+  for (std::size_t i = 0; i < assigned.count; ++i)
+    sorted.references[sorted.first[assigned.leaf[i]]++] = assigned.references[i];
   // Every node's place is now where the next one's was.
   std::copy_backward(sorted.first.data(), sorted.first.data() + nodes, sorted.first.data() + nodes + 1);
   sorted.first[0] = 0;
@@ -147,7 +148,7 @@ DepthFirstTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const 
   const std::size_t imported = tree.nodes.size();
   if (references.size() == 0) return DepthFirstTree{};
   engine.monitor().start("split", 0.5, imported + 2 * references.size());
-  Sorted sorted = sort_by_leaf(engine, imported, place(engine, tree, checked, geometries, references.span()));
+  Sorted sorted = sort_by_leaf(engine, imported, assign(engine, tree, checked, geometries, references.span()));
   references.release();
   const std::size_t count = sorted.references.size();
   std::size_t largest = 0;

@@ -8,7 +8,7 @@ namespace hiprt::build {
 
 /// A round that joins fewer than one of so many clusters is followed by one that joins neighbours: rows of boxes where
 /// each is nearest to the one before would take a round per cluster.
-inline constexpr std::uint32_t kPlocFewJoined = 32;
+inline constexpr std::uint32_t kPlocMinJoined = 32;
 /// After so many rounds that look for the nearest, all join neighbours. So there are at most as many rounds, and levels
 /// of the tree, as this and the logarithm of the number of leaves, rounded up, to base 2. Scenes need 60 to 110 rounds
 /// (30 thousand to 1.2 million leaves, radius 8); to cut them short costs much: the last few clusters make the top of
@@ -26,7 +26,7 @@ struct PlocProgress {
   /// @param left clusters after the round.
   HIPRT_HD PlocProgress next(std::uint32_t left) const {
     const bool looked = neighbours == 0;
-    const bool few = std::uint64_t{count - left} * kPlocFewJoined < count;
+    const bool few = std::uint64_t{count - left} * kPlocMinJoined < count;
     const std::uint32_t looked_now = looks + (looked ? 1 : 0);
     return PlocProgress{left, rounds + 1, looked_now, (looked && few) || looked_now == kPlocMostLooks ? 1u : 0u};
   }

@@ -40,18 +40,18 @@ struct EdgeGain {
 };
 
 /// A half-edge filed under its end with the lower welded number.
-struct FiledEdge {
+struct ListedEdge {
   std::uint32_t far_end_and_direction;  ///< Welded number of the other end * 2, + 1 if the edge runs towards the lower.
   HalfEdge edge;
 };
 
 /// Step: files the half-edges of triangle i. Run once with entries empty to count, then again to write.
-struct FileEdgesStep {
+struct ListEdgesStep {
   const TriangleMesh& mesh;
   std::span<const std::uint32_t> welded;
   std::span<const std::uint8_t> dropped;
   std::span<std::uint32_t> cursor;  ///< Per vertex: number of edges (counting), or where its next one goes (writing).
-  std::span<FiledEdge> entries;
+  std::span<ListedEdge> entries;
 
   void operator()(std::size_t i) const {
     if (dropped[i] != 0) return;
@@ -71,7 +71,7 @@ struct MatchEdgesStep {
   Monitor& monitor;
   const TriangleMesh& mesh;
   std::span<const std::uint32_t> ends;
-  std::span<FiledEdge> entries;
+  std::span<ListedEdge> entries;
   std::span<HalfEdge> partner;  ///< [triangle * 3 + k], kInvalidId where there is none.
 
   /// More edges than this between two vertices are matched in order, not by area: keeps hostile input linear.
@@ -80,10 +80,10 @@ struct MatchEdgesStep {
   static constexpr std::size_t kComparisons = 1u << 16;
 
   void operator()(std::size_t i) const {
-    const std::span<FiledEdge> mine = entries.subspan(i == 0 ? 0 : ends[i - 1], ends[i] - (i == 0 ? 0 : ends[i - 1]));
+    const std::span<ListedEdge> mine = entries.subspan(i == 0 ? 0 : ends[i - 1], ends[i] - (i == 0 ? 0 : ends[i - 1]));
     // One vertex can have all the edges of a mesh.
     std::size_t compared = 0;
-    std::sort(mine.begin(), mine.end(), [&](const FiledEdge& a, const FiledEdge& b) {
+    std::sort(mine.begin(), mine.end(), [&](const ListedEdge& a, const ListedEdge& b) {
       if (++compared % kComparisons == 0) monitor.check();
       return a.far_end_and_direction != b.far_end_and_direction ? a.far_end_and_direction < b.far_end_and_direction
                                                                 : a.edge < b.edge;
@@ -100,14 +100,14 @@ struct MatchEdgesStep {
     }
   }
 
-  void match(std::span<const FiledEdge> forward, std::span<const FiledEdge> backward) const {
+  void match(std::span<const ListedEdge> forward, std::span<const ListedEdge> backward) const {
     if (std::max(forward.size(), backward.size()) > kSmallFan) {
       for (std::size_t i = 0; i < std::min(forward.size(), backward.size()); ++i)
         link(forward[i].edge, backward[i].edge);
       return;
     }
-    for (const FiledEdge& edge : forward) choose(edge.edge, backward);
-    for (const FiledEdge& edge : backward) choose(edge.edge, forward);
+    for (const ListedEdge& edge : forward) choose(edge.edge, backward);
+    for (const ListedEdge& edge : backward) choose(edge.edge, forward);
   }
 
   /// Whether they are of two triangles that one leaf can name.
@@ -122,9 +122,9 @@ struct MatchEdgesStep {
     partner[std::size_t{b >> 2} * 3 + (b & 3u)] = a;
   }
 
-  void choose(HalfEdge edge, std::span<const FiledEdge> others) const {
+  void choose(HalfEdge edge, std::span<const ListedEdge> others) const {
     float best = 0.0f;
-    for (const FiledEdge& other : others) {
+    for (const ListedEdge& other : others) {
       if (!may_pair(edge, other.edge)) continue;
       const float gain = others.size() == 1 ? 1.0f : EdgeGain(mesh, edge >> 2).across(edge & 3u, other.edge);
       if (!(gain > best)) continue;

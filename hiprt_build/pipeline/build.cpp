@@ -148,7 +148,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
           : build_imported(engine, *job.imported, checked, geometries, make_references(engine, geometries, paired));
   if (!tree) return tl::unexpected(tree.error());
   checked = CheckedTree{};
-  tree = optimize(engine, std::move(*tree), *options.reinsertion_rounds);
+  tree = reinsert(engine, std::move(*tree), *options.reinsertion_rounds);
   statistics.tree_seconds = watch.lap();
   Result<Bvh> bvh = finish(engine, job, input, paired, *tree, statistics);
   if (bvh) bvh->statistics.total_seconds = total.lap();

@@ -20,7 +20,7 @@ using build::Reference;
 using build::SortBuffers;
 using build::WideWriter;
 
-/// One build on its way into a stream.
+/// One build on its kind into a stream.
 class Enqueuer {
  public:
   Enqueuer(const Layouts& layouts, const BuildOptions& options, std::byte* output, std::byte* scratch,
@@ -106,7 +106,8 @@ class Enqueuer {
                       section<GeometryRecord>(kGeometriesAt), kept_.state);
     if (!plan_.pairs) return;
     steps_.then([&] {
-      return enqueue_pair_beyond(geometries_, transient_.references, transient_.pairing, kept_.state, steps_.stream());
+      return enqueue_pair_by_edges(geometries_, transient_.references, transient_.pairing, kept_.state,
+                                   steps_.stream());
     });
   }
 
@@ -114,7 +115,7 @@ class Enqueuer {
     ask("cut", 0.1);
     references_ = transient_.parts;
     steps_.then([&] {
-      return enqueue_cut(
+      return enqueue_presplit(
           {geometries_, transient_.references, plan_.primitives, plan_.pieces, plan_.presplit_budget, kept_.state},
           transient_.parts, transient_.stage, steps_.stream());
     });
@@ -136,11 +137,11 @@ class Enqueuer {
     BuildState* const state = kept_.state;
     steps_.then([&] {
       return enqueue_top_down(
-          {geometries_, references_, plan_.pieces, plan_.room, plan_.split_budget, plan_.split_budget > 1.0},
+          {geometries_, references_, plan_.pieces, plan_.capacity, plan_.split_budget, plan_.split_budget > 1.0},
           {transient_.sorted.references, kept_.nodes, &state->root, &state->counts.leaves}, transient_.stage,
           steps_.stream(), plan_.tuning());
     });
-    steps_.each(plan_.room, "list_primitives", list_primitives, transient_.sorted.references, plan_.room,
+    steps_.each(plan_.capacity, "list_primitives", list_primitives, transient_.sorted.references, plan_.capacity,
                 kept_.primitives);
     finish_tree();
   }
@@ -190,7 +191,7 @@ class Enqueuer {
   void finish_tree() {
     ask("reinsert", 0.5);
     steps_.then([&] {
-      return enqueue_finish_tree({tree(), plan_.room, plan_.rounds}, transient_.stage, steps_.stream());
+      return enqueue_finish_tree({tree(), plan_.capacity, plan_.rounds}, transient_.stage, steps_.stream());
     });
   }
 
@@ -207,9 +208,9 @@ class Enqueuer {
                                     kept_.leaves,
                                     kept_.leaf_boxes};
     const build::WideQueue queue{kept_.plans};
-    steps_.each(plan_.room, "begin_wide_tree", begin_wide_tree<Layout>, writer, queue, kept_.state);
+    steps_.each(plan_.capacity, "begin_wide_tree", begin_wide_tree<Layout>, writer, queue, kept_.state);
     // A team of four lanes for each node at most.
-    steps_.persistent("write_wide_tree", kBlock, (std::uint64_t{plan_.room} * 4 - 1) / kBlock + 1,
+    steps_.persistent("write_wide_tree", kBlock, (std::uint64_t{plan_.capacity} * 4 - 1) / kBlock + 1,
                       write_wide_tree<Layout>, writer, queue, kept_.state);
   }
 
@@ -224,8 +225,8 @@ class Enqueuer {
       file.first_leaf = layouts_.file[kLeavesAt].offset;
       file.ways = reinterpret_cast<std::uint32_t*>(kept_.nodes);
       file.leaf_boxes = kept_.leaf_boxes;
-      steps_.each(plan_.room, "link_up", link_up<Layout>, file, report);
-      steps_.each(plan_.room, "encode_nodes", encode_nodes<Layout>, file, report);
+      steps_.each(plan_.capacity, "link_up", link_up<Layout>, file, report);
+      steps_.each(plan_.capacity, "encode_nodes", encode_nodes<Layout>, file, report);
       steps_.one("widen_bounds", widen_bounds<Layout>, file, report);
     }
   }

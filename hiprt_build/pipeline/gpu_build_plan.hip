@@ -47,17 +47,17 @@ bool has_customs(std::span<const DeviceGeometry> geometries) {
 }
 
 /// How many references there may be after cuts.
-std::uint32_t room_after(std::uint32_t count, double budget) {
+std::uint32_t capacity_after(std::uint32_t count, double budget) {
   return budget > 1.0 ? static_cast<std::uint32_t>(build::split_capacity(count, budget)) : count;
 }
 
 /// Of the stages that run one after the other the largest.
 std::uint64_t stage_scratch(const BuildPlan& plan) {
   std::uint64_t most = 0;
-  if (plan.presplits()) most = std::max(most, cut_scratch(plan.primitives, plan.pieces));
-  if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.room, plan.tuning()));
-  if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.room));
-  if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.room, plan.rounds));
+  if (plan.presplits()) most = std::max(most, presplit_scratch(plan.primitives, plan.pieces));
+  if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.capacity, plan.tuning()));
+  if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.capacity));
+  if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.capacity, plan.rounds));
   return most;
 }
 
@@ -66,7 +66,7 @@ std::uint64_t stage_scratch(const BuildPlan& plan) {
 Transient::Transient(Arena& arena, const BuildPlan& plan) : references(arena.take<Reference>(plan.primitives)) {
   const std::uint32_t n = plan.pieces;
   Arena before = arena;
-  if (plan.pairs) pairing = PairBeyondScratch::take(before, plan.primitives);
+  if (plan.pairs) pairing = EdgeTableScratch::take(before, plan.primitives);
   if (plan.presplits()) parts = arena.take<Reference>(n);
   if (!plan.from_top()) {
     for (unsigned i = 0; i < 2; ++i) {
@@ -86,7 +86,7 @@ Transient::Transient(Arena& arena, const BuildPlan& plan) : references(arena.tak
 }
 
 Kept::Kept(Arena& arena, const BuildPlan& plan) {
-  const std::uint32_t n = plan.room;
+  const std::uint32_t n = plan.capacity;
   state = arena.take<build::kernels::BuildState>(1);
   geometries = arena.take<build::GeometryView>(plan.geometries);
   primitives = arena.take<LeafPrimitives>(n);
@@ -98,7 +98,8 @@ Kept::Kept(Arena& arena, const BuildPlan& plan) {
 }
 
 Layouts::Layouts(const BuildPlan& build_plan)
-    : plan(build_plan), file(tree_layout(plan.layout, {plan.room, plan.room, plan.primitives, plan.geometries})) {
+    : plan(build_plan),
+      file(tree_layout(plan.layout, {plan.capacity, plan.capacity, plan.primitives, plan.geometries})) {
   report = align_up(file.byte_size(), kDeviceAlignment);
   Arena arena, kept_arena;
   Transient(arena, plan);
@@ -124,8 +125,8 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
       whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(build::kSplitBudget);
   plan.rounds = options.reinsertion_rounds.value_or(options.builder == Builder::kHq ? kHqRounds : 0);
   plan.radius = options.ploc_radius;
-  plan.pieces = room_after(plan.primitives, plan.presplit_budget);
-  plan.room = plan.from_top() ? room_after(plan.pieces, plan.split_budget) : plan.pieces;
+  plan.pieces = capacity_after(plan.primitives, plan.presplit_budget);
+  plan.capacity = plan.from_top() ? capacity_after(plan.pieces, plan.split_budget) : plan.pieces;
   build::SortBuffers none{};
   if (!plan.from_top())
     if (auto asked = build::sort_pairs(nullptr, plan.sort_bytes, none, plan.pieces, nullptr); !asked)

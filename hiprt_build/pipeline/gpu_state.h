@@ -7,7 +7,7 @@
 #include <hiprt_build/lbvh_ploc/hploc.h>
 #include <hiprt_build/lbvh_ploc/lbvh.h>
 #include <hiprt_build/lbvh_ploc/morton.h>
-#include <hiprt_build/pair/pair_beyond.h>
+#include <hiprt_build/pair/edge_table.h>
 #include <hiprt_build/pair/pair_window.h>
 
 #include <bit>

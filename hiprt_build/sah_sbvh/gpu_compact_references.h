@@ -32,7 +32,8 @@ static __global__ void begin_ranges(TopDownTree tree, std::uint32_t* counts, std
     sum += group.from(WaveGroup::kLanes - 1, up_to);
   }
   const double wanted = static_cast<double>(sum) * budget;
-  std::uint32_t limit = wanted < static_cast<double>(tree.room) ? static_cast<std::uint32_t>(wanted) : tree.room;
+  std::uint32_t limit =
+      wanted < static_cast<double>(tree.capacity) ? static_cast<std::uint32_t>(wanted) : tree.capacity;
   limit = limit < sum ? sum : limit;
   if (group.lane() == 0) {
     clear(state.bounds);
@@ -45,8 +46,8 @@ static __global__ void begin_ranges(TopDownTree tree, std::uint32_t* counts, std
 }
 
 static __global__ void __launch_bounds__(kTaskBlock)
-    pack_references(TopDownTree tree, const Reference* input, std::uint32_t size, std::uint32_t piece,
-                    const std::uint32_t* before) {
+    compact_references(TopDownTree tree, const Reference* input, std::uint32_t size, std::uint32_t piece,
+                       const std::uint32_t* before) {
   __shared__ BlockRanks ranks;
   __shared__ RangeBox sum;
   if (threadIdx.x == 0) clear(sum);
@@ -74,7 +75,7 @@ static __global__ void __launch_bounds__(kTaskBlock)
     add_word(tree.state->bounds, sum, threadIdx.x);
     if (tree.state->ranges[0] != 0) add_word(tree.ranges[0][0].bounds, sum, threadIdx.x);
   }
-  for (std::uint32_t i = tree.state->limit + thread_index(); i < tree.room; i += gridDim.x * kTaskBlock)
+  for (std::uint32_t i = tree.state->limit + thread_index(); i < tree.capacity; i += gridDim.x * kTaskBlock)
     tree.references[1][i] = no_reference();
 }
 

@@ -28,7 +28,7 @@ struct RangeBounds {
 
 inline constexpr int kMaxBins = 32;
 
-/// Maps split positions to bins on each axis, the same way when counting and when partitioning.
+/// Maps split positions to bins on each axis, the same kind when counting and when partitioning.
 struct BinMapping {
   Float4 base, scale;
   int bins;

@@ -13,15 +13,15 @@ namespace hiprt::build {
 namespace {
 
 constexpr std::size_t kTaskSize = 1024;
-/// So many references that cross all slabs take a few milliseconds.
+/// So many references that cross all slabs take a wave_range milliseconds.
 constexpr std::size_t kSlabChunk = 256;
 
-/// References [begin, end), and room for those that cuts will make of them up to limit.
+/// References [begin, end), and capacity for those that cuts will make of them up to limit.
 struct Range {
   std::size_t begin, end, limit;
 
   std::size_t size() const { return end - begin; }
-  std::size_t room() const { return limit - end; }
+  std::size_t capacity() const { return limit - end; }
 };
 
 struct Halves {
@@ -89,7 +89,7 @@ class SbvhBuilder {
     const std::size_t count = range.size();
     if (depth + static_cast<unsigned>(std::bit_width(range.limit - range.begin)) >= kMaxDepth)
       return place(range, count / 2);
-    if (count <= kSweepSize) return split_few(range, bounds);
+    if (count <= kSweepSize) return split_small(range, bounds);
     const BinMapping mapping(bounds.centers, count);
     const Bins bins = bin_references(engine_, span_of(range), mapping);
     const Split best = find_best_split(bins, mapping);
@@ -101,27 +101,27 @@ class SbvhBuilder {
     SimdBox left, right;
     for (int i = 0; i < mapping.bins && best.axis >= 0; ++i) (i < best.bin ? left : right).add(bins.box[best.axis][i]);
     if (best.axis < 0) left = right = bounds.box;
-    if (const auto halves = cut_space(range, bounds.box, left, right, best.cost)) return *halves;
+    if (const auto halves = try_spatial_split(range, bounds.box, left, right, best.cost)) return *halves;
     if (best.axis < 0) return place(range, count / 2);
     const auto all = span_of(range);
     return place(range, static_cast<std::size_t>(std::partition(all.begin(), all.end(), goes_left) - all.begin()));
   }
 
-  Halves split_few(const Range& range, const RangeBounds& bounds) {
+  Halves split_small(const Range& range, const RangeBounds& bounds) {
     const auto all = span_of(range);
     const std::size_t swept = sweep_split(all), left_count = swept == 0 ? all.size() / 2 : swept;
     SimdBox left, right;
     for (std::size_t i = 0; i < all.size(); ++i) (i < left_count ? left : right).add(simd_box(all[i]));
     const float cost = side_cost(left, static_cast<std::uint32_t>(left_count)) +
                        side_cost(right, static_cast<std::uint32_t>(all.size() - left_count));
-    if (const auto halves = cut_space(range, bounds.box, left, right, cost)) return *halves;
+    if (const auto halves = try_spatial_split(range, bounds.box, left, right, cost)) return *halves;
     return place(range, left_count);
   }
 
-  /// The first so many references are the left half; the right one moves behind the left one's share of the room.
+  /// The first so many references are the left half; the right one moves behind the left one's share of the capacity.
   Halves place(const Range& range, std::size_t left_count) {
     const std::size_t right_count = range.size() - left_count;
-    const std::size_t share = share_of_room(range.room(), left_count, right_count);
+    const std::size_t share = left_capacity(range.capacity(), left_count, right_count);
     const std::size_t left_end = range.begin + left_count, right_begin = left_end + share;
     for (std::size_t end = right_count; end > 0 && share > 0;) {
       const std::size_t begin = end - std::min(end, CpuEngine::kChunk);
@@ -135,9 +135,9 @@ class SbvhBuilder {
 
   /// Cuts space if the halves of the best split of references overlap, and that is cheaper.
   /// @param left,right,cost of the split of references.
-  std::optional<Halves> cut_space(const Range& range, const SimdBox& box, const SimdBox& left, const SimdBox& right,
-                                  float cost) {
-    if (range.room() == 0) return std::nullopt;
+  std::optional<Halves> try_spatial_split(const Range& range, const SimdBox& box, const SimdBox& left,
+                                          const SimdBox& right, float cost) {
+    if (range.capacity() == 0) return std::nullopt;
     const SimdBox overlap{max4(left.min, right.min), min4(left.max, right.max)};
     if (overlap.empty() || !(half_area(overlap) > least_overlap_)) return std::nullopt;
     const SlabPlanes planes = SlabPlanes::over(box);
@@ -180,7 +180,7 @@ class SbvhBuilder {
     if (left_count == 0 || right_count == 0) return std::nullopt;
     const std::span<const Reference> spare = spare_;
     engine_.copy(spare.subspan(range.begin, left_count), references_.subspan(range.begin, left_count));
-    const std::size_t right_at = left_end + share_of_room(right_begin - left_end, left_count, right_count);
+    const std::size_t right_at = left_end + left_capacity(right_begin - left_end, left_count, right_count);
     engine_.copy(spare.subspan(right_begin, right_count), references_.subspan(right_at, right_count));
     return Halves{{range.begin, left_end, right_at}, {right_at, right_at + right_count, range.limit}};
   }
@@ -190,15 +190,15 @@ class SbvhBuilder {
   SplitBounds parts_of(const Reference& r, SpatialSplit& split) const {
     const SimdBox whole = simd_box(r);
     switch (cheapest_side(split, whole)) {
-      case CutSide::kLeft:
+      case SplitSide::kLeft:
         split.left.add(whole);
         --split.right_count;
         return SplitBounds{whole, SimdBox{}};
-      case CutSide::kRight:
+      case SplitSide::kRight:
         split.right.add(whole);
         --split.left_count;
         return SplitBounds{SimdBox{}, whole};
-      case CutSide::kBoth:
+      case SplitSide::kBoth:
         break;
     }
     return split_bounds(geometries_, r, whole, split.axis, split.plane);
@@ -218,16 +218,16 @@ DepthFirstTree build_sbvh(CpuEngine& engine, const GeometryTable& geometries, Sc
                           double split_budget) {
   const std::size_t count = references.size();
   if (count == 0) return DepthFirstTree{};
-  const std::size_t room = split_capacity(count, split_budget);
-  engine.monitor().start("split", 0.6, room);
-  auto larger = engine.allocate<Reference>(room);
+  const std::size_t capacity = split_capacity(count, split_budget);
+  engine.monitor().start("split", 0.6, capacity);
+  auto larger = engine.allocate<Reference>(capacity);
   engine.copy(std::as_const(references).span(), larger.span());
   references.release();
-  auto nodes = engine.allocate<LinkedNode>(room);
-  auto counts = engine.allocate<std::uint32_t>(room);
+  auto nodes = engine.allocate<LinkedNode>(capacity);
+  auto counts = engine.allocate<std::uint32_t>(capacity);
   LinkedRef root = 0;
   {
-    auto spare = engine.allocate<Reference>(room);
+    auto spare = engine.allocate<Reference>(capacity);
     root = SbvhBuilder(engine, geometries, larger.span(), spare.span(), nodes.span(), counts.span()).build(count);
   }
   engine.monitor().start("order", 0.65, count);

@@ -12,11 +12,11 @@ inline constexpr int kSpatialBins = 16;
 /// al. 2009, section 4.2).
 inline constexpr float kLeastOverlap = 1e-5f;
 
-/// What the left half of a range gets of the room for references that cuts will make.
-HIPRT_HD HIPRT_INLINE std::size_t share_of_room(std::size_t room, std::size_t left_count, std::size_t right_count) {
+/// What the left half of a range gets of the capacity for references that cuts will make.
+HIPRT_HD HIPRT_INLINE std::size_t left_capacity(std::size_t capacity, std::size_t left_count, std::size_t right_count) {
   const double share = static_cast<double>(left_count) / static_cast<double>(left_count + right_count);
-  const auto wanted = static_cast<std::size_t>(static_cast<double>(room) * share);
-  return wanted < room ? wanted : room;
+  const auto wanted = static_cast<std::size_t>(static_cast<double>(capacity) * share);
+  return wanted < capacity ? wanted : capacity;
 }
 
 /// Edges of a leaf's triangles, for their parts between planes across an axis.
@@ -127,19 +127,19 @@ struct SpatialSplit {
 };
 
 /// Where a reference that crosses a cut goes.
-enum class CutSide : std::uint8_t { kBoth, kLeft, kRight };
+enum class SplitSide : std::uint8_t { kBoth, kLeft, kRight };
 
 /// All of it on one side where that is cheaper ("reference unsplitting", Stich et al. 2009, section 4.4).
 /// @param whole the reference's box.
-HIPRT_HD HIPRT_INLINE CutSide cheapest_side(const SpatialSplit& split, const SimdBox& whole) {
+HIPRT_HD HIPRT_INLINE SplitSide cheapest_side(const SpatialSplit& split, const SimdBox& whole) {
   SimdBox larger_left = split.left, larger_right = split.right;
   larger_left.add(whole);
   larger_right.add(whole);
   const float both = side_cost(split.left, split.left_count) + side_cost(split.right, split.right_count);
   const float only_left = side_cost(larger_left, split.left_count) + side_cost(split.right, split.right_count - 1);
   const float only_right = side_cost(split.left, split.left_count - 1) + side_cost(larger_right, split.right_count);
-  if (only_left < both && only_left <= only_right) return CutSide::kLeft;
-  return only_right < both ? CutSide::kRight : CutSide::kBoth;
+  if (only_left < both && only_left <= only_right) return SplitSide::kLeft;
+  return only_right < both ? SplitSide::kRight : SplitSide::kBoth;
 }
 
 /// Boxes of the parts of references in each slab, and how many references begin and end there.

@@ -301,7 +301,7 @@ TEST_CASE("rows in which each box is nearest to the one before do not take a rou
 
 TEST_CASE("rounds of locally-ordered clustering are few, however few pairs they join") {
   for (const std::uint32_t count : {2u, 3u, 1000u, 1u << 20, (1u << 26) + 1})
-    for (const std::uint32_t share : {2u, 3u, kPlocFewJoined - 1, kPlocFewJoined, kPlocFewJoined + 1, count}) {
+    for (const std::uint32_t share : {2u, 3u, kPlocMinJoined - 1, kPlocMinJoined, kPlocMinJoined + 1, count}) {
       PlocProgress progress = PlocProgress::start(count);
       while (progress.count > 1) {
         const std::uint32_t n = progress.count;

@@ -29,7 +29,8 @@ class AllCollapses {
     const bool custom = contents(node, 0).is_custom();
     const double run = area(tree_, node) * (custom ? costs_.custom : costs_.leaf) * static_cast<double>(count);
     if (count == 1) return run;
-    const double inner = area(tree_, node) * costs_.box_node + best_cut({tree_.left(node), tree_.right(node)}, 0);
+    const double inner =
+        area(tree_, node) * costs_.box_node + best_spatial_split({tree_.left(node), tree_.right(node)}, 0);
     return primitives(node) <= max_primitives_ && one_kind(node) ? std::min(run, inner) : inner;
   }
 
@@ -49,7 +50,7 @@ class AllCollapses {
   }
 
   /// Children as they are, or with one of those from @p from on opened.
-  double best_cut(const std::vector<std::uint32_t>& children, std::size_t from) const {
+  double best_spatial_split(const std::vector<std::uint32_t>& children, std::size_t from) const {
     double least = 0;
     for (const std::uint32_t child : children) least += best(child);
     if (children.size() == kBranching) return least;
@@ -58,7 +59,7 @@ class AllCollapses {
       std::vector<std::uint32_t> opened = children;
       opened[i] = tree_.left(children[i]);
       opened.insert(opened.begin() + static_cast<std::ptrdiff_t>(i) + 1, tree_.right(children[i]));
-      least = std::min(least, best_cut(opened, i));
+      least = std::min(least, best_spatial_split(opened, i));
     }
     return least;
   }

@@ -58,7 +58,7 @@ TEST_CASE("half-edges of the last triangles and vertices of the largest mesh fin
   Sparse<Triangle> triangles(kMostTriangles);
   Sparse<std::uint32_t> welded(kMostVertices), cursor(kMostVertices);
   Sparse<std::uint8_t> dropped(kMostTriangles);
-  Sparse<FiledEdge> entries(3 * kMostTriangles);
+  Sparse<ListedEdge> entries(3 * kMostTriangles);
   Sparse<HalfEdge> partner(3 * kMostTriangles);
   if (!all_there(positions, triangles, welded, cursor, dropped, entries, partner)) return;
   const TriangleMesh mesh{positions.span(), triangles.span()};
@@ -70,7 +70,7 @@ TEST_CASE("half-edges of the last triangles and vertices of the largest mesh fin
   // As if all other half-edges were filed under vertices before: two of ours go under a, three under b, one under c.
   const auto first = static_cast<std::uint32_t>(3 * kMostTriangles - 6);
   cursor[a - 1] = first, cursor[a] = first, cursor[b] = first + 2, cursor[c] = first + 5, cursor[d] = first + 6;
-  const FileEdgesStep file{mesh, welded.span(), dropped.span(), cursor.span(), entries.span()};
+  const ListEdgesStep file{mesh, welded.span(), dropped.span(), cursor.span(), entries.span()};
   for (const std::size_t triangle : {one, two}) file(triangle);
   CHECK(cursor[a] == first + 2);
   CHECK(cursor[b] == first + 5);

@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
 /// Sizes that take small inputs through everything that large ones meet.
-constexpr gpu::TopDownTuning kTiny{.task = 96, .few = 40, .spare_levels = 6};
+constexpr gpu::TopDownTuning kTiny{.task = 96, .wave_range = 40, .spare_levels = 6};
 
 /// A mesh whose leaves are known, as both the device and the host take it.
 struct Scene {
@@ -83,23 +83,23 @@ Outcome build_on_device(const Scene& scene, double budget, bool cut, const gpu::
                         std::byte garbage = std::byte{0xa5}) {
   CountingAllocator allocator;
   const auto n = static_cast<std::uint32_t>(scene.references.size());
-  const auto room = static_cast<std::uint32_t>(build::split_capacity(n, cut ? budget : 1.0));
-  const std::uint64_t bytes = gpu::top_down_scratch(n, room, tuning);
+  const auto capacity = static_cast<std::uint32_t>(build::split_capacity(n, cut ? budget : 1.0));
+  const std::uint64_t bytes = gpu::top_down_scratch(n, capacity, tuning);
   constexpr std::size_t kGuard = 4096;
   auto positions = must(gpu::DeviceArray<build::Position>::from(scene.mesh.positions, nullptr, allocator));
   auto triangles = must(gpu::DeviceArray<build::Triangle>::from(scene.mesh.triangles, nullptr, allocator));
   const auto host_views = scene.views_of(positions.data(), triangles.data());
   auto views = must(gpu::DeviceArray<build::GeometryView>::from(host_views, nullptr, allocator));
   auto input = must(gpu::DeviceArray<Reference>::from(scene.references, nullptr, allocator));
-  auto references = must(gpu::DeviceArray<Reference>::make(room, nullptr, allocator));
-  auto nodes = must(gpu::DeviceArray<LinkedNode>::make(room, nullptr, allocator));
+  auto references = must(gpu::DeviceArray<Reference>::make(capacity, nullptr, allocator));
+  auto nodes = must(gpu::DeviceArray<LinkedNode>::make(capacity, nullptr, allocator));
   auto results = must(gpu::DeviceArray<std::uint32_t>::make(2, nullptr, allocator));
   auto scratch = must(gpu::DeviceArray<std::byte>::make(bytes + kGuard, nullptr, allocator));
   must(references.fill(garbage, nullptr));
   must(nodes.fill(garbage, nullptr));
   must(results.fill(garbage, nullptr));
   must(scratch.fill(garbage, nullptr));
-  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, room, budget, cut},
+  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, cut},
                              {references.data(), nodes.data(), results.data(), results.data() + 1}, scratch.data(),
                              nullptr, tuning));
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
@@ -226,7 +226,7 @@ double cost_on_host(const Scene& scene, double budget, bool cut, std::size_t& le
 /// The tree's cost relative to the host's.
 double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& tuning, const char* name) {
   const bool cut = budget > 1.0;
-  INFO(name << ", " << scene.leaves.size() << " references, budget " << budget << ", few " << tuning.few);
+  INFO(name << ", " << scene.leaves.size() << " references, budget " << budget << ", wave_range " << tuning.wave_range);
   const Outcome outcome = build_on_device(scene, budget, cut, tuning);
   CHECK(outcome.same_bytes(build_on_device(scene, budget, cut, tuning, std::byte{0x3c})));
   const Walk walk(outcome);
@@ -238,14 +238,15 @@ double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& t
   if (!cut) CHECK(outcome.leaves == scene.leaves.size());
   std::size_t host_leaves = 0;
   const double host = cost_on_host(scene, budget, cut, host_leaves), relative = host > 0 ? walk.cost() / host : 1.0;
-  std::printf("%-12s %5zu references, budget %.1f, few %3u: %5u leaves (host %5zu), depth %2u, cost / host's %.4f\n",
-              name, scene.leaves.size(), budget, tuning.few, outcome.leaves, host_leaves, walk.depth(), relative);
+  std::printf(
+      "%-12s %5zu references, budget %.1f, wave_range %3u: %5u leaves (host %5zu), depth %2u, cost / host's %.4f\n",
+      name, scene.leaves.size(), budget, tuning.wave_range, outcome.leaves, host_leaves, walk.depth(), relative);
   return relative;
 }
 
 }  // namespace
 
-TEST_CASE("trees from the top of few references") {
+TEST_CASE("trees from the top of wave_range references") {
   INFO("seed " << kSeed);
   for (const unsigned count : {0u, 1u, 2u, 3u, 8u, 9u, 32u, 33u, 40u, 41u, 97u}) {
     const Scene scene(oracle::first_triangles(oracle::soup(std::max(count, 1u), 0.3, kSeed), count));
@@ -307,9 +308,9 @@ TEST_CASE("a deep tree from the top is halved by count in time") {
   const Scene scene(mesh, false);
   for (const unsigned spare : {0u, 3u, 40u})
     for (const double budget : {1.0, 1.7})
-      check_tree(scene, budget, {.task = 33, .few = 32, .spare_levels = spare}, "deep");
-  // So much room that the limit of depth seems near early.
-  check_tree(scene, 1000.0, {.task = 33, .few = 32, .spare_levels = 40}, "room");
+      check_tree(scene, budget, {.task = 33, .wave_range = 32, .spare_levels = spare}, "deep");
+  // So much capacity that the limit of depth seems near early.
+  check_tree(scene, 1000.0, {.task = 33, .wave_range = 32, .spare_levels = 40}, "capacity");
 }
 
 // Emulated it takes minutes: for GPUs.

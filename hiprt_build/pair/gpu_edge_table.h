@@ -3,26 +3,26 @@
 
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/error.h>
-#include <hiprt_build/pair/pair_beyond.h>
+#include <hiprt_build/pair/edge_table.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 
 namespace hiprt::gpu {
 
 /// Memory of the step, for so many primitives.
-struct PairBeyondScratch {
+struct EdgeTableScratch {
   std::uint32_t* singles;
-  build::PairBeyond::Slot* table;
+  build::EdgeTable::Slot* table;
 
-  static PairBeyondScratch take(Arena& arena, std::uint64_t primitives) {
+  static EdgeTableScratch take(Arena& arena, std::uint64_t primitives) {
     return {arena.take<std::uint32_t>(primitives),
-            arena.take<build::PairBeyond::Slot>(build::PairBeyond::kSlots * primitives)};
+            arena.take<build::EdgeTable::Slot>(build::EdgeTable::kSlots * primitives)};
   }
 };
 
 /// Pairs the state's single triangles, as steps of a stream; its numbers of leaves and pairs become those after it.
 /// @param references [primitives]; some may be none.
-Result<void> enqueue_pair_beyond(const build::GeometryTable& geometries, build::Reference* references,
-                                 const PairBeyondScratch& scratch, build::kernels::BuildState* state,
-                                 hipStream_t stream);
+Result<void> enqueue_pair_by_edges(const build::GeometryTable& geometries, build::Reference* references,
+                                   const EdgeTableScratch& scratch, build::kernels::BuildState* state,
+                                   hipStream_t stream);
 
 }  // namespace hiprt::gpu

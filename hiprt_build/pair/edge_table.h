@@ -11,7 +11,7 @@
 namespace hiprt::build {
 
 /// Edge k of a triangle runs from its corner k to the next; number: 4 * triangle (in the numbering of all) + k.
-struct PairBeyond {
+struct EdgeTable {
   /// Slots of the table for each triangle of the geometries: edges fill half of them at most. Few single triangles take
   /// less.
   static constexpr std::uint32_t kSlots = 6, kSlotsOfSingle = 16;
@@ -33,25 +33,25 @@ struct PairBeyond {
 
   /// Step: files the edges of a single triangle in the table of so many slots. Of equal ones the lowest stands in the
   /// table.
-  HIPRT_HD void file(std::uint32_t triangle, std::uint32_t slots) const {
+  HIPRT_HD void insert(std::uint32_t triangle, std::uint32_t slots) const {
     const Corners own = load(triangle);
-    Place places[3];
+    Probe probe[3];
     Slot there[3];
     // All three at a time: what takes long is memory.
     for (unsigned k = 0; k < 3; ++k) {
-      places[k] = Place(own.edge(k), slots);
-      there[k] = compare_exchange(&table[places[k].slot], kEmpty, places[k].entry(4 * triangle + k));
+      probe[k] = Probe(own.edge(k), slots);
+      there[k] = compare_exchange(&table[probe[k].slot], kEmpty, probe[k].entry(4 * triangle + k));
     }
     for (unsigned k = 0; k < 3; ++k) {
-      Place& place = places[k];
+      Probe& here = probe[k];
       for (unsigned probes = 1; there[k] != kEmpty; ++probes) {
-        if (place.may_be(there[k]) && same(own.edge(k), load_edge(number(there[k])))) {
-          lower(&table[place.slot], place.entry(4 * triangle + k));
+        if (here.may_be(there[k]) && same(own.edge(k), load_edge(number(there[k])))) {
+          lower(&table[here.slot], here.entry(4 * triangle + k));
           break;
         }
         if (probes == kMostProbes) break;
-        place.next(slots);
-        there[k] = compare_exchange(&table[place.slot], kEmpty, place.entry(4 * triangle + k));
+        here.next(slots);
+        there[k] = compare_exchange(&table[here.slot], kEmpty, here.entry(4 * triangle + k));
       }
     }
   }
@@ -87,19 +87,19 @@ struct PairBeyond {
   HIPRT_HD Choice choose(std::uint32_t triangle, std::uint32_t slots) const {
     const Corners own = load(triangle);
     const Box own_box = box_of(own);
-    Place places[3];
+    Probe probe[3];
     Slot there[3];
     for (unsigned k = 0; k < 3; ++k) {
-      places[k] = Place(own.edge(k).reversed(), slots);
-      there[k] = table[places[k].slot];
+      probe[k] = Probe(own.edge(k).reversed(), slots);
+      there[k] = table[probe[k].slot];
     }
     Choice choice{kInvalidId, kInvalidId};
     float best = 0.0f;
     for (unsigned k = 0; k < 3; ++k) {
-      Place& place = places[k];
+      Probe& here = probe[k];
       for (unsigned probes = 1; there[k] != kEmpty; ++probes) {
         const std::uint32_t other = number(there[k]), mine = 4 * triangle + k;
-        if (place.may_be(there[k]) && other >> 2 != triangle) {
+        if (here.may_be(there[k]) && other >> 2 != triangle) {
           const Corners others = load(other >> 2);
           if (same(own.edge(k).reversed(), others.edge(other & 3u))) {
             const Box box = box_of(others);
@@ -114,8 +114,8 @@ struct PairBeyond {
           }
         }
         if (probes == kMostProbes) break;
-        place.next(slots);
-        there[k] = table[place.slot];
+        here.next(slots);
+        there[k] = table[here.slot];
       }
     }
     return choice;
@@ -168,11 +168,11 @@ struct PairBeyond {
   }
 
   /// Where an edge is looked for.
-  struct Place {
+  struct Probe {
     std::uint32_t slot, tag;
 
-    Place() = default;
-    HIPRT_HD Place(const Edge& edge, std::uint32_t slots) {
+    Probe() = default;
+    HIPRT_HD Probe(const Edge& edge, std::uint32_t slots) {
       const std::uint64_t h = hash(edge);
       slot = static_cast<std::uint32_t>((h & 0xffffffffu) * slots >> 32);
       tag = static_cast<std::uint32_t>(h >> 32);
