@@ -94,7 +94,7 @@ class Scene {
 Result<void> time_builds(const Scene& scene, const gpu::BuildOptions& options, unsigned repeats, std::byte* output,
                          std::byte* scratch, hipStream_t stream, std::vector<double>& milliseconds) {
   const gpu::DeviceGeometry geometry = scene.geometry();
-  auto watch = gpu::Stopwatch::make();
+  auto watch = gpu::StreamTimer::make();
   if (!watch) return tl::unexpected(watch.error());
   for (unsigned i = 0; i < repeats + 3; ++i) {
     auto done = watch->start(stream);

@@ -10,7 +10,7 @@ namespace hiprt::bench {
 
 /// The median of so many runs of enqueue(), after three others, in milliseconds of the device.
 template <class Enqueue> build::Result<double> median_of(unsigned repeats, hipStream_t stream, const Enqueue& enqueue) {
-  auto watch = gpu::Stopwatch::make();
+  auto watch = gpu::StreamTimer::make();
   if (!watch) return tl::unexpected(watch.error());
   std::vector<double> times;
   for (unsigned i = 0; i < repeats + 3; ++i) {

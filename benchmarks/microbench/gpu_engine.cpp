@@ -226,20 +226,20 @@ class GpuEngine final : public Engine {
                                                           const Repetitions& repetitions) {
     for (unsigned i = 0; i < repetitions.warm_up; ++i)
       if (auto done = launch(kernel, grid, job); !done) return tl::unexpected(done.error());
-    std::vector<gpu::Stopwatch> watches;
+    std::vector<gpu::StreamTimer> watches;
     for (unsigned i = 0; i < repetitions.timed; ++i) {
-      auto watch = gpu::Stopwatch::make();
+      auto watch = gpu::StreamTimer::make();
       if (!watch) return tl::unexpected(watch.error());
       watches.push_back(std::move(*watch));
     }
-    for (gpu::Stopwatch& watch : watches) {
+    for (gpu::StreamTimer& watch : watches) {
       auto done = watch.start(nullptr);
       if (done) done = launch(kernel, grid, job);
       if (done) done = watch.stop(nullptr);
       if (!done) return tl::unexpected(done.error());
     }
     std::vector<double> times;
-    for (const gpu::Stopwatch& watch : watches) {
+    for (const gpu::StreamTimer& watch : watches) {
       const auto time = watch.milliseconds();
       if (!time) return tl::unexpected(time.error());
       times.push_back(static_cast<double>(*time));

@@ -91,7 +91,7 @@ class GpuEngine final : public Engine {
     probe.target.rays = rays_.data();
     probe.target.hits = hits_.data();
     GpuWork work{probe, 0, static_cast<std::uint32_t>(rays.size()), nullptr};
-    auto watch = gpu::Stopwatch::make();
+    auto watch = gpu::StreamTimer::make();
     if (!watch) return tl::unexpected(watch.error());
     auto done = watch->start(nullptr);
     if (done) done = launch(kernels(subject).trace, work);

@@ -1,8 +1,9 @@
 #include <hiprt_build/gpu/batch.h>
 
 #include <hiprt_build/batch/gpu_batch_kernels.h>
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/launch.h>
-#include <hiprt_build/pipeline/gpu_places.h>
+#include <hiprt_build/pipeline/gpu_check_options.h>
 
 #include <algorithm>
 
@@ -13,17 +14,17 @@ using namespace build::kernels;
 using build::Builder;
 
 /// Places of a batch's results.
-struct BatchPlaces {
+struct BatchLayout {
   std::uint64_t record, report, views, nodes, leaves, large, size;
   std::uint64_t scratch = 0;
   std::uint32_t triangles = 0, smallest = 0, largest = 0;
 
-  BatchPlaces(const DeviceBatch& batch, std::size_t meshes) {
+  BatchLayout(const DeviceBatch& batch, std::size_t meshes) {
     triangles = batch.first.back();
-    Pieces pieces;
+    Arena arena;
     const auto place = [&](std::uint64_t bytes) {
-      const std::uint64_t at = pieces.size();
-      pieces.take<std::byte>(bytes);
+      const std::uint64_t at = arena.size();
+      arena.take<std::byte>(bytes);
       return at;
     };
     record = place(sizeof(GeometryRecord));
@@ -31,7 +32,7 @@ struct BatchPlaces {
     views = place(meshes * sizeof(SceneView));
     nodes = place(std::uint64_t{triangles} * sizeof(PlanesBoxNode));
     leaves = place(std::uint64_t{triangles} * sizeof(PlanesLeaf));
-    large = size = pieces.size();
+    large = size = arena.size();
   }
 };
 
@@ -66,10 +67,10 @@ Result<void> check_batch(const DeviceBatch& batch, const BuildOptions& options) 
   return {};
 }
 
-Result<BatchPlaces> plan_batch(const DeviceBatch& batch, const BuildOptions& options) {
+Result<BatchLayout> plan_batch(const DeviceBatch& batch, const BuildOptions& options) {
   if (auto checked = check_batch(batch, options); !checked) return tl::unexpected(std::move(checked.error()));
   const std::size_t meshes = batch.first.size() - 1;
-  BatchPlaces places(batch, meshes);
+  BatchLayout places(batch, meshes);
   if (places.leaves + std::uint64_t{places.triangles} * sizeof(PlanesLeaf) > kAddressLimit)
     return fail(ErrorCode::kTooLarge, places.triangles, " triangles: their nodes and leaves may pass byte ",
                 kAddressLimit, ", which a node reference addresses");

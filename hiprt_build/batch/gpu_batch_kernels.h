@@ -30,9 +30,9 @@ template <unsigned kMost, unsigned kThreads> struct BatchMemory {
 
   BuildState state;
   GeometryView geometry;
-  LeafReference sorted[kMost];
+  Reference sorted[kMost];
   union {
-    LeafReference references[kMost];  ///< In the order of the triangles.
+    Reference references[kMost];  ///< In the order of the triangles.
     LinkedNode nodes[kMost];
   };
   union {
@@ -85,16 +85,16 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
   }
 
  private:
-  __device__ SoupView soup() const { return {&m_.geometry, 1, count_}; }
+  __device__ GeometryTable geometries() const { return {&m_.geometry, 1, count_}; }
 
   __device__ void pair() {
-    const typename Memory::Pairs windows{soup(), job_.pair};
+    const typename Memory::Pairs windows{geometries(), job_.pair};
     const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
     for (std::uint32_t w = my_group; w * kPairWindow < count_; w += Memory::kGroups)
       windows(WaveGroup{}, m_.pairs[my_group], w, [&](const PairedPrimitive& paired) {
-        m_.references[paired.primitive] = LeafReference{paired.box, paired.group, paired.primitive};
-        if (paired.fate != kKept) fetch_add(&m_.state.counts.fate[paired.fate], 1);
-        if (!paired.group.exists()) return;
+        m_.references[paired.primitive] = Reference{paired.box, paired.contents, paired.primitive};
+        if (paired.dropped != kKept) fetch_add(&m_.state.counts.dropped[paired.dropped], 1);
+        if (!paired.contents.exists()) return;
         fetch_add(&m_.state.counts.leaves, 1);
         m_.state.bounds.add(paired.box);
         Box center;
@@ -108,15 +108,15 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
   __device__ void sort() {
     const MortonGrid grid = MortonGrid::over(m_.state.centers.get(), kMortonBits63);
     for (std::uint32_t i = threadIdx.x; i < count_; i += kThreads)
-      m_.keys[i] = m_.references[i].group.exists() ? grid.code(m_.references[i].box) : ~std::uint64_t{0};
+      m_.keys[i] = m_.references[i].contents.exists() ? grid.code(m_.references[i].box) : ~std::uint64_t{0};
     __syncthreads();
     for (std::uint32_t i = threadIdx.x; i < count_; i += kThreads) {
-      if (!m_.references[i].group.exists()) continue;
+      if (!m_.references[i].contents.exists()) continue;
       const std::uint64_t key = m_.keys[i];
       std::uint32_t place = 0;
       for (std::uint32_t j = 0; j < count_; ++j) place += m_.keys[j] < key || (m_.keys[j] == key && j < i) ? 1 : 0;
       m_.sorted[place] = m_.references[i];
-      m_.primitives[place] = LeafPrimitives{m_.references[i].primitive, m_.references[i].group};
+      m_.primitives[place] = LeafPrimitives{m_.references[i].primitive, m_.references[i].contents};
       m_.met[place] = kInvalidId;
     }
     __syncthreads();
@@ -155,7 +155,7 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     using Layout = PlanesLayout;
     auto* nodes = reinterpret_cast<Layout::Node*>(job_.base + job_.nodes_offset) + first_;
     auto* leaves = reinterpret_cast<Layout::Leaf*>(job_.base + job_.leaves_offset) + first_;
-    const WideWriter<Layout> writer{soup(),
+    const WideWriter<Layout> writer{geometries(),
                                     m_.nodes,
                                     m_.plans,
                                     m_.primitives,
@@ -189,8 +189,8 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     view.layout = NodeLayout::kPlanes;
     view.bounds = m_.state.bounds.get();
     job_.views[mesh_] = view;
-    const auto dropped = [&](Fate fate, std::uint32_t& sum) {
-      const std::uint32_t count = counts.fate[fate];
+    const auto dropped = [&](DropReason reason, std::uint32_t& sum) {
+      const std::uint32_t count = counts.dropped[reason];
       if (count != 0) fetch_add(&sum, count);
     };
     dropped(kNotFinite, job_.report->dropped_not_finite);

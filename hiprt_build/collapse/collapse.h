@@ -2,9 +2,8 @@
 /// The wide tree over a binary tree in depth-first order; see collapse_plan.h. Internal.
 
 #include <hiprt_build/build.h>
-#include <hiprt_build/collapse/collapse_plan.h>
+#include <hiprt_build/collapse/wide_children.h>
 #include <hiprt_build/exec/cpu.h>
-#include <hiprt_build/input/geometry.h>
 #include <hiprt_build/tree/binary_tree.h>
 
 #include <array>
@@ -14,10 +13,8 @@ namespace hiprt::build {
 /// The wide tree over a binary tree.
 class WideTree {
  public:
-  /// @param groups what the tree's references refer to.
   /// @param max_primitives as CollapseCosts.
-  WideTree(CpuEngine& engine, const BinaryTree& tree, std::span<const PrimitiveGroup> groups, const SahCosts& costs,
-           unsigned max_primitives);
+  WideTree(CpuEngine& engine, const DepthFirstTree& tree, const SahCosts& costs, unsigned max_primitives);
 
   struct Children {
     std::array<std::uint32_t, kBranching> node{};  ///< Binary nodes.
@@ -36,13 +33,19 @@ class WideTree {
   /// @pre !is_run(node)
   Children children(std::uint32_t node) const;
 
+  /// The binary tree with its plans, as WideChildren reads it.
+  bool is_leaf(std::uint32_t node) const { return tree_.nodes[node].count == 1; }
+  std::uint32_t child(std::uint32_t node, unsigned side) const {
+    return side == 0 ? tree_.left(node) : tree_.right(node);
+  }
+  const CollapsePlan& plan(std::uint32_t node) const { return plan_[node]; }
+  std::uint32_t leaf_count(std::uint32_t node) const { return tree_.nodes[node].count; }
+
  private:
-  void plan(std::uint32_t node);
-  void gather(std::uint32_t node, unsigned slots, Children& result) const;
+  void make_plan(std::uint32_t node);
 
   CpuEngine& engine_;
-  const BinaryTree& tree_;
-  std::span<const PrimitiveGroup> groups_;
+  const DepthFirstTree& tree_;
   CollapseCosts costs_;
   ScratchArray<CollapsePlan> plan_;
 };

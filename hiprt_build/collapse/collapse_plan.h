@@ -93,11 +93,11 @@ HIPRT_HD HIPRT_INLINE Share cheaper(const Share& best, const CollapsePlan& left,
 
 HIPRT_HD HIPRT_INLINE std::uint32_t larger(std::uint32_t a, std::uint32_t b) { return a > b ? a : b; }
 
-HIPRT_HD HIPRT_INLINE std::uint32_t share_nodes(const CollapsePlan& left, const CollapsePlan& right, unsigned slots,
+HIPRT_HD HIPRT_INLINE std::uint32_t split_nodes(const CollapsePlan& left, const CollapsePlan& right, unsigned slots,
                                                 unsigned k) {
   return left.form_nodes(k - 1) + right.form_nodes(slots - k - 1);
 }
-HIPRT_HD HIPRT_INLINE std::uint32_t share_need(const CollapsePlan& left, const CollapsePlan& right, unsigned slots,
+HIPRT_HD HIPRT_INLINE std::uint32_t split_need(const CollapsePlan& left, const CollapsePlan& right, unsigned slots,
                                                unsigned k) {
   return larger(left.form_need(k - 1), right.form_need(slots - k - 1));
 }
@@ -109,8 +109,8 @@ HIPRT_HD HIPRT_INLINE void plan_node(const CollapsePlan& left, const CollapsePla
   Share best{left.cost[1] + right.cost[1], 2};
   best = cheaper(best, left, right, 4, 1);
   best = cheaper(best, left, right, 4, 3);
-  std::uint32_t need = share_need(left, right, 4, best.from_left) + 3;
-  std::uint32_t nodes = share_nodes(left, right, 4, best.from_left) + 1;
+  std::uint32_t need = split_need(left, right, 4, best.from_left) + 3;
+  std::uint32_t nodes = split_nodes(left, right, 4, best.from_left) + 1;
   if (need > kWideStackNeed) {
     best.cost = left.cost[0] + right.cost[0];
     need = larger(left.need, right.need) + 1;
@@ -159,12 +159,12 @@ HIPRT_HD HIPRT_INLINE void plan_two(const CollapsePlan& left, const CollapsePlan
 HIPRT_HD HIPRT_INLINE void plan_three(const CollapsePlan& left, const CollapsePlan& right, CollapsePlan& plan) {
   const Share best = cheaper({left.cost[0] + right.cost[1], 1}, left, right, 3, 2);
   std::uint32_t nodes = 0;
-  const bool fits = set_form_nodes(share_nodes(left, right, 3, best.from_left), plan, nodes);
+  const bool fits = set_form_nodes(split_nodes(left, right, 3, best.from_left), plan, nodes);
   const bool split = fits && best.cost < plan.cost[1];
   plan.cost[2] = split ? best.cost : plan.cost[1];
   plan.choice2 = (split ? best.from_left : 0u) & 3u;
   plan.nodes2 = (split ? nodes : plan.nodes1) & 15u;
-  if (split) plan.parts_need = larger(plan.parts_need, share_need(left, right, 3, best.from_left)) & 255u;
+  if (split) plan.parts_need = larger(plan.parts_need, split_need(left, right, 3, best.from_left)) & 255u;
 }
 
 }  // namespace collapse_detail
@@ -183,12 +183,12 @@ HIPRT_HD HIPRT_INLINE CollapsePlan plan_inner(const CollapsePlan& left, const Co
 }
 
 /// How many children of a wide node come from either side of its binary node.
-struct WideShare {
+struct WideSplit {
   unsigned left, right;
 };
 
 /// @pre !plan.is_run()
-HIPRT_HD HIPRT_INLINE WideShare wide_share(const CollapsePlan& plan) {
+HIPRT_HD HIPRT_INLINE WideSplit wide_split(const CollapsePlan& plan) {
   if (plan.narrow != 0) return {1, 1};
   return {plan.choice0, kBranching - plan.choice0};
 }

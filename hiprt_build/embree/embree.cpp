@@ -11,15 +11,16 @@
 namespace hiprt::build {
 namespace {
 
-static_assert(sizeof(Reference) == sizeof(RTCBuildPrimitive) &&
-              offsetof(Reference, leaf) == offsetof(RTCBuildPrimitive, primID));
-
-/// Node of the tree while Embree makes it: inner (two children) or a leaf with references.
+/// Node of the tree while Embree makes it: inner (two children) or a leaf.
 struct EmbreeNode {
   EmbreeNode* child[2];
-  Reference* references;
-  std::size_t count;  ///< References below.
+  RTCBuildPrimitive* primitives;  ///< Of a leaf: references by their numbers (primID), in Embree's scale.
+  std::size_t count;              ///< References below.
 };
+
+SimdBox box_of(const RTCBuildPrimitive& p) {
+  return SimdBox{Float4{p.lower_x, p.lower_y, p.lower_z, 0}, Float4{p.upper_x, p.upper_y, p.upper_z, 0}};
+}
 
 /// Embree's binning overflows (in an assert) on coordinates beyond about 2^62, and areas underflow below 2^-74. It is
 /// given coordinates times a power of two instead, which is 1 for common scenes.
@@ -28,7 +29,7 @@ struct Scaling {
 
   Scaling(CpuEngine& engine, std::span<const Reference> references) {
     constexpr int kSmallest = -20, kLargest = 40, kMostUp = 126;
-    const Aabb all = bound_references(engine, references).box;
+    const SimdBox all = bound_references(engine, references).box;
     float largest = 0.0f;
     for (int axis = 0; axis < 3; ++axis)
       largest = std::max({largest, std::abs(all.min[axis]), std::abs(all.max[axis])});
@@ -40,33 +41,24 @@ struct Scaling {
     inverse = std::ldexp(1.0f, -shift);
   }
   /// Exact, unless the result is subnormal; then one step outwards makes up for the rounding.
-  Aabb apply(const Aabb& box) const {
-    Aabb scaled{box.min * factor, box.max * factor};
+  SimdBox apply(const SimdBox& box) const {
+    SimdBox scaled{box.min * factor, box.max * factor};
     if (factor < 1.0f)
       for (int axis = 0; axis < 3; ++axis) {
         if (scaled.min[axis] * inverse > box.min[axis])
-          scaled.min[axis] = std::nextafter(scaled.min[axis], -Aabb::kInfinity);
+          scaled.min[axis] = std::nextafter(scaled.min[axis], -SimdBox::kInfinity);
         if (scaled.max[axis] * inverse < box.max[axis])
-          scaled.max[axis] = std::nextafter(scaled.max[axis], Aabb::kInfinity);
+          scaled.max[axis] = std::nextafter(scaled.max[axis], SimdBox::kInfinity);
       }
     return scaled;
   }
-  Aabb undo(const Aabb& box) const { return Aabb{box.min * inverse, box.max * inverse}; }
-  void apply(CpuEngine& engine, std::span<Reference> references) const {
-    if (factor == 1.0f) return;
-    engine.for_quiet_chunks(references.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-      for (Reference& r : references.subspan(begin, end - begin)) {
-        const Aabb box = apply(r.box());
-        for (int axis = 0; axis < 3; ++axis) r.min[axis] = box.min[axis], r.max[axis] = box.max[axis];
-      }
-    });
-  }
+  SimdBox undo(const SimdBox& box) const { return SimdBox{box.min * inverse, box.max * inverse}; }
 };
 
 struct Context {
   Monitor& monitor;
-  const PrimitiveSoup& soup;
-  std::span<const PrimitiveGroup> groups;
+  const GeometryTable& geometries;
+  std::span<const Reference> references;
   Scaling scaling;
 };
 
@@ -85,17 +77,14 @@ void set_bounds(void*, const RTCBounds**, unsigned, void*) {}
 
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count, void*) {
   auto* node = new (rtcThreadLocalAlloc(allocator, sizeof(EmbreeNode), alignof(EmbreeNode))) EmbreeNode{};
-  node->references =
-      static_cast<Reference*>(rtcThreadLocalAlloc(allocator, count * sizeof(Reference), alignof(Reference)));
+  node->primitives = static_cast<RTCBuildPrimitive*>(
+      rtcThreadLocalAlloc(allocator, count * sizeof(RTCBuildPrimitive), alignof(RTCBuildPrimitive)));
   node->count = count;
-  for (std::size_t i = 0; i < count; ++i) {
-    const RTCBuildPrimitive& p = primitives[i];
-    node->references[i] = Reference{{p.lower_x, p.lower_y, p.lower_z}, 0, {p.upper_x, p.upper_y, p.upper_z}, p.primID};
-  }
+  std::copy_n(primitives, count, node->primitives);
   return node;
 }
 
-void store(const Aabb& box, RTCBounds* bounds) {
+void store(const SimdBox& box, RTCBounds* bounds) {
   *bounds = RTCBounds{box.min[0], box.min[1], box.min[2], 0, box.max[0], box.max[1], box.max[2], 0};
 }
 
@@ -104,11 +93,9 @@ void split_primitive(const RTCBuildPrimitive* primitive, unsigned axis, float pl
   const auto& context = *static_cast<const Context*>(user);
   // While it splits, Embree does not ask on_progress(); an exception ends its build as its own errors do.
   context.monitor.check();
-  const Aabb box{Float4{primitive->lower_x, primitive->lower_y, primitive->lower_z, 0},
-                 Float4{primitive->upper_x, primitive->upper_y, primitive->upper_z, 0}};
   const Scaling& scaling = context.scaling;
-  const SplitBounds bounds =
-      split_bounds(context.soup, context.groups[primitive->primID], scaling.undo(box), axis, plane * scaling.inverse);
+  const SplitBounds bounds = split_bounds(context.geometries, context.references[primitive->primID],
+                                          scaling.undo(box_of(*primitive)), axis, plane * scaling.inverse);
   store(scaling.apply(bounds.left), left);
   store(scaling.apply(bounds.right), right);
 }
@@ -131,52 +118,62 @@ RTCBuildQuality quality(Builder builder) {
 /// Embree's tree as ours.
 class Converter {
  public:
-  Converter(BinaryTree& tree, const Scaling& scaling, Monitor& monitor)
-      : tree_(tree), scaling_(scaling), monitor_(monitor) {}
+  Converter(DepthFirstTree& tree, const Context& context) : tree_(tree), context_(context) {}
 
   static std::size_t count(EmbreeNode* node, Monitor& monitor) {
     constexpr std::size_t kMany = 4096;
-    if (node->references == nullptr) {
+    if (node->primitives == nullptr) {
       node->count = count(node->child[0], monitor) + count(node->child[1], monitor);
       if (node->count > kMany) monitor.check();
     }
     return node->count;
   }
 
-  Aabb convert(const EmbreeNode* node, std::uint32_t at, std::uint32_t first) {
-    if (node->references != nullptr) return convert_leaf(node->references, node->count, at, first);
+  SimdBox convert(const EmbreeNode* node, std::uint32_t at, std::uint32_t first) {
+    if (node->primitives != nullptr) return convert_leaf(node->primitives, node->count, at, first);
     const auto left_count = static_cast<std::uint32_t>(node->child[0]->count);
-    Aabb box = convert(node->child[0], at + 1, first);
+    SimdBox box = convert(node->child[0], at + 1, first);
     box.add(convert(node->child[1], at + 2 * left_count, first + left_count));
-    tree_.nodes[at] = make_node(box, first, static_cast<std::uint32_t>(node->count));
+    tree_.nodes[at] = {to_box(box), first, static_cast<std::uint32_t>(node->count)};
     return box;
   }
 
  private:
   /// A leaf of several references is halved by count.
-  Aabb convert_leaf(const Reference* references, std::size_t count, std::uint32_t at, std::uint32_t first) {
-    Aabb box;
+  SimdBox convert_leaf(const RTCBuildPrimitive* primitives, std::size_t count, std::uint32_t at, std::uint32_t first) {
+    SimdBox box;
     if (count == 1) {
-      box = scaling_.undo(references[0].box());
-      monitor_.add(1);
-      tree_.references[first] =
-          Reference{{box.min[0], box.min[1], box.min[2]}, 0, {box.max[0], box.max[1], box.max[2]}, references[0].leaf};
+      box = context_.scaling.undo(box_of(primitives[0]));
+      context_.monitor.add(1);
+      tree_.references[first] = part_of(context_.references[primitives[0].primID], to_box(box));
     } else {
       const auto half = static_cast<std::uint32_t>(count / 2);
-      box = convert_leaf(references, half, at + 1, first);
-      box.add(convert_leaf(references + half, count - half, at + 2 * half, first + half));
+      box = convert_leaf(primitives, half, at + 1, first);
+      box.add(convert_leaf(primitives + half, count - half, at + 2 * half, first + half));
     }
-    tree_.nodes[at] = make_node(box, first, static_cast<std::uint32_t>(count));
+    tree_.nodes[at] = {to_box(box), first, static_cast<std::uint32_t>(count)};
     return box;
   }
 
-  BinaryTree& tree_;
-  const Scaling& scaling_;
-  Monitor& monitor_;
+  DepthFirstTree& tree_;
+  const Context& context_;
 };
 
-RTCBuildArguments make_arguments(Builder builder, RTCBVH bvh, ScratchArray<Reference>& room, std::size_t count,
-                                 const Context& context) {
+/// The references as Embree takes them. @param capacity with space for splits.
+ScratchArray<RTCBuildPrimitive> make_primitives(CpuEngine& engine, const Context& context, std::size_t capacity) {
+  auto primitives = engine.allocate<RTCBuildPrimitive>(capacity);
+  engine.for_quiet_chunks(context.references.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const SimdBox box = context.scaling.apply(simd_box(context.references[i]));
+      primitives[i] = {box.min[0], box.min[1], box.min[2], 0,
+                       box.max[0], box.max[1], box.max[2], static_cast<std::uint32_t>(i)};
+    }
+  });
+  return primitives;
+}
+
+RTCBuildArguments make_arguments(Builder builder, RTCBVH bvh, ScratchArray<RTCBuildPrimitive>& primitives,
+                                 std::size_t count, const Context& context) {
   RTCBuildArguments arguments = rtcDefaultBuildArguments();
   arguments.buildQuality = quality(builder);
   arguments.maxBranchingFactor = 2;
@@ -184,9 +181,9 @@ RTCBuildArguments make_arguments(Builder builder, RTCBVH bvh, ScratchArray<Refer
   arguments.minLeafSize = 1;
   arguments.maxLeafSize = 1;
   arguments.bvh = bvh;
-  arguments.primitives = reinterpret_cast<RTCBuildPrimitive*>(room.data());
+  arguments.primitives = primitives.data();
   arguments.primitiveCount = count;
-  arguments.primitiveArrayCapacity = room.size();
+  arguments.primitiveArrayCapacity = primitives.size();
   arguments.createNode = create_node;
   arguments.setNodeChildren = set_children;
   arguments.setNodeBounds = set_bounds;
@@ -211,10 +208,9 @@ void on_error(void* user, RTCError, const char* message) {
 
 }  // namespace
 
-Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
-                                const GroupedPrimitives& grouped, ScratchArray<Reference> references,
-                                double split_budget) {
-  BinaryTree tree;
+Result<DepthFirstTree> build_embree(CpuEngine& engine, Builder builder, const GeometryTable& geometries,
+                                    ScratchArray<Reference> references, double split_budget) {
+  DepthFirstTree tree;
   const std::size_t count = references.size();
   if (count == 0) return tree;
   engine.monitor().start("split", 0.75, count);
@@ -227,28 +223,22 @@ Result<BinaryTree> build_embree(CpuEngine& engine, Builder builder, const Primit
   rtcSetDeviceErrorFunction(device.get(), on_error, &message);
   rtcSetDeviceMemoryMonitorFunction(device.get(), on_memory, &embree_bytes);
   const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> bvh(rtcNewBVH(device.get()), &rtcReleaseBVH);
-  ScratchArray<Reference> room = std::move(references);
-  if (builder == Builder::kEmbreeHigh) {
-    auto larger = engine.allocate<Reference>(room_for_splits(count, split_budget));
-    engine.copy(std::as_const(room).span(), larger.span());
-    room = std::move(larger);
-  }
-  const Context context{engine.monitor(), soup, grouped.groups.span().first(grouped.count),
-                        Scaling(engine, room.span().first(count))};
-  context.scaling.apply(engine, room.span().first(count));
-  const RTCBuildArguments arguments = make_arguments(builder, bvh.get(), room, count, context);
+  const Context context{engine.monitor(), geometries, references.span(), Scaling(engine, references.span())};
+  auto primitives =
+      make_primitives(engine, context, builder == Builder::kEmbreeHigh ? split_capacity(count, split_budget) : count);
+  const RTCBuildArguments arguments = make_arguments(builder, bvh.get(), primitives, count, context);
   auto* root = static_cast<EmbreeNode*>(rtcBuildBVH(&arguments));
   if (engine.monitor().cancelled()) throw Cancelled{};
   if (root == nullptr)
     return tl::unexpected(Error{ErrorCode::kBackend,
                                 "Embree: rtcBuildBVH failed for " + std::to_string(count) + " references: " + message});
-  room.release();
+  primitives.release();
   engine.ledger().add(static_cast<std::uint64_t>(embree_bytes.load()));
   const std::size_t total = Converter::count(root, engine.monitor());
   engine.monitor().start("convert", 0.8, total);
   tree.references = engine.allocate<Reference>(total);
-  tree.nodes = engine.allocate<BinaryNode>(2 * total - 1);
-  Converter(tree, context.scaling, engine.monitor()).convert(root, 0, 0);
+  tree.nodes = engine.allocate<DepthFirstNode>(2 * total - 1);
+  Converter(tree, context).convert(root, 0, 0);
   engine.ledger().subtract(static_cast<std::uint64_t>(embree_bytes.load()));
   return tree;
 }

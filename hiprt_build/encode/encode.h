@@ -10,9 +10,9 @@
 namespace hiprt::build {
 
 struct EncodeInput {
-  const PrimitiveSoup& soup;
-  const GroupedPrimitives& grouped;
-  const BinaryTree& tree;
+  const BuildInput& scene;
+  const PairedPrimitives& paired;
+  const DepthFirstTree& tree;
   const WideTree& wide;
   NodeLayout layout;
   std::string provenance;  ///< Of make_provenance(); encode() sets its exchange slack.

@@ -2,31 +2,25 @@
 /// Wide nodes and leaves of a planned linked tree, from the root down, by many threads at once: whoever writes a node
 /// leaves a task in the places of its child nodes. Internal.
 
-#include <hiprt_build/collapse/collapse_plan.h>
-#include <hiprt_build/input/soup_view.h>
-#include <hiprt_build/tree/linked_tree.h>
+#include <hiprt_build/collapse/wide_children.h>
+#include <hiprt_build/encode/write_leaf.h>
+#include <hiprt_build/tree/binary_tree.h>
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/math/atomic.h>
 
 namespace hiprt::build {
 
-/// The primitives of a leaf of the linked tree.
-struct LeafPrimitives {
-  std::uint32_t primitive;  ///< The lower one, in the numbering of all.
-  PackedGroup group;
-};
-
 /// What a tree sums up for its wide form.
 struct PlanSums {
   CollapsePlan* plans;  ///< Of inner nodes.
-  const LeafReference* references;
+  const Reference* references;
   CollapseCosts costs;
 
   HIPRT_HD HIPRT_INLINE CollapsePlan plan(LinkedRef ref) const {
     if ((ref & kLinkedLeaf) == 0) return plans[ref];
-    const LeafReference& leaf = references[ref & ~kLinkedLeaf];
-    return plan_leaf(half_area(leaf.box), leaf.group.is_pair() ? 2 : 1, leaf.group.is_custom(), costs);
+    const Reference& leaf = references[ref & ~kLinkedLeaf];
+    return plan_leaf(half_area(leaf.box), leaf.contents.is_pair() ? 2 : 1, leaf.contents.is_custom(), costs);
   }
   HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
     plans[node] = plan_inner(plan(left), plan(right), half_area(box), costs);
@@ -54,7 +48,18 @@ struct WideQueue {
   HIPRT_HD HIPRT_INLINE void write(std::uint32_t i, std::uint32_t node) const { store_shared(entry(i), node); }
 };
 
-/// What is written where.
+/// A linked tree with its plans, as WideChildren reads it.
+struct PlannedNodes {
+  const LinkedNode* tree;
+  const CollapsePlan* plans;
+
+  HIPRT_HD static bool is_leaf(LinkedRef ref) { return (ref & kLinkedLeaf) != 0; }
+  HIPRT_HD LinkedRef child(LinkedRef ref, unsigned side) const { return tree[ref].child[side]; }
+  HIPRT_HD const CollapsePlan& plan(LinkedRef ref) const { return plans[ref]; }
+  HIPRT_HD HIPRT_INLINE std::uint32_t leaf_count(LinkedRef ref) const { return is_leaf(ref) ? 1u : plans[ref].leaves; }
+};
+
+/// Writes wide nodes and leaves, each by itself.
 template <class Layout> struct WideWriter {
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
@@ -62,7 +67,7 @@ template <class Layout> struct WideWriter {
   /// Whether a parent states of a node what the node's own boxes are, so that all can be written at the same time.
   static constexpr bool kBoxesApart = Layout::kId == NodeLayout::kFloat || Layout::kId == NodeLayout::kPlanes;
 
-  SoupView soup;
+  GeometryTable geometries;
   const LinkedNode* tree;
   const CollapsePlan* plans;
   const LeafPrimitives* primitives;  ///< Of the tree's leaves.
@@ -72,12 +77,9 @@ template <class Layout> struct WideWriter {
   std::uint64_t nodes_offset, leaves_offset;  ///< In the file.
   /// Of trees whose leaves hold but a part of their triangles: the leaves' boxes. Else nullptr: a primitive is in one
   /// leaf, whose box is that of its primitives.
-  const LeafReference* parts = nullptr;
+  const Reference* parts = nullptr;
   Box* leaf_boxes = nullptr;  ///< Per leaf record; becomes what RefitFile needs. nullptr: not wanted.
 
-  HIPRT_HD HIPRT_INLINE std::uint32_t leaf_count(LinkedRef ref) const {
-    return (ref & kLinkedLeaf) != 0 ? 1u : plans[ref].leaves;
-  }
   HIPRT_HD HIPRT_INLINE bool is_run(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 || plans[ref].is_run(); }
   HIPRT_HD HIPRT_INLINE NodeRef node_ref(std::uint32_t i) const {
     return make_ref(nodes_offset + std::uint64_t{i} * sizeof(Node), Layout::kBoxType);
@@ -110,7 +112,7 @@ template <class Layout> struct WideWriter {
   /// @tparam Team as many lanes as a node has children (LaneTeam): all call this together.
   template <class Team> HIPRT_HD Part open(const Team& team, const WideTask& task) const {
     static_assert(Team::kLanes == kBranching);
-    const Child child = find_child(static_cast<LinkedRef>(task.tree), team.lane());
+    const auto child = WideChildren<PlannedNodes>{planned()}.find(static_cast<LinkedRef>(task.tree), team.lane());
     const bool is_node = child.exists && !is_run(child.ref);
     std::uint32_t children = 0, child_nodes = 0, below = 0;
     team.before(child.exists ? 1 : 0, children);
@@ -143,7 +145,7 @@ template <class Layout> struct WideWriter {
 
   /// Writes the leaves of a run. @param box becomes what its parent must state. @return the reference to it.
   HIPRT_HD NodeRef write_run(LinkedRef ref, std::uint32_t first, Box& box) const {
-    const std::uint32_t count = leaf_count(ref);
+    const std::uint32_t count = planned().leaf_count(ref);
     bool custom = false;
     box = empty_box();
     for (std::uint32_t k = 0; k < count; ++k) custom = write_leaf(first + k, find_leaf(ref, k), k + 1 == count, box);
@@ -152,57 +154,16 @@ template <class Layout> struct WideWriter {
   }
 
  private:
+  HIPRT_HD HIPRT_INLINE PlannedNodes planned() const { return {tree, plans}; }
+
   HIPRT_HD HIPRT_INLINE std::uint32_t child_flags(LinkedRef ref) const {
     std::uint32_t kind = 0;
     if ((ref & kLinkedLeaf) != 0)
-      kind = primitives[ref & ~kLinkedLeaf].group.is_custom() ? kHasCustoms : kHasTriangles;
+      kind = primitives[ref & ~kLinkedLeaf].contents.is_custom() ? kHasCustoms : kHasTriangles;
     else
       kind = plans[ref].kind;
     return kChildOnlyOpaque | (kind == kHasTriangles ? kChildOnlyTriangles : 0u) |
            (kind == kHasCustoms ? kChildOnlyProcedural : 0u);
-  }
-
-  struct Child {
-    LinkedRef ref;
-    std::uint32_t leaves_before;  ///< Of the children before it.
-    bool exists;
-  };
-
-  /// How many children of a subtree that is shown as at most @p slots come from its left child; 0: it is one child.
-  HIPRT_HD unsigned split_of(LinkedRef ref, unsigned slots) const {
-    if (slots < 2 || (ref & kLinkedLeaf) != 0) return 0;
-    const CollapsePlan& plan = plans[ref];
-    return slots == 3 && plan.choice2 != 0 ? plan.choice2 : plan.choice1;
-  }
-  /// Children of a subtree that is shown as at most @p slots, 1 to 3.
-  HIPRT_HD unsigned count_children(LinkedRef ref, unsigned slots) const {
-    const unsigned from_left = split_of(ref, slots);
-    if (from_left == 0) return 1;
-    if (slots == 2 || plans[ref].choice2 == 0) return 2;
-    // One side is one child; the other has two places.
-    const LinkedRef two = tree[ref].child[from_left == 1 ? 1 : 0];
-    return split_of(two, 2) != 0 ? 3 : 2;
-  }
-
-  /// Child c of the wide node of a linked node.
-  HIPRT_HD Child find_child(LinkedRef ref, unsigned c) const {
-    WideShare share = wide_share(plans[ref]);
-    Child child{ref, 0, true};
-    for (;;) {
-      const LinkedRef left = tree[child.ref].child[0], right = tree[child.ref].child[1];
-      const unsigned in_left = count_children(left, share.left);
-      const bool go_left = c < in_left;
-      child.leaves_before += go_left ? 0 : leaf_count(left);
-      child.ref = go_left ? left : right;
-      c -= go_left ? 0 : in_left;
-      const unsigned slots = go_left ? share.left : share.right, split = split_of(child.ref, slots);
-      if (split == 0) break;
-      // With the third place unused it is as with two.
-      const bool three = slots == 3 && plans[child.ref].choice2 != 0;
-      share = {split, (three ? 3u : 2u) - split};
-    }
-    child.exists = c == 0;
-    return child;
   }
 
   /// Child c's part of a node. Layouts that encode all boxes together get them later, from the leaves up
@@ -221,7 +182,7 @@ template <class Layout> struct WideWriter {
   HIPRT_HD std::uint32_t find_leaf(LinkedRef ref, std::uint32_t k) const {
     while ((ref & kLinkedLeaf) == 0) {
       const LinkedRef left = tree[ref].child[0], right = tree[ref].child[1];
-      const std::uint32_t in_left = leaf_count(left);
+      const std::uint32_t in_left = planned().leaf_count(left);
       ref = k < in_left ? left : right;
       k -= k < in_left ? 0 : in_left;
     }
@@ -229,53 +190,22 @@ template <class Layout> struct WideWriter {
   }
 
   /// @param box grows. @return whether it is a leaf of custom primitives.
-  HIPRT_HD bool write_leaf(std::uint32_t place, std::uint32_t number, bool last, Box& box) const {
+  HIPRT_HD bool write_leaf(std::uint32_t at, std::uint32_t number, bool last, Box& box) const {
     const LeafPrimitives leaf = primitives[number];
-    const std::uint32_t g = soup.find(leaf.primitive);
-    const GeometryView& geometry = soup.geometries[g];
-    const std::uint32_t first = leaf.primitive - geometry.first;
-    const PackedGroup group = leaf.group;
-    const LeafInfo info{{first, group.is_pair() ? first + group.distance() : kInvalidId},
-                        g | (last ? kLastInRun : 0u),
-                        group.is_custom()
-                            ? TriangleId::kCustom * (group.is_pair() ? 0x101u : 1u)
-                            : TriangleId::from_rotation(group.rotation0()) |
-                                  (group.is_pair() ? TriangleId::from_rotation(group.rotation1()) << 8 : 0u)};
-    Box whole = empty_box();
-    if (group.is_custom())
-      write_custom(place, geometry, info, whole);
-    else
-      write_triangles(place, leaf_corners(geometry, first, group), info, whole);
+    const Box whole = LeafWriter<Layout>{geometries, leaves}.write(at, leaf, last);
     grow(box, parts != nullptr ? parts[number].box : whole);
-    if (leaf_boxes != nullptr) leaf_boxes[place] = parts[number].box;
-    if (map == nullptr) return group.is_custom();
-    put(map[leaf.primitive], 2 * place);
-    if (group.is_pair()) put(map[leaf.primitive + group.distance()], 2 * place + 1);
-    return group.is_custom();
+    if (leaf_boxes != nullptr) leaf_boxes[at] = parts[number].box;
+    if (map == nullptr) return leaf.contents.is_custom();
+    put(map[leaf.primitive], 2 * at);
+    if (leaf.contents.is_pair()) put(map[leaf.primitive + leaf.contents.distance()], 2 * at + 1);
+    return leaf.contents.is_custom();
   }
-  /// Of a primitive's leaves the first.
-  HIPRT_HD HIPRT_INLINE void put(std::uint32_t& entry, std::uint32_t place) const {
+  /// Keeps the first of a primitive's leaves.
+  HIPRT_HD HIPRT_INLINE void put(std::uint32_t& entry, std::uint32_t at) const {
     if (parts != nullptr)
-      lower(&entry, place);
+      lower(&entry, at);
     else
-      entry = place;
-  }
-  HIPRT_HD void write_triangles(std::uint32_t place, const LeafCorners& corners, const LeafInfo& info, Box& box) const {
-    Leaf record{};
-    for (unsigned v = 0; v < 4; ++v) {
-      grow(box, corners.v[v]);
-      for (unsigned axis = 0; axis < 3; ++axis) Layout::set_coordinate(record, v, axis, corners.v[v].x[axis]);
-    }
-    record.info = info;
-    leaves[place] = record;
-  }
-  HIPRT_HD void write_custom(std::uint32_t place, const GeometryView& customs, const LeafInfo& info, Box& box) const {
-    const Box first = customs.boxes[info.primitive[0]];
-    const Box second = info.primitive[1] == kInvalidId ? empty_box() : customs.boxes[info.primitive[1]];
-    static_assert(sizeof(Leaf) == sizeof(CustomLeaf));
-    *reinterpret_cast<CustomLeaf*>(leaves + place) = CustomLeaf{{first, second}, info};
-    grow(box, first);
-    if (info.primitive[1] != kInvalidId) grow(box, second);
+      entry = at;
   }
 };
 

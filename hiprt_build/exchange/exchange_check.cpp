@@ -3,7 +3,7 @@
 #include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/format/bit_set.h>
 #include <hiprt_build/input/check_input.h>
-#include <hiprt_build/tree/box.h>
+#include <hiprt_build/input/leaf.h>
 
 #include <cmath>
 #include <cstdio>
@@ -48,28 +48,39 @@ std::string outside_text(const Box& inner, const Box& outer) {
 /// How much larger a leaf's box would have to be to hold a primitive. NaN where areas overflow.
 float growth(const Box& leaf, const Box& primitive) { return half_area(unite(leaf, primitive)) - half_area(leaf); }
 
-Fate fate_of(const PrimitiveSoup& soup, PrimitivePlace place) {
-  return soup.is_custom(place.geometry) ? box_fate(soup.box(place.geometry, place.primitive))
-                                        : triangle_fate(soup.meshes[place.geometry], place.primitive);
+/// A primitive by its geometry and its number there.
+struct LocalPrimitive {
+  std::uint32_t geometry, primitive;
+};
+
+LocalPrimitive locate(const BuildInput& input, std::uint32_t primitive) {
+  const std::uint32_t geometry = input.table().find(primitive);
+  return {geometry, primitive - input.geometries[geometry].first};
 }
 
-Box bounds_of(const PrimitiveSoup& soup, PrimitivePlace place) {
-  const std::uint32_t kind = soup.is_custom(place.geometry) ? PrimitiveGroup::kCustom : 0;
-  const PrimitiveGroup alone{{place.primitive, kInvalidId}, place.geometry & kGeometryMask, kind & 3u, 0};
-  return to_box(alone.bounds(soup));
+DropReason drop_reason_of(const BuildInput& input, LocalPrimitive at) {
+  const GeometryView& geometry = input.geometries[at.geometry];
+  if (geometry.is_custom()) return drop_reason(geometry.boxes[at.primitive]);
+  TriangleCorners corners;
+  return load_triangle(geometry, at.primitive, corners);
+}
+
+Box bounds_of(const BuildInput& input, std::uint32_t geometry, std::uint32_t primitive) {
+  const LeafContents alone = LeafContents::make(0, input.is_custom(geometry) ? LeafContents::kCustom : 0, 0);
+  return to_box(leaf_simd_box(input.table(), {primitive, alone}));
 }
 
 class TreeCheck {
  public:
-  TreeCheck(CpuEngine& engine, const ExchangeBvh& tree, const PrimitiveSoup& soup)
+  TreeCheck(CpuEngine& engine, const ExchangeBvh& tree, const BuildInput& input)
       : engine_(engine),
         tree_(tree),
-        soup_(soup),
+        input_(input),
         reached_(tree.nodes.size()),
         used_(tree.primitives.size()),
-        several_(soup.size()) {
+        several_(input.primitive_count()) {
     result_.order = engine.allocate<std::uint32_t>(tree.nodes.size());
-    result_.home = engine.allocate<std::uint32_t>(soup.size());
+    result_.home = engine.allocate<std::uint32_t>(input.primitive_count());
     engine.fill(result_.home.span(), kInvalidId);
   }
 
@@ -153,9 +164,9 @@ class TreeCheck {
     };
     if (used_.insert(entry)) return wrong_entry(" is in another leaf, too");
     const std::uint32_t primitive = tree_.primitives[entry];
-    if (primitive >= soup_.size())
+    if (primitive >= input_.primitive_count())
       return wrong_entry(": primitive " + std::to_string(primitive) + ", but there are " +
-                         std::to_string(soup_.size()));
+                         std::to_string(input_.primitive_count()));
     std::uint32_t& home = result_.home[primitive];
     if (home == node) return wrong_entry(": primitive " + std::to_string(primitive) + " is in this leaf twice");
     if (home != kInvalidId) several_.insert(primitive);
@@ -183,20 +194,21 @@ class TreeCheck {
   }
 
   Result<void> check_primitive(std::uint32_t node, std::uint32_t primitive) {
-    const PrimitivePlace at = soup_.locate(primitive);
-    if (fate_of(soup_, at) != kKept) {
+    const LocalPrimitive at = locate(input_, primitive);
+    if (drop_reason_of(input_, at) != kKept) {
       result_.home[primitive] = kInvalidId;
       return {};
     }
     const Box& leaf = tree_.nodes[node].box;
-    const Box bounds = bounds_of(soup_, at);
+    const Box bounds = bounds_of(input_, at.geometry, primitive);
     if (several_.test(primitive)) {
-      soup_.is_custom(at.geometry) ? choose_leaf(primitive, node, bounds) : result_.shares.push_back({primitive, node});
+      input_.is_custom(at.geometry) ? choose_leaf(primitive, node, bounds)
+                                    : result_.shared.push_back({primitive, node});
       return {};
     }
     const std::string text = outside_text(bounds, leaf);
     if (text.empty()) return {};
-    return wrong(place(soup_, at.geometry, at.primitive) + "leaves the box of " + node_text(node) +
+    return wrong(describe(input_, at.geometry, at.primitive) + "leaves the box of " + node_text(node) +
                  ", the only leaf that it is in: " + text);
   }
 
@@ -209,13 +221,14 @@ class TreeCheck {
 
   /// Homes of the triangles in several leaves.
   void find_shared_homes() {
-    std::sort(result_.shares.begin(), result_.shares.end());
-    std::vector<std::span<const Share>> lists;
-    for (std::size_t i = 0; i < result_.shares.size(); i += lists.back().size())
-      lists.push_back(result_.shares_of(result_.shares[i].primitive));
-    const auto less = [](std::span<const Share> a, std::span<const Share> b) {
-      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(),
-                                          [](const Share& x, const Share& y) { return x.leaf < y.leaf; });
+    std::sort(result_.shared.begin(), result_.shared.end());
+    std::vector<std::span<const SharedTriangle>> lists;
+    for (std::size_t i = 0; i < result_.shared.size(); i += lists.back().size())
+      lists.push_back(result_.leaves_of(result_.shared[i].primitive));
+    const auto less = [](std::span<const SharedTriangle> a, std::span<const SharedTriangle> b) {
+      return std::lexicographical_compare(
+          a.begin(), a.end(), b.begin(), b.end(),
+          [](const SharedTriangle& x, const SharedTriangle& y) { return x.leaf < y.leaf; });
     };
     std::stable_sort(lists.begin(), lists.end(), less);
     std::uint32_t first = 0;
@@ -226,12 +239,12 @@ class TreeCheck {
   }
 
   Result<void> check_all_held() {
-    for (std::uint64_t primitive = 0; primitive < soup_.size(); ++primitive) {
+    for (std::uint32_t primitive = 0; primitive < input_.primitive_count(); ++primitive) {
       if (result_.home[primitive] != kInvalidId) continue;
-      const PrimitivePlace at = soup_.locate(primitive);
-      if (fate_of(soup_, at) == kKept)
-        return wrong(place(soup_, at.geometry, at.primitive) + "in no leaf (primitive " + std::to_string(primitive) +
-                     " of all)");
+      const LocalPrimitive at = locate(input_, primitive);
+      if (drop_reason_of(input_, at) == kKept)
+        return wrong(describe(input_, at.geometry, at.primitive) + "in no leaf (primitive " +
+                     std::to_string(primitive) + " of all)");
     }
     return {};
   }
@@ -242,7 +255,7 @@ class TreeCheck {
 
   CpuEngine& engine_;
   const ExchangeBvh& tree_;
-  const PrimitiveSoup& soup_;
+  const BuildInput& input_;
   BitSet reached_, used_, several_;
   std::uint64_t ticks_ = 0;
   CheckedTree result_;
@@ -250,22 +263,22 @@ class TreeCheck {
 
 }  // namespace
 
-Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const PrimitiveSoup& soup) {
+Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const BuildInput& input) {
   const auto too_large = [](std::size_t count, const char* what, std::uint64_t limit) {
     return tl::unexpected(Error{ErrorCode::kTooLarge, "the tree has " + std::to_string(count) + what +
                                                           ", the limit is " + std::to_string(limit - 1)});
   };
   if (tree.nodes.size() >= kMaxNodes) return too_large(tree.nodes.size(), " nodes", kMaxNodes);
   if (tree.primitives.size() >= kMaxEntries) return too_large(tree.primitives.size(), " entries", kMaxEntries);
-  return TreeCheck(engine, tree, soup).run();
+  return TreeCheck(engine, tree, input).run();
 }
 
 Result<void> validate(const ExchangeBvh& tree, const SceneInput& scene) {
   if (auto sizes = check_sizes(scene); !sizes) return sizes;
   return run_cpu("check", scene.meshes.size() + scene.customs.size(), 0, {}, [&](CpuEngine& engine) -> Result<void> {
-    const PrimitiveSoup soup(scene);
-    if (auto indices = check_indices(engine, soup); !indices) return indices;
-    if (auto checked = check_tree(engine, tree, soup); !checked) return tl::unexpected(checked.error());
+    const BuildInput input(scene);
+    if (auto indices = check_indices(engine, input); !indices) return indices;
+    if (auto checked = check_tree(engine, tree, input); !checked) return tl::unexpected(checked.error());
     return {};
   });
 }

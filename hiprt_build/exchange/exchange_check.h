@@ -4,7 +4,7 @@
 #include <hiprt_build/error.h>
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exec/cpu.h>
-#include <hiprt_build/input/geometry.h>
+#include <hiprt_build/input/build_input.h>
 
 #include <algorithm>
 #include <span>
@@ -13,10 +13,10 @@
 namespace hiprt::build {
 
 /// A triangle that is in several leaves, and one of those.
-struct Share {
+struct SharedTriangle {
   std::uint32_t primitive, leaf;
 
-  friend bool operator<(const Share& a, const Share& b) {
+  friend bool operator<(const SharedTriangle& a, const SharedTriangle& b) {
     return a.primitive != b.primitive ? a.primitive < b.primitive : a.leaf < b.leaf;
   }
 };
@@ -30,17 +30,17 @@ struct CheckedTree {
   /// for dropped ones. Of a custom primitive in several leaves the one whose box it enlarges least, then the lower
   /// node: what is in a part of its box nobody knows.
   ScratchArray<std::uint32_t> home;
-  std::vector<Share> shares;  ///< Sorted.
+  std::vector<SharedTriangle> shared;  ///< Sorted.
 
-  std::span<const Share> shares_of(std::uint32_t primitive) const {
-    const auto begin = std::lower_bound(shares.begin(), shares.end(), Share{primitive, 0});
-    const auto end = std::lower_bound(begin, shares.end(), Share{primitive + 1, 0});
+  std::span<const SharedTriangle> leaves_of(std::uint32_t primitive) const {
+    const auto begin = std::lower_bound(shared.begin(), shared.end(), SharedTriangle{primitive, 0});
+    const auto end = std::lower_bound(begin, shared.end(), SharedTriangle{primitive + 1, 0});
     return {begin, end};
   }
 };
 
 /// @pre check_sizes() and check_indices() accepted the scene.
 /// @return the errors of validate(const ExchangeBvh&, const SceneInput&).
-Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const PrimitiveSoup& soup);
+Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const BuildInput& input);
 
 }  // namespace hiprt::build

@@ -24,7 +24,7 @@ struct NodeBoxes {
 };
 
 /// References and the imported leaves that they are of.
-struct Placed {
+struct AssignedReferences {
   ScratchArray<Reference> references;
   ScratchArray<std::uint32_t> leaf;
   std::size_t count = 0;  ///< The first so many.
@@ -36,30 +36,28 @@ struct Placed {
 };
 
 /// Groups whole, or in parts where several leaves share them.
-Placed place(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked, const PrimitiveSoup& soup,
-             std::span<const PrimitiveGroup> groups, std::span<const Reference> whole) {
-  // Every group that is shared has shares of its own.
-  const std::size_t most = whole.size() + checked.shares.size();
-  Placed placed;
-  placed.references = engine.allocate<Reference>(most);
-  placed.leaf = engine.allocate<std::uint32_t>(most);
-  GroupCutter<NodeBoxes> cutter(soup, NodeBoxes{tree.nodes});
+AssignedReferences assign(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
+                          const GeometryTable& geometries, std::span<const Reference> whole) {
+  // A leaf that several imported leaves share has an entry in checked.shared for each of them.
+  const std::size_t most = whole.size() + checked.shared.size();
+  AssignedReferences assigned;
+  assigned.references = engine.allocate<Reference>(most);
+  assigned.leaf = engine.allocate<std::uint32_t>(most);
+  TriangleSplitter<NodeBoxes> splitter(geometries, NodeBoxes{tree.nodes});
   std::vector<std::uint32_t> leaves;
   for (std::size_t i = 0; i < whole.size(); ++i) {
     if (i % CpuEngine::kChunk == 0) engine.monitor().add(CpuEngine::kChunk);
-    const PrimitiveGroup& group = groups[i];
-    const std::uint32_t home = checked.home[soup.first[group.geometry] + group.primitive[0]];
+    const std::uint32_t home = checked.home[whole[i].primitive];
     if ((home & CheckedTree::kShared) == 0) {
-      placed.add(whole[i], home);
+      assigned.add(whole[i], home);
       continue;
     }
     leaves.clear();
-    for (const Share& share : checked.shares_of(home & ~CheckedTree::kShared)) leaves.push_back(share.leaf);
-    cutter(group, whole[i].as_box(), leaves, [&](const Box& part, std::uint32_t leaf) {
-      placed.add(make_reference(to_aabb(part), static_cast<std::uint32_t>(i)), leaf);
-    });
+    for (const SharedTriangle& shared : checked.leaves_of(home & ~CheckedTree::kShared)) leaves.push_back(shared.leaf);
+    splitter(whole[i], leaves,
+             [&](const Box& part, std::uint32_t leaf) { assigned.add(part_of(whole[i], part), leaf); });
   }
-  return placed;
+  return assigned;
 }
 
 /// References in the order of the imported nodes that hold them.
@@ -70,15 +68,15 @@ struct Sorted {
   std::uint32_t count(std::size_t node) const { return first[node + 1] - first[node]; }
 };
 
-Sorted sort_by_leaf(CpuEngine& engine, std::size_t nodes, const Placed& placed) {
+Sorted sort_by_leaf(CpuEngine& engine, std::size_t nodes, const AssignedReferences& assigned) {
   Sorted sorted;
-  sorted.references = engine.allocate<Reference>(placed.count);
+  sorted.references = engine.allocate<Reference>(assigned.count);
   sorted.first = engine.allocate<std::uint32_t>(nodes + 1);
   engine.fill(sorted.first.span(), 0u);
-  for (std::size_t i = 0; i < placed.count; ++i) ++sorted.first[placed.leaf[i]];
+  for (std::size_t i = 0; i < assigned.count; ++i) ++sorted.first[assigned.leaf[i]];
   engine.exclusive_scan(sorted.first.span());
-  for (std::size_t i = 0; i < placed.count; ++i)
-    sorted.references[sorted.first[placed.leaf[i]]++] = placed.references[i];
+  for (std::size_t i = 0; i < assigned.count; ++i)
+    sorted.references[sorted.first[assigned.leaf[i]]++] = assigned.references[i];
   // Every node's place is now where the next one's was.
   std::copy_backward(sorted.first.data(), sorted.first.data() + nodes, sorted.first.data() + nodes + 1);
   sorted.first[0] = 0;
@@ -92,7 +90,7 @@ struct BuildLeafStep {
   CpuEngine& engine;
   std::span<Reference> references, spare;
   std::span<const std::uint32_t> first;
-  std::span<BinaryNode> parts;  ///< Two per reference.
+  std::span<DepthFirstNode> parts;  ///< Two per reference.
   std::span<LinkedNode> nodes;
   std::span<std::uint32_t> counts;
   std::span<Cluster> clusters;
@@ -105,7 +103,7 @@ struct BuildLeafStep {
     build_sah(engine, references.subspan(begin, count), spare.empty() ? spare : spare.subspan(begin, count), part);
     const LinkNodeStep link{part, begin, nodes, counts};
     for (std::size_t node = 0; node < part.size(); ++node) link(node);
-    clusters[i] = Cluster{to_box(part[0].box()), link.ref(0), begin};
+    clusters[i] = Cluster{part[0].box, link.ref(0), begin};
   }
 };
 
@@ -145,14 +143,12 @@ Cluster join_nodes(CpuEngine& engine, const ExchangeBvh& tree, std::span<const s
 
 }  // namespace
 
-BinaryTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
-                          const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
-                          ScratchArray<Reference> references) {
+DepthFirstTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
+                              const GeometryTable& geometries, ScratchArray<Reference> references) {
   const std::size_t imported = tree.nodes.size();
-  if (references.size() == 0) return BinaryTree{};
+  if (references.size() == 0) return DepthFirstTree{};
   engine.monitor().start("split", 0.5, imported + 2 * references.size());
-  Sorted sorted =
-      sort_by_leaf(engine, imported, place(engine, tree, checked, soup, grouped.groups.span(), references.span()));
+  Sorted sorted = sort_by_leaf(engine, imported, assign(engine, tree, checked, geometries, references.span()));
   references.release();
   const std::size_t count = sorted.references.size();
   std::size_t largest = 0;
@@ -161,7 +157,7 @@ BinaryTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const Chec
   auto counts = engine.allocate<std::uint32_t>(count);
   auto clusters = engine.allocate<Cluster>(imported);
   {
-    auto parts = engine.allocate<BinaryNode>(2 * count);
+    auto parts = engine.allocate<DepthFirstNode>(2 * count);
     auto spare = engine.allocate<Reference>(largest >= kParallelSize ? count : 0);
     engine.for_each(imported, BuildLeafStep{engine, sorted.references.span(), spare.span(), sorted.first.span(),
                                             parts.span(), nodes.span(), counts.span(), clusters.span()});

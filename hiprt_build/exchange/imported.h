@@ -4,18 +4,15 @@
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exchange/exchange_check.h>
 #include <hiprt_build/exec/cpu.h>
-#include <hiprt_build/pair/pair.h>
 #include <hiprt_build/tree/binary_tree.h>
 
 namespace hiprt::build {
 
-/// Builds a binary tree with one reference per leaf; a group may have several. The result does not depend on the number
-/// of threads.
+/// Builds a binary tree with one reference per leaf; the primitives of one may have several. The result does not depend
+/// on the number of threads.
 /// @param checked what check_tree() says of @p tree.
-/// @param grouped within the homes.
-/// @param references reference i is of group i.
-BinaryTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
-                          const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
-                          ScratchArray<Reference> references);
+/// @param references one per leaf, whose primitives have the same home.
+DepthFirstTree build_imported(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
+                              const GeometryTable& geometries, ScratchArray<Reference> references);
 
 }  // namespace hiprt::build

@@ -52,10 +52,10 @@ class Event {
 };
 
 /// Device time of what a stream does between start() and stop().
-class Stopwatch {
+class StreamTimer {
  public:
-  static Result<Stopwatch> make() {
-    Stopwatch watch;
+  static Result<StreamTimer> make() {
+    StreamTimer watch;
     for (Event* event : {&watch.start_, &watch.stop_}) {
       auto made = Event::make();
       if (!made) return tl::unexpected(std::move(made.error()));
@@ -74,7 +74,7 @@ class Stopwatch {
   }
 
  private:
-  Stopwatch() = default;
+  StreamTimer() = default;
 
   Event start_, stop_;
 };

@@ -3,7 +3,7 @@
 /// objects stay where they are.
 ///
 ///     auto sizes = hiprt::gpu::instance_sizes(objects_in(*view), 10000);
-///     auto scene = hiprt::gpu::upload_scene(*view, stream, allocator, sizes->output);  // With room before it.
+///     auto scene = hiprt::gpu::upload_scene(*view, stream, allocator, sizes->output);  // With capacity before it.
 ///     auto objects = hiprt::gpu::objects_of(*scene, *view);
 ///     auto report = hiprt::gpu::enqueue_instances(objects, {instances, 10000}, {}, scene->buffer.data(), scratch,
 ///     stream); trace<<<...>>>(&(*report)->view, ...);
@@ -84,7 +84,8 @@ Result<BuildSizes> instance_sizes(const SceneObjects& objects, std::uint32_t ins
 
 /// Starts a build on the stream and returns: no allocation, no wait, no copy from or to the host; it can be captured in
 /// a graph. Records and boxes are those of build::build_instances(), bit by bit.
-/// @param output sizes.output bytes before objects.base in the same allocation (DeviceScene's room), aligned to 256.
+/// @param output sizes.output bytes before objects.base in the same allocation (DeviceScene's capacity), aligned to
+/// 256.
 ///        Several scenes can lie there: one is traced while the next is made.
 /// @param scratch sizes.scratch bytes on the device, aligned to 256.
 /// @return where the report will be, in @p output; or the errors of instance_sizes() and of launches.

@@ -10,23 +10,24 @@ namespace hiprt::gpu {
 /// The file's bytes on the device, and the view of them that kernels take by value.
 struct DeviceScene {
   DeviceBuffer buffer;
-  SceneView view;  ///< Points into buffer; valid as long as it. Its base is behind the room that was asked for.
+  SceneView view;  ///< Points into buffer; valid as long as it. Its base is behind the capacity that was asked for.
 };
 
 /// Copies an opened file to the device, in one piece.
 /// @param view of open_buffer() or validate(): its bytes must live until the stream has passed the copy.
-/// @param room bytes before the file in the same buffer, for trees over its objects (instances.h).
-/// @return the errors of DeviceBuffer, or kInvalidInput if the room is no multiple of 256.
+/// @param capacity bytes before the file in the same buffer, for trees over its objects (instances.h).
+/// @return the errors of DeviceBuffer, or kInvalidInput if the capacity is no multiple of 256.
 inline Result<DeviceScene> upload_scene(const BufferView& view, hipStream_t stream, Allocator& allocator,
-                                        std::uint64_t room = 0) {
+                                        std::uint64_t capacity = 0) {
   static_assert(kDeviceAlignment % kBufferAlignment == 0);
-  if (room % kBufferAlignment != 0)
-    return fail(ErrorCode::kInvalidInput, "upload_scene: room of ", room, " bytes, which is no multiple of ",
+  if (capacity % kBufferAlignment != 0)
+    return fail(ErrorCode::kInvalidInput, "upload_scene: capacity of ", capacity, " bytes, which is no multiple of ",
                 kBufferAlignment);
-  auto buffer = DeviceBuffer::make(room + view.bytes.size(), stream, allocator, kBufferAlignment);
+  auto buffer = DeviceBuffer::make(capacity + view.bytes.size(), stream, allocator, kBufferAlignment);
   if (!buffer) return tl::unexpected(std::move(buffer.error()));
-  if (auto copied = buffer->upload(view.bytes, stream, room); !copied) return tl::unexpected(std::move(copied.error()));
-  const std::byte* base = buffer->data() + room;
+  if (auto copied = buffer->upload(view.bytes, stream, capacity); !copied)
+    return tl::unexpected(std::move(copied.error()));
+  const std::byte* base = buffer->data() + capacity;
   return DeviceScene{std::move(*buffer), make_scene_view(view, base)};
 }
 

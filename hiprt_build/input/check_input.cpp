@@ -40,45 +40,46 @@ Result<void> check_sizes(const SceneInput& scene) {
   return {};
 }
 
-std::string place(const PrimitiveSoup& soup, std::size_t geometry) {
-  const bool custom = soup.is_custom(geometry);
-  const std::size_t index = custom ? geometry - soup.meshes.size() : geometry;
-  const std::string_view name = custom ? soup.customs[index].name : soup.meshes[index].name;
+std::string describe(const BuildInput& input, std::size_t geometry) {
+  const bool custom = input.is_custom(geometry);
+  const std::size_t index = custom ? geometry - input.meshes.size() : geometry;
+  const std::string_view name = custom ? input.customs[index].name : input.meshes[index].name;
   return (custom ? "custom geometry " : "mesh ") + std::to_string(index) +
          (name.empty() ? "" : " (" + std::string(name) + ")");
 }
 
-std::string place(const PrimitiveSoup& soup, std::size_t geometry, std::size_t primitive) {
-  return place(soup, geometry) + (soup.is_custom(geometry) ? ", primitive " : ", triangle ") +
+std::string describe(const BuildInput& input, std::size_t geometry, std::size_t primitive) {
+  return describe(input, geometry) + (input.is_custom(geometry) ? ", primitive " : ", triangle ") +
          std::to_string(primitive) + ": ";
 }
 
-Result<void> check_indices(CpuEngine& engine, const PrimitiveSoup& soup) {
-  for (std::size_t m = 0; m < soup.meshes.size(); ++m) {
-    const TriangleMesh& mesh = soup.meshes[m];
+Result<void> check_indices(CpuEngine& engine, const BuildInput& input) {
+  for (std::size_t m = 0; m < input.meshes.size(); ++m) {
+    const TriangleMesh& mesh = input.meshes[m];
     const std::size_t i = engine.find_first(mesh.triangles.size(), [&](std::size_t t) {
       const Triangle& indices = mesh.triangles[t];
       return std::max({indices[0], indices[1], indices[2]}) >= mesh.positions.size();
     });
     if (i == mesh.triangles.size()) continue;
     const Triangle& t = mesh.triangles[i];
-    return tl::unexpected(invalid(place(soup, m, i) + "index " + std::to_string(*std::max_element(t.begin(), t.end())) +
-                                  ", but there are " + std::to_string(mesh.positions.size()) + " vertices"));
+    return tl::unexpected(invalid(describe(input, m, i) + "index " +
+                                  std::to_string(*std::max_element(t.begin(), t.end())) + ", but there are " +
+                                  std::to_string(mesh.positions.size()) + " vertices"));
   }
   return {};
 }
 
-Result<void> check_quantizable(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped) {
-  const std::size_t i = engine.find_first(grouped.count, [&](std::size_t g) {
-    const Aabb box = grouped.groups[g].bounds(soup);
+Result<void> check_quantizable(CpuEngine& engine, const BuildInput& input, const PairedPrimitives& paired) {
+  const std::size_t i = engine.find_first(paired.count, [&](std::size_t k) {
+    const SimdBox box = leaf_simd_box(input.table(), paired.leaves[k]);
     bool good = true;
     for (int axis = 0; axis < 3; ++axis)
       good = good && box.min[axis] > -kQuantizedLimit && box.max[axis] < kQuantizedLimit;
     return !good;
   });
-  if (i == grouped.count) return {};
-  const PrimitiveGroup& group = grouped.groups[i];
-  return tl::unexpected(invalid(place(soup, group.geometry, group.primitive[0]) +
+  if (i == paired.count) return {};
+  const std::uint32_t primitive = paired.leaves[i].primitive, geometry = input.table().find(primitive);
+  return tl::unexpected(invalid(describe(input, geometry, primitive - input.geometries[geometry].first) +
                                 "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; "
                                 "float, planes and half can"));
 }

@@ -51,13 +51,13 @@ bool holds(const Box& box, const Box& shape) {
 
 }  // namespace
 
-Result<void> check_shapes(CpuEngine& engine, const PrimitiveSoup& soup) {
-  for (std::size_t c = 0; c < soup.customs.size(); ++c) {
-    const CustomGeometry& custom = soup.customs[c];
+Result<void> check_shapes(CpuEngine& engine, const BuildInput& input) {
+  for (std::size_t c = 0; c < input.customs.size(); ++c) {
+    const CustomGeometry& custom = input.customs[c];
     const Shapes& shapes = custom.shapes;
     if (shapes.kind == ShapeKind::kNone && shapes.points.empty() && shapes.segments.empty()) continue;
-    const std::size_t geometry = soup.meshes.size() + c;
-    const std::string here = place(soup, geometry) + ": ";
+    const std::size_t geometry = input.meshes.size() + c;
+    const std::string here = describe(input, geometry) + ": ";
     if (shapes.kind != ShapeKind::kSpheres && shapes.kind != ShapeKind::kCurves)
       return tl::unexpected(
           invalid(here + "shapes of kind " + std::to_string(static_cast<std::uint32_t>(shapes.kind))));
@@ -68,7 +68,7 @@ Result<void> check_shapes(CpuEngine& engine, const PrimitiveSoup& soup) {
     const std::size_t outside =
         engine.find_first(shapes.size(), [&](std::size_t i) { return !holds(custom.boxes[i], shapes.bounds(i)); });
     if (outside != shapes.size())
-      return tl::unexpected(invalid(place(soup, geometry, outside) + "its shape is not inside its box"));
+      return tl::unexpected(invalid(describe(input, geometry, outside) + "its shape is not inside its box"));
   }
   return {};
 }

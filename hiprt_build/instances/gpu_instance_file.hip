@@ -2,7 +2,7 @@
 #include <hiprt_build/gpu/instances.h>
 
 #include <hiprt_build/format/checksum.h>
-#include <hiprt_build/instances/gpu_instance_places.h>
+#include <hiprt_build/instances/gpu_instance_layout.h>
 #include <hiprt_build/instances/instance_fault.h>
 
 #include <algorithm>
@@ -12,27 +12,21 @@
 namespace hiprt::gpu {
 namespace {
 
-/// Kinds and places of the sections of a file without gaps.
-struct FileSections {
-  static constexpr unsigned kCount = 7;
-  SectionEntry entries[kCount];
-  std::uint64_t size;
+/// Sections of a scene's file besides those of its tree. They take the place of the provenance.
+constexpr std::uint32_t kInstancesAt = kProvenanceAt, kObjectsAt = kInstancesAt + 1, kObjectFilesAt = kObjectsAt + 1,
+                        kSceneSections = kObjectFilesAt + 1;
 
-  FileSections(const InstanceReport& report, std::uint64_t objects, std::uint64_t object_bytes) {
-    const FilePlaces tree(report.view.layout, report.nodes, report.leaves, report.instances, 1);
-    std::copy_n(tree.sections, 4, entries);
-    size = tree.sections[3].offset + sizeof(GeometryRecord);
-    add(4, SectionKind::kInstances, kSectionAlignment, report.instances, sizeof(InstanceRecord));
-    add(5, SectionKind::kObjects, kSectionAlignment, objects, sizeof(ObjectRecord));
-    add(6, SectionKind::kObjectFiles, kBufferAlignment, object_bytes, 1);
-  }
-
- private:
-  void add(unsigned i, SectionKind kind, std::uint64_t alignment, std::uint64_t count, std::uint64_t stride) {
-    entries[i] = {static_cast<std::uint32_t>(kind), kSectionRequired, align(size, alignment), count, stride};
-    size = entries[i].offset + count * stride;
-  }
-};
+/// The file without gaps.
+FileLayout scene_layout(const InstanceReport& report, std::uint64_t objects, std::uint64_t object_bytes) {
+  const FileLayout tree = tree_layout(report.view.layout, {report.nodes, report.leaves, report.instances, 1},
+                                      kSceneSections - kTreeSections);
+  FileLayout file(kSceneSections);
+  for (std::uint32_t i = 0; i < kProvenanceAt; ++i) file.keep(tree[i], tree[i].offset + tree[i].count * tree[i].stride);
+  file.add(SectionKind::kInstances, report.instances, sizeof(InstanceRecord));
+  file.add(SectionKind::kObjects, objects, sizeof(ObjectRecord));
+  file.add(SectionKind::kObjectFiles, object_bytes, 1, kSectionRequired, kBufferAlignment);
+  return file;
+}
 
 /// Copies to the host, one after the other.
 class Downloader {
@@ -55,14 +49,14 @@ class Downloader {
 };
 
 /// A reference to what has moved.
-NodeRef moved(NodeRef ref, const FilePlaces& from, const FileSections& to) {
+NodeRef moved(NodeRef ref, const FileLayout& from, const FileLayout& to) {
   if (ref == kInvalidRef) return ref;
   const std::uint64_t at = ref_offset(ref);
-  const unsigned section = at >= from.sections[1].offset ? 1 : 0;
-  return make_ref(at - from.sections[section].offset + to.entries[section].offset, ref_type(ref));
+  const unsigned section = at >= from[kLeavesAt].offset ? kLeavesAt : kNodesAt;
+  return make_ref(at - from[section].offset + to[section].offset, ref_type(ref));
 }
 
-void write_header(std::byte* bytes, const InstanceReport& report, const FilePlaces& from, const FileSections& to) {
+void write_header(std::byte* bytes, const InstanceReport& report, const FileLayout& from, const FileLayout& to) {
   const SceneView& view = report.view;
   FileHeader header{};
   std::memcpy(header.magic, kMagic, sizeof(kMagic));
@@ -70,8 +64,8 @@ void write_header(std::byte* bytes, const InstanceReport& report, const FilePlac
   header.version_minor = kVersionMinor;
   header.layout = static_cast<std::uint32_t>(view.layout);
   header.features = view.features;
-  header.byte_size = to.size;
-  header.section_count = FileSections::kCount;
+  header.byte_size = to.byte_size();
+  header.section_count = to.count();
   header.root = moved(view.root, from, to);
   header.stack_bound = view.stack_bound;
   header.geometry_count = 1;
@@ -83,10 +77,10 @@ void write_header(std::byte* bytes, const InstanceReport& report, const FilePlac
   header.shutter_begin = view.shutter_begin;
   header.shutter_rate = view.shutter_rate;
   std::memcpy(bytes, &header, sizeof(header));
-  std::memcpy(bytes + sizeof(header), to.entries, sizeof(to.entries));
+  std::memcpy(bytes + sizeof(header), to.begin(), to.count() * sizeof(SectionEntry));
 }
 
-void move_children(std::byte* nodes, const InstanceReport& report, const FilePlaces& from, const FileSections& to) {
+void move_children(std::byte* nodes, const InstanceReport& report, const FileLayout& from, const FileLayout& to) {
   dispatch_layout(report.view.layout, [&](auto layout) {
     auto* records = reinterpret_cast<typename decltype(layout)::Node*>(nodes);
     for (std::uint32_t i = 0; i < report.nodes; ++i)
@@ -144,25 +138,24 @@ Result<build::Buffer> download_file(const InstanceReport& report, const SceneObj
     const std::vector<ObjectRecord> there = records;
     std::uint64_t object_bytes = 0;
     for (ObjectRecord& record : records) {
-      record.offset = align(object_bytes, kBufferAlignment);
+      record.offset = align_up(object_bytes, kBufferAlignment);
       object_bytes = record.offset + record.size;
     }
-    const FileSections sections(report, objects.count, object_bytes);
-    const FilePlaces from = tree_places(report.view.layout, report.instances);
-    build::Buffer buffer(static_cast<std::size_t>(sections.size));
+    const FileLayout file = scene_layout(report, objects.count, object_bytes);
+    const FileLayout from = output_tree_layout(report.view.layout, report.instances);
+    build::Buffer buffer(static_cast<std::size_t>(file.byte_size()));
     std::byte* bytes = buffer.bytes().data();
-    for (unsigned i = 0; i < 4; ++i)
-      device.copy(bytes + sections.entries[i].offset, report.view.base + from.sections[i].offset,
-                  sections.entries[i].count * sections.entries[i].stride);
-    device.copy(bytes + sections.entries[4].offset, report.view.instances, report.instances * sizeof(InstanceRecord));
+    for (unsigned i = 0; i < kProvenanceAt; ++i)
+      device.copy(bytes + file[i].offset, report.view.base + from[i].offset, file[i].count * file[i].stride);
+    device.copy(bytes + file[kInstancesAt].offset, report.view.instances, report.instances * sizeof(InstanceRecord));
     for (std::size_t i = 0; i < records.size(); ++i) {
-      records[i].offset += sections.entries[6].offset;
+      records[i].offset += file[kObjectFilesAt].offset;
       device.copy(bytes + records[i].offset, objects.base + there[i].offset, records[i].size);
     }
     if (auto done = device.wait(); !done) return tl::unexpected(std::move(done.error()));
-    std::memcpy(bytes + sections.entries[5].offset, records.data(), records.size() * sizeof(ObjectRecord));
-    move_children(bytes + sections.entries[0].offset, report, from, sections);
-    write_header(bytes, report, from, sections);
+    std::memcpy(bytes + file[kObjectsAt].offset, records.data(), records.size() * sizeof(ObjectRecord));
+    move_children(bytes + file[kNodesAt].offset, report, from, file);
+    write_header(bytes, report, from, file);
     reinterpret_cast<FileHeader*>(bytes)->checksum = file_checksum(std::as_const(buffer).bytes());
     return buffer;
   } catch (const std::bad_alloc&) {

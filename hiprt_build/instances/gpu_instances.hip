@@ -1,9 +1,10 @@
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/instances.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/instances/gpu_instance_kernels.h>
-#include <hiprt_build/instances/gpu_instance_places.h>
+#include <hiprt_build/instances/gpu_instance_layout.h>
 
 #include <algorithm>
 
@@ -19,10 +20,10 @@ struct InstanceScratch {
   Box* boxes;
   std::byte* tree;
 
-  InstanceScratch(Pieces& pieces, std::uint32_t instances, std::uint64_t tree_bytes)
-      : needs(pieces.take<SharedNeeds>(1)),
-        boxes(pieces.take<Box>(std::max(1u, instances))),
-        tree(pieces.take<std::byte>(tree_bytes)) {}
+  InstanceScratch(Arena& arena, std::uint32_t instances, std::uint64_t tree_bytes)
+      : needs(arena.take<SharedNeeds>(1)),
+        boxes(arena.take<Box>(std::max(1u, instances))),
+        tree(arena.take<std::byte>(tree_bytes)) {}
 };
 
 /// What of the options is not the caller's.
@@ -43,7 +44,7 @@ DeviceGeometry tree_geometry(std::uint32_t instances, const Box* boxes) {
 /// All numbers of a build.
 struct InstanceLayouts {
   BuildSizes tree;
-  InstancePlaces places;
+  InstanceOutputLayout places;
   BuildSizes sizes;
 };
 
@@ -57,10 +58,10 @@ Result<InstanceLayouts> plan_instances(const SceneObjects& objects, std::uint32_
   const DeviceGeometry geometry = tree_geometry(instances, nullptr);
   const auto tree = build_sizes({&geometry, 1}, tree_options(objects, options));
   if (!tree) return tl::unexpected(tree.error());
-  Pieces pieces;
-  InstanceScratch(pieces, instances, tree->scratch);
-  const InstancePlaces places(tree->output, instances, objects.count);
-  return InstanceLayouts{*tree, places, {places.size, pieces.size()}};
+  Arena arena;
+  InstanceScratch(arena, instances, tree->scratch);
+  const InstanceOutputLayout places(tree->output, instances, objects.count);
+  return InstanceLayouts{*tree, places, {places.size, arena.size()}};
 }
 
 Result<void> check_memory(const SceneObjects& objects, const DeviceInstances& instances, const InstanceLayouts& layouts,
@@ -123,8 +124,8 @@ Result<const InstanceReport*> enqueue_instances(const SceneObjects& objects, con
   if (!layouts) return tl::unexpected(layouts.error());
   if (auto good = check_memory(objects, instances, *layouts, output, scratch); !good)
     return tl::unexpected(std::move(good.error()));
-  Pieces pieces(scratch);
-  const InstanceScratch memory(pieces, instances.count, layouts->tree.scratch);
+  Arena arena(scratch);
+  const InstanceScratch memory(arena, instances.count, layouts->tree.scratch);
   auto* records = reinterpret_cast<InstanceRecord*>(output + layouts->places.records);
   auto* report = reinterpret_cast<InstanceReport*>(output + layouts->places.report);
   Launcher steps(stream);
@@ -138,12 +139,12 @@ Result<const InstanceReport*> enqueue_instances(const SceneObjects& objects, con
     built = *tree;
     return {};
   });
-  const FilePlaces file = tree_places(objects.layout, instances.count);
+  const FileLayout file = output_tree_layout(objects.layout, instances.count);
   const InstancePlan plan{output,
                           built,
                           instances,
                           objects,
-                          reinterpret_cast<CustomLeaf*>(output + file.sections[1].offset),
+                          reinterpret_cast<CustomLeaf*>(output + file[kLeavesAt].offset),
                           records,
                           reinterpret_cast<ObjectRecord*>(output + layouts->places.objects),
                           report};

@@ -86,8 +86,8 @@ class PartBoxes {
   }
 
   /// Puts the children of the parts with the largest boxes into their places, until there are @p budget times as many
-  /// as instances. An eighth of the room is filled at once, so that boxes are made by all threads: which parts are open
-  /// in the end depends little on that, and not on the threads.
+  /// as instances. An eighth of the capacity is filled at once, so that boxes are made by all threads: which parts are
+  /// open in the end depends little on that, and not on the threads.
   void open(CpuEngine& engine, double budget) {
     const auto most = static_cast<std::size_t>(budget * static_cast<double>(group_.records.size()));
     std::priority_queue<std::pair<float, std::size_t>> largest;
@@ -99,9 +99,9 @@ class PartBoxes {
     for (std::size_t i = 0; i < group_.parts.size(); ++i) offer(i);
     std::vector<std::size_t> made;
     while (!largest.empty() && group_.parts.size() + kBranching - 1 <= most) {
-      const std::size_t room = (most - group_.parts.size()) / (kBranching - 1);
+      const std::size_t capacity = (most - group_.parts.size()) / (kBranching - 1);
       made.clear();
-      for (std::size_t left = std::max<std::size_t>(room / 8, 1); left != 0 && !largest.empty(); --left) {
+      for (std::size_t left = std::max<std::size_t>(capacity / 8, 1); left != 0 && !largest.empty(); --left) {
         add_children(largest.top().second, made);
         largest.pop();
       }

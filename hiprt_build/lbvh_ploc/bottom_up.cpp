@@ -26,7 +26,7 @@ Sorted sort_by_code(CpuEngine& engine, ScratchArray<Reference> references, unsig
   auto order = engine.allocate<std::uint32_t>(count);
   const MortonGrid grid = MortonGrid::over(to_box(bound_references(engine, references.span()).centers), bits);
   engine.for_each(count, [&](std::size_t i) {
-    codes[i] = grid.code(references[i].as_box());
+    codes[i] = grid.code(references[i].box);
     order[i] = static_cast<std::uint32_t>(i);
   });
   radix_sort(engine, codes.span(), order.span(), 3 * bits);
@@ -62,10 +62,10 @@ void emit_hploc(CpuEngine& engine, const Tree& tree, const Sorted& sorted, std::
 
 }  // namespace
 
-BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references,
-                           unsigned ploc_radius) {
+DepthFirstTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references,
+                               unsigned ploc_radius) {
   const std::size_t count = references.size();
-  if (count == 0) return BinaryTree{};
+  if (count == 0) return DepthFirstTree{};
   engine.monitor().start("sort", 0.5, 2 * count);
   const Sorted sorted =
       sort_by_code(engine, std::move(references), builder == Builder::kLbvh30 ? kMortonBits30 : kMortonBits63);

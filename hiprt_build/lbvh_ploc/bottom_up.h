@@ -10,7 +10,7 @@ namespace hiprt::build {
 /// Builds a binary tree with one reference per leaf. The result does not depend on the number of threads.
 /// @param builder kLbvh, kLbvh30, kPloc or kHploc.
 /// @param ploc_radius as BuildOptions::ploc_radius.
-BinaryTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references,
-                           unsigned ploc_radius);
+DepthFirstTree build_bottom_up(CpuEngine& engine, Builder builder, ScratchArray<Reference> references,
+                               unsigned ploc_radius);
 
 }  // namespace hiprt::build

@@ -1,7 +1,7 @@
 #pragma once
 /// Subtrees that wait to be joined, and which of them should be. Internal.
 
-#include <hiprt_build/tree/linked_tree.h>
+#include <hiprt_build/tree/binary_tree.h>
 
 #include <bit>
 #include <span>

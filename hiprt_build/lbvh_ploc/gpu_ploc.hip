@@ -1,8 +1,8 @@
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc_kernels.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 
 #include <algorithm>
 #include <bit>
@@ -15,41 +15,41 @@ using build::Cluster;
 
 /// Rounds over many clusters that are launched: in scenes about four halve the number of clusters. If it takes more,
 /// the last block has more to do.
-std::uint32_t launched_rounds(std::uint32_t room) {
-  return room <= kPlocFew ? 0 : 4 * static_cast<std::uint32_t>(std::bit_width((room - 1) / kPlocFew)) + 4;
+std::uint32_t launched_rounds(std::uint32_t capacity) {
+  return capacity <= kPlocFew ? 0 : 4 * static_cast<std::uint32_t>(std::bit_width((capacity - 1) / kPlocFew)) + 4;
 }
 
 /// Tiles of a round.
-std::uint32_t most_tiles(std::uint32_t room, unsigned radius) {
-  return room <= kPlocFew ? 0 : PlocTile<kPlocBlock, kPlocMostRadius>::tiles(room, radius);
+std::uint32_t most_tiles(std::uint32_t capacity, unsigned radius) {
+  return capacity <= kPlocFew ? 0 : PlocTile<kPlocBlock, kPlocMostRadius>::tiles(capacity, radius);
 }
 
 /// The memory of a build.
-void place(Pieces& pieces, std::uint32_t room, PlocJob& job) {
-  job.even = pieces.take<Cluster>(room);
-  job.odd = pieces.take<Cluster>(room);
-  job.rounds = pieces.take<PlocRound>(launched_rounds(room) + 1);
-  job.words = pieces.take<std::uint64_t>(most_tiles(room, kPlocMostRadius));
+void place(Arena& arena, std::uint32_t capacity, PlocJob& job) {
+  job.even = arena.take<Cluster>(capacity);
+  job.odd = arena.take<Cluster>(capacity);
+  job.rounds = arena.take<PlocRound>(launched_rounds(capacity) + 1);
+  job.words = arena.take<std::uint64_t>(most_tiles(capacity, kPlocMostRadius));
 }
 
 }  // namespace
 
-std::uint64_t ploc_scratch(std::uint32_t room) {
-  Pieces pieces;
+std::uint64_t ploc_scratch(std::uint32_t capacity) {
+  Arena arena;
   PlocJob job{};
-  place(pieces, room, job);
-  return pieces.size();
+  place(arena, capacity, job);
+  return arena.size();
 }
 
 Result<void> enqueue_ploc(const PlocInput& input, const PlocOutput& output, std::byte* scratch, hipStream_t stream) {
   if (input.radius < 1 || input.radius > kPlocMostRadius)
     return fail(ErrorCode::kInvalidInput, "a PLOC radius of ", input.radius, ", allowed are 1 to ", kPlocMostRadius);
-  if (input.room >= build::kLinkedLeaf)
-    return fail(ErrorCode::kInvalidInput, "PLOC of ", input.room, " leaves, the limit is ", build::kLinkedLeaf - 1);
+  if (input.capacity >= build::kLinkedLeaf)
+    return fail(ErrorCode::kInvalidInput, "PLOC of ", input.capacity, " leaves, the limit is ", build::kLinkedLeaf - 1);
   PlocJob job{{{input.references}, output.nodes, {}, output.root}, nullptr, nullptr, nullptr, nullptr, input.radius};
-  Pieces pieces(scratch);
-  place(pieces, input.room, job);
-  const std::uint32_t rounds = launched_rounds(input.room), tiles = most_tiles(input.room, input.radius);
+  Arena arena(scratch);
+  place(arena, input.capacity, job);
+  const std::uint32_t rounds = launched_rounds(input.capacity), tiles = most_tiles(input.capacity, input.radius);
   Launcher steps(stream);
   const std::uint32_t first = std::max(tiles, rounds + 1);
   steps.each(first, "ploc_start", ploc_start, job, input.count, rounds, tiles);

@@ -5,7 +5,7 @@
 /// on it knows the nearest of all that a cluster of the tile may join. Clusters that stay close up in their order.
 
 #include <hiprt_build/exec/gpu_scan.h>
-#include <hiprt_build/input/soup_view.h>
+#include <hiprt_build/input/geometry.h>
 #include <hiprt_build/lbvh_ploc/ploc_steps.h>
 
 #include <array>
@@ -21,7 +21,7 @@ inline constexpr unsigned kPlocMostRadius = 128;
 inline constexpr unsigned kPlocSmallRadius = 16;
 
 struct PlocLeaves {
-  const LeafReference* references;
+  const Reference* references;
 
   HIPRT_HD HIPRT_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
 };
@@ -81,14 +81,14 @@ template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
     __syncthreads();
     find_nearest();
     __syncthreads();
-    PlocFate fates[kRows];
+    PlocAction actions[kRows];
 #pragma unroll
-    for (std::uint32_t row = 0; row < kRows; ++row) fates[row] = decide(row);
+    for (std::uint32_t row = 0; row < kRows; ++row) actions[row] = decide(row);
     __syncthreads();
     if (threadIdx.x < WaveGroup::kLanes) place(before);
     __syncthreads();
 #pragma unroll
-    for (std::uint32_t row = 0; row < kRows; ++row) write(row, fates[row]);
+    for (std::uint32_t row = 0; row < kRows; ++row) write(row, actions[row]);
   }
 
  private:
@@ -127,15 +127,15 @@ template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
   }
 
   /// Of this thread's cluster in a row of the window. kGoes: or it is none of the tile's.
-  __device__ PlocFate decide(std::uint32_t row) const {
+  __device__ PlocAction decide(std::uint32_t row) const {
     const std::uint32_t k = row * kBlock + threadIdx.x, i = place_of(k);
-    PlocFate fate = PlocFate::kGoes;
+    PlocAction action = PlocAction::kGoes;
     if (k >= job_.radius && k < kWindow - job_.radius && i < now_.count)
-      fate = ploc_fate(i, [this](std::uint32_t place) { return shared_.nearest[in_window(place)]; });
+      action = ploc_action(i, [this](std::uint32_t place) { return shared_.nearest[in_window(place)]; });
     const WaveGroup group;
-    const std::uint32_t staying = group.ballot(fate != PlocFate::kGoes);
+    const std::uint32_t staying = group.ballot(action != PlocAction::kGoes);
     if (group.lane() == 0) shared_.staying[k / WaveGroup::kLanes] = staying;
-    return fate;
+    return action;
   }
 
   template <class Before> __device__ void place(const Before& before) const {
@@ -147,12 +147,12 @@ template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
     if (group.lane() < kGroups) shared_.first[group.lane()] = earlier + in_tile;
   }
 
-  __device__ void write(std::uint32_t row, PlocFate fate) const {
-    if (fate == PlocFate::kGoes) return;
+  __device__ void write(std::uint32_t row, PlocAction action) const {
+    if (action == PlocAction::kGoes) return;
     const std::uint32_t k = row * kBlock + threadIdx.x, i = place_of(k), g = k / WaveGroup::kLanes;
     const std::uint32_t lower = shared_.staying[g] & ((1u << k % WaveGroup::kLanes) - 1);
     Cluster mine = cluster(i);
-    if (fate == PlocFate::kJoins) mine = join(job_.tree, mine, cluster(shared_.nearest[k]));
+    if (action == PlocAction::kJoins) mine = join(job_.tree, mine, cluster(shared_.nearest[k]));
     job_.next(now_)[shared_.first[g] + lane_count(lower)] = mine;
   }
 

@@ -2,7 +2,7 @@
 /// The hierarchy of Morton codes as a tree: topology and boxes in one pass. Internal.
 
 #include <hiprt_build/lbvh_ploc/climb.h>
-#include <hiprt_build/tree/linked_tree.h>
+#include <hiprt_build/tree/binary_tree.h>
 
 namespace hiprt::build {
 

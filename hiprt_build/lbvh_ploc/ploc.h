@@ -12,22 +12,22 @@ namespace hiprt::build {
 template <class Engine, class Tree>
 std::uint32_t ploc_round(Engine& engine, const Tree& tree, std::span<const Cluster> clusters,
                          std::span<const std::uint32_t> nearest, std::span<Cluster> to) {
-  const auto fate = [&](std::size_t i) {
-    return ploc_fate(static_cast<std::uint32_t>(i), [&](std::uint32_t place) { return nearest[place]; });
+  const auto action = [&](std::size_t i) {
+    return ploc_action(static_cast<std::uint32_t>(i), [&](std::uint32_t place) { return nearest[place]; });
   };
   std::vector<std::uint32_t> first(Engine::chunk_count(clusters.size()));
   engine.for_chunks(clusters.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     std::uint32_t staying = 0;
-    for (std::size_t i = begin; i < end; ++i) staying += fate(i) != PlocFate::kGoes ? 1 : 0;
+    for (std::size_t i = begin; i < end; ++i) staying += action(i) != PlocAction::kGoes ? 1 : 0;
     first[chunk] = staying;
   });
   const std::uint32_t left = engine.exclusive_scan(std::span<std::uint32_t>(first));
   engine.for_chunks(clusters.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     std::size_t place = first[chunk];
     for (std::size_t i = begin; i < end; ++i) {
-      const PlocFate mine = fate(i);
-      if (mine == PlocFate::kGoes) continue;
-      to[place++] = mine == PlocFate::kJoins ? join(tree, clusters[i], clusters[nearest[i]]) : clusters[i];
+      const PlocAction mine = action(i);
+      if (mine == PlocAction::kGoes) continue;
+      to[place++] = mine == PlocAction::kJoins ? join(tree, clusters[i], clusters[nearest[i]]) : clusters[i];
     }
   });
   return left;

@@ -8,7 +8,7 @@ namespace hiprt::build {
 
 /// A round that joins fewer than one of so many clusters is followed by one that joins neighbours: rows of boxes where
 /// each is nearest to the one before would take a round per cluster.
-inline constexpr std::uint32_t kPlocFewJoined = 32;
+inline constexpr std::uint32_t kPlocMinJoined = 32;
 /// After so many rounds that look for the nearest, all join neighbours. So there are at most as many rounds, and levels
 /// of the tree, as this and the logarithm of the number of leaves, rounded up, to base 2. Scenes need 60 to 110 rounds
 /// (30 thousand to 1.2 million leaves, radius 8); to cut them short costs much: the last few clusters make the top of
@@ -26,7 +26,7 @@ struct PlocProgress {
   /// @param left clusters after the round.
   HIPRT_HD PlocProgress next(std::uint32_t left) const {
     const bool looked = neighbours == 0;
-    const bool few = std::uint64_t{count - left} * kPlocFewJoined < count;
+    const bool few = std::uint64_t{count - left} * kPlocMinJoined < count;
     const std::uint32_t looked_now = looks + (looked ? 1 : 0);
     return PlocProgress{left, rounds + 1, looked_now, (looked && few) || looked_now == kPlocMostLooks ? 1u : 0u};
   }
@@ -57,17 +57,17 @@ HIPRT_HD HIPRT_INLINE std::uint32_t ploc_neighbour(std::uint32_t i, std::uint32_
 }
 
 /// What becomes of a cluster in a round.
-enum class PlocFate : std::uint32_t {
+enum class PlocAction : std::uint32_t {
   kStays,
   kJoins,  ///< Becomes one with its nearest, which comes after it.
   kGoes,   ///< Its nearest, which comes before it, becomes one with it.
 };
 
 /// Of the i-th. @param nearest_of the place nearest to a place.
-template <class NearestOf> HIPRT_HD HIPRT_INLINE PlocFate ploc_fate(std::uint32_t i, const NearestOf& nearest_of) {
+template <class NearestOf> HIPRT_HD HIPRT_INLINE PlocAction ploc_action(std::uint32_t i, const NearestOf& nearest_of) {
   const std::uint32_t j = nearest_of(i);
-  if (j == i || nearest_of(j) != i) return PlocFate::kStays;
-  return i < j ? PlocFate::kJoins : PlocFate::kGoes;
+  if (j == i || nearest_of(j) != i) return PlocAction::kStays;
+  return i < j ? PlocAction::kJoins : PlocAction::kGoes;
 }
 
 }  // namespace hiprt::build

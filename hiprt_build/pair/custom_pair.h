@@ -11,7 +11,7 @@ namespace hiprt::build {
 /// the pair wins while area * (custom - box_node / 3) < custom * sum, which is area < 1.29 * sum for the default costs.
 inline constexpr float kCustomPairArea = 1.25f;
 
-/// @pre both are kept (fate.h).
+/// @pre both are kept (drop_reason()).
 HIPRT_HD HIPRT_INLINE bool share_leaf(const Box& a, const Box& b) {
   return half_area(unite(a, b)) <= kCustomPairArea * (half_area(a) + half_area(b));
 }

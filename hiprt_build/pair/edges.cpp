@@ -16,9 +16,9 @@ ScratchArray<HalfEdge> find_partners(CpuEngine& engine, const TriangleMesh& mesh
   }
   auto cursor = engine.allocate<std::uint32_t>(vertices);
   engine.fill(cursor.span(), 0u);
-  engine.for_each(triangles, FileEdgesStep{mesh, welded.span(), dropped, cursor.span(), {}});
-  auto entries = engine.allocate<FiledEdge>(engine.exclusive_scan(cursor.span()));
-  engine.for_each(triangles, FileEdgesStep{mesh, welded.span(), dropped, cursor.span(), entries.span()});
+  engine.for_each(triangles, ListEdgesStep{mesh, welded.span(), dropped, cursor.span(), {}});
+  auto entries = engine.allocate<ListedEdge>(engine.exclusive_scan(cursor.span()));
+  engine.for_each(triangles, ListEdgesStep{mesh, welded.span(), dropped, cursor.span(), entries.span()});
   welded.release();
   auto partner = engine.allocate<HalfEdge>(3 * triangles);
   engine.fill(partner.span(), kInvalidId);

@@ -2,7 +2,8 @@
 /// Finds for every half-edge of a mesh the one it can be paired across. Internal.
 
 #include <hiprt_build/exec/cpu.h>
-#include <hiprt_build/input/geometry.h>
+#include <hiprt_build/input.h>
+#include <hiprt_build/input/leaf.h>
 
 #include <algorithm>
 #include <atomic>
@@ -14,9 +15,11 @@ using HalfEdge = std::uint32_t;
 
 /// The corners of a triangle, and what its leaf would save by taking in a neighbour.
 struct EdgeGain {
+  static Float4 to_float4(const Position& p) { return Float4{p[0], p[1], p[2], 0.0f}; }
+
   const TriangleMesh& mesh;
   Float4 corners[3];
-  Aabb box;
+  SimdBox box;
 
   EdgeGain(const TriangleMesh& mesh_in, std::size_t triangle) : mesh(mesh_in) {
     for (unsigned k = 0; k < 3; ++k) box.add(corners[k] = to_float4(mesh.positions[mesh.triangles[triangle][k]]));
@@ -25,7 +28,7 @@ struct EdgeGain {
   /// Half area saved by one box for the triangle and the one that @p other belongs to: the triangle's edge k, the other
   /// way round, whose ends need not be fetched again.
   float across(unsigned k, HalfEdge other) const {
-    Aabb others;
+    SimdBox others;
     others.add(corners[k]);
     others.add(corners[k == 2 ? 0 : k + 1]);
     const unsigned opposite = (other & 3u) == 0 ? 2 : (other & 3u) - 1;
@@ -37,18 +40,18 @@ struct EdgeGain {
 };
 
 /// A half-edge filed under its end with the lower welded number.
-struct FiledEdge {
+struct ListedEdge {
   std::uint32_t far_end_and_direction;  ///< Welded number of the other end * 2, + 1 if the edge runs towards the lower.
   HalfEdge edge;
 };
 
 /// Step: files the half-edges of triangle i. Run once with entries empty to count, then again to write.
-struct FileEdgesStep {
+struct ListEdgesStep {
   const TriangleMesh& mesh;
   std::span<const std::uint32_t> welded;
   std::span<const std::uint8_t> dropped;
   std::span<std::uint32_t> cursor;  ///< Per vertex: number of edges (counting), or where its next one goes (writing).
-  std::span<FiledEdge> entries;
+  std::span<ListedEdge> entries;
 
   void operator()(std::size_t i) const {
     if (dropped[i] != 0) return;
@@ -68,7 +71,7 @@ struct MatchEdgesStep {
   Monitor& monitor;
   const TriangleMesh& mesh;
   std::span<const std::uint32_t> ends;
-  std::span<FiledEdge> entries;
+  std::span<ListedEdge> entries;
   std::span<HalfEdge> partner;  ///< [triangle * 3 + k], kInvalidId where there is none.
 
   /// More edges than this between two vertices are matched in order, not by area: keeps hostile input linear.
@@ -77,10 +80,10 @@ struct MatchEdgesStep {
   static constexpr std::size_t kComparisons = 1u << 16;
 
   void operator()(std::size_t i) const {
-    const std::span<FiledEdge> mine = entries.subspan(i == 0 ? 0 : ends[i - 1], ends[i] - (i == 0 ? 0 : ends[i - 1]));
+    const std::span<ListedEdge> mine = entries.subspan(i == 0 ? 0 : ends[i - 1], ends[i] - (i == 0 ? 0 : ends[i - 1]));
     // One vertex can have all the edges of a mesh.
     std::size_t compared = 0;
-    std::sort(mine.begin(), mine.end(), [&](const FiledEdge& a, const FiledEdge& b) {
+    std::sort(mine.begin(), mine.end(), [&](const ListedEdge& a, const ListedEdge& b) {
       if (++compared % kComparisons == 0) monitor.check();
       return a.far_end_and_direction != b.far_end_and_direction ? a.far_end_and_direction < b.far_end_and_direction
                                                                 : a.edge < b.edge;
@@ -97,26 +100,32 @@ struct MatchEdgesStep {
     }
   }
 
-  void match(std::span<const FiledEdge> forward, std::span<const FiledEdge> backward) const {
+  void match(std::span<const ListedEdge> forward, std::span<const ListedEdge> backward) const {
     if (std::max(forward.size(), backward.size()) > kSmallFan) {
       for (std::size_t i = 0; i < std::min(forward.size(), backward.size()); ++i)
         link(forward[i].edge, backward[i].edge);
       return;
     }
-    for (const FiledEdge& edge : forward) choose(edge.edge, backward);
-    for (const FiledEdge& edge : backward) choose(edge.edge, forward);
+    for (const ListedEdge& edge : forward) choose(edge.edge, backward);
+    for (const ListedEdge& edge : backward) choose(edge.edge, forward);
+  }
+
+  /// Whether they are of two triangles that one leaf can name.
+  static bool may_pair(HalfEdge a, HalfEdge b) {
+    const std::uint32_t first = std::min(a, b) >> 2, second = std::max(a, b) >> 2;
+    return first != second && second - first <= LeafContents::kMaxDistance;
   }
 
   void link(HalfEdge a, HalfEdge b) const {
-    if (a >> 2 == b >> 2) return;
+    if (!may_pair(a, b)) return;
     partner[std::size_t{a >> 2} * 3 + (a & 3u)] = b;
     partner[std::size_t{b >> 2} * 3 + (b & 3u)] = a;
   }
 
-  void choose(HalfEdge edge, std::span<const FiledEdge> others) const {
+  void choose(HalfEdge edge, std::span<const ListedEdge> others) const {
     float best = 0.0f;
-    for (const FiledEdge& other : others) {
-      if (other.edge >> 2 == edge >> 2) continue;
+    for (const ListedEdge& other : others) {
+      if (!may_pair(edge, other.edge)) continue;
       const float gain = others.size() == 1 ? 1.0f : EdgeGain(mesh, edge >> 2).across(edge & 3u, other.edge);
       if (!(gain > best)) continue;
       best = gain;

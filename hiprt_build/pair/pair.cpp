@@ -5,12 +5,18 @@
 namespace hiprt::build {
 namespace {
 
-/// Step: what becomes of triangle i.
+/// @pre the triangle's indices are below positions.size().
+DropReason drop_reason_of(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto corner = [&](unsigned k) { return mesh.positions[mesh.triangles[triangle][k]].data(); };
+  return drop_reason(corner(0), corner(1), corner(2));
+}
+
+/// Step: whether triangle i is dropped.
 struct ClassifyStep {
   const TriangleMesh& mesh;
-  std::span<std::uint8_t> fate;
+  std::span<std::uint8_t> reason;
 
-  void operator()(std::size_t i) const { fate[i] = triangle_fate(mesh, i); }
+  void operator()(std::size_t i) const { reason[i] = drop_reason_of(mesh, i); }
 };
 
 /// Step: triangle i has no partners in other homes.
@@ -74,12 +80,13 @@ constexpr int kRounds = 6;
 
 /// Mates of a mesh's triangles (half-edge of the other triangle), kInvalidId for single ones.
 /// @param home of the mesh's triangles, or empty.
-ScratchArray<HalfEdge> match_triangles(CpuEngine& engine, const TriangleMesh& mesh, std::span<const std::uint8_t> fate,
-                                       bool pair_triangles, std::span<const std::uint32_t> home) {
+ScratchArray<HalfEdge> match_triangles(CpuEngine& engine, const TriangleMesh& mesh,
+                                       std::span<const std::uint8_t> reason, bool pair_triangles,
+                                       std::span<const std::uint32_t> home) {
   auto mate = engine.allocate<HalfEdge>(mesh.triangles.size());
   engine.fill(mate.span(), kInvalidId);
   if (!pair_triangles) return mate;
-  auto partner = find_partners(engine, mesh, fate);
+  auto partner = find_partners(engine, mesh, reason);
   if (!home.empty()) engine.for_each(mesh.triangles.size(), StayHomeStep{home, partner.span()});
   auto choice = engine.allocate<std::uint8_t>(mesh.triangles.size());
   engine.fill(choice.span(), ChooseStep::kUnknown);
@@ -90,49 +97,47 @@ ScratchArray<HalfEdge> match_triangles(CpuEngine& engine, const TriangleMesh& me
   return mate;
 }
 
-/// The group in which triangle i is the lower one. @p other kInvalidId or a half-edge of the second triangle.
-PrimitiveGroup make_group(const TriangleMesh& mesh, std::uint32_t mesh_index, std::uint32_t i, HalfEdge other) {
-  PrimitiveGroup group{{i, kInvalidId}, mesh_index & kGeometryMask, 0, 0};
-  if (other == kInvalidId) return group;
+/// The leaf in which triangle i is the lower one. @p other kInvalidId or a half-edge of the second triangle.
+LeafContents contents_of(const TriangleMesh& mesh, std::uint32_t i, HalfEdge other) {
+  LeafContents contents = LeafContents::make(0, 0, 0);
+  if (other == kInvalidId) return contents;
   // Edge b of the second triangle runs from v2 to v1; the first one's shared edge from v1 to v2.
   const std::uint32_t second = other >> 2, b = other & 3u;
   const Position& v2 = mesh.positions[mesh.triangles[second][b]];
   const Position& v1 = mesh.positions[mesh.triangles[second][(b + 1) % 3]];
   for (std::uint32_t a = 0; a < 3; ++a) {
     if (mesh.positions[mesh.triangles[i][a]] != v1 || mesh.positions[mesh.triangles[i][(a + 1) % 3]] != v2) continue;
-    group.primitive[1] = second;
-    group.rotation0 = (a + 2) % 3 & 3u;
-    group.rotation1 = (b + 1) % 3 & 3u;
+    contents = LeafContents::make(second - i, (a + 2) % 3, (b + 1) % 3);
   }
-  return group;
+  return contents;
 }
 
-/// Step: what becomes of custom primitive i.
+/// Step: whether custom primitive i is dropped.
 struct ClassifyBoxStep {
   std::span<const Box> boxes;
-  std::span<std::uint8_t> fate;
+  std::span<std::uint8_t> reason;
 
-  void operator()(std::size_t i) const { fate[i] = box_fate(boxes[i]); }
+  void operator()(std::size_t i) const { reason[i] = drop_reason(boxes[i]); }
 };
 
 /// What a chunk of a geometry's primitives adds to a result.
 struct PrimitiveCounts {
-  std::size_t groups = 0;
+  std::size_t leaves = 0;
   std::uint64_t pairs = 0, not_finite = 0, degenerate = 0;
 
   /// @return whether the primitive is kept.
-  bool keep(std::uint8_t fate) {
-    not_finite += fate == kNotFinite ? 1 : 0;
-    degenerate += fate == kDegenerate ? 1 : 0;
-    return fate == kKept;
+  bool keep(std::uint8_t reason) {
+    not_finite += reason == kNotFinite ? 1 : 0;
+    degenerate += reason == kDegenerate ? 1 : 0;
+    return reason == kKept;
   }
   void add(bool pair) {
-    ++groups;
+    ++leaves;
     pairs += pair ? 1 : 0;
   }
-  void add_to(GroupedPrimitives& result, std::size_t geometry, bool custom) const {
-    result.count += groups;
-    result.custom_count += custom ? groups : 0;
+  void add_to(PairedPrimitives& result, std::size_t geometry, bool custom) const {
+    result.count += leaves;
+    result.custom_count += custom ? leaves : 0;
     (custom ? result.custom_pairs : result.pairs) += pairs;
     result.dropped_not_finite += not_finite;
     result.dropped_degenerate += degenerate;
@@ -140,66 +145,70 @@ struct PrimitiveCounts {
   }
 };
 
-void group_mesh(CpuEngine& engine, const TriangleMesh& mesh, std::uint32_t geometry, bool pair,
-                std::span<const std::uint32_t> home, GroupedPrimitives& result) {
-  auto fate = engine.allocate<std::uint8_t>(mesh.triangles.size());
-  engine.for_each(mesh.triangles.size(), ClassifyStep{mesh, fate.span()});
-  const auto mate = match_triangles(engine, mesh, fate.span(), pair, home);
+/// @param first number of the mesh's first triangle among those of all geometries.
+void pair_mesh(CpuEngine& engine, const TriangleMesh& mesh, std::size_t geometry, std::uint32_t first, bool pair,
+               std::span<const std::uint32_t> home, PairedPrimitives& result) {
+  auto reason = engine.allocate<std::uint8_t>(mesh.triangles.size());
+  engine.for_each(mesh.triangles.size(), ClassifyStep{mesh, reason.span()});
+  const auto mate = match_triangles(engine, mesh, reason.span(), pair, home);
   const auto leads = [&](std::size_t i) { return mate[i] == kInvalidId || mate[i] >> 2 > i; };
   std::vector<PrimitiveCounts> counts(CpuEngine::chunk_count(mesh.triangles.size()));
   engine.for_quiet_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     PrimitiveCounts mine;
     for (std::size_t i = begin; i < end; ++i)
-      if (mine.keep(fate[i]) && leads(i)) mine.add(mate[i] != kInvalidId);
+      if (mine.keep(reason[i]) && leads(i)) mine.add(mate[i] != kInvalidId);
     counts[chunk] = mine;
   });
-  std::vector<std::size_t> first(counts.size());
+  std::vector<std::size_t> first_leaf(counts.size());
   for (std::size_t chunk = 0; chunk < counts.size(); ++chunk) {
-    first[chunk] = result.count;
+    first_leaf[chunk] = result.count;
     counts[chunk].add_to(result, geometry, false);
   }
   engine.for_quiet_chunks(mesh.triangles.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    std::size_t to = first[chunk];
-    for (std::size_t i = begin; i < end; ++i)
-      if (fate[i] == kKept && leads(i))
-        result.groups[to++] = make_group(mesh, geometry, static_cast<std::uint32_t>(i), mate[i]);
+    std::size_t to = first_leaf[chunk];
+    for (std::size_t i = begin; i < end; ++i) {
+      if (reason[i] != kKept || !leads(i)) continue;
+      const auto triangle = static_cast<std::uint32_t>(i);
+      result.leaves[to++] = {first + triangle, contents_of(mesh, triangle, mate[i])};
+    }
   });
 }
 
-void group_customs(CpuEngine& engine, const CustomGeometry& custom, std::uint32_t geometry, bool pair,
-                   std::span<const std::uint32_t> home, GroupedPrimitives& result) {
+void pair_customs(CpuEngine& engine, const CustomGeometry& custom, std::size_t geometry, std::uint32_t first, bool pair,
+                  std::span<const std::uint32_t> home, PairedPrimitives& result) {
   const auto boxes = custom.boxes;
-  auto fate = engine.allocate<std::uint8_t>(boxes.size());
-  engine.for_each(boxes.size(), ClassifyBoxStep{boxes, fate.span()});
+  auto reason = engine.allocate<std::uint8_t>(boxes.size());
+  engine.for_each(boxes.size(), ClassifyBoxStep{boxes, reason.span()});
   PrimitiveCounts counts;
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
     if (i % CpuEngine::kChunk == 0) engine.monitor().check();
-    if (!counts.keep(fate[i])) continue;
-    PrimitiveGroup group{{i, kInvalidId}, geometry & kGeometryMask, PrimitiveGroup::kCustom, 0};
-    const bool has_next = i % 2 == 0 && i + 1 < boxes.size() && fate[i + 1] == kKept;
+    if (!counts.keep(reason[i])) continue;
+    const bool has_next = i % 2 == 0 && i + 1 < boxes.size() && reason[i + 1] == kKept;
     const bool may_share = pair && has_next && (home.empty() || home[i] == home[i + 1]);
-    if (may_share && share_leaf(boxes[i], boxes[i + 1])) group.primitive[1] = ++i;
-    result.groups[result.count + counts.groups] = group;
-    counts.add(group.is_pair());
+    const bool is_pair = may_share && share_leaf(boxes[i], boxes[i + 1]);
+    result.leaves[result.count + counts.leaves] = {first + i,
+                                                   LeafContents::make(is_pair ? 1 : 0, LeafContents::kCustom, 0)};
+    counts.add(is_pair);
+    i += is_pair ? 1 : 0;
   }
   counts.add_to(result, geometry, true);
 }
 
 }  // namespace
 
-GroupedPrimitives group_primitives(CpuEngine& engine, const PrimitiveSoup& soup, bool pair,
-                                   std::span<const std::uint32_t> home) {
-  GroupedPrimitives result;
-  result.dropped.resize(soup.geometries());
-  result.groups = engine.allocate<PrimitiveGroup>(soup.size());
-  engine.monitor().start("pair", 0.3, soup.size() * (pair ? 3 + 2 * kRounds : 1));
-  for (std::size_t g = 0; g < soup.geometries(); ++g) {
-    const auto geometry = static_cast<std::uint32_t>(g);
-    const auto mine = home.empty() ? home : home.subspan(soup.first[g], soup.size(g));
-    if (g < soup.meshes.size())
-      group_mesh(engine, soup.meshes[g], geometry, pair, mine, result);
+PairedPrimitives pair_primitives(CpuEngine& engine, const BuildInput& input, bool pair,
+                                 std::span<const std::uint32_t> home) {
+  PairedPrimitives result;
+  result.dropped.resize(input.geometries.size());
+  result.leaves = engine.allocate<LeafPrimitives>(input.primitive_count());
+  engine.monitor().start("pair", 0.3, std::uint64_t{input.primitive_count()} * (pair ? 3 + 2 * kRounds : 1));
+  for (std::size_t g = 0; g < input.geometries.size(); ++g) {
+    const GeometryView& geometry = input.geometries[g];
+    const auto mine = home.empty() ? home : home.subspan(geometry.first, geometry.primitive_count);
+    if (input.is_custom(g))
+      pair_customs(engine, input.customs[g - input.meshes.size()], g, geometry.first, pair, mine, result);
     else
-      group_customs(engine, soup.customs[g - soup.meshes.size()], geometry, pair, mine, result);
+      pair_mesh(engine, input.meshes[g], g, geometry.first, pair, mine, result);
   }
   return result;
 }

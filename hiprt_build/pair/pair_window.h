@@ -2,7 +2,7 @@
 /// Pairs of triangles among 32 that lie next to each other in the index buffer: as pair.h pairs them, without looking
 /// further. Internal.
 
-#include <hiprt_build/input/soup_view.h>
+#include <hiprt_build/input/leaf.h>
 #include <hiprt_build/pair/custom_pair.h>
 
 #include <bit>
@@ -16,9 +16,9 @@ inline constexpr unsigned kPairRounds = 4;
 /// What became of a primitive.
 struct PairedPrimitive {
   std::uint32_t primitive, geometry;
-  Fate fate;
-  PackedGroup group;  ///< Exists for the lower primitive of a leaf.
-  Box box;            ///< Of the group.
+  DropReason dropped;
+  LeafContents contents;  ///< Exists for the lower primitive of a leaf.
+  Box box;                ///< Of the group.
 };
 
 /// @tparam Group the lanes that work on a window: see exec/group.h.
@@ -34,17 +34,17 @@ template <class Group> struct PairWindow {
     std::uint32_t geometry[kPairWindow];                  ///< Of the primitive.
     std::uint8_t partner[kEdges];                         ///< The edge of another triangle, or kNone.
     std::uint8_t choice[kPairWindow], mate[kPairWindow];  ///< Edges of the triangle, and of the other one.
-    std::uint8_t fate[kPairWindow];                       ///< Fate
+    std::uint8_t dropped[kPairWindow];                    ///< DropReason
   };
 
-  SoupView soup;
+  GeometryTable geometries;
   bool pair;
 
   /// emit(PairedPrimitive) for each of the window's primitives.
   template <class Emit>
   HIPRT_HD void operator()(const Group& group, Shared& shared, std::uint32_t window, Emit&& emit) const {
     const std::uint32_t begin = window * kPairWindow;
-    const std::uint32_t left = soup.primitives - begin, size = left < kPairWindow ? left : kPairWindow;
+    const std::uint32_t left = geometries.primitive_count - begin, size = left < kPairWindow ? left : kPairWindow;
     group.for_each(kPairWindow, [&](unsigned i) { file(shared, begin, i, size); });
     group.sync();
     if (pair) {
@@ -83,17 +83,17 @@ template <class Group> struct PairWindow {
       shared.partner[e] = kNone;
     }
     if (i >= size) return;
-    const std::uint32_t g = soup.find(begin + i);
-    const GeometryView& mesh = soup.geometries[g];
+    const std::uint32_t g = geometries.find(begin + i);
+    const GeometryView& mesh = geometries[g];
     shared.geometry[i] = g;
     if (mesh.is_custom()) {
-      shared.fate[i] = box_fate(mesh.boxes[begin + i - mesh.first]);
+      shared.dropped[i] = drop_reason(mesh.boxes[begin + i - mesh.first]);
       return;
     }
     TriangleCorners corners;
-    const Fate fate = load_triangle(mesh, begin + i - mesh.first, corners);
-    shared.fate[i] = fate;
-    if (fate != kKept) return;
+    const DropReason reason = load_triangle(mesh, begin + i - mesh.first, corners);
+    shared.dropped[i] = reason;
+    if (reason != kKept) return;
     std::uint32_t hashes[3];
     for (unsigned k = 0; k < 3; ++k) {
       shared.corner[3 * i + k] = corners.v[k];
@@ -161,39 +161,40 @@ template <class Group> struct PairWindow {
   }
 
   HIPRT_HD PairedPrimitive make(const Shared& shared, std::uint32_t begin, unsigned i, unsigned size) const {
-    PairedPrimitive result{begin + i, shared.geometry[i], static_cast<Fate>(shared.fate[i]), PackedGroup::none(),
-                           empty_box()};
-    if (result.fate != kKept) return result;
-    const GeometryView& geometry = soup.geometries[result.geometry];
+    PairedPrimitive result{begin + i, shared.geometry[i], static_cast<DropReason>(shared.dropped[i]),
+                           LeafContents::none(), empty_box()};
+    if (result.dropped != kKept) return result;
+    const GeometryView& geometry = geometries[result.geometry];
     if (geometry.is_custom()) {
       const std::uint32_t first = begin + i - geometry.first;
-      result.group = make_custom(geometry, first, i + 1 < size, i > 0);
-      if (result.group.exists()) result.box = group_box(geometry, first, result.group);
+      result.contents = make_custom(geometry, first, i + 1 < size, i > 0);
+      if (result.contents.exists()) result.box = leaf_box(geometry, first, result.contents);
       return result;
     }
     const unsigned other = shared.mate[i];
     if (other != kNone && other / 3 < i) return result;
     result.box = triangle_box(shared, i);
     if (other == kNone) {
-      result.group = PackedGroup::make(0, 0, 0);
+      result.contents = LeafContents::make(0, 0, 0);
       return result;
     }
     grow(result.box, triangle_box(shared, other / 3));
     const unsigned own = shared.partner[other] % 3;
-    result.group = PackedGroup::make(other / 3 - i, (own + 2) % 3, (other % 3 + 1) % 3);
+    result.contents = LeafContents::make(other / 3 - i, (own + 2) % 3, (other % 3 + 1) % 3);
     return result;
   }
 
   HIPRT_HD bool joins_next(const GeometryView& customs, std::uint32_t first) const {
-    if (!pair || first + 1 >= customs.primitives) return false;
+    if (!pair || first + 1 >= customs.primitive_count) return false;
     const Box &a = customs.boxes[first], &b = customs.boxes[first + 1];
-    return box_fate(a) == kKept && box_fate(b) == kKept && share_leaf(a, b);
+    return drop_reason(a) == kKept && drop_reason(b) == kKept && share_leaf(a, b);
   }
   /// 2 i and 2 i + 1, if both are in the window.
-  HIPRT_HD PackedGroup make_custom(const GeometryView& customs, std::uint32_t i, bool next_here, bool last_here) const {
-    if (i % 2 == 1 && last_here && joins_next(customs, i - 1)) return PackedGroup::none();
+  HIPRT_HD LeafContents make_custom(const GeometryView& customs, std::uint32_t i, bool next_here,
+                                    bool last_here) const {
+    if (i % 2 == 1 && last_here && joins_next(customs, i - 1)) return LeafContents::none();
     const bool paired = i % 2 == 0 && next_here && joins_next(customs, i);
-    return PackedGroup::make(paired ? 1 : 0, PackedGroup::kCustom, 0);
+    return LeafContents::make(paired ? 1 : 0, LeafContents::kCustom, 0);
   }
 };
 

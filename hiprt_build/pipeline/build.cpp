@@ -23,7 +23,6 @@ namespace {
 /// another 0.4 %, 256 no further (decision 0011).
 constexpr double kHqSplitBudget = 3.0;
 constexpr unsigned kHqRounds = 32;
-constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
 
 /// What is built: if there is an imported tree, from that.
 struct Job {
@@ -32,23 +31,23 @@ struct Job {
   const ExchangeBvh* imported;
 };
 
-ScratchArray<Reference> make_references(CpuEngine& engine, const PrimitiveSoup& soup,
-                                        const GroupedPrimitives& grouped) {
-  auto references = engine.allocate<Reference>(grouped.count);
-  engine.for_each(grouped.count, MakeReferenceStep{soup, grouped.groups.span(), references.span()});
+ScratchArray<Reference> make_references(CpuEngine& engine, const GeometryTable& geometries,
+                                        const PairedPrimitives& paired) {
+  auto references = engine.allocate<Reference>(paired.count);
+  engine.for_each(paired.count, MakeReferenceStep{geometries, paired.leaves.span(), references.span()});
   return references;
 }
 
-Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const PrimitiveSoup& soup,
-                              const GroupedPrimitives& grouped, const BuildOptions& options) {
-  auto references = make_references(engine, soup, grouped);
-  const double split_budget = grouped.custom_count == 0 ? *options.split_budget : 1.0;
-  if (grouped.custom_count == 0)
-    references = presplit(engine, soup, grouped.groups.span(), std::move(references), options.presplit_budget);
+Result<DepthFirstTree> build_tree(CpuEngine& engine, Builder builder, const GeometryTable& geometries,
+                                  const PairedPrimitives& paired, const BuildOptions& options) {
+  auto references = make_references(engine, geometries, paired);
+  const double split_budget = paired.custom_count == 0 ? *options.split_budget : 1.0;
+  if (paired.custom_count == 0)
+    references = presplit(engine, geometries, std::move(references), options.presplit_budget);
   switch (builder) {
     case Builder::kHq:
     case Builder::kSbvh:
-      return build_sbvh(engine, soup, grouped.groups.span(), std::move(references), split_budget);
+      return build_sbvh(engine, geometries, std::move(references), split_budget);
     case Builder::kSah:
       return build_sah(engine, std::move(references));
     case Builder::kLbvh:
@@ -57,18 +56,18 @@ Result<BinaryTree> build_tree(CpuEngine& engine, Builder builder, const Primitiv
     case Builder::kHploc:
       return build_bottom_up(engine, builder, std::move(references), options.ploc_radius);
     default:
-      return build_embree(engine, builder, soup, grouped, std::move(references), split_budget);
+      return build_embree(engine, builder, geometries, std::move(references), split_budget);
   }
 }
 
 /// Embree's builders fail on scenes whose tree would be too deep (triangle sizes over hundreds of powers of two); ours
 /// does not.
-Result<BinaryTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const PrimitiveSoup& soup,
-                                      const GroupedPrimitives& grouped, const BuildOptions& options) {
-  Result<BinaryTree> tree = build_tree(engine, builder, soup, grouped, options);
+Result<DepthFirstTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const GeometryTable& geometries,
+                                          const PairedPrimitives& paired, const BuildOptions& options) {
+  Result<DepthFirstTree> tree = build_tree(engine, builder, geometries, paired, options);
   if (tree || tree.error().code != ErrorCode::kBackend) return tree;
   builder = Builder::kSah;
-  return build_tree(engine, builder, soup, grouped, options);
+  return build_tree(engine, builder, geometries, paired, options);
 }
 
 /// With what the builder's name stands for where nothing else is said.
@@ -79,40 +78,39 @@ BuildOptions complete(BuildOptions options) {
   return options;
 }
 
-/// What is known once the primitives are grouped.
-BuildStatistics count_input(const PrimitiveSoup& soup, const GroupedPrimitives& grouped, Builder builder) {
+/// What is known once the primitives are paired.
+BuildStatistics count_input(const BuildInput& input, const PairedPrimitives& paired, Builder builder) {
   BuildStatistics statistics;
-  statistics.triangles = soup.first[soup.meshes.size()];
-  statistics.customs = soup.size() - statistics.triangles;
-  statistics.dropped_not_finite = grouped.dropped_not_finite;
-  statistics.dropped_degenerate = grouped.dropped_degenerate;
-  statistics.pairs = grouped.pairs;
-  statistics.custom_pairs = grouped.custom_pairs;
+  for (const TriangleMesh& mesh : input.meshes) statistics.triangles += mesh.triangles.size();
+  statistics.customs = input.primitive_count() - statistics.triangles;
+  statistics.dropped_not_finite = paired.dropped_not_finite;
+  statistics.dropped_degenerate = paired.dropped_degenerate;
+  statistics.pairs = paired.pairs;
+  statistics.custom_pairs = paired.custom_pairs;
   // What a custom primitive is in a part of its box nobody knows: they are not split.
-  const bool may_split = grouped.custom_count == 0;
+  const bool may_split = paired.custom_count == 0;
   statistics.builder = builder == Builder::kEmbreeHigh && !may_split ? Builder::kEmbreeMedium : builder;
   return statistics;
 }
 
 /// Whether a file can hold the primitives.
-Result<void> check_fits(CpuEngine& engine, const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
-                        NodeLayout layout) {
+Result<void> check_fits(CpuEngine& engine, const BuildInput& input, const PairedPrimitives& paired, NodeLayout layout) {
   // References and tree nodes are numbered with 32 bits: refused before there are any.
-  if (auto leaves = check_addresses(layout, 1, grouped.count); !leaves) return leaves;
-  return layout == NodeLayout::kQuantized ? check_quantizable(engine, soup, grouped) : Result<void>{};
+  if (auto leaves = check_addresses(layout, 1, paired.count); !leaves) return leaves;
+  return layout == NodeLayout::kQuantized ? check_quantizable(engine, input, paired) : Result<void>{};
 }
 
 /// Collapses and encodes a tree.
-Result<Bvh> finish(CpuEngine& engine, const Job& job, const PrimitiveSoup& soup, const GroupedPrimitives& grouped,
-                   const BinaryTree& tree, BuildStatistics statistics) {
+Result<Bvh> finish(CpuEngine& engine, const Job& job, const BuildInput& input, const PairedPrimitives& paired,
+                   const DepthFirstTree& tree, BuildStatistics statistics) {
   Stopwatch watch;
   const BuildOptions& options = job.options;
-  const WideTree wide(engine, tree, grouped.groups.span(), options.costs, options.max_leaf_triangles);
+  const WideTree wide(engine, tree, options.costs, options.max_leaf_triangles);
   statistics.leaves = tree.references.size();
   statistics.nodes = tree.empty() || wide.is_run(0) ? 0 : wide.node_count(0);
   statistics.collapse_seconds = watch.lap();
   Result<Buffer> buffer =
-      encode(engine, {soup, grouped, tree, wide, options.nodes,
+      encode(engine, {input, paired, tree, wide, options.nodes,
                       make_provenance(engine.monitor(), job.scene, options, statistics, wide.cost())});
   if (!buffer) return tl::unexpected(buffer.error());
   const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;
@@ -129,29 +127,30 @@ Result<Bvh> finish(CpuEngine& engine, const Job& job, const PrimitiveSoup& soup,
 Result<Bvh> run(CpuEngine& engine, const Job& job) {
   Stopwatch total, watch;
   const BuildOptions& options = job.options;
-  const PrimitiveSoup soup(job.scene);
-  if (auto indices = check_indices(engine, soup); !indices) return tl::unexpected(indices.error());
-  if (auto shapes = check_shapes(engine, soup); !shapes) return tl::unexpected(shapes.error());
+  const BuildInput input(job.scene);
+  const GeometryTable geometries = input.table();
+  if (auto indices = check_indices(engine, input); !indices) return tl::unexpected(indices.error());
+  if (auto shapes = check_shapes(engine, input); !shapes) return tl::unexpected(shapes.error());
   CheckedTree checked;
   if (job.imported != nullptr) {
-    auto good = check_tree(engine, *job.imported, soup);
+    auto good = check_tree(engine, *job.imported, input);
     if (!good) return tl::unexpected(good.error());
     checked = std::move(*good);
   }
-  const GroupedPrimitives grouped =
-      group_primitives(engine, soup, options.pair_triangles && options.max_leaf_triangles > 1, checked.home.span());
-  if (auto fits = check_fits(engine, soup, grouped, options.nodes); !fits) return tl::unexpected(fits.error());
-  BuildStatistics statistics = count_input(soup, grouped, options.builder);
+  const PairedPrimitives paired =
+      pair_primitives(engine, input, options.pair_triangles && options.max_leaf_triangles > 1, checked.home.span());
+  if (auto fits = check_fits(engine, input, paired, options.nodes); !fits) return tl::unexpected(fits.error());
+  BuildStatistics statistics = count_input(input, paired, options.builder);
   statistics.pair_seconds = watch.lap();
-  Result<BinaryTree> tree =
+  Result<DepthFirstTree> tree =
       job.imported == nullptr
-          ? build_tree_or_ours(engine, statistics.builder, soup, grouped, options)
-          : build_imported(engine, *job.imported, checked, soup, grouped, make_references(engine, soup, grouped));
+          ? build_tree_or_ours(engine, statistics.builder, geometries, paired, options)
+          : build_imported(engine, *job.imported, checked, geometries, make_references(engine, geometries, paired));
   if (!tree) return tl::unexpected(tree.error());
   checked = CheckedTree{};
-  tree = optimize(engine, std::move(*tree), *options.reinsertion_rounds);
+  tree = reinsert(engine, std::move(*tree), *options.reinsertion_rounds);
   statistics.tree_seconds = watch.lap();
-  Result<Bvh> bvh = finish(engine, job, soup, grouped, *tree, statistics);
+  Result<Bvh> bvh = finish(engine, job, input, paired, *tree, statistics);
   if (bvh) bvh->statistics.total_seconds = total.lap();
   return bvh;
 }

@@ -16,11 +16,11 @@ namespace {
 
 using namespace build::kernels;
 using build::Builder;
-using build::LeafReference;
+using build::Reference;
 using build::SortBuffers;
 using build::WideWriter;
 
-/// One build on its way into a stream.
+/// One build on its kind into a stream.
 class Enqueuer {
  public:
   Enqueuer(const Layouts& layouts, const BuildOptions& options, std::byte* output, std::byte* scratch,
@@ -37,7 +37,7 @@ class Enqueuer {
         references_(transient_.references) {
     transient_.sorted.primitives = kept_.primitives;
     if (plan_.splits()) transient_.sorted.references = kept_.leaves;
-    soup_ = {kept_.geometries, static_cast<std::uint32_t>(plan_.geometries), plan_.primitives};
+    geometries_ = {kept_.geometries, static_cast<std::uint32_t>(plan_.geometries), plan_.primitives};
   }
 
   Result<void> run(std::span<const DeviceGeometry> geometries) {
@@ -71,9 +71,7 @@ class Enqueuer {
     });
   }
 
-  template <class T> T* section(unsigned i) const {
-    return reinterpret_cast<T*>(output_ + layouts_.file.sections[i].offset);
-  }
+  template <class T> T* section(TreeSection i) const { return reinterpret_cast<T*>(output_ + layouts_.file[i].offset); }
 
   /// By kernel arguments: no memory of the host's has to live on.
   void put(std::span<const DeviceGeometry> geometries) {
@@ -95,20 +93,21 @@ class Enqueuer {
         first += geometry.primitive_count;
       }
       steps_.blocks("put_geometries", GeometryChunk::kSize, 1, put_geometries, chunk, static_cast<std::uint32_t>(begin),
-                    static_cast<std::uint32_t>(count), kept_.geometries, section<GeometryRecord>(3));
+                    static_cast<std::uint32_t>(count), kept_.geometries, section<GeometryRecord>(kGeometriesAt));
     }
   }
 
   void pair() {
     const std::uint32_t n = plan_.primitives;
-    steps_.fill_bytes("the primitive map", section<std::uint32_t>(2), n, 0xff);
+    steps_.fill_bytes("the primitive map", section<std::uint32_t>(kPrimitiveMapAt), n, 0xff);
     const std::uint64_t windows = (n - 1) / build::kPairWindow + 1;
     steps_.persistent("pair_primitives", kGroupBlock, (windows - 1) / kGroupsPerBlock + 1, pair_primitives,
-                      {soup_, plan_.pairs}, transient_.references, transient_.pairing.singles,
-                      section<GeometryRecord>(3), kept_.state);
+                      {geometries_, plan_.pairs}, transient_.references, transient_.pairing.singles,
+                      section<GeometryRecord>(kGeometriesAt), kept_.state);
     if (!plan_.pairs) return;
     steps_.then([&] {
-      return enqueue_pair_beyond(soup_, transient_.references, transient_.pairing, kept_.state, steps_.stream());
+      return enqueue_pair_by_edges(geometries_, transient_.references, transient_.pairing, kept_.state,
+                                   steps_.stream());
     });
   }
 
@@ -116,8 +115,8 @@ class Enqueuer {
     ask("cut", 0.1);
     references_ = transient_.parts;
     steps_.then([&] {
-      return enqueue_cut(
-          {soup_, transient_.references, plan_.primitives, plan_.pieces, plan_.presplit_budget, kept_.state},
+      return enqueue_presplit(
+          {geometries_, transient_.references, plan_.primitives, plan_.pieces, plan_.presplit_budget, kept_.state},
           transient_.parts, transient_.stage, steps_.stream());
     });
   }
@@ -138,11 +137,11 @@ class Enqueuer {
     BuildState* const state = kept_.state;
     steps_.then([&] {
       return enqueue_top_down(
-          {soup_, references_, plan_.pieces, plan_.room, plan_.split_budget, plan_.split_budget > 1.0},
+          {geometries_, references_, plan_.pieces, plan_.capacity, plan_.split_budget, plan_.split_budget > 1.0},
           {transient_.sorted.references, kept_.nodes, &state->root, &state->counts.leaves}, transient_.stage,
           steps_.stream(), plan_.tuning());
     });
-    steps_.each(plan_.room, "list_primitives", list_primitives, transient_.sorted.references, plan_.room,
+    steps_.each(plan_.capacity, "list_primitives", list_primitives, transient_.sorted.references, plan_.capacity,
                 kept_.primitives);
     finish_tree();
   }
@@ -192,26 +191,26 @@ class Enqueuer {
   void finish_tree() {
     ask("reinsert", 0.5);
     steps_.then([&] {
-      return enqueue_finish_tree({tree(), plan_.room, plan_.rounds}, transient_.stage, steps_.stream());
+      return enqueue_finish_tree({tree(), plan_.capacity, plan_.rounds}, transient_.stage, steps_.stream());
     });
   }
 
   template <class Layout> void write() {
-    const WideWriter<Layout> writer{soup_,
+    const WideWriter<Layout> writer{geometries_,
                                     kept_.nodes,
                                     kept_.plans,
                                     kept_.primitives,
-                                    section<typename Layout::Node>(0),
-                                    section<typename Layout::Leaf>(1),
-                                    section<std::uint32_t>(2),
-                                    layouts_.file.sections[0].offset,
-                                    layouts_.file.sections[1].offset,
+                                    section<typename Layout::Node>(kNodesAt),
+                                    section<typename Layout::Leaf>(kLeavesAt),
+                                    section<std::uint32_t>(kPrimitiveMapAt),
+                                    layouts_.file[kNodesAt].offset,
+                                    layouts_.file[kLeavesAt].offset,
                                     kept_.leaves,
                                     kept_.leaf_boxes};
     const build::WideQueue queue{kept_.plans};
-    steps_.each(plan_.room, "begin_wide_tree", begin_wide_tree<Layout>, writer, queue, kept_.state);
+    steps_.each(plan_.capacity, "begin_wide_tree", begin_wide_tree<Layout>, writer, queue, kept_.state);
     // A team of four lanes for each node at most.
-    steps_.persistent("write_wide_tree", kBlock, (std::uint64_t{plan_.room} * 4 - 1) / kBlock + 1,
+    steps_.persistent("write_wide_tree", kBlock, (std::uint64_t{plan_.capacity} * 4 - 1) / kBlock + 1,
                       write_wide_tree<Layout>, writer, queue, kept_.state);
   }
 
@@ -220,14 +219,14 @@ class Enqueuer {
     if constexpr (!WideWriter<Layout>::kBoxesApart) {
       build::RefitFile<Layout> file{};
       file.header = reinterpret_cast<FileHeader*>(output_);
-      file.nodes = section<typename Layout::Node>(0);
-      file.leaves = section<typename Layout::Leaf>(1);
-      file.first_node = layouts_.file.sections[0].offset;
-      file.first_leaf = layouts_.file.sections[1].offset;
+      file.nodes = section<typename Layout::Node>(kNodesAt);
+      file.leaves = section<typename Layout::Leaf>(kLeavesAt);
+      file.first_node = layouts_.file[kNodesAt].offset;
+      file.first_leaf = layouts_.file[kLeavesAt].offset;
       file.ways = reinterpret_cast<std::uint32_t*>(kept_.nodes);
       file.leaf_boxes = kept_.leaf_boxes;
-      steps_.each(plan_.room, "link_up", link_up<Layout>, file, report);
-      steps_.each(plan_.room, "encode_nodes", encode_nodes<Layout>, file, report);
+      steps_.each(plan_.capacity, "link_up", link_up<Layout>, file, report);
+      steps_.each(plan_.capacity, "encode_nodes", encode_nodes<Layout>, file, report);
       steps_.one("widen_bounds", widen_bounds<Layout>, file, report);
     }
   }
@@ -235,8 +234,8 @@ class Enqueuer {
   OutputPlan output_plan() const {
     OutputPlan plan{};
     plan.base = output_;
-    std::copy_n(layouts_.file.sections, 5, plan.sections);
-    plan.size = layouts_.file.size;
+    std::copy_n(layouts_.file.begin(), kTreeSections, plan.sections);
+    plan.size = layouts_.file.byte_size();
     plan.report = reinterpret_cast<BuildReport*>(output_ + layouts_.report);
     plan.layout = plan_.layout;
     plan.builder = plan_.builder;
@@ -250,11 +249,11 @@ class Enqueuer {
   const BuildOptions& options_;
   std::byte* output_;
   Launcher steps_;
-  Pieces transient_pieces_, kept_pieces_;
+  Arena transient_pieces_, kept_pieces_;
   Transient transient_;
   Kept kept_;
-  const LeafReference* references_;  ///< That the tree is to be built of.
-  build::SoupView soup_{};
+  const Reference* references_;  ///< That the tree is to be built of.
+  build::GeometryTable geometries_{};
 };
 
 }  // namespace

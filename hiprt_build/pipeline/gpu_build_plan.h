@@ -1,10 +1,10 @@
 #pragma once
 /// What a build on the device needs, and where it is. Internal.
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_sort.h>
 #include <hiprt_build/gpu/build.h>
-#include <hiprt_build/pair/gpu_pair_beyond.h>
-#include <hiprt_build/pipeline/gpu_places.h>
+#include <hiprt_build/pair/gpu_edge_table.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>
 
@@ -16,8 +16,8 @@ namespace hiprt::gpu {
 struct BuildPlan {
   std::uint32_t primitives = 0;
   std::size_t geometries = 0;
-  std::uint32_t pieces = 0;  ///< Places for references once they are cut; primitives where there are no cuts.
-  std::uint32_t room = 0;    ///< Places for leaves: pieces, or more where the tree is cut from the top.
+  std::uint32_t pieces = 0;    ///< Places for references once they are cut; primitives where there are no cuts.
+  std::uint32_t capacity = 0;  ///< Places for leaves: pieces, or more where the tree is cut from the top.
   build::Builder builder{};
   NodeLayout layout{};
   bool pairs = false;                                ///< Of triangles.
@@ -28,19 +28,19 @@ struct BuildPlan {
   bool from_top() const {
     return builder == build::Builder::kSah || builder == build::Builder::kSbvh || builder == build::Builder::kHq;
   }
-  TopDownTuning tuning() const { return TopDownTuning::for_cuts(split_budget > 1.0); }
+  TopDownTuning tuning() const { return TopDownTuning::for_spatial_splits(split_budget > 1.0); }
   bool presplits() const { return pieces != primitives; }
   /// Whether a primitive can be in several leaves.
-  bool splits() const { return room != primitives; }
+  bool splits() const { return capacity != primitives; }
   /// Whether a pass over the whole tree makes its plans: where they do not come with its nodes.
   bool finishes() const { return rounds != 0 || from_top() || builder == build::Builder::kPloc; }
 };
 
 /// Needed until the tree stands: lies where the wide nodes and the leaves will be, if that is enough.
 struct Transient {
-  build::LeafReference* references;
-  PairBeyondScratch pairing{};  ///< Where everything below is once there are pairs.
-  build::LeafReference* parts = nullptr;
+  build::Reference* references;
+  EdgeTableScratch pairing{};  ///< Where everything below is once there are pairs.
+  build::Reference* parts = nullptr;
   build::SortBuffers sort{};
   std::byte* sort_temp = nullptr;
   build::kernels::SortedLeaves sorted{};
@@ -48,7 +48,7 @@ struct Transient {
   /// Of the stage that runs.
   std::byte* stage = nullptr;
 
-  Transient(Pieces& pieces, const BuildPlan& plan);
+  Transient(Arena& arena, const BuildPlan& plan);
 };
 
 /// Needed until the wide tree stands.
@@ -58,24 +58,24 @@ struct Kept {
   build::LeafPrimitives* primitives;
   build::LinkedNode* nodes;
   build::CollapsePlan* plans;
-  build::LeafReference* leaves = nullptr;  ///< Where they are not what their primitives are.
+  build::Reference* leaves = nullptr;  ///< Where they are not what their primitives are.
   Box* leaf_boxes = nullptr;
 
-  Kept(Pieces& pieces, const BuildPlan& plan);
+  Kept(Arena& arena, const BuildPlan& plan);
 };
 
 /// All the sizes and places of a build.
 struct Layouts {
   BuildPlan plan;
-  FilePlaces file;
+  FileLayout file;
   std::uint64_t report, transient, kept;
   bool transient_in_output;
 
   explicit Layouts(const BuildPlan& build_plan);
 
-  std::uint64_t transient_offset() const { return align(file.sections[0].offset, kDeviceAlignment); }
+  std::uint64_t transient_offset() const { return align_up(file[kNodesAt].offset, kDeviceAlignment); }
   BuildSizes sizes() const {
-    return {report + align(sizeof(BuildReport), kDeviceAlignment), kept + (transient_in_output ? 0 : transient)};
+    return {report + align_up(sizeof(BuildReport), kDeviceAlignment), kept + (transient_in_output ? 0 : transient)};
   }
 };
 

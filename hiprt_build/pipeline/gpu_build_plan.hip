@@ -3,6 +3,7 @@
 #include <hiprt_build/input/check_options.h>
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>
+#include <hiprt_build/pipeline/gpu_check_options.h>
 #include <hiprt_build/presplit/gpu_presplit.h>
 #include <hiprt_build/reinsert/gpu_reinsert.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>
@@ -15,8 +16,8 @@ namespace {
 using build::Builder;
 using build::KeptCluster;
 using build::LeafPrimitives;
-using build::LeafReference;
 using build::LinkedNode;
+using build::Reference;
 
 constexpr unsigned kHqRounds = 8;
 
@@ -46,65 +47,66 @@ bool has_customs(std::span<const DeviceGeometry> geometries) {
 }
 
 /// How many references there may be after cuts.
-std::uint32_t room_after(std::uint32_t count, double budget) {
-  return budget > 1.0 ? static_cast<std::uint32_t>(build::room_for_splits(count, budget)) : count;
+std::uint32_t capacity_after(std::uint32_t count, double budget) {
+  return budget > 1.0 ? static_cast<std::uint32_t>(build::split_capacity(count, budget)) : count;
 }
 
 /// Of the stages that run one after the other the largest.
 std::uint64_t stage_scratch(const BuildPlan& plan) {
   std::uint64_t most = 0;
-  if (plan.presplits()) most = std::max(most, cut_scratch(plan.primitives, plan.pieces));
-  if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.room, plan.tuning()));
-  if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.room));
-  if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.room, plan.rounds));
+  if (plan.presplits()) most = std::max(most, presplit_scratch(plan.primitives, plan.pieces));
+  if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.capacity, plan.tuning()));
+  if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.capacity));
+  if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.capacity, plan.rounds));
   return most;
 }
 
 }  // namespace
 
-Transient::Transient(Pieces& pieces, const BuildPlan& plan) : references(pieces.take<LeafReference>(plan.primitives)) {
+Transient::Transient(Arena& arena, const BuildPlan& plan) : references(arena.take<Reference>(plan.primitives)) {
   const std::uint32_t n = plan.pieces;
-  Pieces before = pieces;
-  if (plan.pairs) pairing = PairBeyondScratch::take(before, plan.primitives);
-  if (plan.presplits()) parts = pieces.take<LeafReference>(n);
+  Arena before = arena;
+  if (plan.pairs) pairing = EdgeTableScratch::take(before, plan.primitives);
+  if (plan.presplits()) parts = arena.take<Reference>(n);
   if (!plan.from_top()) {
     for (unsigned i = 0; i < 2; ++i) {
-      sort.keys[i] = pieces.take<std::uint64_t>(n);
-      sort.values[i] = pieces.take<std::uint32_t>(n);
+      sort.keys[i] = arena.take<std::uint64_t>(n);
+      sort.values[i] = arena.take<std::uint32_t>(n);
     }
-    sort_temp = pieces.take<std::byte>(plan.sort_bytes);
-    if (!plan.splits()) sorted.references = pieces.take<LeafReference>(n);
-    sorted.levels = pieces.take<std::uint8_t>(n);
-    sorted.met = pieces.take<std::uint32_t>(n);
-    kept = pieces.take<KeptCluster>(n);
+    sort_temp = arena.take<std::byte>(plan.sort_bytes);
+    if (!plan.splits()) sorted.references = arena.take<Reference>(n);
+    sorted.levels = arena.take<std::uint8_t>(n);
+    sorted.met = arena.take<std::uint32_t>(n);
+    kept = arena.take<KeptCluster>(n);
   } else if (!plan.splits()) {
-    sorted.references = pieces.take<LeafReference>(n);
+    sorted.references = arena.take<Reference>(n);
   }
-  stage = pieces.take<std::byte>(stage_scratch(plan));
-  pieces.pass(before);
+  stage = arena.take<std::byte>(stage_scratch(plan));
+  arena.skip(before);
 }
 
-Kept::Kept(Pieces& pieces, const BuildPlan& plan) {
-  const std::uint32_t n = plan.room;
-  state = pieces.take<build::kernels::BuildState>(1);
-  geometries = pieces.take<build::GeometryView>(plan.geometries);
-  primitives = pieces.take<LeafPrimitives>(n);
-  nodes = pieces.take<LinkedNode>(n);
-  plans = pieces.take<build::CollapsePlan>(n);
+Kept::Kept(Arena& arena, const BuildPlan& plan) {
+  const std::uint32_t n = plan.capacity;
+  state = arena.take<build::kernels::BuildState>(1);
+  geometries = arena.take<build::GeometryView>(plan.geometries);
+  primitives = arena.take<LeafPrimitives>(n);
+  nodes = arena.take<LinkedNode>(n);
+  plans = arena.take<build::CollapsePlan>(n);
   if (!plan.splits()) return;
-  leaves = pieces.take<LeafReference>(n);
-  if (plan.layout == NodeLayout::kHalf || plan.layout == NodeLayout::kQuantized) leaf_boxes = pieces.take<Box>(n);
+  leaves = arena.take<Reference>(n);
+  if (plan.layout == NodeLayout::kHalf || plan.layout == NodeLayout::kQuantized) leaf_boxes = arena.take<Box>(n);
 }
 
 Layouts::Layouts(const BuildPlan& build_plan)
-    : plan(build_plan), file(plan.layout, plan.room, plan.room, plan.primitives, plan.geometries) {
-  report = align(file.size, kDeviceAlignment);
-  Pieces pieces, more;
-  Transient(pieces, plan);
-  Kept(more, plan);
-  transient = pieces.size();
-  kept = more.size();
-  transient_in_output = transient_offset() + transient <= file.sections[2].offset;
+    : plan(build_plan),
+      file(tree_layout(plan.layout, {plan.capacity, plan.capacity, plan.primitives, plan.geometries})) {
+  report = align_up(file.byte_size(), kDeviceAlignment);
+  Arena arena, kept_arena;
+  Transient(arena, plan);
+  Kept(kept_arena, plan);
+  transient = arena.size();
+  kept = kept_arena.size();
+  transient_in_output = transient_offset() + transient <= file[kPrimitiveMapAt].offset;
 }
 
 Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options) {
@@ -123,16 +125,16 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
       whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(build::kSplitBudget);
   plan.rounds = options.reinsertion_rounds.value_or(options.builder == Builder::kHq ? kHqRounds : 0);
   plan.radius = options.ploc_radius;
-  plan.pieces = room_after(plan.primitives, plan.presplit_budget);
-  plan.room = plan.from_top() ? room_after(plan.pieces, plan.split_budget) : plan.pieces;
+  plan.pieces = capacity_after(plan.primitives, plan.presplit_budget);
+  plan.capacity = plan.from_top() ? capacity_after(plan.pieces, plan.split_budget) : plan.pieces;
   build::SortBuffers none{};
   if (!plan.from_top())
     if (auto asked = build::sort_pairs(nullptr, plan.sort_bytes, none, plan.pieces, nullptr); !asked)
       return tl::unexpected(std::move(asked.error()));
   const Layouts layouts(plan);
-  if (layouts.file.sections[2].offset > kAddressLimit)
+  if (layouts.file[kPrimitiveMapAt].offset > kAddressLimit)
     return fail(ErrorCode::kTooLarge, plan.primitives, " primitives: their nodes and leaves may end at byte ",
-                layouts.file.sections[2].offset, ", a node reference addresses ", kAddressLimit);
+                layouts.file[kPrimitiveMapAt].offset, ", a node reference addresses ", kAddressLimit);
   return layouts;
 }
 

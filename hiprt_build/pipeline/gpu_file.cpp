@@ -1,6 +1,7 @@
 #include <hiprt_build/pipeline/gpu_file.h>
 
 #include <hiprt_build/format/checksum.h>
+#include <hiprt_build/format/file_layout.h>
 #include <hiprt_device/format/buffer.h>
 
 #include <nlohmann/json.hpp>
@@ -30,13 +31,13 @@ std::string make_provenance(const gpu::BuildReport& report, std::string_view too
 Buffer complete_file(std::span<const std::byte> bytes, const gpu::BuildReport& report, std::string_view tool) {
   const std::string provenance = make_provenance(report, tool);
   SectionEntry section{};
-  std::memcpy(&section, bytes.data() + sizeof(FileHeader) + 4 * sizeof(SectionEntry), sizeof(section));
+  std::memcpy(&section, bytes.data() + sizeof(FileHeader) + kProvenanceAt * sizeof(SectionEntry), sizeof(section));
   section.count = provenance.size();
   Buffer buffer(section.offset + section.count);
   std::byte* to = buffer.bytes().data();
   std::memcpy(to, bytes.data(), bytes.size());
   std::memcpy(to + section.offset, provenance.data(), provenance.size());
-  std::memcpy(to + sizeof(FileHeader) + 4 * sizeof(SectionEntry), &section, sizeof(section));
+  std::memcpy(to + sizeof(FileHeader) + kProvenanceAt * sizeof(SectionEntry), &section, sizeof(section));
   auto& header = *reinterpret_cast<FileHeader*>(to);
   header.byte_size = buffer.size();
   header.checksum = file_checksum(buffer.bytes());

@@ -33,13 +33,13 @@ static __global__ void put_geometries(GeometryChunk chunk, std::uint32_t begin, 
   if (i >= count) return;
   const GeometryView view = chunk.views[i];
   views[begin + i] = view;
-  records[begin + i] = GeometryRecord{view.first, view.primitives, 0, view.mask, view.flags};
+  records[begin + i] = GeometryRecord{view.first, view.primitive_count, 0, view.mask, view.flags};
 }
 
 /// Leaves, their boxes and the scene's; each group of lanes takes a window after the other.
 /// @param singles the triangles that stay single, in any order; nullptr: nobody asks.
 static __global__ void __launch_bounds__(kGroupBlock)
-    pair_primitives(PairWindow<WaveGroup> windows, LeafReference* references, std::uint32_t* singles,
+    pair_primitives(PairWindow<WaveGroup> windows, Reference* references, std::uint32_t* singles,
                     GeometryRecord* records, BuildState* state) {
   __shared__ PairWindow<WaveGroup>::Shared shared[kGroupsPerBlock];
   __shared__ SharedBox bounds, centers;
@@ -53,23 +53,23 @@ static __global__ void __launch_bounds__(kGroupBlock)
   Box my_bounds = empty_box(), my_centers = empty_box();
   GroupCounts mine{};
   const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
-  const std::uint32_t all = (windows.soup.primitives + kPairWindow - 1) / kPairWindow;
+  const std::uint32_t all = (windows.geometries.primitive_count + kPairWindow - 1) / kPairWindow;
   for (std::uint32_t w = blockIdx.x * kGroupsPerBlock + my_group; w < all; w += gridDim.x * kGroupsPerBlock)
     windows(WaveGroup{}, shared[my_group], w, [&](const PairedPrimitive& paired) {
-      const LeafReference reference{paired.box, paired.group, paired.primitive};
+      const Reference reference{paired.box, paired.contents, paired.primitive};
       references[paired.primitive] = reference;
-      if (singles != nullptr && PairBeyond::is_single(reference))
+      if (singles != nullptr && EdgeTable::is_single(reference))
         singles[fetch_add(&state->counts.singles, 1)] = paired.primitive;
-      if (paired.fate != kKept) {
-        fetch_add(&counts.fate[paired.fate], 1);
+      if (paired.dropped != kKept) {
+        fetch_add(&counts.dropped[paired.dropped], 1);
         atomicAdd(reinterpret_cast<unsigned long long*>(&records[paired.geometry].dropped_count), 1ull);
       }
-      if (!paired.group.exists()) return;
+      if (!paired.contents.exists()) return;
       grow(my_bounds, paired.box);
       grow(my_centers, split_point(paired.box));
       ++mine.leaves;
-      mine.pairs += paired.group.is_pair() ? 1 : 0;
-      mine.customs += paired.group.is_custom() ? 1 : 0;
+      mine.pairs += paired.contents.is_pair() ? 1 : 0;
+      mine.customs += paired.contents.is_custom() ? 1 : 0;
     });
   if (my_bounds.min[0] <= my_bounds.max[0]) {
     bounds.add(my_bounds);
@@ -87,19 +87,19 @@ static __global__ void __launch_bounds__(kGroupBlock)
     fetch_add(&state->counts.pairs, counts.pairs);
     fetch_add(&state->counts.customs, counts.customs);
   }
-  for (unsigned fate = 1; fate < 4; ++fate)
-    if (counts.fate[fate] != 0) fetch_add(&state->counts.fate[fate], counts.fate[fate]);
+  for (unsigned reason = 1; reason < 4; ++reason)
+    if (counts.dropped[reason] != 0) fetch_add(&state->counts.dropped[reason], counts.dropped[reason]);
 }
 
 /// Keys of primitives that are not the first of a leaf come last.
 static __global__ void __launch_bounds__(kBlock)
-    make_keys(const LeafReference* references, std::uint32_t count, unsigned bits, const BuildState* state,
+    make_keys(const Reference* references, std::uint32_t count, unsigned bits, const BuildState* state,
               std::uint64_t* keys, std::uint32_t* values) {
   const std::uint32_t i = thread_index();
   if (i >= count) return;
-  const LeafReference reference = references[i];
+  const Reference reference = references[i];
   const MortonGrid grid = MortonGrid::over(state->centers.get(), bits);
-  keys[i] = reference.group.exists() ? grid.code(reference.box) : ~std::uint64_t{0};
+  keys[i] = reference.contents.exists() ? grid.code(reference.box) : ~std::uint64_t{0};
   values[i] = i;
 }
 
@@ -108,26 +108,26 @@ static __global__ void note_whole(BuildState* state) { state->whole = state->cou
 static __global__ void clear_centers(BuildState* state) { state->centers.clear(); }
 /// Of all references.
 static __global__ void __launch_bounds__(kBlock)
-    bound_centers(const LeafReference* references, std::uint32_t count, BuildState* state) {
+    bound_centers(const Reference* references, std::uint32_t count, BuildState* state) {
   __shared__ SharedBox centers;
   if (threadIdx.x == 0) centers.clear();
   __syncthreads();
   Box mine = empty_box();
   for (std::uint32_t i = thread_index(); i < count; i += gridDim.x * blockDim.x)
-    if (references[i].group.exists()) grow(mine, split_point(references[i].box));
+    if (references[i].contents.exists()) grow(mine, split_point(references[i].box));
   if (mine.min[0] <= mine.max[0]) centers.add(mine);
   __syncthreads();
   if (threadIdx.x == 0 && !centers.empty()) state->centers.add(centers.get());
 }
 
 static __global__ void __launch_bounds__(kBlock)
-    gather_leaves(const LeafReference* references, const std::uint64_t* keys, const std::uint32_t* order,
+    gather_leaves(const Reference* references, const std::uint64_t* keys, const std::uint32_t* order,
                   const BuildState* state, SortedLeaves sorted) {
   const std::uint32_t i = thread_index(), count = state->counts.leaves;
   if (i >= count) return;
-  const LeafReference reference = references[order[i]];
+  const Reference reference = references[order[i]];
   sorted.references[i] = reference;
-  sorted.primitives[i] = LeafPrimitives{reference.primitive, reference.group};
+  sorted.primitives[i] = LeafPrimitives{reference.primitive, reference.contents};
   sorted.met[i] = kInvalidId;
   if (i + 1 < count) sorted.levels[i] = boundary_level(keys[i], keys[i + 1], i);
 }
@@ -148,9 +148,9 @@ static __global__ void __launch_bounds__(kGroupBlock)
 }
 
 static __global__ void __launch_bounds__(kBlock)
-    list_primitives(const LeafReference* references, std::uint32_t count, LeafPrimitives* primitives) {
+    list_primitives(const Reference* references, std::uint32_t count, LeafPrimitives* primitives) {
   const std::uint32_t i = thread_index();
-  if (i < count) primitives[i] = LeafPrimitives{references[i].primitive, references[i].group};
+  if (i < count) primitives[i] = LeafPrimitives{references[i].primitive, references[i].contents};
 }
 
 /// Whether the tree must be made again: the climbs have to begin anew.
@@ -184,7 +184,7 @@ __global__ void __launch_bounds__(kBlock)
 /// Where everything is in the output.
 struct OutputPlan {
   std::byte* base;
-  SectionEntry sections[5];
+  SectionEntry sections[kTreeSections];
   std::uint64_t size;  ///< Bytes of the file; the report lies behind.
   BuildReport* report;
   NodeLayout layout;
@@ -210,15 +210,16 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   if (counts.leaves > counts.customs) features |= feature_bit(Feature::kTriangles);
   if (counts.customs != 0) features |= feature_bit(Feature::kCustom);
   if (counts.leaves > state->whole) features |= feature_bit(Feature::kSplitReferences);
-  const auto* records = reinterpret_cast<const GeometryRecord*>(plan.base + plan.sections[3].offset);
+  const auto* records = reinterpret_cast<const GeometryRecord*>(plan.base + plan.sections[kGeometriesAt].offset);
   for (std::uint32_t i = 0; i < plan.geometries; ++i)
     if (records[i].mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
   NodeRef ref = kInvalidRef;
   if (is_run && !too_large)
-    ref = make_ref(plan.sections[1].offset,
+    ref = make_ref(plan.sections[kLeavesAt].offset,
                    counts.customs == counts.leaves ? NodeType::kProcedural : NodeType::kTriangle0);
   else if (nodes != 0 && !too_deep && !too_large)
-    ref = make_ref(plan.sections[0].offset, plan.layout == NodeLayout::kHalf ? NodeType::kBox16 : NodeType::kBox32);
+    ref = make_ref(plan.sections[kNodesAt].offset,
+                   plan.layout == NodeLayout::kHalf ? NodeType::kBox16 : NodeType::kBox32);
 
   FileHeader header{};
   for (unsigned i = 0; i < sizeof(kMagic); ++i) header.magic[i] = "HIPRTBVH"[i];
@@ -227,16 +228,16 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   header.layout = static_cast<std::uint32_t>(plan.layout);
   header.features = features;
   header.byte_size = plan.size;
-  header.section_count = 5;
+  header.section_count = kTreeSections;
   header.root = ref;
   header.stack_bound = state->wide.stack_need;
   header.geometry_count = plan.geometries;
   header.bounds = state->bounds.get();
   header.primitive_count = plan.primitives;
   *reinterpret_cast<FileHeader*>(plan.base) = header;
-  plan.sections[0].count = nodes;
-  plan.sections[1].count = counts.leaves;
-  for (unsigned i = 0; i < 5; ++i)
+  plan.sections[kNodesAt].count = nodes;
+  plan.sections[kLeavesAt].count = counts.leaves;
+  for (unsigned i = 0; i < kTreeSections; ++i)
     reinterpret_cast<SectionEntry*>(plan.base + sizeof(FileHeader))[i] = plan.sections[i];
 
   BuildReport report;
@@ -253,9 +254,9 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   report.custom_leaves = counts.customs;
   report.geometries = plan.geometries;
   report.pairs = counts.pairs;
-  report.dropped_not_finite = counts.fate[kNotFinite];
-  report.dropped_degenerate = counts.fate[kDegenerate];
-  report.bad_indices = counts.fate[kBadIndex];
+  report.dropped_not_finite = counts.dropped[kNotFinite];
+  report.dropped_degenerate = counts.dropped[kDegenerate];
+  report.bad_indices = counts.dropped[kBadIndex];
   report.status = too_deep                  ? BuildStatus::kTooDeep
                   : too_large               ? BuildStatus::kTooLarge
                   : report.bad_indices != 0 ? BuildStatus::kBadIndex

@@ -1,9 +1,9 @@
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/gpu/build.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/launch.h>
 #include <hiprt_build/pipeline/gpu_file.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 
 #include <algorithm>
@@ -12,6 +12,8 @@ namespace hiprt::gpu {
 namespace {
 
 constexpr unsigned kMoveBlock = 256;
+/// Bytes of the header and the section table.
+constexpr std::uint64_t kHeadSize = FileLayout::head_size(kTreeSections);
 
 /// Nodes whose children move by so many bytes: for a file whose gaps are closed.
 template <class Node>
@@ -28,7 +30,7 @@ __global__ void __launch_bounds__(kMoveBlock)
 /// A report with the head of its file.
 struct Downloaded {
   BuildReport report;
-  std::array<std::byte, kHeaderBytes> head;
+  std::array<std::byte, kHeadSize> head;
 
   FileHeader& header() { return *reinterpret_cast<FileHeader*>(head.data()); }
   SectionEntry* sections() { return reinterpret_cast<SectionEntry*>(head.data() + sizeof(FileHeader)); }
@@ -41,28 +43,29 @@ Result<void> copy(void* to, const void* from, std::size_t bytes, hipMemcpyKind k
   return check(hipMemcpyAsync(to, from, bytes, kind, stream), "hipMemcpyAsync", bytes, " bytes");
 }
 
-/// The sections of a file with gaps, at their places in one without.
+/// Copies the sections of a file with gaps into one without.
 template <class Layout>
-Result<void> move_sections(const Downloaded& from, const FilePlaces& places, std::byte* to, hipStream_t stream) {
+Result<void> move_sections(const Downloaded& from, const FileLayout& file, std::byte* to, hipStream_t stream) {
   using Node = typename Layout::Node;
   const auto* sections = reinterpret_cast<const SectionEntry*>(from.head.data() + sizeof(FileHeader));
   const std::byte* base = from.report.view.base;
-  const std::uint64_t back = sections[1].offset - places.sections[1].offset;
-  auto done = launch(
-      move_nodes<Node>, std::uint64_t{from.report.nodes}, stream, {.block = kMoveBlock, .name = "move_nodes"},
-      reinterpret_cast<const Node*>(base + sections[0].offset), reinterpret_cast<Node*>(to + places.sections[0].offset),
-      from.report.nodes, sections[1].offset, static_cast<std::uint32_t>(back / kNodeGranularity));
+  const std::uint64_t back = sections[kLeavesAt].offset - file[kLeavesAt].offset;
+  auto done =
+      launch(move_nodes<Node>, std::uint64_t{from.report.nodes}, stream, {.block = kMoveBlock, .name = "move_nodes"},
+             reinterpret_cast<const Node*>(base + sections[kNodesAt].offset),
+             reinterpret_cast<Node*>(to + file[kNodesAt].offset), from.report.nodes, sections[kLeavesAt].offset,
+             static_cast<std::uint32_t>(back / kNodeGranularity));
   // Zero bytes between the sections.
-  std::uint64_t end = kHeaderBytes;
-  for (unsigned i = 0; i < 5 && done; ++i) {
-    const SectionEntry& section = places.sections[i];
-    const std::uint64_t gap = std::min(section.offset, places.size) - std::min(end, places.size);
+  std::uint64_t end = kHeadSize;
+  for (unsigned i = 0; i < kTreeSections && done; ++i) {
+    const SectionEntry& section = file[i];
+    const std::uint64_t gap = std::min(section.offset, file.byte_size()) - std::min(end, file.byte_size());
     if (gap != 0) done = check(hipMemsetAsync(to + end, 0, gap, stream), "hipMemsetAsync", gap, " bytes");
     end = section.offset + section.count * section.stride;
   }
-  for (unsigned i = 1; i < 4 && done; ++i)
-    done = copy(to + places.sections[i].offset, base + sections[i].offset,
-                places.sections[i].count * places.sections[i].stride, hipMemcpyDeviceToDevice, stream);
+  for (unsigned i = kLeavesAt; i < kProvenanceAt && done; ++i)
+    done = copy(to + file[i].offset, base + sections[i].offset, file[i].count * file[i].stride, hipMemcpyDeviceToDevice,
+                stream);
   return done;
 }
 
@@ -74,34 +77,34 @@ Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Alloca
   if (done) done = wait(stream);
   if (done && from.report.status == BuildStatus::kTooDeep)
     done = fail(ErrorCode::kTooLarge, "the tree needs ", from.report.view.stack_bound, " stack entries, the limit is ",
-                build::kernels::kMaxStackBound);
+                build::kMaxStackBound);
   if (done && from.report.status == BuildStatus::kTooLarge)
     done = fail(
         ErrorCode::kInvalidInput,
         "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; float, planes and half can");
-  if (done) done = copy(from.head.data(), from.report.view.base, kHeaderBytes, hipMemcpyDeviceToHost, stream);
+  if (done) done = copy(from.head.data(), from.report.view.base, kHeadSize, hipMemcpyDeviceToHost, stream);
   if (done) done = wait(stream);
   if (!done) return tl::unexpected(std::move(done.error()));
   const SceneView& view = from.report.view;
-  const FilePlaces places(view.layout, from.report.nodes, from.report.leaves, from.header().primitive_count,
-                          from.header().geometry_count);
-  auto buffer = DeviceBuffer::make(places.size, stream, allocator);
+  const FileLayout file = tree_layout(view.layout, {from.report.nodes, from.report.leaves,
+                                                    from.header().primitive_count, from.header().geometry_count});
+  auto buffer = DeviceBuffer::make(file.byte_size(), stream, allocator);
   if (!buffer) return tl::unexpected(std::move(buffer.error()));
   std::byte* to = buffer->data();
   done = dispatch_layout(view.layout,
-                         [&](auto layout) { return move_sections<decltype(layout)>(from, places, to, stream); });
+                         [&](auto layout) { return move_sections<decltype(layout)>(from, file, to, stream); });
   FileHeader& header = from.header();
-  if (header.root != kInvalidRef && ref_offset(header.root) >= from.sections()[1].offset)
-    header.root = make_ref(places.sections[1].offset, ref_type(header.root));
-  header.byte_size = places.size;
-  std::copy_n(places.sections, 5, from.sections());
-  if (done) done = copy(to, from.head.data(), kHeaderBytes, hipMemcpyHostToDevice, stream);
+  if (header.root != kInvalidRef && ref_offset(header.root) >= from.sections()[kLeavesAt].offset)
+    header.root = make_ref(file[kLeavesAt].offset, ref_type(header.root));
+  header.byte_size = file.byte_size();
+  std::copy_n(file.begin(), kTreeSections, from.sections());
+  if (done) done = copy(to, from.head.data(), kHeadSize, hipMemcpyHostToDevice, stream);
   if (done) done = wait(stream);
   if (!done) return tl::unexpected(std::move(done.error()));
   BuiltScene scene{std::move(*buffer), view, from.report};
   scene.view.base = to;
-  scene.view.size = places.size;
-  scene.view.geometries = reinterpret_cast<const GeometryRecord*>(to + places.sections[3].offset);
+  scene.view.size = file.byte_size();
+  scene.view.geometries = reinterpret_cast<const GeometryRecord*>(to + file[kGeometriesAt].offset);
   scene.view.root = header.root;
   scene.report.view = scene.view;
   return scene;

@@ -7,7 +7,7 @@
 #include <hiprt_build/lbvh_ploc/hploc.h>
 #include <hiprt_build/lbvh_ploc/lbvh.h>
 #include <hiprt_build/lbvh_ploc/morton.h>
-#include <hiprt_build/pair/pair_beyond.h>
+#include <hiprt_build/pair/edge_table.h>
 #include <hiprt_build/pair/pair_window.h>
 
 #include <bit>
@@ -17,7 +17,6 @@ namespace hiprt::build::kernels {
 inline constexpr unsigned kBlock = 256;
 /// Of kernels whose groups need shared memory.
 inline constexpr unsigned kGroupBlock = 128, kGroupsPerBlock = kGroupBlock / WaveGroup::kLanes;
-inline constexpr std::uint32_t kMaxStackBound = 180;
 
 inline __device__ std::uint32_t thread_index() { return blockIdx.x * blockDim.x + threadIdx.x; }
 
@@ -56,9 +55,9 @@ struct SharedBox {
   }
 };
 
-/// Counts of primitives: [Fate] for those that are dropped; singles: triangles that no window has paired.
+/// Counts of primitives: [DropReason] for those that are dropped; singles: triangles that no window has paired.
 struct GroupCounts {
-  std::uint32_t leaves, pairs, customs, singles, fate[4];
+  std::uint32_t leaves, pairs, customs, singles, dropped[4];
 };
 
 /// How far the writing of a wide tree is.
@@ -78,18 +77,13 @@ struct BuildState {
 
 /// What the climbs need, in the order of the keys.
 struct SortedLeaves {
-  LeafReference* references;
+  Reference* references;
   LeafPrimitives* primitives;
   std::uint8_t* levels;
   std::uint32_t* met;
 };
 
-struct SortedBoxes {
-  const LeafReference* references;
-
-  HIPRT_HD HIPRT_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
-};
-using PlannedTree = LinkedTree<SortedBoxes, PlanSums>;
+using PlannedTree = LinkedTree<ReferenceLeaves, PlanSums>;
 
 /// Clears entry i of the queue; the root's has its task. A tree of one run is written.
 template <class Layout>

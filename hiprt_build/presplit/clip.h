@@ -1,8 +1,8 @@
 #pragma once
 /// Bounds of the two parts of a leaf's triangles on either side of a plane. Internal.
 
-#include <hiprt_build/input/corners.h>
-#include <hiprt_build/tree/aabb.h>
+#include <hiprt_build/input/leaf.h>
+#include <hiprt_build/tree/box.h>
 
 #include <bit>
 #include <cstdint>
@@ -10,20 +10,18 @@
 namespace hiprt::build {
 
 struct SplitBounds {
-  Aabb left, right;
+  SimdBox left, right;
 };
 
 namespace clip_detail {
 
 /// As std::nextafter(x, infinity).
 HIPRT_HD HIPRT_INLINE float next_above(float x) {
-  if (!(x < Aabb::kInfinity)) return x;
+  if (!(x < SimdBox::kInfinity)) return x;
   const auto bits = std::bit_cast<std::uint32_t>(x);
   return std::bit_cast<float>(x == 0.0f ? 1u : x > 0.0f ? bits + 1 : bits - 1);
 }
 HIPRT_HD HIPRT_INLINE float next_below(float x) { return -next_above(-x); }
-
-HIPRT_HD HIPRT_INLINE Float4 to_float4(const Point& p) { return Float4{p.x[0], p.x[1], p.x[2], 0.0f}; }
 
 /// Adds the point of edge a b in the plane, rounded outwards on the other axes.
 HIPRT_HD HIPRT_INLINE void add_crossing(const Point& a, const Point& b, unsigned axis, float plane,
@@ -54,7 +52,7 @@ HIPRT_HD HIPRT_INLINE void add_triangle(const Point (&v)[3], unsigned axis, floa
 }
 
 /// The common part; an axis without any keeps the limit's.
-HIPRT_HD HIPRT_INLINE Aabb intersect(Aabb box, const Aabb& limit) {
+HIPRT_HD HIPRT_INLINE SimdBox intersect(SimdBox box, const SimdBox& limit) {
   box.min = max4(box.min, limit.min);
   box.max = min4(box.max, limit.max);
   for (int axis = 0; axis < 3; ++axis)
@@ -66,7 +64,7 @@ HIPRT_HD HIPRT_INLINE Aabb intersect(Aabb box, const Aabb& limit) {
 
 /// @param pair whether there are two triangles.
 /// @param box bounds of the part of them that is to be split: the results stay inside.
-HIPRT_HD HIPRT_INLINE SplitBounds split_bounds(const LeafCorners& corners, bool pair, const Aabb& box, unsigned axis,
+HIPRT_HD HIPRT_INLINE SplitBounds split_bounds(const LeafCorners& corners, bool pair, const SimdBox& box, unsigned axis,
                                                float plane) {
   const Point(&v)[4] = corners.v;
   SplitBounds result;
@@ -75,6 +73,13 @@ HIPRT_HD HIPRT_INLINE SplitBounds split_bounds(const LeafCorners& corners, bool 
   result.left = clip_detail::intersect(result.left, box);
   result.right = clip_detail::intersect(result.right, box);
   return result;
+}
+
+/// @param leaf LeafPrimitives or Reference. @pre triangles.
+template <class Leaf>
+HIPRT_HD HIPRT_INLINE SplitBounds split_bounds(const GeometryTable& geometries, const Leaf& leaf, const SimdBox& box,
+                                               unsigned axis, float plane) {
+  return split_bounds(leaf_corners(geometries, leaf), leaf.contents.is_pair(), box, axis, plane);
 }
 
 }  // namespace hiprt::build

@@ -1,82 +1,80 @@
 #include <hiprt_build/presplit/gpu_presplit.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/exec/gpu_scan.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/presplit/gpu_presplit_kernels.h>
 
 namespace hiprt::gpu {
 namespace {
 
 using namespace build::kernels;
-using build::LeafReference;
+using build::Reference;
 
-/// Launches in which references with many cuts are cut once each.
+/// Launches in which references with many splits are split once each.
 constexpr unsigned kLargeLaunches = 10;
-/// Fewer cuts than that are left to one thread.
-constexpr std::uint32_t kManyCuts = 8;
+/// Fewer splits than that are left to one thread.
+constexpr std::uint32_t kManySplits = 8;
 
-struct Places {
+struct PresplitScratch {
   ScaleTries* tries;
   float* weights;
-  std::uint32_t* places;
+  std::uint32_t* slots;
   std::size_t scan_bytes = 0;
   std::byte* scan;
   std::uint32_t* pending;
   std::uint32_t* count;
 
-  Places(Pieces& pieces, std::uint32_t input, std::uint32_t room)
-      : tries(pieces.take<ScaleTries>(1)),
-        weights(pieces.take<float>(input)),
-        places(pieces.take<std::uint32_t>(input)) {
+  PresplitScratch(Arena& arena, std::uint32_t input, std::uint32_t capacity)
+      : tries(arena.take<ScaleTries>(1)), weights(arena.take<float>(input)), slots(arena.take<std::uint32_t>(input)) {
     // Only says how many bytes it needs: cannot fail.
     (void)build::exclusive_scan(nullptr, scan_bytes, nullptr, nullptr, input, nullptr, nullptr);
-    scan = pieces.take<std::byte>(scan_bytes);
-    pending = pieces.take<std::uint32_t>(room);
-    count = pieces.take<std::uint32_t>(1);
+    scan = arena.take<std::byte>(scan_bytes);
+    pending = arena.take<std::uint32_t>(capacity);
+    count = arena.take<std::uint32_t>(1);
   }
 };
 
 }  // namespace
 
-std::uint64_t cut_scratch(std::uint32_t input, std::uint32_t room) {
-  Pieces pieces;
-  Places(pieces, input, room);
-  return pieces.size();
+std::uint64_t presplit_scratch(std::uint32_t input, std::uint32_t capacity) {
+  Arena arena;
+  PresplitScratch(arena, input, capacity);
+  return arena.size();
 }
 
-Result<void> enqueue_cut(const CutInput& input, LeafReference* parts, std::byte* scratch, hipStream_t stream) {
+Result<void> enqueue_presplit(const PresplitInput& input, Reference* parts, std::byte* scratch, hipStream_t stream) {
   BuildState* const state = input.state;
-  const std::uint32_t n = input.input, room = input.room;
+  const std::uint32_t n = input.input, capacity = input.capacity;
   const double budget = input.budget;
-  Pieces pieces(scratch);
-  Places places(pieces, n, room);
-  LeafParts to{input.soup, parts, {places.pending}, 0};
-  const CutPlanesOf planes{state};
+  Arena arena(scratch);
+  PresplitScratch slots(arena, n, capacity);
+  ReferenceParts to{input.geometries, parts, {slots.pending}, 0};
+  const ScenePlanes planes{state};
   Launcher steps(stream);
-  steps.fill_bytes("tries of scales", places.tries, 1, 0);
-  steps.fill_bytes("parts", parts, room, 0xff);
-  steps.fill_bytes("pending cuts", places.pending, room, 0);
-  steps.fill_bytes("the number of parts", places.count, 1, 0);
-  steps.each(n, "weigh_references", weigh_references, input.soup, input.references, n, state, places.weights);
+  steps.fill_bytes("tries of scales", slots.tries, 1, 0);
+  steps.fill_bytes("parts", parts, capacity, 0xff);
+  steps.fill_bytes("pending splits", slots.pending, capacity, 0);
+  steps.fill_bytes("the number of parts", slots.count, 1, 0);
+  steps.each(n, "weigh_references", weigh_references, input.geometries, input.references, n, state, slots.weights);
   for (unsigned i = 0; i < ScaleTries::kCount; ++i)
-    steps.persistent("try_scale", Launcher::kBlock, (n - 1) / Launcher::kBlock + 1, try_scale, places.weights, n, state,
-                     budget, i, places.tries);
-  steps.each(n, "count_places", count_places, input.references, places.weights, n, state, budget, places.tries,
-             places.places);
+    steps.persistent("try_scale", Launcher::kBlock, (n - 1) / Launcher::kBlock + 1, try_scale, slots.weights, n, state,
+                     budget, i, slots.tries);
+  steps.each(n, "count_slots", count_slots, input.references, slots.weights, n, state, budget, slots.tries,
+             slots.slots);
   steps.then([&] {
-    return build::exclusive_scan(places.scan, places.scan_bytes, places.places, places.places, n, nullptr, stream);
+    return build::exclusive_scan(slots.scan, slots.scan_bytes, slots.slots, slots.slots, n, nullptr, stream);
   });
-  steps.each(n, "place_references", place_references, input.references, places.weights, places.places, n, state, budget,
-             places.tries, to);
+  steps.each(n, "scatter_input", scatter_input, input.references, slots.weights, slots.slots, n, state, budget,
+             slots.tries, to);
   for (unsigned i = 0; i < kLargeLaunches; ++i) {
     ++to.now;
-    steps.each(room, "cut_large", cut_large, planes, to, room, kManyCuts);
+    steps.each(capacity, "split_large", split_large, planes, to, capacity, kManySplits);
   }
   ++to.now;
-  steps.each(room, "cut_rest", cut_rest, planes, to, room);
-  steps.each(room, "count_parts", count_parts, parts, room, places.count);
-  steps.one("set_leaves", set_leaves, places.count, state);
+  steps.each(capacity, "split_remaining", split_remaining, planes, to, capacity);
+  steps.each(capacity, "count_parts", count_parts, parts, capacity, slots.count);
+  steps.one("set_leaves", set_leaves, slots.count, state);
   return steps.result();
 }
 

@@ -1,18 +1,17 @@
 #pragma once
-/// References that are cut before a tree is built over them. Internal.
+/// References that are split before a tree is built over them. Internal.
 
 #include <hiprt_build/exec/cpu.h>
-#include <hiprt_build/input/geometry.h>
 #include <hiprt_build/tree/binary_tree.h>
 
 namespace hiprt::build {
 
-/// Cuts references of triangles at planes of a grid over the scene, coarse planes first: those are where a tree will
-/// part the scene. Who has the most empty area in its box, and the coarsest planes through it, is cut most often.
+/// Splits references of triangles at planes of a grid over the scene, coarse planes first: those are where a tree will
+/// part the scene. Who has the most empty area in its box, and the coarsest planes through it, is split most often.
 /// @param budget references that there may be afterwards, relative to those before, at least 1.
 /// @pre no group is of custom primitives.
 /// @return at most budget times as many references; their order follows that of the input.
-ScratchArray<Reference> presplit(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
-                                 ScratchArray<Reference> references, double budget);
+ScratchArray<Reference> presplit(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references,
+                                 double budget);
 
 }  // namespace hiprt::build

@@ -1,5 +1,5 @@
 #pragma once
-/// Where references are cut before a tree is built over them, and how often (Karras and Aila, "Fast parallel
+/// Where references are split before a tree is built over them, and how often (Karras and Aila, "Fast parallel
 /// construction of high-quality bounding volume hierarchies", 2013, section 3.4). Internal.
 
 #include <hiprt_build/presplit/clip.h>
@@ -10,14 +10,14 @@
 
 namespace hiprt::build {
 
-/// Cuts of one reference: keeps hostile scenes from spending everything on one triangle.
-inline constexpr std::uint32_t kMostCuts = 1u << 16;
+/// Splits of one reference: keeps hostile scenes from spending everything on one triangle.
+inline constexpr std::uint32_t kMaxSplits = 1u << 16;
 
 /// Of the bits of the largest scale (find_scale()).
 inline constexpr unsigned kScalePrecision = 12;
 
 /// Planes that halve a cube around the scene, its halves, and so on.
-class CutPlanes {
+class SplitPlanes {
  public:
   static constexpr unsigned kBits = 21;
 
@@ -26,9 +26,9 @@ class CutPlanes {
     float position;
   };
 
-  HIPRT_HD explicit CutPlanes(const Box& scene) : low_{scene.min[0], scene.min[1], scene.min[2]} {
+  HIPRT_HD explicit SplitPlanes(const Box& scene) : low_{scene.min[0], scene.min[1], scene.min[2]} {
     const float longest = longest_edge(scene);
-    if (longest > 0x1p-100f && longest < Aabb::kInfinity) {
+    if (longest > 0x1p-100f && longest < SimdBox::kInfinity) {
       cells_per_unit_ = static_cast<float>(1u << kBits) / longest;
       unit_ = longest / static_cast<float>(1u << kBits);
     }
@@ -126,26 +126,27 @@ HIPRT_HD HIPRT_INLINE float negative_power(unsigned n) { return std::bit_cast<fl
 
 }  // namespace presplit_detail
 
-/// In proportion to the cuts that a reference should have.
+/// In proportion to the splits that a reference should have.
 /// @param box of the reference. @param corners,pair its triangles.
-HIPRT_HD HIPRT_INLINE float cut_weight(const CutPlanes& planes, const Box& box, const LeafCorners& corners, bool pair) {
+HIPRT_HD HIPRT_INLINE float split_weight(const SplitPlanes& planes, const Box& box, const LeafCorners& corners,
+                                         bool pair) {
   using namespace presplit_detail;
   const Point(&v)[4] = corners.v;
   const unsigned coarse = planes.coarseness(box);
   const float own = least_area(v[0], v[1], v[2]) + (pair ? least_area(v[1], v[3], v[2]) : 0.0f);
   const float empty = half_area(box) - kFilled * own;
-  if (coarse == 0 || !(empty > 0.0f) || !(empty < Aabb::kInfinity)) return 0.0f;
-  const float part = empty * negative_power(CutPlanes::kBits - coarse);
+  if (coarse == 0 || !(empty > 0.0f) || !(empty < SimdBox::kInfinity)) return 0.0f;
+  const float part = empty * negative_power(SplitPlanes::kBits - coarse);
   return part > 0.0f ? cube_root(part) : 0.0f;
 }
 
-/// How often a reference is cut.
-HIPRT_HD HIPRT_INLINE std::uint32_t cut_count(float weight, float scale) {
+/// How often a reference is split.
+HIPRT_HD HIPRT_INLINE std::uint32_t split_count(float weight, float scale) {
   const float wanted = weight * scale;
-  return wanted < static_cast<float>(kMostCuts) ? static_cast<std::uint32_t>(wanted) : kMostCuts;
+  return wanted < static_cast<float>(kMaxSplits) ? static_cast<std::uint32_t>(wanted) : kMaxSplits;
 }
 
-/// The largest scale with which no more than so many cuts are made in all, nearly: found by halving. (Positive floats
+/// The largest scale with which no more than so many splits are made in all, nearly: found by halving. (Positive floats
 /// order as their bits do.)
 struct ScaleSearch {
   std::uint32_t good = 0, bad = 0x7f800000u;  ///< Bits of scales.
@@ -158,39 +159,39 @@ struct ScaleSearch {
   HIPRT_HD float result() const { return std::bit_cast<float>(good); }
 };
 
-/// Step: makes one cut in what lies at a place. A reference and its cuts have as many places as it may have parts: the
-/// left part stays, and keeps the places behind it that its own cuts need; the right part comes after them. So parts
-/// lie in the order of a walk over them, left before right, wherever the cuts fall.
-/// @tparam Parts has Box box(place), LeafCorners corners(place), bool is_pair(place), put(place, from, box): at
-/// @p place is what was at @p from, with another box; and cuts(place), set_cuts(place, count): those still to be made.
-template <class Parts> struct CutStep {
-  CutPlanes planes;
+/// Step: makes one split in what lies at a slot. A reference and its splits have as many slots as it may have parts:
+/// the left part stays, and keeps the slots behind it that its own splits need; the right part comes after them. So
+/// parts lie in the order of a walk over them, left before right, wherever the splits fall.
+/// @tparam Parts has Box box(slot), LeafCorners corners(slot), bool is_pair(slot), put(slot, from, box): at
+/// @p slot is what was at @p from, with another box; and splits(slot), set_splits(slot, count): those still to be made.
+template <class Parts> struct PresplitStep {
+  SplitPlanes planes;
   Parts parts;
 
-  /// @return whether there was a cut: there may be more to do at @p place, and behind.
-  HIPRT_HD bool operator()(std::uint32_t place) const {
-    const std::uint32_t wanted = parts.cuts(place);
+  /// @return whether there was a split: there may be more to do at @p slot, and behind.
+  HIPRT_HD bool operator()(std::uint32_t slot) const {
+    const std::uint32_t wanted = parts.splits(slot);
     if (wanted == 0) return false;
-    const Box box = parts.box(place);
-    const CutPlanes::Plane plane = planes.through(box);
+    const Box box = parts.box(slot);
+    const SplitPlanes::Plane plane = planes.through(box);
     const float low = plane.axis == 0 ? box.min[0] : plane.axis == 1 ? box.min[1] : box.min[2];
     const float high = plane.axis == 0 ? box.max[0] : plane.axis == 1 ? box.max[1] : box.max[2];
-    parts.set_cuts(place, 0);
+    parts.set_splits(slot, 0);
     if (!(plane.position > low && plane.position < high)) return false;
     const SplitBounds halves =
-        split_bounds(parts.corners(place), parts.is_pair(place), to_aabb(box), plane.axis, plane.position);
+        split_bounds(parts.corners(slot), parts.is_pair(slot), to_simd(box), plane.axis, plane.position);
     const Box left_box = to_box(halves.left), right_box = to_box(halves.right);
-    const float left = CutPlanes::longest_edge(left_box), right = CutPlanes::longest_edge(right_box);
+    const float left = SplitPlanes::longest_edge(left_box), right = SplitPlanes::longest_edge(right_box);
     const float share = left + right > 0.0f ? left / (left + right) : 0.5f;
     const std::uint32_t rest = wanted - 1;
     const float wanted_left = static_cast<float>(rest) * share;
     auto to_left = static_cast<std::uint32_t>(wanted_left);
     if (to_left < rest && wanted_left - static_cast<float>(to_left) >= 0.5f) ++to_left;
-    const std::uint32_t right_place = place + to_left + 1;
-    parts.put(right_place, place, right_box);
-    parts.set_cuts(right_place, rest - to_left);
-    parts.put(place, place, left_box);
-    parts.set_cuts(place, to_left);
+    const std::uint32_t right_slot = slot + to_left + 1;
+    parts.put(right_slot, slot, right_box);
+    parts.set_splits(right_slot, rest - to_left);
+    parts.put(slot, slot, left_box);
+    parts.set_splits(slot, to_left);
     return true;
   }
 };

@@ -10,23 +10,22 @@
 
 namespace hiprt::build {
 
-/// Cuts groups between leaves by planes that separate the leaves' boxes. The parts of a group cover it whatever the
-/// boxes are: every cut keeps both sides, and a plane that is wrong only makes boxes larger.
+/// Splits groups between leaves by planes that separate the leaves' boxes. The parts of a group cover it whatever the
+/// boxes are: every split keeps both sides, and a plane that is wrong only makes boxes larger.
 /// @tparam Leaves has const Box& operator()(std::uint32_t leaf) const.
-template <class Leaves> class GroupCutter {
+template <class Leaves> class TriangleSplitter {
  public:
-  GroupCutter(const PrimitiveSoup& soup, const Leaves& boxes) : soup_(soup), boxes_(boxes) {}
+  TriangleSplitter(const GeometryTable& geometries, const Leaves& boxes) : geometries_(geometries), boxes_(boxes) {}
 
   /// Calls emit(box of the part, leaf) once for each leaf that gets a part.
   /// @param leaves at least one; reordered.
-  template <class Emit>
-  void operator()(const PrimitiveGroup& group, const Box& bounds, std::span<std::uint32_t> leaves, const Emit& emit) {
-    cut(group, bounds, leaves, kMostCuts, emit);
+  template <class Emit> void operator()(const Reference& reference, std::span<std::uint32_t> leaves, const Emit& emit) {
+    split(reference, reference.box, leaves, kMaxSplits, emit);
   }
 
  private:
   /// On one way: more make no better boxes, and hostile leaves could ask for as many as there are leaves.
-  static constexpr unsigned kMostCuts = 40;
+  static constexpr unsigned kMaxSplits = 40;
   /// Leaves on both sides of a plane may overlap by this part of the smaller side: they hold whole primitives too, and
   /// their boxes may be rounded (decision 0011).
   static constexpr float kMostOverlap = 0.25f;
@@ -44,15 +43,15 @@ template <class Leaves> class GroupCutter {
   };
 
   template <class Emit>
-  void cut(const PrimitiveGroup& group, const Box& part, std::span<std::uint32_t> leaves, unsigned cuts,
-           const Emit& emit) {
-    const Plane plane = leaves.size() == 1 || cuts == 0 ? Plane{} : find_plane(part, leaves);
+  void split(const Reference& reference, const Box& part, std::span<std::uint32_t> leaves, unsigned splits,
+             const Emit& emit) {
+    const Plane plane = leaves.size() == 1 || splits == 0 ? Plane{} : find_plane(part, leaves);
     if (plane.left == 0) return emit(part, nearest(part, leaves));
     sort(leaves, plane.axis);
     const auto left = leaves.first(plane.left), right = leaves.subspan(plane.left);
-    const SplitBounds parts = split_bounds(soup_, group, to_aabb(part), plane.axis, plane.position);
-    cut(group, to_box(parts.left), left, cuts - 1, emit);
-    cut(group, to_box(parts.right), right, cuts - 1, emit);
+    const SplitBounds parts = split_bounds(geometries_, reference, to_simd(part), plane.axis, plane.position);
+    split(reference, to_box(parts.left), left, splits - 1, emit);
+    split(reference, to_box(parts.right), right, splits - 1, emit);
   }
 
   void sort(std::span<std::uint32_t> leaves, unsigned axis) const {
@@ -100,7 +99,7 @@ template <class Leaves> class GroupCutter {
     return best;
   }
 
-  const PrimitiveSoup& soup_;
+  const GeometryTable& geometries_;
   Leaves boxes_;
   std::vector<float> right_max_;  ///< [i]: largest plane of the leaves from i on.
 };

@@ -1,8 +1,8 @@
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/refit.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/launch.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/refit/gpu_refit_kernels.h>
 #include <hiprt_device/format/quantize.h>
 
@@ -22,14 +22,14 @@ struct Scratch {
   std::uint32_t* ways;
   build::QualitySums* parts;
 
-  Scratch(Pieces& pieces, const SceneParts& scene) {
-    report = pieces.take<RefitReport>(1);
-    outer = pieces.take<build::OuterPlanes>(1);
-    fault = pieces.take<std::uint64_t>(1);
-    geometries = pieces.take<build::MovedGeometry>(scene.geometry_count);
-    positions = pieces.take<std::uint32_t>(scene.geometry_count);
-    ways = pieces.take<std::uint32_t>(scene.nodes);
-    parts = pieces.take<build::QualitySums>(kQualityBlocks);
+  Scratch(Arena& arena, const SceneParts& scene) {
+    report = arena.take<RefitReport>(1);
+    outer = arena.take<build::OuterPlanes>(1);
+    fault = arena.take<std::uint64_t>(1);
+    geometries = arena.take<build::MovedGeometry>(scene.geometry_count);
+    positions = arena.take<std::uint32_t>(scene.geometry_count);
+    ways = arena.take<std::uint32_t>(scene.nodes);
+    parts = arena.take<build::QualitySums>(kQualityBlocks);
   }
 };
 
@@ -37,7 +37,7 @@ struct Scratch {
 template <class Layout> class Refitter {
  public:
   Refitter(const SceneParts& scene, std::byte* memory, hipStream_t stream, const build::SahCosts& costs)
-      : scene_(scene), pieces_(memory), scratch_(pieces_, scene), stream_(stream) {
+      : scene_(scene), arena_(memory), scratch_(arena_, scene), stream_(stream) {
     auto* header = reinterpret_cast<FileHeader*>(scene.base);
     auto* nodes = reinterpret_cast<typename Layout::Node*>(scene.base + scene.first_node);
     auto* leaves = reinterpret_cast<typename Layout::Leaf*>(scene.base + scene.first_leaf);
@@ -99,7 +99,7 @@ template <class Layout> class Refitter {
   }
 
   const SceneParts& scene_;
-  Pieces pieces_;
+  Arena arena_;
   Scratch scratch_;
   hipStream_t stream_;
   build::RefitFile<Layout> file_{};
@@ -118,13 +118,13 @@ Result<void> check_scene(const SceneParts& scene, const std::byte* scratch) {
 
 SceneParts parts_of(BuiltScene& scene) {
   const gpu::BuildReport& report = scene.report;
-  const FilePlaces places(scene.view.layout, report.nodes, report.leaves, 0, 0);
+  const FileLayout file = tree_layout(scene.view.layout, {report.nodes, report.leaves});
   return {.base = scene.buffer.data(),
           .layout = scene.view.layout,
           .root = scene.view.root,
-          .first_node = places.sections[0].offset,
+          .first_node = file[kNodesAt].offset,
           .nodes = report.nodes,
-          .first_leaf = places.sections[1].offset,
+          .first_leaf = file[kLeavesAt].offset,
           .leaves = report.leaves,
           .geometries = scene.view.geometries,
           .geometry_count = report.geometries};
@@ -144,9 +144,9 @@ SceneParts parts_of(DeviceScene& scene, const BufferView& view) {
 }
 
 std::uint64_t refit_scratch(const SceneParts& scene) {
-  Pieces pieces;
-  Scratch(pieces, scene);
-  return pieces.size();
+  Arena arena;
+  Scratch(arena, scene);
+  return arena.size();
 }
 
 Result<const RefitReport*> enqueue_refit(const SceneParts& scene, std::span<const DeviceGeometry> moved,

@@ -47,7 +47,7 @@ HIPRT_HD HIPRT_INLINE StoredTriangle stored_triangle(const MovedGeometry& mesh, 
 /// @param limit that coordinates must stay below in magnitude; kNoLimit.
 HIPRT_HD HIPRT_INLINE MoveFault primitive_fault(const MovedGeometry& geometry, std::uint32_t primitive, float limit) {
   const bool custom = geometry.is_custom();
-  if (custom && box_fate(geometry.boxes[primitive]) == kDegenerate) return MoveFault::kInverted;
+  if (custom && drop_reason(geometry.boxes[primitive]) == kDegenerate) return MoveFault::kInverted;
   for (unsigned k = 0; k < (custom ? 2u : 3u); ++k) {
     const float* position = !custom  ? geometry.corner(primitive, k)
                             : k == 0 ? geometry.boxes[primitive].min
@@ -72,8 +72,8 @@ HIPRT_HD HIPRT_INLINE MoveFault leaf_fault(const MovedGeometry* geometries, cons
 
 /// Whether a builder would keep the primitive. @pre indices are good.
 HIPRT_HD HIPRT_INLINE bool would_be_kept(const MovedGeometry& geometry, std::uint32_t primitive) {
-  if (geometry.is_custom()) return box_fate(geometry.boxes[primitive]) == kKept;
-  return triangle_fate(geometry.corner(primitive, 0), geometry.corner(primitive, 1), geometry.corner(primitive, 2)) ==
+  if (geometry.is_custom()) return drop_reason(geometry.boxes[primitive]) == kKept;
+  return drop_reason(geometry.corner(primitive, 0), geometry.corner(primitive, 1), geometry.corner(primitive, 2)) ==
          kKept;
 }
 

@@ -26,32 +26,32 @@ Result<void> check_options(const RefitOptions& options) {
 }
 
 /// The moved scene has the file's geometries.
-Result<void> check_geometries(const BufferView& view, const PrimitiveSoup& soup) {
-  if (soup.geometries() != view.geometries.size())
-    return tl::unexpected(invalid(std::to_string(soup.geometries()) + " geometries, but the file to refit has " +
+Result<void> check_geometries(const BufferView& view, const BuildInput& input) {
+  if (input.geometries.size() != view.geometries.size())
+    return tl::unexpected(invalid(std::to_string(input.geometries.size()) + " geometries, but the file to refit has " +
                                   std::to_string(view.geometries.size())));
-  for (std::size_t g = 0; g < soup.geometries(); ++g) {
+  for (std::size_t g = 0; g < input.geometries.size(); ++g) {
     const GeometryRecord& record = view.geometries[g];
-    const bool custom = g >= soup.meshes.size();
+    const bool custom = g >= input.meshes.size();
     if (custom != ((record.flags & kGeometryCustom) != 0))
-      return tl::unexpected(invalid(place(soup, g) + ": geometry " + std::to_string(g) + " of the file to refit is " +
-                                    (custom ? "a mesh" : "of custom primitives")));
-    if (soup.size(g) != record.primitive_count)
-      return tl::unexpected(invalid(place(soup, g) + ": " + std::to_string(soup.size(g)) +
+      return tl::unexpected(invalid(describe(input, g) + ": geometry " + std::to_string(g) +
+                                    " of the file to refit is " + (custom ? "a mesh" : "of custom primitives")));
+    if (input.geometries[g].primitive_count != record.primitive_count)
+      return tl::unexpected(invalid(describe(input, g) + ": " + std::to_string(input.geometries[g].primitive_count) +
                                     (custom ? " primitives" : " triangles") + ", but the file to refit has " +
                                     std::to_string(record.primitive_count)));
-    if (custom && soup.customs[g - soup.meshes.size()].type != custom_type(record.flags))
-      return tl::unexpected(invalid(place(soup, g) + ": type " +
-                                    std::to_string(soup.customs[g - soup.meshes.size()].type) +
+    if (custom && input.customs[g - input.meshes.size()].type != custom_type(record.flags))
+      return tl::unexpected(invalid(describe(input, g) + ": type " +
+                                    std::to_string(input.customs[g - input.meshes.size()].type) +
                                     ", but in the file to refit type " + std::to_string(custom_type(record.flags))));
   }
   return {};
 }
 
 /// The moved shapes are the file's, with other points: what their primitives are stays.
-Result<void> check_same_shapes(const BufferView& view, const PrimitiveSoup& soup) {
-  for (std::size_t g = soup.meshes.size(); g < soup.geometries(); ++g) {
-    const Shapes& shapes = soup.customs[g - soup.meshes.size()].shapes;
+Result<void> check_same_shapes(const BufferView& view, const BuildInput& input) {
+  for (std::size_t g = input.meshes.size(); g < input.geometries.size(); ++g) {
+    const Shapes& shapes = input.customs[g - input.meshes.size()].shapes;
     const ShapeKind kind = view.shapes.empty() ? ShapeKind::kNone : view.shapes[g].kind;
     const auto kind_text = [](ShapeKind k) {
       return k == ShapeKind::kSpheres  ? "spheres"
@@ -59,18 +59,18 @@ Result<void> check_same_shapes(const BufferView& view, const PrimitiveSoup& soup
                                        : "custom primitives without shapes";
     };
     if (shapes.kind != kind)
-      return tl::unexpected(invalid(place(soup, g) + ": " + kind_text(shapes.kind) +
+      return tl::unexpected(invalid(describe(input, g) + ": " + kind_text(shapes.kind) +
                                     ", but in the file to refit they are " + kind_text(kind)));
     if (kind == ShapeKind::kNone) continue;
     if (shapes.points.size() != view.shapes[g].point_count)
-      return tl::unexpected(invalid(place(soup, g) + ": " + std::to_string(shapes.points.size()) +
+      return tl::unexpected(invalid(describe(input, g) + ": " + std::to_string(shapes.points.size()) +
                                     " points of shapes, but the file to refit has " +
                                     std::to_string(view.shapes[g].point_count)));
     const auto segments = view.segments_of(g);
     const auto [here, there] =
         std::mismatch(shapes.segments.begin(), shapes.segments.end(), segments.begin(), segments.end());
     if (here != shapes.segments.end())
-      return tl::unexpected(invalid(place(soup, g) + ": segment " + std::to_string(here - shapes.segments.begin()) +
+      return tl::unexpected(invalid(describe(input, g) + ": segment " + std::to_string(here - shapes.segments.begin()) +
                                     " begins at point " + std::to_string(*here) + ", but in the file to refit at " +
                                     std::to_string(*there)));
   }
@@ -89,7 +89,7 @@ const char* reason(MoveFault fault, bool custom) {
 }
 
 /// Finds the first leaf that cannot hold its primitives where they are now.
-Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const PrimitiveSoup& soup,
+Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const BuildInput& input,
                           std::span<const MovedGeometry> geometries) {
   const float limit = view.layout() == NodeLayout::kQuantized ? kQuantizedLimit : kNoLimit;
   const std::span<const CustomLeaf> leaves = view.records<CustomLeaf>(view.leaves);
@@ -102,48 +102,48 @@ Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const Primi
   for (const std::uint32_t primitive : info.primitive)
     if (primitive != kInvalidId)
       if (const MoveFault fault = primitive_fault(geometries[g], primitive, limit); fault != MoveFault::kNone)
-        return tl::unexpected(invalid(place(soup, g, primitive) + reason(fault, geometries[g].is_custom())));
-  return tl::unexpected(invalid(place(soup, g, info.primitive[0]) + "its edge with triangle " +
+        return tl::unexpected(invalid(describe(input, g, primitive) + reason(fault, geometries[g].is_custom())));
+  return tl::unexpected(invalid(describe(input, g, info.primitive[0]) + "its edge with triangle " +
                                 std::to_string(info.primitive[1]) +
                                 ", with which it shares a leaf, has come apart: that needs a new build (without "
                                 "pairs every motion can be refitted)"));
 }
 
 /// Finds the first primitive that is in no leaf, and now would be.
-Result<void> check_dropped(CpuEngine& engine, const BufferView& view, const PrimitiveSoup& soup,
+Result<void> check_dropped(CpuEngine& engine, const BufferView& view, const BuildInput& input,
                            std::span<const MovedGeometry> geometries) {
   for (std::size_t g = 0; g < geometries.size(); ++g) {
     if (view.geometries[g].dropped_count == 0) continue;
-    const std::uint32_t* map = view.primitive_map.data() + soup.first[g];
-    const std::size_t i = engine.find_first(soup.size(g), [&](std::size_t k) {
+    const std::uint32_t* map = view.primitive_map.data() + input.geometries[g].first;
+    const std::size_t i = engine.find_first(input.geometries[g].primitive_count, [&](std::size_t k) {
       return map[k] == kInvalidId && would_be_kept(geometries[g], static_cast<std::uint32_t>(k));
     });
-    if (i != soup.size(g))
+    if (i != input.geometries[g].primitive_count)
       return tl::unexpected(
-          invalid(place(soup, g, i) + "was dropped by the build, and is good now: that needs a new build"));
+          invalid(describe(input, g, i) + "was dropped by the build, and is good now: that needs a new build"));
   }
   return {};
 }
 
-std::vector<MovedGeometry> moved_geometries(const PrimitiveSoup& soup) {
+std::vector<MovedGeometry> moved_geometries(const BuildInput& input) {
   std::vector<MovedGeometry> result;
-  result.reserve(soup.geometries());
-  for (const TriangleMesh& mesh : soup.meshes)
+  result.reserve(input.geometries.size());
+  for (const TriangleMesh& mesh : input.meshes)
     result.push_back({reinterpret_cast<const float*>(mesh.positions.data()),
                       reinterpret_cast<const std::uint32_t*>(mesh.triangles.data()), nullptr});
-  for (const CustomGeometry& custom : soup.customs) result.push_back({nullptr, nullptr, custom.boxes.data()});
+  for (const CustomGeometry& custom : input.customs) result.push_back({nullptr, nullptr, custom.boxes.data()});
   return result;
 }
 
 /// A file in memory on its way.
 template <class Layout> class Refit {
  public:
-  Refit(CpuEngine& engine, std::span<std::byte> bytes, const BufferView& view, const PrimitiveSoup& soup)
+  Refit(CpuEngine& engine, std::span<std::byte> bytes, const BufferView& view, const BuildInput& input)
       : engine_(engine),
         bytes_(bytes),
         view_(view),
-        soup_(soup),
-        geometries_(moved_geometries(soup)),
+        input_(input),
+        geometries_(moved_geometries(input)),
         ways_(engine.allocate<std::uint32_t>(view.nodes.count)),
         file_{reinterpret_cast<FileHeader*>(bytes.data()),
               reinterpret_cast<typename Layout::Node*>(bytes.data() + view.nodes.offset),
@@ -158,7 +158,7 @@ template <class Layout> class Refit {
   Result<RefitStatistics> run(const RefitOptions& options, bool& writing) {
     Stopwatch total, watch;
     RefitStatistics statistics{.nodes = view_.nodes.count, .leaves = view_.leaves.count};
-    engine_.monitor().start("check", 0.35, soup_.size() + view_.leaves.count);
+    engine_.monitor().start("check", 0.35, input_.primitive_count() + view_.leaves.count);
     if (auto checked = check(); !checked) return tl::unexpected(checked.error());
     BuiltTree built = read_built_tree(view_.provenance);
     if (!built.sah_cost || !built.exchange_slack) complete(built);
@@ -178,11 +178,11 @@ template <class Layout> class Refit {
 
  private:
   Result<void> check() {
-    if (auto indices = check_indices(engine_, soup_); !indices) return indices;
-    if (auto shapes = check_shapes(engine_, soup_); !shapes) return shapes;
-    if (auto same = check_same_shapes(view_, soup_); !same) return same;
-    if (auto leaves = check_leaves(engine_, view_, soup_, geometries_); !leaves) return leaves;
-    return check_dropped(engine_, view_, soup_, geometries_);
+    if (auto indices = check_indices(engine_, input_); !indices) return indices;
+    if (auto shapes = check_shapes(engine_, input_); !shapes) return shapes;
+    if (auto same = check_same_shapes(view_, input_); !same) return same;
+    if (auto leaves = check_leaves(engine_, view_, input_, geometries_); !leaves) return leaves;
+    return check_dropped(engine_, view_, input_, geometries_);
   }
 
   void write() {
@@ -190,10 +190,10 @@ template <class Layout> class Refit {
     engine_.for_each(view_.leaves.count, MoveLeafStep<Layout>{file_});
     engine_.for_each(view_.nodes.count, RefitNodeStep<Layout>{file_});
     if (file_.header->root != kInvalidRef) MoveBoundsStep<Layout>{file_}(0);
-    for (std::size_t c = 0; c < soup_.customs.size(); ++c) {
-      const std::span<const ShapePoint> points = soup_.customs[c].shapes.points;
+    for (std::size_t c = 0; c < input_.customs.size(); ++c) {
+      const std::span<const ShapePoint> points = input_.customs[c].shapes.points;
       if (points.empty()) continue;
-      const ShapeRecord& record = view_.shapes[soup_.meshes.size() + c];
+      const ShapeRecord& record = view_.shapes[input_.meshes.size() + c];
       engine_.copy(points, std::span(reinterpret_cast<ShapePoint*>(bytes_.data() + record.points), points.size()));
     }
   }
@@ -228,7 +228,7 @@ template <class Layout> class Refit {
   CpuEngine& engine_;
   std::span<std::byte> bytes_;
   const BufferView& view_;
-  const PrimitiveSoup& soup_;
+  const BuildInput& input_;
   std::vector<MovedGeometry> geometries_;
   ScratchArray<std::uint32_t> ways_;
   OuterPlanes outer_{};
@@ -241,10 +241,10 @@ Result<RefitStatistics> run(CpuEngine& engine, std::span<std::byte> file, const 
   if (!view) return tl::unexpected(invalid("not a BVH file to refit: " + to_string(view.error())));
   if (view->has_instances())
     return tl::unexpected(invalid("a scene of instances cannot be refitted, only its objects' files can"));
-  const PrimitiveSoup soup(moved);
-  if (auto checked = check_geometries(*view, soup); !checked) return tl::unexpected(checked.error());
+  const BuildInput input(moved);
+  if (auto checked = check_geometries(*view, input); !checked) return tl::unexpected(checked.error());
   return dispatch_layout(view->layout(), [&](auto layout) {
-    return Refit<decltype(layout)>(engine, file, *view, soup).run(options, writing);
+    return Refit<decltype(layout)>(engine, file, *view, input).run(options, writing);
   });
 }
 

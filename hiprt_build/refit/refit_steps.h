@@ -1,7 +1,7 @@
 #pragma once
 /// Boxes of a tree whose leaves or whose shape have changed. Internal.
 
-#include <hiprt_build/tree/linked_tree.h>
+#include <hiprt_build/tree/binary_tree.h>
 #include <hiprt_device/math/atomic.h>
 
 namespace hiprt::build {

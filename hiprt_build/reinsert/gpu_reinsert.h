@@ -7,14 +7,14 @@
 namespace hiprt::gpu {
 
 struct TreeInput {
-  /// Of the references [room], of which some may be none. Nodes [room]; those that are none have no first child. The
-  /// plans may be uninitialised, and are written.
+  /// Of the references [capacity], of which some may be none. Nodes [capacity]; those that are none have no first
+  /// child. The plans may be uninitialised, and are written.
   build::kernels::PlannedTree tree;
-  std::uint32_t room;
+  std::uint32_t capacity;
   unsigned rounds;  ///< Of reinsertion.
 };
 
-std::uint64_t finish_tree_scratch(std::uint32_t room, unsigned rounds);
+std::uint64_t finish_tree_scratch(std::uint32_t capacity, unsigned rounds);
 
 /// Reinsertion, then the plans of all nodes, as steps of a stream. A tree that reinsertion has made too deep for a file
 /// becomes again what it was.

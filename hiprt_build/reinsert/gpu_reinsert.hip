@@ -1,7 +1,7 @@
 #include <hiprt_build/reinsert/gpu_reinsert.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/reinsert/gpu_reinsert_kernels.h>
 
 namespace hiprt::gpu {
@@ -13,7 +13,7 @@ using build::Lookers;
 using build::Reinsertion;
 using build::ReinsertionBids;
 
-struct Places {
+struct ReinsertScratch {
   std::uint32_t looking;
   std::uint32_t* parents;
   std::uint32_t* met;
@@ -23,63 +23,64 @@ struct Places {
   LinkedNode* before = nullptr;
   std::uint32_t* too_deep = nullptr;
 
-  Places(Pieces& pieces, std::uint32_t room, unsigned rounds)
-      : looking(Lookers::count(2 * room, Lookers::kUsualShift)),
-        parents(pieces.take<std::uint32_t>(2 * std::uint64_t{room})),
-        met(pieces.take<std::uint32_t>(room)) {
+  ReinsertScratch(Arena& arena, std::uint32_t capacity, unsigned rounds)
+      : looking(Lookers::count(2 * capacity, Lookers::kUsualShift)),
+        parents(arena.take<std::uint32_t>(2 * std::uint64_t{capacity})),
+        met(arena.take<std::uint32_t>(capacity)) {
     if (rounds == 0) return;
-    found = pieces.take<Reinsertion>(looking);
-    bids = pieces.take<ReinsertionBids>(2 * std::uint64_t{room});
-    granted = pieces.take<std::uint8_t>(looking);
-    before = pieces.take<LinkedNode>(room);
-    too_deep = pieces.take<std::uint32_t>(1);
+    found = arena.take<Reinsertion>(looking);
+    bids = arena.take<ReinsertionBids>(2 * std::uint64_t{capacity});
+    granted = arena.take<std::uint8_t>(looking);
+    before = arena.take<LinkedNode>(capacity);
+    too_deep = arena.take<std::uint32_t>(1);
   }
 };
 
 }  // namespace
 
-std::uint64_t finish_tree_scratch(std::uint32_t room, unsigned rounds) {
-  Pieces pieces;
-  Places(pieces, room, rounds);
-  return pieces.size();
+std::uint64_t finish_tree_scratch(std::uint32_t capacity, unsigned rounds) {
+  Arena arena;
+  ReinsertScratch(arena, capacity, rounds);
+  return arena.size();
 }
 
-Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* scratch, hipStream_t stream) {
-  const std::uint32_t room = input.room;
+Result<void> enqueue_finish_tree(const TreeInput& input, std::byte* memory, hipStream_t stream) {
+  const std::uint32_t capacity = input.capacity;
   const PlannedTree& tree = input.tree;
-  Pieces pieces(scratch);
-  const Places places(pieces, room, input.rounds);
-  const ShapeTree shape{{tree.leaves, tree.nodes, {}, tree.root}, room, places.parents};
+  Arena arena(memory);
+  const ReinsertScratch scratch(arena, capacity, input.rounds);
+  const ShapeTree shape{{tree.leaves, tree.nodes, {}, tree.root}, capacity, scratch.parents};
   Launcher steps(stream);
-  steps.fill_bytes("parents", places.parents, 2 * std::uint64_t{room}, 0xff);
-  steps.each(room, "set_parents", set_parents, shape);
+  steps.fill_bytes("parents", scratch.parents, 2 * std::uint64_t{capacity}, 0xff);
+  steps.each(capacity, "set_parents", set_parents, shape);
   if (input.rounds != 0)
     steps.then([&] {
-      return check(hipMemcpyAsync(places.before, tree.nodes, std::uint64_t{room} * sizeof(LinkedNode),
+      return check(hipMemcpyAsync(scratch.before, tree.nodes, std::uint64_t{capacity} * sizeof(LinkedNode),
                                   hipMemcpyDeviceToDevice, stream),
                    "hipMemcpyAsync", "nodes");
     });
   for (unsigned round = 0; round < input.rounds; ++round) {
     const Lookers lookers{Lookers::kUsualShift, round % (1u << Lookers::kUsualShift)};
-    steps.fill_bytes("bids", places.bids, 2 * std::uint64_t{room}, 0);
-    steps.fill_bytes("arrivals", places.met, room, 0);
-    steps.each(places.looking, "find_places", find_places, shape, lookers, places.looking, places.found);
-    steps.each(places.looking, "bid_for_places", bid_for_places, shape, lookers, places.looking, places.found,
-               places.bids);
-    steps.each(places.looking, "grant_places", grant_places, shape, lookers, places.looking, places.found, places.bids,
-               places.granted);
-    steps.each(places.looking, "take_places", take_places, shape, lookers, places.looking, places.found,
-               places.granted);
+    steps.fill_bytes("bids", scratch.bids, 2 * std::uint64_t{capacity}, 0);
+    steps.fill_bytes("arrivals", scratch.met, capacity, 0);
+    steps.each(scratch.looking, "find_reinsertions", find_reinsertions, shape, lookers, scratch.looking, scratch.found);
+    steps.each(scratch.looking, "bid_for_reinsertions", bid_for_reinsertions, shape, lookers, scratch.looking,
+               scratch.found, scratch.bids);
+    steps.each(scratch.looking, "grant_reinsertions", grant_reinsertions, shape, lookers, scratch.looking,
+               scratch.found, scratch.bids, scratch.granted);
+    steps.each(scratch.looking, "apply_reinsertions", apply_reinsertions, shape, lookers, scratch.looking,
+               scratch.found, scratch.granted);
     if (round + 1 < input.rounds)
-      steps.each(room, "refit_tree", refit_tree<build::NoSums>, shape.tree, room, places.parents, places.met);
+      steps.each(capacity, "refit_tree", refit_tree<build::NoSums>, shape.tree, capacity, scratch.parents, scratch.met);
   }
-  if (input.rounds == 0) steps.fill_bytes("arrivals", places.met, room, 0);
-  steps.each(room, "refit_tree", refit_tree<build::PlanSums>, tree, room, places.parents, places.met);
+  if (input.rounds == 0) steps.fill_bytes("arrivals", scratch.met, capacity, 0);
+  steps.each(capacity, "refit_tree", refit_tree<build::PlanSums>, tree, capacity, scratch.parents, scratch.met);
   if (input.rounds != 0) {
-    steps.one("note_depth", note_depth, tree, places.too_deep);
-    steps.each(room, "restore_nodes", restore_nodes, shape, places.before, places.met, places.too_deep);
-    steps.each(room, "restore_parents", restore_parents, shape, places.too_deep);
-    steps.each(room, "restore_plans", restore_plans, tree, room, places.parents, places.met, places.too_deep);
+    steps.one("note_depth", note_depth, tree, scratch.too_deep);
+    steps.each(capacity, "restore_nodes", restore_nodes, shape, scratch.before, scratch.met, scratch.too_deep);
+    steps.each(capacity, "restore_parents", restore_parents, shape, scratch.too_deep);
+    steps.each(capacity, "restore_plans", restore_plans, tree, capacity, scratch.parents, scratch.met,
+               scratch.too_deep);
   }
   return steps.result();
 }

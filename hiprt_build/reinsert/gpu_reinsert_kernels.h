@@ -6,15 +6,15 @@
 
 namespace hiprt::build::kernels {
 
-/// While places change, nothing is summed up.
+/// While nodes move, nothing is summed up.
 struct ShapeTree {
-  LinkedTree<SortedBoxes, NoSums> tree;
-  std::uint32_t room;
-  std::uint32_t* parents;  ///< [2 room]: kInvalidId where there is none.
+  LinkedTree<ReferenceLeaves, NoSums> tree;
+  std::uint32_t capacity;
+  std::uint32_t* parents;  ///< [2 capacity]: kInvalidId where there is none.
 
-  HIPRT_HD ParentedTree<LinkedTree<SortedBoxes, NoSums>> parented() const { return {tree, room, parents}; }
+  HIPRT_HD ParentedTree<LinkedTree<ReferenceLeaves, NoSums>> parented() const { return {tree, capacity, parents}; }
 };
-using Shape = LinkedTree<SortedBoxes, NoSums>;
+using Shape = LinkedTree<ReferenceLeaves, NoSums>;
 
 /// Nodes are numbered from 1 on.
 inline __device__ bool has_node(const LinkedNode* nodes, std::uint32_t i) {
@@ -23,37 +23,39 @@ inline __device__ bool has_node(const LinkedNode* nodes, std::uint32_t i) {
 
 static __global__ void __launch_bounds__(kBlock) set_parents(ShapeTree shape) {
   const std::uint32_t i = thread_index();
-  if (i < shape.room && has_node(shape.tree.nodes, i)) SetParentsStep<Shape>{shape.parented()}(i - 1);
+  if (i < shape.capacity && has_node(shape.tree.nodes, i)) SetParentsStep<Shape>{shape.parented()}(i - 1);
 }
 
 static __global__ void __launch_bounds__(kBlock)
-    find_places(ShapeTree shape, Lookers lookers, std::uint32_t looking, Reinsertion* found) {
+    find_reinsertions(ShapeTree shape, Lookers lookers, std::uint32_t looking, Reinsertion* found) {
   const std::uint32_t i = thread_index();
   if (i < looking) FindReinsertionStep<Shape>{shape.parented(), lookers, found}(i);
 }
-static __global__ void __launch_bounds__(kBlock) bid_for_places(ShapeTree shape, Lookers lookers, std::uint32_t looking,
-                                                                const Reinsertion* found, ReinsertionBids* bids) {
+static __global__ void __launch_bounds__(kBlock)
+    bid_for_reinsertions(ShapeTree shape, Lookers lookers, std::uint32_t looking, const Reinsertion* found,
+                         ReinsertionBids* bids) {
   const std::uint32_t i = thread_index();
   if (i < looking) BidReinsertionStep<Shape>{shape.parented(), lookers, found, bids}(i);
 }
 static __global__ void __launch_bounds__(kBlock)
-    grant_places(ShapeTree shape, Lookers lookers, std::uint32_t looking, const Reinsertion* found,
-                 const ReinsertionBids* bids, std::uint8_t* granted) {
+    grant_reinsertions(ShapeTree shape, Lookers lookers, std::uint32_t looking, const Reinsertion* found,
+                       const ReinsertionBids* bids, std::uint8_t* granted) {
   const std::uint32_t i = thread_index();
   if (i < looking) GrantReinsertionStep<Shape>{shape.parented(), lookers, found, bids, granted}(i);
 }
-static __global__ void __launch_bounds__(kBlock) take_places(ShapeTree shape, Lookers lookers, std::uint32_t looking,
-                                                             const Reinsertion* found, const std::uint8_t* granted) {
+static __global__ void __launch_bounds__(kBlock)
+    apply_reinsertions(ShapeTree shape, Lookers lookers, std::uint32_t looking, const Reinsertion* found,
+                       const std::uint8_t* granted) {
   const std::uint32_t i = thread_index();
   if (i < looking) ReinsertStep<Shape>{shape.parented(), lookers, found, granted}(i);
 }
 
 /// Boxes of all nodes, and what Sums sums up. @param met per node: 0.
 template <class Sums>
-__global__ void __launch_bounds__(kBlock)
-    refit_tree(LinkedTree<SortedBoxes, Sums> tree, std::uint32_t room, std::uint32_t* parents, std::uint32_t* met) {
+__global__ void __launch_bounds__(kBlock) refit_tree(LinkedTree<ReferenceLeaves, Sums> tree, std::uint32_t capacity,
+                                                     std::uint32_t* parents, std::uint32_t* met) {
   const std::uint32_t i = thread_index();
-  if (i < room) RefitStep<LinkedTree<SortedBoxes, Sums>>{{tree, room, parents}, met}(i);
+  if (i < capacity) RefitStep<LinkedTree<ReferenceLeaves, Sums>>{{tree, capacity, parents}, met}(i);
 }
 
 /// Whether the tree needs more stack entries than a file may say.
@@ -68,20 +70,21 @@ static __global__ void note_depth(PlannedTree tree, std::uint32_t* too_deep) { *
 static __global__ void __launch_bounds__(kBlock)
     restore_nodes(ShapeTree shape, const LinkedNode* before, std::uint32_t* met, const std::uint32_t* too_deep) {
   const std::uint32_t i = thread_index();
-  if (i >= shape.room || *too_deep == 0) return;
+  if (i >= shape.capacity || *too_deep == 0) return;
   shape.tree.nodes[i] = before[i];
   met[i] = 0;
-  shape.parents[i] = shape.parents[shape.room + i] = kInvalidId;
+  shape.parents[i] = shape.parents[shape.capacity + i] = kInvalidId;
 }
 static __global__ void __launch_bounds__(kBlock) restore_parents(ShapeTree shape, const std::uint32_t* too_deep) {
   const std::uint32_t i = thread_index();
-  if (i < shape.room && *too_deep != 0 && has_node(shape.tree.nodes, i)) SetParentsStep<Shape>{shape.parented()}(i - 1);
+  if (i < shape.capacity && *too_deep != 0 && has_node(shape.tree.nodes, i))
+    SetParentsStep<Shape>{shape.parented()}(i - 1);
 }
 static __global__ void __launch_bounds__(kBlock)
-    restore_plans(PlannedTree tree, std::uint32_t room, std::uint32_t* parents, std::uint32_t* met,
+    restore_plans(PlannedTree tree, std::uint32_t capacity, std::uint32_t* parents, std::uint32_t* met,
                   const std::uint32_t* too_deep) {
   const std::uint32_t i = thread_index();
-  if (i < room && *too_deep != 0) RefitStep<PlannedTree>{{tree, room, parents}, met}(i);
+  if (i < capacity && *too_deep != 0) RefitStep<PlannedTree>{{tree, capacity, parents}, met}(i);
 }
 
 }  // namespace hiprt::build::kernels

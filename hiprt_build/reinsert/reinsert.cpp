@@ -6,7 +6,7 @@
 
 namespace hiprt::build {
 
-BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds) {
+DepthFirstTree reinsert(CpuEngine& engine, DepthFirstTree tree, unsigned rounds) {
   const std::size_t count = tree.references.size();
   if (count < 3 || rounds == 0) return tree;
   engine.monitor().start("reinsert", 0.73, tree.nodes.size() + count + count * 2 * rounds);

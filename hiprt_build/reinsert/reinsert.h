@@ -6,8 +6,8 @@
 
 namespace hiprt::build {
 
-/// Moves subtrees to better places, in so many rounds (see reinsertion.h). The result does not depend on the number of
-/// threads.
-BinaryTree optimize(CpuEngine& engine, BinaryTree tree, unsigned rounds);
+/// Moves subtrees to better scratch_arrays, in so many rounds (see reinsert_rounds.h). The result does not depend on
+/// the number of threads.
+DepthFirstTree reinsert(CpuEngine& engine, DepthFirstTree tree, unsigned rounds);
 
 }  // namespace hiprt::build

@@ -4,9 +4,9 @@
 ///
 /// In a round every subtree looks for the place where the tree's inner nodes would lose most area in all, and bids for
 /// its move what it gains. It moves if it bids most for every node whose links the move changes, and if two subtrees
-/// cannot come to lie below each other: of the ways down to new places, from where they part from the ways up, none may
-/// pass through another subtree that moves. (A circle of moves would have such a pass: else each of its subtrees had to
-/// be above the next.)
+/// cannot come to lie below each other: of the ways down to new scratch_arrays, from where they part from the ways up,
+/// none may pass through another subtree that moves. (A circle of moves would have such a pass: else each of its
+/// subtrees had to be above the next.)
 
 #include <hiprt_build/refit/refit_steps.h>
 
@@ -18,7 +18,7 @@ namespace hiprt::build {
 struct Reinsertion {
   float gain;          ///< Area that inner nodes lose.
   LinkedRef beside;    ///< Its new sibling.
-  std::uint32_t meet;  ///< The lowest node over both places.
+  std::uint32_t meet;  ///< The lowest node over both scratch_arrays.
 };
 
 /// Subtrees are numbered as their parents are kept: inner node k is k, leaf k is leaves + k.

@@ -6,13 +6,13 @@
 namespace hiprt::build::kernels {
 
 static __global__ void __launch_bounds__(kTaskBlock)
-    count_references(const LeafReference* input, std::uint32_t size, std::uint32_t piece, std::uint32_t* counts) {
+    count_references(const Reference* input, std::uint32_t size, std::uint32_t piece, std::uint32_t* counts) {
   __shared__ std::uint32_t count;
   if (threadIdx.x == 0) count = 0;
   __syncthreads();
   const std::uint32_t begin = blockIdx.x * piece, end = min(size, begin + piece);
   std::uint32_t mine = 0;
-  for (std::uint32_t i = begin + threadIdx.x; i < end; i += kTaskBlock) mine += input[i].group.exists() ? 1 : 0;
+  for (std::uint32_t i = begin + threadIdx.x; i < end; i += kTaskBlock) mine += input[i].contents.exists() ? 1 : 0;
   const WaveGroup group;
   mine = sum_up(group, mine);
   if (group.lane() == WaveGroup::kLanes - 1) fetch_add(&count, mine);
@@ -32,7 +32,8 @@ static __global__ void begin_ranges(TopDownTree tree, std::uint32_t* counts, std
     sum += group.from(WaveGroup::kLanes - 1, up_to);
   }
   const double wanted = static_cast<double>(sum) * budget;
-  std::uint32_t limit = wanted < static_cast<double>(tree.room) ? static_cast<std::uint32_t>(wanted) : tree.room;
+  std::uint32_t limit =
+      wanted < static_cast<double>(tree.capacity) ? static_cast<std::uint32_t>(wanted) : tree.capacity;
   limit = limit < sum ? sum : limit;
   if (group.lane() == 0) {
     clear(state.bounds);
@@ -45,8 +46,8 @@ static __global__ void begin_ranges(TopDownTree tree, std::uint32_t* counts, std
 }
 
 static __global__ void __launch_bounds__(kTaskBlock)
-    pack_references(TopDownTree tree, const LeafReference* input, std::uint32_t size, std::uint32_t piece,
-                    const std::uint32_t* before) {
+    compact_references(TopDownTree tree, const Reference* input, std::uint32_t size, std::uint32_t piece,
+                       const std::uint32_t* before) {
   __shared__ BlockRanks ranks;
   __shared__ RangeBox sum;
   if (threadIdx.x == 0) clear(sum);
@@ -56,10 +57,10 @@ static __global__ void __launch_bounds__(kTaskBlock)
   std::uint32_t to = before[blockIdx.x];
   for (std::uint32_t first = begin; first < end; first += kTaskBlock) {
     const std::uint32_t i = first + threadIdx.x;
-    LeafReference reference{};
-    reference.group = PackedGroup::none();
+    Reference reference{};
+    reference.contents = LeafContents::none();
     if (i < end) reference = load(input + i);
-    const bool exists = reference.group.exists();
+    const bool exists = reference.contents.exists();
     std::uint32_t rank[2], total[2];
     ranks.rank(exists ? kLeftSide : 0, rank, total);
     if (exists) {
@@ -74,7 +75,7 @@ static __global__ void __launch_bounds__(kTaskBlock)
     add_word(tree.state->bounds, sum, threadIdx.x);
     if (tree.state->ranges[0] != 0) add_word(tree.ranges[0][0].bounds, sum, threadIdx.x);
   }
-  for (std::uint32_t i = tree.state->limit + thread_index(); i < tree.room; i += gridDim.x * kTaskBlock)
+  for (std::uint32_t i = tree.state->limit + thread_index(); i < tree.capacity; i += gridDim.x * kTaskBlock)
     tree.references[1][i] = no_reference();
 }
 

@@ -1,7 +1,7 @@
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>
 
+#include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_launcher.h>
-#include <hiprt_build/pipeline/gpu_places.h>
 #include <hiprt_build/sah_sbvh/gpu_compact_references.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down_kernels.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down_small.h>
@@ -13,7 +13,7 @@ namespace hiprt::gpu {
 namespace {
 
 using namespace build::kernels;
-using build::LeafReference;
+using build::Reference;
 
 /// References of the input that a block packs.
 constexpr std::uint32_t kPiece = 2048;
@@ -23,13 +23,13 @@ struct Limits {
   std::uint32_t pieces, ranges, tasks, small_ranges;
   unsigned free_levels, levels;  ///< Below the free ones ranges are halved by count.
 
-  Limits(std::uint32_t input, std::uint32_t room, const TopDownTuning& tuning) {
-    const std::uint32_t few = tuning.few, places = std::max(room, 1u);
+  Limits(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning) {
+    const std::uint32_t wave_range = tuning.wave_range, places = std::max(capacity, 1u);
     pieces = input == 0 ? 1 : (input - 1) / kPiece + 1;
     // Ranges of a level share the places, and each has more than few.
-    ranges = input <= few ? 0 : places / (few + 1);
+    ranges = input <= wave_range ? 0 : places / (wave_range + 1);
     tasks = ranges == 0 ? 0 : places / tuning.task + ranges;
-    const auto halvings = static_cast<unsigned>(std::bit_width((places - 1) / few));
+    const auto halvings = static_cast<unsigned>(std::bit_width((places - 1) / wave_range));
     free_levels = ranges == 0 ? 0 : std::min(halvings + tuning.spare_levels, kMostLevels - halvings);
     levels = ranges == 0 ? 0 : free_levels + halvings;
     // Every split of a large range makes one range more.
@@ -44,49 +44,49 @@ struct Memory {
   std::uint32_t* piece_counts;
   std::uint64_t size;
 
-  Memory(std::byte* scratch, const Limits& limits, std::uint32_t room) {
-    Pieces pieces(scratch);
-    tree.references[0] = pieces.take<LeafReference>(room);
-    tree.state = pieces.take<TopDownState>(1);
-    piece_counts = pieces.take<std::uint32_t>(limits.pieces);
+  Memory(std::byte* scratch, const Limits& limits, std::uint32_t capacity) {
+    Arena arena(scratch);
+    tree.references[0] = arena.take<Reference>(capacity);
+    tree.state = arena.take<TopDownState>(1);
+    piece_counts = arena.take<std::uint32_t>(limits.pieces);
     for (unsigned i = 0; i < 2; ++i) {
-      tree.ranges[i] = pieces.take<LargeRange>(limits.ranges);
-      tree.tasks[i] = pieces.take<LargeTask>(limits.tasks);
+      tree.ranges[i] = arena.take<LargeRange>(limits.ranges);
+      tree.tasks[i] = arena.take<LargeTask>(limits.tasks);
     }
-    tree.counts = pieces.take<TaskCounts>(limits.tasks);
-    tree.bins = pieces.take<std::uint32_t>(std::uint64_t{limits.ranges} * ObjectBins::kSize);
-    tree.small_ranges = pieces.take<SmallRange>(limits.small_ranges);
-    size = pieces.size();
+    tree.counts = arena.take<TaskCounts>(limits.tasks);
+    tree.bins = arena.take<std::uint32_t>(std::uint64_t{limits.ranges} * ObjectBins::kSize);
+    tree.small_ranges = arena.take<SmallRange>(limits.small_ranges);
+    size = arena.size();
   }
 };
 
-/// A build on its way into a stream.
+/// A build on its kind into a stream.
 class Enqueuer {
  public:
   Enqueuer(const TopDownInput& input, const TopDownOutput& output, std::byte* scratch, hipStream_t stream,
            const TopDownTuning& tuning)
       : input_(input),
-        limits_(input.input, input.room, tuning),
-        memory_(scratch, limits_, input.room),
+        limits_(input.input, input.capacity, tuning),
+        memory_(scratch, limits_, input.capacity),
         tree_(memory_.tree),
         steps_(stream),
-        cuts_(input.cut && input.budget > 1.0) {
-    tree_.soup = input.soup;
+        spatial_(input.spatial_splits && input.budget > 1.0) {
+    tree_.geometries = input.geometries;
     tree_.references[1] = output.references;
     tree_.nodes = output.nodes;
     tree_.root = output.root;
     tree_.leaves = output.leaves;
-    tree_.room = input.room;
+    tree_.capacity = input.capacity;
     tree_.task = tuning.task;
-    tree_.few = tuning.few;
+    tree_.wave_range = tuning.wave_range;
   }
 
   Result<void> run() {
     steps_.fill_bytes("the state", tree_.state, 1, 0);
-    steps_.fill_bytes("the nodes", tree_.nodes, input_.room, 0xff);
-    pack();
+    steps_.fill_bytes("the nodes", tree_.nodes, input_.capacity, 0xff);
+    compact();
     for (unsigned level = 0; level < limits_.levels; ++level) split(level);
-    if (cuts_)
+    if (spatial_)
       steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<true>, tree_);
     else
       steps_.persistent("build_small", kGroupBlock, groups(limits_.small_ranges), build_small<false>, tree_);
@@ -96,30 +96,30 @@ class Enqueuer {
  private:
   static std::uint32_t groups(std::uint32_t count) { return (count - 1) / kGroupsPerBlock + 1; }
 
-  void pack() {
-    const LeafReference* from = input_.references;
+  void compact() {
+    const Reference* from = input_.references;
     std::uint32_t* counts = memory_.piece_counts;
     steps_.blocks("count_references", kTaskBlock, limits_.pieces, count_references, from, input_.input, kPiece, counts);
     steps_.blocks("begin_ranges", build::WaveGroup::kLanes, 1, begin_ranges, tree_, counts, limits_.pieces,
-                  cuts_ ? input_.budget : 1.0);
-    steps_.blocks("pack_references", kTaskBlock, limits_.pieces, pack_references, tree_, from, input_.input, kPiece,
-                  counts);
+                  spatial_ ? input_.budget : 1.0);
+    steps_.blocks("compact_references", kTaskBlock, limits_.pieces, compact_references, tree_, from, input_.input,
+                  kPiece, counts);
   }
 
   void split(unsigned level) {
     const std::uint32_t tasks = limits_.tasks, range_groups = groups(limits_.ranges);
     if (level < limits_.free_levels) {
       steps_.persistent("bin_objects", kTaskBlock, tasks, bin_objects, tree_, level);
-      if (cuts_) {
+      if (spatial_) {
         steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<true>, tree_, level);
-        steps_.persistent("bin_space", kTaskBlock, tasks, bin_space, tree_, level);
-        steps_.persistent("choose_cuts", kGroupBlock, range_groups, choose_cuts, tree_, level);
+        steps_.persistent("bin_spatial", kTaskBlock, tasks, bin_spatial, tree_, level);
+        steps_.persistent("choose_spatial_splits", kGroupBlock, range_groups, choose_spatial_splits, tree_, level);
       } else {
         steps_.persistent("choose_splits", kGroupBlock, range_groups, choose_splits<false>, tree_, level);
       }
       steps_.persistent("count_sides", kTaskBlock, tasks, count_sides, tree_, level);
     }
-    steps_.persistent("part_ranges", kGroupBlock, range_groups, part_ranges, tree_, level);
+    steps_.persistent("partition_ranges", kGroupBlock, range_groups, partition_ranges, tree_, level);
     steps_.persistent("scatter_references", kTaskBlock, tasks, scatter_references, tree_, level);
   }
 
@@ -128,13 +128,13 @@ class Enqueuer {
   Memory memory_;
   TopDownTree& tree_;
   Launcher steps_;
-  bool cuts_;
+  bool spatial_;
 };
 
 }  // namespace
 
-std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t room, const TopDownTuning& tuning) {
-  return Memory(nullptr, Limits(input, room, tuning), room).size;
+std::uint64_t top_down_scratch(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning) {
+  return Memory(nullptr, Limits(input, capacity, tuning), capacity).size;
 }
 
 Result<void> enqueue_top_down(const TopDownInput& input, const TopDownOutput& output, std::byte* scratch,

@@ -72,7 +72,7 @@ inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDown
                                            const SmallRange& range) {
   TopDownState& state = *tree.state;
   std::uint32_t number = kInvalidId, first_task = 0;
-  if (range.size() <= tree.few) {
+  if (range.size() <= tree.wave_range) {
     if (group.lane() == 0) tree.small_ranges[fetch_add(&state.small_ranges, 1)] = range;
     return kInvalidId;
   }
@@ -88,8 +88,8 @@ inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDown
     large.depth = range.depth();
     large.link = range.link;
     large.first_task = first_task;
-    large.way = Way::kHalves;
-    large.tries_cut = 0;
+    large.kind = SplitKind::kMedian;
+    large.tries_spatial = 0;
   }
   number = group.from(0, number);
   first_task = group.from(0, first_task);

@@ -9,7 +9,7 @@ namespace hiprt::build::kernels {
 template <class Visit>
 __device__ void for_references(const TopDownTree& tree, unsigned level, const LargeRange& range, const LargeTask& task,
                                Visit&& visit) {
-  const LeafReference* from = tree.references[level % 2];
+  const Reference* from = tree.references[level % 2];
   const std::uint32_t end = min(range.end, task.begin + tree.task);
   for (std::uint32_t i = task.begin + threadIdx.x; i < end; i += kTaskBlock) visit(load(from + i), i);
 }
@@ -25,7 +25,7 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_objects(TopDownTree tre
     const BinMapping mapping = lane_mapping(range.bounds.centers.get());
     __syncthreads();
     for_references(tree, level, range, task,
-                   [&](const LeafReference& r, std::uint32_t) { bin_object(bins, mapping, r.box); });
+                   [&](const Reference& r, std::uint32_t) { bin_object(bins, mapping, r.box); });
     __syncthreads();
     tree.object_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
     __syncthreads();
@@ -33,7 +33,8 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_objects(TopDownTree tre
 }
 
 /// A group per range.
-template <bool kCuts> __global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, unsigned level) {
+template <bool kSpatialSplits>
+__global__ void __launch_bounds__(kGroupBlock) choose_splits(TopDownTree tree, unsigned level) {
   const WaveGroup group;
   const std::uint32_t count = tree.state->ranges[level];
   const float least = tree.least_overlap();
@@ -42,19 +43,19 @@ template <bool kCuts> __global__ void __launch_bounds__(kGroupBlock) choose_spli
     const std::uint32_t places = range.limit - range.begin;
     if (is_deep(range.depth, places)) continue;
     const ObjectSplit split = best_object_split(group, tree.object_bins(r), range.bounds.box.get());
-    const bool cuts = kCuts && places > range.size() && split.overlap > least;
+    const bool cuts = kSpatialSplits && places > range.size() && split.overlap > least;
     if (cuts) {
       group.sync();
       tree.slab_bins(r).clear(group.lane(), WaveGroup::kLanes);
     }
     if (group.lane() != 0) continue;
     range.split = split;
-    range.way = split.axis == ObjectSplit::kNoAxis ? Way::kHalves : Way::kObjects;
-    range.tries_cut = cuts ? 1 : 0;
+    range.kind = split.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
+    range.tries_spatial = cuts ? 1 : 0;
   }
 }
 
-static __global__ void __launch_bounds__(kTaskBlock) bin_space(TopDownTree tree, unsigned level) {
+static __global__ void __launch_bounds__(kTaskBlock) bin_spatial(TopDownTree tree, unsigned level) {
   __shared__ std::uint32_t words[SlabBins::kSize];
   __shared__ SlabPlanes planes;
   const SlabBins bins{words};
@@ -62,13 +63,13 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_space(TopDownTree tree,
   for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
     const LargeTask task = tree.tasks[level % 2][t];
     const LargeRange& range = tree.ranges[level % 2][task.range];
-    if (range.tries_cut == 0) continue;
+    if (range.tries_spatial == 0) continue;
     bins.clear(threadIdx.x, kTaskBlock);
     fill_planes(planes, range.bounds.box.get(), threadIdx.x, kTaskBlock);
     __syncthreads();
-    for_references(tree, level, range, task, [&](const LeafReference& r, std::uint32_t) {
+    for_references(tree, level, range, task, [&](const Reference& r, std::uint32_t) {
 #pragma unroll 1
-      for (unsigned axis = 0; axis < 3; ++axis) bin_slabs(bins, planes, tree.soup, r, axis);
+      for (unsigned axis = 0; axis < 3; ++axis) bin_slabs(bins, planes, tree.geometries, r, axis);
     });
     __syncthreads();
     tree.slab_bins(task.range).add(bins, threadIdx.x, kTaskBlock);
@@ -77,22 +78,23 @@ static __global__ void __launch_bounds__(kTaskBlock) bin_space(TopDownTree tree,
 }
 
 /// A group per range.
-static __global__ void __launch_bounds__(kGroupBlock) choose_cuts(TopDownTree tree, unsigned level) {
+static __global__ void __launch_bounds__(kGroupBlock) choose_spatial_splits(TopDownTree tree, unsigned level) {
   const WaveGroup group;
   const std::uint32_t count = tree.state->ranges[level];
   for (std::uint32_t r = thread_index() / WaveGroup::kLanes; r < count; r += gridDim.x * kGroupsPerBlock) {
     LargeRange& range = tree.ranges[level % 2][r];
-    if (range.tries_cut == 0) continue;
-    const Cut cut = best_cut(group, tree.slab_bins(r), range.bounds.box.get(), range.limit - range.begin);
+    if (range.tries_spatial == 0) continue;
+    const SpatialSplitRecord cut =
+        best_spatial_split(group, tree.slab_bins(r), range.bounds.box.get(), range.limit - range.begin);
     if (group.lane() != 0 || !(cut.cost < range.split.cost)) continue;
-    range.cut = cut;
-    range.way = Way::kCut;
+    range.spatial = cut;
+    range.kind = SplitKind::kSpatial;
   }
 }
 
 /// Whether a reference goes left by the split of references.
 inline __device__ bool goes_left(const ObjectSplit& split, const BinMapping& mapping, const Box& box) {
-  const std::array<int, 3> bin = mapping(to_aabb(box));
+  const std::array<int, 3> bin = mapping(to_simd(box));
   const int mine = split.axis == 0 ? bin[0] : split.axis == 1 ? bin[1] : bin[2];
   return mine < static_cast<int>(split.bin);
 }
@@ -105,27 +107,27 @@ static __global__ void __launch_bounds__(kTaskBlock) count_sides(TopDownTree tre
   for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
     const LargeTask task = tree.tasks[level % 2][t];
     const LargeRange& range = tree.ranges[level % 2][task.range];
-    if (range.way == Way::kHalves) continue;
+    if (range.kind == SplitKind::kMedian) continue;
     if (threadIdx.x == 0) all = TaskCounts{0, 0, 0};
     __syncthreads();
     const BinMapping mapping = lane_mapping(range.bounds.centers.get());
     const ObjectSplit split = range.split;
-    const bool is_cut = range.way == Way::kCut;
+    const bool is_spatial = range.kind == SplitKind::kSpatial;
     TaskCounts mine{0, 0, 0};
-    for_references(tree, level, range, task, [&](const LeafReference& r, std::uint32_t) {
-      mine.objects_left += split.axis != ObjectSplit::kNoAxis && goes_left(split, mapping, r.box) ? 1 : 0;
-      if (!is_cut) return;
-      const unsigned sides = cut_sides(range.cut, r.box);
-      mine.cut_left += sides & kLeftSide;
-      mine.cut_right += sides >> 1;
+    for_references(tree, level, range, task, [&](const Reference& r, std::uint32_t) {
+      mine.object_left += split.axis != ObjectSplit::kNoAxis && goes_left(split, mapping, r.box) ? 1 : 0;
+      if (!is_spatial) return;
+      const unsigned sides = spatial_sides(range.spatial, r.box);
+      mine.spatial_left += sides & kLeftSide;
+      mine.spatial_right += sides >> 1;
     });
-    const std::uint32_t sums[3] = {sum_up(group, mine.objects_left), sum_up(group, mine.cut_left),
-                                   sum_up(group, mine.cut_right)};
+    const std::uint32_t sums[3] = {sum_up(group, mine.object_left), sum_up(group, mine.spatial_left),
+                                   sum_up(group, mine.spatial_right)};
     if (group.lane() == WaveGroup::kLanes - 1) {
-      fetch_add(&all.objects_left, sums[0]);
-      if (is_cut) {
-        fetch_add(&all.cut_left, sums[1]);
-        fetch_add(&all.cut_right, sums[2]);
+      fetch_add(&all.object_left, sums[0]);
+      if (is_spatial) {
+        fetch_add(&all.spatial_left, sums[1]);
+        fetch_add(&all.spatial_right, sums[2]);
       }
     }
     __syncthreads();
@@ -140,34 +142,34 @@ inline __device__ TaskCounts sum_counts(const WaveGroup& group, TaskCounts* coun
   for (std::uint32_t begin = 0; begin < tasks; begin += WaveGroup::kLanes) {
     const std::uint32_t i = begin + group.lane();
     const TaskCounts mine = i < tasks ? counts[i] : TaskCounts{0, 0, 0};
-    const TaskCounts up_to{sum_up(group, mine.objects_left), sum_up(group, mine.cut_left),
-                           sum_up(group, mine.cut_right)};
+    const TaskCounts up_to{sum_up(group, mine.object_left), sum_up(group, mine.spatial_left),
+                           sum_up(group, mine.spatial_right)};
     if (i < tasks)
-      counts[i] =
-          TaskCounts{sum.objects_left + up_to.objects_left - mine.objects_left,
-                     sum.cut_left + up_to.cut_left - mine.cut_left, sum.cut_right + up_to.cut_right - mine.cut_right};
-    sum.objects_left += group.from(WaveGroup::kLanes - 1, up_to.objects_left);
-    sum.cut_left += group.from(WaveGroup::kLanes - 1, up_to.cut_left);
-    sum.cut_right += group.from(WaveGroup::kLanes - 1, up_to.cut_right);
+      counts[i] = TaskCounts{sum.object_left + up_to.object_left - mine.object_left,
+                             sum.spatial_left + up_to.spatial_left - mine.spatial_left,
+                             sum.spatial_right + up_to.spatial_right - mine.spatial_right};
+    sum.object_left += group.from(WaveGroup::kLanes - 1, up_to.object_left);
+    sum.spatial_left += group.from(WaveGroup::kLanes - 1, up_to.spatial_left);
+    sum.spatial_right += group.from(WaveGroup::kLanes - 1, up_to.spatial_right);
   }
   return sum;
 }
 
 /// A group per range: its node, and its halves among the ranges of the next level.
-static __global__ void __launch_bounds__(kGroupBlock) part_ranges(TopDownTree tree, unsigned level) {
+static __global__ void __launch_bounds__(kGroupBlock) partition_ranges(TopDownTree tree, unsigned level) {
   const WaveGroup group;
   const std::uint32_t count = tree.state->ranges[level];
   for (std::uint32_t r = thread_index() / WaveGroup::kLanes; r < count; r += gridDim.x * kGroupsPerBlock) {
     LargeRange& range = tree.ranges[level % 2][r];
     const std::uint32_t size = range.size();
-    Way way = range.way;
+    SplitKind kind = range.kind;
     std::uint32_t left_count = size / 2, right_count = size - left_count;
-    if (way != Way::kHalves) {
+    if (kind != SplitKind::kMedian) {
       const TaskCounts sum = sum_counts(group, tree.counts + range.first_task, (size - 1) / tree.task + 1);
-      if (way == Way::kCut && (sum.cut_left == 0 || sum.cut_right == 0)) way = Way::kObjects;
-      if (way == Way::kObjects && (sum.objects_left == 0 || sum.objects_left == size)) way = Way::kHalves;
-      if (way == Way::kObjects) left_count = sum.objects_left, right_count = size - left_count;
-      if (way == Way::kCut) left_count = sum.cut_left, right_count = sum.cut_right;
+      if (kind == SplitKind::kSpatial && (sum.spatial_left == 0 || sum.spatial_right == 0)) kind = SplitKind::kObject;
+      if (kind == SplitKind::kObject && (sum.object_left == 0 || sum.object_left == size)) kind = SplitKind::kMedian;
+      if (kind == SplitKind::kObject) left_count = sum.object_left, right_count = size - left_count;
+      if (kind == SplitKind::kSpatial) left_count = sum.spatial_left, right_count = sum.spatial_right;
     }
     const Halves halves(range.begin, range.limit, left_count, right_count);
     const std::uint32_t node = halves.right_begin, depth = range.depth + 1;
@@ -181,7 +183,7 @@ static __global__ void __launch_bounds__(kGroupBlock) part_ranges(TopDownTree tr
     if (group.lane() != 0) continue;
     tree.nodes[node].box = range.bounds.box.get();
     tree.set(range.link, node);
-    range.way = way;
+    range.kind = kind;
     range.half = range.begin + left_count;
     range.right_begin = halves.right_begin;
     range.child[0] = left;
@@ -193,25 +195,26 @@ static __global__ void __launch_bounds__(kGroupBlock) part_ranges(TopDownTree tr
 struct Scatterer {
   const TopDownTree& tree;
   const LargeRange& range;
-  LeafReference* to;
+  Reference* to;
   BinMapping mapping;
   std::uint32_t next[2];
   ThreadBounds bounds[2];
 
-  __device__ unsigned sides(const LeafReference& r, std::uint32_t place) const {
-    if (range.way == Way::kCut) return cut_sides(range.cut, r.box);
-    const bool left = range.way == Way::kHalves ? place < range.half : goes_left(range.split, mapping, r.box);
+  __device__ unsigned sides(const Reference& r, std::uint32_t place) const {
+    if (range.kind == SplitKind::kSpatial) return spatial_sides(range.spatial, r.box);
+    const bool left = range.kind == SplitKind::kMedian ? place < range.half : goes_left(range.split, mapping, r.box);
     return left ? kLeftSide : kRightSide;
   }
-  __device__ void place(const LeafReference& r, unsigned sides, const std::uint32_t (&rank)[2]) {
+  __device__ void place(const Reference& r, unsigned sides, const std::uint32_t (&rank)[2]) {
     Parts parts{r.box, r.box};
-    if (sides == (kLeftSide | kRightSide)) parts = cut_reference(tree.soup, r, range.cut.axis, range.cut.plane);
+    if (sides == (kLeftSide | kRightSide))
+      parts = split_reference(tree.geometries, r, range.spatial.axis, range.spatial.plane);
     if ((sides & kLeftSide) != 0) {
-      to[next[0] + rank[0]] = LeafReference{parts.left, r.group, r.primitive};
+      to[next[0] + rank[0]] = Reference{parts.left, r.contents, r.primitive};
       bounds[0].add(parts.left);
     }
     if ((sides & kRightSide) != 0) {
-      to[next[1] + rank[1]] = LeafReference{parts.right, r.group, r.primitive};
+      to[next[1] + rank[1]] = Reference{parts.right, r.contents, r.primitive};
       bounds[1].add(parts.right);
     }
   }
@@ -220,7 +223,7 @@ struct Scatterer {
 static __global__ void __launch_bounds__(kTaskBlock, 3) scatter_references(TopDownTree tree, unsigned level) {
   __shared__ BlockRanks ranks;
   __shared__ RangeBox sum[2];
-  const LeafReference* from = tree.references[level % 2];
+  const Reference* from = tree.references[level % 2];
   const std::uint32_t tasks = tree.state->tasks[level];
   for (std::uint32_t t = blockIdx.x; t < tasks; t += gridDim.x) {
     const LargeTask task = tree.tasks[level % 2][t];
@@ -228,8 +231,8 @@ static __global__ void __launch_bounds__(kTaskBlock, 3) scatter_references(TopDo
     if (threadIdx.x < 2) clear(sum[threadIdx.x]);
     const std::uint32_t offset = task.begin - range.begin, end = min(range.end, task.begin + tree.task);
     std::uint32_t left = min(offset, range.half - range.begin), right = offset - left;
-    if (range.way == Way::kObjects) left = tree.counts[t].objects_left, right = offset - left;
-    if (range.way == Way::kCut) left = tree.counts[t].cut_left, right = tree.counts[t].cut_right;
+    if (range.kind == SplitKind::kObject) left = tree.counts[t].object_left, right = offset - left;
+    if (range.kind == SplitKind::kSpatial) left = tree.counts[t].spatial_left, right = tree.counts[t].spatial_right;
     Scatterer scatterer{tree,
                         range,
                         tree.references[(level + 1) % 2],
@@ -238,7 +241,7 @@ static __global__ void __launch_bounds__(kTaskBlock, 3) scatter_references(TopDo
                         {}};
     for (std::uint32_t first = task.begin; first < end; first += kTaskBlock) {
       const std::uint32_t i = first + threadIdx.x;
-      LeafReference reference{};
+      Reference reference{};
       if (i < end) reference = load(from + i);
       const unsigned sides = i < end ? scatterer.sides(reference, i) : 0;
       std::uint32_t rank[2], total[2];

@@ -5,7 +5,7 @@
 
 namespace hiprt::build::kernels {
 
-/// What a group has in shared memory: bins, or what FewBuilder needs.
+/// What a group has in shared memory: bins, or what WaveSweep needs.
 struct SmallShared {
   union {
     std::uint32_t object_words[ObjectBins::kSize];
@@ -13,12 +13,12 @@ struct SmallShared {
       std::uint32_t words[SlabBins::kSize];
       SlabPlanes planes;
     } slabs;
-    FewShared few;
+    WaveSweepShared sweep;
   };
 };
 
-/// @tparam kCuts whether space may be cut.
-template <bool kCuts> class SmallBuilder {
+/// @tparam kSpatialSplits whether space may be cut.
+template <bool kSpatialSplits> class SmallBuilder {
  public:
   __device__ SmallBuilder(const WaveGroup& group, SmallShared& shared, const TopDownTree& tree)
       : group_(group), shared_(shared), tree_(tree), pending_{tree}, least_overlap_(tree.least_overlap()) {}
@@ -27,10 +27,10 @@ template <bool kCuts> class SmallBuilder {
   __device__ std::uint32_t build(SmallRange range) {
     std::uint32_t leaves = 0;
     for (;;) {
-      const bool many = range.size() > WaveGroup::kLanes || (kCuts && range.is(SmallRange::kTryCut));
+      const bool many = range.size() > WaveGroup::kLanes || (kSpatialSplits && range.is(SmallRange::kTrySpatial));
       if (!many || !split(range, leaves)) {
-        if (many) range.depth_bits = (range.depth_bits & ~SmallRange::kTryCut) | SmallRange::kNoCut;
-        leaves += FewBuilder<kCuts>(group_, shared_.few, tree_, least_overlap_).build(range, pending_);
+        if (many) range.depth_bits = (range.depth_bits & ~SmallRange::kTrySpatial) | SmallRange::kNoSpatial;
+        leaves += WaveSweep<kSpatialSplits>(group_, shared_.sweep, tree_, least_overlap_).build(range, pending_);
       }
       if (pending_.first == kInvalidId) return leaves;
       range = pending_.take(group_);
@@ -39,26 +39,26 @@ template <bool kCuts> class SmallBuilder {
 
  private:
   struct Rule {
-    Way way;
+    SplitKind kind;
     ObjectSplit objects;
-    Cut cut;
+    SpatialSplitRecord spatial;
     Box box, centers;
   };
 
-  __device__ const LeafReference* from(const SmallRange& range) const {
+  __device__ const Reference* from(const SmallRange& range) const {
     return tree_.references[range.is(SmallRange::kOther) ? 1 : 0];
   }
 
   /// visit(reference) by the lanes in turn.
   template <class Visit> __device__ void for_each(const SmallRange& range, Visit&& visit) const {
-    const LeafReference* references = from(range);
+    const Reference* references = from(range);
     for (std::uint32_t i = range.begin + group_.lane(); i < range.end; i += WaveGroup::kLanes)
       visit(load(references + i));
   }
 
   __device__ void measure(const SmallRange& range, Rule& rule) const {
     Box box = empty_box(), centers = empty_box();
-    for_each(range, [&](const LeafReference& r) {
+    for_each(range, [&](const Reference& r) {
       grow_fast(box, r.box);
       Box center;
       for (unsigned k = 0; k < 3; ++k) center.min[k] = center.max[k] = split_position(r.box, k);
@@ -68,38 +68,38 @@ template <bool kCuts> class SmallBuilder {
     rule.centers = unite_lanes(group_, centers);
   }
 
-  __device__ void choose_objects(const SmallRange& range, Rule& rule) const {
+  __device__ void choose_object(const SmallRange& range, Rule& rule) const {
     const ObjectBins bins{shared_.object_words};
     group_.sync();
     bins.clear(group_.lane(), WaveGroup::kLanes);
     group_.sync();
     const BinMapping mapping = lane_mapping(rule.centers);
-    for_each(range, [&](const LeafReference& r) { bin_object(bins, mapping, r.box); });
+    for_each(range, [&](const Reference& r) { bin_object(bins, mapping, r.box); });
     group_.sync();
     rule.objects = best_object_split(group_, bins, rule.box);
-    rule.way = rule.objects.axis == ObjectSplit::kNoAxis ? Way::kHalves : Way::kObjects;
+    rule.kind = rule.objects.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
   }
 
   /// Takes a cut if there is a cheaper one.
-  __device__ void choose_cut(const SmallRange& range, Rule& rule) const {
+  __device__ void choose_spatial(const SmallRange& range, Rule& rule) const {
     const SlabBins bins{shared_.slabs.words};
     group_.sync();
     bins.clear(group_.lane(), WaveGroup::kLanes);
     fill_planes(shared_.slabs.planes, rule.box, group_.lane(), WaveGroup::kLanes);
     group_.sync();
-    // A lane for each axis of a reference: there may be few of them, and each may cross many slabs.
-    const LeafReference* references = from(range) + range.begin;
+    // A lane for each axis of a reference: there may be wave_range of them, and each may cross many slabs.
+    const Reference* references = from(range) + range.begin;
     for (std::uint32_t i = group_.lane(); i < 3 * range.size(); i += WaveGroup::kLanes)
-      bin_slabs(bins, shared_.slabs.planes, tree_.soup, load(references + i / 3), i % 3);
+      bin_slabs(bins, shared_.slabs.planes, tree_.geometries, load(references + i / 3), i % 3);
     group_.sync();
-    rule.cut = best_cut(group_, bins, rule.box, range.limit - range.begin);
-    if (rule.cut.cost < rule.objects.cost) rule.way = Way::kCut;
+    rule.spatial = best_spatial_split(group_, bins, rule.box, range.limit - range.begin);
+    if (rule.spatial.cost < rule.objects.cost) rule.kind = SplitKind::kSpatial;
   }
 
   __device__ static unsigned sides(const Rule& rule, const BinMapping& mapping, std::uint32_t half,
-                                   const LeafReference& reference, std::uint32_t place) {
-    if (kCuts && rule.way == Way::kCut) return cut_sides(rule.cut, reference.box);
-    const bool left = rule.way == Way::kHalves ? place < half : goes_left(rule.objects, mapping, reference.box);
+                                   const Reference& reference, std::uint32_t place) {
+    if (kSpatialSplits && rule.kind == SplitKind::kSpatial) return spatial_sides(rule.spatial, reference.box);
+    const bool left = rule.kind == SplitKind::kMedian ? place < half : goes_left(rule.objects, mapping, reference.box);
     return left ? kLeftSide : kRightSide;
   }
 
@@ -121,21 +121,21 @@ template <bool kCuts> class SmallBuilder {
   __device__ void move(const SmallRange& range, const Rule& rule, const Halves& halves) const {
     const BinMapping mapping = lane_mapping(rule.centers);
     const std::uint32_t half = range.begin + range.size() / 2;
-    LeafReference* to = tree_.references[range.is(SmallRange::kOther) ? 0 : 1];
+    Reference* to = tree_.references[range.is(SmallRange::kOther) ? 0 : 1];
     std::uint32_t next[2] = {range.begin, halves.right_begin};
     for (std::uint32_t first = range.begin; first < range.end; first += WaveGroup::kLanes) {
       const std::uint32_t i = first + group_.lane();
-      LeafReference r{};
+      Reference r{};
       if (i < range.end) r = load(from(range) + i);
       const unsigned mine = i < range.end ? sides(rule, mapping, half, r, i) : 0;
       Parts parts{r.box, r.box};
-      if (kCuts && mine == (kLeftSide | kRightSide))
-        parts = cut_reference(tree_.soup, r, rule.cut.axis, rule.cut.plane);
+      if (kSpatialSplits && mine == (kLeftSide | kRightSide))
+        parts = split_reference(tree_.geometries, r, rule.spatial.axis, rule.spatial.plane);
       for (unsigned side = 0; side < 2; ++side) {
         const bool goes = (mine >> side & 1u) != 0;
         const std::uint32_t lanes = group_.ballot(goes);
         const std::uint32_t rank = lane_count(lanes & ((1u << group_.lane()) - 1));
-        if (goes) to[next[side] + rank] = LeafReference{side == 0 ? parts.left : parts.right, r.group, r.primitive};
+        if (goes) to[next[side] + rank] = Reference{side == 0 ? parts.left : parts.right, r.contents, r.primitive};
         next[side] += lane_count(lanes);
       }
     }
@@ -143,12 +143,12 @@ template <bool kCuts> class SmallBuilder {
 
   __device__ void choose(const SmallRange& range, Rule& rule) const {
     measure(range, rule);
-    rule.way = Way::kHalves;
-    rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, Aabb::kInfinity, 0};
+    rule.kind = SplitKind::kMedian;
+    rule.objects = {range.cost, ObjectSplit::kNoAxis, 0, SimdBox::kInfinity, 0};
     if (is_deep(range.depth(), range.limit - range.begin)) return;
-    if (!range.is(SmallRange::kTryCut)) choose_objects(range, rule);
-    if (kCuts && range.limit - range.begin > range.size() && rule.objects.overlap > least_overlap_)
-      choose_cut(range, rule);
+    if (!range.is(SmallRange::kTrySpatial)) choose_object(range, rule);
+    if (kSpatialSplits && range.limit - range.begin > range.size() && rule.objects.overlap > least_overlap_)
+      choose_spatial(range, rule);
   }
 
   /// Both halves wait, or are leaves. @return false, with nothing done, if the range tries a cut and there is none.
@@ -156,16 +156,17 @@ template <bool kCuts> class SmallBuilder {
     Rule rule{};
     choose(range, rule);
     std::uint32_t left = 0, right = 0;
-    if (kCuts && rule.way == Way::kCut) {
+    if (kSpatialSplits && rule.kind == SplitKind::kSpatial) {
       left = count(range, rule, right);
-      if (left == 0 || right == 0) rule.way = rule.objects.axis == ObjectSplit::kNoAxis ? Way::kHalves : Way::kObjects;
+      if (left == 0 || right == 0)
+        rule.kind = rule.objects.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
     }
-    if (kCuts && range.is(SmallRange::kTryCut) && rule.way != Way::kCut) return false;
-    if (rule.way == Way::kObjects) {
+    if (kSpatialSplits && range.is(SmallRange::kTrySpatial) && rule.kind != SplitKind::kSpatial) return false;
+    if (rule.kind == SplitKind::kObject) {
       left = rule.objects.left;
       right = range.size() - left;
     }
-    if (rule.way == Way::kHalves) {
+    if (rule.kind == SplitKind::kMedian) {
       left = range.size() / 2;
       right = range.size() - left;
     }
@@ -202,11 +203,11 @@ template <bool kCuts> class SmallBuilder {
 };
 
 /// Groups take a small range after the other.
-template <bool kCuts> __global__ void __launch_bounds__(kGroupBlock, 4) build_small(TopDownTree tree) {
+template <bool kSpatialSplits> __global__ void __launch_bounds__(kGroupBlock, 4) build_small(TopDownTree tree) {
   __shared__ SmallShared shared[kGroupsPerBlock];
   const WaveGroup group;
   const std::uint32_t ranges = tree.state->small_ranges;
-  SmallBuilder<kCuts> builder(group, shared[threadIdx.x / WaveGroup::kLanes], tree);
+  SmallBuilder<kSpatialSplits> builder(group, shared[threadIdx.x / WaveGroup::kLanes], tree);
   std::uint32_t leaves = 0;
   for (;;) {
     std::uint32_t ticket = group.lane() == 0 ? fetch_add(&tree.state->ticket, 1) : 0;

@@ -2,7 +2,7 @@
 /// What the kernels of the builder from the top know of a build: ranges of references, level by level, in two arrays
 /// that take turns. Nothing in the tree depends on the order in which ranges and tasks are listed. Internal.
 
-#include <hiprt_build/sah_sbvh/gpu_top_down_bins.h>
+#include <hiprt_build/sah_sbvh/gpu_spatial_bins.h>
 
 namespace hiprt::build::kernels {
 
@@ -17,9 +17,9 @@ struct RangeBox {
 };
 static_assert(sizeof(RangeBox) == RangeBox::kWords * sizeof(std::uint32_t));
 
-enum class Way : std::uint32_t { kHalves, kObjects, kCut };
+enum class SplitKind : std::uint32_t { kMedian, kObject, kSpatial };
 
-/// References [begin, end) and room for those that cuts will make of them, up to limit, with more than one wave can
+/// References [begin, end) and capacity for those that cuts will make of them, up to limit, with more than one wave can
 /// split alone.
 struct LargeRange {
   RangeBox bounds;
@@ -28,12 +28,12 @@ struct LargeRange {
   std::uint32_t link;        ///< Where its number goes: see TopDownTree::link().
   std::uint32_t first_task;  ///< Of those that follow each other.
   // What it is split by.
-  Way way;
-  std::uint32_t tries_cut;
+  SplitKind kind;
+  std::uint32_t tries_spatial;
   ObjectSplit split;
-  Cut cut;
+  SpatialSplitRecord spatial;
   // What comes of it.
-  std::uint32_t half;         ///< Where the right half begins among the references, for Way::kHalves.
+  std::uint32_t half;         ///< Where the right half begins among the references, for SplitKind::kMedian.
   std::uint32_t right_begin;  ///< Place of the right half, and number of the node.
   std::uint32_t child[2];     ///< Numbers in the list of the next level; kInvalidId: it is a small one.
 
@@ -47,19 +47,19 @@ struct LargeTask {
 /// References of a task, then of all tasks of the range before it: left by the split of references, and both sides by
 /// the cut.
 struct TaskCounts {
-  std::uint32_t objects_left, cut_left, cut_right;
+  std::uint32_t object_left, spatial_left, spatial_right;
 };
 
 /// A range for one group of lanes.
 struct SmallRange {
   std::uint32_t begin, end, limit, link;
   std::uint32_t depth_bits;  ///< Depth, and flags.
-  float cost;                ///< With kTryCut: of the best split of references.
+  float cost;                ///< With kTrySpatial: of the best split of references.
 
-  static constexpr std::uint32_t kOther = 0x80000000u;   ///< It lies in the second array.
-  static constexpr std::uint32_t kTryCut = 0x40000000u;  ///< Halves overlap: space may be cut.
-  static constexpr std::uint32_t kNoCut = 0x20000000u;   ///< No cut of space is cheaper.
-  static constexpr std::uint32_t kFlags = kOther | kTryCut | kNoCut;
+  static constexpr std::uint32_t kOther = 0x80000000u;       ///< It lies in the second array.
+  static constexpr std::uint32_t kTrySpatial = 0x40000000u;  ///< Halves overlap: space may be cut.
+  static constexpr std::uint32_t kNoSpatial = 0x20000000u;   ///< No cut of space is cheaper.
+  static constexpr std::uint32_t kFlags = kOther | kTrySpatial | kNoSpatial;
 
   __device__ std::uint32_t size() const { return end - begin; }
   __device__ unsigned depth() const { return depth_bits & ~kFlags; }
@@ -74,12 +74,12 @@ struct TopDownState {
 };
 
 /// What unused places of the output hold.
-inline __device__ LeafReference no_reference() { return LeafReference{empty_box(), PackedGroup::none(), kInvalidId}; }
+inline __device__ Reference no_reference() { return Reference{empty_box(), LeafContents::none(), kInvalidId}; }
 
 /// Everything that does not change during a build.
 struct TopDownTree {
-  SoupView soup;
-  LeafReference* references[2];  ///< [room]. The second is the output.
+  GeometryTable geometries;
+  Reference* references[2];  ///< [capacity]. The second is the output.
   LinkedNode* nodes;
   LinkedRef* root;
   std::uint32_t* leaves;
@@ -89,14 +89,14 @@ struct TopDownTree {
   TaskCounts* counts;
   std::uint32_t* bins;  ///< ObjectBins or SlabBins of each large range.
   SmallRange* small_ranges;
-  std::uint32_t room, task, few;
+  std::uint32_t capacity, task, wave_range;
 
   /// @param link node * 2 + side; kInvalidId for the root.
   __device__ void set(std::uint32_t link, LinkedRef ref) const {
     *(link == kInvalidId ? root : &nodes[link / 2].child[link % 2]) = ref;
   }
   __device__ void set_leaf(std::uint32_t link, std::uint32_t begin, std::uint32_t limit,
-                           const LeafReference& reference) const {
+                           const Reference& reference) const {
     references[1][begin] = reference;
     for (std::uint32_t i = begin + 1; i < limit; ++i) references[1][i] = no_reference();
     set(link, begin | kLinkedLeaf);
@@ -111,14 +111,15 @@ struct TopDownTree {
   static_assert(SlabBins::kSize <= ObjectBins::kSize);
 };
 
-/// Where the halves of a range go; the right one moves behind the left one's share of the room.
+/// Where the halves of a range go; the right one moves behind the left one's share of the capacity.
 struct Halves {
   std::uint32_t left_end, right_begin, right_end;
 
   __device__ Halves(std::uint32_t begin, std::uint32_t limit, std::uint32_t left_count, std::uint32_t right_count) {
-    const std::uint32_t room = limit - begin - left_count - right_count;
+    const std::uint32_t capacity = limit - begin - left_count - right_count;
     left_end = begin + left_count;
-    right_begin = left_end + (room == 0 ? 0 : static_cast<std::uint32_t>(share_of_room(room, left_count, right_count)));
+    right_begin =
+        left_end + (capacity == 0 ? 0 : static_cast<std::uint32_t>(left_capacity(capacity, left_count, right_count)));
     right_end = right_begin + right_count;
   }
 };

@@ -7,7 +7,7 @@
 namespace hiprt::build::kernels {
 
 /// Shared by the lanes of a group.
-struct FewShared {
+struct WaveSweepShared {
   static constexpr unsigned kLanes = WaveGroup::kLanes;
 
   float min[3][kLanes], max[3][kLanes];  ///< Boxes of references by their slots: lanes that they began in.
@@ -24,13 +24,13 @@ struct FewShared {
     }
     return result;
   }
-  __device__ LeafReference reference(unsigned slot) const {
-    return LeafReference{box(slot), PackedGroup{group[slot]}, primitive[slot]};
+  __device__ Reference reference(unsigned slot) const {
+    return Reference{box(slot), LeafContents{group[slot]}, primitive[slot]};
   }
 };
 
 /// Ranges that wait for their turn with one group: each is written down in a node that only its own subtree will use,
-/// so that there is always room.
+/// so that there is always capacity.
 struct PendingRanges {
   const TopDownTree& tree;
   std::uint32_t first = kInvalidId;  ///< Where it begins.
@@ -56,23 +56,23 @@ struct PendingRanges {
   }
 };
 
-/// @tparam kCuts ranges whose halves overlap are put off, for FewBuilder knows no cuts of space.
-template <bool kCuts> class FewBuilder {
+/// @tparam kSpatialSplits ranges whose halves overlap are put off, for WaveSweep knows no cuts of space.
+template <bool kSpatialSplits> class WaveSweep {
  public:
-  __device__ FewBuilder(const WaveGroup& group, FewShared& shared, const TopDownTree& tree, float least_overlap)
+  __device__ WaveSweep(const WaveGroup& group, WaveSweepShared& shared, const TopDownTree& tree, float least_overlap)
       : group_(group), shared_(shared), tree_(tree), least_overlap_(least_overlap) {}
 
   /// @pre 1 to 32 references. @return how many leaves this lane has written.
   __device__ std::uint32_t build(const SmallRange& range, PendingRanges& pending) {
     load(range);
-    bool may_put_off = !range.is(SmallRange::kNoCut);
+    bool may_put_off = !range.is(SmallRange::kNoSpatial);
     const std::uint32_t array = range.depth_bits & SmallRange::kOther;
     std::uint32_t leaves = 0;
     for (;;) {
       leaves += write_leaves() ? 1 : 0;
       if (!group_.any(size() > 1)) return leaves;
       const LaneSplit split = best_split();
-      if (kCuts && may_put_off) put_off(split, array, pending);
+      if (kSpatialSplits && may_put_off) put_off(split, array, pending);
       may_put_off = true;
       part(split);
     }
@@ -95,13 +95,13 @@ template <bool kCuts> class FewBuilder {
     group_.sync();
     float center[3] = {};
     if (lane < n) {
-      const LeafReference reference = tree_.references[range.is(SmallRange::kOther) ? 1 : 0][range.begin + lane];
+      const Reference reference = tree_.references[range.is(SmallRange::kOther) ? 1 : 0][range.begin + lane];
       for (unsigned k = 0; k < 3; ++k) {
         shared_.min[k][lane] = reference.box.min[k];
         shared_.max[k][lane] = reference.box.max[k];
         shared_.center[k][lane] = center[k] = split_position(reference.box, k);
       }
-      shared_.group[lane] = reference.group.bits;
+      shared_.group[lane] = reference.contents.bits;
       shared_.primitive[lane] = reference.primitive;
     }
     group_.sync();
@@ -131,7 +131,7 @@ template <bool kCuts> class FewBuilder {
     if (size() != 1 && !joined) return false;
     const bool writes = lane == first_;
     if (writes) {
-      LeafReference reference = shared_.reference(order_[0]);
+      Reference reference = shared_.reference(order_[0]);
       grow_fast(reference.box, shared_.box(other_slot));
       tree_.set_leaf(link_, begin_, limit_, reference);
     }
@@ -144,7 +144,7 @@ template <bool kCuts> class FewBuilder {
     const unsigned lane = group_.lane();
     unsigned steps = 1;
     while (group_.any(size() > 1u << steps)) ++steps;
-    LaneChoice best(Aabb::kInfinity, 0);
+    LaneChoice best(SimdBox::kInfinity, 0);
     LaneSplit split{};
 #pragma unroll
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -157,10 +157,10 @@ template <bool kCuts> class FewBuilder {
           half_area(left) * static_cast<float>(lane - first_) + half_area(right) * static_cast<float>(last_ - lane);
       // Of equal boxes any place is as good: the middle makes the flattest tree.
       const unsigned off = 2 * lane > first_ + last_ ? 2 * lane - first_ - last_ : first_ + last_ - 2 * lane;
-      const LaneChoice choice(splits ? cost : Aabb::kInfinity, off << 7 | axis << 5 | lane);
+      const LaneChoice choice(splits ? cost : SimdBox::kInfinity, off << 7 | axis << 5 | lane);
       if (choice.cost < best.cost) {
         best = choice;
-        if (kCuts) split.overlaps = overlap_area(left, right) > least_overlap_;
+        if (kSpatialSplits) split.overlaps = overlap_area(left, right) > least_overlap_;
       }
       if (axis == 0) {
         split.box = left;
@@ -181,12 +181,12 @@ template <bool kCuts> class FewBuilder {
     split.middle = halves ? first_ + size() / 2 : best.tie & 31u;
     split.axis = halves ? 0 : best.tie >> 5 & 3u;
     split.cost = best.value();
-    if (kCuts) split.overlaps = group_.from(split.middle & 31u, split.overlaps ? 1u : 0u) != 0 && !halves;
+    if (kSpatialSplits) split.overlaps = group_.from(split.middle & 31u, split.overlaps ? 1u : 0u) != 0 && !halves;
     return split;
   }
 
   __device__ bool wants_cut(const LaneSplit& split) const {
-    return kCuts && size() > 1 && split.overlaps && limit_ - begin_ > size();
+    return kSpatialSplits && size() > 1 && split.overlaps && limit_ - begin_ > size();
   }
   /// Ranges whose halves overlap go back to memory.
   __device__ void put_off(const LaneSplit& split, std::uint32_t array, PendingRanges& pending) {
@@ -198,7 +198,7 @@ template <bool kCuts> class FewBuilder {
     const std::uint32_t next = group_.from(behind != 0 ? lowest(behind) : lane, begin_);
     if (wants) tree_.references[array != 0 ? 1 : 0][begin_ + lane - first_] = shared_.reference(order_[0]);
     if (wants && lane == first_)
-      pending.write({begin_, begin_ + size(), limit_, link_, depth_ | array | SmallRange::kTryCut, split.cost},
+      pending.write({begin_, begin_ + size(), limit_, link_, depth_ | array | SmallRange::kTrySpatial, split.cost},
                     behind != 0 ? next : pending.first);
     pending.first = group_.from(lowest(firsts), begin_);
     if (wants) retire();
@@ -243,7 +243,7 @@ template <bool kCuts> class FewBuilder {
   }
 
   const WaveGroup& group_;
-  FewShared& shared_;
+  WaveSweepShared& shared_;
   const TopDownTree& tree_;
   float least_overlap_;
   unsigned order_[3];      ///< Slot of the reference at this lane's place, along each axis.

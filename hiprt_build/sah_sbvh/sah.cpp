@@ -11,7 +11,7 @@ constexpr std::size_t kTaskSize = 2048;
 class SahBuilder {
  public:
   SahBuilder(CpuEngine& engine, std::span<Reference> references, std::span<Reference> spare,
-             std::span<BinaryNode> nodes)
+             std::span<DepthFirstNode> nodes)
       : engine_(engine), references_(references), spare_(spare), nodes_(nodes) {}
 
   void build() { build(0, 0, references_.size(), bounds_of(0, references_.size()), 0); }
@@ -21,7 +21,7 @@ class SahBuilder {
 
   void build(std::size_t node, std::size_t begin, std::size_t end, const RangeBounds& bounds, unsigned depth) {
     const std::size_t count = end - begin;
-    nodes_[node] = make_node(bounds.box, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(count));
+    nodes_[node] = {to_box(bounds.box), static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(count)};
     if (count == 1) {
       engine_.monitor().add(1);
       return;
@@ -51,7 +51,7 @@ class SahBuilder {
     const Split best = find_best_split(bin_references(engine_, range(begin, end), mapping), mapping);
     if (best.axis < 0) return half;
     return partition(begin, end, [&](const Reference& r) {
-      return mapping(r.box())[static_cast<std::size_t>(best.axis)] < best.bin;
+      return mapping(simd_box(r))[static_cast<std::size_t>(best.axis)] < best.bin;
     });
   }
 
@@ -86,17 +86,17 @@ class SahBuilder {
 
   CpuEngine& engine_;
   std::span<Reference> references_, spare_;
-  std::span<BinaryNode> nodes_;
+  std::span<DepthFirstNode> nodes_;
 };
 
 }  // namespace
 
-BinaryTree build_sah(CpuEngine& engine, ScratchArray<Reference> references) {
-  BinaryTree tree;
+DepthFirstTree build_sah(CpuEngine& engine, ScratchArray<Reference> references) {
+  DepthFirstTree tree;
   const std::size_t count = references.size();
   if (count == 0) return tree;
   engine.monitor().start("split", 0.75, count);
-  tree.nodes = engine.allocate<BinaryNode>(2 * count - 1);
+  tree.nodes = engine.allocate<DepthFirstNode>(2 * count - 1);
   auto spare = engine.allocate<Reference>(count >= kParallelSize ? count : 0);
   build_sah(engine, references.span(), spare.span(), tree.nodes.span());
   tree.references = std::move(references);
@@ -104,7 +104,7 @@ BinaryTree build_sah(CpuEngine& engine, ScratchArray<Reference> references) {
 }
 
 void build_sah(CpuEngine& engine, std::span<Reference> references, std::span<Reference> spare,
-               std::span<BinaryNode> nodes) {
+               std::span<DepthFirstNode> nodes) {
   SahBuilder(engine, references, spare, nodes).build();
 }
 

@@ -10,12 +10,12 @@ namespace hiprt::build {
 
 /// Builds a binary tree with one reference per leaf. The result does not depend on the number of threads.
 /// @param references moved into the tree, which reorders them.
-BinaryTree build_sah(CpuEngine& engine, ScratchArray<Reference> references);
+DepthFirstTree build_sah(CpuEngine& engine, ScratchArray<Reference> references);
 
 /// The same over a part of a larger tree's references, of which there is at least one. Any thread.
 /// @param spare as large as references, or empty for fewer than kParallelSize (sah_reduce.h).
 /// @param nodes for 2 * references.size() - 1; they count references from the part's first.
 void build_sah(CpuEngine& engine, std::span<Reference> references, std::span<Reference> spare,
-               std::span<BinaryNode> nodes);
+               std::span<DepthFirstNode> nodes);
 
 }  // namespace hiprt::build

@@ -10,13 +10,13 @@
 namespace hiprt::build {
 
 /// Half the centre of a box: halved again so that sums and extents stay finite for every finite box.
-HIPRT_HD HIPRT_INLINE Float4 split_position(const Aabb& box) { return 0.25f * box.min + 0.25f * box.max; }
+HIPRT_HD HIPRT_INLINE Float4 split_position(const SimdBox& box) { return 0.25f * box.min + 0.25f * box.max; }
 
 /// Boxes of a range of references and of their split positions.
 struct RangeBounds {
-  Aabb box, centers;
+  SimdBox box, centers;
 
-  HIPRT_HD HIPRT_INLINE void add(const Aabb& reference) {
+  HIPRT_HD HIPRT_INLINE void add(const SimdBox& reference) {
     box.add(reference);
     centers.add(split_position(reference));
   }
@@ -28,19 +28,19 @@ struct RangeBounds {
 
 inline constexpr int kMaxBins = 32;
 
-/// Maps split positions to bins on each axis, the same way when counting and when partitioning.
+/// Maps split positions to bins on each axis, the same kind when counting and when partitioning.
 struct BinMapping {
   Float4 base, scale;
   int bins;
 
-  HIPRT_HD HIPRT_INLINE BinMapping(const Aabb& centers, std::size_t count)
+  HIPRT_HD HIPRT_INLINE BinMapping(const SimdBox& centers, std::size_t count)
       : base(centers.min), scale{}, bins(count < 16 * (kMaxBins - 4) ? static_cast<int>(4 + count / 16) : kMaxBins) {
     const Float4 extent = centers.max - centers.min;
     for (int axis = 0; axis < 3; ++axis)
       // Slightly less than bins / extent, so that the largest centre falls into the last bin.
       scale[axis] = extent[axis] > 0x1p-120f ? 0.99999f * static_cast<float>(bins) / extent[axis] : 0.0f;
   }
-  HIPRT_HD HIPRT_INLINE std::array<int, 3> operator()(const Aabb& box) const {
+  HIPRT_HD HIPRT_INLINE std::array<int, 3> operator()(const SimdBox& box) const {
     const Float4 position = (split_position(box) - base) * scale;
     return {within(position[0]), within(position[1]), within(position[2])};
   }
@@ -53,18 +53,18 @@ struct BinMapping {
 };
 
 /// What a side of a split costs: as Split::cost.
-HIPRT_HD HIPRT_INLINE float side_cost(const Aabb& box, std::uint32_t count) {
+HIPRT_HD HIPRT_INLINE float side_cost(const SimdBox& box, std::uint32_t count) {
   return half_area(box) * static_cast<float>(count);
 }
 
 /// Boxes and counts of the bins of all axes.
 struct Bins {
-  Aabb box[3][kMaxBins];
+  SimdBox box[3][kMaxBins];
   std::uint32_t count[3][kMaxBins] = {};
 
   void add(std::span<const Reference> references, const BinMapping& mapping) {
     for (const Reference& reference : references) {
-      const Aabb b = reference.box();
+      const SimdBox b = simd_box(reference);
       const std::array<int, 3> bin = mapping(b);
       for (int axis = 0; axis < 3; ++axis) {
         box[axis][bin[static_cast<std::size_t>(axis)]].add(b);
@@ -82,9 +82,9 @@ struct Bins {
 };
 
 struct Split {
-  float cost = Aabb::kInfinity;  ///< Sum over both sides of half area * references.
-  int axis = -1;                 ///< -1: there is none.
-  int bin = 0;                   ///< First bin of the right side.
+  float cost = SimdBox::kInfinity;  ///< Sum over both sides of half area * references.
+  int axis = -1;                    ///< -1: there is none.
+  int bin = 0;                      ///< First bin of the right side.
 };
 
 /// The cheapest split between bins. Ties go to the lower axis, then the lower bin.
@@ -92,14 +92,14 @@ inline Split find_best_split(const Bins& bins, const BinMapping& mapping) {
   Split best;
   for (int axis = 0; axis < 3; ++axis) {
     float right_cost[kMaxBins];
-    Aabb box;
+    SimdBox box;
     std::uint32_t count = 0;
     for (int i = mapping.bins - 1; i > 0; --i) {
       box.add(bins.box[axis][i]);
       count += bins.count[axis][i];
       right_cost[i] = count == 0 ? -1.0f : side_cost(box, count);
     }
-    box = Aabb{};
+    box = SimdBox{};
     count = 0;
     for (int i = 1; i < mapping.bins; ++i) {
       box.add(bins.box[axis][i - 1]);
@@ -121,8 +121,8 @@ inline std::size_t sweep_split(std::span<Reference> references) {
   using Order = std::array<std::uint8_t, kSweepSize>;
   const std::size_t n = references.size();
   Float4 center[kSweepSize];
-  for (std::size_t i = 0; i < n; ++i) center[i] = split_position(references[i].box());
-  float best_cost = Aabb::kInfinity;
+  for (std::size_t i = 0; i < n; ++i) center[i] = split_position(simd_box(references[i]));
+  float best_cost = SimdBox::kInfinity;
   std::size_t best_left = 0;
   Order best_order{};
   for (int axis = 0; axis < 3; ++axis) {
@@ -133,14 +133,14 @@ inline std::size_t sweep_split(std::span<Reference> references) {
       order[at] = static_cast<std::uint8_t>(i);
     }
     float right_cost[kSweepSize];
-    Aabb box;
+    SimdBox box;
     for (std::size_t i = n - 1; i > 0; --i) {
-      box.add(references[order[i]].box());
+      box.add(simd_box(references[order[i]]));
       right_cost[i] = half_area(box) * static_cast<float>(n - i);
     }
-    box = Aabb{};
+    box = SimdBox{};
     for (std::size_t i = 1; i < n; ++i) {
-      box.add(references[order[i - 1]].box());
+      box.add(simd_box(references[order[i - 1]]));
       const float cost = half_area(box) * static_cast<float>(i) + right_cost[i];
       if (!(cost < best_cost)) continue;
       best_cost = cost;

@@ -31,7 +31,7 @@ inline RangeBounds bound_references(CpuEngine& engine, std::span<const Reference
   return reduce_references(
       engine, references, RangeBounds{},
       [](std::span<const Reference> part, RangeBounds bounds) {
-        for (const Reference& reference : part) bounds.add(reference.box());
+        for (const Reference& reference : part) bounds.add(simd_box(reference));
         return bounds;
       },
       [](RangeBounds a, const RangeBounds& b) {

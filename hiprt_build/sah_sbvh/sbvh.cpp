@@ -1,6 +1,5 @@
 #include <hiprt_build/sah_sbvh/sbvh.h>
 
-#include <hiprt_build/input/geometry.h>
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/sah_sbvh/sah_reduce.h>
 #include <hiprt_build/sah_sbvh/spatial_bins.h>
@@ -14,15 +13,15 @@ namespace hiprt::build {
 namespace {
 
 constexpr std::size_t kTaskSize = 1024;
-/// So many references that cross all slabs take a few milliseconds.
+/// So many references that cross all slabs take a wave_range milliseconds.
 constexpr std::size_t kSlabChunk = 256;
 
-/// References [begin, end), and room for those that cuts will make of them up to limit.
+/// References [begin, end), and capacity for those that cuts will make of them up to limit.
 struct Range {
   std::size_t begin, end, limit;
 
   std::size_t size() const { return end - begin; }
-  std::size_t room() const { return limit - end; }
+  std::size_t capacity() const { return limit - end; }
 };
 
 struct Halves {
@@ -31,12 +30,10 @@ struct Halves {
 
 class SbvhBuilder {
  public:
-  SbvhBuilder(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
-              std::span<Reference> references, std::span<Reference> spare, std::span<LinkedNode> nodes,
-              std::span<std::uint32_t> counts)
+  SbvhBuilder(CpuEngine& engine, const GeometryTable& geometries, std::span<Reference> references,
+              std::span<Reference> spare, std::span<LinkedNode> nodes, std::span<std::uint32_t> counts)
       : engine_(engine),
-        soup_(soup),
-        groups_(groups),
+        geometries_(geometries),
         references_(references),
         spare_(spare),
         nodes_(nodes),
@@ -78,12 +75,12 @@ class SbvhBuilder {
 
   std::uint32_t count(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 ? 1 : counts_[ref]; }
 
-  /// Two parts of one group need no node over them.
+  /// Two parts of one leaf need no node over them.
   void join_parts(Range& range) {
-    if (range.size() != 2 || references_[range.begin].leaf != references_[range.begin + 1].leaf) return;
-    Aabb box = references_[range.begin].box();
-    box.add(references_[range.begin + 1].box());
-    references_[range.begin] = make_reference(box, references_[range.begin].leaf);
+    if (range.size() != 2 || references_[range.begin].primitive != references_[range.begin + 1].primitive) return;
+    SimdBox box = simd_box(references_[range.begin]);
+    box.add(simd_box(references_[range.begin + 1]));
+    references_[range.begin].box = to_box(box);
     --range.end;
   }
 
@@ -92,39 +89,39 @@ class SbvhBuilder {
     const std::size_t count = range.size();
     if (depth + static_cast<unsigned>(std::bit_width(range.limit - range.begin)) >= kMaxDepth)
       return place(range, count / 2);
-    if (count <= kSweepSize) return split_few(range, bounds);
+    if (count <= kSweepSize) return split_small(range, bounds);
     const BinMapping mapping(bounds.centers, count);
     const Bins bins = bin_references(engine_, span_of(range), mapping);
     const Split best = find_best_split(bins, mapping);
     std::size_t asked = 0;
     const auto goes_left = [&](const Reference& r) {
       if (++asked % CpuEngine::kChunk == 0) engine_.monitor().check();
-      return mapping(r.box())[static_cast<std::size_t>(best.axis)] < best.bin;
+      return mapping(simd_box(r))[static_cast<std::size_t>(best.axis)] < best.bin;
     };
-    Aabb left, right;
+    SimdBox left, right;
     for (int i = 0; i < mapping.bins && best.axis >= 0; ++i) (i < best.bin ? left : right).add(bins.box[best.axis][i]);
     if (best.axis < 0) left = right = bounds.box;
-    if (const auto halves = cut_space(range, bounds.box, left, right, best.cost)) return *halves;
+    if (const auto halves = try_spatial_split(range, bounds.box, left, right, best.cost)) return *halves;
     if (best.axis < 0) return place(range, count / 2);
     const auto all = span_of(range);
     return place(range, static_cast<std::size_t>(std::partition(all.begin(), all.end(), goes_left) - all.begin()));
   }
 
-  Halves split_few(const Range& range, const RangeBounds& bounds) {
+  Halves split_small(const Range& range, const RangeBounds& bounds) {
     const auto all = span_of(range);
     const std::size_t swept = sweep_split(all), left_count = swept == 0 ? all.size() / 2 : swept;
-    Aabb left, right;
-    for (std::size_t i = 0; i < all.size(); ++i) (i < left_count ? left : right).add(all[i].box());
+    SimdBox left, right;
+    for (std::size_t i = 0; i < all.size(); ++i) (i < left_count ? left : right).add(simd_box(all[i]));
     const float cost = side_cost(left, static_cast<std::uint32_t>(left_count)) +
                        side_cost(right, static_cast<std::uint32_t>(all.size() - left_count));
-    if (const auto halves = cut_space(range, bounds.box, left, right, cost)) return *halves;
+    if (const auto halves = try_spatial_split(range, bounds.box, left, right, cost)) return *halves;
     return place(range, left_count);
   }
 
-  /// The first so many references are the left half; the right one moves behind the left one's share of the room.
+  /// The first so many references are the left half; the right one moves behind the left one's share of the capacity.
   Halves place(const Range& range, std::size_t left_count) {
     const std::size_t right_count = range.size() - left_count;
-    const std::size_t share = share_of_room(range.room(), left_count, right_count);
+    const std::size_t share = left_capacity(range.capacity(), left_count, right_count);
     const std::size_t left_end = range.begin + left_count, right_begin = left_end + share;
     for (std::size_t end = right_count; end > 0 && share > 0;) {
       const std::size_t begin = end - std::min(end, CpuEngine::kChunk);
@@ -138,10 +135,10 @@ class SbvhBuilder {
 
   /// Cuts space if the halves of the best split of references overlap, and that is cheaper.
   /// @param left,right,cost of the split of references.
-  std::optional<Halves> cut_space(const Range& range, const Aabb& box, const Aabb& left, const Aabb& right,
-                                  float cost) {
-    if (range.room() == 0) return std::nullopt;
-    const Aabb overlap{max4(left.min, right.min), min4(left.max, right.max)};
+  std::optional<Halves> try_spatial_split(const Range& range, const SimdBox& box, const SimdBox& left,
+                                          const SimdBox& right, float cost) {
+    if (range.capacity() == 0) return std::nullopt;
+    const SimdBox overlap{max4(left.min, right.min), min4(left.max, right.max)};
     if (overlap.empty() || !(half_area(overlap) > least_overlap_)) return std::nullopt;
     const SlabPlanes planes = SlabPlanes::over(box);
     const SpatialBins bins = reduce_references(
@@ -150,8 +147,7 @@ class SbvhBuilder {
           std::size_t added = 0;
           for (const Reference& r : part) {
             if (++added % kSlabChunk == 0) engine_.monitor().check();
-            const PrimitiveGroup& group = groups_[r.leaf];
-            so_far.add(leaf_corners(soup_, group), group.is_pair(), r.box(), planes);
+            so_far.add(leaf_corners(geometries_, r), r.contents.is_pair(), simd_box(r), planes);
           }
           return so_far;
         },
@@ -170,21 +166,21 @@ class SbvhBuilder {
     std::size_t seen = 0;
     for (const Reference& r : span_of(range)) {
       if (++seen % kSlabChunk == 0) engine_.monitor().check();
-      if (r.max[split.axis] <= split.plane) {
+      if (r.box.max[split.axis] <= split.plane) {
         spare_[left_end++] = r;
-      } else if (r.min[split.axis] >= split.plane) {
+      } else if (r.box.min[split.axis] >= split.plane) {
         spare_[--right_begin] = r;
       } else {
         const SplitBounds parts = parts_of(r, split);
-        if (!parts.left.empty()) spare_[left_end++] = make_reference(parts.left, r.leaf);
-        if (!parts.right.empty()) spare_[--right_begin] = make_reference(parts.right, r.leaf);
+        if (!parts.left.empty()) spare_[left_end++] = part_of(r, to_box(parts.left));
+        if (!parts.right.empty()) spare_[--right_begin] = part_of(r, to_box(parts.right));
       }
     }
     const std::size_t left_count = left_end - range.begin, right_count = range.limit - right_begin;
     if (left_count == 0 || right_count == 0) return std::nullopt;
     const std::span<const Reference> spare = spare_;
     engine_.copy(spare.subspan(range.begin, left_count), references_.subspan(range.begin, left_count));
-    const std::size_t right_at = left_end + share_of_room(right_begin - left_end, left_count, right_count);
+    const std::size_t right_at = left_end + left_capacity(right_begin - left_end, left_count, right_count);
     engine_.copy(spare.subspan(right_begin, right_count), references_.subspan(right_at, right_count));
     return Halves{{range.begin, left_end, right_at}, {right_at, right_at + right_count, range.limit}};
   }
@@ -192,25 +188,24 @@ class SbvhBuilder {
   /// Both parts of a reference that crosses the plane, or all of it on one side; the other side is empty then, and the
   /// split counts one reference less there.
   SplitBounds parts_of(const Reference& r, SpatialSplit& split) const {
-    const Aabb whole = r.box();
+    const SimdBox whole = simd_box(r);
     switch (cheapest_side(split, whole)) {
-      case CutSide::kLeft:
+      case SplitSide::kLeft:
         split.left.add(whole);
         --split.right_count;
-        return SplitBounds{whole, Aabb{}};
-      case CutSide::kRight:
+        return SplitBounds{whole, SimdBox{}};
+      case SplitSide::kRight:
         split.right.add(whole);
         --split.left_count;
-        return SplitBounds{Aabb{}, whole};
-      case CutSide::kBoth:
+        return SplitBounds{SimdBox{}, whole};
+      case SplitSide::kBoth:
         break;
     }
-    return split_bounds(soup_, groups_[r.leaf], whole, split.axis, split.plane);
+    return split_bounds(geometries_, r, whole, split.axis, split.plane);
   }
 
   CpuEngine& engine_;
-  const PrimitiveSoup& soup_;
-  std::span<const PrimitiveGroup> groups_;
+  const GeometryTable& geometries_;
   std::span<Reference> references_, spare_;
   std::span<LinkedNode> nodes_;
   std::span<std::uint32_t> counts_;
@@ -219,21 +214,21 @@ class SbvhBuilder {
 
 }  // namespace
 
-BinaryTree build_sbvh(CpuEngine& engine, const PrimitiveSoup& soup, std::span<const PrimitiveGroup> groups,
-                      ScratchArray<Reference> references, double split_budget) {
+DepthFirstTree build_sbvh(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references,
+                          double split_budget) {
   const std::size_t count = references.size();
-  if (count == 0) return BinaryTree{};
-  const std::size_t room = room_for_splits(count, split_budget);
-  engine.monitor().start("split", 0.6, room);
-  auto larger = engine.allocate<Reference>(room);
+  if (count == 0) return DepthFirstTree{};
+  const std::size_t capacity = split_capacity(count, split_budget);
+  engine.monitor().start("split", 0.6, capacity);
+  auto larger = engine.allocate<Reference>(capacity);
   engine.copy(std::as_const(references).span(), larger.span());
   references.release();
-  auto nodes = engine.allocate<LinkedNode>(room);
-  auto counts = engine.allocate<std::uint32_t>(room);
+  auto nodes = engine.allocate<LinkedNode>(capacity);
+  auto counts = engine.allocate<std::uint32_t>(capacity);
   LinkedRef root = 0;
   {
-    auto spare = engine.allocate<Reference>(room);
-    root = SbvhBuilder(engine, soup, groups, larger.span(), spare.span(), nodes.span(), counts.span()).build(count);
+    auto spare = engine.allocate<Reference>(capacity);
+    root = SbvhBuilder(engine, geometries, larger.span(), spare.span(), nodes.span(), counts.span()).build(count);
   }
   engine.monitor().start("order", 0.65, count);
   return flatten(engine, {larger.span(), nodes.span(), counts.span(), root});

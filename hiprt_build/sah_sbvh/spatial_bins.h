@@ -12,11 +12,11 @@ inline constexpr int kSpatialBins = 16;
 /// al. 2009, section 4.2).
 inline constexpr float kLeastOverlap = 1e-5f;
 
-/// What the left half of a range gets of the room for references that cuts will make.
-HIPRT_HD HIPRT_INLINE std::size_t share_of_room(std::size_t room, std::size_t left_count, std::size_t right_count) {
+/// What the left half of a range gets of the capacity for references that cuts will make.
+HIPRT_HD HIPRT_INLINE std::size_t left_capacity(std::size_t capacity, std::size_t left_count, std::size_t right_count) {
   const double share = static_cast<double>(left_count) / static_cast<double>(left_count + right_count);
-  const auto wanted = static_cast<std::size_t>(static_cast<double>(room) * share);
-  return wanted < room ? wanted : room;
+  const auto wanted = static_cast<std::size_t>(static_cast<double>(capacity) * share);
+  return wanted < capacity ? wanted : capacity;
 }
 
 /// Edges of a leaf's triangles, for their parts between planes across an axis.
@@ -27,8 +27,7 @@ struct TriangleEdges {
   bool pair;
 
   HIPRT_HD HIPRT_INLINE TriangleEdges(const LeafCorners& corners, bool is_pair, int along)
-      : corner{clip_detail::to_float4(corners.v[0]), clip_detail::to_float4(corners.v[1]),
-               clip_detail::to_float4(corners.v[2]), clip_detail::to_float4(corners.v[3])},
+      : corner{to_float4(corners.v[0]), to_float4(corners.v[1]), to_float4(corners.v[2]), to_float4(corners.v[3])},
         inverse{},
         axis(along),
         pair(is_pair) {
@@ -42,8 +41,8 @@ struct TriangleEdges {
   HIPRT_HD static constexpr int last(int edge) { return edge < 3 ? (edge + 1) % 3 : edge == 3 ? 3 : 2; }
 
   /// Of the parts between two planes; may be empty. The corners of such a part lie on edges.
-  HIPRT_HD HIPRT_INLINE Aabb between(float low, float high) const {
-    Aabb part;
+  HIPRT_HD HIPRT_INLINE SimdBox between(float low, float high) const {
+    SimdBox part;
     for (int edge = 0; edge < 5; ++edge) {
       if (edge > 2 && !pair) break;
       const Float4 a = corner[first(edge)], d = corner[last(edge)] - a;
@@ -66,7 +65,7 @@ struct TriangleEdges {
 struct SlabPlanes {
   float plane[3][kSpatialBins + 1];  ///< [i]: between slabs i - 1 and i; never decreasing.
 
-  HIPRT_HD HIPRT_INLINE static SlabPlanes over(const Aabb& box) {
+  HIPRT_HD HIPRT_INLINE static SlabPlanes over(const SimdBox& box) {
     SlabPlanes planes;
     for (int axis = 0; axis < 3; ++axis)
       for (int i = 0; i <= kSpatialBins; ++i) planes.plane[axis][i] = at(box.min[axis], box.max[axis], i);
@@ -88,7 +87,7 @@ struct SlabPlanes {
   /// visit(slab, box of the part there) for the slabs of an axis that a reference is in, in their order.
   /// @param whole its box.
   template <class Visit>
-  HIPRT_HD HIPRT_INLINE void visit(const LeafCorners& corners, bool pair, const Aabb& whole, int axis,
+  HIPRT_HD HIPRT_INLINE void visit(const LeafCorners& corners, bool pair, const SimdBox& whole, int axis,
                                    Visit&& visit) const {
     const int begin = first(whole.min[axis], axis), end = last(whole.max[axis], axis);
     cut(plane[axis], begin, end, corners, pair, whole, axis, visit);
@@ -97,7 +96,7 @@ struct SlabPlanes {
   /// Boxes of parts are good enough to choose a cut by: they are not rounded outwards.
   template <class Visit>
   HIPRT_HD HIPRT_INLINE static void cut(const float* row, int begin, int end, const LeafCorners& corners, bool pair,
-                                        const Aabb& whole, int axis, Visit&& visit) {
+                                        const SimdBox& whole, int axis, Visit&& visit) {
     if (begin >= end) return visit(begin, whole);
     const TriangleEdges edges(corners, pair, axis);
     for (int i = begin; i <= end; ++i) visit(i, clip_detail::intersect(edges.between(row[i], row[i + 1]), whole));
@@ -120,39 +119,39 @@ struct SlabPlanes {
 
 /// A cut of space, and what it makes of the references.
 struct SpatialSplit {
-  float cost = Aabb::kInfinity;  ///< As Split::cost.
+  float cost = SimdBox::kInfinity;  ///< As Split::cost.
   unsigned axis = 0;
   float plane = 0.0f;
-  Aabb left, right;
+  SimdBox left, right;
   std::uint32_t left_count = 0, right_count = 0;  ///< Cut references count on both sides.
 };
 
 /// Where a reference that crosses a cut goes.
-enum class CutSide : std::uint8_t { kBoth, kLeft, kRight };
+enum class SplitSide : std::uint8_t { kBoth, kLeft, kRight };
 
 /// All of it on one side where that is cheaper ("reference unsplitting", Stich et al. 2009, section 4.4).
 /// @param whole the reference's box.
-HIPRT_HD HIPRT_INLINE CutSide cheapest_side(const SpatialSplit& split, const Aabb& whole) {
-  Aabb larger_left = split.left, larger_right = split.right;
+HIPRT_HD HIPRT_INLINE SplitSide cheapest_side(const SpatialSplit& split, const SimdBox& whole) {
+  SimdBox larger_left = split.left, larger_right = split.right;
   larger_left.add(whole);
   larger_right.add(whole);
   const float both = side_cost(split.left, split.left_count) + side_cost(split.right, split.right_count);
   const float only_left = side_cost(larger_left, split.left_count) + side_cost(split.right, split.right_count - 1);
   const float only_right = side_cost(split.left, split.left_count - 1) + side_cost(larger_right, split.right_count);
-  if (only_left < both && only_left <= only_right) return CutSide::kLeft;
-  return only_right < both ? CutSide::kRight : CutSide::kBoth;
+  if (only_left < both && only_left <= only_right) return SplitSide::kLeft;
+  return only_right < both ? SplitSide::kRight : SplitSide::kBoth;
 }
 
 /// Boxes of the parts of references in each slab, and how many references begin and end there.
 struct SpatialBins {
-  Aabb box[3][kSpatialBins];
+  SimdBox box[3][kSpatialBins];
   std::uint32_t begin[3][kSpatialBins] = {}, end[3][kSpatialBins] = {};
 
   /// @param whole the reference's box.
-  void add(const LeafCorners& corners, bool pair, const Aabb& whole, const SlabPlanes& planes) {
+  void add(const LeafCorners& corners, bool pair, const SimdBox& whole, const SlabPlanes& planes) {
     for (int axis = 0; axis < 3; ++axis) {
       int first = kSpatialBins, last = 0;
-      planes.visit(corners, pair, whole, axis, [&](int slab, const Aabb& part) {
+      planes.visit(corners, pair, whole, axis, [&](int slab, const SimdBox& part) {
         box[axis][slab].add(part);
         first = std::min(first, slab);
         last = slab;
@@ -174,9 +173,9 @@ struct SpatialBins {
   SpatialSplit best(const SlabPlanes& planes, std::size_t most) const {
     SpatialSplit result;
     for (int axis = 0; axis < 3; ++axis) {
-      Aabb right_box[kSpatialBins];
+      SimdBox right_box[kSpatialBins];
       std::uint32_t right_count[kSpatialBins];
-      Aabb right;
+      SimdBox right;
       std::uint32_t count = 0;
       for (int i = kSpatialBins - 1; i > 0; --i) {
         right.add(box[axis][i]);
@@ -184,7 +183,7 @@ struct SpatialBins {
         right_box[i] = right;
         right_count[i] = count;
       }
-      Aabb left;
+      SimdBox left;
       count = 0;
       for (int i = 1; i < kSpatialBins; ++i) {
         left.add(box[axis][i - 1]);

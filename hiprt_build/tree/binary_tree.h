@@ -1,70 +1,91 @@
 #pragma once
-/// What every tree builder takes and makes: references in, a binary tree out. Internal.
+/// The two forms of a binary tree over references. Internal.
+///
+/// LinkedTree: nodes in any order that refer to their children, as bottom-up builders and reinsertion make them, on the
+/// host and on devices. DepthFirstTree: nodes in depth-first order without links, as top-down builders of the host make
+/// them and collapse and encoding read them. link.h and flatten.h convert one into the other.
 
 #include <hiprt_build/exec/scratch.h>
-#include <hiprt_build/tree/aabb.h>
+#include <hiprt_build/input/leaf.h>
+#include <hiprt_build/tree/box.h>
 
 #include <cstdint>
-#include <cstring>
 
 namespace hiprt::build {
 
-inline Float4 load4(const float* p) {
-  Float4 result;
-  std::memcpy(&result, p, sizeof(result));
-  return result;
-}
+/// Longest path of a binary tree. Builders halve deeper subtrees by count.
+inline constexpr unsigned kMaxDepth = 60;
+/// Most stack entries that a traversal of a file may need: three siblings on each level of a binary tree.
+inline constexpr std::uint32_t kMaxStackBound = 3 * kMaxDepth;
 
-/// A box that holds (a part of) a leaf's primitives. Laid out as RTCBuildPrimitive.
-struct alignas(32) Reference {
-  float min[3];
-  std::uint32_t reserved;  ///< Zero; Embree keeps a split count here while it builds.
-  float max[3];
-  std::uint32_t leaf;  ///< Index of the PrimitiveGroup.
+/// An inner node's number, 1 to leaves - 1, or a leaf's, 0 to leaves - 1, with kLinkedLeaf set.
+using LinkedRef = std::uint32_t;
+inline constexpr LinkedRef kLinkedLeaf = 0x80000000u;
 
-  Aabb box() const { return Aabb{load4(min), load4(max)}; }
-  Box as_box() const { return Box{{min[0], min[1], min[2]}, {max[0], max[1], max[2]}}; }
+struct alignas(32) LinkedNode {
+  Box box;
+  LinkedRef child[2];
 };
-static_assert(sizeof(Reference) == 32);
+static_assert(sizeof(LinkedNode) == 32);
 
-inline Reference make_reference(const Aabb& box, std::uint32_t leaf) {
-  return Reference{{box.min[0], box.min[1], box.min[2]}, 0, {box.max[0], box.max[1], box.max[2]}, leaf};
-}
+/// Subtree sums: the number of leaves.
+struct LeafCounts {
+  std::uint32_t* counts;  ///< Leaves below each inner node.
 
-/// Leaves of a linked tree.
+  HIPRT_HD HIPRT_INLINE std::uint32_t count(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 ? 1u : counts[ref]; }
+  HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box&) const {
+    counts[node] = count(left) + count(right);
+  }
+};
+
+/// Subtree sums: none.
+struct NoSums {
+  HIPRT_HD HIPRT_INLINE void join(std::uint32_t, LinkedRef, LinkedRef, const Box&) const {}
+};
+
+/// Leaves of a linked tree: references by number.
 struct ReferenceLeaves {
   const Reference* references;
-  Box box(std::uint32_t leaf) const { return references[leaf].as_box(); }
+
+  HIPRT_HD HIPRT_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
 };
 
-/// A node over the references [first, first + count). Leaf iff count == 1.
-/// In depth-first order with room: the left child of node i is i + 1, the right one i + 2 * (count of the left), so a
-/// subtree of n references owns the 2 n - 1 nodes from its root on, wherever the splits fall.
-struct alignas(32) BinaryNode {
-  float min[3];
+/// A tree while it grows. The thread that joins two subtrees has seen both: climb.h says in which order of memory.
+/// @tparam LeafBoxes has Box box(leaf) const.
+/// @tparam SubtreeSums has join(node, left, right, box) const, called for every node after both of its children.
+template <class LeafBoxes, class SubtreeSums = LeafCounts> struct LinkedTree {
+  LeafBoxes leaves;
+  LinkedNode* nodes;
+  SubtreeSums sums;
+  LinkedRef* root;
+
+  HIPRT_HD HIPRT_INLINE Box box(LinkedRef ref) const {
+    return (ref & kLinkedLeaf) != 0 ? leaves.box(ref & ~kLinkedLeaf) : nodes[ref].box;
+  }
+  /// Writes inner node @p node over two subtrees. @param box of both.
+  HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
+    nodes[node] = LinkedNode{box, {left, right}};
+    sums.join(node, left, right, box);
+  }
+};
+
+/// A node over the references [first, first + count). It is a leaf if count is 1.
+/// The left child of node i is node i + 1, the right one node i + 2 * (count of the left). So a subtree of n references
+/// owns the 2 n - 1 nodes from its root on, wherever the splits fall.
+struct alignas(32) DepthFirstNode {
+  Box box;
   std::uint32_t first;
-  float max[3];
   std::uint32_t count;
-
-  Aabb box() const { return Aabb{load4(min), load4(max)}; }
 };
-static_assert(sizeof(BinaryNode) == 32);
+static_assert(sizeof(DepthFirstNode) == 32);
 
-inline BinaryNode make_node(const Aabb& box, std::uint32_t first, std::uint32_t count) {
-  return BinaryNode{{box.min[0], box.min[1], box.min[2]}, first, {box.max[0], box.max[1], box.max[2]}, count};
-}
-
-struct BinaryTree {
+struct DepthFirstTree {
   ScratchArray<Reference> references;  ///< In the order of the tree's leaves.
-  ScratchArray<BinaryNode> nodes;      ///< 2 * references - 1, or none.
+  ScratchArray<DepthFirstNode> nodes;  ///< 2 * references - 1, or none.
 
   bool empty() const { return references.size() == 0; }
   std::uint32_t left(std::uint32_t node) const { return node + 1; }
   std::uint32_t right(std::uint32_t node) const { return node + 2 * nodes[node + 1].count; }
 };
-
-/// Longest path of a binary tree that builders make: beyond it they halve by count. With at most three stacked siblings
-/// per level a traversal needs at most 3 * kMaxDepth entries.
-inline constexpr unsigned kMaxDepth = 60;
 
 }  // namespace hiprt::build

@@ -3,7 +3,6 @@
 
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/tree/binary_tree.h>
-#include <hiprt_build/tree/linked_tree.h>
 
 namespace hiprt::build {
 
@@ -17,6 +16,6 @@ struct LinkedTreeView {
 
 /// Children stay left and right. Subtrees that would reach below kMaxDepth are halved by count instead, in the order of
 /// their leaves.
-BinaryTree flatten(CpuEngine& engine, const LinkedTreeView& linked);
+DepthFirstTree flatten(CpuEngine& engine, const LinkedTreeView& linked);
 
 }  // namespace hiprt::build

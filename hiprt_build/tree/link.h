@@ -2,15 +2,14 @@
 /// Nodes in depth-first order as a linked tree's. Internal.
 
 #include <hiprt_build/tree/binary_tree.h>
-#include <hiprt_build/tree/linked_tree.h>
 
 #include <span>
 
 namespace hiprt::build {
 
-/// Step: node i of a depth-first tree (BinaryNode) in the linked one over the same references.
+/// Step: node i of a depth-first tree (DepthFirstNode) in the linked one over the same references.
 struct LinkNodeStep {
-  std::span<const BinaryNode> tree;
+  std::span<const DepthFirstNode> tree;
   std::uint32_t first;  ///< The linked tree's number of the tree's first reference.
   std::span<LinkedNode> nodes;
   std::span<std::uint32_t> counts;
@@ -24,7 +23,7 @@ struct LinkNodeStep {
   void operator()(std::size_t i) const {
     const auto node = static_cast<std::uint32_t>(i);
     if (tree[node].count == 1) return;
-    nodes[ref(node)] = LinkedNode{to_box(tree[node].box()), {ref(node + 1), ref(right(node))}};
+    nodes[ref(node)] = LinkedNode{tree[node].box, {ref(node + 1), ref(right(node))}};
     counts[ref(node)] = tree[node].count;
   }
 };

@@ -107,27 +107,24 @@ void run_hploc(Forest& forest, const std::vector<std::uint64_t>& codes, const st
   }
 }
 
-BinaryTree built(Machine& machine, Builder builder, const std::vector<Box>& boxes, unsigned radius = 8) {
+DepthFirstTree built(Machine& machine, Builder builder, const std::vector<Box>& boxes, unsigned radius = 8) {
   auto references = machine.engine.allocate<Reference>(boxes.size());
   for (std::size_t i = 0; i < boxes.size(); ++i)
-    references[i] = Reference{{boxes[i].min[0], boxes[i].min[1], boxes[i].min[2]},
-                              0,
-                              {boxes[i].max[0], boxes[i].max[1], boxes[i].max[2]},
-                              static_cast<std::uint32_t>(i)};
+    references[i] = Reference{boxes[i], LeafContents::make(0, 0, 0), static_cast<std::uint32_t>(i)};
   return build_bottom_up(machine.engine, builder, std::move(references), radius);
 }
 
-unsigned depth(const BinaryTree& tree, std::uint32_t node) {
+unsigned depth(const DepthFirstTree& tree, std::uint32_t node) {
   return tree.nodes[node].count == 1 ? 0 : 1 + std::max(depth(tree, tree.left(node)), depth(tree, tree.right(node)));
 }
 
 /// Sets of leaves below the nodes.
 using Subsets = std::multiset<std::vector<std::uint32_t>>;
 
-void add_subsets(const BinaryTree& tree, std::uint32_t node, Subsets& subsets) {
-  const BinaryNode& n = tree.nodes[node];
+void add_subsets(const DepthFirstTree& tree, std::uint32_t node, Subsets& subsets) {
+  const DepthFirstNode& n = tree.nodes[node];
   std::vector<std::uint32_t> below;
-  for (std::uint32_t i = 0; i < n.count; ++i) below.push_back(tree.references[n.first + i].leaf);
+  for (std::uint32_t i = 0; i < n.count; ++i) below.push_back(tree.references[n.first + i].primitive);
   std::sort(below.begin(), below.end());
   subsets.insert(below);
   if (n.count == 1) return;
@@ -262,7 +259,7 @@ TEST_CASE("equal boxes and areas beyond all numbers make balanced trees") {
     for (const Builder builder : {Builder::kLbvh, Builder::kLbvh30, Builder::kPloc, Builder::kHploc})
       for (const std::size_t count : {1u, 2u, 3u, 31u, 32u, 33u, 1000u, 1024u, 10000u}) {
         Machine machine;
-        const BinaryTree tree = built(machine, builder, std::vector<Box>(count, box));
+        const DepthFirstTree tree = built(machine, builder, std::vector<Box>(count, box));
         CAPTURE(static_cast<int>(builder), count, box.max[0]);
         REQUIRE(tree.references.size() == count);
         CHECK(depth(tree, 0) <= static_cast<unsigned>(std::bit_width(count - 1)) + 4);
@@ -279,7 +276,7 @@ TEST_CASE("locally-ordered clustering joins what its definition says") {
     for (std::uint32_t i = 0; i < count; ++i) boxes.push_back(random_box(random));
     const unsigned radius = 1 + random.below(20);
     Machine machine;
-    const BinaryTree tree = built(machine, Builder::kPloc, boxes, radius);
+    const DepthFirstTree tree = built(machine, Builder::kPloc, boxes, radius);
     Subsets subsets;
     add_subsets(tree, 0, subsets);
     CAPTURE(round, count, radius);
@@ -296,7 +293,7 @@ TEST_CASE("rows in which each box is nearest to the one before do not take a rou
   }
   for (const Builder builder : {Builder::kPloc, Builder::kHploc}) {
     Machine machine;
-    const BinaryTree tree = built(machine, builder, boxes);
+    const DepthFirstTree tree = built(machine, builder, boxes);
     CHECK(tree.references.size() == boxes.size());
     CHECK(depth(tree, 0) <= kMaxDepth);
   }
@@ -304,7 +301,7 @@ TEST_CASE("rows in which each box is nearest to the one before do not take a rou
 
 TEST_CASE("rounds of locally-ordered clustering are few, however few pairs they join") {
   for (const std::uint32_t count : {2u, 3u, 1000u, 1u << 20, (1u << 26) + 1})
-    for (const std::uint32_t share : {2u, 3u, kPlocFewJoined - 1, kPlocFewJoined, kPlocFewJoined + 1, count}) {
+    for (const std::uint32_t share : {2u, 3u, kPlocMinJoined - 1, kPlocMinJoined, kPlocMinJoined + 1, count}) {
       PlocProgress progress = PlocProgress::start(count);
       while (progress.count > 1) {
         const std::uint32_t n = progress.count;
@@ -325,7 +322,7 @@ TEST_CASE("subtrees that are too deep are halved") {
     boxes.push_back(Box{{0, 0, 0}, {size, size, size}});
   }
   for (const Builder builder : {Builder::kLbvh, Builder::kLbvh30, Builder::kPloc, Builder::kHploc}) {
-    const BinaryTree tree = built(machine, builder, boxes);
+    const DepthFirstTree tree = built(machine, builder, boxes);
     CAPTURE(static_cast<int>(builder));
     CHECK(depth(tree, 0) <= kMaxDepth);
     Subsets subsets;

@@ -10,47 +10,47 @@
 
 using namespace hiprt;
 using namespace hiprt::oracle;
-using build::BinaryTree;
+using build::DepthFirstTree;
 using build::SahCosts;
 
 namespace {
 
-double area(const BinaryTree& tree, std::uint32_t node) { return double{half_area(tree.nodes[node].box())}; }
+double area(const DepthFirstTree& tree, std::uint32_t node) { return double{build::half_area(tree.nodes[node].box)}; }
 
 /// The least cost over every wide tree, by trying them.
 class AllCollapses {
  public:
-  AllCollapses(const BinaryTree& tree, std::span<const build::PrimitiveGroup> groups, const SahCosts& costs,
-               unsigned max_primitives)
-      : tree_(tree), groups_(groups), costs_(costs), max_primitives_(max_primitives) {}
+  AllCollapses(const DepthFirstTree& tree, const SahCosts& costs, unsigned max_primitives)
+      : tree_(tree), costs_(costs), max_primitives_(max_primitives) {}
 
   /// The subtree as one child.
   double best(std::uint32_t node) const {
     const std::size_t count = tree_.nodes[node].count;
-    const bool custom = group(node, 0).is_custom();
+    const bool custom = contents(node, 0).is_custom();
     const double run = area(tree_, node) * (custom ? costs_.custom : costs_.leaf) * static_cast<double>(count);
     if (count == 1) return run;
-    const double inner = area(tree_, node) * costs_.box_node + best_cut({tree_.left(node), tree_.right(node)}, 0);
+    const double inner =
+        area(tree_, node) * costs_.box_node + best_spatial_split({tree_.left(node), tree_.right(node)}, 0);
     return primitives(node) <= max_primitives_ && one_kind(node) ? std::min(run, inner) : inner;
   }
 
  private:
-  const build::PrimitiveGroup& group(std::uint32_t node, std::uint32_t i) const {
-    return groups_[tree_.references[tree_.nodes[node].first + i].leaf];
+  build::LeafContents contents(std::uint32_t node, std::uint32_t i) const {
+    return tree_.references[tree_.nodes[node].first + i].contents;
   }
   unsigned primitives(std::uint32_t node) const {
     unsigned sum = 0;
-    for (std::uint32_t i = 0; i < tree_.nodes[node].count; ++i) sum += group(node, i).is_pair() ? 2 : 1;
+    for (std::uint32_t i = 0; i < tree_.nodes[node].count; ++i) sum += contents(node, i).is_pair() ? 2 : 1;
     return sum;
   }
   bool one_kind(std::uint32_t node) const {
     unsigned customs = 0;
-    for (std::uint32_t i = 0; i < tree_.nodes[node].count; ++i) customs += group(node, i).is_custom() ? 1 : 0;
+    for (std::uint32_t i = 0; i < tree_.nodes[node].count; ++i) customs += contents(node, i).is_custom() ? 1 : 0;
     return customs == 0 || customs == tree_.nodes[node].count;
   }
 
   /// Children as they are, or with one of those from @p from on opened.
-  double best_cut(const std::vector<std::uint32_t>& children, std::size_t from) const {
+  double best_spatial_split(const std::vector<std::uint32_t>& children, std::size_t from) const {
     double least = 0;
     for (const std::uint32_t child : children) least += best(child);
     if (children.size() == kBranching) return least;
@@ -59,13 +59,12 @@ class AllCollapses {
       std::vector<std::uint32_t> opened = children;
       opened[i] = tree_.left(children[i]);
       opened.insert(opened.begin() + static_cast<std::ptrdiff_t>(i) + 1, tree_.right(children[i]));
-      least = std::min(least, best_cut(opened, i));
+      least = std::min(least, best_spatial_split(opened, i));
     }
     return least;
   }
 
-  const BinaryTree& tree_;
-  std::span<const build::PrimitiveGroup> groups_;
+  const DepthFirstTree& tree_;
   SahCosts costs_;
   unsigned max_primitives_;
 };
@@ -83,26 +82,24 @@ TEST_CASE("the collapse has the least cost of all") {
   for (unsigned round = 0; round < 300; ++round) {
     const std::uint32_t count = 2 + random.below(11);
     auto references = engine.allocate<build::Reference>(count);
-    std::vector<build::PrimitiveGroup> groups(count);
     // Triangles, custom primitives, or both: every third round each.
-    for (build::PrimitiveGroup& group : groups) {
+    for (build::Reference& reference : references.span()) {
       const bool custom = round % 3 == 1 || (round % 3 == 2 && random.below(3) == 0);
-      group.primitive[1] = random.coin() ? 1 : kInvalidId;
-      group.rotation0 = custom ? build::PrimitiveGroup::kCustom : 0;
+      const bool is_pair = random.coin();
+      reference.contents = build::LeafContents::make(is_pair ? 1 : 0, custom ? build::LeafContents::kCustom : 0, 0);
     }
     for (std::uint32_t i = 0; i < count; ++i) {
       const Position low = random.in_cube(1), size = random.in_cube(random.log_uniform(1e-3, 1));
       build::Reference& r = references[i];
-      r = {{}, 0, {}, i};
-      for (std::size_t k = 0; k < 3; ++k) r.min[k] = low[k], r.max[k] = low[k] + std::abs(size[k]);
+      r.primitive = i;
+      for (std::size_t k = 0; k < 3; ++k) r.box.min[k] = low[k], r.box.max[k] = low[k] + std::abs(size[k]);
     }
-    const BinaryTree tree = build_sah(engine, std::move(references));
+    const DepthFirstTree tree = build_sah(engine, std::move(references));
     const SahCosts costs{1.0f, random.uniform_float(0.2, 3), random.uniform_float(0.2, 3)};
     const unsigned max_primitives = 1 + random.below(10);
-    const build::WideTree wide(engine, tree, groups, costs, max_primitives);
+    const build::WideTree wide(engine, tree, costs, max_primitives);
     CAPTURE(round, count, costs.leaf, costs.custom, max_primitives);
-    REQUIRE(wide.cost() * area(tree, 0) ==
-            Approx(AllCollapses(tree, groups, costs, max_primitives).best(0)).epsilon(1e-5));
+    REQUIRE(wide.cost() * area(tree, 0) == Approx(AllCollapses(tree, costs, max_primitives).best(0)).epsilon(1e-5));
   }
 }
 

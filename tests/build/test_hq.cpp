@@ -12,6 +12,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <map>
+
 using namespace hiprt;
 using namespace hiprt::oracle;
 using namespace hiprt::build;
@@ -219,39 +221,42 @@ TEST_CASE("cut references: within their triangles' boxes, covering them, no more
                            oracle::placed(soup(500, 0.5, 5), 1e30), oracle::placed(soup(500, 0.5, 6), 1e-30)})
     for (const double budget : {1.0, 1.01, 1.5, 8.0}) {
       const std::vector<TriangleMesh> meshes{mesh.view()};
-      const PrimitiveSoup all(SceneInput{meshes, {}});
-      const GroupedPrimitives grouped = group_primitives(machine.engine, all, true);
-      auto whole = machine.engine.allocate<Reference>(grouped.count);
-      machine.engine.for_each(grouped.count, MakeReferenceStep{all, grouped.groups.span(), whole.span()});
+      const BuildInput all(SceneInput{meshes, {}});
+      const PairedPrimitives paired = pair_primitives(machine.engine, all, true);
+      auto whole = machine.engine.allocate<Reference>(paired.count);
+      machine.engine.for_each(paired.count, MakeReferenceStep{all.table(), paired.leaves.span(), whole.span()});
       std::vector<Box> boxes;
-      for (std::size_t i = 0; i < grouped.count; ++i) boxes.push_back(to_box(whole[i].box()));
-      const auto parts = presplit(machine.engine, all, grouped.groups.span(), std::move(whole), budget);
-      CAPTURE(mesh.triangles.size(), budget, grouped.count, parts.size());
-      REQUIRE(parts.size() >= grouped.count);
-      REQUIRE(static_cast<double>(parts.size()) <= budget * static_cast<double>(grouped.count));
-      std::vector<std::vector<Box>> of_group(grouped.count);
+      for (std::size_t i = 0; i < paired.count; ++i) boxes.push_back(whole[i].box);
+      std::map<std::uint32_t, std::size_t> leaf_of;
+      for (std::size_t i = 0; i < paired.count; ++i) leaf_of[paired.leaves[i].primitive] = i;
+      const auto parts = presplit(machine.engine, all.table(), std::move(whole), budget);
+      CAPTURE(mesh.triangles.size(), budget, paired.count, parts.size());
+      REQUIRE(parts.size() >= paired.count);
+      REQUIRE(static_cast<double>(parts.size()) <= budget * static_cast<double>(paired.count));
+      std::vector<std::vector<Box>> of_leaf(paired.count);
       for (const Reference& part : parts.span()) {
-        const Box& outer = boxes[part.leaf];
-        const Box inner = to_box(part.box());
+        const std::size_t leaf = leaf_of.at(part.primitive);
+        const Box &outer = boxes[leaf], &inner = part.box;
         for (int axis = 0; axis < 3; ++axis) {
           REQUIRE(outer.min[axis] <= inner.min[axis]);
           REQUIRE(inner.min[axis] <= inner.max[axis]);
           REQUIRE(inner.max[axis] <= outer.max[axis]);
         }
-        of_group[part.leaf].push_back(inner);
+        of_leaf[leaf].push_back(inner);
       }
-      for (std::size_t g = 0; g < grouped.count; ++g) {
-        const auto v = grouped.groups[g].vertices(all);
+      for (std::size_t g = 0; g < paired.count; ++g) {
+        const LeafCorners corners = leaf_corners(all.table(), paired.leaves[g]);
         for (int i = 0; i < 20; ++i) {
           // A point of the first triangle, or a corner.
           double w[3] = {random.unit(), random.unit(), random.unit()};
           if (i < 3) w[0] = i == 0, w[1] = i == 1, w[2] = i == 2;
           const double sum = w[0] + w[1] + w[2];
-          const bool found = std::any_of(of_group[g].begin(), of_group[g].end(), [&](const Box& box) {
+          const bool found = std::any_of(of_leaf[g].begin(), of_leaf[g].end(), [&](const Box& box) {
             bool inside = true;
             for (unsigned axis = 0; axis < 3; ++axis) {
-              const double x =
-                  (w[0] * double{v[0][axis]} + w[1] * double{v[1][axis]} + w[2] * double{v[2][axis]}) / sum;
+              const double x = (w[0] * double{corners.v[0].x[axis]} + w[1] * double{corners.v[1].x[axis]} +
+                                w[2] * double{corners.v[2].x[axis]}) /
+                               sum;
               const double slack = 1e-12 * std::abs(x);
               inside = inside && x >= double{box.min[axis]} - slack && x <= double{box.max[axis]} + slack;
             }

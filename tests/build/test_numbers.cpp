@@ -2,6 +2,7 @@
 
 #include <hiprt_build/encode/encode.h>
 #include <hiprt_build/exec/scratch.h>
+#include <hiprt_build/input/check_input.h>
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/lbvh_ploc/lbvh.h>
 #include <hiprt_build/lbvh_ploc/morton.h>
@@ -57,7 +58,7 @@ TEST_CASE("half-edges of the last triangles and vertices of the largest mesh fin
   Sparse<Triangle> triangles(kMostTriangles);
   Sparse<std::uint32_t> welded(kMostVertices), cursor(kMostVertices);
   Sparse<std::uint8_t> dropped(kMostTriangles);
-  Sparse<FiledEdge> entries(3 * kMostTriangles);
+  Sparse<ListedEdge> entries(3 * kMostTriangles);
   Sparse<HalfEdge> partner(3 * kMostTriangles);
   if (!all_there(positions, triangles, welded, cursor, dropped, entries, partner)) return;
   const TriangleMesh mesh{positions.span(), triangles.span()};
@@ -69,7 +70,7 @@ TEST_CASE("half-edges of the last triangles and vertices of the largest mesh fin
   // As if all other half-edges were filed under vertices before: two of ours go under a, three under b, one under c.
   const auto first = static_cast<std::uint32_t>(3 * kMostTriangles - 6);
   cursor[a - 1] = first, cursor[a] = first, cursor[b] = first + 2, cursor[c] = first + 5, cursor[d] = first + 6;
-  const FileEdgesStep file{mesh, welded.span(), dropped.span(), cursor.span(), entries.span()};
+  const ListEdgesStep file{mesh, welded.span(), dropped.span(), cursor.span(), entries.span()};
   for (const std::size_t triangle : {one, two}) file(triangle);
   CHECK(cursor[a] == first + 2);
   CHECK(cursor[b] == first + 5);
@@ -83,30 +84,32 @@ TEST_CASE("half-edges of the last triangles and vertices of the largest mesh fin
   for (const std::size_t edge : {3 * one, 3 * one + 2, 3 * two + 1, 3 * two + 2}) CHECK(partner[edge] == kInvalidId);
 }
 
-TEST_CASE("primitives of several of the largest meshes are numbered with 64 bits") {
+TEST_CASE("primitives of several of the largest meshes are counted with 64 bits, and refused") {
   const Position position{};
   const Triangle triangle{};
   const Box box{};
   const std::vector<TriangleMesh> meshes(5, TriangleMesh{{&position, 3}, {&triangle, kMostTriangles}});
   const CustomGeometry customs[] = {{{&box, kMostTriangles}, 0}};
-  const PrimitiveSoup soup{SceneInput{meshes, customs}};
-  CHECK(soup.first[5] == 5 * std::uint64_t{kMostTriangles});
-  CHECK(soup.size() == 6 * std::uint64_t{kMostTriangles});
-  CHECK(soup.size(5) == kMostTriangles);
+  const auto message = [](const SceneInput& scene) { return check_sizes(scene).error().message; };
+  CHECK(message({meshes, customs}).find(std::to_string(6 * std::uint64_t{kMostTriangles}) + " primitives") == 0);
+  CHECK(message({meshes, {}}).find(std::to_string(5 * std::uint64_t{kMostTriangles}) + " triangles") == 0);
+  const BuildInput largest{SceneInput{std::span(meshes).first(1), customs}};
+  CHECK(largest.geometries[1].first == kMostTriangles);
+  CHECK(largest.primitive_count() == 2 * kMostTriangles);
 }
 
 TEST_CASE("splitting makes no more references than a file can address, whatever the budget") {
-  CHECK(room_for_splits(0, 16) == 0);
-  CHECK(room_for_splits(1, 1) == 1);
-  CHECK(room_for_splits(100'000'000, 1) == 100'000'000);
-  CHECK(room_for_splits(100'000'000, 1.5) == 150'000'000);
-  CHECK(room_for_splits(100'000'000, 16) == kMostReferences);
-  CHECK(room_for_splits(kMostReferences - 1, 1) == kMostReferences - 1);
-  CHECK(room_for_splits(kMostReferences, 16) == kMostReferences);
+  CHECK(split_capacity(0, 16) == 0);
+  CHECK(split_capacity(1, 1) == 1);
+  CHECK(split_capacity(100'000'000, 1) == 100'000'000);
+  CHECK(split_capacity(100'000'000, 1.5) == 150'000'000);
+  CHECK(split_capacity(100'000'000, 16) == kMaxReferences);
+  CHECK(split_capacity(kMaxReferences - 1, 1) == kMaxReferences - 1);
+  CHECK(split_capacity(kMaxReferences, 16) == kMaxReferences);
   // That many fit, and not one more: the first node lies before them.
   for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kQuantized})
-    CHECK_FALSE(check_addresses(layout, 1, kMostReferences).has_value());
-  CHECK(check_addresses(NodeLayout::kPlanes, 1, kMostReferences - 8).has_value());
+    CHECK_FALSE(check_addresses(layout, 1, kMaxReferences).has_value());
+  CHECK(check_addresses(NodeLayout::kPlanes, 1, kMaxReferences - 8).has_value());
 }
 
 TEST_CASE("places in a file are 64-bit products") {
@@ -122,7 +125,7 @@ TEST_CASE("places in a file are 64-bit products") {
 }
 
 TEST_CASE("the last of as many leaves as can be addressed join") {
-  constexpr auto kLeaves = static_cast<std::uint32_t>(kMostReferences);
+  constexpr auto kLeaves = static_cast<std::uint32_t>(kMaxReferences);
   Sparse<LinkedNode> nodes(kLeaves);
   Sparse<std::uint32_t> counts(kLeaves), met(kLeaves), parents(2 * std::size_t{kLeaves});
   Sparse<std::uint8_t> levels(kLeaves);

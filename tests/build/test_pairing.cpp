@@ -19,52 +19,56 @@ struct Pairing {
   build::Monitor monitor{no_progress};
   build::MemoryLedger ledger;
   build::CpuEngine engine{monitor, ledger};
-  build::GroupedPrimitives groups;
+  build::PairedPrimitives paired;
 
-  explicit Pairing(const build::PrimitiveSoup& soup, bool pair = true)
-      : groups(build::group_primitives(engine, soup, pair)) {}
+  explicit Pairing(const build::BuildInput& input, bool pair = true)
+      : paired(build::pair_primitives(engine, input, pair)) {}
 
-  std::span<const build::PrimitiveGroup> all() const { return groups.groups.span().first(groups.count); }
+  std::span<const build::LeafPrimitives> all() const { return paired.leaves.span().first(paired.count); }
 };
 
-build::PrimitiveSoup soup_of(const std::vector<build::TriangleMesh>& meshes) {
-  return build::PrimitiveSoup(build::SceneInput{meshes, {}});
+build::BuildInput input_of(const std::vector<build::TriangleMesh>& meshes) {
+  return build::BuildInput(build::SceneInput{meshes, {}});
 }
 
-/// Every triangle that is not dropped stands in one group; pairs run through a common edge in opposite directions.
-void check_groups(const build::PrimitiveSoup& soup, const Pairing& pairing) {
+/// Every triangle that is not dropped is in one leaf; pairs run through a common edge in opposite directions.
+void check_leaves(const build::BuildInput& input, const Pairing& pairing) {
   std::vector<std::vector<unsigned>> seen;
-  for (const build::TriangleMesh& mesh : soup.meshes) seen.emplace_back(mesh.triangles.size(), 0u);
+  for (const build::TriangleMesh& mesh : input.meshes) seen.emplace_back(mesh.triangles.size(), 0u);
   std::uint64_t pairs = 0;
-  for (const build::PrimitiveGroup& group : pairing.all()) {
-    ++seen[group.geometry][group.primitive[0]];
-    if (!group.is_pair()) continue;
+  for (const build::LeafPrimitives& leaf : pairing.all()) {
+    const std::uint32_t geometry = input.table().find(leaf.primitive);
+    const std::uint32_t first = leaf.primitive - input.geometries[geometry].first;
+    const std::uint32_t triangles[2] = {first, first + leaf.contents.distance()};
+    ++seen[geometry][triangles[0]];
+    if (!leaf.contents.is_pair()) continue;
     ++pairs;
-    ++seen[group.geometry][group.primitive[1]];
+    ++seen[geometry][triangles[1]];
     const auto corner = [&](unsigned triangle, unsigned k) {
-      const unsigned rotation = triangle == 0 ? group.rotation0 : group.rotation1;
-      return soup.corner(group.geometry, group.primitive[triangle], (k + rotation) % 3);
+      const unsigned rotation = triangle == 0 ? leaf.contents.rotation0() : leaf.contents.rotation1();
+      const build::TriangleMesh& mesh = input.meshes[geometry];
+      return mesh.positions[mesh.triangles[triangles[triangle]][(k + rotation) % 3]];
     };
     // Triangle 0 is v0 v1 v2, triangle 1 is v1 v3 v2.
     REQUIRE(corner(0, 1) == corner(1, 0));
     REQUIRE(corner(0, 2) == corner(1, 2));
   }
-  CHECK(pairs == pairing.groups.pairs);
+  CHECK(pairs == pairing.paired.pairs);
   std::uint64_t dropped = 0;
   for (const auto& mesh : seen)
     for (const unsigned count : mesh) {
       REQUIRE(count <= 1);
       dropped += count == 0 ? 1 : 0;
     }
-  CHECK(dropped == pairing.groups.dropped_not_finite + pairing.groups.dropped_degenerate);
+  CHECK(dropped == pairing.paired.dropped_not_finite + pairing.paired.dropped_degenerate);
 }
 
 double paired_share(const Mesh& mesh) {
   const std::vector meshes{mesh.view()};
-  const build::PrimitiveSoup soup = soup_of(meshes);
-  const Pairing pairing(soup);
-  check_groups(soup, pairing);
-  return 2.0 * static_cast<double>(pairing.groups.pairs) / static_cast<double>(mesh.triangles.size());
+  const build::BuildInput input = input_of(meshes);
+  const Pairing pairing(input);
+  check_leaves(input, pairing);
+  return 2.0 * static_cast<double>(pairing.paired.pairs) / static_cast<double>(mesh.triangles.size());
 }
 
 }  // namespace
@@ -92,18 +96,19 @@ TEST_CASE("triangles pair within a mesh only, never over folded or non-manifold 
     fan.triangles.push_back({0, 1, static_cast<std::uint32_t>(2 + i)});
   }
   const std::vector meshes{one.view(), other.view(), fan.view(), Mesh{}.view()};
-  const build::PrimitiveSoup soup = soup_of(meshes);
-  const Pairing pairing(soup);
-  check_groups(soup, pairing);
-  for (const build::PrimitiveGroup& group : pairing.all()) CHECK((group.geometry != 2 || !group.is_pair()));
+  const build::BuildInput input = input_of(meshes);
+  const Pairing pairing(input);
+  check_leaves(input, pairing);
+  for (const build::LeafPrimitives& leaf : pairing.all())
+    CHECK((input.table().find(leaf.primitive) != 2 || !leaf.contents.is_pair()));
 }
 
-TEST_CASE("odd meshes: every triangle is in one group or dropped and counted") {
+TEST_CASE("odd meshes: every triangle is in one leaf or dropped and counted") {
   const Mesh a = torture(3000, 5), b = identical(500), c = needles(500, 1e6, 6);
   const std::vector meshes{a.view(), b.view(), c.view()};
-  const build::PrimitiveSoup soup = soup_of(meshes);
-  check_groups(soup, Pairing(soup));
-  const Pairing single(soup, false);
-  check_groups(soup, single);
-  CHECK(single.groups.pairs == 0);
+  const build::BuildInput input = input_of(meshes);
+  check_leaves(input, Pairing(input));
+  const Pairing single(input, false);
+  check_leaves(input, single);
+  CHECK(single.paired.pairs == 0);
 }

@@ -115,13 +115,14 @@ TEST_CASE("they ask as often where all edges are at one vertex, and all referenc
 TEST_CASE("cutting asks as often where few references take all cuts") {
   const Mesh mesh = crossed_by_large(300000 / kShare);
   const std::vector views{mesh.view()};
-  const build::PrimitiveSoup primitives{build::SceneInput{views, {}}};
+  const build::BuildInput input{build::SceneInput{views, {}}};
+  const build::GeometryTable table = input.table();
   check_longest_work([&](build::CpuEngine& engine) {
-    const build::GroupedPrimitives grouped = build::group_primitives(engine, primitives, false);
-    auto references = engine.allocate<build::Reference>(grouped.count);
-    engine.for_each(grouped.count, build::MakeReferenceStep{primitives, grouped.groups.span(), references.span()});
-    const auto cut = build::presplit(engine, primitives, grouped.groups.span(), std::move(references), 16.0);
-    CHECK(cut.size() > 5 * grouped.count);
+    const build::PairedPrimitives paired = build::pair_primitives(engine, input, false);
+    auto references = engine.allocate<build::Reference>(paired.count);
+    engine.for_each(paired.count, build::MakeReferenceStep{table, paired.leaves.span(), references.span()});
+    const auto cut = build::presplit(engine, table, std::move(references), 16.0);
+    CHECK(cut.size() > 5 * paired.count);
   });
 }
 

@@ -187,7 +187,7 @@ TEST_CASE("what the device cannot build is refused") {
   CHECK(allocator.balance() == 0);
 }
 
-TEST_CASE("sizes with room for parts are known before, or refused") {
+TEST_CASE("sizes with capacity for parts are known before, or refused") {
   const build::Position position{};
   const build::Triangle triangle{};
   for (const Builder builder : {Builder::kHploc, Builder::kPloc, Builder::kSbvh, Builder::kHq})
@@ -202,9 +202,9 @@ TEST_CASE("sizes with room for parts are known before, or refused") {
         continue;
       }
       REQUIRE(sizes.has_value());
-      const std::uint64_t room = std::uint64_t{count} * 3 / 2 * (builder >= Builder::kSbvh ? 3 : 2) / 2;
-      CHECK(sizes->output >= room * 192);
-      CHECK(sizes->scratch >= room * 96);
+      const std::uint64_t capacity = std::uint64_t{count} * 3 / 2 * (builder >= Builder::kSbvh ? 3 : 2) / 2;
+      CHECK(sizes->output >= capacity * 192);
+      CHECK(sizes->scratch >= capacity * 96);
     }
 }
 

@@ -55,11 +55,11 @@ std::vector<DeviceInstance> on_device(const std::vector<Instance>& instances) {
   return result;
 }
 
-/// A scene on the device with room for others over its objects.
+/// A scene on the device with capacity for others over its objects.
 class Stage {
  public:
   /// @param scene its file is made of one instance.
-  /// @param slots scenes that there is room for.
+  /// @param slots scenes that there is capacity for.
   Stage(InstanceScene& scene, std::uint32_t most, const gpu::InstanceOptions& options = {}, unsigned slots = 1)
       : options_(options) {
     scene.groups.push_back({{.object = 0}});
@@ -97,7 +97,7 @@ class Stage {
   const gpu::BuildSizes& sizes() const { return sizes_; }
   const gpu::SceneObjects& objects() const { return objects_; }
   const BufferView& view() const { return *view_; }
-  std::byte* room() { return scene_->buffer.data(); }
+  std::byte* capacity() { return scene_->buffer.data(); }
   std::byte* scratch() { return scratch_.data(); }
 
   CountingAllocator allocator;
@@ -267,17 +267,17 @@ TEST_CASE("memory and options that do not do are refused") {
                gpu::enqueue_instances(stage.objects(), {instances.data(), count}, options, output, scratch, nullptr))
         .message;
   };
-  CHECK(message(10, {}, stage.room() + 128, stage.scratch()) ==
+  CHECK(message(10, {}, stage.capacity() + 128, stage.scratch()) ==
         "enqueue_instances: output and scratch must be aligned to 256 bytes");
-  CHECK(message(10, {}, stage.room() + 256, stage.scratch()) ==
+  CHECK(message(10, {}, stage.capacity() + 256, stage.scratch()) ==
         "enqueue_instances: the output needs " + std::to_string(stage.sizes().output) +
             " bytes before the objects, there are " + std::to_string(stage.sizes().output - 256));
-  CHECK(message(10, {.bounds = InstanceBounds::kPrimitives}, stage.room(), stage.scratch())
+  CHECK(message(10, {.bounds = InstanceBounds::kPrimitives}, stage.capacity(), stage.scratch())
             .find("bounds of instances are made on the device of roots") == 0);
   gpu::InstanceOptions asks;
   asks.tree.progress = [](const build::Progress&) { return true; };
-  CHECK(message(10, asks, stage.room(), stage.scratch()) == "builds over instances do not ask whether to go on");
+  CHECK(message(10, asks, stage.capacity(), stage.scratch()) == "builds over instances do not ask whether to go on");
   CHECK(error_of(gpu::upload_scene(stage.view(), nullptr, stage.allocator, 100)).message ==
-        "upload_scene: room of 100 bytes, which is no multiple of 256");
+        "upload_scene: capacity of 100 bytes, which is no multiple of 256");
   CHECK(error_of(gpu::instance_sizes(stage.objects(), 0xffffffffu)).message.find("4294967295 primitives") == 0);
 }

@@ -162,7 +162,7 @@ TEST_CASE("a stopwatch measures what the stream does") {
   const Stream stream;
   gpu::DeviceAllocator allocator;
   auto memory = must(gpu::DeviceBuffer::make(1 << 24, stream, allocator));
-  auto watch = must(gpu::Stopwatch::make());
+  auto watch = must(gpu::StreamTimer::make());
   const auto measured = [&](int fills) {
     must(watch.start(stream));
     for (int i = 0; i < fills; ++i) must(memory.fill(static_cast<std::byte>(i), stream));

@@ -34,22 +34,22 @@ Tree host_tree(const std::vector<Box>& boxes, unsigned radius) {
   return tree;
 }
 
-/// @param room for leaves that do not exist, too. All memory is of noise before, another one in every run.
-Tree device_tree(const std::vector<Box>& boxes, std::uint32_t room, unsigned radius, std::byte noise) {
+/// @param capacity for leaves that do not exist, too. All memory is of noise before, another one in every run.
+Tree device_tree(const std::vector<Box>& boxes, std::uint32_t capacity, unsigned radius, std::byte noise) {
   gpu::DeviceAllocator allocator;
-  std::vector<build::LeafReference> leaves;
-  leaves.reserve(room);
-  for (const Box& box : boxes) leaves.push_back({box, build::PackedGroup::none(), 0});
-  leaves.resize(room, {boxes.empty() ? Box{} : boxes[0], build::PackedGroup::none(), 0});
+  std::vector<build::Reference> leaves;
+  leaves.reserve(capacity);
+  for (const Box& box : boxes) leaves.push_back({box, build::LeafContents::none(), 0});
+  leaves.resize(capacity, {boxes.empty() ? Box{} : boxes[0], build::LeafContents::none(), 0});
   const std::vector<std::uint32_t> count{static_cast<std::uint32_t>(boxes.size())};
-  const auto references = must(gpu::DeviceArray<build::LeafReference>::from(leaves, nullptr, allocator));
+  const auto references = must(gpu::DeviceArray<build::Reference>::from(leaves, nullptr, allocator));
   const auto device_count = must(gpu::DeviceArray<std::uint32_t>::from(count, nullptr, allocator));
-  auto nodes = must(gpu::DeviceArray<LinkedNode>::make(room, nullptr, allocator));
+  auto nodes = must(gpu::DeviceArray<LinkedNode>::make(capacity, nullptr, allocator));
   auto root = must(gpu::DeviceArray<LinkedRef>::make(1, nullptr, allocator));
-  auto scratch = must(gpu::DeviceBuffer::make(gpu::ploc_scratch(room), nullptr, allocator));
+  auto scratch = must(gpu::DeviceBuffer::make(gpu::ploc_scratch(capacity), nullptr, allocator));
   must(nodes.fill(noise, nullptr));
   must(scratch.fill(noise, nullptr));
-  must(gpu::enqueue_ploc({references.data(), device_count.data(), room, radius}, {nodes.data(), root.data()},
+  must(gpu::enqueue_ploc({references.data(), device_count.data(), capacity, radius}, {nodes.data(), root.data()},
                          scratch.data(), nullptr));
   return Tree{must(nodes.to_vector(nullptr)), must(root.to_vector(nullptr))[0]};
 }
@@ -121,7 +121,7 @@ TEST_CASE("clusters of many tiles") {
   check_like_host(random_boxes(40000, kSeed), 16);
 }
 
-TEST_CASE("clusters of fewer leaves than there is room for") {
+TEST_CASE("clusters of fewer leaves than there is capacity for") {
   INFO("seed " << kSeed);
   for (const std::uint32_t count : {0u, 1u, 2u, 1000u, 3000u}) check_like_host(random_boxes(count, kSeed), 8, 4000);
   check_like_host(random_boxes(1000, kSeed), 8, 1);
@@ -152,8 +152,8 @@ TEST_CASE("clusters that are many when the last block begins") {
 }
 
 TEST_CASE("clusters that cannot be") {
-  const auto message = [](std::uint32_t room, unsigned radius) {
-    return error_of(gpu::enqueue_ploc({nullptr, nullptr, room, radius}, {}, nullptr, nullptr)).message;
+  const auto message = [](std::uint32_t capacity, unsigned radius) {
+    return error_of(gpu::enqueue_ploc({nullptr, nullptr, capacity, radius}, {}, nullptr, nullptr)).message;
   };
   for (const unsigned radius : {0u, 129u})
     CHECK(message(1, radius) == "a PLOC radius of " + std::to_string(radius) + ", allowed are 1 to 128");

@@ -20,21 +20,21 @@
 using namespace hiprt;
 using namespace hiprt::checks;
 using build::kLinkedLeaf;
-using build::LeafReference;
 using build::LinkedNode;
 using build::LinkedRef;
+using build::Reference;
 
 namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
 /// Sizes that take small inputs through everything that large ones meet.
-constexpr gpu::TopDownTuning kTiny{.task = 96, .few = 40, .spare_levels = 6};
+constexpr gpu::TopDownTuning kTiny{.task = 96, .wave_range = 40, .spare_levels = 6};
 
 /// A mesh whose leaves are known, as both the device and the host take it.
 struct Scene {
   oracle::Mesh mesh;
-  std::vector<LeafReference> references;  ///< With holes where a pair's second triangle was, or one that is dropped.
-  std::vector<build::PrimitiveGroup> groups;
+  std::vector<Reference> references;  ///< With holes where a pair's second triangle was, or one that is dropped.
+  std::vector<build::LeafPrimitives> leaves;
 
   explicit Scene(oracle::Mesh from, bool pair = true) : mesh(std::move(from)) {
     const auto views = views_of(mesh.positions.data(), mesh.triangles.data());
@@ -43,10 +43,8 @@ struct Scene {
     auto shared = std::make_unique<build::PairWindow<build::HostGroup>::Shared>();
     for (std::uint32_t w = 0; w * build::kPairWindow < primitives; ++w)
       windows(build::HostGroup{}, *shared, w, [&](const build::PairedPrimitive& p) {
-        references.push_back(LeafReference{p.box, p.group, p.primitive});
-        if (!p.group.exists()) return;
-        const std::uint32_t second = p.group.is_pair() ? p.primitive + p.group.distance() : kInvalidId;
-        groups.push_back({{p.primitive, second}, 0, p.group.rotation0() & 3u, p.group.rotation1() & 3u});
+        references.push_back(Reference{p.box, p.contents, p.primitive});
+        if (p.contents.exists()) leaves.push_back({p.primitive, p.contents});
       });
   }
 
@@ -56,19 +54,19 @@ struct Scene {
     std::vector<build::GeometryView> views(2);
     for (build::GeometryView& view : views) {
       view.positions = positions;
-      view.positions_count = static_cast<std::uint32_t>(mesh.positions.size());
+      view.position_count = static_cast<std::uint32_t>(mesh.positions.size());
     }
     views[0].triangles = triangles;
-    views[0].primitives = first;
+    views[0].primitive_count = first;
     views[1].triangles = triangles + first;
-    views[1].primitives = all - first;
+    views[1].primitive_count = all - first;
     views[1].first = first;
     return views;
   }
 };
 
 struct Outcome {
-  std::vector<LeafReference> references;
+  std::vector<Reference> references;
   std::vector<LinkedNode> nodes;
   LinkedRef root = 0;
   std::uint32_t leaves = 0;
@@ -76,7 +74,7 @@ struct Outcome {
   bool same_bytes(const Outcome& other) const {
     return root == other.root && leaves == other.leaves && nodes.size() == other.nodes.size() &&
            std::memcmp(nodes.data(), other.nodes.data(), nodes.size() * sizeof(LinkedNode)) == 0 &&
-           std::memcmp(references.data(), other.references.data(), references.size() * sizeof(LeafReference)) == 0;
+           std::memcmp(references.data(), other.references.data(), references.size() * sizeof(Reference)) == 0;
   }
 };
 
@@ -85,23 +83,23 @@ Outcome build_on_device(const Scene& scene, double budget, bool cut, const gpu::
                         std::byte garbage = std::byte{0xa5}) {
   CountingAllocator allocator;
   const auto n = static_cast<std::uint32_t>(scene.references.size());
-  const auto room = static_cast<std::uint32_t>(build::room_for_splits(n, cut ? budget : 1.0));
-  const std::uint64_t bytes = gpu::top_down_scratch(n, room, tuning);
+  const auto capacity = static_cast<std::uint32_t>(build::split_capacity(n, cut ? budget : 1.0));
+  const std::uint64_t bytes = gpu::top_down_scratch(n, capacity, tuning);
   constexpr std::size_t kGuard = 4096;
   auto positions = must(gpu::DeviceArray<build::Position>::from(scene.mesh.positions, nullptr, allocator));
   auto triangles = must(gpu::DeviceArray<build::Triangle>::from(scene.mesh.triangles, nullptr, allocator));
   const auto host_views = scene.views_of(positions.data(), triangles.data());
   auto views = must(gpu::DeviceArray<build::GeometryView>::from(host_views, nullptr, allocator));
-  auto input = must(gpu::DeviceArray<LeafReference>::from(scene.references, nullptr, allocator));
-  auto references = must(gpu::DeviceArray<LeafReference>::make(room, nullptr, allocator));
-  auto nodes = must(gpu::DeviceArray<LinkedNode>::make(room, nullptr, allocator));
+  auto input = must(gpu::DeviceArray<Reference>::from(scene.references, nullptr, allocator));
+  auto references = must(gpu::DeviceArray<Reference>::make(capacity, nullptr, allocator));
+  auto nodes = must(gpu::DeviceArray<LinkedNode>::make(capacity, nullptr, allocator));
   auto results = must(gpu::DeviceArray<std::uint32_t>::make(2, nullptr, allocator));
   auto scratch = must(gpu::DeviceArray<std::byte>::make(bytes + kGuard, nullptr, allocator));
   must(references.fill(garbage, nullptr));
   must(nodes.fill(garbage, nullptr));
   must(results.fill(garbage, nullptr));
   must(scratch.fill(garbage, nullptr));
-  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, room, budget, cut},
+  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, cut},
                              {references.data(), nodes.data(), results.data(), results.data() + 1}, scratch.data(),
                              nullptr, tuning));
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
@@ -136,7 +134,7 @@ class Walk {
       unused_nodes += nodes_[i] == 0 ? 1 : 0;
       unused_leaves += leaves_[i] == 0 ? 1 : 0;
       wrong += (nodes_[i] == 0) != (outcome.nodes[i].child[0] == kInvalidId) || nodes_[i] > 1 || leaves_[i] > 1 ||
-               (leaves_[i] != 0) != outcome.references[i].group.exists();
+               (leaves_[i] != 0) != outcome.references[i].contents.exists();
     }
     CHECK(wrong == 0);
     CHECK(wrong_boxes_ == 0);
@@ -174,22 +172,22 @@ class Walk {
   std::size_t wrong_boxes_ = 0;
 };
 
-/// Points of the group's triangles are in one of its leaves' boxes.
+/// Points of a leaf's triangles are in one of its references' boxes.
 void check_covered(const Scene& scene, const Outcome& outcome) {
   std::map<std::uint32_t, std::vector<Box>> parts;
   std::map<std::uint32_t, std::uint32_t> bits;
-  for (const LeafReference& r : scene.references)
-    if (r.group.exists()) bits[r.primitive] = r.group.bits;
-  for (const LeafReference& r : outcome.references) {
-    if (!r.group.exists()) continue;
+  for (const Reference& r : scene.references)
+    if (r.contents.exists()) bits[r.primitive] = r.contents.bits;
+  for (const Reference& r : outcome.references) {
+    if (!r.contents.exists()) continue;
     REQUIRE(bits.count(r.primitive) == 1);
-    REQUIRE(bits[r.primitive] == r.group.bits);
+    REQUIRE(bits[r.primitive] == r.contents.bits);
     parts[r.primitive].push_back(r.box);
   }
   std::size_t missing = 0;
-  for (const build::PrimitiveGroup& group : scene.groups)
-    for (const std::uint32_t primitive : group.primitive) {
-      if (primitive == kInvalidId) continue;
+  for (const build::LeafPrimitives& leaf : scene.leaves)
+    for (unsigned which = 0; which < (leaf.contents.is_pair() ? 2u : 1u); ++which) {
+      const std::uint32_t primitive = leaf.primitive + which * leaf.contents.distance();
       const build::Triangle& t = scene.mesh.triangles[primitive];
       for (unsigned i = 0; i <= 8; ++i)
         for (unsigned j = 0; i + j <= 8; ++j) {
@@ -198,7 +196,7 @@ void check_covered(const Scene& scene, const Outcome& outcome) {
             p[k] = (double{scene.mesh.positions[t[0]][k]} * i + double{scene.mesh.positions[t[1]][k]} * j +
                     double{scene.mesh.positions[t[2]][k]} * (8 - i - j)) /
                    8;
-          const auto& boxes = parts[group.primitive[0]];
+          const auto& boxes = parts[leaf.primitive];
           missing += std::none_of(boxes.begin(), boxes.end(), [&](const Box& box) {
             bool inside = true;
             for (unsigned k = 0; k < 3; ++k) inside = inside && p[k] >= box.min[k] && p[k] <= box.max[k];
@@ -212,42 +210,43 @@ void check_covered(const Scene& scene, const Outcome& outcome) {
 double cost_on_host(const Scene& scene, double budget, bool cut, std::size_t& leaves) {
   build::Machine machine;
   const build::TriangleMesh view = scene.mesh.view();
-  const build::PrimitiveSoup soup(build::SceneInput{{&view, 1}, {}});
-  auto references = machine.engine.allocate<build::Reference>(scene.groups.size());
-  for (std::size_t i = 0; i < scene.groups.size(); ++i)
-    build::MakeReferenceStep{soup, scene.groups, references.span()}(i);
-  const build::BinaryTree tree =
-      cut ? build::build_sbvh(machine.engine, soup, scene.groups, std::move(references), budget)
-          : build::build_sah(machine.engine, std::move(references));
+  const build::BuildInput input(build::SceneInput{{&view, 1}, {}});
+  const build::GeometryTable table = input.table();
+  auto references = machine.engine.allocate<build::Reference>(scene.leaves.size());
+  for (std::size_t i = 0; i < scene.leaves.size(); ++i)
+    build::MakeReferenceStep{table, scene.leaves, references.span()}(i);
+  const build::DepthFirstTree tree = cut ? build::build_sbvh(machine.engine, table, std::move(references), budget)
+                                         : build::build_sah(machine.engine, std::move(references));
   double cost = 0;
   leaves = tree.references.size();
-  for (const build::BinaryNode& node : tree.nodes.span()) cost += half_area(build::to_box(node.box()));
+  for (const build::DepthFirstNode& node : tree.nodes.span()) cost += half_area(node.box);
   return cost;
 }
 
 /// The tree's cost relative to the host's.
 double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& tuning, const char* name) {
   const bool cut = budget > 1.0;
-  INFO(name << ", " << scene.groups.size() << " references, budget " << budget << ", few " << tuning.few);
+  INFO(name << ", " << scene.leaves.size() << " references, budget " << budget << ", wave_range " << tuning.wave_range);
   const Outcome outcome = build_on_device(scene, budget, cut, tuning);
   CHECK(outcome.same_bytes(build_on_device(scene, budget, cut, tuning, std::byte{0x3c})));
   const Walk walk(outcome);
   CHECK(walk.depth() <= build::kMaxDepth);
-  if (scene.groups.empty()) CHECK(outcome.root == kInvalidId);
-  CHECK(outcome.leaves >= scene.groups.size());
-  CHECK(outcome.leaves <= build::room_for_splits(scene.groups.size(), budget));
+  if (scene.leaves.empty()) CHECK(outcome.root == kInvalidId);
+  CHECK(outcome.leaves >= scene.leaves.size());
+  CHECK(outcome.leaves <= build::split_capacity(scene.leaves.size(), budget));
   check_covered(scene, outcome);
-  if (!cut) CHECK(outcome.leaves == scene.groups.size());
+  if (!cut) CHECK(outcome.leaves == scene.leaves.size());
   std::size_t host_leaves = 0;
   const double host = cost_on_host(scene, budget, cut, host_leaves), relative = host > 0 ? walk.cost() / host : 1.0;
-  std::printf("%-12s %5zu references, budget %.1f, few %3u: %5u leaves (host %5zu), depth %2u, cost / host's %.4f\n",
-              name, scene.groups.size(), budget, tuning.few, outcome.leaves, host_leaves, walk.depth(), relative);
+  std::printf(
+      "%-12s %5zu references, budget %.1f, wave_range %3u: %5u leaves (host %5zu), depth %2u, cost / host's %.4f\n",
+      name, scene.leaves.size(), budget, tuning.wave_range, outcome.leaves, host_leaves, walk.depth(), relative);
   return relative;
 }
 
 }  // namespace
 
-TEST_CASE("trees from the top of few references") {
+TEST_CASE("trees from the top of wave_range references") {
   INFO("seed " << kSeed);
   for (const unsigned count : {0u, 1u, 2u, 3u, 8u, 9u, 32u, 33u, 40u, 41u, 97u}) {
     const Scene scene(oracle::first_triangles(oracle::soup(std::max(count, 1u), 0.3, kSeed), count));
@@ -309,9 +308,9 @@ TEST_CASE("a deep tree from the top is halved by count in time") {
   const Scene scene(mesh, false);
   for (const unsigned spare : {0u, 3u, 40u})
     for (const double budget : {1.0, 1.7})
-      check_tree(scene, budget, {.task = 33, .few = 32, .spare_levels = spare}, "deep");
-  // So much room that the limit of depth seems near early.
-  check_tree(scene, 1000.0, {.task = 33, .few = 32, .spare_levels = 40}, "room");
+      check_tree(scene, budget, {.task = 33, .wave_range = 32, .spare_levels = spare}, "deep");
+  // So much capacity that the limit of depth seems near early.
+  check_tree(scene, 1000.0, {.task = 33, .wave_range = 32, .spare_levels = 40}, "capacity");
 }
 
 // Emulated it takes minutes: for GPUs.

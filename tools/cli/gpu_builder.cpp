@@ -66,7 +66,7 @@ build::Result<gpu::BuiltScene> timed_build(std::span<const gpu::DeviceGeometry> 
   if (!output) return tl::unexpected(std::move(output.error()));
   auto scratch = gpu::DeviceBuffer::make(sizes->scratch, nullptr, allocator);
   if (!scratch) return tl::unexpected(std::move(scratch.error()));
-  auto watch = gpu::Stopwatch::make();
+  auto watch = gpu::StreamTimer::make();
   if (!watch) return tl::unexpected(std::move(watch.error()));
   if (auto started = watch->start(nullptr); !started) return tl::unexpected(std::move(started.error()));
   const auto report = gpu::enqueue_build(geometries, options, output->data(), scratch->data(), nullptr);

@@ -30,7 +30,7 @@ struct Launch {
 }  // namespace
 
 struct GpuTracer::State {
-  explicit State(gpu::Stopwatch stopwatch) : watch(std::move(stopwatch)) {}
+  explicit State(gpu::StreamTimer stopwatch) : watch(std::move(stopwatch)) {}
 
   GpuTracerOptions options;
   gpu::DeviceAllocator allocator;
@@ -43,7 +43,7 @@ struct GpuTracer::State {
   gpu::DeviceArray<std::uint32_t> paths;
   gpu::DeviceArray<GpuCounts> counts;
   gpu::DeviceArray<StackEntry> spill;
-  gpu::Stopwatch watch;
+  gpu::StreamTimer watch;
 
   build::Result<Launch> plan(Query query, const TracePolicies& policies, bool with_paths, bool holes = false) const;
   build::Result<void> reserve(const Launch& launch, std::size_t count);
@@ -155,7 +155,7 @@ build::Result<GpuTracer> GpuTracer::make(const BufferView& view, const GpuTracer
         gpu::ErrorCode::kNoDevice, on_host.levels,
         " levels of instances, things that move, spheres or curves, for which there are the watertight and "
         "conservative tests only: the CPU has the others");
-  auto watch = gpu::Stopwatch::make();
+  auto watch = gpu::StreamTimer::make();
   if (!watch) return tl::unexpected(std::move(watch.error()));
   auto state = std::make_unique<State>(std::move(*watch));
   auto scene = gpu::upload_scene(view, nullptr, state->allocator);

@@ -3,7 +3,7 @@
 /// of single triangles are filed in a hash table, each triangle finds its neighbours there, and two that prefer each
 /// other share a leaf (a handshake, as in a window). The result does not depend on the order of threads. Internal.
 
-#include <hiprt_build/input/soup_view.h>
+#include <hiprt_build/input/leaf.h>
 #include <hiprt_device/math/atomic.h>
 
 #include <bit>
@@ -11,8 +11,9 @@
 namespace hiprt::build {
 
 /// Edge k of a triangle runs from its corner k to the next; number: 4 * triangle (in the numbering of all) + k.
-struct PairBeyond {
-  /// Slots of the table for each triangle of the soup: edges fill half of them at most. Few single triangles take less.
+struct EdgeTable {
+  /// Slots of the table for each triangle of the geometries: edges fill half of them at most. Few single triangles take
+  /// less.
   static constexpr std::uint32_t kSlots = 6, kSlotsOfSingle = 16;
   /// Edges that find no slot among so many stay unfiled. No mesh needs as many but one made for it.
   static constexpr unsigned kMostProbes = 512;
@@ -22,35 +23,35 @@ struct PairBeyond {
   using Slot = std::uint64_t;
   static constexpr Slot kEmpty = ~Slot{0};
 
-  SoupView soup;
+  GeometryTable geometries;
   Slot* table;  ///< [slots_for(single triangles)], at most kSlots for each primitive; all kEmpty at first.
 
   HIPRT_HD std::uint32_t slots_for(std::uint32_t singles) const {
-    const std::uint32_t most = kSlots * soup.primitives;
+    const std::uint32_t most = kSlots * geometries.primitive_count;
     return singles < most / kSlotsOfSingle ? kSlotsOfSingle * singles : most;
   }
 
   /// Step: files the edges of a single triangle in the table of so many slots. Of equal ones the lowest stands in the
   /// table.
-  HIPRT_HD void file(std::uint32_t triangle, std::uint32_t slots) const {
+  HIPRT_HD void insert(std::uint32_t triangle, std::uint32_t slots) const {
     const Corners own = load(triangle);
-    Place places[3];
+    Probe probe[3];
     Slot there[3];
     // All three at a time: what takes long is memory.
     for (unsigned k = 0; k < 3; ++k) {
-      places[k] = Place(own.edge(k), slots);
-      there[k] = compare_exchange(&table[places[k].slot], kEmpty, places[k].entry(4 * triangle + k));
+      probe[k] = Probe(own.edge(k), slots);
+      there[k] = compare_exchange(&table[probe[k].slot], kEmpty, probe[k].entry(4 * triangle + k));
     }
     for (unsigned k = 0; k < 3; ++k) {
-      Place& place = places[k];
+      Probe& here = probe[k];
       for (unsigned probes = 1; there[k] != kEmpty; ++probes) {
-        if (place.may_be(there[k]) && same(own.edge(k), load_edge(number(there[k])))) {
-          lower(&table[place.slot], place.entry(4 * triangle + k));
+        if (here.may_be(there[k]) && same(own.edge(k), load_edge(number(there[k])))) {
+          lower(&table[here.slot], here.entry(4 * triangle + k));
           break;
         }
         if (probes == kMostProbes) break;
-        place.next(slots);
-        there[k] = compare_exchange(&table[place.slot], kEmpty, place.entry(4 * triangle + k));
+        here.next(slots);
+        there[k] = compare_exchange(&table[here.slot], kEmpty, here.entry(4 * triangle + k));
       }
     }
   }
@@ -58,22 +59,22 @@ struct PairBeyond {
   /// Step: makes a pair of a single triangle and a later one if they choose each other. A choice depends on nothing
   /// that this step writes, so that each thread can also see what its partner chooses.
   /// @param references [primitives] @return whether there is a pair. @pre all single triangles are filed.
-  HIPRT_HD bool shake_hands(std::uint32_t triangle, std::uint32_t slots, LeafReference* references) const {
+  HIPRT_HD bool shake_hands(std::uint32_t triangle, std::uint32_t slots, Reference* references) const {
     const Choice mine = choose(triangle, slots);
     if (mine.across == kInvalidId || mine.across >> 2 <= triangle) return false;
     const Choice others = choose(mine.across >> 2, slots);
     if (others.across != mine.edge || others.edge != mine.across) return false;
-    LeafReference &first = references[triangle], &second = references[mine.across >> 2];
-    first.group =
-        PackedGroup::make((mine.across >> 2) - triangle, ((mine.edge & 3u) + 2) % 3, ((mine.across & 3u) + 1) % 3);
+    Reference &first = references[triangle], &second = references[mine.across >> 2];
+    first.contents =
+        LeafContents::make((mine.across >> 2) - triangle, ((mine.edge & 3u) + 2) % 3, ((mine.across & 3u) + 1) % 3);
     first.box = unite(first.box, second.box);
-    second.group = PackedGroup::none();
+    second.contents = LeafContents::none();
     return true;
   }
 
   /// Whether a leaf is a triangle alone.
-  HIPRT_HD static bool is_single(const LeafReference& leaf) {
-    return leaf.group.exists() && !leaf.group.is_pair() && !leaf.group.is_custom();
+  HIPRT_HD static bool is_single(const Reference& leaf) {
+    return leaf.contents.exists() && !leaf.contents.is_pair() && !leaf.contents.is_custom();
   }
 
  private:
@@ -86,19 +87,19 @@ struct PairBeyond {
   HIPRT_HD Choice choose(std::uint32_t triangle, std::uint32_t slots) const {
     const Corners own = load(triangle);
     const Box own_box = box_of(own);
-    Place places[3];
+    Probe probe[3];
     Slot there[3];
     for (unsigned k = 0; k < 3; ++k) {
-      places[k] = Place(own.edge(k).reversed(), slots);
-      there[k] = table[places[k].slot];
+      probe[k] = Probe(own.edge(k).reversed(), slots);
+      there[k] = table[probe[k].slot];
     }
     Choice choice{kInvalidId, kInvalidId};
     float best = 0.0f;
     for (unsigned k = 0; k < 3; ++k) {
-      Place& place = places[k];
+      Probe& here = probe[k];
       for (unsigned probes = 1; there[k] != kEmpty; ++probes) {
         const std::uint32_t other = number(there[k]), mine = 4 * triangle + k;
-        if (place.may_be(there[k]) && other >> 2 != triangle) {
+        if (here.may_be(there[k]) && other >> 2 != triangle) {
           const Corners others = load(other >> 2);
           if (same(own.edge(k).reversed(), others.edge(other & 3u))) {
             const Box box = box_of(others);
@@ -113,8 +114,8 @@ struct PairBeyond {
           }
         }
         if (probes == kMostProbes) break;
-        place.next(slots);
-        there[k] = table[place.slot];
+        here.next(slots);
+        there[k] = table[here.slot];
       }
     }
     return choice;
@@ -141,8 +142,8 @@ struct PairBeyond {
 
   HIPRT_HD Corners load(std::uint32_t triangle) const {
     Corners corners;
-    corners.geometry = soup.find(triangle);
-    const GeometryView& mesh = soup.geometries[corners.geometry];
+    corners.geometry = geometries.find(triangle);
+    const GeometryView& mesh = geometries[corners.geometry];
     for (unsigned k = 0; k < 3; ++k) corners.v[k] = corner(mesh, triangle - mesh.first, k);
     return corners;
   }
@@ -167,11 +168,11 @@ struct PairBeyond {
   }
 
   /// Where an edge is looked for.
-  struct Place {
+  struct Probe {
     std::uint32_t slot, tag;
 
-    Place() = default;
-    HIPRT_HD Place(const Edge& edge, std::uint32_t slots) {
+    Probe() = default;
+    HIPRT_HD Probe(const Edge& edge, std::uint32_t slots) {
       const std::uint64_t h = hash(edge);
       slot = static_cast<std::uint32_t>((h & 0xffffffffu) * slots >> 32);
       tag = static_cast<std::uint32_t>(h >> 32);

@@ -1,0 +1,144 @@
+#pragma once
+/// Bins of the parts of references between planes, and the best spatial split. Internal.
+
+#include <hiprt_build/sah_sbvh/gpu_object_bins.h>
+#include <hiprt_build/sah_sbvh/spatial_bins.h>
+
+namespace hiprt::build::kernels {
+
+/// Counts of a slab: references that begin there, and those that end.
+using SlabBins = BinWords<kSpatialBins, 2>;
+
+/// SpatialSplit as it lies in memory.
+struct SpatialSplitRecord {
+  float cost;
+  std::uint32_t axis;
+  float plane;
+  Box left, right;
+  std::uint32_t left_count, right_count;
+};
+
+inline constexpr unsigned kLeftSide = 1, kRightSide = 2;
+
+/// Sides on which a reference, or parts of it, are. Counts and boxes of the cut are those that it was chosen by: on the
+/// host each reference that stays whole changes them for the next, which would need an order here.
+inline __device__ unsigned spatial_sides(const SpatialSplitRecord& cut, const Box& box) {
+  if (pick(box.max, cut.axis) <= cut.plane) return kLeftSide;
+  if (pick(box.min, cut.axis) >= cut.plane) return kRightSide;
+  SpatialSplit split;
+  split.left = to_simd(cut.left);
+  split.right = to_simd(cut.right);
+  split.left_count = cut.left_count;
+  split.right_count = cut.right_count;
+  const SplitSide side = cheapest_side(split, to_simd(box));
+  return side == SplitSide::kLeft ? kLeftSide : side == SplitSide::kRight ? kRightSide : kLeftSide | kRightSide;
+}
+
+/// Axis k of the result is axis (k + by) % 3. Then the axis to cut along is one that the compiler knows.
+inline __device__ void rotate(float (&v)[3], unsigned by) {
+  const float x = v[0], y = v[1], z = v[2];
+  v[0] = by == 0 ? x : by == 1 ? y : z;
+  v[1] = by == 0 ? y : by == 1 ? z : x;
+  v[2] = by == 0 ? z : by == 1 ? x : y;
+}
+inline __device__ void rotate(Box& box, unsigned by) {
+  rotate(box.min, by);
+  rotate(box.max, by);
+}
+inline __device__ void rotate(LeafCorners& corners, unsigned by) {
+#pragma unroll
+  for (unsigned k = 0; k < 4; ++k) rotate(corners.v[k].x, by);
+}
+
+/// @pre triangles.
+inline __device__ LeafCorners corners_of(const GeometryTable& geometries, const Reference& reference) {
+  const GeometryView mesh = geometries[geometries.find(reference.primitive)];
+  return leaf_corners(mesh, reference.primitive - mesh.first, reference.contents);
+}
+
+struct Parts {
+  Box left, right;
+};
+/// @pre the plane crosses the reference's box.
+inline __device__ Parts split_reference(const GeometryTable& geometries, const Reference& reference, unsigned axis,
+                                        float plane) {
+  LeafCorners corners = corners_of(geometries, reference);
+  Box whole = reference.box;
+  rotate(corners, axis);
+  rotate(whole, axis);
+  const SplitBounds bounds = split_bounds(corners, reference.contents.is_pair(), to_simd(whole), 0u, plane);
+  Parts parts{to_box(bounds.left), to_box(bounds.right)};
+  rotate(parts.left, axis == 0 ? 0 : 3 - axis);
+  rotate(parts.right, axis == 0 ? 0 : 3 - axis);
+  return parts;
+}
+
+/// One axis of a reference. Most are in one slab: only others need their corners.
+inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes, const GeometryTable& geometries,
+                                 const Reference& reference, unsigned axis) {
+  const int begin = planes.first(pick(reference.box.min, axis), static_cast<int>(axis));
+  const int end = planes.last(pick(reference.box.max, axis), static_cast<int>(axis));
+  LeafCorners corners{};
+  Box whole = reference.box;
+  rotate(whole, axis);
+  if (begin < end) {
+    corners = corners_of(geometries, reference);
+    rotate(corners, axis);
+  }
+  SlabPlanes::cut(planes.plane[axis], begin, end, corners, reference.contents.is_pair(), to_simd(whole), 0,
+                  [&](int slab, const SimdBox& part) {
+                    std::uint32_t low[3], high[3];
+                    for (int k = 0; k < 3; ++k) {
+                      low[k] = to_ordered(part.min[k]);
+                      high[k] = to_ordered(part.max[k]);
+                    }
+                    bins.add(axis, static_cast<unsigned>(slab), axis, low, high);
+                  });
+  bins.count(axis, 0, static_cast<unsigned>(begin));
+  bins.count(axis, 1, static_cast<unsigned>(begin < end ? end : begin));
+}
+
+/// As SpatialBins::best(). Lane i has the cut before slab i. @return infinite cost if there is none; the same in all
+/// lanes.
+inline __device__ SpatialSplitRecord best_spatial_split(const WaveGroup& group, const SlabBins& bins, const Box& all,
+                                                        std::uint32_t most) {
+  const unsigned lane = group.lane();
+  LaneChoice best(SimdBox::kInfinity, 0);
+  SpatialSplitRecord cut{};
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const bool mine = lane < kSpatialBins;
+    Box right = mine ? bins.box(axis, lane) : empty_box();
+    Box left = mine && lane > 0 ? bins.box(axis, lane - 1) : empty_box();
+    const std::uint32_t begins = mine ? *bins.at(axis, 6, lane) : 0, ends = mine ? *bins.at(axis, 7, lane) : 0;
+    const std::uint32_t left_count = sum_up(group, begins) - begins;
+    const std::uint32_t right_count = sum_down(group, ends, kSpatialBins);
+    sum_up(group, left, 0, 4);
+    sum_down(group, right, kSpatialBins, 4);
+    const float cost = side_cost(left, left_count) + side_cost(right, right_count);
+    const bool fits = mine && left_count != 0 && right_count != 0 && left_count + right_count <= most;
+    const LaneChoice choice(fits ? cost : SimdBox::kInfinity, axis << 5 | lane);
+    if (choice.cost >= best.cost) continue;
+    best = choice;
+    cut = {cost, axis, 0.0f, left, right, left_count, right_count};
+  }
+  best = best_of_lanes(group, best);
+  const unsigned from = best.tie & 31u, axis = best.tie >> 5;
+  SpatialSplitRecord result{best.value(),
+                            axis,
+                            SlabPlanes::at(pick(all.min, axis), pick(all.max, axis), static_cast<int>(from)),
+                            from_lane(group, from, cut.left),
+                            from_lane(group, from, cut.right),
+                            group.from(from, cut.left_count),
+                            group.from(from, cut.right_count)};
+  return result;
+}
+
+/// The group's part of SlabPlanes::over().
+inline __device__ void fill_planes(SlabPlanes& planes, const Box& box, unsigned thread, unsigned threads) {
+  for (unsigned i = thread; i < 3 * (kSpatialBins + 1); i += threads) {
+    const unsigned axis = i / (kSpatialBins + 1), k = i % (kSpatialBins + 1);
+    planes.plane[axis][k] = SlabPlanes::at(pick(box.min, axis), pick(box.max, axis), static_cast<int>(k));
+  }
+}
+
+}  // namespace hiprt::build::kernels
