@@ -4,7 +4,7 @@
 
 #include <hiprt_build/format/view.h>
 #include <tests/oracle/random.h>
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 #include <tools/render/path/path_bsdf.h>
 
 #include <algorithm>

@@ -4,13 +4,13 @@
 #include "gltf_builder.h"
 
 #include <hiprt_build/format/view.h>
-#include <tools/cli/build_meshes.h>
+#include <tools/build/build_meshes.h>
+#include <tools/build/build_scene.h>
 #include <tools/cli/mesh_inputs.h>
 #include <tools/cli/scene_input.h>
 #include <tools/cli/shape_inputs.h>
-#include <tools/scene_io/scene/scene_build.h>
 #include <tools/scene_io/scene/scene_flatten.h>
-#include <tools/scene_io/surface/surface_load.h>
+#include <tools/scene_io/scene/surface_load.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,13 +1,13 @@
 #pragma once
 /// What bvhbuild says of what it has built.
 
-#include <tools/cli/build_meshes.h>
-#include <tools/scene_io/scene/scene_build.h>
+#include <tools/build/build_meshes.h>
+#include <tools/build/build_scene.h>
 #include <tools/scene_io/scene/scene_description.h>
 
 #include <hiprt_build/format/view.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <string>
 

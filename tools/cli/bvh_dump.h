@@ -3,7 +3,7 @@
 
 #include <hiprt_build/format/view.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <ostream>
 

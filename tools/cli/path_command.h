@@ -1,20 +1,23 @@
 #pragma once
 /// bvhrender --integrator path: its options, and what they lead to.
 
-#include <hiprt_build/format/view.h>
-#include <tools/cli/progress.h>
-#include <tools/render/path/path_trace.h>
+#include <tools/render/path/path_data.h>
 #include <tools/render/studio/render.h>
-#include <tools/render/tracers/gpu_tracer.h>
 
-#include <CLI/CLI.hpp>
+#include <hiprt_build/format/view.h>
 
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+namespace CLI {
+class App;
+}  // namespace CLI
+
 namespace hiprt::tools {
+
+class ProgressBar;
 
 class PathCommand {
  public:

@@ -1,12 +1,14 @@
 #pragma once
 /// bvhbuild --refit: a BVH file and moved meshes or shapes in, a BVH file with the old tree out.
 
-#include <tools/cli/cli.h>
+#include <hiprt_build/error.h>
 
 #include <string>
 #include <vector>
 
 namespace hiprt::tools {
+
+class Cli;
 
 struct RefitCommand {
   std::string file, output;

@@ -3,7 +3,7 @@
 
 #include <hiprt_build/statistics.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <string>

@@ -1,18 +1,20 @@
 #pragma once
 /// Which processor a tool traces on.
 
-#include <hiprt_build/format/view.h>
-#include <tools/cli/names.h>
+#include <tools/base/device_choice.h>
+#include <tools/base/names.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
-#include <CLI/CLI.hpp>
+#include <hiprt_build/format/view.h>
 
 #include <optional>
 #include <string>
 
-namespace hiprt::tools {
+namespace CLI {
+class App;
+}  // namespace CLI
 
-enum class DeviceChoice { kAuto, kCpu, kGpu };
+namespace hiprt::tools {
 
 inline constexpr Names<DeviceChoice, 3> kDeviceChoices{
     {{"auto", DeviceChoice::kAuto}, {"cpu", DeviceChoice::kCpu}, {"gpu", DeviceChoice::kGpu}}};

@@ -1,8 +1,8 @@
 #pragma once
 /// FLIP: how different two pictures look to someone who flips between them.
 
+#include <tools/base/parallel.h>
 #include <tools/render/image/color_image.h>
-#include <tools/scene_io/parallel.h>
 
 namespace hiprt::tools {
 

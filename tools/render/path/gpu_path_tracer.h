@@ -1,8 +1,8 @@
 #pragma once
 /// Waves of paths on a GPU. A build without GPU code has the same class, which says so.
 
+#include <tools/render/path/path_batch.h>
 #include <tools/render/path/path_data.h>
-#include <tools/render/path/path_wave.h>
 
 #include <memory>
 #include <span>

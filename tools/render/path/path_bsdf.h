@@ -3,9 +3,10 @@
 /// But the base gets what the surface lets through on both ways (Shirley et al., "A practitioners' assessment of light
 /// reflection models", 1997): by the standard's formula white smooth bases send out more light than arrives.
 
+#include <tools/render/scene/frame.h>
+#include <tools/render/scene/path_surface.h>
+
 #include <hiprt_device/math/vec_functions.h>
-#include <tools/render/path/path_surface.h>
-#include <tools/render/studio/frame.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {

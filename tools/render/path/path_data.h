@@ -1,8 +1,8 @@
 #pragma once
 /// The arrays of a path tracer's scene on the host.
 
-#include <tools/render/path/path_scene.h>
 #include <tools/render/path/path_sky.h>
+#include <tools/render/scene/path_scene.h>
 #include <tools/scene_io/surface/surface.h>
 
 #include <hiprt_build/error.h>
@@ -25,6 +25,6 @@ build::Result<PathData> make_path_data(const BufferView& scene, const SceneSurfa
 PathArrays<PathView> views(const PathData& data);
 
 /// Whether rays have to ask which parts of a triangle are there.
-bool has_holes(const PathData& data);
+bool has_alpha_cutout(const PathData& data);
 
 }  // namespace hiprt::tools

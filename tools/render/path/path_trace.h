@@ -1,15 +1,16 @@
 #pragma once
 /// Pictures by paths of light: bvhrender --integrator path.
 
-#include <tools/render/image/image.h>
-#include <tools/render/path/gpu_path_tracer.h>
+#include <tools/render/path/path_batch.h>
 #include <tools/render/path/path_data.h>
-#include <tools/render/path/path_wave.h>
 
 #include <functional>
 #include <vector>
 
 namespace hiprt::tools {
+
+class GpuPathTracer;
+struct Image;
 
 struct PathOptions {
   std::uint32_t width = 1024, height = 768;

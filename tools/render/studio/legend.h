@@ -20,7 +20,7 @@ inline constexpr std::size_t kLegendParts = 40;
 
 /// What a colour stands for.
 struct LegendScale {
-  std::string_view title;  ///< Of the letters, digits and signs that the font has (legend.cpp).
+  std::string_view title;  ///< ASCII.
   unsigned top;            ///< The value at the bar's right end; a multiple of 4, because there are five numbers.
   bool clipped;            ///< Larger values have the last colour too: a plus follows the last number.
   /// How many pixels have the values of each of so many equal parts of the range, kLegendParts or a number that divides

@@ -1,10 +1,9 @@
 #pragma once
 /// Pictures of a scene.
 
-#include <tools/cli/names.h>
 #include <tools/render/image/image.h>
-#include <tools/render/studio/camera.h>
-#include <tools/render/studio/shutter.h>
+#include <tools/render/scene/camera.h>
+#include <tools/render/scene/shutter.h>
 #include <tools/render/studio/tree_boxes.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
@@ -24,12 +23,6 @@ enum class RenderMode {
   kHeatmap,  ///< Box and leaf tests of the primary rays, and the instances they came to, with a legend.
   kBoxes,    ///< The boxes of a tree: a colour each, with dark edges (RenderOptions::boxes).
 };
-
-inline constexpr Names<RenderMode, 5> kRenderModes{{{"ao", RenderMode::kAo},
-                                                    {"primary", RenderMode::kPrimary},
-                                                    {"normals", RenderMode::kNormals},
-                                                    {"heatmap", RenderMode::kHeatmap},
-                                                    {"bvh", RenderMode::kBoxes}}};
 
 struct RenderOptions {
   RenderMode mode = RenderMode::kAo;

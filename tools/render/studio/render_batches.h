@@ -1,9 +1,9 @@
 #pragma once
 /// Many tiles step by step, so that their rays can go to a GPU together.
 
+#include <tools/base/parallel.h>
 #include <tools/render/studio/render_tile.h>
 #include <tools/render/tracers/gpu_tracer.h>
-#include <tools/scene_io/parallel.h>
 
 #include <functional>
 #include <span>

@@ -2,7 +2,7 @@
 /// The light of bvhrender's pictures: a bright sky with a large soft key light over the viewer's left shoulder, a dim
 /// floor, and a plain backdrop behind the object.
 
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 
 #include <hiprt_device/math/vec.h>
 

@@ -25,8 +25,8 @@ struct GpuTraceJob {
   std::uint32_t spill_entries;  ///< Per thread of the grid, at spill (grid_spill()); 0 for private stacks.
   StackEntry* spill;
   GpuCounts* counts;
-  std::uint32_t* paths;    ///< scene.levels per ray; nullptr: nobody asks.
-  const PathScene* holes;  ///< Of materials (CutOut), for kernels that ask.
+  std::uint32_t* paths;           ///< scene.levels per ray; nullptr: nobody asks.
+  const PathScene* cutout_scene;  ///< Of materials (CutOut), for kernels that ask.
   /// Of a scene that is one instance (PlacedObject), for find_placed_kernel().
   SceneView object;
   std::uint32_t instance;
@@ -45,6 +45,6 @@ GpuTraceKernel find_trace_kernel(std::size_t policy, const SceneView& scene, Que
 GpuTraceKernel find_placed_kernel(std::size_t policy, const SceneView& object, Query query);
 
 /// The same of kernels for materials with holes, with the default policies.
-GpuTraceKernel find_kernel_through_holes(std::size_t policy, const SceneView& scene, Query query);
+GpuTraceKernel find_alpha_cutout_kernel(std::size_t policy, const SceneView& scene, Query query);
 
 }  // namespace hiprt::tools

@@ -2,10 +2,10 @@
 /// The traversal on the GPU, in every combination of the policies that a user can choose, for one kind of scenes: a
 /// template that gpu_kernels.hip and others of its name instantiate. For GPU compilers only.
 
-#include <tools/render/path/path_surface.h>
+#include <tools/render/scene/path_surface.h>
+#include <tools/render/scene/trace_limits.h>
 #include <tools/render/tracers/gpu_kernels.h>
 #include <tools/render/tracers/gpu_policies.h>
-#include <tools/render/tracers/trace_limits.h>
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/hiprt_device.h>
@@ -66,7 +66,7 @@ template <class Filter> __device__ HIPRT_INLINE Filter make_filter(const GpuTrac
   if constexpr (std::is_same_v<Filter, NoFilter>)
     return {};
   else
-    return {job.holes};
+    return {job.cutout_scene};
 }
 
 template <class Primitives> __device__ HIPRT_INLINE Primitives make_primitives(const SceneView& scene) {
@@ -247,7 +247,7 @@ using OneMovingLevelKernels = KernelKind<1, true>;
 using MovingKernels = KernelKind<kTraceLevels, true>;
 using FlatShapeKernels = KernelKind<0, false, NoFilter, SceneShapes>;
 /// With or without holes: one kernel, because they take long to compile.
-using ShapeKernels = KernelKind<kTraceLevels, true, CutOut, SceneShapes>;
+using ShapeKernels = KernelKind<kTraceLevels, true, AlphaCutout, SceneShapes>;
 
 extern template GpuTraceKernel find_kernel_of<FlatKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<PlacedKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);

@@ -50,9 +50,9 @@ class GpuTracer {
   const SceneView& scene() const;
 
   /// Traces on the default stream, with the default policies; does not wait for it.
-  /// @param holes of materials that rays pass through (CutOut), on the device; nullptr: there are none.
+  /// @param cutout_scene of materials that rays pass through (CutOut), on the device; nullptr: there are none.
   /// @return the errors of a launch. Rays that overflow their stacks are Hit::failed().
-  build::Result<void> trace_on_device(Query query, const DeviceRays& rays, const PathScene* holes = nullptr);
+  build::Result<void> trace_on_device(Query query, const DeviceRays& rays, const PathScene* cutout_scene = nullptr);
 
   /// Traces rays[i] into hits[i], part by part, so that device memory stays bounded.
   /// @param hits as many as rays: the same, bit for bit, as trace() gives.

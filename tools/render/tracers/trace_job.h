@@ -3,7 +3,7 @@
 /// Plain members only: a container's inline function, compiled for a newer instruction set, could be the copy that the
 /// linker keeps for the whole program.
 
-#include <tools/render/path/path_scene.h>
+#include <tools/render/scene/path_scene.h>
 #include <tools/render/tracers/tracer.h>
 
 #include <cstddef>
@@ -19,8 +19,9 @@ struct TraceJob {
   RayCost* costs;        ///< nullptr: the work is not counted.
   std::uint32_t* paths;  ///< scene->levels per ray; nullptr: nobody asks.
   std::size_t count;
-  const PathScene* holes;  ///< Whose materials have some (CutOut); nullptr: nobody asks. Then policies are the default.
-  StepSink sink;           ///< Without take: nobody asks. With it costs are counted.
+  const PathScene*
+      cutout_scene;  ///< Whose materials have some (CutOut); nullptr: nobody asks. Then policies are the default.
+  StepSink sink;     ///< Without take: nobody asks. With it costs are counted.
 };
 
 }  // namespace hiprt::tools

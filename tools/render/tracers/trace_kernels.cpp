@@ -20,10 +20,10 @@ void HIPRT_TRACE(const TraceJob& job) {
   const std::uint32_t levels = job.scene->levels;
   const bool moves = (job.scene->features & feature_bit(Feature::kMotion)) != 0;
   const bool custom = (job.scene->features & feature_bit(Feature::kCustom)) != 0;
-  if (job.holes != nullptr) {
-    if (levels == 0 && !custom) return trace_through_holes<0, false>(job);
-    return levels == 1 && !moves && !custom ? trace_through_holes<1, false>(job)
-                                            : trace_through_holes<kTraceLevels, true>(job);
+  if (job.cutout_scene != nullptr) {
+    if (levels == 0 && !custom) return trace_alpha_cutout<0, false>(job);
+    return levels == 1 && !moves && !custom ? trace_alpha_cutout<1, false>(job)
+                                            : trace_alpha_cutout<kTraceLevels, true>(job);
   }
   const bool plain = levels == 0 && job.sink.take == nullptr && job.costs == nullptr;
   if (job.policies.triangle_test == TriangleTestKind::kReference)

@@ -2,9 +2,9 @@
 /// The traversal in every combination of the policies that a user can choose, for one number of levels: a template that
 /// trace_kernels.cpp and others of its name instantiate, once per instruction set.
 
-#include <tools/render/tracers/instance_paths.h>
+#include <tools/render/scene/instance_paths.h>
+#include <tools/render/scene/trace_limits.h>
 #include <tools/render/tracers/trace_job.h>
-#include <tools/render/tracers/trace_limits.h>
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/layout.h>
@@ -121,11 +121,11 @@ template <unsigned kLevels, bool kMoves = false> void trace_levels(const TraceJo
 
 /// Rays pass through the holes of materials; with the default policies.
 /// @pre as for trace_levels(); the scene has spheres or curves only if kMoves.
-template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob& job);
+template <unsigned kLevels, bool kMoves> void trace_alpha_cutout(const TraceJob& job);
 
-extern template void trace_through_holes<0, false>(const TraceJob& job);
-extern template void trace_through_holes<1, false>(const TraceJob& job);
-extern template void trace_through_holes<kTraceLevels, true>(const TraceJob& job);
+extern template void trace_alpha_cutout<0, false>(const TraceJob& job);
+extern template void trace_alpha_cutout<1, false>(const TraceJob& job);
+extern template void trace_alpha_cutout<kTraceLevels, true>(const TraceJob& job);
 /// With conservative boxes, and no other choice. @pre kLevels and kMoves as for trace_levels(); work is counted and
 /// steps are told if kMoves.
 template <unsigned kLevels, bool kMoves, class Triangle, class Primitives> void trace_accurate(const TraceJob& job) {

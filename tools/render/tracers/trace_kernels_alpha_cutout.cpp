@@ -1,8 +1,9 @@
 /// The traversal of scenes whose materials have holes.
 
-#include <hiprt_build/format/dispatch_layout.h>
-#include <tools/render/path/path_surface.h>
+#include <tools/render/scene/path_surface.h>
 #include <tools/render/tracers/trace_kernels.h>
+
+#include <hiprt_build/format/dispatch_layout.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -11,13 +12,13 @@ namespace {
 template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
   typename P::Stack::Memory memory;
   const typename P::Stack::Storage stack(memory);
-  const CutOut filter{job.holes};
+  const AlphaCutout filter{job.cutout_scene};
   const auto primitives = make_primitives<Primitives>(*job.scene);
   for (std::size_t i = 0; i < job.count; ++i) {
     const Ray& ray = job.rays[i];
     const auto hit = job.query == Query::kClosest
-                         ? ClosestHit<P, CutOut, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit()
-                         : AnyHit<P, CutOut, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
+                         ? ClosestHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit()
+                         : AnyHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
     job.hits[i] = hit;
     if constexpr (P::kLevels != 0)
       if (job.paths != nullptr) store_path(hit, job.paths + i * job.scene->levels, job.scene->levels);
@@ -26,7 +27,7 @@ template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
 
 }  // namespace
 
-template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob& job) {
+template <unsigned kLevels, bool kMoves> void trace_alpha_cutout(const TraceJob& job) {
   dispatch_layout(job.scene->layout, [&](auto layout) {
     using Flat = FlatPolicies<decltype(layout)>;
     if constexpr (kMoves)
@@ -38,9 +39,9 @@ template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob
   });
 }
 
-template void trace_through_holes<0, false>(const TraceJob& job);
-template void trace_through_holes<1, false>(const TraceJob& job);
-template void trace_through_holes<kTraceLevels, true>(const TraceJob& job);
+template void trace_alpha_cutout<0, false>(const TraceJob& job);
+template void trace_alpha_cutout<1, false>(const TraceJob& job);
+template void trace_alpha_cutout<kTraceLevels, true>(const TraceJob& job);
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt::tools

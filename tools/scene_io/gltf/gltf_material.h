@@ -2,10 +2,12 @@
 /// Materials of a glTF file (glTF 2.0, 3.9).
 
 #include <tools/scene_io/gltf/gltf_texture.h>
-#include <tools/scene_io/json_place.h>
+#include <tools/scene_io/json_location.h>
 #include <tools/scene_io/surface/material_library.h>
 
 #include <hiprt_build/error.h>
+
+#include <nlohmann/json.hpp>
 
 #include <filesystem>
 #include <map>

@@ -1,7 +1,8 @@
 #include <tools/scene_io/mesh/mesh_import.h>
 
+#include <tools/base/errors.h>
+#include <tools/base/text.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
-#include <tools/scene_io/text.h>
 
 #include <hiprt_build/file.h>
 

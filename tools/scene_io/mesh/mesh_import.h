@@ -1,7 +1,6 @@
 #pragma once
 /// Triangle meshes from files.
 
-#include <tools/scene_io/surface/material_library.h>
 #include <tools/scene_io/transform.h>
 
 #include <hiprt_build/error.h>
@@ -15,6 +14,8 @@
 #include <vector>
 
 namespace hiprt::tools {
+
+struct MaterialLibrary;
 
 /// What triangles and vertices of a mesh have besides positions.
 struct MeshSurface {

@@ -35,7 +35,7 @@ class Baker {
         }
         auto flat = flatten_object(scene_, instance.object, to_double(instance.to_scene), instance.mask);
         if (flat) {
-          if (baked_.instances++ == 0) baked_.first = group.place + "[" + std::to_string(i) + "]";
+          if (baked_.instances++ == 0) baked_.first = group.location + "[" + std::to_string(i) + "]";
           replace(instance, std::move(*flat));
         } else if (flat.error().code == build::ErrorCode::kInvalidInput) {
           groups_.back().push_back(instance);

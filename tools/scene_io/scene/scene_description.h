@@ -22,7 +22,7 @@ struct SceneObject {
 };
 
 struct SceneGroup {
-  std::string place;  ///< Of its list of instances in the file, for messages: "groups.forest".
+  std::string location;  ///< Of its list of instances in the file, for messages: "groups.forest".
   std::vector<build::Instance> instances;
 };
 

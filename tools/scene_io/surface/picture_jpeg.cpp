@@ -1,7 +1,7 @@
 /// JPEG through the decoder in tinygltf (stb_image), which takes truncated files for whole ones and allocates before
 /// it can be asked for the size: both are read from the markers first (ITU-T T.81, annex B).
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/errors.h>
 #include <tools/scene_io/surface/picture.h>
 
 #include <tiny_gltf.h>

@@ -1,4 +1,4 @@
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/errors.h>
 #include <tools/scene_io/surface/picture.h>
 #include <tools/scene_io/surface/png_message.h>
 

@@ -2,10 +2,8 @@
 /// What surfaces look like: materials, textures and the attributes of vertices, as the files say that a BVH was built
 /// of.
 
-#include <tools/render/path/path_scene.h>
+#include <tools/scene_io/surface/texture_wrap.h>
 
-#include <hiprt_build/error.h>
-#include <hiprt_build/format/view.h>
 #include <hiprt_build/input.h>
 
 #include <array>

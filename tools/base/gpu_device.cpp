@@ -1,6 +1,6 @@
-#include <tools/render/tracers/gpu_device.h>
+#include <tools/base/gpu_device.h>
 
-#include <tools/render/tracers/gpu_policies.h>
+#include <tools/base/gpu_code.h>
 
 namespace hiprt::tools {
 

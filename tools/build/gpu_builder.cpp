@@ -1,6 +1,6 @@
-#include <tools/cli/gpu_builder.h>
+#include <tools/build/gpu_builder.h>
 
-#include <tools/render/tracers/gpu_device.h>
+#include <tools/base/gpu_device.h>
 
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/event.h>

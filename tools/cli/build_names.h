@@ -1,18 +1,12 @@
 #pragma once
-/// Words for the command lines' choices: one table per choice.
+/// Words for the choices of a build on command lines: one table per choice.
+
+#include <tools/base/names.h>
 
 #include <hiprt_build/build.h>
-
-#include <array>
-#include <cstddef>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
+#include <hiprt_build/instances.h>
 
 namespace hiprt::tools {
-
-template <class Value, std::size_t N> using Names = std::array<std::pair<std::string_view, Value>, N>;
 
 inline constexpr Names<build::Builder, 10> kBuilders{{{"sah", build::Builder::kSah},
                                                       {"lbvh", build::Builder::kLbvh},
@@ -33,24 +27,10 @@ inline constexpr Names<NodeLayout, 4> kLayouts{{{"float", NodeLayout::kFloat},
 /// The layout that is traced fastest on each target.
 inline constexpr Names<NodeLayout, 3> kTargetLayouts{
     {{"cpu", NodeLayout::kPlanes}, {"amd", NodeLayout::kFloat}, {"nvidia", NodeLayout::kPlanes}}};
-/// @pre @p word is in the table (the command line was checked with words()).
-template <class Value, std::size_t N> Value value_of(const Names<Value, N>& names, std::string_view word) {
-  for (const auto& [name, value] : names)
-    if (name == word) return value;
-  return names.front().second;
-}
-
-template <class Value, std::size_t N> std::string word_of(const Names<Value, N>& names, Value wanted) {
-  for (const auto& [name, value] : names)
-    if (value == wanted) return std::string(name);
-  return "unknown";
-}
-
-/// Every word of a table, and @p more.
-template <class Value, std::size_t N>
-std::vector<std::string> words(const Names<Value, N>& names, std::vector<std::string> more = {}) {
-  for (const auto& [name, value] : names) more.emplace_back(name);
-  return more;
-}
+inline constexpr Names<build::InstanceBounds, 4> kInstanceBounds{
+    {{"root", build::InstanceBounds::kRoot},
+     {"children", build::InstanceBounds::kChildren},
+     {"grandchildren", build::InstanceBounds::kGrandchildren},
+     {"primitives", build::InstanceBounds::kPrimitives}}};
 
 }  // namespace hiprt::tools

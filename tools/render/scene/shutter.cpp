@@ -1,6 +1,6 @@
-#include <tools/render/studio/shutter.h>
+#include <tools/render/scene/shutter.h>
 
-#include <tools/scene_io/text.h>
+#include <tools/base/text.h>
 
 #include <cmath>
 

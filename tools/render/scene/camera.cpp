@@ -1,7 +1,8 @@
-#include <hiprt_device/math/vec_functions.h>
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 
-#include <tools/scene_io/text.h>
+#include <tools/base/text.h>
+
+#include <hiprt_device/math/vec_functions.h>
 
 #include <algorithm>
 #include <array>

@@ -1,24 +1,24 @@
 #pragma once
 /// Where a path has hit a surface, and what is there.
 
-#include <hiprt_device/math/vec_functions.h>
-#include <tools/render/path/path_scene.h>
-#include <tools/render/studio/frame.h>
-#include <tools/render/tracers/instance_paths.h>
+#include <tools/render/scene/frame.h>
+#include <tools/render/scene/instance_paths.h>
+#include <tools/render/scene/path_scene.h>
 
 #include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/math/vec_functions.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// From the scene to an object at the end of a way: object point = linear * p + offset. In double.
-struct PathPlace {
+struct InstanceTransform {
   double linear[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   double offset[3] = {0, 0, 0};
   std::uint32_t object = 0;  ///< Of a scene without instances: 0.
 
   template <unsigned kLevels>
-  HIPRT_HD PathPlace(const SceneView& scene, const InstancePath<kLevels>& path, float time) {
+  HIPRT_HD InstanceTransform(const SceneView& scene, const InstancePath<kLevels>& path, float time) {
     follow(scene, path, time, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
       double next[3][3], moved[3];
       for (unsigned r = 0; r < 3; ++r) {
@@ -172,16 +172,16 @@ HIPRT_HD inline PathSurface surface_at(const PathScene& scene, const Ray& ray, c
   const bool has_normal = glm::dot(normal, normal) > 0.0f;
   result.geometric = !has_normal ? -ray.direction : glm::dot(normal, ray.direction) > 0.0f ? -normal : normal;
   result.normal = result.geometric;
-  const PathPlace place(scene.view, path, ray.time);
-  result.object = place.object;
-  const PathTriangle triangle(scene, place.object, hit.geometry, hit.primitive);
+  const InstanceTransform transform(scene.view, path, ray.time);
+  result.object = transform.object;
+  const PathTriangle triangle(scene, transform.object, hit.geometry, hit.primitive);
   result.triangle = triangle.triangle;
   result.coordinates = triangle.coordinates(scene, hit.u, hit.v);
   if (triangle.geometry != nullptr && triangle.geometry->first_normal != kNoVertices) {
     const Vec3 between = triangle.between<Vec3>(scene, hit.u, hit.v, [&](std::uint32_t vertex) {
       return scene.arrays.normals.data[triangle.geometry->first_normal + vertex];
     });
-    const Vec3 smooth = unit_or_zero(place.normal_to_scene(between));
+    const Vec3 smooth = unit_or_zero(transform.normal_to_scene(between));
     const float side = glm::dot(smooth, result.geometric);
     if (side != 0.0f) result.normal = side < 0.0f ? -smooth : smooth;
     // What would be seen from behind is seen as the flat triangle.
@@ -206,7 +206,7 @@ HIPRT_HD inline PathSurface surface_at(const PathScene& scene, const Ray& ray, c
 }
 
 /// The intersection filter of materials with holes.
-struct CutOut {
+struct AlphaCutout {
   const PathScene* scene = nullptr;  ///< nullptr: there are none.
 
   template <class AnyHit> HIPRT_HD FilterAnswer operator()(const Ray&, const AnyHit& hit) const {
@@ -225,7 +225,7 @@ struct CutOut {
     return alpha < material.alpha_cutoff ? FilterAnswer::kReject : FilterAnswer::kAccept;
   }
 };
-static_assert(IntersectionFilter<CutOut>);
+static_assert(IntersectionFilter<AlphaCutout>);
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt::tools

@@ -4,7 +4,7 @@
 /// A way is SceneView::levels numbers, those of InstancePath; behind its end there is kInvalidId, as there is in all of
 /// a miss.
 
-#include <tools/render/tracers/trace_limits.h>
+#include <tools/render/scene/trace_limits.h>
 
 #include <hiprt_device/instances/levels.h>
 

@@ -1,6 +1,8 @@
-#include <tools/scene_io/json_place.h>
+#include <tools/scene_io/json_location.h>
 
-#include <tools/scene_io/text.h>
+#include <tools/base/text.h>
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cctype>
@@ -19,7 +21,7 @@ std::string as_written(std::string_view text) {
   return shortened(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace), kMostShown);
 }
 
-[[noreturn]] void unexpected(const JsonPlace& place, const Json& value, const std::string& expected) {
+[[noreturn]] void unexpected(const JsonLocation& location, const Json& value, const std::string& expected) {
   std::string found;
   if (value.is_object())
     found = "an object";
@@ -27,7 +29,7 @@ std::string as_written(std::string_view text) {
     found = "an array";
   else
     found = shortened(value.dump(-1, ' ', false, Json::error_handler_t::replace), kMostShown);
-  json_fault(place, found + ", " + expected + " expected");
+  json_fault(location, found + ", " + expected + " expected");
 }
 
 /// Names that need no quotes.
@@ -70,7 +72,7 @@ class Guard {
 
 }  // namespace
 
-std::string JsonPlace::text() const {
+std::string JsonLocation::text() const {
   if (outer_ == nullptr) return "the document";
   std::string outer = outer_->outer_ == nullptr ? std::string() : outer_->text();
   if (in_array_) return outer + "[" + std::to_string(index_) + "]";
@@ -78,7 +80,9 @@ std::string JsonPlace::text() const {
   return outer + (outer.empty() ? "" : ".") + std::string(key_);
 }
 
-void json_fault(const JsonPlace& place, const std::string& what) { throw JsonFault{place.text() + ": " + what}; }
+void json_fault(const JsonLocation& location, const std::string& what) {
+  throw JsonFault{location.text() + ": " + what};
+}
 
 nlohmann::json parse_json(std::string_view text, std::size_t most_levels) {
   skip_byte_order_mark(text);
@@ -91,39 +95,39 @@ nlohmann::json parse_json(std::string_view text, std::size_t most_levels) {
   }
 }
 
-const nlohmann::json& json_object(const JsonPlace& place, const nlohmann::json& value) {
-  if (!value.is_object()) unexpected(place, value, "an object");
+const nlohmann::json& json_object(const JsonLocation& location, const nlohmann::json& value) {
+  if (!value.is_object()) unexpected(location, value, "an object");
   return value;
 }
 
-const nlohmann::json& json_array(const JsonPlace& place, const nlohmann::json& value) {
-  if (!value.is_array()) unexpected(place, value, "an array");
+const nlohmann::json& json_array(const JsonLocation& location, const nlohmann::json& value) {
+  if (!value.is_array()) unexpected(location, value, "an array");
   return value;
 }
 
-const std::string& json_string(const JsonPlace& place, const nlohmann::json& value) {
-  if (!value.is_string()) unexpected(place, value, "a string");
+const std::string& json_string(const JsonLocation& location, const nlohmann::json& value) {
+  if (!value.is_string()) unexpected(location, value, "a string");
   return value.get_ref<const std::string&>();
 }
 
-double json_number(const JsonPlace& place, const nlohmann::json& value) {
-  if (!value.is_number()) unexpected(place, value, "a number");
+double json_number(const JsonLocation& location, const nlohmann::json& value) {
+  if (!value.is_number()) unexpected(location, value, "a number");
   return value.get<double>();
 }
 
-std::uint32_t json_uint32(const JsonPlace& place, const nlohmann::json& value) {
+std::uint32_t json_uint32(const JsonLocation& location, const nlohmann::json& value) {
   // JSON has one kind of numbers: 1.0 is an integer.
   const double number = value.is_number() ? value.get<double>() : -1.0;
   if (!(number >= 0.0 && number <= 4294967295.0 && number == std::floor(number)))
-    unexpected(place, value, "an integer from 0 to 4294967295");
+    unexpected(location, value, "an integer from 0 to 4294967295");
   return static_cast<std::uint32_t>(number);
 }
 
-void json_numbers(const JsonPlace& place, const nlohmann::json& value, double* numbers, std::size_t count) {
-  json_array(place, value);
+void json_numbers(const JsonLocation& location, const nlohmann::json& value, double* numbers, std::size_t count) {
+  json_array(location, value);
   if (value.size() != count)
-    json_fault(place, std::to_string(value.size()) + " numbers, " + std::to_string(count) + " expected");
-  for (std::size_t i = 0; i < count; ++i) numbers[i] = json_number(JsonPlace(place, i), value[i]);
+    json_fault(location, std::to_string(value.size()) + " numbers, " + std::to_string(count) + " expected");
+  for (std::size_t i = 0; i < count; ++i) numbers[i] = json_number(JsonLocation(location, i), value[i]);
 }
 
 }  // namespace hiprt::tools

@@ -2,8 +2,9 @@
 /// What a path tracer's shading reads: plain arrays, in the memory of the processor that shades. No functions: they
 /// would be compiled for several instruction sets under one name.
 
-#include <tools/render/studio/camera.h>
-#include <tools/render/studio/shutter.h>
+#include <tools/render/scene/camera.h>
+#include <tools/render/scene/shutter.h>
+#include <tools/scene_io/surface/texture_wrap.h>
 
 #include <hiprt_device/scene_view.h>
 
@@ -13,9 +14,6 @@ namespace hiprt::tools {
 
 /// Of a PathGeometry without coordinates or normals.
 inline constexpr std::uint64_t kNoVertices = ~std::uint64_t{0};
-
-/// Where a picture goes on outside [0, 1).
-enum class TextureWrap : std::uint32_t { kRepeat, kClamp, kMirror };
 
 /// A use of a texture. Texture coordinates (u, v), v down, become matrix * (u, v, 1) first.
 struct PathTextureUse {
@@ -61,10 +59,10 @@ struct PathLight {
 };
 
 /// An object with such triangles, where it is in the scene.
-struct PathLightPlace {
+struct PathLightInstance {
   std::uint32_t first_light;  ///< Of the scene: those of the place follow it.
   std::uint32_t first_local;  ///< The first of its object's in `lights`.
-  std::uint32_t way;          ///< Where its numbers begin in light_ways.
+  std::uint32_t path_begin;   ///< Where its numbers begin in light_ways.
   std::uint32_t depth;        ///< How many they are.
 };
 
@@ -89,9 +87,9 @@ template <template <class> class Array> struct PathArrays {
   // Triangles that emit.
   Array<PathLight> lights;
   Array<std::uint32_t> triangle_light;  ///< Per triangle: its number among its object's lights. Empty: there are none.
-  Array<PathLightPlace> light_places;   ///< In the order of their ways.
-  Array<std::uint32_t> light_ways;      ///< Numbers as InstancePath has them.
-  Array<float> light_sums;              ///< Up to each light of the scene, of 1; one more than there are lights.
+  Array<PathLightInstance> light_instances;  ///< In the order of their ways.
+  Array<std::uint32_t> light_paths;          ///< Numbers as InstancePath has them.
+  Array<float> light_sums;                   ///< Up to each light of the scene, of 1; one more than there are lights.
 
   /// apply(of first, of second) for every array.
   template <class First, class Second, class Apply> static void for_each(First& a, Second& b, Apply&& apply) {
@@ -111,8 +109,8 @@ template <template <class> class Array> struct PathArrays {
     apply(a.backdrop, b.backdrop);
     apply(a.lights, b.lights);
     apply(a.triangle_light, b.triangle_light);
-    apply(a.light_places, b.light_places);
-    apply(a.light_ways, b.light_ways);
+    apply(a.light_instances, b.light_instances);
+    apply(a.light_paths, b.light_paths);
     apply(a.light_sums, b.light_sums);
   }
 };

@@ -1,7 +1,8 @@
-#include <tools/scene_io/parallel.h>
+#include <tools/base/parallel.h>
 
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 
+#include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -11,9 +12,15 @@
 
 namespace hiprt::tools {
 
+struct ThreadLimit::Workers {
+  tbb::global_control control;
+};
+
 ThreadLimit::ThreadLimit(unsigned threads)
     : threads_(threads == 0 ? static_cast<unsigned>(tbb::info::default_concurrency()) : threads),
-      workers_(tbb::global_control::max_allowed_parallelism, threads_) {}
+      workers_(new Workers{tbb::global_control(tbb::global_control::max_allowed_parallelism, threads_)}) {}
+
+ThreadLimit::~ThreadLimit() = default;
 
 bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& limit,
                       const std::function<void(std::size_t, std::size_t)>& body,

@@ -1,6 +1,6 @@
 /// build_on_gpu() of builds without GPU code.
 
-#include <tools/cli/gpu_builder.h>
+#include <tools/build/gpu_builder.h>
 
 namespace hiprt::tools {
 

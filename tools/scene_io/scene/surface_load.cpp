@@ -1,17 +1,16 @@
-#include <hiprt_build/format/view.h>
-#include <tools/scene_io/surface/surface_load.h>
+#include <tools/scene_io/scene/surface_load.h>
 
-#include <tools/cli/build_command.h>
-#include <tools/cli/cli.h>
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/errors.h>
+#include <tools/base/output_file.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 #include <tools/scene_io/scene/scene_assembly.h>
 #include <tools/scene_io/scene/scene_bake.h>
-#include <tools/scene_io/scene/scene_binary.h>
+#include <tools/scene_io/scene/scene_file.h>
 #include <tools/scene_io/scene/scene_flatten.h>
-#include <tools/scene_io/scene/scene_json.h>
 #include <tools/scene_io/shapes/shape_import.h>
 #include <tools/scene_io/surface/material_library.h>
+
+#include <hiprt_build/format/view.h>
 
 #include <iterator>
 #include <new>
@@ -161,7 +160,7 @@ class SurfaceReader {
   build::Result<SceneDescription> read_scene(Reading& reading) const {
     if (!is_scene_file(inputs_[0])) return read_assemblies(reading);
     if (auto checked = check_files({inputs_[0]}); !checked) return tl::unexpected(checked.error());
-    auto scene = is_scene_json(inputs_[0]) ? read_scene_json(inputs_[0]) : read_scene_binary(inputs_[0]);
+    auto scene = read_scene_file(inputs_[0]);
     if (!scene) return scene;
     for (ShapeSet& set : scene->shapes) {
       if (set.path.empty()) continue;
@@ -209,27 +208,28 @@ class SurfaceReader {
     for (std::size_t i = 0; i < reading.objects.size(); ++i) {
       const auto object = open_buffer(bvh_.object_file(bvh_.objects[i]));
       if (!object) return invalid_input("object " + std::to_string(i) + " of the BVH: " + to_string(object.error()));
-      const std::string place = "object " + std::to_string(i) + ", ";
-      if (auto fits = check_geometries(place, reading.objects[i], *object); !fits) return tl::unexpected(fits.error());
+      const std::string location = "object " + std::to_string(i) + ", ";
+      if (auto fits = check_geometries(location, reading.objects[i], *object); !fits)
+        return tl::unexpected(fits.error());
     }
     return reading;
   }
 
-  /// @param place of the geometries.
-  build::Result<void> check_geometries(const std::string& place, const std::vector<NamedSurface>& geometries,
+  /// @param location of the geometries.
+  build::Result<void> check_geometries(const std::string& location, const std::vector<NamedSurface>& geometries,
                                        const BufferView& view) const {
     if (geometries.size() != view.geometries.size())
-      return invalid_input((place.empty() ? inputs_[0] + (inputs_.size() > 1 ? " and the other files make " : " makes ")
-                                          : place + "which has ") +
-                           std::to_string(geometries.size()) + " geometries, that of the BVH " +
-                           std::to_string(view.geometries.size()));
+      return invalid_input(
+          (location.empty() ? inputs_[0] + (inputs_.size() > 1 ? " and the other files make " : " makes ")
+                            : location + "which has ") +
+          std::to_string(geometries.size()) + " geometries, that of the BVH " + std::to_string(view.geometries.size()));
     for (std::size_t i = 0; i < geometries.size(); ++i) {
       const std::uint64_t primitives = geometries[i].surface.primitives();
       const bool shapes = geometries[i].surface.shape_material.has_value();
       const GeometryRecord& record = view.geometries[i];
       const bool custom = (record.flags & kGeometryCustom) != 0;
       if (primitives != record.primitive_count || shapes != custom)
-        return invalid_input(geometries[i].name + ": " + place + "geometry " + std::to_string(i) + " has " +
+        return invalid_input(geometries[i].name + ": " + location + "geometry " + std::to_string(i) + " has " +
                              std::to_string(primitives) + (shapes ? " shapes" : " triangles") + ", that of the BVH " +
                              std::to_string(record.primitive_count) + (custom ? " shapes" : " triangles"));
     }
