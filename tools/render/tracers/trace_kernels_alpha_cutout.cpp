@@ -1,7 +1,9 @@
-/// The traversal of scenes whose materials have holes.
+/// The tracers for scenes whose materials cut out parts of triangles.
 
 #include <tools/render/scene/path_surface.h>
 #include <tools/render/tracers/trace_kernels.h>
+#include <tools/render/tracers/trace_loop.h>
+#include <tools/render/tracers/trace_policies.h>
 
 #include <hiprt_build/format/dispatch_layout.h>
 
@@ -19,9 +21,7 @@ template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
     const auto hit = job.query == Query::kClosest
                          ? ClosestHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit()
                          : AnyHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
-    job.hits[i] = hit;
-    if constexpr (P::kLevels != 0)
-      if (job.paths != nullptr) store_path(hit, job.paths + i * job.scene->levels, job.scene->levels);
+    store_hit<P>(job, i, hit);
   }
 }
 
@@ -30,12 +30,8 @@ template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
 template <unsigned kLevels, bool kMoves> void trace_alpha_cutout(const TraceJob& job) {
   dispatch_layout(job.scene->layout, [&](auto layout) {
     using Flat = FlatPolicies<decltype(layout)>;
-    if constexpr (kMoves)
-      trace_filtered<Moving<Instanced<Flat, kLevels>>, SceneShapes>(job);
-    else if constexpr (kLevels != 0)
-      trace_filtered<Instanced<Flat, kLevels>, NoPrimitives>(job);
-    else
-      trace_filtered<Flat, NoPrimitives>(job);
+    using Primitives = std::conditional_t<kMoves, SceneShapes, NoPrimitives>;
+    trace_filtered<LevelPolicies<Flat, kLevels, kMoves>, Primitives>(job);
   });
 }
 
