@@ -24,6 +24,8 @@
 #include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/file.h>
 
+#include <nlohmann/json.hpp>
+
 #include <iostream>
 #include <optional>
 #include <utility>

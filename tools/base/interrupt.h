@@ -1,5 +1,5 @@
 #pragma once
-/// Interruption by Ctrl-C. Long loops of every room ask interrupted() and return early.
+/// Interruption by Ctrl-C. Long loops call interrupted() and return early.
 
 #include <tools/base/errors.h>
 

@@ -14,7 +14,8 @@ namespace hiprt::tools {
 
 inline bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 
-/// Cuts the first word off @p text; empty when there is none. Words end at blanks (line breaks are no blanks).
+/// Removes the first word from @p text and returns it, or nothing at the end. Words end at blanks. Line breaks are no
+/// blanks.
 inline std::string_view next_word(std::string_view& text) {
   std::size_t begin = 0;
   while (begin < text.size() && is_blank(text[begin])) ++begin;

@@ -86,6 +86,10 @@ void add_instance_options(CLI::App& app, BuildCommand& command) {
       ->needs("--shutter")
       ->capture_default_str()
       ->group(kInstanceGroup);
+}
+
+/// Options of the trees over instances.
+void add_instance_tree_options(CLI::App& app, BuildCommand& command) {
   app.add_option("--levels", command.levels,
                  "Most levels of instances to keep, 1 to 4096. Deeper groups are replaced by their own instances: rays "
                  "are faster, files are larger. Moving groups stay (default: all levels)")
@@ -227,6 +231,7 @@ void add_build_options(CLI::App& app, BuildCommand& command) {
   add_file_options(app, command);
   add_tree_options(app, command);
   add_instance_options(app, command);
+  add_instance_tree_options(app, command);
   add_machine_options(app, command);
   add_expert_options(app, command);
   add_refit_option(app, command);

@@ -64,7 +64,7 @@ void Cli::add_general_options() {
 
 int Cli::parse(int argc, const char* const* argv, bool& stop) {
   stop = true;
-  // CLI11 takes [a,b] for a list; a file of that name has another way to be written.
+  // CLI11 reads [a,b] as a list. "./[a,b]" names the same file.
   std::vector<std::string> words(argv + 1, argv + argc);
   for (std::string& word : words)
     if (word.starts_with('[')) word.insert(0, "./");

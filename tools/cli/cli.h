@@ -19,7 +19,7 @@ namespace hiprt::tools {
 /// Exit statuses.
 inline constexpr int kExitSuccess = 0;
 inline constexpr int kExitFailure = 1;  ///< Bad input or a failed operation.
-inline constexpr int kExitUsage = 2;    ///< A command line that makes no sense.
+inline constexpr int kExitUsage = 2;    ///< A wrong command line.
 
 /// Groups of options in --help, in this order.
 inline constexpr const char* kInputGroup = "Input";
@@ -54,8 +54,8 @@ class Cli {
   CLI::App& app() { return *app_; }
   bool json() const { return json_; }
 
-  /// Parses the arguments and calls @p tool, unless --help, --version or bad usage ends the run before.
-  /// @return the exit status. Exceptions do not pass; output that stdout does not take is a failure.
+  /// Parses the arguments and calls @p tool, except after --help, --version or a wrong command line.
+  /// @return the exit status. Exceptions become failures, and so do errors of stdout.
   int run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool);
 
   /// Prints "NAME: warning: message" to stderr.
@@ -75,7 +75,7 @@ class Cli {
   mutable bool printed_ = false;
 };
 
-/// @return "bvhbuild 0.1.0": what provenance blocks and --version say.
+/// @return e.g. "bvhbuild 0.1.0", for provenance records and --version.
 std::string tool_version(const ToolInfo& info);
 
 /// Adds --threads N, 0 to 4096 (0, the default: as many as the machine has).

@@ -6,6 +6,7 @@
 #include <tools/cli/progress.h>
 #include <tools/cli/report.h>
 #include <tools/render/image/image_read.h>
+#include <tools/render/image/image_write.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>

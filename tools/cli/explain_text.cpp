@@ -59,7 +59,7 @@ class Teller {
     return result;
   }
 
-  /// Children that the ray meets, but not those that it came to.
+  /// Children whose boxes the ray meets, without those that it visits.
   std::uint64_t unvisited() const { return static_cast<std::uint64_t>(met_) - visited_; }
 
  private:
@@ -169,7 +169,7 @@ class Teller {
   float best_;
   std::map<const std::byte*, std::pair<BufferView, std::uint32_t>> files_;
   std::vector<std::uint32_t> path_;
-  NodeRef next_ = kInvalidRef;     ///< The leaf behind the last one, of its run.
+  NodeRef next_ = kInvalidRef;     ///< The leaf after the last one in its run.
   NodeRef entered_ = kInvalidRef;  ///< Where the ray enters an object, until it comes there.
   std::uint64_t met_ = 1, visited_ = 0;
 };

@@ -4,6 +4,7 @@
 #include <tools/cli/progress.h>
 #include <tools/cli/report.h>
 #include <tools/render/image/image.h>
+#include <tools/render/image/image_write.h>
 #include <tools/render/tracers/tracer.h>
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
 #pragma once
-/// Which processor a tool traces on.
+/// Chooses the processor that a tool traces on.
 
 #include <tools/base/device_choice.h>
 #include <tools/base/names.h>
@@ -23,8 +23,8 @@ inline constexpr Names<DeviceChoice, 3> kDeviceChoices{
 void add_device_option(CLI::App& app, std::string& device);
 
 /// @param view of a file that validate() accepts. @param policies that rays will be traced with.
-/// @return the GPU with the scene on it, or nothing: the CPU traces. kAuto takes the GPU if there is one that this
-/// build has code for. kGpu: kNoDevice with the reason. Other errors of GpuTracer::make() for both.
+/// @return the GPU with a copy of the scene, or nothing if the CPU is to trace. kNoDevice, with the reason, only for
+/// kGpu. Other errors of GpuTracer::make().
 build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
                                                       const TracePolicies& policies = {});
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Values of a JSON document, with the place of what is wrong in messages: "groups.forest[17].matrix".
+/// Values of a JSON document, and their locations for messages: "groups.forest[17].matrix".
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -27,7 +27,7 @@ class JsonLocation {
   bool in_array_ = false;
 };
 
-/// What is wrong, with the place; caught by who reads the document.
+/// A message with the location. Readers of documents catch it.
 struct JsonFault {
   std::string message;
 };

@@ -2,6 +2,8 @@
 
 #include <tools/base/errors.h>
 
+#include <hiprt_build/instances.h>
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,7 @@
 #include <tools/render/path/gpu_path_tracer.h>
 
 #include <tools/render/path/gpu_path_kernels.h>
+#include <tools/render/path/path_wave.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
 #include <hiprt_build/gpu/gpu.h>
@@ -58,7 +59,7 @@ struct GpuPathTracer::State {
   gpu::DeviceAllocator allocator;
   PathArrays<PathDeviceArray> arrays;
   PathScene scene;
-  gpu::DeviceArray<PathScene> on_device;  ///< Of scene, for filters; empty: no material has holes.
+  gpu::DeviceArray<PathScene> on_device;  ///< Copy of `scene` for filters. Empty: no material has an alpha cut-out.
   gpu::DeviceArray<PathSum> sums;
   std::unique_ptr<GpuPathEngine> engine;
   std::unique_ptr<PathWave<GpuPathEngine>> wave;

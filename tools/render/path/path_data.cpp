@@ -205,8 +205,8 @@ class LightFinder {
   float time_;
   PathData& data_;
   std::vector<float> emission_;         ///< Of materials: luminance.
-  std::vector<std::size_t> first_;      ///< Of each object's lights, and behind them all.
-  std::vector<unsigned char> shines_;   ///< Per object of a scene: whether it, or what it has instances of, emits.
+  std::vector<std::size_t> first_;      ///< Index of each object's first light, then the total number.
+  std::vector<unsigned char> shines_;   ///< Per object of a scene: whether it emits, or an object below it does.
   std::vector<std::size_t> instances_;  ///< Of each object of a scene.
   std::vector<std::uint32_t> path_;
   std::vector<double> weights_;

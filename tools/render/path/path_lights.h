@@ -13,7 +13,7 @@ struct LightSample {
   Vec3 direction{0.0f};   ///< Unit.
   float distance = 0.0f;  ///< +inf: the sky.
   Vec3 radiance{0.0f};
-  float density = 0.0f;  ///< Per solid angle; 0: there is none.
+  float density = 0.0f;  ///< Per solid angle; 0: no sample.
 };
 
 /// The largest i with sums.data[first + i] <= x. @pre sums.data[first] = 0 and x < 1 = sums.data[first + count].
@@ -196,7 +196,7 @@ class TriangleLights {
     return arrays_.light_instances.data[low];
   }
 
-  /// -1, 0 or 1 as a place's way comes before, is, or comes behind @p path.
+  /// Compares the path of a light's instance with @p path: -1, 0 or 1.
   template <unsigned kLevels>
   HIPRT_HD int compare(const PathLightInstance& instance, const InstancePath<kLevels>& path) const {
     if constexpr (kLevels != 0) {

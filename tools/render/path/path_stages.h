@@ -13,11 +13,11 @@
 
 namespace hiprt::tools {
 
-/// A path on its way; number = pixel * samples + sample: those of a pixel are traced by neighbouring lanes, which part
-/// ways later than those of neighbouring pixels.
+/// State of a path. Its number is pixel * samples + sample, so that neighbouring lanes trace samples of one pixel:
+/// they diverge later than samples of neighbouring pixels.
 struct PathState {
   Vec3 throughput;
-  float density;  ///< With which the last direction was chosen; 0: it is the camera's.
+  float density;  ///< Probability density of the last direction; 0: the camera's ray.
   Vec3 radiance;
 };
 
@@ -36,10 +36,10 @@ struct PathQueues {
   std::uint32_t* path;
   Hit* hits;
   std::uint32_t* instance_paths;  ///< SceneView::levels per ray (instance_paths.h).
-  // Those behind the next bounce.
+  // The rays of the next bounce.
   Ray* next_rays;
   std::uint32_t* next_path;
-  // To lights; if nothing is in their way, the light arrives.
+  // Rays to lights. Without a hit the light arrives.
   Ray* shadow_rays;
   std::uint32_t* shadow_path;
   Hit* shadow_hits;
@@ -206,7 +206,7 @@ struct ShadePaths : path_detail::Step {
     const Vec3 arriving = state.throughput * bsdf.value(local) * light.radiance *
                           (weigh(light.density, bsdf.density(local)) / light.density);
     if (!(max_component(arriving) > 0.0f)) return;
-    // The light itself is not in the way: of the distance, more than rounding and less than what people see.
+    // The ray ends before the light: by more than rounding errors, and by less than people see.
     constexpr float kUpTo = 1.0f - 0x1p-12f;
     Ray shadow;
     shadow.direction = light.direction;
@@ -220,7 +220,7 @@ struct ShadePaths : path_detail::Step {
   }
 };
 
-/// Light of shadow ray i, unless something is in its way.
+/// Adds the light of shadow ray i if the ray has no hit.
 struct AddLight : path_detail::Step {
   static constexpr PathStage kStage = PathStage::kAddLight;
   using Step::Step;

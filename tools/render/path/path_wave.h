@@ -14,8 +14,8 @@ namespace hiprt::tools {
 ///   Array<T>                                  memory, with data()
 ///   array<T>(count) -> Result<Array<T>>
 ///   for_each<Stage>(count, job) -> Result<void>    Stage(job)(i) for all i below count, in any order
-///   trace(query, rays, count, hits, ways) -> Result<void>
-///   read(counts) -> Result<PathCounts>        behind the steps before
+///   trace(query, rays, count, hits, instance_paths) -> Result<void>
+///   read(counts) -> Result<PathCounts>        after all earlier steps
 ///   clear(counts) -> Result<void>
 template <class Engine> class PathWave {
   template <class T> using Array = typename Engine::template Array<T>;
@@ -77,7 +77,7 @@ template <class Engine> class PathWave {
     return {*scene_, batch, queues(), bounce, sums};
   }
 
-  /// @return what it put into the queues.
+  /// @return the new lengths of the queues.
   build::Result<PathCounts> step(const PathJob& work, std::uint32_t count) {
     auto done = engine_->trace(Query::kClosest, rays_.data(), count, hits_.data(), instance_paths_.data());
     if (done) done = engine_->clear(counts_);

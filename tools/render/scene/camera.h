@@ -1,5 +1,5 @@
 #pragma once
-/// A pinhole camera: from the command line, from a scene's bounds, and as rays.
+/// A pinhole camera, read from text or fitted to a scene's bounds, and its rays.
 
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/math/vec_functions.h>
@@ -27,14 +27,14 @@ struct Camera {
   double fov_degrees = 36.0;  ///< Vertical, between 0 and 180.
 };
 
-/// @return the camera, or what makes it none, e.g. "eye: beyond the range of float".
+/// @return the camera, or an error, e.g. "eye: beyond the range of float".
 tl::expected<Camera, std::string> checked(const Camera& camera);
 
 /// Reads "ex,ey,ez/ax,ay,az/ux,uy,uz/fov" or the text of a .cam file:
 /// "eye ex ey ez / at ax ay az / up ux uy uz / fov [/ light lx ly lz]".
 /// Numbers are separated by commas or white space, the labels may be left out, and a light is checked and ignored
 /// (parse_light() has it).
-/// @return what is wrong, naming the part and the text, e.g. "eye: expected 3 numbers, got 2 in '1,2'".
+/// @return an error with the part and the text, e.g. "eye: expected 3 numbers, got 2 in '1,2'".
 tl::expected<Camera, std::string> parse_camera(std::string_view text);
 
 /// The light of such a text, if it has one. @return the errors of parse_camera() but those of the camera as a whole.

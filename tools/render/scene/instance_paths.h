@@ -1,8 +1,7 @@
 #pragma once
-/// Ways through a scene's instances as a batch of rays has them: one after the other, each with room for the longest.
+/// Instance paths of a batch of hits in one array.
 ///
-/// A way is SceneView::levels numbers, those of InstancePath; behind its end there is kInvalidId, as there is in all of
-/// a miss.
+/// Each path has SceneView::levels entries: the instances of InstancePath, then kInvalidId. A miss has kInvalidId only.
 
 #include <tools/render/scene/trace_limits.h>
 
@@ -14,7 +13,7 @@
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// @param to room for @p levels numbers, at least as many as the way has.
+/// @param to array of @p levels entries, at least as many as the path has.
 template <unsigned kLevels>
 HIPRT_HD HIPRT_INLINE void store_path(const PathHit<kLevels>& hit, std::uint32_t* to, std::uint32_t levels) {
   const std::uint32_t depth = hit.found() ? hit.path.depth : 0;

@@ -1,6 +1,6 @@
 #pragma once
-/// What a path tracer's shading reads: plain arrays, in the memory of the processor that shades. No functions: they
-/// would be compiled for several instruction sets under one name.
+/// The scene of the path tracer's shading: plain arrays in the memory of the processor that shades. This header has no
+/// functions, because they would be compiled for several instruction sets under one name.
 
 #include <tools/render/scene/camera.h>
 #include <tools/render/scene/shutter.h>
@@ -12,12 +12,12 @@
 
 namespace hiprt::tools {
 
-/// Of a PathGeometry without coordinates or normals.
+/// Index of a PathGeometry without texture coordinates or normals.
 inline constexpr std::uint64_t kNoVertices = ~std::uint64_t{0};
 
 /// A use of a texture. Texture coordinates (u, v), v down, become matrix * (u, v, 1) first.
 struct PathTextureUse {
-  std::uint32_t texture;  ///< kInvalidId: there is none.
+  std::uint32_t texture;  ///< kInvalidId: no texture.
   TextureWrap wrap_u, wrap_v;
   float matrix[2][3];
 };
@@ -58,12 +58,12 @@ struct PathLight {
   std::uint32_t primitive;
 };
 
-/// An object with such triangles, where it is in the scene.
+/// An instance of an object with such triangles.
 struct PathLightInstance {
-  std::uint32_t first_light;  ///< Of the scene: those of the place follow it.
+  std::uint32_t first_light;  ///< Index in the scene of the first of its lights, which are consecutive.
   std::uint32_t first_local;  ///< The first of its object's in `lights`.
-  std::uint32_t path_begin;   ///< Where its numbers begin in light_ways.
-  std::uint32_t depth;        ///< How many they are.
+  std::uint32_t path_begin;   ///< Where its path begins in light_paths.
+  std::uint32_t depth;        ///< Length of the path.
 };
 
 /// The arrays. @tparam Array owner or view of an array of T: Array<T>.
@@ -87,7 +87,7 @@ template <template <class> class Array> struct PathArrays {
   // Triangles that emit.
   Array<PathLight> lights;
   Array<std::uint32_t> triangle_light;  ///< Per triangle: its number among its object's lights. Empty: there are none.
-  Array<PathLightInstance> light_instances;  ///< In the order of their ways.
+  Array<PathLightInstance> light_instances;  ///< In the order of their paths.
   Array<std::uint32_t> light_paths;          ///< Numbers as InstancePath has them.
   Array<float> light_sums;                   ///< Up to each light of the scene, of 1; one more than there are lights.
 
@@ -121,16 +121,16 @@ template <class T> struct PathView {
   std::uint64_t size = 0;
 };
 
-/// What does not depend on the scene.
+/// Settings that do not depend on the scene.
 struct PathSettings {
   CameraRays camera;
   std::uint32_t width, height;
   Shutter shutter;
   std::uint32_t seed;
-  std::uint32_t bounces;  ///< Of a path, at most; 0: what is seen emits or is black.
+  std::uint32_t bounces;  ///< Most bounces of a path; 0: emission only.
 };
 
-/// Passed to kernels as it is.
+/// Passed to kernels by value.
 struct PathScene {
   SceneView view;
   PathArrays<PathView> arrays;

@@ -1,5 +1,5 @@
 #pragma once
-/// Where a path has hit a surface, and what is there.
+/// The surface at a hit: position, normals and material.
 
 #include <tools/render/scene/frame.h>
 #include <tools/render/scene/instance_paths.h>
@@ -11,7 +11,7 @@
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// From the scene to an object at the end of a way: object point = linear * p + offset. In double.
+/// Transform from the scene to the object of an instance path: object point = linear * p + offset. In double.
 struct InstanceTransform {
   double linear[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   double offset[3] = {0, 0, 0};
@@ -184,7 +184,7 @@ HIPRT_HD inline PathSurface surface_at(const PathScene& scene, const Ray& ray, c
     const Vec3 smooth = unit_or_zero(transform.normal_to_scene(between));
     const float side = glm::dot(smooth, result.geometric);
     if (side != 0.0f) result.normal = side < 0.0f ? -smooth : smooth;
-    // What would be seen from behind is seen as the flat triangle.
+    // A shading normal that faces away from the ray would be black: use the geometric normal.
     if (!(glm::dot(result.normal, ray.direction) < 0.0f)) result.normal = result.geometric;
   }
   const PathMaterial& material = scene.arrays.materials.data[triangle.material];
@@ -205,9 +205,9 @@ HIPRT_HD inline PathSurface surface_at(const PathScene& scene, const Ray& ray, c
   return result;
 }
 
-/// The intersection filter of materials with holes.
+/// Intersection filter: rejects hits where the alpha of the material is below its cutoff.
 struct AlphaCutout {
-  const PathScene* scene = nullptr;  ///< nullptr: there are none.
+  const PathScene* scene = nullptr;  ///< nullptr: every hit is accepted.
 
   template <class AnyHit> HIPRT_HD FilterAnswer operator()(const Ray&, const AnyHit& hit) const {
     if (scene == nullptr) return FilterAnswer::kAccept;

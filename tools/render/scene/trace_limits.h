@@ -1,17 +1,17 @@
 #pragma once
-/// What the tracers of trace() and GpuTracer are compiled for.
+/// Limits of the tracers of trace() and GpuTracer.
 
 namespace hiprt::tools {
 
-/// Stack entries that a scene may need: those of the builders' trees, 180 at most, on kTraceLevels levels, one in the
-/// other. A CPU's memory is touched only as far as it is used.
+/// Most stack entries that a scene may need: 180 per tree of the builders, on kTraceLevels nested levels. A CPU touches
+/// only the memory that a ray uses.
 inline constexpr unsigned kTraceStack = 8192;
 
-/// Levels of instances that a scene may have. Scenes without any, and with one, have smaller tracers of their own.
+/// Most levels of instances. Scenes with no or one level have smaller tracers of their own.
 inline constexpr unsigned kTraceLevels = 32;
 
-/// Above this many levels, and where instances move, GpuTracer has the default tests only: kernels take long to
-/// compile.
+/// Above this number of levels, and for moving instances, GpuTracer has the default tests only, because kernels compile
+/// slowly.
 inline constexpr unsigned kGpuChoiceLevels = 0;
 
 }  // namespace hiprt::tools

@@ -49,7 +49,7 @@ class Canvas {
   void text(std::uint32_t x, std::uint32_t y, std::string_view text) {
     draw(draw_text(text, font_size(size_)), x * size_, y * size_);
   }
-  /// A number whose middle is at cell @p x, and a plus behind it.
+  /// A number whose middle is at cell @p x, and a plus after it.
   void number(std::uint32_t x, std::uint32_t y, unsigned value, bool plus) {
     const TextPicture digits = draw_text(std::to_string(value), font_size(size_));
     const std::uint32_t left = x * size_ - std::min(x * size_, digits.width / 2);

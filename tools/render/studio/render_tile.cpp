@@ -4,6 +4,7 @@
 #include <tools/render/image/color.h>
 #include <tools/render/scene/frame.h>
 #include <tools/render/studio/sampler.h>
+#include <tools/render/studio/tree_boxes.h>
 
 #include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/query/spawn.h>

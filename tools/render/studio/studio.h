@@ -30,7 +30,7 @@ class Studio {
  public:
   explicit Studio(const Camera& camera);
 
-  /// Light from a unit direction, before anything is in its way.
+  /// Light from a unit direction, without occlusion.
   Vec3 sky(const Vec3& direction) const;
 
   /// The cosine-weighted mean of sky() over the hemisphere around a unit normal.

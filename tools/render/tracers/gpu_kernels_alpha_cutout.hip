@@ -1,4 +1,4 @@
-// The traversal on the GPU of scenes whose materials have holes.
+// GPU tracers with the filter AlphaCutout.
 
 #include <tools/render/tracers/gpu_trace_rays.h>
 

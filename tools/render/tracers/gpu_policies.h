@@ -1,5 +1,5 @@
 #pragma once
-/// How rays are traced on each GPU architecture: the one place that says so.
+/// How rays are traced on each GPU architecture.
 
 #include <hiprt_device/traverse/stacks/stack.h>
 
@@ -24,7 +24,7 @@ struct GpuSchedule {
 };
 
 struct GpuPolicy {
-  std::string_view architectures;  ///< What the names of the architectures begin with.
+  std::string_view architectures;  ///< First letters of the architectures' names.
   GpuStack stack;
   GpuSchedule schedule;
   GpuSchedule schedule_of_levels;  ///< Where there is more than one level of instances, and no motion.
@@ -51,7 +51,7 @@ constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound) {
 }
 
 /// @param architecture as gpu::Device has it.
-/// @return an index of kGpuPolicies, or its size: there is none.
+/// @return an index of kGpuPolicies, or its size if no policy fits.
 constexpr std::size_t choose_gpu_policy(std::string_view architecture, std::uint32_t stack_bound) {
   for (std::size_t i = 0; i < kGpuPolicies.size(); ++i)
     if (architecture.starts_with(kGpuPolicies[i].architectures) && fits(kGpuPolicies[i], stack_bound)) return i;

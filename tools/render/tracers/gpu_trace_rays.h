@@ -1,6 +1,6 @@
 #pragma once
-/// The traversal on the GPU, in every combination of the policies that a user can choose, for one kind of scenes: a
-/// template that gpu_kernels.hip and others of its name instantiate. For GPU compilers only.
+/// The GPU tracers: one template for all kinds of scenes and policies, which the sources gpu_kernels*.hip instantiate.
+/// For GPU compilers only.
 
 #include <tools/render/scene/path_surface.h>
 #include <tools/render/scene/trace_limits.h>
@@ -45,7 +45,7 @@ template <class Kind> constexpr GpuSchedule schedule_of(const GpuPolicy& policy)
   return Kind::kLevels > 1 && !Kind::kMoves ? policy.schedule_of_levels : policy.schedule;
 }
 
-/// But for the levels.
+/// All policies except the levels.
 template <class Kind, std::size_t kPolicy, class LayoutType, class TriangleType, class BoxesType>
 struct FlatPolicies : Policies {
   using Layout = LayoutType;
@@ -81,7 +81,7 @@ template <class Kind> constexpr unsigned least_resident(const GpuPolicy& policy)
   return Kind::kLevels > 1 ? policy.min_blocks_of_levels : policy.min_blocks;
 }
 
-/// use(storage) with the storage of this lane's stack, but for the levels.
+/// Calls use(storage) with the storage of this lane's stack, without the memory of the levels.
 template <class Kind, std::size_t kPolicy, class Use>
 __device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
   using Stack = StackOfPolicy<Kind, kPolicy>;
@@ -246,7 +246,7 @@ using LevelsKernels = KernelKind<kTraceLevels>;
 using OneMovingLevelKernels = KernelKind<1, true>;
 using MovingKernels = KernelKind<kTraceLevels, true>;
 using FlatShapeKernels = KernelKind<0, false, NoFilter, SceneShapes>;
-/// With or without holes: one kernel, because they take long to compile.
+/// With or without alpha cut-outs: one kernel, because kernels compile slowly.
 using ShapeKernels = KernelKind<kTraceLevels, true, AlphaCutout, SceneShapes>;
 
 extern template GpuTraceKernel find_kernel_of<FlatKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);

@@ -24,7 +24,7 @@ struct Launch {
   GpuTraceKernel kernel;
   unsigned block, blocks;
   std::uint32_t spill_entries;
-  bool paths;  ///< Are asked for.
+  bool paths;  ///< Whether to store instance paths.
 };
 
 }  // namespace
@@ -78,7 +78,7 @@ build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& p
   return launch;
 }
 
-/// Makes the arrays as large as they must be; what is there stays for the next call.
+/// Grows the arrays where they are too small. They are kept for the next call.
 build::Result<void> GpuTracer::State::reserve(const Launch& launch, std::size_t count) {
   const auto grow = [&](auto& array, std::size_t wanted) -> build::Result<void> {
     if (array.size() >= wanted) return {};

@@ -125,7 +125,7 @@ class Checker {
       fail(key, *list, "a list of " + std::to_string(count) + " numbers");
   }
 
-  /// Calls check(object) with the place set, if the value of @p key is an object.
+  /// Sets the location and calls check(object), if the value of @p key is an object.
   template <class Check> void inside(const Json& parent, const char* key, Check&& check) {
     const auto value = parent.find(key);
     if (value == parent.end()) return;
@@ -133,7 +133,7 @@ class Checker {
     at(key, [&] { check(*value); });
   }
 
-  /// Calls check(object) for every object of a list, with the place set.
+  /// Sets the location and calls check(object) for every object of a list.
   template <class Check> void each(const Json& parent, const char* key, const char* noun, Check&& check) {
     const auto list = parent.find(key);
     if (list == parent.end()) return;

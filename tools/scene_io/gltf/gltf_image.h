@@ -23,7 +23,7 @@ struct ImageBytes {
   build::Buffer mapped{};                ///< Of a file.
   std::vector<unsigned char> decoded{};  ///< Of a data URI.
   std::span<const std::byte> bytes{};    ///< In one of them, or in a buffer of the model.
-  std::string path{};                    ///< Of the file; empty: there is none.
+  std::string path{};                    ///< Path of the file, if the image has one.
 };
 
 /// For messages: "image 'leaf.png'"; "image 3" of one without file and name.

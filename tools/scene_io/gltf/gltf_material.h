@@ -30,7 +30,7 @@ class GltfMaterials {
 
   /// The number in the library of what a primitive has; the standard's default material if it names none.
   /// @pre there is such a primitive.
-  /// @return kInvalidInput, kIo, kTooLarge with the material and the place; kCancelled.
+  /// @return kInvalidInput, kIo, kTooLarge with the material and the location; kCancelled.
   build::Result<std::uint32_t> of_primitive(std::size_t mesh, std::size_t primitive);
 
   /// Paths of the images' files that were read.

@@ -17,7 +17,7 @@ class Model;
 
 namespace hiprt::tools {
 
-/// Reads what is asked for, every image once.
+/// Reads the textures that materials use, every image once.
 class GltfTextures {
  public:
   /// All but @p folder have to outlive it.

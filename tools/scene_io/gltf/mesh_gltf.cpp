@@ -82,7 +82,7 @@ struct Document {
   std::optional<GltfMaterials> materials;
 };
 
-/// The whole document, of what is supported.
+/// The supported parts of the document.
 /// @param library nullptr: materials are not asked for.
 build::Result<void> load(std::span<const std::byte> bytes, const std::filesystem::path& folder, bool instancing,
                          MaterialLibrary* library, Document& document, std::vector<std::string>& files) {

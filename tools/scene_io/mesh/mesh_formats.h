@@ -25,8 +25,8 @@ build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes,
 /// Raw mesh, compressed with zstd or not.
 build::Result<Mesh> read_raw_mesh(std::span<const std::byte> bytes);
 
-/// Does a file start as an ASCII STL file does: with the word "solid" in any case, maybe behind a byte order mark and
-/// blanks? Binary ones may too.
+/// Whether a file starts as an ASCII STL file does: with the word "solid" in any case, maybe after a byte order mark
+/// and blanks. Binary files may start so, too.
 bool starts_with_solid(std::span<const std::byte> bytes);
 
 }  // namespace hiprt::tools

@@ -35,7 +35,7 @@ class ObjReader {
   }
 
  private:
-  /// The next line, joined with those behind it as long as they end with a backslash.
+  /// The next line. Lines that end with a backslash are joined with the following one.
   std::string_view logical_line(std::string_view& text) {
     std::string_view line = trimmed_line(text);
     if (!line.ends_with('\\')) return line;

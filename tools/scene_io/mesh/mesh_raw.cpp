@@ -46,7 +46,7 @@ class ZstdSource {
     if (!stream_) throw std::bad_alloc();
   }
 
-  /// Fills as much of @p out as there is. @return the bytes written; fewer only behind a whole frame.
+  /// Fills @p out. @return the bytes written: fewer than its size only after the last frame.
   build::Result<std::size_t> read(std::span<std::byte> out) {
     ZSTD_outBuffer output{out.data(), out.size(), 0};
     while (output.pos < output.size) {

@@ -20,7 +20,7 @@ static_assert(std::endian::native == std::endian::little, "binary files are litt
 
 constexpr std::uint64_t kHeaderBytes = 84, kFacetBytes = 50, kNormalBytes = 12;
 
-/// Facet count of a binary file's header; 0 if there is none.
+/// Facet count of a binary file's header; 0 without header.
 std::uint32_t facet_count(std::span<const std::byte> bytes) {
   std::uint32_t facets = 0;
   if (bytes.size() >= kHeaderBytes) std::memcpy(&facets, bytes.data() + 80, sizeof(facets));
@@ -62,7 +62,7 @@ bool is_keyword(std::string_view word) {
   return std::find(kKeywords.begin(), kKeywords.end(), lower(word)) != kKeywords.end();
 }
 
-/// The words of a text in any arrangement of lines. Copies are places to come back to.
+/// The words of a text in any arrangement of lines. A copy marks a position to return to.
 class Words {
  public:
   explicit Words(std::string_view text) : text_(text) {}

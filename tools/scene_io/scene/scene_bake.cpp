@@ -64,7 +64,7 @@ class Baker {
   }
 
  private:
-  /// New objects are numbered behind all groups until apply().
+  /// Until apply() new objects have numbers after all groups.
   void replace(const build::Instance& instance, std::vector<FlatGeometry>&& flat) {
     std::map<std::uint32_t, SceneObject> of_mask;
     for (FlatGeometry& geometry : flat) {

@@ -129,7 +129,7 @@ void wrap_mesh(FileScene& scene) {
   scene.group_objects.push_back(scene.objects.size() - 1);
 }
 
-/// Meshes first, then groups; what is not used is left out.
+/// Meshes first, then groups. Unused ones are left out.
 SceneDescription arrange(FileScene scene) {
   wrap_mesh(scene);
   const std::size_t meshes = scene.meshes.size();

@@ -47,7 +47,7 @@ build::Result<void> check_size(const SceneDescription& scene, std::size_t object
   return check(sizes[object].triangles, kMostTriangles, "triangles");
 }
 
-/// What is on the way to an object.
+/// State of a path from the scene to an object.
 struct Step {
   std::size_t object;
   Transform to_scene;
@@ -73,7 +73,7 @@ build::Result<void> push_instances(const SceneDescription& scene, const SceneGro
       return invalid_input(scene.path + ": " + group.location + "[" + std::to_string(i) +
                            "] moves, which a flat scene cannot");
     const std::uint32_t both = outer.mask & instance.mask;
-    // Two masks ask for one bit each: that is one mask only if the bits of one are among the other's.
+    // A ray needs a bit of each of two masks. One mask can say so only if one contains the bits of the other.
     if (both != outer.mask && both != instance.mask)
       return invalid_input(scene.path + ": " + group.location + "[" + std::to_string(i) +
                            "].mask: " + std::to_string(instance.mask) + " below an instance of mask " +

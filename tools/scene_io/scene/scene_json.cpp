@@ -155,7 +155,7 @@ build::Motion motion_of(const JsonLocation& location, const Json& value) {
   return motion;
 }
 
-/// One document on its way into a description.
+/// Reads one document into a description.
 class Reader {
  public:
   Reader(const std::filesystem::path& path, SceneDescription& result) : folder_(path.parent_path()), result_(result) {}
@@ -241,7 +241,7 @@ class Reader {
     result_.shapes.push_back(shapes_of_json(location, value));
   }
 
-  /// The number of a file, of add() if it is new; the same for all ways to write its path.
+  /// The number of a file, from add() if it is new. All spellings of its path have one number.
   template <class Add>
   static std::size_t number_of(const std::filesystem::path& path, std::unordered_map<std::string, std::size_t>& known,
                                const Add& add) {

@@ -12,7 +12,7 @@
 namespace hiprt::tools {
 namespace {
 
-/// A PNG file in memory on its way to texels. libpng reports errors by longjmp(), over frames without destructors only.
+/// Decodes a PNG file in memory. libpng reports errors by longjmp(), over frames without destructors only.
 class PngDecoder {
  public:
   explicit PngDecoder(std::span<const std::byte> file)
