@@ -1,7 +1,13 @@
-/// bvhbuild: meshes or a scene of instances in, a BVH file out.
+/// bvhbuild: builds a BVH file over meshes, shapes or a scene of instances.
 
+#include <tools/base/interrupt.h>
+#include <tools/base/output_file.h>
+#include <tools/base/parallel.h>
+#include <tools/build/build_meshes.h>
+#include <tools/build/build_progress.h>
+#include <tools/build/build_scene.h>
+#include <tools/build/shape_geometries.h>
 #include <tools/cli/build_command.h>
-#include <tools/cli/build_meshes.h>
 #include <tools/cli/build_report.h>
 #include <tools/cli/cli.h>
 #include <tools/cli/mesh_inputs.h>
@@ -10,15 +16,15 @@
 #include <tools/cli/scene_input.h>
 #include <tools/cli/shape_inputs.h>
 #include <tools/scene_io/exchange_json.h>
-#include <tools/scene_io/parallel.h>
 #include <tools/scene_io/scene/scene_bake.h>
-#include <tools/scene_io/scene/scene_build.h>
 #include <tools/scene_io/scene/scene_flatten.h>
 #include <tools/scene_io/scene/scene_merge.h>
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/file.h>
+
+#include <nlohmann/json.hpp>
 
 #include <iostream>
 #include <optional>
@@ -31,26 +37,25 @@ using namespace hiprt::tools;
 
 constexpr ToolInfo kInfo{
     "bvhbuild",
-    "Builds one BVH file over triangle meshes: OBJ, PLY, STL, glTF 2.0/GLB, raw .mesh and .mesh.zst; and over shapes:\n"
-    "strands of .hair, spheres of .xyzr, which the file then holds.\n"
-    "Every input file becomes one geometry, in the order of the command line, those of shapes behind the meshes; all\n"
-    "nodes of a glTF file and all objects of an OBJ file are one geometry, triangles numbered in the file's order.\n"
-    "Triangles that are not finite or have two corners in one place are dropped: they keep their number, and a\n"
-    "warning says how many there are.\n"
-    "A .json or .scene file describes a scene of instances: objects of meshes and shapes, and groups of their "
-    "instances on\n"
-    "any number of levels. tools/scene_io/scene/scene.schema.json says what is in a .json, "
-    "tools/scene_io/scene/scene_binary.h what in a .scene.",
-    "  bvhbuild bunny.obj -o bunny.bvh\n"
-    "  bvhbuild room.glb chair.ply -o scene.bvh --quality high --stats\n"
-    "  bvhbuild city.ply -o city.bvh --device gpu --builder lbvh\n"
-    "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd --json > sponza.json\n"
-    "  bvhbuild forest.json -o forest.bvh --instance-bounds primitives --stats\n"
-    "  bvhbuild forest.json -o forest.bvh --levels 1 --opening-budget 4 --quality high\n"
-    "  bvhbuild city.glb -o city.bvh --instances\n"
-    "  bvhbuild wig.hair head.obj -o wig.bvh --quality fast --stats\n"
-    "  bvhbuild bunny.obj -o mine.bvh --import tree.json\n"
-    "  bvhbuild frame1.bvh --refit frame2.obj -o frame2.bvh\n"};
+    "Builds one BVH file over triangle meshes, shapes or a scene of instances.\n"
+    "\n"
+    "Meshes: OBJ, PLY, STL, glTF 2.0 (.gltf, .glb), raw .mesh and .mesh.zst. Shapes: strands of .hair, spheres of\n"
+    ".xyzr. Every file becomes one geometry, in the order of the command line: first the meshes, then the shapes.\n"
+    "All nodes of a glTF file and all objects of an OBJ file make one geometry.\n"
+    "Triangles keep the order of the file. The builder drops triangles that are not finite or have two equal\n"
+    "corners. They keep their numbers, and a warning tells how many there are.\n"
+    "\n"
+    "A .json or .scene file describes a scene of instances: objects of meshes and shapes, and groups of instances on\n"
+    "any number of levels. Formats: tools/scene_io/scene/scene.schema.json and tools/scene_io/scene/scene_binary.h.",
+    "  bvhbuild bunny.obj -o bunny.bvh                                  # one mesh\n"
+    "  bvhbuild room.glb chair.ply -o scene.bvh --quality high --stats  # several meshes, the fastest rays\n"
+    "  bvhbuild city.ply -o city.bvh --device gpu                       # a build on the GPU\n"
+    "  bvhbuild sponza.mesh.zst -o sponza.bvh --target amd              # for another machine\n"
+    "  bvhbuild city.glb -o city.bvh --instances                        # glTF nodes as instances\n"
+    "  bvhbuild forest.json -o forest.bvh --levels 1 --quality high     # a described scene of instances\n"
+    "  bvhbuild wig.hair head.obj -o wig.bvh                            # curves and a mesh\n"
+    "  bvhbuild frame1.bvh --refit frame2.obj -o frame2.bvh             # the next frame of an animation\n"
+    "  bvhbuild bunny.obj -o mine.bvh --import tree.json                # a tree of your own\n"};
 
 void warn_dropped(const Cli& cli, const build::BuildStatistics& statistics) {
   const std::uint64_t not_finite = statistics.dropped_not_finite, degenerate = statistics.dropped_degenerate;
@@ -65,7 +70,7 @@ void warn_dropped(const Cli& cli, const build::BuildStatistics& statistics) {
              std::to_string(degenerate) + " with two corners in one place or a radius of 0");
 }
 
-/// Of levels that could not be merged.
+/// Warns of levels that could not be merged.
 void warn_kept(const Cli& cli, const SceneDescription& scene) {
   const build::MergedLevels& merged = *scene.merged;
   if (merged.kept_moving + merged.kept_masks == 0) return;
@@ -74,12 +79,12 @@ void warn_kept(const Cli& cli, const SceneDescription& scene) {
            std::to_string(merged.kept_masks) + " for masks that no one mask stands for");
 }
 
-/// What build() takes the tree from; none without --import.
+/// @return the tree of --import, or nothing.
 build::Result<std::optional<build::ExchangeBvh>> read_tree(const BuildCommand& command, ProgressBar& bar) {
   if (command.imported.empty()) return std::nullopt;
   bar.update("read", 0);
   auto tree = read_exchange(command.imported);
-  if (interrupted()) return tl::unexpected(cancelled());
+  if (interrupted()) return cancelled();
   if (!tree) return tl::unexpected(tree.error());
   return std::move(*tree);
 }
@@ -100,13 +105,15 @@ build::Result<void> write_and_report(const Cli& cli, const BuildCommand& command
   return {};
 }
 
-/// Builds one BVH; calls release() when the scene is not needed any more.
+/// Builds one BVH. Calls release() as soon as the scene is not needed any more.
 template <class Release>
 build::Result<void> build_flat(const Cli& cli, const BuildCommand& command, const build::SceneInput& scene,
                                const std::optional<build::ExchangeBvh>& tree, double read_seconds, ProgressBar& bar,
                                const Release& release) {
   const std::string tool = tool_version(kInfo);
-  const auto built = build_meshes(scene, command, build_options(command, tool, shown_by(bar)), tree);
+  BuildRequest request = make_request(command, tool);
+  request.options.progress = build_progress(bar.sink());
+  const auto built = build_meshes(scene, request, tree);
   bar.clear();
   if (!built) return tl::unexpected(built.error());
   release();
@@ -150,13 +157,13 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
   if (!scene) return tl::unexpected(scene.error());
   if (command.flatten) {
     auto geometries = flatten_scene(*scene);
-    if (interrupted()) return tl::unexpected(cancelled());
+    if (interrupted()) return cancelled();
     if (!geometries) return tl::unexpected(geometries.error());
     const std::vector<build::TriangleMesh> mesh_views = views(*geometries);
     return build_flat(cli, command, {mesh_views, {}}, std::nullopt, watch.lap(), bar, [&] { geometries->clear(); });
   }
   const auto baked = bake_singular(*scene);
-  if (interrupted()) return tl::unexpected(cancelled());
+  if (interrupted()) return cancelled();
   if (!baked) return tl::unexpected(baked.error());
   if (baked->instances != 0)
     cli.warn(scene->path + ": instances without inverse: " + std::to_string(baked->instances) + ", the first is " +
@@ -167,7 +174,8 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
   }
   const double read_seconds = watch.lap();
   const std::string tool = tool_version(kInfo);
-  const auto built = build_scene(*scene, command, tool, bar);
+  const auto built = build_scene(*scene, make_request(command, tool), bar.sink());
+  bar.clear();
   if (!built) return tl::unexpected(built.error());
   warn_dropped(cli, built->objects);
   if (built->other_builder != 0)

@@ -1,14 +1,18 @@
-/// bvhinfo: what is in a BVH file.
+/// bvhinfo: describes a BVH file.
 
+#include <tools/base/output_file.h>
+#include <tools/cli/build_names.h>
 #include <tools/cli/bvh_dump.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
-#include <tools/cli/names.h>
 #include <tools/cli/report.h>
 #include <tools/cli/scene_figures.h>
 #include <tools/scene_io/exchange_json.h>
 
 #include <hiprt_build/statistics.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <iostream>
 #include <optional>
@@ -20,18 +24,21 @@ using namespace hiprt::tools;
 
 constexpr ToolInfo kInfo{
     "bvhinfo",
-    "Describes a BVH file: header, sections, geometries, figures of the tree, provenance. Of a scene of instances:\n"
-    "what each level has, what is there once and as often as the scene has it, and the memory of its parts; figures\n"
-    "of the tree, --dump and --export are those of the scene's own tree, over instances.\n"
-    "Header and section table are always checked; a file that fails there is refused with status 1. Figures that\n"
-    "take a walk through the tree (depth, fill, SAH cost, overlap) are given only if the whole content passes\n"
-    "validation; otherwise a warning says why they are missing. With --validate, --dump or --export, content that\n"
-    "does not pass is an error with status 1.",
-    "  bvhinfo scene.bvh\n"
-    "  bvhinfo --validate scene.bvh && echo fine\n"
-    "  bvhinfo --json scene.bvh | jq .tree.sah_cost\n"
-    "  bvhinfo --dump --json scene.bvh | head\n"
-    "  bvhinfo scene.bvh --export tree.json\n"};
+    "Describes a BVH file: header, sections, geometries, statistics of the tree, provenance.\n"
+    "For a scene of instances it also counts each level, and the memory of each part. The statistics of the tree, "
+    "--dump\n"
+    "and --export are then about the scene's own tree over instances.\n"
+    "\n"
+    "Header and section table are always checked: if they are wrong, the exit status is 1. Statistics that need a "
+    "walk\n"
+    "through the tree (depth, fill, SAH cost, overlap) need content that passes validation. Otherwise they are "
+    "missing,\n"
+    "and a warning says why. With --validate, --dump or --export invalid content is an error with exit status 1.",
+    "  bvhinfo scene.bvh                              # describe a file\n"
+    "  bvhinfo --validate scene.bvh && echo valid     # check a file\n"
+    "  bvhinfo --json scene.bvh | jq .tree.sah_cost   # one number for a script\n"
+    "  bvhinfo --dump --json scene.bvh | head         # every node and leaf\n"
+    "  bvhinfo scene.bvh --export tree.json           # the tree, for bvhbuild --import\n"};
 
 struct Options {
   std::string path;
@@ -40,15 +47,19 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& options) {
-  app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
-  app.add_flag("--validate", options.validate, "Fail unless everything in the file is right")->disable_flag_override();
+  app.add_option("FILE", options.path, "BVH file to describe")->required()->type_name("")->group(kInputGroup);
+  app.add_flag("--validate", options.validate, "Fail unless the whole content is valid")
+      ->disable_flag_override()
+      ->group(kInputGroup);
   CLI::Option* dump =
-      app.add_flag("--dump", options.dump, "Print every node and leaf instead; with --json one object per line")
-          ->disable_flag_override();
+      app.add_flag("--dump", options.dump, "Print every node and leaf instead. With --json one object per line")
+          ->disable_flag_override()
+          ->group(kOutputGroup);
   app.add_option("--export", options.exported,
                  "Write the tree to this file instead, as JSON that bvhbuild --import takes with the same meshes")
       ->excludes(dump)
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kOutputGroup);
 }
 
 std::string section_name(std::uint32_t kind) {

@@ -1,5 +1,8 @@
-/// bvhtrace: rays through a BVH file.
+/// bvhtrace: traces the rays of a file through a BVH file.
 
+#include <tools/base/interrupt.h>
+#include <tools/base/output_file.h>
+#include <tools/base/parallel.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
 #include <tools/cli/explain.h>
@@ -7,11 +10,13 @@
 #include <tools/cli/trace_device.h>
 #include <tools/cli/trace_names.h>
 #include <tools/cli/trace_records.h>
-#include <tools/scene_io/parallel.h>
 #include <tools/scene_io/rays_file.h>
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/scene_view.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
@@ -29,30 +34,34 @@ using namespace hiprt::tools;
 
 constexpr ToolInfo kInfo{
     "bvhtrace",
-    "Traces a file of rays through a BVH file and writes the hits; reports the speed (on a GPU that of the kernels,\n"
-    "without copies). The hits are the same on every device, but for last bits with the fast\n"
-    "triangle test and with plain boxes.\n"
-    "The BVH file is validated first. Primitives are numbered over all geometries in order. Rays that are not\n"
-    "finite, have no direction or an empty range miss. For --query any the hit is the first one that was found.\n"
-    "Rays: u32 count, u32 any-hit flag, count x 8 float32 {origin, tmin, direction, tmax}.\n"
-    "Hits: count x {float32 t (inf: a miss), u32 primitive (0xffffffff: a miss)}.\n"
-    "Of scenes of instances primitives are numbered in each object's own file. Paths lead there: u32 count, u32 "
-    "levels,\n"
-    "count x levels x {u32 instance, u32 id}, the outermost instance first, with its number in the file that has it "
-    "and\n"
-    "the id that the program gave it; 0xffffffff behind the end, and for a miss. All little-endian.\n"
-    "--explain N prints the way of ray N (from 0) through the tree instead: the nodes and leaves that it comes to, "
+    "Traces the rays of a file and writes the hits. The BVH file is validated first.\n"
+    "CPU and GPU give identical hits (with --triangle-test fast or --box-test plain the last bits may differ).\n"
+    "The reported speed of a GPU is that of its kernels, without copies.\n"
+    "\n"
+    "Files, all little-endian:\n"
+    "  rays   u32 count, u32 any-hit flag, count x 8 float32 {origin, tmin, direction, tmax}\n"
+    "  hits   count x {float32 t (inf: a miss), u32 primitive (0xffffffff: a miss)}\n"
+    "  paths  u32 count, u32 levels, count x levels x {u32 instance, u32 id}\n"
+    "Primitives are numbered over all geometries in order. In scenes of instances they are numbered in the file of\n"
+    "their object. A path lists the instances from the outermost one to the object: the index in the file that has "
     "the\n"
-    "children whose boxes it meets, the primitives and instances, and what becomes of them.",
-    "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits\n"
-    "  bvhtrace scene.bvh --rays shadow.rays --hits out.hits --query any --repeat 9 --threads 1\n"
-    "  bvhtrace scene.bvh --rays scene.primary.rays --hits out.hits --device gpu --repeat 9\n"
-    "  bvhtrace scene.bvh --rays r.rays --hits out.hits --triangle-test fast --box-test plain --json\n"
-    "  bvhtrace forest.bvh --rays r.rays --hits out.hits --paths out.paths\n"
-    "  bvhtrace wheel.bvh --rays r.rays --hits out.hits --time 0.5\n"
-    "  bvhtrace scene.bvh --rays scene.primary.rays --explain 1234\n"};
+    "instance, and the id that the program gave it. Unused entries are 0xffffffff.\n"
+    "Rays that are not finite, have no direction or have an empty range miss. With --query any the result is the "
+    "first\n"
+    "hit that was found.\n"
+    "\n"
+    "--explain N prints the traversal of ray N (counted from 0) instead: the nodes and leaves that it visits, the\n"
+    "children whose boxes it meets, and the primitives and instances with what happens to them.",
+    "  bvhtrace scene.bvh --rays primary.rays --hits out.hits                           # the closest hits\n"
+    "  bvhtrace scene.bvh --rays shadow.rays --hits out.hits --query any                # any hit\n"
+    "  bvhtrace scene.bvh --rays primary.rays --hits out.hits --device gpu --repeat 9   # measure a GPU\n"
+    "  bvhtrace scene.bvh --rays primary.rays --hits out.hits --threads 1 --repeat 9    # measure one CPU thread\n"
+    "  bvhtrace forest.bvh --rays primary.rays --hits out.hits --paths out.paths        # which instances were hit\n"
+    "  bvhtrace wheel.bvh --rays primary.rays --hits out.hits --time 0.5                # a scene that moves\n"
+    "  bvhtrace scene.bvh --rays primary.rays --explain 1234                            # why a ray hits what it "
+    "hits\n"};
 
-/// Rays that one task traces: long enough to hide the scheduling, short enough to balance.
+/// Rays per task: enough to hide the cost of scheduling, few enough to balance the load.
 constexpr std::size_t kBatch = 4096;
 
 struct Options {
@@ -63,48 +72,67 @@ struct Options {
   std::optional<std::uint64_t> explained;
 };
 
-void add_options(CLI::App& app, Options& options) {
-  app.add_option("FILE", options.path, "The BVH file")->required()->type_name("");
-  app.add_option("--rays", options.rays, "The rays to trace")->required()->type_name("FILE");
-  app.add_option("--hits", options.hits, "The file of hits to write")->type_name("FILE");
-  app.add_option("--paths", options.paths, "The file of paths to write: the instances on the way to each hit")
-      ->type_name("FILE");
-  app.add_option("--explain", options.explained, "Print the way of this ray through the tree, and write nothing")
+void add_file_options(CLI::App& app, Options& options) {
+  app.add_option("FILE", options.path, "BVH file to trace")->required()->type_name("")->group(kInputGroup);
+  app.add_option("--rays", options.rays, "Rays to trace")->required()->type_name("FILE")->group(kInputGroup);
+  app.add_option("--hits", options.hits, "File of hits to write")->type_name("FILE")->group(kOutputGroup);
+  app.add_option("--paths", options.paths, "File of paths to write: the instances that lead to each hit")
+      ->type_name("FILE")
+      ->group(kOutputGroup);
+  app.add_option("--explain", options.explained, "Print the traversal of this ray. Write nothing")
       ->excludes("--hits")
       ->excludes("--paths")
       ->check(CLI::NonNegativeNumber)
-      ->type_name("N");
-  app.add_option("--query", options.query, "auto: as the ray file's any-hit flag says")
+      ->type_name("N")
+      ->group(kOutputGroup);
+}
+
+void add_tracing_options(CLI::App& app, Options& options) {
+  constexpr const char* kGroup = "Tracing";
+  app.add_option("--query", options.query, "Kind of query. auto: as the any-hit flag of the ray file says")
       ->check(CLI::IsMember(words(kQueries, {"auto"})))
       ->type_name("NAME")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kGroup);
   app.add_option("--triangle-test", options.triangle_test,
-                 "fast may miss rays through edges and corners; reference decides exactly")
+                 "Triangle test. fast may miss at edges and corners, reference decides exactly")
       ->check(CLI::IsMember(words(kTriangleTests)))
       ->type_name("NAME")
-      ->capture_default_str();
-  app.add_option("--box-test", options.box_test, "plain may miss rays that graze a box")
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--box-test", options.box_test, "Box test. plain may miss boxes that a ray grazes")
       ->check(CLI::IsMember(words(kBoxTests)))
       ->type_name("NAME")
-      ->capture_default_str();
-  app.add_option("--time", options.time, "Of all rays, for scenes that move")->type_name("T")->capture_default_str();
+      ->capture_default_str()
+      ->group(kGroup);
+  app.add_option("--time", options.time, "Time of all rays, for scenes that move")
+      ->type_name("T")
+      ->capture_default_str()
+      ->group(kGroup);
   add_device_option(app, options.device);
   add_threads_option(app, options.threads);
   app.add_option("--repeat", options.repeat, "Trace N times and report the median speed")
       ->check(CLI::Range(1u, 1000000u))
       ->type_name("N")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kMachineGroup);
   app.get_option("--explain")->excludes("--repeat");
 }
 
-/// What the command line's parser cannot say.
+void add_options(CLI::App& app, Options& options) {
+  add_file_options(app, options);
+  add_tracing_options(app, options);
+}
+
+/// Checks that involve several options.
 void check_options(const Options& options) {
   if (options.hits.empty() && !options.explained) throw CLI::RequiredError("--hits (or --explain)");
   if (options.explained && value_of(kDeviceChoices, options.device) == DeviceChoice::kGpu)
-    throw CLI::ValidationError("--explain follows the ray on the CPU: --device auto or cpu, please");
+    throw CLI::ValidationError("--explain traces the ray on the CPU: use --device auto or cpu");
   if (value_of(kTriangleTests, options.triangle_test) == TriangleTestKind::kReference &&
       value_of(kBoxTests, options.box_test) != BoxTestKind::kConservative)
-    throw CLI::ValidationError("--triangle-test reference is with --box-test conservative: other boxes hide hits");
+    throw CLI::ValidationError(
+        "--triangle-test reference is with --box-test conservative: with plain boxes hits would be lost");
 }
 
 struct Timing {
@@ -118,7 +146,7 @@ double median_of(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-/// What is traced, and with what.
+/// A batch of rays, and how to trace it.
 struct Work {
   const SceneView& scene;
   Query query;
@@ -194,7 +222,7 @@ void print(const Cli& cli, const Options& options, const Outcome& outcome) {
              {"mrays_per_second", mrays_per_second(outcome)}});
 }
 
-/// The files are not each other, and can be written.
+/// Checks that the outputs can be written and are neither inputs nor the same file.
 build::Result<void> check_outputs(const Options& options) {
   const std::array inputs{options.path, options.rays};
   if (auto checked = check_output(options.hits, inputs); !checked) return checked;
@@ -226,7 +254,7 @@ TracePolicies policies_of(const Options& options) {
   return {value_of(kTriangleTests, options.triangle_test), value_of(kBoxTests, options.box_test)};
 }
 
-/// Scenes with shapes have no tracers of less accuracy.
+/// Scenes with shapes have no tracers for the less accurate tests.
 build::Result<void> check_policies(const Options& options, const FileHeader& header) {
   const TracePolicies policies = policies_of(options);
   if ((header.features & feature_bit(Feature::kCustom)) == 0 ||

@@ -1,7 +1,7 @@
 #pragma once
 /// A head of hair: many thin curves, long and close to each other. The same on every machine.
 
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 
 #include <hiprt_build/input.h>

@@ -2,7 +2,7 @@
 /// An island with a forest, in the manner of Disney's Moana scene: few triangles, thousands of millions in instances on
 /// three levels. The same on every machine.
 
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 #include <tools/scene_io/scene/scene_description.h>
 
 #include <cstdint>

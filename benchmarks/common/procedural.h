@@ -2,7 +2,7 @@
 /// Scenes that need no file: the same on every run.
 
 #include <hiprt_build/error.h>
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 #include <hiprt_build/error.h>
 #include <hiprt_device/ray.h>
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 
 #include <cstdint>

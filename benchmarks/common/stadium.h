@@ -2,7 +2,7 @@
 /// A teapot in a stadium: fine detail in a large scene, the classic that uniform grids fail at. The same on every
 /// machine.
 
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 
 #include <cstdint>

@@ -8,7 +8,7 @@
 #include <embree3/rtcore_config.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>
-#include <tools/cli/names.h>
+#include <tools/cli/build_names.h>
 #include <tools/cli/progress.h>
 #include <tools/render/tracers/gpu_tracer.h>
 

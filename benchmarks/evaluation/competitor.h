@@ -6,7 +6,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_device/ray.h>
 #include <hiprt_device/scene_view.h>
-#include <tools/scene_io/parallel.h>
+#include <tools/base/parallel.h>
 
 #include <cstdint>
 #include <functional>

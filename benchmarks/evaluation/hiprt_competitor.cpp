@@ -6,10 +6,10 @@
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/statistics.h>
-#include <tools/cli/gpu_builder.h>
-#include <tools/cli/names.h>
+#include <tools/build/gpu_builder.h>
+#include <tools/cli/build_names.h>
 #include <tools/render/tracers/gpu_tracer.h>
-#include <tools/render/tracers/trace_limits.h>
+#include <tools/render/scene/trace_limits.h>
 
 #include <utility>
 

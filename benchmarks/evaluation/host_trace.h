@@ -3,7 +3,7 @@
 
 #include <hiprt_device/scene_view.h>
 #include <tools/render/tracers/tracer.h>
-#include <tools/scene_io/parallel.h>
+#include <tools/base/parallel.h>
 
 #include <functional>
 #include <span>

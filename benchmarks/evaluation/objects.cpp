@@ -6,7 +6,7 @@
 namespace hiprt::bench {
 namespace {
 
-/// As tools/scene_io/scene/scene_build.cpp: more threads would wait for each other.
+/// As tools/build/build_scene.cpp: more threads would wait for each other.
 constexpr std::uint64_t kSmallObject = 1u << 17;
 
 }  // namespace

@@ -5,7 +5,7 @@
 
 #include <hiprt_build/error.h>
 #include <hiprt_device/math/vec.h>
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 #include <tools/scene_io/scene/scene_description.h>
 
 #include <memory>

@@ -4,7 +4,7 @@
 #include "scene_source.h"
 
 #include <hiprt_device/scene_view.h>
-#include <tools/scene_io/parallel.h>
+#include <tools/base/parallel.h>
 
 #include <cstdint>
 #include <string>

@@ -6,7 +6,7 @@
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/validate.h>
 #include <tbb/parallel_for.h>
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 #include <tools/scene_io/rays_file.h>
 
 #include <algorithm>

@@ -15,7 +15,7 @@
 #include <hiprt_build/file.h>
 #include <tools/scene_io/scene/scene_binary.h>
 #include <tools/scene_io/shapes/shape_import.h>
-#include <tools/scene_io/text.h>
+#include <tools/base/text.h>
 
 #include <nlohmann/json.hpp>
 

@@ -7,7 +7,7 @@
 #include <hiprt_build/format/view.h>
 #include <tests/oracle/embree_scene.h>
 #include <tools/render/tracers/isa.h>
-#include <tools/scene_io/parallel.h>
+#include <tools/base/parallel.h>
 
 #include <exception>
 #include <memory>

@@ -3,7 +3,7 @@
 #include "places.h"
 
 #include <hiprt_build/gpu/gpu.h>
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 
 #include <algorithm>
 #include <optional>

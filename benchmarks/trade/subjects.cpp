@@ -1,6 +1,6 @@
 #include "engine.h"
 
-#include <tools/cli/names.h>
+#include <tools/cli/build_names.h>
 
 #include <iterator>
 

@@ -8,7 +8,7 @@
 #include <tests/build/progress_watch.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
-#include <tools/cli/names.h>
+#include <tools/cli/build_names.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
 #include <hiprt_device/math/vec_functions.h>
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
 #include <hiprt_device/math/vec_functions.h>
-#include <tools/render/studio/color_map.h>
+#include <tools/render/image/color_map.h>
 #include <tools/render/studio/heatmap.h>
 
 #include <catch2/catch.hpp>

@@ -6,6 +6,7 @@
 #include <tests/oracle/random.h>
 #include <tests/tools/temp_folder.h>
 #include <tools/render/image/image_read.h>
+#include <tools/render/image/image_write.h>
 
 #include <catch2/catch.hpp>
 

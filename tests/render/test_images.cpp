@@ -4,6 +4,7 @@
 #include <tests/tools/temp_folder.h>
 #include <tools/render/image/color.h>
 #include <tools/render/image/image.h>
+#include <tools/render/image/image_write.h>
 
 #include <catch2/catch.hpp>
 

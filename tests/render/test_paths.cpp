@@ -4,7 +4,7 @@
 
 #include <hiprt_build/format/view.h>
 #include <tests/oracle/random.h>
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 #include <tools/render/path/path_bsdf.h>
 
 #include <algorithm>
@@ -156,7 +156,7 @@ TEST_CASE("a lamp that moves is where it is at each ray's time") {
   CHECK(blurred < 0.1 * there);
 }
 
-TEST_CASE("holes in a material let light and sight through") {
+TEST_CASE("alpha cut-outs of a material let light and sight through") {
   const std::vector<oracle::Mesh> meshes{floor_square(4.0f), moved(floor_square(0.5f), 0.0f, 4.0f, 0.0f),
                                          moved(floor_square(2.0f), 0.0f, 2.0f, 0.0f)};
   Material cloth = clay(0.5f);
@@ -175,7 +175,7 @@ TEST_CASE("holes in a material let light and sight through") {
   CHECK(light_below(0.4f, 0.5f) == Approx(by_sum(clay(0.5f), 0.5f, 4.0f, 10.0)).epsilon(0.01));
 }
 
-TEST_CASE("spheres have the material of their geometry, and are seen and lit through holes of others") {
+TEST_CASE("spheres have the material of their geometry, and are seen and lit through alpha cut-outs of others") {
   const std::vector<ShapePoint> balls{{{0, 0.6f, 0}, 0.5f}, {{1, 0.3f, 0.2f}, 0.25f}};
   const std::vector<oracle::Mesh> meshes{floor_square(4.0f), moved(floor_square(1.0f), 0.0f, 4.0f, 0.0f)};
   Material red = clay(0.75f);
@@ -209,7 +209,7 @@ TEST_CASE("spheres have the material of their geometry, and are seen and lit thr
   }
 }
 
-TEST_CASE("textures: every other texel of a mask is a hole, and colours are sRGB's") {
+TEST_CASE("textures: every other texel of a mask is cut out, and colours are sRGB's") {
   PathTestScene scene = flat_scene({floor_square(1.0f)}, {clay(1.0f)});
   GeometrySurface& surface = scene.surfaces.objects[0][0];
   surface.coordinates = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};

@@ -5,6 +5,7 @@
 
 #include <tools/render/image/image_compare.h>
 #include <tools/render/image/image_read.h>
+#include <tools/render/image/image_write.h>
 
 #include <nlohmann/json.hpp>
 

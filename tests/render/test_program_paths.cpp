@@ -5,6 +5,7 @@
 
 #include <tests/tools/gltf_builder.h>
 #include <tools/render/image/image.h>
+#include <tools/render/image/image_write.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 
 #include <hiprt_build/shapes.h>

@@ -6,7 +6,7 @@
 #include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/query/query.h>
 #include <tests/oracle/brute_force.h>
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 
 #include <cmath>
 #include <csignal>

@@ -3,7 +3,7 @@
 #include "scenes_to_render.h"
 
 #include <hiprt_device/math/vec_functions.h>
-#include <tools/render/studio/color_map.h>
+#include <tools/render/image/color_map.h>
 #include <tools/render/studio/heatmap.h>
 
 #include <algorithm>

@@ -3,14 +3,19 @@
 
 #include "gltf_builder.h"
 
-#include <hiprt_build/format/view.h>
-#include <tools/cli/build_meshes.h>
+#include <tools/build/build_meshes.h>
+#include <tools/build/build_scene.h>
+#include <tools/build/shape_geometries.h>
+#include <tools/cli/build_command.h>
+#include <tools/cli/cli.h>
 #include <tools/cli/mesh_inputs.h>
+#include <tools/cli/progress.h>
 #include <tools/cli/scene_input.h>
 #include <tools/cli/shape_inputs.h>
-#include <tools/scene_io/scene/scene_build.h>
 #include <tools/scene_io/scene/scene_flatten.h>
-#include <tools/scene_io/surface/surface_load.h>
+#include <tools/scene_io/scene/surface_load.h>
+
+#include <hiprt_build/format/view.h>
 
 #include <catch2/catch.hpp>
 
@@ -29,7 +34,7 @@ template <class T> T value_of(build::Result<T> result) {
 }
 
 inline build::Buffer build_geometries(const build::SceneInput& scene, const tools::BuildCommand& command) {
-  return std::move(value_of(tools::build_meshes(scene, command, tools::build_options(command, "test", {}))).bvh.buffer);
+  return std::move(value_of(tools::build_meshes(scene, tools::make_request(command, "test"))).bvh.buffer);
 }
 
 /// As bvhbuild builds them; no file is written.
@@ -48,7 +53,8 @@ inline build::Buffer build_inputs(tools::BuildCommand command) {
     return build_geometries({views, shapes.customs()}, command);
   }
   auto scene = value_of(tools::read_scene(cli, command, bar));
-  if (!command.flatten) return std::move(value_of(tools::build_scene(scene, command, "test", bar)).file);
+  if (!command.flatten)
+    return std::move(value_of(tools::build_scene(scene, tools::make_request(command, "test"), bar.sink())).file);
   const auto geometries = value_of(tools::flatten_scene(scene));
   const auto views = tools::views(geometries);
   return build_geometries({views, {}}, command);

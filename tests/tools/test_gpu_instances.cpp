@@ -2,7 +2,7 @@
 
 #include <hiprt_build/format/only_instance.h>
 #include <tests/traversal/shape_scenes.h>
-#include <tools/cli/names.h>
+#include <tools/cli/build_names.h>
 #include <tools/cli/trace_device.h>
 #include <tools/render/tracers/gpu_tracer.h>
 

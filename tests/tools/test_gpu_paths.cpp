@@ -64,7 +64,7 @@ TEST_CASE("a GPU's paths are the CPU's: materials, lamps, a sky") {
   compare(scene, data_of(scene, sky), {.width = 25, .height = 13, .samples = 11});
 }
 
-TEST_CASE("a GPU's paths are the CPU's: holes, textures, instances that move") {
+TEST_CASE("a GPU's paths are the CPU's: alpha cut-outs, textures, instances that move") {
   const build::Motion motion{.keys = {{.time = 0, .translation = {0, 1, 0}},
                                       {.time = 1, .translation = {0.5f, 1.5f, 0}, .rotation = {0, 0.5f, 0.5f, 1}}}};
   build::Instance light{.object = 1};
@@ -81,7 +81,7 @@ TEST_CASE("a GPU's paths are the CPU's: holes, textures, instances that move") {
   compare(scene, data_of(scene, sky), {.width = 24, .height = 16, .samples = 3, .shutter = {0.0f, 1.0f}});
 }
 
-TEST_CASE("a GPU's paths are the CPU's: spheres of a material behind holes, flat and in instances that move") {
+TEST_CASE("a GPU's paths are the CPU's: spheres of a material behind alpha cut-outs, flat and in instances that move") {
   Material cloth = material(0.8f, 0.0f, 0.6f);
   cloth.alpha_cutoff = 0.5f;
   cloth.base_color_texture.texture = 0;

@@ -1,5 +1,6 @@
 /// The table of gpu_policies.h, and which device runs which code.
 
+#include <tools/base/gpu_code.h>
 #include <tools/render/tracers/gpu_policies.h>
 
 #include <catch2/catch.hpp>

@@ -7,7 +7,7 @@
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/validate.h>
 #include <tests/gpu/random_scene.h>
-#include <tools/cli/names.h>
+#include <tools/cli/build_names.h>
 #include <tools/scene_io/rays_file.h>
 
 #include <catch2/catch.hpp>

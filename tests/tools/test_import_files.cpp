@@ -1,6 +1,6 @@
 #include "load.h"
 
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 #include <tools/scene_io/mesh/polygons.h>
 
 #include <csignal>

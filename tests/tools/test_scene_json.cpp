@@ -83,8 +83,8 @@ TEST_CASE("Scene JSON: objects, groups in the order of their building, masks, id
   CHECK(scene.objects[1].meshes == std::vector<std::size_t>{0, 1});
   CHECK(scene.shared_objects == 1);
   REQUIRE(scene.groups.size() == 2);
-  CHECK(scene.groups[0].place == "groups.grove");
-  CHECK(scene.groups[1].place == "groups.forest");
+  CHECK(scene.groups[0].location == "groups.grove");
+  CHECK(scene.groups[1].location == "groups.forest");
   const auto &grove = scene.groups[0].instances, &forest = scene.groups[1].instances;
   REQUIRE((grove.size() == 2 && forest.size() == 2));
   CHECK(grove[0].object == 1);

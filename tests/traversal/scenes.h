@@ -7,7 +7,7 @@
 #include <hiprt_device/scene_view.h>
 #include <tests/oracle/brute_force.h>
 #include <tests/oracle/mesh.h>
-#include <tools/cli/names.h>
+#include <tools/cli/build_names.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,8 +1,12 @@
 #include <tools/cli/build_command.h>
 
+#include <tools/cli/build_names.h>
 #include <tools/cli/cli.h>
 #include <tools/cli/trace_device.h>
-#include <tools/render/studio/shutter.h>
+#include <tools/render/scene/shutter.h>
+#include <tools/scene_io/scene/scene_file.h>
+
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cctype>
@@ -12,150 +16,165 @@
 namespace hiprt::tools {
 namespace {
 
-/// In any case.
-bool ends_with(std::string name, std::string_view ending) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return name.ends_with(ending);
-}
-
 void add_file_options(CLI::App& app, BuildCommand& command) {
   app.add_option("INPUT", command.inputs,
-                 "Files of meshes or shapes, one geometry each; or one scene of instances, .json or .scene; with "
-                 "--refit a BVH file")
+                 "Files of meshes or shapes, one geometry each, or one scene file (.json, .scene). With --refit: one "
+                 "BVH file")
       ->required()
-      ->type_name("FILE");
-  app.add_option("-o,--output", command.output, "The BVH file to write")->required()->type_name("FILE");
-}
-
-void add_builder_options(CLI::App& app, BuildCommand& command) {
-  app.add_option(
-         "--builder", command.builder,
-         "How the tree is built: lbvh is built fastest, hq gives the fastest rays; lbvh30 and ploc are there to "
-         "compare with, embree-* are Embree's")
-      ->check(CLI::IsMember(words(kBuilders)))
-      ->type_name("NAME")
-      ->capture_default_str();
-  app.add_option("--quality", command.quality,
-                 "Chooses the builder and its options. fast: lbvh, the fastest build; balanced: hploc, little slower, "
-                 "with faster rays; high: hq, the fastest rays. Not together with --builder")
-      ->check(CLI::IsMember(words(kQualities)))
-      ->type_name("WORD")
-      ->excludes("--builder");
-  app.add_option("--import", command.imported,
-                 "Take the tree of this JSON file (bvhinfo --export writes such files) in place of a builder's")
       ->type_name("FILE")
-      ->excludes("--builder")
-      ->excludes("--quality");
-}
-
-void add_target_options(CLI::App& app, BuildCommand& command) {
-  app.add_option(
-         "--nodes", command.nodes,
-         "Layout of the nodes; auto: the one for --target. half and quantized have nodes of half the size, with "
-         "boxes that are rounded outwards")
-      ->check(CLI::IsMember(words(kLayouts, {"auto"})))
-      ->type_name("NAME")
-      ->capture_default_str();
-  app.add_option("--target", command.target, "Machine to trace on (cpu and nvidia: planes, amd: float)")
-      ->check(CLI::IsMember(words(kTargetLayouts)))
-      ->type_name("NAME")
-      ->capture_default_str();
-  app.add_option(
-         "--device", command.device,
-         "What builds. gpu: all but embree-* and --import, by default hploc. auto: the GPU if there is one and it has "
-         "the builder")
-      ->check(CLI::IsMember(words(kDeviceChoices)))
-      ->type_name("NAME")
-      ->capture_default_str();
-  add_threads_option(app, command.threads);
+      ->group(kInputGroup);
+  app.add_option("-o,--output", command.output, "BVH file to write")
+      ->required()
+      ->type_name("FILE")
+      ->group(kOutputGroup);
+  app.add_flag("--stats", command.stats, "Print statistics of the tree, times and memory")
+      ->disable_flag_override()
+      ->group(kOutputGroup);
 }
 
 void add_tree_options(CLI::App& app, BuildCommand& command) {
-  app.add_option("--max-leaf", command.max_leaf, "Most triangles below one leaf reference, 1 to 64")
-      ->check(CLI::Range(1u, 64u))
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_option(
-         "--split-budget", command.split_budget,
-         "References that sbvh, hq and embree-high may make of one on the way down, on average, 1 to 16 (default: "
-         "3 for hq, 1.5 for the others)")
-      ->check(CLI::Range(1.0, 16.0))
-      ->type_name("X");
-  app.add_option("--presplit-budget", command.presplit_budget,
-                 "References that may be made of one by cuts before there is a tree, on average, 1 to 16. For hploc "
-                 "with rounds of reinsertion")
-      ->check(CLI::Range(1.0, 16.0))
-      ->type_name("X")
-      ->capture_default_str();
-  app.add_option(
-         "--reinsertion-rounds", command.rounds,
-         "How often to look for better places for an eighth of the tree's nodes, 0 to 1000 (default: 32 for hq, "
-         "0 for others, or what goes with --quality)")
-      ->check(CLI::Range(0u, 1000u))
-      ->type_name("N");
-  app.add_option("--ploc-radius", command.ploc_radius, "How far ploc and hploc look for the nearest cluster, 1 to 128")
-      ->check(CLI::Range(1u, 128u))
-      ->type_name("N")
-      ->capture_default_str();
-  app.add_flag("--no-pairs", command.no_pairs, "Do not put two triangles that share an edge into one leaf")
-      ->disable_flag_override();
-  app.add_flag("--stats", command.stats, "Print figures of the tree, times and memory")->disable_flag_override();
+  app.add_option("--quality", command.quality,
+                 "Choose the builder and its options. fast: lbvh, the fastest build. balanced: hploc, a slightly "
+                 "slower build and faster rays. high: hq, the fastest rays")
+      ->check(CLI::IsMember(words(kQualities)))
+      ->type_name("WORD")
+      ->group(kTreeGroup);
+  app.add_option("--builder", command.builder,
+                 "Choose the builder itself. lbvh builds fastest, hq gives the fastest rays. lbvh30 and ploc are for "
+                 "comparisons, embree-* are Embree's builders")
+      ->check(CLI::IsMember(words(kBuilders)))
+      ->type_name("NAME")
+      ->excludes("--quality")
+      ->capture_default_str()
+      ->group(kTreeGroup);
+  app.add_option("--target", command.target,
+                 "Machine to trace on. It chooses the node layout (cpu and nvidia: planes, amd: float)")
+      ->check(CLI::IsMember(words(kTargetLayouts)))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kTreeGroup);
+  app.add_option("--nodes", command.nodes,
+                 "Node layout. auto: as --target says. half and quantized nodes take half the memory; their boxes are "
+                 "rounded outwards")
+      ->check(CLI::IsMember(words(kLayouts, {"auto"})))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kTreeGroup);
 }
 
-void add_scene_options(CLI::App& app, BuildCommand& command) {
+void add_instance_options(CLI::App& app, BuildCommand& command) {
   app.add_flag("--instances", command.instances,
-               "Make a scene of instances: every glTF mesh is one object, its nodes are instances of it; every other "
+               "Build a scene of instances: every glTF mesh is one object and its nodes are the instances. Every other "
                "file is an object with one instance")
-      ->disable_flag_override();
+      ->disable_flag_override()
+      ->group(kInstanceGroup);
   app.add_flag("--flatten", command.flatten,
-               "Build one BVH without instances over the scene: every instance of a mesh becomes a geometry, with its "
-               "triangles where the scene has them")
-      ->disable_flag_override();
-  app.add_option(
-         "--opening-budget", command.opening_budget,
-         "Leaves that trees over instances may have per instance, 1 to 64 on average: the largest instances are "
-         "opened, and rays enter parts of their objects. For instances that overlap")
-      ->check(CLI::Range(1.0, 64.0))
-      ->type_name("X")
-      ->excludes("--flatten")
-      ->capture_default_str();
-  app.add_option(
-         "--levels", command.levels,
-         "Levels of instances that may be left, 1 to 4096: groups beyond them give way to the instances that they "
-         "have, which makes rays faster and files larger. What moves stays (default: as described)")
-      ->check(CLI::Range(1u, 4096u))
-      ->type_name("N")
-      ->excludes("--flatten");
+               "Build one BVH without instances: every instance of a mesh becomes a geometry in the scene's space")
+      ->disable_flag_override()
+      ->group(kInstanceGroup);
   app.add_option("--shutter", command.shutter,
-                 "With --instances: read the animations of glTF files, so that nodes move between these times, in "
-                 "seconds (bvhrender --shutter takes the picture)")
+                 "With --instances: read the animations of glTF files between these times, in seconds (see bvhrender "
+                 "--shutter)")
       ->check(CLI::Validator(check_shutter, ""))
-      ->type_name("OPEN,CLOSE");
+      ->type_name("OPEN,CLOSE")
+      ->group(kInstanceGroup);
   app.add_option("--motion-keys", command.motion_keys,
-                 "Keys of what moves, evenly from OPEN to CLOSE, 2 to 4096. Rotations take the shorter way from one to "
-                 "the next")
+                 "Keys per moving node, evenly from OPEN to CLOSE, 2 to 4096. Rotations take the shorter arc between "
+                 "two keys")
       ->check(CLI::Range(2u, 4096u))
       ->type_name("N")
       ->needs("--shutter")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kInstanceGroup);
+}
+
+/// Options of the trees over instances.
+void add_instance_tree_options(CLI::App& app, BuildCommand& command) {
+  app.add_option("--levels", command.levels,
+                 "Most levels of instances to keep, 1 to 4096. Deeper groups are replaced by their own instances: rays "
+                 "are faster, files are larger. Moving groups stay (default: all levels)")
+      ->check(CLI::Range(1u, 4096u))
+      ->type_name("N")
+      ->excludes("--flatten")
+      ->group(kInstanceGroup);
+  app.add_option("--opening-budget", command.opening_budget,
+                 "Leaves per instance in trees over instances, on average, 1 to 64. Above 1 the largest instances are "
+                 "opened, and rays enter parts of their objects. For instances that overlap")
+      ->check(CLI::Range(1.0, 64.0))
+      ->type_name("X")
+      ->excludes("--flatten")
+      ->capture_default_str()
+      ->group(kInstanceGroup);
   app.add_option("--instance-bounds", command.instance_bounds,
-                 "What the box of an instance is made of, transformed: the object's root, the boxes of its children or "
-                 "grandchildren, or all its primitives. Smaller boxes take longer to make")
+                 "What the box of an instance encloses after the transform: the box of the object's root, the boxes of "
+                 "its children or grandchildren, or all primitives. Smaller boxes take longer to compute")
       ->check(CLI::IsMember(words(kInstanceBounds)))
       ->type_name("NAME")
       ->excludes("--flatten")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kInstanceGroup);
 }
 
-/// --refit, which goes with none of the options of a build.
+void add_machine_options(CLI::App& app, BuildCommand& command) {
+  app.add_option("--device", command.device,
+                 "Processor that builds. gpu: every builder except embree-* and --import (default builder: hploc). "
+                 "auto: the GPU if there is one that has the builder, else the CPU")
+      ->check(CLI::IsMember(words(kDeviceChoices)))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kMachineGroup);
+  add_threads_option(app, command.threads);
+}
+
+void add_expert_options(CLI::App& app, BuildCommand& command) {
+  app.add_option("--max-leaf", command.max_leaf, "Most triangles below one leaf reference, 1 to 64")
+      ->check(CLI::Range(1u, 64u))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kExpertGroup);
+  app.add_option("--split-budget", command.split_budget,
+                 "References per primitive that spatial splits may create, on average, 1 to 16. For sbvh, hq and "
+                 "embree-high (default: 3 for hq, 1.5 for the others)")
+      ->check(CLI::Range(1.0, 16.0))
+      ->type_name("X")
+      ->group(kExpertGroup);
+  app.add_option("--presplit-budget", command.presplit_budget,
+                 "References per primitive that splits before the build may create, on average, 1 to 16. For hploc "
+                 "with reinsertion rounds")
+      ->check(CLI::Range(1.0, 16.0))
+      ->type_name("X")
+      ->capture_default_str()
+      ->group(kExpertGroup);
+  app.add_option("--reinsertion-rounds", command.rounds,
+                 "Rounds of reinsertion, 0 to 1000: each round moves up to an eighth of the nodes to better positions "
+                 "(default: 32 for hq, 0 for others, or as --quality says)")
+      ->check(CLI::Range(0u, 1000u))
+      ->type_name("N")
+      ->group(kExpertGroup);
+  app.add_option("--ploc-radius", command.ploc_radius, "Search radius of ploc and hploc in clusters, 1 to 128")
+      ->check(CLI::Range(1u, 128u))
+      ->type_name("N")
+      ->capture_default_str()
+      ->group(kExpertGroup);
+  app.add_flag("--no-pairs", command.no_pairs, "Do not store two triangles that share an edge in one leaf")
+      ->disable_flag_override()
+      ->group(kExpertGroup);
+  app.add_option("--import", command.imported,
+                 "Encode the tree of this JSON file instead of building one (bvhinfo --export writes such files)")
+      ->type_name("FILE")
+      ->excludes("--builder")
+      ->excludes("--quality")
+      ->group(kExpertGroup);
+}
+
+/// --refit excludes all options of a build.
 void add_refit_option(CLI::App& app, BuildCommand& command) {
   CLI::Option* refit = app.add_option("--refit", command.moved,
-                                      "Do not build: write INPUT, a BVH file, with its triangles or shapes where they "
-                                      "are in this file. Once per "
-                                      "geometry, in their order. Says whether a rebuild is advised")
+                                      "Do not build: refit the BVH file INPUT to the moved triangles or shapes of this "
+                                      "file. Once per geometry, in their order. Prints whether a rebuild is advised")
                            ->allow_extra_args(false)
-                           ->type_name("MESH");
+                           ->type_name("MESH")
+                           ->group(kInputGroup);
   for (const char* name :
        {"--builder",     "--quality",     "--import",         "--nodes",           "--target",
         "--device",      "--max-leaf",    "--split-budget",   "--presplit-budget", "--reinsertion-rounds",
@@ -164,7 +183,7 @@ void add_refit_option(CLI::App& app, BuildCommand& command) {
     refit->excludes(app.get_option(name));
 }
 
-/// What single options cannot know of each other.
+/// Checks that involve several options.
 void check_command(const CLI::App& app, BuildCommand& command) {
   command.builder_given = app.get_option("--builder")->count() != 0;
   if (!command.moved.empty() && command.inputs.size() != 1)
@@ -191,10 +210,6 @@ void check_command(const CLI::App& app, BuildCommand& command) {
 
 }  // namespace
 
-bool is_scene_json(const std::string& path) { return ends_with(path, ".json"); }
-
-bool is_scene_file(const std::string& path) { return is_scene_json(path) || ends_with(path, ".scene"); }
-
 std::vector<float> BuildCommand::motion_times() const {
   std::vector<float> times;
   if (shutter.empty()) return times;
@@ -204,7 +219,7 @@ std::vector<float> BuildCommand::motion_times() const {
     const double s = static_cast<double>(i) / (motion_keys - 1);
     const auto time =
         static_cast<float>((1 - s) * static_cast<double>(open.open) + s * static_cast<double>(open.close));
-    // Closer than floats are: fewer keys.
+    // Keys that are the same float are merged.
     if (times.empty() || time > times.back()) times.push_back(time);
   }
   return times;
@@ -214,29 +229,34 @@ bool BuildCommand::is_scene() const { return instances || (inputs.size() == 1 &&
 
 void add_build_options(CLI::App& app, BuildCommand& command) {
   add_file_options(app, command);
-  add_builder_options(app, command);
-  add_target_options(app, command);
   add_tree_options(app, command);
-  add_scene_options(app, command);
+  add_instance_options(app, command);
+  add_instance_tree_options(app, command);
+  add_machine_options(app, command);
+  add_expert_options(app, command);
   add_refit_option(app, command);
   app.callback([&app, &command] { check_command(app, command); });
 }
 
-build::BuildOptions build_options(const BuildCommand& command, std::string_view tool,
-                                  build::ProgressCallback progress) {
-  build::BuildOptions result = command.quality.empty()
-                                   ? build::BuildOptions{.builder = value_of(kBuilders, command.builder)}
-                                   : build::options_for(value_of(kQualities, command.quality));
-  result.nodes = command.nodes == "auto" ? value_of(kTargetLayouts, command.target) : value_of(kLayouts, command.nodes);
-  result.threads = command.threads;
-  result.max_leaf_triangles = command.max_leaf;
-  result.presplit_budget = command.presplit_budget;
-  if (command.split_budget) result.split_budget = command.split_budget;
-  result.ploc_radius = command.ploc_radius;
-  if (command.rounds) result.reinsertion_rounds = command.rounds;
-  result.pair_triangles = !command.no_pairs;
-  result.tool = tool;
-  result.progress = std::move(progress);
+BuildRequest make_request(const BuildCommand& command, std::string_view tool) {
+  BuildRequest result{command.quality.empty() ? build::BuildOptions{.builder = value_of(kBuilders, command.builder)}
+                                              : build::options_for(value_of(kQualities, command.quality))};
+  build::BuildOptions& options = result.options;
+  options.nodes =
+      command.nodes == "auto" ? value_of(kTargetLayouts, command.target) : value_of(kLayouts, command.nodes);
+  options.threads = command.threads;
+  options.max_leaf_triangles = command.max_leaf;
+  options.presplit_budget = command.presplit_budget;
+  if (command.split_budget) options.split_budget = command.split_budget;
+  options.ploc_radius = command.ploc_radius;
+  if (command.rounds) options.reinsertion_rounds = command.rounds;
+  options.pair_triangles = !command.no_pairs;
+  options.tool = tool;
+  result.instances.opening_budget = command.opening_budget;
+  result.instances.bounds = value_of(kInstanceBounds, command.instance_bounds);
+  result.device = value_of(kDeviceChoices, command.device);
+  result.builder_chosen = command.builder_given || !command.quality.empty();
+  result.tree_path = command.imported;
   return result;
 }
 

@@ -1,23 +1,17 @@
 #pragma once
-/// What the command line of bvhbuild says.
+/// The command line of bvhbuild.
 
-#include <tools/cli/names.h>
-
-#include <hiprt_build/instances.h>
-
-#include <CLI/CLI.hpp>
+#include <tools/build/build_request.h>
 
 #include <optional>
 #include <string>
 #include <vector>
 
-namespace hiprt::tools {
+namespace CLI {
+class App;
+}  // namespace CLI
 
-inline constexpr Names<build::InstanceBounds, 4> kInstanceBounds{
-    {{"root", build::InstanceBounds::kRoot},
-     {"children", build::InstanceBounds::kChildren},
-     {"grandchildren", build::InstanceBounds::kGrandchildren},
-     {"primitives", build::InstanceBounds::kPrimitives}}};
+namespace hiprt::tools {
 
 struct BuildCommand {
   std::vector<std::string> inputs, moved;
@@ -34,24 +28,20 @@ struct BuildCommand {
   bool instances = false, flatten = false;
   std::string instance_bounds = "grandchildren";
   double opening_budget = build::InstanceOptions{}.opening_budget;
-  unsigned levels = 0;  ///< That may be left of a scene's; 0: all.
+  unsigned levels = 0;  ///< Levels of instances to keep; 0: all.
   std::string shutter;  ///< Empty: animations are not read.
   unsigned motion_keys = 2;
 
-  /// Is the input a scene of instances, or to become one?
+  /// Whether the input is a scene of instances or becomes one (--instances).
   bool is_scene() const;
-  /// The times at which to look at animations; none without --shutter.
+  /// The times at which animations are sampled; none without --shutter.
   std::vector<float> motion_times() const;
 };
 
-/// Adds every option of bvhbuild, and what goes with what.
+/// Adds every option of bvhbuild, and the checks of options that exclude or need each other.
 void add_build_options(CLI::App& app, BuildCommand& command);
 
-/// @param tool for the provenance; has to live as long as the options.
-build::BuildOptions build_options(const BuildCommand& command, std::string_view tool, build::ProgressCallback progress);
-
-/// A description of a scene by its name: .json, or the binary .scene. In any case of the letters.
-bool is_scene_file(const std::string& path);
-bool is_scene_json(const std::string& path);
+/// @param tool for the provenance record of the file. It must outlive the result.
+BuildRequest make_request(const BuildCommand& command, std::string_view tool);
 
 }  // namespace hiprt::tools

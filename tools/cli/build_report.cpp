@@ -1,9 +1,12 @@
-#include <hiprt_build/format/view.h>
 #include <tools/cli/build_report.h>
 
-#include <tools/cli/names.h>
+#include <tools/cli/build_names.h>
 #include <tools/cli/report.h>
 #include <tools/cli/scene_figures.h>
+
+#include <hiprt_build/format/view.h>
+
+#include <nlohmann/json.hpp>
 
 #include <sys/resource.h>
 

@@ -1,19 +1,19 @@
 #pragma once
-/// What bvhbuild says of what it has built.
+/// The report of bvhbuild.
 
-#include <tools/cli/build_meshes.h>
-#include <tools/scene_io/scene/scene_build.h>
+#include <tools/build/build_meshes.h>
+#include <tools/build/build_scene.h>
 #include <tools/scene_io/scene/scene_description.h>
 
 #include <hiprt_build/format/view.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <string>
 
 namespace hiprt::tools {
 
-/// Of work around the build.
+/// Times of the steps around the build.
 struct BuildSeconds {
   double read = 0, write = 0;
 };
@@ -21,8 +21,8 @@ struct BuildSeconds {
 std::string report_text(const std::string& output, const Built& built, const BufferView& view, BuildSeconds seconds);
 nlohmann::json report_json(const std::string& output, const Built& built, const BufferView& view, BuildSeconds seconds);
 
-/// Of scenes of instances. Figures of the tree are those of the scene's own.
-/// @param description what was built, maybe without its meshes.
+/// The same for scenes of instances. The statistics are about the scene's own tree over instances.
+/// @param description of the scene. Its meshes may be gone.
 std::string report_text(const std::string& output, const SceneDescription& description, const BuiltScene& built,
                         const BufferView& view, BuildSeconds seconds);
 nlohmann::json report_json(const std::string& output, const SceneDescription& description, const BuiltScene& built,

@@ -3,24 +3,24 @@
 
 #include <hiprt_build/format/view.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <ostream>
 
 namespace hiprt::tools {
 
-/// Where a reference leads, a node or the first leaf of a run, by number: {"node": n} or {"leaf": n}.
+/// The target of a reference by number, a node or the first leaf of a run: {"node": n} or {"leaf": n}.
 nlohmann::json target_json(const BufferView& view, NodeRef ref);
 
-/// One line per node with its present children (reference and box), one per leaf with its primitives. Boxes of nodes
-/// are those that its bytes decode to; an infinite plane (layout half) is the file's bounds.
+/// One line per node with its children (reference and box), one per leaf with its primitives. Boxes are as decoded from
+/// the node; an infinite plane (layout half) is printed as the file's bounds.
 /// @pre validate() accepted the file.
 void dump_text(const BufferView& view, std::ostream& out);
 
 /// The same, one JSON object per line: {"node": n, "byte": ..., "children": [{"ref", "node" or "leaf", "min", "max"}]},
 /// {"leaf": n, "byte": ..., "geometry", "last", "triangles": [{"primitive", "corners": [[x, y, z], ...]}]}. Corners
-/// are in the mesh's order. Custom leaves have "customs": [{"primitive", "min", "max"}] in place of "triangles", those
-/// of instances "instance", "enters" (where rays enter the object, a reference in its file), "min" and "max".
+/// are in the mesh's order. Instead of "triangles" custom leaves have "customs": [{"primitive", "min", "max"}], and
+/// leaves of instances have "instance", "enters" (the node of the object that rays enter), "min" and "max".
 void dump_json(const BufferView& view, std::ostream& out);
 
 }  // namespace hiprt::tools

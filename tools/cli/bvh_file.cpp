@@ -1,7 +1,7 @@
 #include <tools/cli/bvh_file.h>
 
-#include <tools/render/tracers/trace_limits.h>
-#include <tools/scene_io/parallel.h>
+#include <tools/base/parallel.h>
+#include <tools/render/scene/trace_limits.h>
 
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>

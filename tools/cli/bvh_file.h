@@ -1,5 +1,5 @@
 #pragma once
-/// BVH files as the tools open them.
+/// Opens and checks BVH files.
 
 #include <hiprt_build/buffer.h>
 #include <hiprt_build/error.h>
@@ -19,19 +19,19 @@ struct BvhFile {
   BufferView view;
 };
 
-/// Checks header and section table only: the content must not be walked.
+/// Checks header and section table only. The content is not checked: it must not be traversed.
 /// @return kIo, or kInvalidInput with the path and the FormatIssue's text.
 build::Result<BvhFile> open_bvh(const std::filesystem::path& path);
 
 /// hiprt::validate(). @param threads 0: as many as the machine has.
 tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::span<const std::byte> bytes);
 
-/// Checks everything: the file may be traversed. @param threads 0: as many as the machine has.
+/// Checks the whole file, so that it may be traversed. @param threads 0: as many as the machine has.
 build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned threads = 0);
 
-/// Whether trace() can trace a file. @return kInvalidInput: it has custom primitives, or some object has, that are no
-/// shapes (spheres and curves, which the file holds); kTooLarge with the path, the levels of instances or stack entries
-/// needed, and the limit (trace_limits.h).
+/// Whether trace() can trace a file.
+/// @return kInvalidInput if it or one of its objects has custom primitives other than spheres and curves. kTooLarge if
+/// it has more levels of instances or needs more stack entries than trace_limits.h allows.
 build::Result<void> check_traceable(const std::filesystem::path& path, const BufferView& view);
 
 /// "scene.bvh: not a valid BVH file: BadMagic at byte 0: ..."

@@ -1,14 +1,14 @@
 #include <tools/cli/cli.h>
 
 #include <hiprt_build/build.h>
-#include <hiprt_build/file.h>
 #include <hiprt_build/format/utf8.h>
 
-#include <array>
-#include <cstdio>
-#include <filesystem>
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
 #include <iostream>
 #include <new>
 
@@ -38,45 +38,43 @@ std::string printable(std::string_view text) {
 
 std::string tool_version(const ToolInfo& info) { return std::string(info.name) + " " + build::version(); }
 
-build::Result<void> check_output(const std::string& output, std::span<const std::string> inputs) {
-  for (const std::string& input : inputs) {
-    std::error_code ignored;
-    if (std::filesystem::equivalent(input, output, ignored))
-      return tl::unexpected(
-          build::Error{build::ErrorCode::kInvalidInput, output + ": the output is one of the inputs"});
-  }
-  return build::check_writable(output);
-}
-
 void add_threads_option(CLI::App& app, unsigned& threads) {
   app.add_option("--threads", threads, "Threads to use; 0: as many as the machine has")
       ->check(CLI::Range(0u, 4096u))
       ->type_name("N")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kMachineGroup);
 }
 
-Cli::Cli(const ToolInfo& info) : info_(info), app_(info.description, info.name) {
-  app_.footer("\nExamples:\n" + std::string(info.examples) +
-              "\nExit status: 0 success, 1 bad input or failed operation, "
-              "2 bad usage.");
-  app_.set_version_flag("--version", tool_version(info), "Print the version and exit");
-  app_.set_help_flag("-h,--help", "Print this help with examples and exit");
-  app_.add_flag("--json", json_, "Print the results as JSON")->disable_flag_override();
+Cli::Cli(const ToolInfo& info) : info_(info), app_(std::make_unique<CLI::App>(info.description, info.name)) {
+  app_->set_help_flag();
+  app_->footer("\nExamples:\n" + std::string(info.examples) +
+               "\nExit status: 0 success, 1 bad input or failed operation, "
+               "2 bad usage.");
+}
+
+Cli::~Cli() = default;
+
+/// At the end of --help, below the tool's own groups.
+void Cli::add_general_options() {
+  app_->add_flag("--json", json_, "Print the results as JSON")->disable_flag_override()->group(kOutputGroup);
+  app_->set_help_flag("-h,--help", "Print this help with examples and exit")->group("General");
+  app_->set_version_flag("--version", tool_version(info_), "Print the version and exit")->group("General");
 }
 
 int Cli::parse(int argc, const char* const* argv, bool& stop) {
   stop = true;
-  // CLI11 takes [a,b] for a list; a file of that name has another way to be written.
+  // CLI11 reads [a,b] as a list. "./[a,b]" names the same file.
   std::vector<std::string> words(argv + 1, argv + argc);
   for (std::string& word : words)
     if (word.starts_with('[')) word.insert(0, "./");
   std::reverse(words.begin(), words.end());
   try {
-    app_.parse(std::move(words));
+    app_->parse(std::move(words));
     stop = false;
     return kExitSuccess;
   } catch (const CLI::CallForHelp&) {
-    std::cout << app_.help();
+    std::cout << app_->help();
   } catch (const CLI::CallForVersion&) {
     std::cout << tool_version(info_) << "\n";
   } catch (const CLI::ParseError& error) {
@@ -89,13 +87,14 @@ int Cli::parse(int argc, const char* const* argv, bool& stop) {
 /// An option that does not exist explains more than the one that it was meant to be and that is missing now.
 std::string Cli::usage_error(const CLI::ParseError& error) const {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError))
-    for (const std::string& word : app_.remaining())
+    for (const std::string& word : app_->remaining())
       if (word.size() > 1 && word[0] == '-') return "unknown option " + word;
   return error.what();
 }
 
 int Cli::run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool) {
   try {
+    add_general_options();
     bool stop = false;
     const int status = parse(argc, argv, stop);
     if (status != kExitSuccess) return status;

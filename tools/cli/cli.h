@@ -1,21 +1,33 @@
 #pragma once
-/// What every tool's command line shares.
+/// What the command lines of all tools share.
 
 #include <hiprt_build/error.h>
 
-#include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <functional>
-#include <span>
+#include <memory>
 #include <string>
+
+namespace CLI {
+class App;
+class ParseError;
+}  // namespace CLI
 
 namespace hiprt::tools {
 
 /// Exit statuses.
 inline constexpr int kExitSuccess = 0;
 inline constexpr int kExitFailure = 1;  ///< Bad input or a failed operation.
-inline constexpr int kExitUsage = 2;    ///< A command line that makes no sense.
+inline constexpr int kExitUsage = 2;    ///< A wrong command line.
+
+/// Groups of options in --help, in this order.
+inline constexpr const char* kInputGroup = "Input";
+inline constexpr const char* kTreeGroup = "Tree";
+inline constexpr const char* kInstanceGroup = "Instances";
+inline constexpr const char* kOutputGroup = "Output";
+inline constexpr const char* kMachineGroup = "Machine";
+inline constexpr const char* kExpertGroup = "Experts";
 
 struct ToolInfo {
   const char* name;         ///< "bvhbuild"
@@ -35,12 +47,15 @@ struct ToolInfo {
 class Cli {
  public:
   explicit Cli(const ToolInfo& info);
+  Cli(const Cli&) = delete;
+  Cli& operator=(const Cli&) = delete;
+  ~Cli();
 
-  CLI::App& app() { return app_; }
+  CLI::App& app() { return *app_; }
   bool json() const { return json_; }
 
-  /// Parses the arguments and calls @p tool, unless --help, --version or bad usage ends the run before.
-  /// @return the exit status. Exceptions do not pass; output that stdout does not take is a failure.
+  /// Parses the arguments and calls @p tool, except after --help, --version or a wrong command line.
+  /// @return the exit status. Exceptions become failures, and so do errors of stdout.
   int run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool);
 
   /// Prints "NAME: warning: message" to stderr.
@@ -49,24 +64,21 @@ class Cli {
   void print(const nlohmann::json& value) const;
 
  private:
+  void add_general_options();
   int parse(int argc, const char* const* argv, bool& stop);
   std::string usage_error(const CLI::ParseError& error) const;
   int fail(const std::string& message) const;
 
   ToolInfo info_;
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
   bool json_ = false;
   mutable bool printed_ = false;
 };
 
-/// @return "bvhbuild 0.1.0": what provenance blocks and --version say.
+/// @return e.g. "bvhbuild 0.1.0", for provenance records and --version.
 std::string tool_version(const ToolInfo& info);
 
-/// To be asked before long work: can @p output be written, and is it none of the inputs, which it would replace?
-/// @return kIo or kInvalidInput with the path and the reason.
-build::Result<void> check_output(const std::string& output, std::span<const std::string> inputs);
-
-/// Adds --threads N (0, the default: as many as the machine has; at most 4096).
+/// Adds --threads N, 0 to 4096 (0, the default: as many as the machine has).
 void add_threads_option(CLI::App& app, unsigned& threads);
 
 }  // namespace hiprt::tools

@@ -1,10 +1,15 @@
 #include <tools/cli/compare_command.h>
 
-#include <tools/cli/cli.h>
+#include <tools/base/interrupt.h>
+#include <tools/base/output_file.h>
+#include <tools/base/text.h>
 #include <tools/cli/progress.h>
 #include <tools/cli/report.h>
 #include <tools/render/image/image_read.h>
-#include <tools/scene_io/text.h>
+#include <tools/render/image/image_write.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -18,11 +23,11 @@ std::string check_png(const std::string& path) {
 }
 
 /// Of files that may not be there yet.
-bool same_place(const std::string& a, const std::string& b) {
+bool same_file(const std::string& a, const std::string& b) {
   std::error_code error_a, error_b;
-  const auto place_a = std::filesystem::weakly_canonical(a, error_a),
-             place_b = std::filesystem::weakly_canonical(b, error_b);
-  return !error_a && !error_b && place_a == place_b;
+  const auto path_a = std::filesystem::weakly_canonical(a, error_a),
+             path_b = std::filesystem::weakly_canonical(b, error_b);
+  return !error_a && !error_b && path_a == path_b;
 }
 
 /// Four digits of what may be small.
@@ -35,14 +40,17 @@ std::string scientific(double value) {
 }  // namespace
 
 void CompareCommand::add_options(CLI::App& app) {
+  constexpr const char* kGroup = "Comparison";
   CLI::Option* const compare = app.add_option("--compare", reference_path_,
-                                              "Prints how far the picture is from this OpenEXR file of the same size: "
-                                              "MSE, relative MSE, PSNR and FLIP")
-                                   ->type_name("REF.exr");
-  app.add_option("--difference", map_path_, "FLIP of every pixel, as a PNG: dark violet 0, yellow 1")
+                                              "Print the error of the picture against this OpenEXR file of the same "
+                                              "size: MSE, relative MSE, PSNR and FLIP")
+                                   ->type_name("REF.exr")
+                                   ->group(kGroup);
+  app.add_option("--difference", map_path_, "PNG of the FLIP error of every pixel, from 0 (dark violet) to 1 (yellow)")
       ->needs(compare)
       ->check(CLI::Validator(check_png, ""))
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kGroup);
 }
 
 build::Result<void> CompareCommand::prepare(std::uint32_t width, std::uint32_t height, const std::string& input,
@@ -54,7 +62,7 @@ build::Result<void> CompareCommand::prepare(std::uint32_t width, std::uint32_t h
     for (const std::string& taken : {input, reference_path_})
       if (auto checked = check_output(map_path_, std::span(&taken, 1)); !checked) return checked;
     for (const std::string& output : outputs)
-      if (same_place(output, map_path_))
+      if (same_file(output, map_path_))
         return tl::unexpected(
             build::Error{build::ErrorCode::kInvalidInput, map_path_ + ": both the picture and its --difference"});
   }

@@ -1,11 +1,11 @@
 #pragma once
-/// The way of one ray through a tree, step by step.
+/// The traversal of one ray, step by step.
 
 #include <tools/render/tracers/tracer.h>
 
 #include <hiprt_build/format/view.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <string>
@@ -21,7 +21,7 @@ struct Explanation {
 };
 
 /// Traces one ray by trace_steps().
-/// @pre check_traceable() lets the scene pass.
+/// @pre check_traceable() accepts the scene.
 Explanation explain(const SceneView& scene, Query query, const TracePolicies& policies, const Ray& ray);
 
 /// The steps as JSON: {"ray", "steps": [...], "hit", "path", "work"}. Nodes, leaves and instances are numbered within
@@ -31,10 +31,10 @@ Explanation explain(const SceneView& scene, Query query, const TracePolicies& po
 ///                                             {"primitive": 13, "verdict": "not met"}]}
 ///   {"leaf": 2, "instance": 5, "of": 1, "id": 77, "verdict": "entered", "node": 0}
 ///   {"left": 5}
-/// "unvisited" counts children whose boxes the ray meets that were never looked into, for a hit was nearer.
+/// "unvisited" counts children whose boxes the ray meets but that were not visited because a hit was nearer.
 nlohmann::json explanation_json(const BufferView& file, const Ray& ray, const Explanation& explanation);
 
-/// The same as lines to read, one per step, indented by instances.
+/// The same as text: one line per step, indented by the level of instances.
 std::string explanation_text(const nlohmann::json& explanation);
 
 }  // namespace hiprt::tools

@@ -4,6 +4,8 @@
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -57,7 +59,7 @@ class Teller {
     return result;
   }
 
-  /// Children that the ray meets, but not those that it came to.
+  /// Children whose boxes the ray meets, without those that it visits.
   std::uint64_t unvisited() const { return static_cast<std::uint64_t>(met_) - visited_; }
 
  private:
@@ -66,7 +68,7 @@ class Teller {
   /// A step in a file: which object's, if not the scene's.
   json begin(const std::byte* base) const {
     const std::uint32_t object = files_.at(base).second;
-    json step{{"level", way_.size()}};
+    json step{{"level", path_.size()}};
     if (object != kInvalidId) step["object"] = object;
     return step;
   }
@@ -149,7 +151,7 @@ class Teller {
                                                        : "not entered: outside its box, or the ray has no direction "
                                                          "there";
     if (!enters) return step;
-    way_.push_back(info.primitive[0]);
+    path_.push_back(info.primitive[0]);
     entered_ = entered_ref(info);
     const BufferView& object = file_of(file_.bytes.data() + file_.objects[record.object].offset);
     step["at"] = target_json(object, entered_);
@@ -157,17 +159,17 @@ class Teller {
   }
 
   json exit() {
-    const std::uint32_t left = way_.back();
-    way_.pop_back();
-    return {{"level", way_.size()}, {"left", left}};
+    const std::uint32_t left = path_.back();
+    path_.pop_back();
+    return {{"level", path_.size()}, {"left", left}};
   }
 
   const BufferView& file_;
   const Ray& ray_;
   float best_;
   std::map<const std::byte*, std::pair<BufferView, std::uint32_t>> files_;
-  std::vector<std::uint32_t> way_;
-  NodeRef next_ = kInvalidRef;     ///< The leaf behind the last one, of its run.
+  std::vector<std::uint32_t> path_;
+  NodeRef next_ = kInvalidRef;     ///< The leaf after the last one in its run.
   NodeRef entered_ = kInvalidRef;  ///< Where the ray enters an object, until it comes there.
   std::uint64_t met_ = 1, visited_ = 0;
 };
@@ -280,9 +282,9 @@ std::string explanation_text(const json& explanation) {
                        "\n";
   std::size_t number = 0;
   for (const json& step : explanation["steps"]) {
-    std::array<char, 32> place{};
-    std::snprintf(place.data(), place.size(), "%5zu  ", ++number);
-    result += place.data() + std::string(2 * step["level"].get<std::size_t>(), ' ') + step_text(step) + "\n";
+    std::array<char, 32> number_text{};
+    std::snprintf(number_text.data(), number_text.size(), "%5zu  ", ++number);
+    result += number_text.data() + std::string(2 * step["level"].get<std::size_t>(), ' ') + step_text(step) + "\n";
   }
   result += hit_text(explanation) + "\n";
   result += "work: nodes " + text(work["nodes"]) + ", leaves " + text(work["leaves"]) + " with triangles " +

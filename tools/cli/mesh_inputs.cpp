@@ -1,5 +1,10 @@
 #include <tools/cli/mesh_inputs.h>
 
+#include <tools/base/interrupt.h>
+#include <tools/base/output_file.h>
+#include <tools/cli/cli.h>
+#include <tools/cli/progress.h>
+
 namespace hiprt::tools {
 
 void warn_of(const Cli& cli, const std::string& input, const Mesh& mesh) {
@@ -14,7 +19,7 @@ build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, std::span<const std
   for (const std::string& input : inputs) {
     bar.update("read", 0);
     auto mesh = load_mesh(input);
-    if (interrupted()) return tl::unexpected(cancelled());
+    if (interrupted()) return cancelled();
     if (!mesh) return tl::unexpected(mesh.error());
     bar.clear();
     if (auto checked = check_output(output, mesh->files); !checked) return tl::unexpected(checked.error());
@@ -22,13 +27,6 @@ build::Result<std::vector<Mesh>> read_meshes(const Cli& cli, std::span<const std
     meshes.push_back(std::move(*mesh));
   }
   return meshes;
-}
-
-std::vector<build::TriangleMesh> views(std::span<const Mesh> meshes) {
-  std::vector<build::TriangleMesh> result;
-  result.reserve(meshes.size());
-  for (const Mesh& mesh : meshes) result.push_back({mesh.positions, mesh.triangles, 0xffffffffu, mesh.name});
-  return result;
 }
 
 }  // namespace hiprt::tools

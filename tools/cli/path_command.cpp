@@ -1,21 +1,27 @@
 #include <tools/cli/path_command.h>
 
-#include <tools/cli/cli.h>
-#include <tools/cli/report.h>
+#include <tools/base/output_file.h>
+#include <tools/cli/progress.h>
 #include <tools/render/image/image_read.h>
+#include <tools/render/path/gpu_path_tracer.h>
+#include <tools/render/path/path_trace.h>
 #include <tools/render/studio/studio.h>
-#include <tools/scene_io/surface/surface_load.h>
+#include <tools/scene_io/scene/surface_load.h>
 
 #include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/format/view.h>
+
+#include <CLI/CLI.hpp>
 
 #include <utility>
 
 namespace hiprt::tools {
 namespace {
 
-/// Of the light without --environment, which has no edges.
+/// Side of the sky's picture without --environment. The light of the studio is smooth.
 constexpr std::uint32_t kStudioSky = 256;
+
+constexpr const char* kPathGroup = "Path tracing (--integrator path)";
 
 std::vector<Vec3> backdrop(std::uint32_t height) {
   std::vector<Vec3> rows;
@@ -48,22 +54,27 @@ build::Result<Image> layers(const SceneView& scene, const Camera& camera, Render
 }  // namespace
 
 void PathCommand::add_options(CLI::App& app) {
-  app.add_option("--integrator", integrator_,
-                 "path: light by paths with materials, in place of a --mode; progressive: what there is is written at "
-                 "times, and when interrupted")
+  app.add_option(
+         "--integrator", integrator_,
+         "path: path tracing with materials, instead of a --mode. The picture is saved from time to time; press "
+         "Ctrl-C to stop and keep the picture rendered so far")
       ->check(CLI::IsMember({"path"}))
-      ->type_name("NAME");
-  app.add_option("--bounces", bounces_, "path: surfaces on the way from the first one to a light, at most")
+      ->type_name("NAME")
+      ->group(kPathGroup);
+  app.add_option("--bounces", bounces_, "Most surfaces between the first one and a light")
       ->check(CLI::Range(0u, 1024u))
       ->type_name("N")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kPathGroup);
   app.add_option("--materials", materials_,
-                 "path: the files that bvhbuild was given, in the same order, for their materials; without them "
-                 "everything is clay, as spheres and curves always are")
-      ->type_name("FILE...");
+                 "Files that bvhbuild was given, in the same order, for their materials. Without them everything is "
+                 "clay. Spheres and curves are always clay")
+      ->type_name("FILE...")
+      ->group(kPathGroup);
   app.add_option("--environment", environment_,
-                 "path: the sky, an equirectangular OpenEXR picture, +y up; without it a studio's light")
-      ->type_name("FILE");
+                 "The sky, an equirectangular OpenEXR picture, +y up. Default: the light of a studio")
+      ->type_name("FILE")
+      ->group(kPathGroup);
 }
 
 void PathCommand::check(const CLI::App& app) const {

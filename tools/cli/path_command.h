@@ -1,40 +1,43 @@
 #pragma once
-/// bvhrender --integrator path: its options, and what they lead to.
+/// bvhrender --integrator path: options and rendering.
+
+#include <tools/render/path/path_data.h>
+#include <tools/render/studio/render.h>
 
 #include <hiprt_build/format/view.h>
-#include <tools/cli/progress.h>
-#include <tools/render/path/path_trace.h>
-#include <tools/render/studio/render.h>
-#include <tools/render/tracers/gpu_tracer.h>
-
-#include <CLI/CLI.hpp>
 
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+namespace CLI {
+class App;
+}  // namespace CLI
+
 namespace hiprt::tools {
+
+class ProgressBar;
 
 class PathCommand {
  public:
   void add_options(CLI::App& app);
 
-  /// To be called when all is parsed. @throw CLI::ValidationError for options that need --integrator path.
+  /// Checks options that need each other. Call it when all options are parsed. @throw CLI::ValidationError for options
+  /// that need --integrator path.
   void check(const CLI::App& app) const;
 
   bool chosen() const { return !integrator_.empty(); }
 
-  /// To be called before long work: reads materials and the sky.
-  /// @param bvh validated. @param outputs none of them may be read.
+  /// Reads materials and the sky. Call it before long work.
+  /// @param bvh validated. @param outputs files that will be written. They must not be inputs.
   /// @return the errors of load_surfaces(), read_exr_colors() and make_path_data().
   build::Result<void> prepare(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
                               const std::vector<std::string>& outputs);
 
   /// @param gpu with the scene on it; nullptr: the CPU traces and shades.
-  /// @param keep called with what there is, after a second, then two, four, ...; for pictures that take long.
-  /// @return the picture, with Rendering::samples below those asked for when interrupted() became true: kCancelled if
-  /// there is not even one.
+  /// @param keep called with the picture so far after 1, 2, 4, ... seconds.
+  /// @return the picture. After an interruption it has fewer samples (Rendering::samples). kCancelled: it has none.
   build::Result<Rendering> render(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
                                   GpuTracer* gpu, ProgressBar& bar,
                                   const std::function<void(const Rendering&)>& keep) const;

@@ -1,14 +1,15 @@
 #pragma once
-/// A progress bar for people, and interruption by Ctrl-C.
+/// A progress bar on the terminal.
+
+#include <tools/base/progress_sink.h>
 
 #include <chrono>
-#include <string>
 
 namespace hiprt::tools {
 
 bool stderr_is_terminal();
 
-/// One line on stderr that is redrawn in place; nothing at all when stderr is not a terminal. Erased when destroyed.
+/// One line on stderr that is redrawn in place and erased by the destructor. Without a terminal nothing is drawn.
 class ProgressBar {
  public:
   explicit ProgressBar(bool enabled = stderr_is_terminal()) : enabled_(enabled) {}
@@ -21,23 +22,15 @@ class ProgressBar {
   /// Erases the line.
   void clear();
 
+  /// Draws what it is told. @pre it is called by one thread at a time, and not after the bar's end.
+  ProgressSink sink() {
+    return [this](const char* step, double fraction) { update(step, fraction); };
+  }
+
  private:
   bool enabled_;
   bool drawn_ = false;
   std::chrono::steady_clock::time_point last_{};
 };
-
-/// While it lives, SIGINT, SIGTERM and SIGHUP do not end the program but make interrupted() true (unless they were
-/// ignored before), and SIGXFSZ does nothing. One at a time.
-class InterruptGuard {
- public:
-  InterruptGuard();
-  InterruptGuard(const InterruptGuard&) = delete;
-  InterruptGuard& operator=(const InterruptGuard&) = delete;
-  ~InterruptGuard();
-};
-
-/// Was the program asked to stop since the InterruptGuard was made? May be called from any thread.
-bool interrupted();
 
 }  // namespace hiprt::tools

@@ -1,14 +1,23 @@
 #include <tools/cli/refit_command.h>
 
+#include <tools/base/interrupt.h>
+#include <tools/base/output_file.h>
+#include <tools/base/parallel.h>
+#include <tools/build/build_meshes.h>
+#include <tools/build/build_progress.h>
+#include <tools/build/shape_geometries.h>
+#include <tools/cli/build_names.h>
 #include <tools/cli/bvh_file.h>
+#include <tools/cli/cli.h>
 #include <tools/cli/mesh_inputs.h>
-#include <tools/cli/names.h>
+#include <tools/cli/progress.h>
 #include <tools/cli/report.h>
 #include <tools/cli/shape_inputs.h>
-#include <tools/scene_io/parallel.h>
 
 #include <hiprt_build/file.h>
 #include <hiprt_build/refit.h>
+
+#include <nlohmann/json.hpp>
 
 #include <iostream>
 
@@ -63,9 +72,9 @@ build::Result<void> run_refit(const Cli& cli, const RefitCommand& command) {
   if (!shapes) return tl::unexpected(shapes.error());
   const std::vector<build::TriangleMesh> moved = views(*meshes);
   auto bvh = build::refit_copy(file->view.bytes, {moved, shapes->customs()},
-                               {.threads = command.threads, .progress = shown_by(bar)});
+                               {.threads = command.threads, .progress = build_progress(bar.sink())});
   bar.clear();
-  if (interrupted()) return tl::unexpected(cancelled());
+  if (interrupted()) return cancelled();
   if (!bvh) return tl::unexpected(bvh.error());
   if (auto written = build::write_file(command.output, bvh->buffer.bytes()); !written) return written;
   if (cli.json())

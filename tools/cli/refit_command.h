@@ -1,20 +1,22 @@
 #pragma once
-/// bvhbuild --refit: a BVH file and moved meshes or shapes in, a BVH file with the old tree out.
+/// bvhbuild --refit: writes a BVH file with the old tree and refitted boxes for moved meshes or shapes.
 
-#include <tools/cli/cli.h>
+#include <hiprt_build/error.h>
 
 #include <string>
 #include <vector>
 
 namespace hiprt::tools {
 
+class Cli;
+
 struct RefitCommand {
   std::string file, output;
-  std::vector<std::string> moved;  ///< One file per geometry; those of shapes behind the meshes.
+  std::vector<std::string> moved;  ///< One file per geometry: first the meshes, then the shapes.
   unsigned threads = 0;
 };
 
-/// Prints what the tree costs now and whether a rebuild is advised.
+/// Prints the new SAH cost of the tree and whether a rebuild is advised.
 /// @return the errors of load_bvh(), load_mesh(), load_shapes(), build::refit_copy() and build::write_file();
 /// kInvalidInput if the output is an input.
 build::Result<void> run_refit(const Cli& cli, const RefitCommand& command);

@@ -1,5 +1,8 @@
-#include <hiprt_build/format/view.h>
 #include <tools/cli/report.h>
+
+#include <hiprt_build/format/view.h>
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 
 #include <hiprt_build/statistics.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <string>
@@ -22,18 +22,17 @@ class Table {
   std::vector<std::pair<std::string, std::string>> rows_;
 };
 
-/// @return @p value with @p digits digits behind the point.
+/// @return @p value with @p digits digits after the decimal point.
 std::string fixed(double value, int digits);
 /// @return "1234567 (1.2 MiB)".
 std::string bytes_text(std::uint64_t bytes);
 
-/// Bytes of the file per triangle, custom primitive or, of a scene, instance; 0 if there are none.
+/// Bytes of the file per triangle or custom primitive, or per instance of a scene of instances; 0 without any.
 double bytes_per_primitive(const BufferView& view);
-/// A row with it, named after what there is.
+/// Adds a row with that number.
 void add_bytes_per_primitive(Table& table, const BufferView& view);
 
-/// Primitives of the meshes, or of the custom geometries. Dropped ones included; none of them in a scene of instances,
-/// whose objects have them.
+/// Number of triangles or custom primitives, including dropped ones. 0 in a scene of instances: its objects have them.
 std::uint64_t count_triangles(const BufferView& view);
 std::uint64_t count_customs(const BufferView& view);
 

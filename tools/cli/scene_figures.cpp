@@ -3,6 +3,8 @@
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/format/node.h>
 
+#include <nlohmann/json.hpp>
+
 #include <span>
 #include <string>
 
@@ -41,21 +43,21 @@ Content content_of_group(const BufferView& group, std::span<const Content> objec
 /// One level after the other, until there are no groups in it.
 std::vector<SceneLevel> levels_of(const BufferView& scene, std::span<const BufferView> objects) {
   std::vector<SceneLevel> levels;
-  std::vector<Count> ways(objects.size(), 0);
-  for_each_instance(scene, [&](std::size_t object) { ways[object] = sum(ways[object], 1); });
+  std::vector<Count> path_counts(objects.size(), 0);
+  for_each_instance(scene, [&](std::size_t object) { path_counts[object] = sum(path_counts[object], 1); });
   for (bool more = true; more;) {
     SceneLevel level;
     std::vector<Count> next(objects.size(), 0);
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      if (ways[i] == Count(0)) continue;
-      level.instances = sum(level.instances, ways[i]);
+      if (path_counts[i] == Count(0)) continue;
+      level.instances = sum(level.instances, path_counts[i]);
       ++(objects[i].has_instances() ? level.groups : level.objects);
       if (!objects[i].has_instances()) continue;
-      for_each_instance(objects[i], [&](std::size_t object) { next[object] = sum(next[object], ways[i]); });
+      for_each_instance(objects[i], [&](std::size_t object) { next[object] = sum(next[object], path_counts[i]); });
     }
     if (level.instances != Count(0)) levels.push_back(level);
     more = level.groups != 0;
-    ways.swap(next);
+    path_counts.swap(next);
   }
   return levels;
 }

@@ -1,11 +1,11 @@
 #pragma once
-/// How much is in a scene's file, and how much of it a ray sees.
+/// Counts of a scene of instances: as stored in the file, and as seen by a ray.
 
 #include <tools/cli/report.h>
 
 #include <hiprt_build/format/view.h>
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <cstdint>
 #include <optional>
@@ -13,26 +13,26 @@
 
 namespace hiprt::tools {
 
-/// A number that may not fit: none is more than 2^64 - 1.
+/// A count; nothing if it is above 2^64 - 1.
 using Count = std::optional<std::uint64_t>;
 
-/// What one step down the ways from the scene to its primitives leads to.
+/// The objects and groups that paths of one length from the scene lead to.
 struct SceneLevel {
-  Count instances = 0;                    ///< Ways from the scene to an object or group of this level.
-  std::uint64_t objects = 0, groups = 0;  ///< Different ones of this level.
+  Count instances = 0;                    ///< Paths from the scene to an object or group of this level.
+  std::uint64_t objects = 0, groups = 0;  ///< Different objects and groups of this level.
 };
 
-/// Triangles and custom primitives that are dropped count too; instances that are dropped do not.
+/// Dropped triangles and custom primitives are counted, dropped instances are not.
 struct SceneFigures {
   std::uint64_t objects = 0;                 ///< Of triangles and custom primitives.
   std::uint64_t groups = 1;                  ///< With the scene itself.
   std::uint64_t instances = 0;               ///< Of all groups, each once: those in the file.
   std::uint64_t dropped_instances = 0;       ///< Of empty objects.
-  std::uint64_t opened_parts = 0;            ///< Leaves of instances more than instances.
+  std::uint64_t opened_parts = 0;            ///< Leaves of instances minus instances.
   std::uint64_t moving_instances = 0;        ///< Of those in the file.
   std::uint64_t motion_segments = 0;         ///< Of all motions; one less than keys each.
   std::uint64_t triangles = 0, customs = 0;  ///< Of all objects, each once.
-  Count all_instances = 0;                   ///< Ways from the scene to an object that is no group.
+  Count all_instances = 0;                   ///< Paths from the scene to an object that is not a group.
   Count all_triangles = 0, all_customs = 0;  ///< As often as the scene has them.
   std::uint64_t top_bytes = 0;               ///< The scene's own tree, instances and tables.
   std::uint64_t group_bytes = 0, object_bytes = 0;
@@ -45,7 +45,7 @@ struct SceneFigures {
 SceneFigures measure_scene(const BufferView& scene);
 
 void add_scene(Table& table, const SceneFigures& figures);
-/// Counts that do not fit 64 bits are null.
+/// Counts above 2^64 - 1 are null.
 nlohmann::json scene_json(const SceneFigures& figures);
 
 }  // namespace hiprt::tools

@@ -1,10 +1,14 @@
 #include <tools/cli/scene_input.h>
 
+#include <tools/base/interrupt.h>
+#include <tools/base/output_file.h>
+#include <tools/cli/build_command.h>
+#include <tools/cli/cli.h>
 #include <tools/cli/mesh_inputs.h>
+#include <tools/cli/progress.h>
 #include <tools/cli/shape_inputs.h>
 #include <tools/scene_io/scene/scene_assembly.h>
-#include <tools/scene_io/scene/scene_binary.h>
-#include <tools/scene_io/scene/scene_json.h>
+#include <tools/scene_io/scene/scene_file.h>
 
 #include <utility>
 
@@ -16,7 +20,7 @@ build::Result<void> read_assembly(const Cli& cli, const BuildCommand& command, c
                                   SceneDescription& scene) {
   const std::vector<float> times = command.motion_times();
   auto assembly = load_assembly(input, times);
-  if (interrupted()) return tl::unexpected(cancelled());
+  if (interrupted()) return cancelled();
   if (!assembly) return tl::unexpected(assembly.error());
   if (auto checked = check_output(command.output, assembly->files); !checked) return checked;
   if (assembly->meshes.empty()) cli.warn(input + ": no triangles in it");
@@ -69,9 +73,9 @@ build::Result<SceneDescription> read_scene(const Cli& cli, const BuildCommand& c
   const std::string& input = command.inputs[0];
   if (!is_scene_file(input)) return read_assemblies(cli, command, bar);
   bar.update("read", 0);
-  auto scene = is_scene_json(input) ? read_scene_json(input) : read_scene_binary(input);
+  auto scene = read_scene_file(input);
   bar.clear();
-  if (interrupted()) return tl::unexpected(cancelled());
+  if (interrupted()) return cancelled();
   if (!scene) return scene;
   if (auto read = read_described_shapes(cli, command, bar, *scene); !read) return tl::unexpected(read.error());
   if (scene->files.empty()) return scene;

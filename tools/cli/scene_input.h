@@ -1,14 +1,15 @@
 #pragma once
-/// The scene of a command line, with its meshes.
+/// Reads the scene that a command line names, with its meshes.
 
-#include <tools/cli/build_command.h>
-#include <tools/cli/cli.h>
-#include <tools/cli/progress.h>
 #include <tools/scene_io/scene/scene_description.h>
 
 namespace hiprt::tools {
 
-/// Reads the scene that the inputs describe or, with --instances, are. Warns as read_meshes() does.
+struct BuildCommand;
+class Cli;
+class ProgressBar;
+
+/// Reads a scene file, or with --instances makes a scene of mesh files. Warns as read_meshes() does.
 /// @return kInvalidInput if the output is one of the files that were read; errors of the readers.
 build::Result<SceneDescription> read_scene(const Cli& cli, const BuildCommand& command, ProgressBar& bar);
 

@@ -1,15 +1,22 @@
-#include <hiprt_build/format/view.h>
 #include <tools/cli/trace_device.h>
+
+#include <tools/base/errors.h>
+#include <tools/cli/cli.h>
+
+#include <hiprt_build/format/view.h>
+
+#include <CLI/CLI.hpp>
 
 namespace hiprt::tools {
 
 void add_device_option(CLI::App& app, std::string& device) {
   app.add_option("--device", device,
-                 "auto: the GPU if there is one that this build has code for, else the CPU; the results are the same, "
-                 "but for last bits with the triangle test fast")
+                 "auto: the GPU if there is one that this build has code for, else the CPU. Both give the same results "
+                 "(with --triangle-test fast the last bits may differ)")
       ->check(CLI::IsMember(words(kDeviceChoices)))
       ->type_name("NAME")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(kMachineGroup);
 }
 
 build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
@@ -18,7 +25,7 @@ build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const
   auto gpu = GpuTracer::make(view, {.policies = policies});
   if (gpu) return std::optional<GpuTracer>(std::move(*gpu));
   if (choice == DeviceChoice::kAuto && gpu.error().code == build::ErrorCode::kNoDevice) return std::nullopt;
-  return tl::unexpected(build::Error{gpu.error().code, "GPU: " + gpu.error().message});
+  return fail(gpu.error().code, "GPU: " + gpu.error().message);
 }
 
 std::string device_word(const std::optional<GpuTracer>& gpu) { return gpu ? "gpu" : "cpu"; }

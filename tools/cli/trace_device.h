@@ -1,18 +1,20 @@
 #pragma once
-/// Which processor a tool traces on.
+/// Chooses the processor that a tool traces on.
 
-#include <hiprt_build/format/view.h>
-#include <tools/cli/names.h>
+#include <tools/base/device_choice.h>
+#include <tools/base/names.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
-#include <CLI/CLI.hpp>
+#include <hiprt_build/format/view.h>
 
 #include <optional>
 #include <string>
 
-namespace hiprt::tools {
+namespace CLI {
+class App;
+}  // namespace CLI
 
-enum class DeviceChoice { kAuto, kCpu, kGpu };
+namespace hiprt::tools {
 
 inline constexpr Names<DeviceChoice, 3> kDeviceChoices{
     {{"auto", DeviceChoice::kAuto}, {"cpu", DeviceChoice::kCpu}, {"gpu", DeviceChoice::kGpu}}};
@@ -21,8 +23,8 @@ inline constexpr Names<DeviceChoice, 3> kDeviceChoices{
 void add_device_option(CLI::App& app, std::string& device);
 
 /// @param view of a file that validate() accepts. @param policies that rays will be traced with.
-/// @return the GPU with the scene on it, or nothing: the CPU traces. kAuto takes the GPU if there is one that this
-/// build has code for. kGpu: kNoDevice with the reason. Other errors of GpuTracer::make() for both.
+/// @return the GPU with a copy of the scene, or nothing if the CPU is to trace. kNoDevice, with the reason, only for
+/// kGpu. Other errors of GpuTracer::make().
 build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
                                                       const TracePolicies& policies = {});
 

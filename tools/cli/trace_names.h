@@ -1,7 +1,7 @@
 #pragma once
 /// Words for the choices of a tracer on command lines.
 
-#include <tools/cli/names.h>
+#include <tools/base/names.h>
 #include <tools/render/tracers/tracer.h>
 
 namespace hiprt::tools {

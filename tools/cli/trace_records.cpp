@@ -1,7 +1,8 @@
-#include <hiprt_build/format/view.h>
 #include <tools/cli/trace_records.h>
 
-#include <tools/render/tracers/instance_paths.h>
+#include <tools/render/scene/instance_paths.h>
+
+#include <hiprt_build/format/view.h>
 
 #include <limits>
 #include <string>

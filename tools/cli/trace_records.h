@@ -1,5 +1,5 @@
 #pragma once
-/// The hits of a scene's rays as they are written to files.
+/// Converts hits to the records of hit files and path files.
 
 #include <tools/scene_io/rays_file.h>
 

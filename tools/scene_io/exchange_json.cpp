@@ -1,6 +1,6 @@
 #include <tools/scene_io/exchange_json.h>
 
-#include <tools/scene_io/text.h>
+#include <tools/base/text.h>
 
 #include <hiprt_build/file.h>
 
@@ -32,7 +32,7 @@ enum class Place {
 
 struct Key {
   const char* name;
-  Place place;
+  Place location;
 };
 constexpr std::array<Key, 4> kDocumentKeys{{{"format", Place::kFormat},
                                             {"version", Place::kVersion},
@@ -64,33 +64,33 @@ class Reader {
     return is_box() ? plane(parse_real<float>(text).value_or(NAN)) : unexpected(text);
   }
   bool string(Json::string_t& text) {
-    if (place_ != Place::kFormat) return unexpected("a string");
+    if (location_ != Place::kFormat) return unexpected("a string");
     if (text != kFormatName) return fail("is " + quoted(text) + ", not " + quoted(std::string(kFormatName)));
     return leave(Place::kDocument);
   }
 
   bool start_object(std::size_t) {
-    if (place_ == Place::kOutside) return enter(Place::kDocument);
-    if (place_ != Place::kNodes || !in_array_) return unexpected("an object");
+    if (location_ == Place::kOutside) return enter(Place::kDocument);
+    if (location_ != Place::kNodes || !in_array_) return unexpected("an object");
     tree_.nodes.emplace_back();
     node_keys_ = 0;
     in_array_ = false;
     return enter(Place::kNode);
   }
   bool key(Json::string_t& name) {
-    const bool in_node = place_ == Place::kNode;
+    const bool in_node = location_ == Place::kNode;
     const auto& keys = in_node ? kNodeKeys : kDocumentKeys;
     unsigned& seen = in_node ? node_keys_ : document_keys_;
     for (std::size_t i = 0; i < keys.size(); ++i) {
       if (name != keys[i].name) continue;
       if ((seen >> i & 1u) != 0) return fail("has " + in_quotes(name) + " twice");
       seen |= 1u << i;
-      return enter(keys[i].place);
+      return enter(keys[i].location);
     }
     return fail("has the unknown key " + quoted(name));
   }
   bool end_object() {
-    if (place_ == Place::kDocument) {
+    if (location_ == Place::kDocument) {
       for (std::size_t i = 0; i < kDocumentKeys.size(); ++i)
         if ((document_keys_ >> i & 1u) == 0) return fail(std::string("has no '") + kDocumentKeys[i].name + "'");
       return leave(Place::kOutside);
@@ -103,7 +103,7 @@ class Reader {
   }
 
   bool start_array(std::size_t) {
-    const bool takes = place_ >= Place::kNodes && place_ != Place::kNode && place_ <= Place::kEntries;
+    const bool takes = location_ >= Place::kNodes && location_ != Place::kNode && location_ <= Place::kEntries;
     if (!takes || in_array_) return unexpected("an array");
     in_array_ = true;
     index_ = 0;
@@ -113,7 +113,7 @@ class Reader {
     const std::size_t wanted = is_box() ? 3 : is_range() ? 2 : index_;
     if (index_ != wanted)
       return fail("has " + std::to_string(index_) + " numbers, not " + std::to_string(wanted), false);
-    return leave(place_ == Place::kNodes || place_ == Place::kEntries ? Place::kDocument : Place::kNode);
+    return leave(location_ == Place::kNodes || location_ == Place::kEntries ? Place::kDocument : Place::kNode);
   }
 
   bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& exception) {
@@ -125,11 +125,11 @@ class Reader {
   }
 
  private:
-  bool is_box() const { return in_array_ && (place_ == Place::kMin || place_ == Place::kMax); }
-  bool is_range() const { return in_array_ && (place_ == Place::kChildren || place_ == Place::kNodePrimitives); }
+  bool is_box() const { return in_array_ && (location_ == Place::kMin || location_ == Place::kMax); }
+  bool is_range() const { return in_array_ && (location_ == Place::kChildren || location_ == Place::kNodePrimitives); }
 
-  bool enter(Place place) {
-    place_ = place;
+  bool enter(Place location) {
+    location_ = location;
     return true;
   }
   bool leave(Place outer) {
@@ -140,17 +140,17 @@ class Reader {
   bool plane(float value) {
     if (index_ >= 3) return fail("has more than 3 numbers", false);
     Box& box = tree_.nodes.back().box;
-    (place_ == Place::kMin ? box.min : box.max)[index_++] = value;
+    (location_ == Place::kMin ? box.min : box.max)[index_++] = value;
     return true;
   }
 
   bool integer(std::uint64_t value) {
-    if (place_ == Place::kVersion) {
+    if (location_ == Place::kVersion) {
       if (value != kKnownVersion)
         return fail("is " + std::to_string(value) + ", known is " + std::to_string(kKnownVersion));
       return leave(Place::kDocument);
     }
-    const bool entry = in_array_ && place_ == Place::kEntries;
+    const bool entry = in_array_ && location_ == Place::kEntries;
     if (!entry && !is_range()) return unexpected(std::to_string(value));
     if (value > 0xffffffffu) return fail("is " + std::to_string(value) + ", the limit is 4294967295");
     if (entry)
@@ -163,17 +163,17 @@ class Reader {
   bool range(std::uint32_t value) {
     build::ExchangeNode& node = tree_.nodes.back();
     if (index_ == 0) node.first = value;
-    if (index_ == 1) (place_ == Place::kChildren ? node.children : node.primitives) = value;
+    if (index_ == 1) (location_ == Place::kChildren ? node.children : node.primitives) = value;
     return index_ < 2;
   }
 
   /// As JSON writes it, cut to a sane length.
   static std::string quoted(const std::string& text) { return shortened(Json(text).dump(), 40); }
   /// @param element false: the error is of the whole array.
-  std::string place_text(bool element) const {
+  std::string location_text(bool element) const {
     std::string node = "nodes[" + std::to_string(tree_.nodes.size() - 1) + "]";
     const std::string at = in_array_ && element ? "[" + std::to_string(index_) + "]" : "";
-    switch (place_) {
+    switch (location_) {
       case Place::kOutside:
       case Place::kDocument:
         return "the document";
@@ -188,17 +188,17 @@ class Reader {
       case Place::kVersion:
         return "version";
       default:
-        return node + "." + kNodeKeys[static_cast<std::size_t>(place_) - static_cast<std::size_t>(Place::kMin)].name +
-               at;
+        return node + "." +
+               kNodeKeys[static_cast<std::size_t>(location_) - static_cast<std::size_t>(Place::kMin)].name + at;
     }
   }
   bool fail(const std::string& what, bool element = true) {
-    error_ = place_text(element) + " " + what;
+    error_ = location_text(element) + " " + what;
     return false;
   }
   bool unexpected(const std::string& what) { return fail("is " + shortened(what, 40) + ", expected is " + expected()); }
   const char* expected() const {
-    switch (place_) {
+    switch (location_) {
       case Place::kOutside:
         return "an object";
       case Place::kNodes:
@@ -214,7 +214,7 @@ class Reader {
 
   build::ExchangeBvh tree_;
   std::string error_;
-  Place place_ = Place::kOutside;
+  Place location_ = Place::kOutside;
   bool in_array_ = false;                       ///< Between the brackets of place_.
   std::size_t index_ = 0;                       ///< Numbers so far in the innermost array.
   unsigned document_keys_ = 0, node_keys_ = 0;  ///< Bit i: key i was there.

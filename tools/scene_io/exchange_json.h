@@ -18,11 +18,11 @@
 namespace hiprt::tools {
 
 /// Reads the form only: whether it is a tree over some scene says build::validate().
-/// @return kIo, or kInvalidInput with path, place ("nodes[7].min[2]", or line and column) and what is wrong there.
+/// @return kIo, or kInvalidInput with path, location ("nodes[7].min[2]", or line and column) and the reason.
 build::Result<build::ExchangeBvh> read_exchange(const std::filesystem::path& path);
 
-/// Writes every float with nine significant digits, which are the same float again in every reader, by way of double,
-/// too; the file as write_file() does.
+/// Writes as write_file() does. Every float has nine significant digits: readers convert it back to the same float,
+/// also through double.
 /// @return the errors of write_file(), or kInvalidInput for a box that is not finite, which JSON cannot hold.
 build::Result<void> write_exchange(const std::filesystem::path& path, const build::ExchangeBvh& tree);
 

@@ -6,7 +6,7 @@
 ///     .paths  u32 count, u32 levels, count x levels x {u32 instance, u32 id} (0xffffffff both: no more, or a miss)
 ///
 /// A primitive's number runs over all geometries of a file in order; in a scene of instances, of the object that the
-/// path leads to. A path is the instances on the way there, the outermost first: instance is the number in the file
+/// path leads to. A path lists the instances that lead there, the outermost first: instance is the number in the file
 /// that has it, id the program's own (InstanceRecord::id).
 
 #include <hiprt_build/error.h>

@@ -1,6 +1,8 @@
 #include <tools/scene_io/transform.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/errors.h>
+
+#include <hiprt_build/instances.h>
 
 #include <algorithm>
 #include <cmath>

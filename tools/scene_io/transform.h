@@ -3,9 +3,12 @@
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/input.h>
-#include <hiprt_build/instances.h>
 
 #include <array>
+
+namespace hiprt::build {
+struct Affine;
+}  // namespace hiprt::build
 
 namespace hiprt::tools {
 
@@ -15,14 +18,13 @@ struct Transform {
 
   /// Computed in double and rounded once.
   build::Position operator()(const build::Position& p) const;
-  /// First @p inner, then this one.
+  /// Applies @p inner first.
   Transform operator*(const Transform& inner) const;
-  /// Does it turn the outside of a mesh inside?
+  /// Whether it turns the outside of a mesh inside.
   bool mirrors() const;
 };
 
-/// Takes normals where a transform takes surfaces: its inverse, transposed. Outsides stay outside, also where it
-/// mirrors, and where it makes surfaces flat.
+/// Transforms normals: the inverse, transposed. The outside stays outside, also if the transform mirrors or flattens.
 class NormalTransform {
  public:
   explicit NormalTransform(const Transform& transform);
@@ -34,7 +36,7 @@ class NormalTransform {
 };
 
 Transform to_double(const build::Affine& affine);
-/// Every number rounded; those that are too large become infinite.
+/// Rounds every number. Numbers that are too large become infinite.
 build::Affine to_float(const Transform& transform);
 
 /// Scale first, then rotation, then translation, as glTF's nodes have them.
@@ -44,7 +46,7 @@ struct Placement {
   std::array<double, 3> scale{1, 1, 1};
 };
 
-/// Files round quaternions: those of length 1 to within 0.001 are taken for rotations.
+/// Files round quaternions: a length of 1 within 0.001 is accepted.
 /// @return kInvalidInput with "rotation has the length ..." for others.
 build::Result<Transform> transform_of(const Placement& placement);
 

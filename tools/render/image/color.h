@@ -20,8 +20,8 @@ inline Vec3 linear_from_srgb(const Vec3& v) {
   return {linear_from_srgb(v.x), linear_from_srgb(v.y), linear_from_srgb(v.z)};
 }
 
-/// Reinhard's extended operator on the luminance ("Photographic tone reproduction", 2002, equation 4): @p white and
-/// nothing below it becomes 1. With white 1 it changes nothing.
+/// Reinhard's extended operator on the luminance ("Photographic tone reproduction", 2002, equation 4): @p white is the
+/// smallest luminance that becomes 1. With white 1 nothing changes.
 inline Vec3 reinhard(const Vec3& color, float white) {
   const float l = luminance(color);
   return color * ((1.0f + l / (white * white)) / (1.0f + l));

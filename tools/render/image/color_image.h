@@ -1,5 +1,5 @@
 #pragma once
-/// A picture that is colours only.
+/// A picture without other layers than colour.
 
 #include <tools/render/image/image.h>
 

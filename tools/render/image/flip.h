@@ -1,15 +1,15 @@
 #pragma once
-/// FLIP: how different two pictures look to someone who flips between them.
+/// FLIP: the visible difference between two pictures when a viewer flips between them.
 
+#include <tools/base/parallel.h>
 #include <tools/render/image/color_image.h>
-#include <tools/scene_io/parallel.h>
 
 namespace hiprt::tools {
 
 /// LDR-FLIP of every pixel: 0 (equal) to 1 (green beside blue; black beside white is 0.967). Andersson, Nilsson,
 /// Akenine-Moeller, Oskarsson, Astrom and Fairchild, "FLIP: A Difference Evaluator for Alternating Images", HPG 2020:
 /// colours are blurred as the eye does at kPixelsPerDegree (flip_filters.h), compared by HyAB with Hunt's effect, and
-/// where edges or points differ the difference is raised. Pictures go on past their borders as they end there.
+/// where edges or points differ the difference is raised. Border pixels are repeated outside the picture.
 /// @param picture, reference as they are displayed: linear light, 0 to 1; of one size.
 /// @return row by row; the same on any number of threads. Empty: interrupted() became true.
 /// @throws std::bad_alloc

@@ -1,7 +1,7 @@
 #include <tools/render/image/image_compare.h>
 
+#include <tools/render/image/color_map.h>
 #include <tools/render/image/flip.h>
-#include <tools/render/studio/color_map.h>
 
 #include <algorithm>
 #include <cmath>

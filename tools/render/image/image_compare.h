@@ -1,13 +1,14 @@
 #pragma once
-/// How far a picture is from a reference.
+/// Errors of a picture against a reference.
 
 #include <tools/render/image/color_image.h>
 
+#include <hiprt_build/error.h>
+
 namespace hiprt::tools {
 
-/// Errors of the linear colours (mse, relative_mse), and of what a screen shows (psnr, flip): for these, colours
-/// brighter than 1 are brought into range by reinhard() (color.h), in both pictures with the reference's brightest
-/// pixel as white, as write_png() does with each picture's own.
+/// mse and relative_mse are errors of linear colours. psnr and flip are errors of the displayed picture: reinhard()
+/// (color.h) compresses colours above 1 in both pictures, with the reference's brightest pixel as white.
 struct ImageDifference {
   double mse;           ///< Mean over all values (three per pixel) of (p - r)^2.
   double relative_mse;  ///< Mean of (p - r)^2 / (r^2 + 0.01): Rousselle, Knaus, Zwicker, "Adaptive Sampling and

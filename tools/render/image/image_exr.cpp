@@ -1,4 +1,5 @@
 #include <tools/render/image/image.h>
+#include <tools/render/image/image_write.h>
 
 #include <hiprt_build/file.h>
 

@@ -1,5 +1,6 @@
 #include <tools/render/image/color.h>
 #include <tools/render/image/image.h>
+#include <tools/render/image/image_write.h>
 #include <tools/scene_io/surface/png_message.h>
 
 #include <hiprt_build/file.h>

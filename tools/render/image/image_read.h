@@ -1,8 +1,11 @@
 #pragma once
-/// Pictures from files.
+/// Reads pictures from OpenEXR files.
 
 #include <tools/render/image/color_image.h>
 
+#include <hiprt_build/error.h>
+
+#include <filesystem>
 #include <span>
 
 namespace hiprt::tools {

@@ -1,6 +1,7 @@
 #include <tools/render/path/gpu_path_tracer.h>
 
 #include <tools/render/path/gpu_path_kernels.h>
+#include <tools/render/path/path_wave.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
 #include <hiprt_build/gpu/gpu.h>
@@ -20,8 +21,8 @@ class GpuPathEngine {
  public:
   template <class T> using Array = gpu::DeviceArray<T>;
 
-  GpuPathEngine(GpuTracer& tracer, const PathScene& scene, const PathScene* holes, gpu::Allocator& allocator)
-      : tracer_(tracer), levels_(scene.view.levels), holes_(holes), allocator_(allocator) {}
+  GpuPathEngine(GpuTracer& tracer, const PathScene& scene, const PathScene* cutout_scene, gpu::Allocator& allocator)
+      : tracer_(tracer), levels_(scene.view.levels), cutout_scene_(cutout_scene), allocator_(allocator) {}
 
   template <class T> build::Result<Array<T>> array(std::uint64_t count) {
     return Array<T>::make(static_cast<std::size_t>(count), nullptr, allocator_);
@@ -30,8 +31,9 @@ class GpuPathEngine {
     return gpu::launch(path_kernel(Stage::kStage), std::uint64_t{count}, nullptr,
                        {.block = kPathBlock, .name = "path stage"}, job, count);
   }
-  build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits, std::uint32_t* ways) {
-    return tracer_.trace_on_device(query, {rays, hits, levels_ != 0 ? ways : nullptr, count}, holes_);
+  build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits,
+                            std::uint32_t* instance_paths) {
+    return tracer_.trace_on_device(query, {rays, hits, levels_ != 0 ? instance_paths : nullptr, count}, cutout_scene_);
   }
   static build::Result<PathCounts> read(const Array<PathCounts>& counts) {
     PathCounts result{};
@@ -45,7 +47,7 @@ class GpuPathEngine {
  private:
   GpuTracer& tracer_;
   std::uint32_t levels_;
-  const PathScene* holes_;  ///< On the device.
+  const PathScene* cutout_scene_;  ///< On the device.
   gpu::Allocator& allocator_;
 };
 
@@ -57,13 +59,13 @@ struct GpuPathTracer::State {
   gpu::DeviceAllocator allocator;
   PathArrays<PathDeviceArray> arrays;
   PathScene scene;
-  gpu::DeviceArray<PathScene> on_device;  ///< Of scene, for filters; empty: no material has holes.
+  gpu::DeviceArray<PathScene> on_device;  ///< Copy of `scene` for filters. Empty: no material has an alpha cut-out.
   gpu::DeviceArray<PathSum> sums;
   std::unique_ptr<GpuPathEngine> engine;
   std::unique_ptr<PathWave<GpuPathEngine>> wave;
 
   build::Result<void> upload(const PathData& data);
-  build::Result<void> prepare(GpuTracer& tracer, bool holes);
+  build::Result<void> prepare(GpuTracer& tracer, bool alpha_cutout);
 };
 
 build::Result<void> GpuPathTracer::State::upload(const PathData& data) {
@@ -81,13 +83,13 @@ build::Result<void> GpuPathTracer::State::upload(const PathData& data) {
   return done;
 }
 
-build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool holes) {
+build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool alpha_cutout) {
   const auto pixels = std::size_t{scene.settings.width} * scene.settings.height;
   auto all = gpu::DeviceArray<PathSum>::make(pixels, nullptr, allocator);
   if (!all) return tl::unexpected(std::move(all.error()));
   sums = std::move(*all);
   if (auto cleared = sums.fill(std::byte{0}, nullptr); !cleared) return cleared;
-  if (holes) {
+  if (alpha_cutout) {
     auto copy = gpu::DeviceArray<PathScene>::from(std::span(&scene, 1), nullptr, allocator);
     if (!copy) return tl::unexpected(std::move(copy.error()));
     on_device = std::move(*copy);
@@ -103,7 +105,7 @@ build::Result<GpuPathTracer> GpuPathTracer::make(GpuTracer& tracer, const PathDa
                                                  const PathSettings& settings) {
   auto state = std::make_unique<State>(tracer.scene(), settings);
   auto done = state->upload(data);
-  if (done) done = state->prepare(tracer, has_holes(data));
+  if (done) done = state->prepare(tracer, has_alpha_cutout(data));
   if (!done) return tl::unexpected(std::move(done.error()));
   return GpuPathTracer(std::move(state));
 }

@@ -1,8 +1,8 @@
 #pragma once
-/// Waves of paths on a GPU. A build without GPU code has the same class, which says so.
+/// Traces waves of paths on a GPU. In a build without GPU code make() returns an error that says so.
 
+#include <tools/render/path/path_batch.h>
 #include <tools/render/path/path_data.h>
-#include <tools/render/path/path_wave.h>
 
 #include <memory>
 #include <span>
@@ -11,7 +11,7 @@ namespace hiprt::tools {
 
 class GpuTracer;
 
-/// A picture on the GPU of a GpuTracer. One thread at a time may use it.
+/// A picture in the memory of a GpuTracer's GPU. One thread at a time may use it.
 class GpuPathTracer {
  public:
   /// Copies the arrays to the device.
@@ -23,7 +23,7 @@ class GpuPathTracer {
   GpuPathTracer& operator=(GpuPathTracer&&) noexcept;
   ~GpuPathTracer();
 
-  /// Paths that a batch may have.
+  /// Most paths of a batch.
   std::uint32_t capacity() const;
   build::Result<void> run(const PathBatch& batch, PathRayCounts& rays);
   /// @param sums of the whole picture.

@@ -3,9 +3,10 @@
 /// But the base gets what the surface lets through on both ways (Shirley et al., "A practitioners' assessment of light
 /// reflection models", 1997): by the standard's formula white smooth bases send out more light than arrives.
 
+#include <tools/render/scene/frame.h>
+#include <tools/render/scene/path_surface.h>
+
 #include <hiprt_device/math/vec_functions.h>
-#include <tools/render/path/path_surface.h>
-#include <tools/render/studio/frame.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -47,7 +48,7 @@ class Bsdf {
   /// @param lobe, u, v in [0, 1).
   HIPRT_HD Vec3 sample(float lobe, float u, float v) const {
     if (!(lobe < mirror_part_)) return cosine_direction(u, v);
-    // A normal of those that wo sees (Dupuy and Benyoub, "Sampling visible GGX normals with spherical caps", 2023).
+    // A normal that is visible from wo (Dupuy and Benyoub, "Sampling visible GGX normals with spherical caps", 2023).
     const Vec3 stretched = unit_or_zero(Vec3(alpha_ * wo_.x, alpha_ * wo_.y, wo_.z));
     const float z = (1.0f - u) * (1.0f + stretched.z) - stretched.z;
     const float radius = std::sqrt(max_of(1.0f - z * z, 0.0f));

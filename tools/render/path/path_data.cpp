@@ -1,11 +1,12 @@
-#include <hiprt_build/format/view.h>
-#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/path/path_data.h>
 
 #include <tools/render/image/color.h>
-#include <tools/render/path/path_surface.h>
+#include <tools/render/scene/path_surface.h>
+#include <tools/render/scene/trace_limits.h>
 #include <tools/render/studio/studio.h>
-#include <tools/render/tracers/trace_limits.h>
+
+#include <hiprt_build/format/view.h>
+#include <hiprt_device/math/vec_functions.h>
 
 #include <algorithm>
 
@@ -91,9 +92,9 @@ class LightFinder {
     shines_.assign(file_.objects.size(), 0);
     for (std::size_t i = 0; i < shines_.size(); ++i) shines_[i] = object_shines(i) ? 1 : 0;
     if (file_.has_instances()) {
-      if (auto placed = place_below(ObjectPlace(view_), file_.instances.size()); !placed) return placed;
+      if (auto placed = collect_below(ObjectPlace(view_), file_.instances.size()); !placed) return placed;
     } else if (first_.size() == 2 && first_[1] > 0) {
-      add_place(0);
+      add_light_instance(0);
     }
     finish();
     return {};
@@ -122,13 +123,13 @@ class LightFinder {
   /// @return false for a triangle that no leaf holds.
   static bool read_corners(const BufferView& file, std::size_t geometry, std::size_t primitive, PathLight& light) {
     const auto at = static_cast<std::size_t>(file.geometries[geometry].first_primitive) + primitive;
-    const std::uint32_t place = file.primitive_map[at];
-    if (place == kInvalidId) return false;
+    const std::uint32_t slot = file.primitive_map[at];
+    if (slot == kInvalidId) return false;
     dispatch_layout(file.layout(), [&](auto layout) {
       using Layout = decltype(layout);
       const auto* leaves = reinterpret_cast<const typename Layout::Leaf*>(file.bytes.data() + file.leaves.offset);
-      const auto& leaf = leaves[place / 2];
-      const unsigned which = place % 2;
+      const auto& leaf = leaves[slot / 2];
+      const unsigned which = slot % 2;
       unsigned vertex[3] = {corner_vertex(which, 0), corner_vertex(which, 1), corner_vertex(which, 2)};
       to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * which));
       for (unsigned k = 0; k < 3; ++k)
@@ -142,38 +143,38 @@ class LightFinder {
   bool is_own(std::size_t object) const { return instances_[object] == 0; }
   bool object_shines(std::size_t object) const {
     if (is_own(object)) return first_[object + 1] > first_[object];
-    const ObjectPlace place(view_, file_.objects[object]);
+    const ObjectPlace group(view_, file_.objects[object]);
     for (std::size_t i = 0; i < instances_[object]; ++i)
-      if (shines_[place.instances[i].object] != 0) return true;
+      if (shines_[group.instances[i].object] != 0) return true;
     return false;
   }
-  build::Result<void> place_below(const ObjectPlace& place, std::size_t count) {
+  build::Result<void> collect_below(const ObjectPlace& group, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t object = place.instances[i].object;
+      const std::uint32_t object = group.instances[i].object;
       if (shines_[object] == 0) continue;
-      way_.push_back(static_cast<std::uint32_t>(i));
+      path_.push_back(static_cast<std::uint32_t>(i));
       if (is_own(object)) {
         if (lights_ + (first_[object + 1] - first_[object]) > kMostLights)
           return tl::unexpected(build::Error{build::ErrorCode::kTooLarge,
                                              "more than " + std::to_string(kMostLights) + " triangles that emit"});
-        add_place(object);
-      } else if (auto placed = place_below(ObjectPlace(view_, file_.objects[object]), instances_[object]); !placed) {
+        add_light_instance(object);
+      } else if (auto placed = collect_below(ObjectPlace(view_, file_.objects[object]), instances_[object]); !placed) {
         return placed;
       }
-      way_.pop_back();
+      path_.pop_back();
     }
     return {};
   }
 
-  void add_place(std::size_t object) {
-    data_.light_places.push_back({static_cast<std::uint32_t>(lights_), static_cast<std::uint32_t>(first_[object]),
-                                  static_cast<std::uint32_t>(data_.light_ways.size()),
-                                  static_cast<std::uint32_t>(way_.size())});
-    data_.light_ways.insert(data_.light_ways.end(), way_.begin(), way_.end());
+  void add_light_instance(std::size_t object) {
+    data_.light_instances.push_back({static_cast<std::uint32_t>(lights_), static_cast<std::uint32_t>(first_[object]),
+                                     static_cast<std::uint32_t>(data_.light_paths.size()),
+                                     static_cast<std::uint32_t>(path_.size())});
+    data_.light_paths.insert(data_.light_paths.end(), path_.begin(), path_.end());
     lights_ += first_[object + 1] - first_[object];
     InstancePath<kTraceLevels> path;
-    for (const std::uint32_t instance : way_) path.instance[path.depth++] = instance;
-    const PathPlace where(view_, path, time_);
+    for (const std::uint32_t instance : path_) path.instance[path.depth++] = instance;
+    const InstanceTransform where(view_, path, time_);
     for (std::size_t i = first_[object]; i < first_[object + 1]; ++i) {
       const PathLight& light = data_.lights[i];
       glm::dvec3 corner[3];
@@ -189,7 +190,7 @@ class LightFinder {
     double total = 0.0, sum = 0.0;
     for (const double weight : weights_) total += weight;
     if (!(total > 0.0 && std::isfinite(total))) {
-      data_.light_places.clear();
+      data_.light_instances.clear();
       return;
     }
     for (const double weight : weights_) {
@@ -204,10 +205,10 @@ class LightFinder {
   float time_;
   PathData& data_;
   std::vector<float> emission_;         ///< Of materials: luminance.
-  std::vector<std::size_t> first_;      ///< Of each object's lights, and behind them all.
-  std::vector<unsigned char> shines_;   ///< Per object of a scene: whether it, or what it has instances of, emits.
+  std::vector<std::size_t> first_;      ///< Index of each object's first light, then the total number.
+  std::vector<unsigned char> shines_;   ///< Per object of a scene: whether it emits, or an object below it does.
   std::vector<std::size_t> instances_;  ///< Of each object of a scene.
-  std::vector<std::uint32_t> way_;
+  std::vector<std::uint32_t> path_;
   std::vector<double> weights_;
   std::uint64_t lights_ = 0;
 };
@@ -242,7 +243,7 @@ PathArrays<PathView> views(const PathData& data) {
   return result;
 }
 
-bool has_holes(const PathData& data) {
+bool has_alpha_cutout(const PathData& data) {
   return std::any_of(data.materials.begin(), data.materials.end(),
                      [](const PathMaterial& m) { return m.alpha_cutoff > 0.0f; });
 }

@@ -1,8 +1,8 @@
 #pragma once
 /// The arrays of a path tracer's scene on the host.
 
-#include <tools/render/path/path_scene.h>
 #include <tools/render/path/path_sky.h>
+#include <tools/render/scene/path_scene.h>
 #include <tools/scene_io/surface/surface.h>
 
 #include <hiprt_build/error.h>
@@ -16,15 +16,15 @@ template <class T> using PathVector = std::vector<T>;
 using PathData = PathArrays<PathVector>;
 
 /// @param surfaces nullptr: everything is clay (Studio::clay()), without texture and emission.
-/// @param middle of the shutter: by what lights send then they are chosen.
+/// @param middle of the shutter's interval. Lights are chosen by the light that they emit at that time.
 /// @return kTooLarge if the textures or the triangles that emit are more than the arrays hold.
 build::Result<PathData> make_path_data(const BufferView& scene, const SceneSurfaces* surfaces, PathSky sky,
                                        std::vector<Vec3> backdrop, float middle);
 
-/// The host's own.
+/// Views of the host's arrays.
 PathArrays<PathView> views(const PathData& data);
 
-/// Whether rays have to ask which parts of a triangle are there.
-bool has_holes(const PathData& data);
+/// Whether a material cuts out parts of triangles, so that rays need the filter AlphaCutout.
+bool has_alpha_cutout(const PathData& data);
 
 }  // namespace hiprt::tools

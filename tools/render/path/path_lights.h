@@ -1,8 +1,9 @@
 #pragma once
 /// Where light comes from: a sky in octahedral projection, and triangles that emit.
 
+#include <tools/render/scene/path_surface.h>
+
 #include <hiprt_device/math/vec_functions.h>
-#include <tools/render/path/path_surface.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -12,7 +13,7 @@ struct LightSample {
   Vec3 direction{0.0f};   ///< Unit.
   float distance = 0.0f;  ///< +inf: the sky.
   Vec3 radiance{0.0f};
-  float density = 0.0f;  ///< Per solid angle; 0: there is none.
+  float density = 0.0f;  ///< Per solid angle; 0: no sample.
 };
 
 /// The largest i with sums.data[first + i] <= x. @pre sums.data[first] = 0 and x < 1 = sums.data[first + count].
@@ -35,11 +36,11 @@ struct Octahedral {
     if (p.y < 0.0f) p = Vec3((1.0f - absolute(y)) * sign(x), p.y, (1.0f - absolute(x)) * sign(y));
     return unit_or_zero(p);
   }
-  struct Place {
+  struct Projection {
     float x, y;
     float stretch;  ///< Solid angle of a piece of the square, over its area.
   };
-  HIPRT_HD static Place place(const Vec3& d) {
+  HIPRT_HD static Projection project(const Vec3& d) {
     const float sum = absolute(d.x) + absolute(d.y) + absolute(d.z), x = d.x / sum, y = d.z / sum;
     const float stretch = sum * sum * sum;
     if (d.y >= 0.0f) return {x, y, stretch};
@@ -58,7 +59,7 @@ class Sky {
   /// Bilinear, over the square's edges to where the sphere goes on. @param d unit.
   HIPRT_HD Vec3 radiance(const Vec3& d) const {
     if (empty()) return Vec3(0.0f);
-    const Octahedral::Place at = Octahedral::place(d);
+    const Octahedral::Projection at = Octahedral::project(d);
     const float n = static_cast<float>(size_), x = (0.5f * at.x + 0.5f) * n - 0.5f, y = (0.5f * at.y + 0.5f) * n - 0.5f;
     const float left = std::floor(x), top = std::floor(y), right = x - left, below = y - top;
     const int i = static_cast<int>(left), j = static_cast<int>(top);
@@ -68,7 +69,7 @@ class Sky {
 
   HIPRT_HD float density(const Vec3& d) const {
     if (empty()) return 0.0f;
-    const Octahedral::Place at = Octahedral::place(d);
+    const Octahedral::Projection at = Octahedral::project(d);
     return density(pixel(at.x), pixel(at.y), at.stretch);
   }
 
@@ -125,15 +126,15 @@ class TriangleLights {
  public:
   HIPRT_HD explicit TriangleLights(const PathScene& scene) : scene_(scene), arrays_(scene.arrays) {}
 
-  HIPRT_HD bool empty() const { return arrays_.light_places.size == 0; }
+  HIPRT_HD bool empty() const { return arrays_.light_instances.size == 0; }
 
   /// @param choice, u, v in [0, 1).
   HIPRT_HD LightSample sample(const Vec3& from, float time, float choice, float u, float v) const {
     const std::uint32_t light =
         find_step(arrays_.light_sums, 0, static_cast<std::uint32_t>(arrays_.light_sums.size - 1), choice);
-    const PathLightPlace& place = place_of(light);
-    const PathLight& local = arrays_.lights.data[place.first_local + (light - place.first_light)];
-    const Corners corners(scene_, place, local, time);
+    const PathLightInstance& instance = instance_of(light);
+    const PathLight& local = arrays_.lights.data[instance.first_local + (light - instance.first_light)];
+    const Corners corners(scene_, instance, local, time);
     // Uniform (Osada et al. 2002): the square folded along its diagonal keeps what is stratified more so than a root.
     const bool fold = u + v > 1.0f;
     const float b1 = fold ? 1.0f - u : u, b2 = fold ? 1.0f - v : v;
@@ -153,11 +154,11 @@ class TriangleLights {
   HIPRT_HD float density(const PathSurface& surface, const InstancePath<kLevels>& path, const Ray& ray, float t) const {
     if (empty()) return 0.0f;
     const std::uint32_t number = arrays_.triangle_light.data[surface.triangle];
-    const PathLightPlace* place = number == kInvalidId ? nullptr : find_place(path);
-    if (place == nullptr) return 0.0f;
-    const Corners corners(scene_, *place, arrays_.lights.data[place->first_local + number], ray.time);
-    const Vec3 way = ray.direction * t;
-    return density(place->first_light + number, corners, ray.direction, glm::dot(way, way));
+    const PathLightInstance* instance = number == kInvalidId ? nullptr : find_instance(path);
+    if (instance == nullptr) return 0.0f;
+    const Corners corners(scene_, *instance, arrays_.lights.data[instance->first_local + number], ray.time);
+    const Vec3 offset = ray.direction * t;
+    return density(instance->first_light + number, corners, ray.direction, glm::dot(offset, offset));
   }
 
  private:
@@ -166,13 +167,14 @@ class TriangleLights {
     Vec3 first, edge1, edge2, normal;
     float area;
 
-    HIPRT_HD Corners(const PathScene& scene, const PathLightPlace& place, const PathLight& light, float time) {
+    HIPRT_HD Corners(const PathScene& scene, const PathLightInstance& instance, const PathLight& light, float time) {
       InstancePath<kTraceLevels> path;
-      path.depth = place.depth;
-      for (std::uint32_t i = 0; i < place.depth; ++i) path.instance[i] = scene.arrays.light_ways.data[place.way + i];
+      path.depth = instance.depth;
+      for (std::uint32_t i = 0; i < instance.depth; ++i)
+        path.instance[i] = scene.arrays.light_paths.data[instance.path_begin + i];
       Vec3 corner[3] = {light.corner[0], light.corner[1], light.corner[2]};
-      if (place.depth != 0) {
-        const PathPlace where(scene.view, path, time);
+      if (instance.depth != 0) {
+        const InstanceTransform where(scene.view, path, time);
         for (Vec3& c : corner) c = where.point_to_scene(c);
       }
       first = corner[0];
@@ -185,32 +187,32 @@ class TriangleLights {
     HIPRT_HD Vec3 at(float u, float v) const { return first + edge1 * u + edge2 * v; }
   };
 
-  HIPRT_HD const PathLightPlace& place_of(std::uint32_t light) const {
-    auto low = std::uint32_t{0}, high = static_cast<std::uint32_t>(arrays_.light_places.size);
+  HIPRT_HD const PathLightInstance& instance_of(std::uint32_t light) const {
+    auto low = std::uint32_t{0}, high = static_cast<std::uint32_t>(arrays_.light_instances.size);
     while (high - low > 1) {
       const std::uint32_t middle = low + (high - low) / 2;
-      (arrays_.light_places.data[middle].first_light <= light ? low : high) = middle;
+      (arrays_.light_instances.data[middle].first_light <= light ? low : high) = middle;
     }
-    return arrays_.light_places.data[low];
+    return arrays_.light_instances.data[low];
   }
 
-  /// -1, 0 or 1 as a place's way comes before, is, or comes behind @p path.
+  /// Compares the path of a light's instance with @p path: -1, 0 or 1.
   template <unsigned kLevels>
-  HIPRT_HD int compare(const PathLightPlace& place, const InstancePath<kLevels>& path) const {
+  HIPRT_HD int compare(const PathLightInstance& instance, const InstancePath<kLevels>& path) const {
     if constexpr (kLevels != 0) {
-      for (std::uint32_t i = 0; i < place.depth && i < path.depth; ++i) {
-        const std::uint32_t here = arrays_.light_ways.data[place.way + i];
+      for (std::uint32_t i = 0; i < instance.depth && i < path.depth; ++i) {
+        const std::uint32_t here = arrays_.light_paths.data[instance.path_begin + i];
         if (here != path.instance[i]) return here < path.instance[i] ? -1 : 1;
       }
     }
-    return place.depth == path.depth ? 0 : place.depth < path.depth ? -1 : 1;
+    return instance.depth == path.depth ? 0 : instance.depth < path.depth ? -1 : 1;
   }
-  template <unsigned kLevels> HIPRT_HD const PathLightPlace* find_place(const InstancePath<kLevels>& path) const {
-    auto low = std::uint32_t{0}, high = static_cast<std::uint32_t>(arrays_.light_places.size);
+  template <unsigned kLevels> HIPRT_HD const PathLightInstance* find_instance(const InstancePath<kLevels>& path) const {
+    auto low = std::uint32_t{0}, high = static_cast<std::uint32_t>(arrays_.light_instances.size);
     while (low < high) {
       const std::uint32_t middle = low + (high - low) / 2;
-      const int order = compare(arrays_.light_places.data[middle], path);
-      if (order == 0) return &arrays_.light_places.data[middle];
+      const int order = compare(arrays_.light_instances.data[middle], path);
+      if (order == 0) return &arrays_.light_instances.data[middle];
       if (order < 0)
         low = middle + 1;
       else

@@ -38,7 +38,7 @@ PathSky make_sky(const std::function<Vec3(const Vec3&)>& light, std::uint32_t si
   sky.rows.resize(size + 1);
   sky.columns.resize(std::size_t{size} * (size + 1));
   std::vector<double> of_rows(size), of_pixels(size);
-  const auto place = [&](std::uint32_t i, float offset) {
+  const auto coordinate = [&](std::uint32_t i, float offset) {
     return 2.0f * (static_cast<float>(i) + offset) / static_cast<float>(size) - 1.0f;
   };
   for (std::uint32_t y = 0; y < size; ++y) {
@@ -47,12 +47,12 @@ PathSky make_sky(const std::function<Vec3(const Vec3&)>& light, std::uint32_t si
       for (unsigned j = 0; j < kSubsamples; ++j)
         for (unsigned i = 0; i < kSubsamples; ++i) {
           const auto offset = [](unsigned k) { return (static_cast<float>(k) + 0.5f) / kSubsamples; };
-          sum += usable(light(Octahedral::direction(place(x, offset(i)), place(y, offset(j)))));
+          sum += usable(light(Octahedral::direction(coordinate(x, offset(i)), coordinate(y, offset(j)))));
         }
       Vec3& pixel = sky.radiance[std::size_t{y} * size + x];
       pixel = sum / static_cast<float>(kSubsamples * kSubsamples);
-      const Vec3 middle = Octahedral::direction(place(x, 0.5f), place(y, 0.5f));
-      of_pixels[x] = static_cast<double>(luminance(pixel)) * static_cast<double>(Octahedral::place(middle).stretch);
+      const Vec3 middle = Octahedral::direction(coordinate(x, 0.5f), coordinate(y, 0.5f));
+      of_pixels[x] = static_cast<double>(luminance(pixel)) * static_cast<double>(Octahedral::project(middle).stretch);
     }
     of_rows[y] = add_up(of_pixels, sky.columns.data() + std::size_t{y} * (size + 1));
   }

@@ -10,13 +10,13 @@
 
 namespace hiprt::tools {
 
-/// A picture of all directions and how to choose among them: PathArrays::sky, sky_rows and sky_columns.
+/// A picture of all directions and tables to sample it: PathArrays::sky, sky_rows and sky_columns.
 struct PathSky {
   std::vector<Vec3> radiance;
   std::vector<float> rows, columns;
 };
 
-/// @param light from a unit direction; not negative. What is not finite counts as black.
+/// @param light from a unit direction, not negative. Values that are not finite count as black.
 /// @param size of the square, in pixels, at least 1.
 PathSky make_sky(const std::function<Vec3(const Vec3&)>& light, std::uint32_t size);
 

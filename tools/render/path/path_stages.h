@@ -2,38 +2,23 @@
 /// The steps of a wave of paths, each over an array of them: rays lie in queues, and between two steps they are traced.
 /// After Laine, Karras and Aila, "Megakernels considered harmful: wavefront path tracing on GPUs" (HPG 2013).
 
-#include <hiprt_device/math/vec_functions.h>
+#include <tools/render/path/path_batch.h>
 #include <tools/render/path/path_bsdf.h>
 #include <tools/render/path/path_lights.h>
 #include <tools/render/studio/sampler.h>
 
 #include <hiprt_device/math/atomic.h>
+#include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/query/spawn.h>
 
 namespace hiprt::tools {
 
-/// The pixels and samples of a wave.
-struct PathBatch {
-  std::uint32_t left, top, width, height;
-  std::uint32_t first_sample, samples;
-
-  HIPRT_HD std::uint32_t pixels() const { return width * height; }
-  HIPRT_HD std::uint32_t paths() const { return pixels() * samples; }
-};
-
-/// A path on its way; number = pixel * samples + sample: those of a pixel are traced by neighbouring lanes, which part
-/// ways later than those of neighbouring pixels.
+/// State of a path. Its number is pixel * samples + sample, so that neighbouring lanes trace samples of one pixel:
+/// they diverge later than samples of neighbouring pixels.
 struct PathState {
   Vec3 throughput;
-  float density;  ///< With which the last direction was chosen; 0: it is the camera's.
+  float density;  ///< Probability density of the last direction; 0: the camera's ray.
   Vec3 radiance;
-};
-
-/// Of a pixel.
-struct PathSum {
-  Vec3 sum{0.0f}, squares{0.0f};
-  std::uint32_t samples = 0;
-  std::uint32_t lost = 0;  ///< Samples of no finite value: they count as black.
 };
 
 /// Entries of the queues.
@@ -50,11 +35,11 @@ struct PathQueues {
   Ray* rays;
   std::uint32_t* path;
   Hit* hits;
-  std::uint32_t* ways;  ///< SceneView::levels per ray (instance_paths.h).
-  // Those behind the next bounce.
+  std::uint32_t* instance_paths;  ///< SceneView::levels per ray (instance_paths.h).
+  // The rays of the next bounce.
   Ray* next_rays;
   std::uint32_t* next_path;
-  // To lights; if nothing is in their way, the light arrives.
+  // Rays to lights. Without a hit the light arrives.
   Ray* shadow_rays;
   std::uint32_t* shadow_path;
   Hit* shadow_hits;
@@ -117,9 +102,10 @@ struct BeginPaths : path_detail::Step {
     const PathSettings& settings = scene.settings;
     const path_detail::Pixel pixel(batch, i);
     const PixelSampler sampler(pixel.x, pixel.y, settings.seed);
-    const auto place = sampler.point(pixel.sample, SampleUse::kPixel);
+    const auto in_pixel = sampler.point(pixel.sample, SampleUse::kPixel);
     const float part = sampler.point(pixel.sample, SampleUse::kTime)[0];
-    Ray ray = settings.camera.ray(pixel.x + static_cast<double>(place[0]), pixel.y + static_cast<double>(place[1]));
+    Ray ray =
+        settings.camera.ray(pixel.x + static_cast<double>(in_pixel[0]), pixel.y + static_cast<double>(in_pixel[1]));
     ray.time = (1.0f - part) * settings.shutter.open + part * settings.shutter.close;
     queues.rays[i] = ray;
     queues.path[i] = i;
@@ -141,15 +127,16 @@ struct ShadePaths : path_detail::Step {
     if (hit.failed()) fetch_add(&queues.counts->failed, 1);
     const Lights lights(scene);
     if (!hit.found()) return add_sky(lights, path, ray, state);
-    InstancePath<kTraceLevels> way;
+    InstancePath<kTraceLevels> instance_path;
     for (std::uint32_t k = 0; k < scene.view.levels; ++k) {
-      const std::uint32_t instance = queues.ways[std::uint64_t{i} * scene.view.levels + k];
+      const std::uint32_t instance = queues.instance_paths[std::uint64_t{i} * scene.view.levels + k];
       if (instance == kInvalidId) break;
-      way.instance[way.depth++] = instance;
+      instance_path.instance[instance_path.depth++] = instance;
     }
-    const PathSurface surface = surface_at(scene, ray, hit, way);
+    const PathSurface surface = surface_at(scene, ray, hit, instance_path);
     if (max_component(surface.emission) > 0.0f) {
-      const float weight = state.density > 0.0f ? weigh(state.density, lights.density(surface, way, ray, hit.t)) : 1.0f;
+      const float weight =
+          state.density > 0.0f ? weigh(state.density, lights.density(surface, instance_path, ray, hit.t)) : 1.0f;
       state.radiance += state.throughput * surface.emission * weight;
     }
     if (bounce < scene.settings.bounces) go_on(lights, path, ray, hit, surface, state);
@@ -219,7 +206,7 @@ struct ShadePaths : path_detail::Step {
     const Vec3 arriving = state.throughput * bsdf.value(local) * light.radiance *
                           (weigh(light.density, bsdf.density(local)) / light.density);
     if (!(max_component(arriving) > 0.0f)) return;
-    // The light itself is not in the way: of the distance, more than rounding and less than what people see.
+    // The ray ends before the light: by more than rounding errors, and by less than people see.
     constexpr float kUpTo = 1.0f - 0x1p-12f;
     Ray shadow;
     shadow.direction = light.direction;
@@ -233,7 +220,7 @@ struct ShadePaths : path_detail::Step {
   }
 };
 
-/// Light of shadow ray i, unless something is in its way.
+/// Adds the light of shadow ray i if the ray has no hit.
 struct AddLight : path_detail::Step {
   static constexpr PathStage kStage = PathStage::kAddLight;
   using Step::Step;

@@ -1,8 +1,11 @@
 #include <tools/render/path/path_trace.h>
 
-#include <tools/cli/progress.h>
-#include <tools/render/studio/render.h>
-#include <tools/scene_io/parallel.h>
+#include <tools/base/interrupt.h>
+#include <tools/base/parallel.h>
+#include <tools/render/image/image.h>
+#include <tools/render/path/gpu_path_tracer.h>
+#include <tools/render/path/path_wave.h>
+#include <tools/render/tracers/tracer.h>
 
 #include <hiprt_build/exec/stopwatch.h>
 
@@ -26,7 +29,7 @@ class CpuPathEngine {
  public:
   template <class T> using Array = std::vector<T>;
 
-  CpuPathEngine(const PathScene& scene, bool holes) : scene_(scene), holes_(holes) {}
+  CpuPathEngine(const PathScene& scene, bool alpha_cutout) : scene_(scene), alpha_cutout_(alpha_cutout) {}
 
   template <class T> build::Result<Array<T>> array(std::uint64_t count) const {
     return Array<T>(static_cast<std::size_t>(count));
@@ -36,11 +39,13 @@ class CpuPathEngine {
     for (std::uint32_t i = 0; i < count; ++i) stage(i);
     return {};
   }
-  build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits, std::uint32_t* ways) const {
+  build::Result<void> trace(Query query, const Ray* rays, std::uint32_t count, Hit* hits,
+                            std::uint32_t* instance_paths) const {
     const std::span<const Ray> from(rays, count);
     const std::span<Hit> to(hits, count);
-    const std::span<std::uint32_t> paths(ways, ways == nullptr ? 0 : std::size_t{count} * scene_.view.levels);
-    if (holes_)
+    const std::span<std::uint32_t> paths(instance_paths,
+                                         instance_paths == nullptr ? 0 : std::size_t{count} * scene_.view.levels);
+    if (alpha_cutout_)
       hiprt::tools::trace(scene_, query, from, to, paths);
     else
       hiprt::tools::trace(scene_.view, query, {}, from, to, {}, paths);
@@ -54,13 +59,14 @@ class CpuPathEngine {
 
  private:
   const PathScene& scene_;
-  bool holes_;
+  bool alpha_cutout_;
 };
 
 /// Some samples of all pixels.
 class Pass {
  public:
-  Pass(const PathScene& scene, bool holes, PathPicture& picture) : scene_(scene), holes_(holes), picture_(picture) {}
+  Pass(const PathScene& scene, bool alpha_cutout, PathPicture& picture)
+      : scene_(scene), alpha_cutout_(alpha_cutout), picture_(picture) {}
 
   build::Result<void> on_cpu(std::uint32_t first, std::uint32_t samples, const ThreadLimit& limit,
                              const std::function<void(double)>& progress) {
@@ -105,7 +111,7 @@ class Pass {
 
  private:
   build::Result<void> tile(PathBatch batch, std::uint32_t samples, PathRayCounts& rays) {
-    CpuPathEngine engine(scene_, holes_);
+    CpuPathEngine engine(scene_, alpha_cutout_);
     auto wave = PathWave<CpuPathEngine>::make(engine, scene_, batch.paths());
     if (!wave) return tl::unexpected(std::move(wave.error()));
     for (std::uint32_t s = 0; s < samples && !interrupted(); ++s, ++batch.first_sample)
@@ -121,7 +127,7 @@ class Pass {
   }
 
   const PathScene& scene_;
-  bool holes_;
+  bool alpha_cutout_;
   PathPicture& picture_;
   std::mutex mutex_;
 };
@@ -152,7 +158,7 @@ build::Result<PathPicture> trace_paths(const SceneView& scene, const PathData& d
   PathPicture picture;
   picture.threads = limit.threads();
   picture.sums.resize(std::size_t{options.width} * options.height);
-  Pass pass(paths, has_holes(data), picture);
+  Pass pass(paths, has_alpha_cutout(data), picture);
   build::Stopwatch watch;
   std::uint32_t done = 0;
   while (done < options.samples && !interrupted()) {
@@ -195,22 +201,23 @@ build::Result<void> store_surfaces(const SceneView& scene, const PathData& data,
                                    const PathOptions& options, Image& image) {
   const ThreadLimit limit(options.threads);
   const PathScene paths{scene, views(data), settings_of(options, camera)};
-  const CpuPathEngine engine(paths, has_holes(data));
+  const CpuPathEngine engine(paths, has_alpha_cutout(data));
   image.shading.resize(image.pixels.size());
   const auto take_rows = [&](std::size_t begin, std::size_t end) {
     std::vector<Ray> rays(options.width);
     std::vector<Hit> hits(options.width);
-    std::vector<std::uint32_t> ways(std::size_t{options.width} * scene.levels);
+    std::vector<std::uint32_t> instance_paths(std::size_t{options.width} * scene.levels);
     for (std::size_t y = begin; y < end; ++y) {
       for (std::uint32_t x = 0; x < options.width; ++x) {
         rays[x] = paths.settings.camera.ray(x + 0.5, static_cast<double>(y) + 0.5);
         rays[x].time = 0.5f * options.shutter.open + 0.5f * options.shutter.close;
       }
-      static_cast<void>(engine.trace(Query::kClosest, rays.data(), options.width, hits.data(), ways.data()));
+      static_cast<void>(engine.trace(Query::kClosest, rays.data(), options.width, hits.data(), instance_paths.data()));
       for (std::uint32_t x = 0; x < options.width; ++x) {
         if (!hits[x].found()) continue;
-        const auto way = load_path(std::span(ways).subspan(std::size_t{x} * scene.levels, scene.levels));
-        const PathSurface surface = surface_at(paths, rays[x], hits[x], way);
+        const auto instance_path =
+            load_path(std::span(instance_paths).subspan(std::size_t{x} * scene.levels, scene.levels));
+        const PathSurface surface = surface_at(paths, rays[x], hits[x], instance_path);
         ShadingPixel& pixel = image.shading[y * options.width + x];
         pixel.albedo = surface.base_color;
         pixel.normal = surface.normal;

@@ -1,15 +1,16 @@
 #pragma once
 /// Pictures by paths of light: bvhrender --integrator path.
 
-#include <tools/render/image/image.h>
-#include <tools/render/path/gpu_path_tracer.h>
+#include <tools/render/path/path_batch.h>
 #include <tools/render/path/path_data.h>
-#include <tools/render/path/path_wave.h>
 
 #include <functional>
 #include <vector>
 
 namespace hiprt::tools {
+
+class GpuPathTracer;
+struct Image;
 
 struct PathOptions {
   std::uint32_t width = 1024, height = 768;
@@ -20,7 +21,7 @@ struct PathOptions {
   unsigned threads = 0;  ///< 0: all the machine has. The picture does not depend on it.
 };
 
-/// As far as it has come.
+/// The picture after the samples so far.
 struct PathPicture {
   std::vector<PathSum> sums;  ///< Per pixel, row by row from the top.
   PathRayCounts rays;
@@ -29,10 +30,10 @@ struct PathPicture {
   double seconds = 0;  ///< Ray generation, traversal and shading.
 };
 
-/// Told at times, by one thread: how far the picture is. Not asked more than once in a while.
+/// Callbacks, called by one thread at a time.
 struct PathProgress {
   std::function<void(double)> fraction{};             ///< 0 to 1, often.
-  std::function<void(const PathPicture&)> picture{};  ///< Behind 1, 2, 4, ... samples of all pixels.
+  std::function<void(const PathPicture&)> picture{};  ///< After 1, 2, 4, ... samples of all pixels.
 };
 
 PathSettings settings_of(const PathOptions& options, const Camera& camera);
@@ -45,10 +46,10 @@ build::Result<PathPicture> trace_paths(const SceneView& scene, const PathData& d
                                        const PathOptions& options, const PathProgress& progress = {},
                                        GpuPathTracer* gpu = nullptr);
 
-/// Colour and variance of the samples become the pixels'.
+/// Writes the mean and the variance of the samples into the pixels.
 void store(const PathPicture& picture, Image& image);
 
-/// What surfaces there are along the rays through the pixels' centres: albedo, normal, texture coordinates.
+/// Writes the surfaces that the rays through the pixels' centres hit: albedo, normal, texture coordinates.
 /// @return kCancelled when interrupted() became true.
 build::Result<void> store_surfaces(const SceneView& scene, const PathData& data, const Camera& camera,
                                    const PathOptions& options, Image& image);

@@ -10,18 +10,12 @@
 
 namespace hiprt::tools {
 
-/// How many rays were traced.
-struct PathRayCounts {
-  std::uint64_t camera = 0, secondary = 0, shadow = 0;
-  std::uint64_t failed = 0;  ///< Hit::failed(): the stack was too small, or the tracer does not cover the scene.
-};
-
 /// @tparam Engine has
 ///   Array<T>                                  memory, with data()
 ///   array<T>(count) -> Result<Array<T>>
 ///   for_each<Stage>(count, job) -> Result<void>    Stage(job)(i) for all i below count, in any order
-///   trace(query, rays, count, hits, ways) -> Result<void>
-///   read(counts) -> Result<PathCounts>        behind the steps before
+///   trace(query, rays, count, hits, instance_paths) -> Result<void>
+///   read(counts) -> Result<PathCounts>        after all earlier steps
 ///   clear(counts) -> Result<void>
 template <class Engine> class PathWave {
   template <class T> using Array = typename Engine::template Array<T>;
@@ -45,7 +39,7 @@ template <class Engine> class PathWave {
     for (auto* numbers : {&wave.path_, &wave.next_path_, &wave.shadow_path_}) take(*numbers, paths);
     take(wave.hits_, paths);
     take(wave.shadow_hits_, paths);
-    take(wave.ways_, std::uint64_t{paths} * scene.view.levels);
+    take(wave.instance_paths_, std::uint64_t{paths} * scene.view.levels);
     take(wave.shadow_light_, paths);
     if (!done) return tl::unexpected(std::move(done.error()));
     return wave;
@@ -74,18 +68,18 @@ template <class Engine> class PathWave {
   PathWave(Engine& engine, const PathScene& scene) : engine_(&engine), scene_(&scene) {}
 
   PathQueues queues() {
-    return {states_.data(),      counts_.data(),      rays_.data(),        path_.data(),
-            hits_.data(),        ways_.data(),        next_rays_.data(),   next_path_.data(),
-            shadow_rays_.data(), shadow_path_.data(), shadow_hits_.data(), shadow_light_.data()};
+    return {states_.data(),      counts_.data(),         rays_.data(),        path_.data(),
+            hits_.data(),        instance_paths_.data(), next_rays_.data(),   next_path_.data(),
+            shadow_rays_.data(), shadow_path_.data(),    shadow_hits_.data(), shadow_light_.data()};
   }
 
   PathJob job(const PathBatch& batch, std::uint32_t bounce, PathSum* sums) {
     return {*scene_, batch, queues(), bounce, sums};
   }
 
-  /// @return what it put into the queues.
+  /// @return the new lengths of the queues.
   build::Result<PathCounts> step(const PathJob& work, std::uint32_t count) {
-    auto done = engine_->trace(Query::kClosest, rays_.data(), count, hits_.data(), ways_.data());
+    auto done = engine_->trace(Query::kClosest, rays_.data(), count, hits_.data(), instance_paths_.data());
     if (done) done = engine_->clear(counts_);
     if (done) done = engine_->template for_each<ShadePaths>(count, work);
     if (!done) return tl::unexpected(std::move(done.error()));
@@ -102,7 +96,7 @@ template <class Engine> class PathWave {
   Array<PathState> states_;
   Array<PathCounts> counts_;
   Array<Ray> rays_, next_rays_, shadow_rays_;
-  Array<std::uint32_t> path_, next_path_, shadow_path_, ways_;
+  Array<std::uint32_t> path_, next_path_, shadow_path_, instance_paths_;
   Array<Hit> hits_, shadow_hits_;
   Array<Vec3> shadow_light_;
 };

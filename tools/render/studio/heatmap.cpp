@@ -1,6 +1,6 @@
 #include <tools/render/studio/heatmap.h>
 
-#include <tools/render/studio/color_map.h>
+#include <tools/render/image/color_map.h>
 
 #include <algorithm>
 #include <array>

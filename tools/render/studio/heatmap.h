@@ -1,5 +1,5 @@
 #pragma once
-/// The cost of a picture's rays as colours.
+/// Shows the cost of rays as colours.
 
 #include <tools/render/studio/legend.h>
 
@@ -16,9 +16,8 @@ struct HeatRange {
 /// @param cost per pixel, not negative.
 HeatRange heat_range(std::span<const float> cost);
 
-/// Writes viridis(cost / top) into the colours and draws the legend with a histogram of
-/// the pixels' costs.
-/// @param cost tests (of boxes and leaves) and instances per primary ray of each pixel, the mean of its samples.
+/// Writes viridis(cost / top) into the colours and draws the legend with a histogram of the costs.
+/// @param cost per pixel, the mean over its primary rays of tests (of boxes and leaves) plus entered instances.
 void apply_heatmap(Image& image, std::span<const float> cost);
 
 }  // namespace hiprt::tools

@@ -1,6 +1,7 @@
 #include <tools/render/studio/legend.h>
 
-#include <tools/render/studio/color_map.h>
+#include <tools/render/image/color_map.h>
+#include <tools/render/image/text_picture.h>
 
 #include <algorithm>
 #include <array>
@@ -10,57 +11,23 @@
 namespace hiprt::tools {
 namespace {
 
-// Glyphs of 5 x 8 cells, the last row for the tails of p and y; lower-case words, digits, blank and plus.
-constexpr std::uint32_t kGlyphWidth = 5, kGlyphHeight = 8, kAdvance = 6;
-
-struct Glyph {
-  char character;
-  std::array<std::string_view, kGlyphHeight> rows;
-};
-
-constexpr std::array kFont{
-    Glyph{'0', {" ### ", "#   #", "#  ##", "# # #", "##  #", "#   #", " ### ", "     "}},
-    Glyph{'1', {"  #  ", " ##  ", "  #  ", "  #  ", "  #  ", "  #  ", " ### ", "     "}},
-    Glyph{'2', {" ### ", "#   #", "    #", "   # ", "  #  ", " #   ", "#####", "     "}},
-    Glyph{'3', {" ### ", "#   #", "    #", "  ## ", "    #", "#   #", " ### ", "     "}},
-    Glyph{'4', {"   # ", "  ## ", " # # ", "#  # ", "#####", "   # ", "   # ", "     "}},
-    Glyph{'5', {"#####", "#    ", "#### ", "    #", "    #", "#   #", " ### ", "     "}},
-    Glyph{'6', {"  ## ", " #   ", "#    ", "#### ", "#   #", "#   #", " ### ", "     "}},
-    Glyph{'7', {"#####", "    #", "   # ", "  #  ", "  #  ", " #   ", " #   ", "     "}},
-    Glyph{'8', {" ### ", "#   #", "#   #", " ### ", "#   #", "#   #", " ### ", "     "}},
-    Glyph{'9', {" ### ", "#   #", "#   #", " ####", "    #", "   # ", " ##  ", "     "}},
-    Glyph{'+', {"     ", "  #  ", "  #  ", "#####", "  #  ", "  #  ", "     ", "     "}},
-    Glyph{'a', {"     ", "     ", " ### ", "    #", " ####", "#   #", " ####", "     "}},
-    Glyph{'b', {"#    ", "#    ", "#### ", "#   #", "#   #", "#   #", "#### ", "     "}},
-    Glyph{'c', {"     ", "     ", " ### ", "#   #", "#    ", "#   #", " ### ", "     "}},
-    Glyph{'e', {"     ", "     ", " ### ", "#   #", "#####", "#    ", " ### ", "     "}},
-    Glyph{'f', {"  ## ", " #   ", " #   ", "#### ", " #   ", " #   ", " #   ", "     "}},
-    Glyph{'i', {"  #  ", "     ", " ##  ", "  #  ", "  #  ", "  #  ", " ### ", "     "}},
-    Glyph{'l', {" ##  ", "  #  ", "  #  ", "  #  ", "  #  ", "  #  ", " ### ", "     "}},
-    Glyph{'n', {"     ", "     ", "# ## ", "##  #", "#   #", "#   #", "#   #", "     "}},
-    Glyph{'o', {"     ", "     ", " ### ", "#   #", "#   #", "#   #", " ### ", "     "}},
-    Glyph{'p', {"     ", "     ", "#### ", "#   #", "#   #", "#### ", "#    ", "#    "}},
-    Glyph{'r', {"     ", "     ", "# ## ", "##   ", "#    ", "#    ", "#    ", "     "}},
-    Glyph{'s', {"     ", "     ", " ####", "#    ", " ### ", "    #", "#### ", "     "}},
-    Glyph{'t', {" #   ", " #   ", "#### ", " #   ", " #   ", " #   ", "  ## ", "     "}},
-    Glyph{'x', {"     ", "     ", "#   #", " # # ", "  #  ", " # # ", "#   #", "     "}},
-    Glyph{'y', {"     ", "     ", "#   #", "#   #", "#   #", " ####", "    #", " ### "}},
-};
+/// Height of a line of text in cells: room for tall letters and for the tails of p and y.
+constexpr std::uint32_t kTextHeight = 8;
+/// Font size in pixels for cells of @p size pixels: digits are 7 cells high.
+constexpr unsigned font_size(std::uint32_t size) { return 9 * size; }
 
 // The panel's layout in cells.
 constexpr std::uint32_t kPadding = 4, kBarHeight = 10, kBarWidth = 160, kGap = 3, kTick = 2, kColumns = 20;
 /// Room for half of the numbers below both ends of the bar.
 constexpr std::uint32_t kSide = 16;
 constexpr std::uint32_t kPanelWidth = kBarWidth + 2 * kSide;
-constexpr std::uint32_t kPanelHeight = 2 * kPadding + 2 * kGlyphHeight + 2 * kGap + kBarHeight;
+constexpr std::uint32_t kPanelHeight = 2 * kPadding + 2 * kTextHeight + 2 * kGap + kBarHeight;
 /// With a histogram: its columns, and a gap.
 constexpr std::uint32_t kHistogramHeight = kColumns + kGap;
 static_assert(kBarWidth % kLegendParts == 0);
 constexpr std::uint32_t kMargin = 4;
 
 constexpr Vec3 kInk{0.9f};
-
-std::uint32_t text_width(std::string_view text) { return static_cast<std::uint32_t>(text.size()) * kAdvance - 1; }
 
 /// A grid of cells of @p size pixels whose origin is the panel's corner.
 class Canvas {
@@ -78,13 +45,18 @@ class Canvas {
       for (std::uint32_t column = 0; column < width * size_; ++column)
         image_.at(left_ + column, top_ + row).color *= 0.08f;
   }
+  /// Text whose left edge is at cell @p x.
   void text(std::uint32_t x, std::uint32_t y, std::string_view text) {
-    for (const char character : text) {
-      glyph(x, y, character);
-      x += kAdvance;
-    }
+    draw(draw_text(text, font_size(size_)), x * size_, y * size_);
   }
-  /// Columns whose heights are as the counts' square roots (few pixels count, too); what is there at all is seen.
+  /// A number whose middle is at cell @p x, and a plus after it.
+  void number(std::uint32_t x, std::uint32_t y, unsigned value, bool plus) {
+    const TextPicture digits = draw_text(std::to_string(value), font_size(size_));
+    const std::uint32_t left = x * size_ - std::min(x * size_, digits.width / 2);
+    draw(digits, left, y * size_);
+    if (plus) draw(draw_text("+", font_size(size_)), left + digits.width, y * size_);
+  }
+  /// One column per count. Heights are proportional to square roots, rounded up: small counts stay visible.
   void histogram(std::uint32_t x, std::uint32_t bottom, std::span<const std::uint64_t> counts) {
     const double most = static_cast<double>(*std::max_element(counts.begin(), counts.end()));
     const auto width = static_cast<std::uint32_t>(kBarWidth / counts.size());
@@ -110,13 +82,15 @@ class Canvas {
   }
 
  private:
-  void glyph(std::uint32_t x, std::uint32_t y, char character) {
-    const auto* const found =
-        std::find_if(kFont.begin(), kFont.end(), [&](const Glyph& glyph) { return glyph.character == character; });
-    if (found == kFont.end()) return;
-    for (std::uint32_t row = 0; row < kGlyphHeight; ++row)
-      for (std::uint32_t column = 0; column < kGlyphWidth; ++column)
-        if (found->rows[row][column] != ' ') fill(x + column, y + row, 1, 1, kInk);
+  /// Blends ink into the picture. @param left, top in pixels from the panel's corner. Text ends at the panel's edge.
+  void draw(const TextPicture& text, std::uint32_t left, std::uint32_t top) {
+    const std::uint32_t width = std::min(text.width, kPanelWidth * size_ - std::min(kPanelWidth * size_, left));
+    for (std::uint32_t row = 0; row < text.height; ++row)
+      for (std::uint32_t column = 0; column < width; ++column) {
+        const float coverage = text.coverage[std::size_t{row} * text.width + column];
+        Vec3& color = image_.at(left_ + left + column, top_ + top + row).color;
+        color = color * (1.0f - coverage) + kInk * coverage;
+      }
   }
 
   Image& image_;
@@ -133,18 +107,16 @@ std::optional<LegendArea> draw_legend(Image& image, const LegendScale& scale) {
   if (room_x == 0 || room_y == 0) return std::nullopt;
   const std::uint32_t size = std::min({room_x, room_y, std::max(1u, std::min(image.width / 400, image.height / 300))});
   const std::uint32_t left = kMargin * size, top = image.height - (kMargin + panel) * size;
-  const std::uint32_t bar_top = kPadding + kGlyphHeight + kGap + columns, bar_end = bar_top + kBarHeight;
+  const std::uint32_t bar_top = kPadding + kTextHeight + kGap + columns, bar_end = bar_top + kBarHeight;
   Canvas canvas(image, left, top, size);
   canvas.darken(kPanelWidth, panel);
   canvas.text(kSide, kPadding, scale.title);
   if (!scale.histogram.empty()) canvas.histogram(kSide, bar_top - kGap, scale.histogram);
   canvas.bar(kSide, bar_top);
   for (unsigned tick = 0; tick <= 4; ++tick) {
-    const std::string number = std::to_string(scale.top / 4 * tick);
     const std::uint32_t x = kSide + (kBarWidth - 1) * tick / 4;
     canvas.fill(x, bar_end, 1, kTick, kInk);
-    const bool plus = tick == 4 && scale.clipped;
-    canvas.text(x - std::min(x, text_width(number) / 2), bar_end + kGap, plus ? number + "+" : number);
+    canvas.number(x, bar_end + kGap, scale.top / 4 * tick, tick == 4 && scale.clipped);
   }
   return LegendArea{left,
                     top,

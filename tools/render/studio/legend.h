@@ -1,5 +1,5 @@
 #pragma once
-/// A colour bar with numbers, drawn into a picture.
+/// Draws a colour bar with numbers into a picture.
 
 #include <tools/render/image/image.h>
 
@@ -15,22 +15,21 @@ struct LegendArea {
   std::uint32_t bar_left, bar_top, bar_right, bar_bottom;  ///< The colours from 0 (left) to the top of the range.
 };
 
-/// Parts of the range that a histogram may tell apart, at most.
+/// Most columns of a histogram.
 inline constexpr std::size_t kLegendParts = 40;
 
-/// What a colour stands for.
+/// The meaning of the colours.
 struct LegendScale {
-  std::string_view title;  ///< Of the letters, digits and signs that the font has (legend.cpp).
+  std::string_view title;  ///< ASCII.
   unsigned top;            ///< The value at the bar's right end; a multiple of 4, because there are five numbers.
-  bool clipped;            ///< Larger values have the last colour too: a plus follows the last number.
-  /// How many pixels have the values of each of so many equal parts of the range, kLegendParts or a number that divides
-  /// it: columns above the bar, as high as the square roots. Empty: none are drawn.
+  bool clipped;            ///< Some values are above `top`: a plus follows the last number.
+  /// Pixels per equal part of the range. The number of parts divides kLegendParts. Columns above the bar show the
+  /// square roots. Empty: no histogram.
   std::span<const std::uint64_t> histogram{};
 };
 
-/// Draws the legend at the bottom left into the colours, as large as suits the picture.
-/// @return where it is, or nothing when the picture is too small for it (200 x 48 pixels, with
-/// a histogram 200 x 71).
+/// Draws the legend at the bottom left, with a size that suits the picture.
+/// @return its area, or nothing if the picture is smaller than 200 x 48 pixels (200 x 71 with a histogram).
 std::optional<LegendArea> draw_legend(Image& image, const LegendScale& scale);
 
 }  // namespace hiprt::tools

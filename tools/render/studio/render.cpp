@@ -1,9 +1,9 @@
 #include <tools/render/studio/render.h>
 
+#include <tools/base/parallel.h>
 #include <tools/render/studio/heatmap.h>
 #include <tools/render/studio/render_batches.h>
 #include <tools/render/studio/render_tile.h>
-#include <tools/scene_io/parallel.h>
 
 #include <algorithm>
 #include <chrono>

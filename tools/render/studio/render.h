@@ -1,12 +1,8 @@
 #pragma once
 /// Pictures of a scene.
 
-#include <tools/cli/names.h>
 #include <tools/render/image/image.h>
-#include <tools/render/studio/camera.h>
-#include <tools/render/studio/shutter.h>
-#include <tools/render/studio/tree_boxes.h>
-#include <tools/render/tracers/gpu_tracer.h>
+#include <tools/render/scene/shutter.h>
 
 #include <hiprt_build/error.h>
 #include <hiprt_device/scene_view.h>
@@ -17,19 +13,17 @@
 
 namespace hiprt::tools {
 
+class GpuTracer;
+struct Camera;
+struct TreeBoxes;
+
 enum class RenderMode {
   kAo,       ///< Clay below a soft sky: one shadow ray per sample.
   kPrimary,  ///< Clay lit from the eye.
   kNormals,  ///< 0.5 + 0.5 * normal, as display (not linear) values; a miss is black.
-  kHeatmap,  ///< Box and leaf tests of the primary rays, and the instances they came to, with a legend.
-  kBoxes,    ///< The boxes of a tree: a colour each, with dark edges (RenderOptions::boxes).
+  kHeatmap,  ///< Box and leaf tests of the primary rays plus entered instances, with a legend.
+  kBoxes,    ///< The boxes of a tree in different colours, with dark edges (RenderOptions::boxes).
 };
-
-inline constexpr Names<RenderMode, 5> kRenderModes{{{"ao", RenderMode::kAo},
-                                                    {"primary", RenderMode::kPrimary},
-                                                    {"normals", RenderMode::kNormals},
-                                                    {"heatmap", RenderMode::kHeatmap},
-                                                    {"bvh", RenderMode::kBoxes}}};
 
 struct RenderOptions {
   RenderMode mode = RenderMode::kAo;
@@ -37,19 +31,19 @@ struct RenderOptions {
   /// 1: one ray through the pixel's centre. More: spread over the pixel.
   std::uint32_t samples = 32;
   std::uint32_t seed = 0;
-  /// How far a shadow ray looks, in scene units.
+  /// Length of shadow rays in scene units.
   float ao_distance = std::numeric_limits<float>::infinity();
-  /// Times of the rays, spread evenly over the samples: of what moves (Ray::time). The layers' are in the middle.
+  /// Interval of Ray::time, covered evenly by the samples. The layers are of its middle.
   Shutter shutter{};
-  const TreeBoxes* boxes = nullptr;  ///< Of RenderMode::kBoxes: the scene is the BVH of their triangles.
+  const TreeBoxes* boxes = nullptr;  ///< For RenderMode::kBoxes: the scene is a BVH over their triangles.
   unsigned threads = 0;              ///< 0: all the machine has. The picture does not depend on it.
-  bool layers = true;                ///< Fill everything of the pixels; false: colours only, which spares rays.
+  bool layers = true;                ///< Fill all layers. False: only colours, which needs fewer rays.
 };
 
 struct RayCounts {
   std::uint64_t primary = 0, shadow = 0;
-  std::uint64_t on_gpu = 0;     ///< Of all.
-  std::uint64_t secondary = 0;  ///< Of paths, behind their first surface.
+  std::uint64_t on_gpu = 0;     ///< Rays of all kinds that the GPU traced.
+  std::uint64_t secondary = 0;  ///< Rays of paths after their first surface.
 };
 
 struct Rendering {
@@ -57,11 +51,11 @@ struct Rendering {
   RayCounts rays;
   unsigned threads;
   double seconds;             ///< Ray generation, traversal and shading together.
-  std::uint32_t samples = 0;  ///< Of every pixel.
-  double mean_steps = 0.0;    ///< RenderMode::kHeatmap: what its colours stand for, per ray.
+  std::uint32_t samples = 0;  ///< Per pixel.
+  double mean_steps = 0.0;    ///< RenderMode::kHeatmap: tests and instances per ray.
 };
 
-/// @param gpu traces the rays, but for those whose work is counted; nullptr: the CPU does. The pixels are the same.
+/// @param gpu traces the rays whose work is not counted. nullptr: the CPU traces all rays. The pixels are the same.
 /// @param progress called with 0 to 1 from any thread, one at a time.
 /// @return kCancelled when interrupted() became true; kInvalidInput when the tracer refuses the scene; the errors of
 /// GpuTracer::trace().

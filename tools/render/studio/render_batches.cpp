@@ -68,7 +68,7 @@ class Batches {
   std::span<TileRenderer> tiles_;
   const ThreadLimit& limit_;
   std::vector<TileRays> work_;
-  std::vector<std::size_t> first_;  ///< Of each tile's rays in rays_, and behind them all.
+  std::vector<std::size_t> first_;  ///< Index in rays_ of each tile's first ray, then the total number.
   std::vector<Ray> rays_;
   std::vector<Hit> hits_;
   std::uint64_t rays_on_gpu_ = 0;

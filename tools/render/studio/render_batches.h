@@ -1,17 +1,17 @@
 #pragma once
-/// Many tiles step by step, so that their rays can go to a GPU together.
+/// Renders many tiles together, step by step, so that a GPU can trace their rays in one batch.
 
+#include <tools/base/parallel.h>
 #include <tools/render/studio/render_tile.h>
 #include <tools/render/tracers/gpu_tracer.h>
-#include <tools/scene_io/parallel.h>
 
 #include <functional>
 #include <span>
 
 namespace hiprt::tools {
 
-/// Takes the tiles from their first pass to finish(). Passes that count work, and batches so small that a GPU is not
-/// worth while, are traced on the CPU; the pixels are the same.
+/// Takes the tiles from their first pass to finish(). The CPU traces passes that count work, and batches that are too
+/// small for a GPU. The pixels are the same.
 /// @param progress called with 0 to 1.
 /// @return how many rays went to the GPU; kCancelled when interrupted() became true; the errors of GpuTracer::trace().
 build::Result<std::uint64_t> render_together(GpuTracer& gpu, const RenderJob& job, std::span<TileRenderer> tiles,

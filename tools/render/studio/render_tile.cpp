@@ -1,11 +1,12 @@
-#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/studio/render_tile.h>
 
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 #include <tools/render/image/color.h>
-#include <tools/render/studio/frame.h>
+#include <tools/render/scene/frame.h>
 #include <tools/render/studio/sampler.h>
+#include <tools/render/studio/tree_boxes.h>
 
+#include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/query/spawn.h>
 
 #include <algorithm>

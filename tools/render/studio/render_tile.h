@@ -23,7 +23,7 @@ struct Tile {
   std::uint32_t left, top, right, bottom;
 };
 
-/// Rays of a tile that are to be traced: rays[i] into hits[i], costs and paths as for trace().
+/// Rays of a tile to trace, in the form of trace().
 struct TileRays {
   Query query;
   std::span<const Ray> rays;
@@ -32,15 +32,16 @@ struct TileRays {
   std::span<std::uint32_t> paths;  ///< Empty unless costs are asked for.
 };
 
-/// Each pass is make_rays(), the trace of primary(), shade(), the trace of shadows(), add_shadows(); finish() is behind
-/// the last one. What a tile does depends on nobody else, so tiles may take the steps together or one after the other.
+/// A pass is: make_rays(), trace primary(), shade(), trace shadows(), add_shadows(). finish() follows the last pass.
+/// Tiles are independent: they may take the steps together or one tile after the other.
 class TileRenderer {
  public:
   /// @param image, cost (tests of the pixels' primary rays, only in RenderMode::kHeatmap): the tile's pixels are
   /// written.
   TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost);
 
-  /// The rays through the pixels' centres, if they are needed, and a ray per pixel for each of several samples.
+  /// Number of passes: one for rays through the pixels' centres, if they are needed, and one per sample if there are
+  /// several.
   static unsigned passes(const RenderOptions& options);
 
   void make_rays(unsigned pass);
@@ -58,12 +59,12 @@ class TileRenderer {
 
  private:
   struct Shadow {
-    std::size_t ray;  ///< The primary ray; equal in all samples of a pixel.
-    Vec3 light;       ///< Arrives when the shadow ray meets nothing.
+    std::size_t ray;  ///< Index of the primary ray; equal in all samples of a pixel.
+    Vec3 light;       ///< Arrives if the shadow ray has no hit.
   };
-  /// Sums over a pixel's samples. The light that a pixel's surfaces get is that of the open sky, which is known
-  /// exactly, times the share of the sampled light that arrives (Heitz, Hill, McGuire, "Combining analytic direct
-  /// illumination and stochastic shadows", I3D 2018): surfaces in the open have no noise.
+  /// Sums over a pixel's samples. The light of the open sky is known exactly. It is multiplied by the fraction of the
+  /// sampled light that arrives: surfaces without shadows have no noise (Heitz, Hill, McGuire, "Combining analytic
+  /// direct illumination and stochastic shadows", I3D 2018).
   struct SkyLight {
     Vec3 open{0.0f};     ///< Of the open sky, by the normals.
     Vec3 sampled{0.0f};  ///< Sent by the sky along the shadow rays.
@@ -71,7 +72,7 @@ class TileRenderer {
   };
 
   void make_centre_rays();
-  /// Of a ray, this part of the time in which the shutter is open.
+  /// Time of a ray. @param part of the shutter's interval, 0 to 1.
   float time_of(float part) const;
   void make_sample_rays(std::uint32_t sample);
   void store_layers();
@@ -98,7 +99,7 @@ class TileRenderer {
   std::vector<Shadow> shadows_;
   std::vector<SkyLight> sky_light_;
   RayCounts counts_;
-  bool counting_ = false;  ///< The pass at hand needs costs_ and paths_.
+  bool counting_ = false;  ///< The current pass needs costs_ and paths_.
   bool refused_ = false;
 };
 

@@ -54,7 +54,7 @@ enum class SampleUse : std::uint32_t {
   kPixel = 1,
   kDirection = 2,
   kTime = 3,
-  kBounce = 16  ///< Of a path's bounce b: this + 4 b and the three behind it.
+  kBounce = 16  ///< Bounce b of a path uses this + 4 b and the three after it.
 };
 
 /// The points of one pixel: Owen-scrambled and shuffled Sobol' points (Burley, "Practical hash-based Owen scrambling",

@@ -1,5 +1,6 @@
-#include <hiprt_device/math/vec_functions.h>
 #include <tools/render/studio/studio.h>
+
+#include <hiprt_device/math/vec_functions.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 /// The light of bvhrender's pictures: a bright sky with a large soft key light over the viewer's left shoulder, a dim
 /// floor, and a plain backdrop behind the object.
 
-#include <tools/render/studio/camera.h>
+#include <tools/render/scene/camera.h>
 
 #include <hiprt_device/math/vec.h>
 
@@ -30,7 +30,7 @@ class Studio {
  public:
   explicit Studio(const Camera& camera);
 
-  /// Light from a unit direction, before anything is in its way.
+  /// Light from a unit direction, without occlusion.
   Vec3 sky(const Vec3& direction) const;
 
   /// The cosine-weighted mean of sky() over the hemisphere around a unit normal.

@@ -82,7 +82,7 @@ template <class Layout> class BoxWalk {
     const BufferView* file;
     NodeRef ref;
     Box box;
-    ToScene place;
+    ToScene to_scene;
     unsigned levels;  ///< To go.
   };
 
@@ -91,7 +91,7 @@ template <class Layout> class BoxWalk {
     for (unsigned i = 0; i < kBranching; ++i)
       if (node.child[i] != kInvalidRef)
         pending_.push_back({part.file, node.child[i], bounded(Layout::box(node, i), part.file->header->bounds),
-                            part.place, part.levels - 1});
+                            part.to_scene, part.levels - 1});
   }
 
   void open_leaf(const Part& part) {
@@ -101,7 +101,7 @@ template <class Layout> class BoxWalk {
     const std::uint32_t instance = info.primitive[0];
     InstanceRecord record = file.instances[instance];
     if (!file.motions.empty()) record = at_time(record, file.motions[instance], file.bytes.data(), time_);
-    open({&objects_[record.object], entered_ref(info), {}, part.place.from(record), part.levels});
+    open({&objects_[record.object], entered_ref(info), {}, part.to_scene.from(record), part.levels});
   }
 
   void add(const Part& part) {
@@ -110,7 +110,7 @@ template <class Layout> class BoxWalk {
       std::array<double, 3> corner{};
       for (unsigned axis = 0; axis < 3; ++axis)
         corner[axis] = double{(i >> axis & 1u) != 0 ? part.box.max[axis] : part.box.min[axis]};
-      result_.corners.push_back(part.place(corner));
+      result_.corners.push_back(part.to_scene(corner));
     }
     for (const build::Triangle& side : sides_)
       result_.triangles.push_back({first + side[0], first + side[1], first + side[2]});

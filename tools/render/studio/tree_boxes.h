@@ -1,5 +1,5 @@
 #pragma once
-/// The boxes of one level of a tree as a mesh that can be looked at.
+/// The boxes of one level of a tree as a triangle mesh.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/error.h>
@@ -22,14 +22,14 @@ struct TreeBoxes {
   static constexpr std::size_t kCorners = 8, kTriangles = 12;
 };
 
-/// More are not drawn.
+/// Most boxes of a picture.
 inline constexpr std::size_t kMostTreeBoxes = std::size_t{1} << 20;
 
-/// The boxes @p level steps below the scene's, and those of leaves above. 0: the scene's box; 1: those of the root's
-/// children, and so on; from the box of an instance the next step leads to the boxes of the children of its object.
-/// @param time where what moves is looked at.
+/// The boxes @p level levels below the scene's box, and the boxes of leaves above that level. 0: the scene's box. 1:
+/// the boxes of the root's children, and so on. Below the box of an instance come the boxes of its object's children.
+/// @param time of moving instances.
 /// @pre validate() accepted the file.
-/// @return kTooLarge with the level if there are more than kMostTreeBoxes; kInvalidInput if there is none.
+/// @return kTooLarge with the level if there are more than kMostTreeBoxes; kInvalidInput without any box.
 build::Result<TreeBoxes> boxes_of_level(const BufferView& file, unsigned level, float time);
 
 }  // namespace hiprt::tools

@@ -1,5 +1,5 @@
 #pragma once
-/// The kernels of gpu_kernels*.hip, for C++ sources that start them.
+/// The kernels of gpu_kernels*.hip, for C++ sources that launch them.
 
 #include <tools/render/tracers/tracer.h>
 
@@ -10,10 +10,10 @@
 
 namespace hiprt::tools {
 
-/// What the lanes of one launch count together; zero at first.
+/// Counters that all lanes of a launch share; zero at first.
 struct GpuCounts {
-  std::uint32_t next_ray;         ///< The first that no lane has taken.
-  std::uint32_t overflowed_rays;  ///< Whose stack was too small.
+  std::uint32_t next_ray;         ///< Index of the next ray to fetch.
+  std::uint32_t overflowed_rays;  ///< Rays whose stack was too small.
 };
 
 /// One launch. All pointers are the device's.
@@ -25,8 +25,8 @@ struct GpuTraceJob {
   std::uint32_t spill_entries;  ///< Per thread of the grid, at spill (grid_spill()); 0 for private stacks.
   StackEntry* spill;
   GpuCounts* counts;
-  std::uint32_t* paths;    ///< scene.levels per ray; nullptr: nobody asks.
-  const PathScene* holes;  ///< Of materials (CutOut), for kernels that ask.
+  std::uint32_t* paths;           ///< scene.levels entries per ray. nullptr: paths are not stored.
+  const PathScene* cutout_scene;  ///< For kernels with the filter AlphaCutout.
   /// Of a scene that is one instance (PlacedObject), for find_placed_kernel().
   SceneView object;
   std::uint32_t instance;
@@ -40,11 +40,11 @@ using GpuTraceKernel = void (*)(GpuTraceJob job);
 GpuTraceKernel find_trace_kernel(std::size_t policy, const SceneView& scene, Query query,
                                  const TracePolicies& policies);
 
-/// The same of kernels for a scene that is one instance of an object with triangles, with the default policies.
+/// As find_trace_kernel(), for a scene that is one instance of an object with triangles, and the default policies.
 /// @param object GpuTraceJob::object.
 GpuTraceKernel find_placed_kernel(std::size_t policy, const SceneView& object, Query query);
 
-/// The same of kernels for materials with holes, with the default policies.
-GpuTraceKernel find_kernel_through_holes(std::size_t policy, const SceneView& scene, Query query);
+/// As find_trace_kernel(), for kernels with the filter AlphaCutout and the default policies.
+GpuTraceKernel find_alpha_cutout_kernel(std::size_t policy, const SceneView& scene, Query query);
 
 }  // namespace hiprt::tools

@@ -1,5 +1,5 @@
 #pragma once
-/// How rays are traced on each GPU architecture: the one place that says so.
+/// How rays are traced on each GPU architecture.
 
 #include <hiprt_device/traverse/stacks/stack.h>
 
@@ -24,7 +24,7 @@ struct GpuSchedule {
 };
 
 struct GpuPolicy {
-  std::string_view architectures;  ///< What the names of the architectures begin with.
+  std::string_view architectures;  ///< First letters of the architectures' names.
   GpuStack stack;
   GpuSchedule schedule;
   GpuSchedule schedule_of_levels;  ///< Where there is more than one level of instances, and no motion.
@@ -51,30 +51,11 @@ constexpr bool fits(const GpuPolicy& policy, std::uint32_t stack_bound) {
 }
 
 /// @param architecture as gpu::Device has it.
-/// @return an index of kGpuPolicies, or its size: there is none.
+/// @return an index of kGpuPolicies, or its size if no policy fits.
 constexpr std::size_t choose_gpu_policy(std::string_view architecture, std::uint32_t stack_bound) {
   for (std::size_t i = 0; i < kGpuPolicies.size(); ++i)
     if (architecture.starts_with(kGpuPolicies[i].architectures) && fits(kGpuPolicies[i], stack_bound)) return i;
   return kGpuPolicies.size();
-}
-
-/// Whether a device runs code that was compiled for @p name. AMD: its own only; NVIDIA: that of its major version up to
-/// its minor one (sm_80 runs on sm_86), with a letter behind it (sm_90a) its own only.
-constexpr bool runs_code_for(std::string_view device, std::string_view name) {
-  if (!name.starts_with("sm_") || name == device) return name == device;
-  const std::string_view major = name.substr(0, name.size() - 1);
-  if (name.back() < '0' || name.back() > '9') return major == device;
-  return name.size() == device.size() && device.starts_with(major) && name.back() <= device.back();
-}
-
-/// The same for one of many names with spaces between them.
-constexpr bool runs_code_for_one_of(std::string_view device, std::string_view names) {
-  for (;;) {
-    const std::size_t end = names.find(' ');
-    if (runs_code_for(device, names.substr(0, end))) return true;
-    if (end == std::string_view::npos) return false;
-    names.remove_prefix(end + 1);
-  }
 }
 
 }  // namespace hiprt::tools

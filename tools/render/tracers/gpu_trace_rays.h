@@ -1,11 +1,11 @@
 #pragma once
-/// The traversal on the GPU, in every combination of the policies that a user can choose, for one kind of scenes: a
-/// template that gpu_kernels.hip and others of its name instantiate. For GPU compilers only.
+/// The GPU tracers: one template for all kinds of scenes and policies, which the sources gpu_kernels*.hip instantiate.
+/// For GPU compilers only.
 
-#include <tools/render/path/path_surface.h>
+#include <tools/render/scene/path_surface.h>
+#include <tools/render/scene/trace_limits.h>
 #include <tools/render/tracers/gpu_kernels.h>
 #include <tools/render/tracers/gpu_policies.h>
-#include <tools/render/tracers/trace_limits.h>
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/hiprt_device.h>
@@ -45,7 +45,7 @@ template <class Kind> constexpr GpuSchedule schedule_of(const GpuPolicy& policy)
   return Kind::kLevels > 1 && !Kind::kMoves ? policy.schedule_of_levels : policy.schedule;
 }
 
-/// But for the levels.
+/// All policies except the levels.
 template <class Kind, std::size_t kPolicy, class LayoutType, class TriangleType, class BoxesType>
 struct FlatPolicies : Policies {
   using Layout = LayoutType;
@@ -66,7 +66,7 @@ template <class Filter> __device__ HIPRT_INLINE Filter make_filter(const GpuTrac
   if constexpr (std::is_same_v<Filter, NoFilter>)
     return {};
   else
-    return {job.holes};
+    return {job.cutout_scene};
 }
 
 template <class Primitives> __device__ HIPRT_INLINE Primitives make_primitives(const SceneView& scene) {
@@ -81,7 +81,7 @@ template <class Kind> constexpr unsigned least_resident(const GpuPolicy& policy)
   return Kind::kLevels > 1 ? policy.min_blocks_of_levels : policy.min_blocks;
 }
 
-/// use(storage) with the storage of this lane's stack, but for the levels.
+/// Calls use(storage) with the storage of this lane's stack, without the memory of the levels.
 template <class Kind, std::size_t kPolicy, class Use>
 __device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
   using Stack = StackOfPolicy<Kind, kPolicy>;
@@ -246,8 +246,8 @@ using LevelsKernels = KernelKind<kTraceLevels>;
 using OneMovingLevelKernels = KernelKind<1, true>;
 using MovingKernels = KernelKind<kTraceLevels, true>;
 using FlatShapeKernels = KernelKind<0, false, NoFilter, SceneShapes>;
-/// With or without holes: one kernel, because they take long to compile.
-using ShapeKernels = KernelKind<kTraceLevels, true, CutOut, SceneShapes>;
+/// With or without alpha cut-outs: one kernel, because kernels compile slowly.
+using ShapeKernels = KernelKind<kTraceLevels, true, AlphaCutout, SceneShapes>;
 
 extern template GpuTraceKernel find_kernel_of<FlatKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);
 extern template GpuTraceKernel find_kernel_of<PlacedKernels>(std::size_t, NodeLayout, Query, const TracePolicies&);

@@ -1,7 +1,7 @@
 #include <tools/render/tracers/gpu_tracer.h>
 
-#include <tools/cli/progress.h>
-#include <tools/render/tracers/gpu_device.h>
+#include <tools/base/gpu_device.h>
+#include <tools/base/interrupt.h>
 #include <tools/render/tracers/gpu_kernels.h>
 #include <tools/render/tracers/gpu_policies.h>
 
@@ -24,7 +24,7 @@ struct Launch {
   GpuTraceKernel kernel;
   unsigned block, blocks;
   std::uint32_t spill_entries;
-  bool paths;  ///< Are asked for.
+  bool paths;  ///< Whether to store instance paths.
 };
 
 }  // namespace
@@ -45,19 +45,20 @@ struct GpuTracer::State {
   gpu::DeviceArray<StackEntry> spill;
   gpu::StreamTimer watch;
 
-  build::Result<Launch> plan(Query query, const TracePolicies& policies, bool with_paths, bool holes = false) const;
+  build::Result<Launch> plan(Query query, const TracePolicies& policies, bool with_paths,
+                             bool alpha_cutout = false) const;
   build::Result<void> reserve(const Launch& launch, std::size_t count);
   build::Result<double> trace_part(const Launch& launch, std::span<const Ray> from, std::span<Hit> to,
                                    std::span<std::uint32_t> to_paths);
-  build::Result<void> start(const Launch& launch, const DeviceRays& rays, const PathScene* holes);
+  build::Result<void> start(const Launch& launch, const DeviceRays& rays, const PathScene* cutout_scene);
   build::Result<double> run(const Launch& launch, std::uint32_t count, GpuCounts& counted);
 };
 
 build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& policies, bool with_paths,
-                                             bool holes) const {
+                                             bool alpha_cutout) const {
   const std::uint32_t bound = scene.view.stack_bound;
   const std::size_t chosen = choose_gpu_policy(device.architecture, bound);
-  const GpuTraceKernel kernel = holes ? find_kernel_through_holes(chosen, scene.view, query)
+  const GpuTraceKernel kernel = alpha_cutout ? find_alpha_cutout_kernel(chosen, scene.view, query)
                                 : placed && policies == TracePolicies{}
                                     ? find_placed_kernel(chosen, placed->object, query)
                                     : find_trace_kernel(chosen, scene.view, query, policies);
@@ -77,7 +78,7 @@ build::Result<Launch> GpuTracer::State::plan(Query query, const TracePolicies& p
   return launch;
 }
 
-/// Makes the arrays as large as they must be; what is there stays for the next call.
+/// Grows the arrays where they are too small. They are kept for the next call.
 build::Result<void> GpuTracer::State::reserve(const Launch& launch, std::size_t count) {
   const auto grow = [&](auto& array, std::size_t wanted) -> build::Result<void> {
     if (array.size() >= wanted) return {};
@@ -94,7 +95,8 @@ build::Result<void> GpuTracer::State::reserve(const Launch& launch, std::size_t 
   return grow(spill, std::size_t{launch.blocks} * launch.block * launch.spill_entries);
 }
 
-build::Result<void> GpuTracer::State::start(const Launch& launch, const DeviceRays& work, const PathScene* holes) {
+build::Result<void> GpuTracer::State::start(const Launch& launch, const DeviceRays& work,
+                                            const PathScene* cutout_scene) {
   GpuTraceJob job{};
   job.scene = scene.view;
   job.rays = work.rays;
@@ -104,7 +106,7 @@ build::Result<void> GpuTracer::State::start(const Launch& launch, const DeviceRa
   job.spill = spill.data();
   job.counts = counts.data();
   job.paths = work.paths;
-  job.holes = holes;
+  job.cutout_scene = cutout_scene;
   if (placed) {
     job.object = placed->object;
     job.instance = placed->instance;
@@ -179,13 +181,13 @@ const std::string& GpuTracer::device_name() const { return state_->device_name; 
 
 const SceneView& GpuTracer::scene() const { return state_->scene.view; }
 
-build::Result<void> GpuTracer::trace_on_device(Query query, const DeviceRays& rays, const PathScene* holes) {
+build::Result<void> GpuTracer::trace_on_device(Query query, const DeviceRays& rays, const PathScene* cutout_scene) {
   if (rays.count == 0) return {};
-  const auto launch = state_->plan(query, {}, rays.paths != nullptr, holes != nullptr);
+  const auto launch = state_->plan(query, {}, rays.paths != nullptr, cutout_scene != nullptr);
   if (!launch) return tl::unexpected(launch.error());
   auto done = state_->reserve(*launch, 0);
   if (done) done = state_->counts.fill(std::byte{0}, nullptr);
-  if (done) done = state_->start(*launch, rays, holes);
+  if (done) done = state_->start(*launch, rays, cutout_scene);
   return done;
 }
 

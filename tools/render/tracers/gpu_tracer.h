@@ -1,5 +1,5 @@
 #pragma once
-/// Batches of rays through the traversal on a GPU. A build without GPU code has the same class, which says so.
+/// Traces batches of rays on a GPU. In a build without GPU code make() returns an error that says so.
 
 #include <tools/render/tracers/tracer.h>
 
@@ -17,15 +17,15 @@ struct GpuTracerOptions {
   /// Rays of a part, more than 0. The default fills a GPU many times over and takes 150 MB with the hits, and 8 MB
   /// for each level of the paths.
   std::size_t rays_at_once = std::size_t{1} << 21;
-  /// Those that trace() will be asked for.
+  /// The policies that trace() will be called with.
   TracePolicies policies{};
 };
 
-/// Rays that are on the device already; all pointers are the device's.
+/// Rays in device memory.
 struct DeviceRays {
   const Ray* rays;
   Hit* hits;
-  std::uint32_t* paths;  ///< SceneView::levels per ray; nullptr: nobody asks.
+  std::uint32_t* paths;  ///< SceneView::levels entries per ray. nullptr: paths are not stored.
   std::uint32_t count;
 };
 
@@ -49,14 +49,14 @@ class GpuTracer {
   /// As the device sees it.
   const SceneView& scene() const;
 
-  /// Traces on the default stream, with the default policies; does not wait for it.
-  /// @param holes of materials that rays pass through (CutOut), on the device; nullptr: there are none.
+  /// Starts tracing on the default stream, with the default policies, and does not wait for it.
+  /// @param cutout_scene on the device, for the filter AlphaCutout. nullptr: no filter.
   /// @return the errors of a launch. Rays that overflow their stacks are Hit::failed().
-  build::Result<void> trace_on_device(Query query, const DeviceRays& rays, const PathScene* holes = nullptr);
+  build::Result<void> trace_on_device(Query query, const DeviceRays& rays, const PathScene* cutout_scene = nullptr);
 
   /// Traces rays[i] into hits[i], part by part, so that device memory stays bounded.
   /// @param hits as many as rays: the same, bit for bit, as trace() gives.
-  /// @param progress called behind every part with the finished fraction.
+  /// @param progress called after every part with the finished fraction.
   /// @param paths as for trace().
   /// @return the seconds that the device spent in kernels; kCancelled when interrupted() became true between parts;
   /// kOutOfMemory; kGpu, also when rays overflowed their stacks: their number and the stack's bound are said.

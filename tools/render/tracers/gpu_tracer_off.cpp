@@ -1,7 +1,8 @@
 /// GpuTracer of builds without GPU code: there is never one.
 
-#include <hiprt_build/format/view.h>
 #include <tools/render/tracers/gpu_tracer.h>
+
+#include <hiprt_build/format/view.h>
 
 namespace hiprt::tools {
 

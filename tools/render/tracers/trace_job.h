@@ -3,7 +3,6 @@
 /// Plain members only: a container's inline function, compiled for a newer instruction set, could be the copy that the
 /// linker keeps for the whole program.
 
-#include <tools/render/path/path_scene.h>
 #include <tools/render/tracers/tracer.h>
 
 #include <cstddef>
@@ -17,10 +16,12 @@ struct TraceJob {
   const Ray* rays;
   Hit* hits;
   RayCost* costs;        ///< nullptr: the work is not counted.
-  std::uint32_t* paths;  ///< scene->levels per ray; nullptr: nobody asks.
+  std::uint32_t* paths;  ///< scene->levels entries per ray. nullptr: paths are not stored.
   std::size_t count;
-  const PathScene* holes;  ///< Whose materials have some (CutOut); nullptr: nobody asks. Then policies are the default.
-  StepSink sink;           ///< Without take: nobody asks. With it costs are counted.
+  /// Scene whose materials cut out parts of triangles (AlphaCutout); then the policies are the default ones. nullptr:
+  /// no material does.
+  const PathScene* cutout_scene;
+  StepSink sink;  ///< Without `take` no steps are reported. With it work is counted.
 };
 
 }  // namespace hiprt::tools

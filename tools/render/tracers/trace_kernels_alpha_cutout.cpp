@@ -1,8 +1,11 @@
-/// The traversal of scenes whose materials have holes.
+/// The tracers for scenes whose materials cut out parts of triangles.
+
+#include <tools/render/scene/path_surface.h>
+#include <tools/render/tracers/trace_kernels.h>
+#include <tools/render/tracers/trace_loop.h>
+#include <tools/render/tracers/trace_policies.h>
 
 #include <hiprt_build/format/dispatch_layout.h>
-#include <tools/render/path/path_surface.h>
-#include <tools/render/tracers/trace_kernels.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -11,36 +14,30 @@ namespace {
 template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
   typename P::Stack::Memory memory;
   const typename P::Stack::Storage stack(memory);
-  const CutOut filter{job.holes};
+  const AlphaCutout filter{job.cutout_scene};
   const auto primitives = make_primitives<Primitives>(*job.scene);
   for (std::size_t i = 0; i < job.count; ++i) {
     const Ray& ray = job.rays[i];
     const auto hit = job.query == Query::kClosest
-                         ? ClosestHit<P, CutOut, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit()
-                         : AnyHit<P, CutOut, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
-    job.hits[i] = hit;
-    if constexpr (P::kLevels != 0)
-      if (job.paths != nullptr) store_path(hit, job.paths + i * job.scene->levels, job.scene->levels);
+                         ? ClosestHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit()
+                         : AnyHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
+    store_hit<P>(job, i, hit);
   }
 }
 
 }  // namespace
 
-template <unsigned kLevels, bool kMoves> void trace_through_holes(const TraceJob& job) {
+template <unsigned kLevels, bool kMoves> void trace_alpha_cutout(const TraceJob& job) {
   dispatch_layout(job.scene->layout, [&](auto layout) {
     using Flat = FlatPolicies<decltype(layout)>;
-    if constexpr (kMoves)
-      trace_filtered<Moving<Instanced<Flat, kLevels>>, SceneShapes>(job);
-    else if constexpr (kLevels != 0)
-      trace_filtered<Instanced<Flat, kLevels>, NoPrimitives>(job);
-    else
-      trace_filtered<Flat, NoPrimitives>(job);
+    using Primitives = std::conditional_t<kMoves, SceneShapes, NoPrimitives>;
+    trace_filtered<LevelPolicies<Flat, kLevels, kMoves>, Primitives>(job);
   });
 }
 
-template void trace_through_holes<0, false>(const TraceJob& job);
-template void trace_through_holes<1, false>(const TraceJob& job);
-template void trace_through_holes<kTraceLevels, true>(const TraceJob& job);
+template void trace_alpha_cutout<0, false>(const TraceJob& job);
+template void trace_alpha_cutout<1, false>(const TraceJob& job);
+template void trace_alpha_cutout<kTraceLevels, true>(const TraceJob& job);
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt::tools

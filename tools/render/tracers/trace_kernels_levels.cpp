@@ -1,6 +1,6 @@
-/// The traversal of scenes whose instances hold instances.
+/// The tracer for scenes whose instances contain instances.
 
-#include <tools/render/tracers/trace_kernels.h>
+#include <tools/render/tracers/choose_policies.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {

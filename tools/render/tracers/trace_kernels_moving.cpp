@@ -1,6 +1,6 @@
-/// The traversal of scenes whose instances move.
+/// The general tracer: several levels of instances that may move.
 
-#include <tools/render/tracers/trace_kernels.h>
+#include <tools/render/tracers/choose_policies.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {

@@ -1,6 +1,6 @@
-/// The traversal by exact decisions.
+/// The tracers with exact decisions (Reference).
 
-#include <tools/render/tracers/trace_kernels.h>
+#include <tools/render/tracers/choose_policies.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {

@@ -1,6 +1,6 @@
-/// The traversal of scenes with spheres and curves.
+/// The tracers for scenes with spheres and curves.
 
-#include <tools/render/tracers/trace_kernels.h>
+#include <tools/render/tracers/choose_policies.h>
 
 namespace hiprt::tools {
 inline namespace HIPRT_ISA_NAMESPACE {

@@ -1,5 +1,6 @@
 #include <tools/render/tracers/tracer.h>
 
+#include <tools/render/scene/path_scene.h>
 #include <tools/render/tracers/isa.h>
 #include <tools/render/tracers/trace_job.h>
 

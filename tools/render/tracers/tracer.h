@@ -1,6 +1,6 @@
 #pragma once
-/// Batches of rays through the traversal of hiprt_device, with the policies chosen at run time and the machine's best
-/// instruction set. The traversal itself is compiled once per instruction set (trace_kernels.cpp).
+/// Traces batches of rays on the CPU, with policies chosen at run time and the machine's best instruction set.
+/// trace_kernels*.cpp compile the traversal once per instruction set.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/ray.h>
@@ -26,8 +26,8 @@ struct TracePolicies {
   friend bool operator==(const TracePolicies&, const TracePolicies&) = default;
 };
 
-/// Work of one ray: four-box tests, leaf tests, the triangles (one or two per leaf) in those, and the instances that it
-/// came to.
+/// Work of one ray: tests of four boxes, tests of leaves, triangles in those leaves (one or two each), instances that
+/// the ray entered.
 struct RayCost {
   std::uint32_t box_tests = 0;
   std::uint32_t leaf_tests = 0;
@@ -50,7 +50,7 @@ struct TraceStep {
   float t;
 };
 
-/// Who is told of them.
+/// Receiver of the steps.
 struct StepSink {
   void (*take)(void* to, const TraceStep& step) = nullptr;
   void* to = nullptr;
@@ -61,12 +61,11 @@ struct StepSink {
 /// choose between kReference and the default ones only.
 /// @param hits as many as rays. Query::kAny: some hit of the ray, without normal and error.
 /// @param costs empty, or as many as rays: then the work is counted (a separately compiled variant).
-/// @param paths empty, or scene.levels per ray: the instances on the way to each hit (instance_paths.h).
+/// @param paths empty, or scene.levels entries per ray: the instance paths of the hits (instance_paths.h).
 void trace(const SceneView& scene, Query query, const TracePolicies& policies, std::span<const Ray> rays,
            std::span<Hit> hits, std::span<RayCost> costs = {}, std::span<std::uint32_t> paths = {});
 
-/// The same with the default policies, but where a material of the scene says that a triangle is not there (CutOut)
-/// rays pass.
+/// The same with the default policies. Rays pass through the parts of triangles that materials cut out (AlphaCutout).
 void trace(const PathScene& scene, Query query, std::span<const Ray> rays, std::span<Hit> hits,
            std::span<std::uint32_t> paths = {});
 

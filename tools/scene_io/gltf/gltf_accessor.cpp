@@ -1,6 +1,6 @@
 #include <tools/scene_io/gltf/gltf_accessor.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/errors.h>
 
 #include <tiny_gltf.h>
 

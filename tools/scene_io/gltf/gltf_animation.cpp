@@ -1,7 +1,7 @@
 #include <tools/scene_io/gltf/gltf_animation.h>
 
+#include <tools/base/errors.h>
 #include <tools/scene_io/gltf/gltf_accessor.h>
-#include <tools/scene_io/mesh/mesh_formats.h>
 
 #include <tiny_gltf.h>
 
@@ -65,8 +65,8 @@ build::Result<void> Animation::read_channel(const tinygltf::Model& model, std::s
                                             std::vector<Channel>& channels) {
   const tinygltf::Animation& from = model.animations[animation];
   const tinygltf::AnimationChannel& channel = from.channels[index];
-  const std::string place = "animation " + std::to_string(animation) + ", channel " + std::to_string(index) + ": ";
-  const auto fault = [&](const std::string& what) { return invalid_input(place + what); };
+  const std::string location = "animation " + std::to_string(animation) + ", channel " + std::to_string(index) + ": ";
+  const auto fault = [&](const std::string& what) { return invalid_input(location + what); };
   // Without a node there is nothing to move (glTF 2.0, 3.11).
   if (channel.target_node < 0 || channel.target_path == "weights") return {};
   const auto node = static_cast<std::size_t>(channel.target_node);

@@ -23,7 +23,7 @@ class Animation {
   static build::Result<Animation> read(const tinygltf::Model& model);
 
   bool empty() const { return channels_.empty(); }
-  /// Gives the nodes their places at a time in seconds; before a channel's first and behind its last key those there.
+  /// Moves the nodes to their positions at a time in seconds. Before the first and after the last key a node rests.
   void pose(double seconds, tinygltf::Model& model) const;
 
  private:

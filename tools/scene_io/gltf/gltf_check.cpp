@@ -1,7 +1,7 @@
 #include <tools/scene_io/gltf/gltf_check.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
-#include <tools/scene_io/text.h>
+#include <tools/base/errors.h>
+#include <tools/base/text.h>
 
 #include <nlohmann/json.hpp>
 
@@ -81,7 +81,7 @@ class Checker {
 
  private:
   void fail(const std::string& what) {
-    if (error_.empty()) error_ = place_.empty() ? what : place_ + ": " + what;
+    if (error_.empty()) error_ = location_.empty() ? what : location_ + ": " + what;
   }
 
   static std::string quoted(const Json& value) {
@@ -125,7 +125,7 @@ class Checker {
       fail(key, *list, "a list of " + std::to_string(count) + " numbers");
   }
 
-  /// Calls check(object) with the place set, if the value of @p key is an object.
+  /// Sets the location and calls check(object), if the value of @p key is an object.
   template <class Check> void inside(const Json& parent, const char* key, Check&& check) {
     const auto value = parent.find(key);
     if (value == parent.end()) return;
@@ -133,7 +133,7 @@ class Checker {
     at(key, [&] { check(*value); });
   }
 
-  /// Calls check(object) for every object of a list, with the place set.
+  /// Sets the location and calls check(object) for every object of a list.
   template <class Check> void each(const Json& parent, const char* key, const char* noun, Check&& check) {
     const auto list = parent.find(key);
     if (list == parent.end()) return;
@@ -145,11 +145,11 @@ class Checker {
       });
   }
 
-  template <class Check> void at(const std::string& place, Check&& check) {
-    const std::string outer = place_;
-    place_ += (place_.empty() ? "" : ", ") + place;
+  template <class Check> void at(const std::string& location, Check&& check) {
+    const std::string outer = location_;
+    location_ += (location_.empty() ? "" : ", ") + location;
     check();
-    place_ = outer;
+    location_ = outer;
   }
 
   void check_version(const Json& root) {
@@ -199,7 +199,7 @@ class Checker {
     reals(node, "matrix", 16);
   }
 
-  std::string place_, error_;
+  std::string location_, error_;
   std::size_t accessors_ = 0;
 };
 

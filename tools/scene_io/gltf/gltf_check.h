@@ -15,7 +15,7 @@ inline constexpr std::size_t kMaxJsonLevels = 256;
 
 /// Checks the version, the depth and the values of everything that decides which triangles there are.
 /// @param file a whole .gltf or .glb file.
-/// @return kInvalidInput with the place, e.g. "mesh 0, primitive 1: ...".
+/// @return kInvalidInput with the location, e.g. "mesh 0, primitive 1: ...".
 build::Result<void> check_gltf(std::span<const std::byte> file);
 
 /// The JSON text of a .gltf or .glb file. @return kInvalidInput: truncated, or of another version.

@@ -1,10 +1,11 @@
 #include <tools/scene_io/gltf/gltf_image.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
-#include <tools/scene_io/text.h>
+#include <tools/base/errors.h>
+#include <tools/base/text.h>
 
 #include <hiprt_build/file.h>
 
+#include <nlohmann/json.hpp>
 #include <tiny_gltf.h>
 
 #include <utility>
@@ -45,10 +46,10 @@ build::Result<ImageBytes> from_data_uri(const std::string& uri) {
   return result;
 }
 
-build::Result<ImageBytes> from_file(const JsonPlace& place, const std::string& uri,
+build::Result<ImageBytes> from_file(const JsonLocation& location, const std::string& uri,
                                     const std::filesystem::path& folder) {
   const std::string name = decode_percents(uri);
-  if (name.empty() || name.find('\0') != std::string::npos) json_fault(place, "not the name of a file");
+  if (name.empty() || name.find('\0') != std::string::npos) json_fault(location, "not the name of a file");
   // As tinygltf joins the names of buffers: what begins with a slash stays in the folder.
   const std::filesystem::path path = folder / std::filesystem::path(name).relative_path();
   auto file = build::map_file(path);
@@ -58,10 +59,10 @@ build::Result<ImageBytes> from_file(const JsonPlace& place, const std::string& u
   return result;
 }
 
-build::Result<ImageBytes> from_view(const JsonPlace& place, const Json& value, const tinygltf::Model& model) {
-  const std::uint32_t index = json_uint32(place, value);
+build::Result<ImageBytes> from_view(const JsonLocation& location, const Json& value, const tinygltf::Model& model) {
+  const std::uint32_t index = json_uint32(location, value);
   if (index >= model.bufferViews.size())
-    json_fault(place, std::to_string(index) + ", there are " + std::to_string(model.bufferViews.size()));
+    json_fault(location, std::to_string(index) + ", there are " + std::to_string(model.bufferViews.size()));
   const tinygltf::BufferView& view = model.bufferViews[index];
   if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
     return invalid_input("bufferView " + std::to_string(index) + ": buffer " + std::to_string(view.buffer) +
@@ -87,13 +88,13 @@ std::string image_label(const Json& image, std::size_t index) {
   return "image " + std::to_string(index);
 }
 
-build::Result<ImageBytes> read_image_bytes(const JsonPlace& place, const Json& image, const tinygltf::Model& model,
-                                           const std::filesystem::path& folder) {
-  json_object(place, image);
+build::Result<ImageBytes> read_image_bytes(const JsonLocation& location, const Json& image,
+                                           const tinygltf::Model& model, const std::filesystem::path& folder) {
+  json_object(location, image);
   const auto view = image.find("bufferView"), uri = image.find("uri");
-  if (view != image.end()) return from_view(JsonPlace(place, "bufferView"), *view, model);
-  if (uri == image.end()) json_fault(place, "it has neither 'uri' nor 'bufferView'");
-  const JsonPlace at(place, "uri");
+  if (view != image.end()) return from_view(JsonLocation(location, "bufferView"), *view, model);
+  if (uri == image.end()) json_fault(location, "it has neither 'uri' nor 'bufferView'");
+  const JsonLocation at(location, "uri");
   const std::string& text = json_string(at, *uri);
   return text.starts_with(kDataUri) ? from_data_uri(text) : from_file(at, text, folder);
 }

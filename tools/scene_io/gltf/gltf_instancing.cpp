@@ -1,7 +1,7 @@
 #include <tools/scene_io/gltf/gltf_instancing.h>
 
+#include <tools/base/errors.h>
 #include <tools/scene_io/gltf/gltf_accessor.h>
-#include <tools/scene_io/mesh/mesh_formats.h>
 
 #include <tiny_gltf.h>
 

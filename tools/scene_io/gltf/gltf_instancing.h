@@ -16,7 +16,7 @@ namespace hiprt::tools {
 
 inline constexpr std::string_view kGpuInstancing = "EXT_mesh_gpu_instancing";
 
-/// Where a node has its mesh, in the node's space: once, as it is, without the extension.
+/// The instances of a node's mesh, in the node's space. Without the extension: one, the identity.
 /// @return kInvalidInput with the node, the attribute and the instance.
 build::Result<std::vector<Transform>> gpu_instances(const tinygltf::Model& model, int node);
 

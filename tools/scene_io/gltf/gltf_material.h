@@ -2,10 +2,12 @@
 /// Materials of a glTF file (glTF 2.0, 3.9).
 
 #include <tools/scene_io/gltf/gltf_texture.h>
-#include <tools/scene_io/json_place.h>
+#include <tools/scene_io/json_location.h>
 #include <tools/scene_io/surface/material_library.h>
 
 #include <hiprt_build/error.h>
+
+#include <nlohmann/json.hpp>
 
 #include <filesystem>
 #include <map>
@@ -28,7 +30,7 @@ class GltfMaterials {
 
   /// The number in the library of what a primitive has; the standard's default material if it names none.
   /// @pre there is such a primitive.
-  /// @return kInvalidInput, kIo, kTooLarge with the material and the place; kCancelled.
+  /// @return kInvalidInput, kIo, kTooLarge with the material and the location; kCancelled.
   build::Result<std::uint32_t> of_primitive(std::size_t mesh, std::size_t primitive);
 
   /// Paths of the images' files that were read.

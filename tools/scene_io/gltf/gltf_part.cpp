@@ -1,7 +1,7 @@
 #include <tools/scene_io/gltf/gltf_part.h>
 
+#include <tools/base/errors.h>
 #include <tools/scene_io/gltf/gltf_accessor.h>
-#include <tools/scene_io/mesh/mesh_formats.h>
 
 #include <tiny_gltf.h>
 
@@ -81,7 +81,7 @@ build::Result<void> read_surface(const tinygltf::Model& model, const tinygltf::P
   return {};
 }
 
-/// Appends what is there once per vertex; zeros for those before or now that have none, if any has some.
+/// Appends an attribute of the vertices. If only some vertices have it, the others get zeros.
 template <class T>
 void append_attribute(std::vector<T>& all, const std::vector<T>& part, std::size_t before, std::size_t count) {
   if (all.empty() && part.empty()) return;

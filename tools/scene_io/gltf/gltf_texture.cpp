@@ -1,8 +1,10 @@
 #include <tools/scene_io/gltf/gltf_texture.h>
 
+#include <tools/base/interrupt.h>
 #include <tools/scene_io/gltf/gltf_image.h>
-#include <tools/scene_io/mesh/mesh_formats.h>
 #include <tools/scene_io/surface/picture.h>
+
+#include <nlohmann/json.hpp>
 
 #include <cmath>
 #include <utility>
@@ -12,11 +14,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-TextureWrap wrap_of(const JsonPlace& place, const Json& sampler, const char* key) {
+TextureWrap wrap_of(const JsonLocation& location, const Json& sampler, const char* key) {
   constexpr std::uint32_t kRepeat = 10497, kClampToEdge = 33071, kMirroredRepeat = 33648;  // OpenGL's.
   const Json* value = json_member(sampler, key);
   if (value == nullptr) return TextureWrap::kRepeat;
-  const JsonPlace at(place, key);
+  const JsonLocation at(location, key);
   switch (const std::uint32_t mode = json_uint32(at, *value)) {
     case kRepeat:
       return TextureWrap::kRepeat;
@@ -29,29 +31,30 @@ TextureWrap wrap_of(const JsonPlace& place, const Json& sampler, const char* key
   }
 }
 
-void check_coordinates(const JsonPlace& place, const Json& object) {
+void check_coordinates(const JsonLocation& location, const Json& object) {
   const Json* value = json_member(object, "texCoord");
   if (value == nullptr) return;
-  const JsonPlace at(place, "texCoord");
+  const JsonLocation at(location, "texCoord");
   if (const std::uint32_t set = json_uint32(at, *value); set != 0)
     json_fault(at, std::to_string(set) + ", only 0 is read");
 }
 
 /// Scale, then rotation (counter-clockwise as one sees coordinates with v down), then offset.
-std::array<float, 6> matrix_of(const JsonPlace& place, const Json& transform) {
+std::array<float, 6> matrix_of(const JsonLocation& location, const Json& transform) {
   std::array<double, 2> offset{0, 0}, scale{1, 1};
   double rotation = 0;
   if (const Json* value = json_member(transform, "offset"))
-    offset = json_numbers<2>(JsonPlace(place, "offset"), *value);
-  if (const Json* value = json_member(transform, "scale")) scale = json_numbers<2>(JsonPlace(place, "scale"), *value);
+    offset = json_numbers<2>(JsonLocation(location, "offset"), *value);
+  if (const Json* value = json_member(transform, "scale"))
+    scale = json_numbers<2>(JsonLocation(location, "scale"), *value);
   if (const Json* value = json_member(transform, "rotation"))
-    rotation = json_number(JsonPlace(place, "rotation"), *value);
+    rotation = json_number(JsonLocation(location, "rotation"), *value);
   const double c = std::cos(rotation), s = std::sin(rotation);
   const std::array<double, 6> rows{c * scale[0], s * scale[1], offset[0], -s * scale[0], c * scale[1], offset[1]};
   std::array<float, 6> result{};
   for (std::size_t i = 0; i < rows.size(); ++i) {
     result[i] = static_cast<float>(rows[i]);
-    if (!std::isfinite(result[i])) json_fault(place, "it has numbers that single precision cannot hold");
+    if (!std::isfinite(result[i])) json_fault(location, "it has numbers that single precision cannot hold");
   }
   return result;
 }
@@ -63,10 +66,10 @@ const Json* json_member(const Json& object, const char* key) {
   return found == object.end() ? nullptr : &*found;
 }
 
-const Json& json_item(const JsonPlace& place, const Json& document, const char* list, std::uint32_t index) {
+const Json& json_item(const JsonLocation& location, const Json& document, const char* list, std::uint32_t index) {
   const Json* items = json_member(document, list);
-  const std::size_t count = items == nullptr ? 0 : json_array(JsonPlace(JsonPlace(), list), *items).size();
-  if (index >= count) json_fault(place, std::to_string(index) + ", there are " + std::to_string(count) + " " + list);
+  const std::size_t count = items == nullptr ? 0 : json_array(JsonLocation(JsonLocation(), list), *items).size();
+  if (index >= count) json_fault(location, std::to_string(index) + ", there are " + std::to_string(count) + " " + list);
   return (*items)[index];
 }
 
@@ -74,36 +77,37 @@ GltfTextures::GltfTextures(const Json& document, const tinygltf::Model& model, s
                            MaterialLibrary& library)
     : document_(document), model_(model), folder_(std::move(folder)), library_(library) {}
 
-build::Result<TextureUse> GltfTextures::use(const JsonPlace& place, const Json& info) {
+build::Result<TextureUse> GltfTextures::use(const JsonLocation& location, const Json& info) {
   TextureUse result;
-  json_object(place, info);
-  check_coordinates(place, info);
-  const JsonPlace extensions_place(place, "extensions"), transform_place(extensions_place, "KHR_texture_transform");
+  json_object(location, info);
+  check_coordinates(location, info);
+  const JsonLocation extensions_location(location, "extensions"),
+      transform_location(extensions_location, "KHR_texture_transform");
   if (const Json* extensions = json_member(info, "extensions"))
-    if (const Json* transform = json_member(json_object(extensions_place, *extensions), "KHR_texture_transform")) {
-      check_coordinates(transform_place, json_object(transform_place, *transform));
-      result.matrix = matrix_of(transform_place, *transform);
+    if (const Json* transform = json_member(json_object(extensions_location, *extensions), "KHR_texture_transform")) {
+      check_coordinates(transform_location, json_object(transform_location, *transform));
+      result.matrix = matrix_of(transform_location, *transform);
     }
-  const JsonPlace index_place(place, "index");
+  const JsonLocation index_location(location, "index");
   const Json* index = json_member(info, "index");
-  if (index == nullptr) json_fault(index_place, "it is missing");
-  const std::uint32_t number = json_uint32(index_place, *index);
-  const Json& texture = json_item(index_place, document_, "textures", number);
-  const JsonPlace root, textures_place(root, "textures"), texture_place(textures_place, number);
-  json_object(texture_place, texture);
+  if (index == nullptr) json_fault(index_location, "it is missing");
+  const std::uint32_t number = json_uint32(index_location, *index);
+  const Json& texture = json_item(index_location, document_, "textures", number);
+  const JsonLocation root, textures_location(root, "textures"), texture_location(textures_location, number);
+  json_object(texture_location, texture);
   if (const Json* value = json_member(texture, "sampler")) {
-    const JsonPlace at(texture_place, "sampler"), samplers_place(root, "samplers");
+    const JsonLocation at(texture_location, "sampler"), samplers_location(root, "samplers");
     const std::uint32_t sampler_number = json_uint32(at, *value);
-    const JsonPlace sampler_place(samplers_place, sampler_number);
-    const Json& sampler = json_object(sampler_place, json_item(at, document_, "samplers", sampler_number));
-    result.wrap_u = wrap_of(sampler_place, sampler, "wrapS");
-    result.wrap_v = wrap_of(sampler_place, sampler, "wrapT");
+    const JsonLocation sampler_location(samplers_location, sampler_number);
+    const Json& sampler = json_object(sampler_location, json_item(at, document_, "samplers", sampler_number));
+    result.wrap_u = wrap_of(sampler_location, sampler, "wrapS");
+    result.wrap_v = wrap_of(sampler_location, sampler, "wrapT");
   }
   const Json* source = json_member(texture, "source");
-  const JsonPlace source_place(texture_place, "source");
-  if (source == nullptr) json_fault(source_place, "it is missing, and images of extensions are not read");
-  const std::uint32_t image = json_uint32(source_place, *source);
-  json_item(source_place, document_, "images", image);
+  const JsonLocation source_location(texture_location, "source");
+  if (source == nullptr) json_fault(source_location, "it is missing, and images of extensions are not read");
+  const std::uint32_t image = json_uint32(source_location, *source);
+  json_item(source_location, document_, "images", image);
   const auto found = texture_of(image);
   if (!found) return tl::unexpected(found.error());
   result.texture = *found;
@@ -112,7 +116,7 @@ build::Result<TextureUse> GltfTextures::use(const JsonPlace& place, const Json& 
 
 build::Result<std::uint32_t> GltfTextures::texture_of(std::size_t image) {
   if (const auto known = numbers_.find(image); known != numbers_.end()) return known->second;
-  if (interrupted()) return cancelled_error();
+  if (interrupted()) return cancelled();
   const std::string label = image_label(document_["images"][image], image);
   auto texture = read(image);
   if (!texture) return tl::unexpected(build::Error{texture.error().code, label + ": " + texture.error().message});
@@ -125,8 +129,8 @@ build::Result<std::uint32_t> GltfTextures::texture_of(std::size_t image) {
 }
 
 build::Result<Texture> GltfTextures::read(std::size_t image) {
-  const JsonPlace root, images_place(root, "images"), place(images_place, image);
-  const auto bytes = read_image_bytes(place, document_["images"][image], model_, folder_);
+  const JsonLocation root, images_location(root, "images"), location(images_location, image);
+  const auto bytes = read_image_bytes(location, document_["images"][image], model_, folder_);
   if (!bytes) return tl::unexpected(bytes.error());
   if (!bytes->path.empty()) files_.push_back(bytes->path);
   return decode_picture(bytes->bytes, kMostTexels - library_.texels);

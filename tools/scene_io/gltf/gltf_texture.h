@@ -1,7 +1,7 @@
 #pragma once
 /// Textures of a glTF file: images, how they go on outside, and where they lie.
 
-#include <tools/scene_io/json_place.h>
+#include <tools/scene_io/json_location.h>
 #include <tools/scene_io/surface/material_library.h>
 
 #include <hiprt_build/error.h>
@@ -17,7 +17,7 @@ class Model;
 
 namespace hiprt::tools {
 
-/// Reads what is asked for, every image once.
+/// Reads the textures that materials use, every image once.
 class GltfTextures {
  public:
   /// All but @p folder have to outlive it.
@@ -27,9 +27,9 @@ class GltfTextures {
                MaterialLibrary& library);
 
   /// Throws JsonFault.
-  /// @param place of @p info, a textureInfo (glTF 2.0, 5.30), with KHR_texture_transform.
+  /// @param location of @p info, a textureInfo (glTF 2.0, 5.30), with KHR_texture_transform.
   /// @return with the image in the message: kIo, kInvalidInput (a damaged file), kTooLarge.
-  build::Result<TextureUse> use(const JsonPlace& place, const nlohmann::json& info);
+  build::Result<TextureUse> use(const JsonLocation& location, const nlohmann::json& info);
 
   /// Paths of the images' files that were read.
   const std::vector<std::string>& files() const { return files_; }
@@ -50,8 +50,8 @@ class GltfTextures {
 const nlohmann::json* json_member(const nlohmann::json& object, const char* key);
 
 /// Item @p index of a list of the document. Throws JsonFault: it is not there.
-/// @param place of the index.
-const nlohmann::json& json_item(const JsonPlace& place, const nlohmann::json& document, const char* list,
+/// @param location of the index.
+const nlohmann::json& json_item(const JsonLocation& location, const nlohmann::json& document, const char* list,
                                 std::uint32_t index);
 
 }  // namespace hiprt::tools

@@ -1,5 +1,6 @@
 /// glTF 2.0 and GLB through tinygltf, which parses the JSON and loads buffers; accessors and nodes are ours.
 
+#include <tools/base/interrupt.h>
 #include <tools/scene_io/gltf/gltf_animation.h>
 #include <tools/scene_io/gltf/gltf_check.h>
 #include <tools/scene_io/gltf/gltf_instancing.h>
@@ -8,6 +9,7 @@
 #include <tools/scene_io/gltf/gltf_scene.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 
+#include <nlohmann/json.hpp>
 #include <tiny_gltf.h>
 
 #include <algorithm>
@@ -80,7 +82,7 @@ struct Document {
   std::optional<GltfMaterials> materials;
 };
 
-/// The whole document, of what is supported.
+/// The supported parts of the document.
 /// @param library nullptr: materials are not asked for.
 build::Result<void> load(std::span<const std::byte> bytes, const std::filesystem::path& folder, bool instancing,
                          MaterialLibrary* library, Document& document, std::vector<std::string>& files) {
@@ -103,7 +105,7 @@ build::Result<void> append(Mesh& mesh, Document& document, int index, const Tran
   const bool surfaces = document.materials.has_value();
   if (surfaces && !mesh.surface) mesh.surface.emplace();
   for (std::size_t i = 0; i < primitives.size(); ++i) {
-    if (interrupted()) return cancelled_error();
+    if (interrupted()) return cancelled();
     if (!has_triangles(primitives[i])) continue;
     const auto part = read_part(document.model, primitives[i], surfaces);
     if (!part)
@@ -139,7 +141,7 @@ build::Result<std::vector<std::vector<NodeMesh>>> poses_of(tinygltf::Model& mode
   const auto animation = Animation::read(model);
   if (!animation) return tl::unexpected(animation.error());
   for (const float time : times) {
-    if (interrupted()) return cancelled_error();
+    if (interrupted()) return cancelled();
     animation->pose(static_cast<double>(time), model);
     if (auto added = add(); !added) return tl::unexpected(added.error());
   }

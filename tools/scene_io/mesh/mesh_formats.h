@@ -2,15 +2,12 @@
 /// One reader per mesh format, over the bytes of a whole file. For load_mesh(), which adds the path to messages, checks
 /// the indices and turns exceptions into errors; readers may throw std::bad_alloc.
 
-#include <tools/cli/progress.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace hiprt::tools {
@@ -28,20 +25,8 @@ build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes,
 /// Raw mesh, compressed with zstd or not.
 build::Result<Mesh> read_raw_mesh(std::span<const std::byte> bytes);
 
-/// Does a file start as an ASCII STL file does: with the word "solid" in any case, maybe behind a byte order mark and
-/// blanks? Binary ones may too.
+/// Whether a file starts as an ASCII STL file does: with the word "solid" in any case, maybe after a byte order mark
+/// and blanks. Binary files may start so, too.
 bool starts_with_solid(std::span<const std::byte> bytes);
-
-/// What a reader returns when interrupted() (progress.h) became true.
-inline tl::unexpected<build::Error> cancelled_error() {
-  return tl::unexpected<build::Error>(build::Error{build::ErrorCode::kCancelled, "cancelled"});
-}
-
-/// interrupted(), asked once in a few thousand steps of a loop: @p step counts them.
-inline bool interrupted_at(std::uint64_t step) { return step % 4096 == 0 && interrupted(); }
-
-inline tl::unexpected<build::Error> invalid_input(std::string message) {
-  return tl::unexpected<build::Error>(build::Error{build::ErrorCode::kInvalidInput, std::move(message)});
-}
 
 }  // namespace hiprt::tools

@@ -1,7 +1,8 @@
 #include <tools/scene_io/mesh/mesh_import.h>
 
+#include <tools/base/errors.h>
+#include <tools/base/text.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
-#include <tools/scene_io/text.h>
 
 #include <hiprt_build/file.h>
 
@@ -112,7 +113,7 @@ build::Result<MeshAssembly> read_assembly(std::span<const std::byte> bytes, cons
   return result;
 }
 
-/// read(bytes, path), with the path in front of what it says is wrong; what it throws becomes an error.
+/// Calls read(bytes, path), adds the path to its errors and turns exceptions into errors.
 template <class Read> auto load(const std::filesystem::path& path, const Read& read) -> decltype(read({}, path)) try {
   auto file = build::map_file(path);
   if (!file) return tl::unexpected(file.error());

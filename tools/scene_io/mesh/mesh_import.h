@@ -1,7 +1,6 @@
 #pragma once
 /// Triangle meshes from files.
 
-#include <tools/scene_io/surface/material_library.h>
 #include <tools/scene_io/transform.h>
 
 #include <hiprt_build/error.h>
@@ -15,6 +14,8 @@
 #include <vector>
 
 namespace hiprt::tools {
+
+struct MaterialLibrary;
 
 /// What triangles and vertices of a mesh have besides positions.
 struct MeshSurface {
@@ -33,8 +34,7 @@ struct Mesh {
   std::optional<MeshSurface> surface{};    ///< If it was asked for and the format has materials.
 };
 
-/// Reads a whole file as one mesh. The format is chosen by the extension (any case), for unknown extensions by the
-/// first bytes:
+/// Reads a file as one mesh. The extension (in any case) says the format; for unknown extensions the first bytes do:
 /// - .obj: all objects and groups together; numbers are rounded correctly; materials are not read.
 /// - .ply: ASCII and binary of either byte order.
 /// - .stl: ASCII and binary; all solids together; corners are not merged.
@@ -46,8 +46,8 @@ struct Mesh {
 /// Polygons become size - 2 triangles each (polygons.h). NaN and infinite coordinates are kept: the builder drops and
 /// counts such triangles.
 /// @param library if given, Mesh::surface of glTF files is filled, and their materials and textures are appended here.
-/// @return kIo if the file cannot be read, kInvalidInput with path, place and limit if its content is wrong, kTooLarge,
-/// kOutOfMemory, kCancelled when interrupted() (progress.h) became true. Never throws.
+/// @return kIo if the file cannot be read. kInvalidInput, with path, location and limit, if its content is wrong.
+/// kTooLarge, kOutOfMemory. kCancelled when interrupted() became true. Never throws.
 build::Result<Mesh> load_mesh(const std::filesystem::path& path, MaterialLibrary* library = nullptr);
 
 /// A use of one of a file's meshes.
@@ -65,7 +65,7 @@ struct MeshAssembly {
 };
 
 /// As load_mesh(), but of glTF files every mesh by itself, with its uses by nodes (as often as EXT_mesh_gpu_instancing
-/// says) in the order of the file; meshes without triangles and those that no node has are left out. Other files are
+/// says) in the order of the file; meshes without triangles or without nodes are left out. Other files are
 /// one mesh that is used once.
 /// @param times in seconds, at which to look at animations (all of the file at once, gltf_animation.h); none: nodes are
 /// where they are without.

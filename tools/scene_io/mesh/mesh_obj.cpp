@@ -1,9 +1,10 @@
 /// Wavefront OBJ: positions and faces; the rest is skipped. Written here because tinyobjloader reads "nan" and
 /// unreadable numbers as 0 and wraps indices modulo 2^32, both without an error.
 
+#include <tools/base/interrupt.h>
+#include <tools/base/text.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 #include <tools/scene_io/mesh/polygons.h>
-#include <tools/scene_io/text.h>
 
 #include <limits>
 
@@ -15,7 +16,7 @@ class ObjReader {
   build::Result<Mesh> read(std::string_view text) {
     skip_byte_order_mark(text);
     while (!text.empty()) {
-      if (interrupted_at(line_)) return cancelled_error();
+      if (interrupted_at(line_)) return cancelled();
       std::string_view line = logical_line(text);
       const std::string_view keyword = next_word(line);
       build::Result<void> done;
@@ -34,7 +35,7 @@ class ObjReader {
   }
 
  private:
-  /// The next line, joined with those behind it as long as they end with a backslash.
+  /// The next line. Lines that end with a backslash are joined with the following one.
   std::string_view logical_line(std::string_view& text) {
     std::string_view line = trimmed_line(text);
     if (!line.ends_with('\\')) return line;

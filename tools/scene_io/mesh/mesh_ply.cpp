@@ -1,10 +1,11 @@
 /// PLY, ASCII and binary. Written here because assimp repeats the last line of a truncated file, or reads past it,
 /// without an error, and rounds ASCII numbers only nearly right.
 
+#include <tools/base/interrupt.h>
+#include <tools/base/text.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 #include <tools/scene_io/mesh/ply_header.h>
 #include <tools/scene_io/mesh/polygons.h>
-#include <tools/scene_io/text.h>
 
 #include <algorithm>
 #include <array>
@@ -24,7 +25,7 @@ class AsciiSource {
 
   static std::uint64_t least_bytes(PlyType) { return 2; }
   std::uint64_t bytes_left() const { return text_.size() + 1; }
-  std::string place() const { return "line " + std::to_string(line_); }
+  std::string location() const { return "line " + std::to_string(line_); }
 
   std::optional<double> read(PlyType type) {
     const std::string_view word = next_word_of_lines(text_, line_);
@@ -45,7 +46,7 @@ class BinarySource {
 
   static std::uint64_t least_bytes(PlyType type) { return size_of(type); }
   std::uint64_t bytes_left() const { return data_.size() - at_; }
-  std::string place() const { return "byte " + std::to_string(start_ + at_); }
+  std::string location() const { return "byte " + std::to_string(start_ + at_); }
 
   std::optional<double> read(PlyType type) {
     const unsigned size = size_of(type);
@@ -111,7 +112,7 @@ template <class Source> class PlyReader {
  private:
   tl::unexpected<build::Error> fail(const PlyElement& element, std::uint64_t i, const std::string& what) const {
     return invalid_input(element.name + " " + std::to_string(i) + " of " + std::to_string(element.count) + ": " + what +
-                         " at " + source_.place());
+                         " at " + source_.location());
   }
 
   /// Refuses counts that the rest of the file cannot hold, before memory is asked for.
@@ -144,7 +145,7 @@ template <class Source> class PlyReader {
         length(p, static_cast<std::uint32_t>(count));
       }
       for (std::uint64_t k = 0; k < count; ++k) {
-        if (interrupted_at(++values_)) return cancelled_error();
+        if (interrupted_at(++values_)) return cancelled();
         const auto number = value(element, i, property.type);
         if (!number) return tl::unexpected(number.error());
         if (!take(p, *number)) return fail(element, i, "vertex number " + std::to_string(*number) + " is none,");

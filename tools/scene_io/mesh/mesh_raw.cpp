@@ -1,6 +1,7 @@
 /// The raw mesh format: u32 vertex count, u32 triangle count, float32 positions, u32 indices; little-endian, maybe
 /// compressed with zstd.
 
+#include <tools/base/interrupt.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 
 #include <zstd.h>
@@ -45,7 +46,7 @@ class ZstdSource {
     if (!stream_) throw std::bad_alloc();
   }
 
-  /// Fills as much of @p out as there is. @return the bytes written; fewer only behind a whole frame.
+  /// Fills @p out. @return the bytes written: fewer than its size only after the last frame.
   build::Result<std::size_t> read(std::span<std::byte> out) {
     ZSTD_outBuffer output{out.data(), out.size(), 0};
     while (output.pos < output.size) {
@@ -74,7 +75,7 @@ template <class Record, class Source>
 build::Result<void> read_records(Source& source, std::vector<Record>& records, std::uint32_t count, const char* what) {
   constexpr std::size_t kMostPerStep = std::size_t{1} << 20;
   while (records.size() < count) {
-    if (interrupted()) return cancelled_error();
+    if (interrupted()) return cancelled();
     const std::size_t first = records.size();
     const std::size_t step = std::min<std::size_t>(kMostPerStep, count - first);
     if (records.capacity() < first + step) records.reserve(std::min<std::size_t>(count, 2 * (first + step)));

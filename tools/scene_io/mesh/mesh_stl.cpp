@@ -1,9 +1,10 @@
 /// STL, ASCII and binary (3D Systems, 1988). Written here because assimp takes an ASCII file that ends between two
 /// facets for a whole one, leaks memory when it refuses one, and rounds numbers only nearly right.
 
+#include <tools/base/interrupt.h>
+#include <tools/base/text.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 #include <tools/scene_io/mesh/polygons.h>
-#include <tools/scene_io/text.h>
 
 #include <algorithm>
 #include <array>
@@ -19,7 +20,7 @@ static_assert(std::endian::native == std::endian::little, "binary files are litt
 
 constexpr std::uint64_t kHeaderBytes = 84, kFacetBytes = 50, kNormalBytes = 12;
 
-/// Facet count of a binary file's header; 0 if there is none.
+/// Facet count of a binary file's header; 0 without header.
 std::uint32_t facet_count(std::span<const std::byte> bytes) {
   std::uint32_t facets = 0;
   if (bytes.size() >= kHeaderBytes) std::memcpy(&facets, bytes.data() + 80, sizeof(facets));
@@ -40,7 +41,7 @@ build::Result<Mesh> read_binary(std::span<const std::byte> bytes) {
   mesh.positions.resize(3 * std::size_t{facets});
   mesh.triangles.resize(facets);
   for (std::uint32_t i = 0; i < facets; ++i) {
-    if (interrupted_at(i)) return cancelled_error();
+    if (interrupted_at(i)) return cancelled();
     const std::byte* corners = bytes.data() + kHeaderBytes + kFacetBytes * i + kNormalBytes;
     std::memcpy(&mesh.positions[3 * std::size_t{i}], corners, 3 * sizeof(build::Position));
     mesh.triangles[i] = {3 * i, 3 * i + 1, 3 * i + 2};
@@ -61,7 +62,7 @@ bool is_keyword(std::string_view word) {
   return std::find(kKeywords.begin(), kKeywords.end(), lower(word)) != kKeywords.end();
 }
 
-/// The words of a text in any arrangement of lines. Copies are places to come back to.
+/// The words of a text in any arrangement of lines. A copy marks a position to return to.
 class Words {
  public:
   explicit Words(std::string_view text) : text_(text) {}
@@ -88,7 +89,7 @@ class AsciiReader {
   build::Result<Mesh> read() {
     std::uint64_t count = 0;
     for (std::string_view word = words_.next(); !word.empty(); word = words_.next()) {
-      if (interrupted_at(++count)) return cancelled_error();
+      if (interrupted_at(++count)) return cancelled();
       if (auto done = read_word(word); !done) return tl::unexpected(done.error());
     }
     if (in_solid_) return truncated();

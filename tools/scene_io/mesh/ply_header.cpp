@@ -1,7 +1,7 @@
 #include <tools/scene_io/mesh/ply_header.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
-#include <tools/scene_io/text.h>
+#include <tools/base/errors.h>
+#include <tools/base/text.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include <tools/scene_io/mesh/polygons.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/interrupt.h>
 
 #include <algorithm>
 #include <array>
@@ -145,7 +145,7 @@ build::Result<std::vector<build::Triangle>> triangulate(std::span<const build::P
     if (auto checked = check_face(corners, positions.size(), face); !checked) return tl::unexpected(checked.error());
     if (corners.size() < 3) ++skipped;
     split_face(positions, corners, triangles);
-    if (interrupted()) return cancelled_error();
+    if (interrupted()) return cancelled();
   }
   return triangles;
 }

@@ -10,7 +10,7 @@
 
 namespace hiprt::tools {
 
-/// Faces of any size, one behind the other.
+/// Faces of any size, one after the other.
 struct Polygons {
   std::vector<std::uint32_t> corners;  ///< Vertex numbers.
   std::vector<std::uint32_t> sizes;    ///< Corners of each face.
@@ -22,7 +22,7 @@ inline constexpr std::uint32_t kMaxPolygonSize = 4096;
 /// Splits every face of size n into n - 2 triangles with the face's orientation, in the order of the faces. Convex
 /// faces become a fan around their first corner, others are clipped ear by ear (Meisters 1975) in the coordinate plane
 /// that the face's Newell normal is closest to. Faces with fewer than three corners are counted in @p skipped.
-/// @return kCancelled when interrupted() (progress.h) became true, kInvalidInput for a corner past the positions or a
+/// @return kCancelled when interrupted() became true, kInvalidInput for a corner past the positions or a
 /// face above kMaxPolygonSize, with the face's number.
 build::Result<std::vector<build::Triangle>> triangulate(std::span<const build::Position> positions,
                                                         const Polygons& polygons, std::uint64_t& skipped);

@@ -35,7 +35,7 @@ class Baker {
         }
         auto flat = flatten_object(scene_, instance.object, to_double(instance.to_scene), instance.mask);
         if (flat) {
-          if (baked_.instances++ == 0) baked_.first = group.place + "[" + std::to_string(i) + "]";
+          if (baked_.instances++ == 0) baked_.first = group.location + "[" + std::to_string(i) + "]";
           replace(instance, std::move(*flat));
         } else if (flat.error().code == build::ErrorCode::kInvalidInput) {
           groups_.back().push_back(instance);
@@ -64,7 +64,7 @@ class Baker {
   }
 
  private:
-  /// New objects are numbered behind all groups until apply().
+  /// Until apply() new objects have numbers after all groups.
   void replace(const build::Instance& instance, std::vector<FlatGeometry>&& flat) {
     std::map<std::uint32_t, SceneObject> of_mask;
     for (FlatGeometry& geometry : flat) {

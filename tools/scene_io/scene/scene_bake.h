@@ -1,5 +1,5 @@
 #pragma once
-/// Instances that rays cannot be taken into.
+/// Replaces instances whose transform has no inverse by objects.
 
 #include <tools/scene_io/scene/scene_description.h>
 
@@ -13,13 +13,13 @@ namespace hiprt::tools {
 struct BakedInstances {
   std::uint64_t instances = 0;  ///< In the description, not in the scene.
   std::uint64_t triangles = 0;  ///< Of all of them.
-  std::string first;            ///< Place of the first, for messages: "groups.forest[3]".
+  std::string first;            ///< Location of the first one, for messages: "groups.forest[3]".
 };
 
-/// Puts objects of their own in the place of instances that stand still and whose transform has no inverse
+/// Replaces by objects of their own the instances that stand still and whose transform has no inverse
 /// (build::is_invertible()): their triangles, transformed in double and rounded once, as flatten_scene() makes them. So
 /// a disc that is a ball made flat can be traced. An instance whose parts have different masks becomes one of each
-/// mask. What cannot be flattened, or is not finite, stays what it is, for the builder to refuse.
+/// mask. Instances that cannot be flattened or are not finite stay: the builder refuses them.
 /// @return kTooLarge, kOutOfMemory or kCancelled; the scene is as it was then.
 build::Result<BakedInstances> bake_singular(SceneDescription& scene);
 

@@ -1,6 +1,6 @@
 #include <tools/scene_io/scene/scene_binary.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/interrupt.h>
 #include <tools/scene_io/scene/scene_order.h>
 
 #include <hiprt_build/file.h>
@@ -53,10 +53,10 @@ struct FileScene {
   std::vector<std::vector<Instance>> groups;
 };
 
-std::string place(std::size_t object) { return "object " + std::to_string(object); }
+std::string location(std::size_t object) { return "object " + std::to_string(object); }
 
 tl::unexpected<build::Error> cut(std::size_t object, std::uint64_t needed, std::uint64_t left) {
-  return invalid_input(place(object) + ": needs " + std::to_string(needed) + " bytes, " + std::to_string(left) +
+  return invalid_input(location(object) + ": needs " + std::to_string(needed) + " bytes, " + std::to_string(left) +
                        " are left in the file");
 }
 
@@ -66,7 +66,7 @@ build::Result<void> read_mesh(Bytes& bytes, FileScene& scene, std::size_t object
   const std::uint64_t needed = 12 * (std::uint64_t{vertices} + triangles);
   if (bytes.left() < needed) return cut(object, needed, bytes.left());
   Mesh& mesh = scene.meshes.emplace_back();
-  mesh.name = place(object);
+  mesh.name = location(object);
   mesh.positions.resize(vertices);
   mesh.triangles.resize(triangles);
   bytes.take(mesh.positions.data(), std::size_t{12} * vertices);
@@ -74,8 +74,8 @@ build::Result<void> read_mesh(Bytes& bytes, FileScene& scene, std::size_t object
   for (std::size_t i = 0; i < triangles; ++i)
     for (const std::uint32_t index : mesh.triangles[i])
       if (index >= vertices)
-        return invalid_input(place(object) + ", triangle " + std::to_string(i) + ": vertex " + std::to_string(index) +
-                             ", but only " + std::to_string(vertices) + " vertices are there");
+        return invalid_input(location(object) + ", triangle " + std::to_string(i) + ": vertex " +
+                             std::to_string(index) + ", but only " + std::to_string(vertices) + " vertices are there");
   scene.objects.push_back({false, scene.mesh_objects.size()});
   scene.mesh_objects.push_back(object);
   return {};
@@ -91,7 +91,7 @@ build::Result<void> read_group(Bytes& bytes, FileScene& scene, std::size_t objec
     instances[i].to_scene = bytes.take<build::Affine>();
     instances[i].id = i;
     if (instances[i].object >= object)
-      return invalid_input(place(object) + ", child " + std::to_string(i) + ": object " +
+      return invalid_input(location(object) + ", child " + std::to_string(i) + ": object " +
                            std::to_string(instances[i].object) + ", those before the group are " +
                            std::to_string(object));
   }
@@ -109,11 +109,11 @@ build::Result<FileScene> read_objects(std::span<const std::byte> all) {
   if (count == 0) return invalid_input("0 objects, 1 or more expected");
   FileScene scene;
   for (std::size_t object = 0; object < count; ++object) {
-    if (interrupted()) return cancelled_error();
+    if (interrupted()) return cancelled();
     if (bytes.left() < 4) return cut(object, 4, bytes.left());
     const auto kind = bytes.take<std::uint32_t>();
     if (kind > 1)
-      return invalid_input(place(object) + ": kind " + std::to_string(kind) + ", known are 0 (mesh) and 1 (group)");
+      return invalid_input(location(object) + ": kind " + std::to_string(kind) + ", known are 0 (mesh) and 1 (group)");
     auto done = kind == 0 ? read_mesh(bytes, scene, object) : read_group(bytes, scene, object);
     if (!done) return tl::unexpected(std::move(done.error()));
   }
@@ -129,7 +129,7 @@ void wrap_mesh(FileScene& scene) {
   scene.group_objects.push_back(scene.objects.size() - 1);
 }
 
-/// Meshes first, then groups; what is not used is left out.
+/// Meshes first, then groups. Unused ones are left out.
 SceneDescription arrange(FileScene scene) {
   wrap_mesh(scene);
   const std::size_t meshes = scene.meshes.size();

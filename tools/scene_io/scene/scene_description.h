@@ -22,7 +22,7 @@ struct SceneObject {
 };
 
 struct SceneGroup {
-  std::string place;  ///< Of its list of instances in the file, for messages: "groups.forest".
+  std::string location;  ///< Of its list of instances in the file, for messages: "groups.forest".
   std::vector<build::Instance> instances;
 };
 
@@ -31,14 +31,14 @@ struct SceneGroup {
 struct SceneDescription {
   std::string path;                ///< Of the description, for messages.
   std::vector<std::string> files;  ///< Mesh i is in files[i]; empty if the description has the meshes itself.
-  std::vector<Mesh> meshes;        ///< What files have, read once each.
-  std::vector<ShapeSet> shapes;    ///< Those of files: before they are read with their paths only.
+  std::vector<Mesh> meshes;        ///< Meshes of the files, read once each.
+  std::vector<ShapeSet> shapes;    ///< A file that is not read yet has its path only.
   std::vector<SceneObject> objects;
   std::vector<SceneGroup> groups;
-  std::vector<std::unique_ptr<build::Motion>> motions;  ///< Those of instances.
-  /// Of a scene whose levels are merged: where the groups' instances were, which are in groups and not in it.
+  std::vector<std::unique_ptr<build::Motion>> motions;  ///< Motions that instances refer to.
+  /// For a scene with merged levels: where the instances of its groups came from.
   std::optional<build::MergedLevels> merged;
-  std::uint64_t shared_objects = 0;  ///< Objects that have the meshes of another one and are that.
+  std::uint64_t shared_objects = 0;  ///< Objects that are shared because they have the same meshes.
 };
 
 }  // namespace hiprt::tools

@@ -1,6 +1,6 @@
 #include <tools/scene_io/scene/scene_flatten.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/interrupt.h>
 
 #include <hiprt_device/format/buffer.h>
 
@@ -42,11 +42,12 @@ build::Result<void> check_size(const SceneDescription& scene, std::size_t object
                                                                         std::to_string(count) + " " + noun +
                                                                         ", the limit is " + std::to_string(limit)});
   };
-  if (auto few = check(sizes[object].geometries, kMaxGeometries, "geometries"); !few) return few;
+  if (auto within_limit = check(sizes[object].geometries, kMaxGeometries, "geometries"); !within_limit)
+    return within_limit;
   return check(sizes[object].triangles, kMostTriangles, "triangles");
 }
 
-/// What is on the way to an object.
+/// State of a path from the scene to an object.
 struct Step {
   std::size_t object;
   Transform to_scene;
@@ -69,12 +70,12 @@ build::Result<void> push_instances(const SceneDescription& scene, const SceneGro
   for (std::size_t i = group.instances.size(); i-- > 0;) {
     const build::Instance& instance = group.instances[i];
     if (instance.motion != nullptr)
-      return invalid_input(scene.path + ": " + group.place + "[" + std::to_string(i) +
+      return invalid_input(scene.path + ": " + group.location + "[" + std::to_string(i) +
                            "] moves, which a flat scene cannot");
     const std::uint32_t both = outer.mask & instance.mask;
-    // Two masks ask for one bit each: that is one mask only if the bits of one are among the other's.
+    // A ray needs a bit of each of two masks. One mask can say so only if one contains the bits of the other.
     if (both != outer.mask && both != instance.mask)
-      return invalid_input(scene.path + ": " + group.place + "[" + std::to_string(i) +
+      return invalid_input(scene.path + ": " + group.location + "[" + std::to_string(i) +
                            "].mask: " + std::to_string(instance.mask) + " below an instance of mask " +
                            std::to_string(outer.mask) + " cannot be flattened, no one mask is the same as both");
     stack.push_back({instance.object, outer.to_scene * to_double(instance.to_scene), both});
@@ -87,7 +88,7 @@ build::Result<std::vector<FlatGeometry>> flatten(const SceneDescription& scene, 
   std::vector<FlatGeometry> result;
   std::vector<Step> stack{whole};
   while (!stack.empty()) {
-    if (interrupted()) return cancelled_error();
+    if (interrupted()) return cancelled();
     const Step step = stack.back();
     stack.pop_back();
     if (step.object < scene.objects.size()) {

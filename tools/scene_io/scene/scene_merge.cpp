@@ -14,7 +14,7 @@ build::Result<void> merge_scene(SceneDescription& scene, unsigned levels) {
   if (!merged) return tl::unexpected(build::Error{merged.error().code, scene.path + ": " + merged.error().message});
   std::vector<SceneGroup> left;
   for (std::size_t g = 0; g < merged->groups.size(); ++g)
-    left.push_back({std::move(scene.groups[merged->group_before[g]].place), std::move(merged->groups[g])});
+    left.push_back({std::move(scene.groups[merged->group_before[g]].location), std::move(merged->groups[g])});
   scene.groups = std::move(left);
   scene.merged = std::move(*merged);
   return {};

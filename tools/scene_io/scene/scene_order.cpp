@@ -10,14 +10,14 @@ GroupOrder order_groups(std::span<const std::vector<build::Instance>> groups, st
   GroupOrder order;
   order.used_objects.resize(objects);
   std::vector<State> states(groups.size(), State::kNew);
-  std::vector<Step> way{{top, 0}};
+  std::vector<Step> path{{top, 0}};
   states[top] = State::kOpen;
-  while (!way.empty()) {
-    Step& step = way.back();
+  while (!path.empty()) {
+    Step& step = path.back();
     if (step.next == groups[step.group].size()) {
       states[step.group] = State::kDone;
       order.groups.push_back(step.group);
-      way.pop_back();
+      path.pop_back();
       continue;
     }
     const std::size_t object = groups[step.group][step.next++].object;
@@ -28,14 +28,14 @@ GroupOrder order_groups(std::span<const std::vector<build::Instance>> groups, st
     const std::size_t group = object - objects;
     if (states[group] == State::kOpen) {
       GroupCycle cycle{{}, step.next - 1};
-      for (const Step& on_way : way)
-        if (!cycle.groups.empty() || on_way.group == group) cycle.groups.push_back(on_way.group);
+      for (const Step& on_path : path)
+        if (!cycle.groups.empty() || on_path.group == group) cycle.groups.push_back(on_path.group);
       order.cycle = std::move(cycle);
       return order;
     }
     if (states[group] == State::kDone) continue;
     states[group] = State::kOpen;
-    way.push_back({group, 0});
+    path.push_back({group, 0});
   }
   return order;
 }

@@ -12,12 +12,12 @@ namespace hiprt::tools {
 
 /// A group's instance that leads back to the group.
 struct GroupCycle {
-  std::vector<std::size_t> groups;  ///< On the way, the first has the last one's instance in it.
+  std::vector<std::size_t> groups;  ///< Each contains an instance of the next one, the last one of the first.
   std::size_t instance;             ///< Of the last group.
 };
 
 struct GroupOrder {
-  std::vector<std::size_t> groups;  ///< Those below the top and, last, the top; each behind what it has instances of.
+  std::vector<std::size_t> groups;  ///< Each after the groups that it has instances of. The top group is the last.
   std::vector<bool> used_objects;   ///< Per object that is no group.
   std::optional<GroupCycle> cycle;  ///< Then the rest is not complete.
 };

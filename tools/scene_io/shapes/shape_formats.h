@@ -2,7 +2,7 @@
 /// One reader per format of shapes, over the bytes of a whole file. For load_shapes(), which adds the path to messages
 /// and turns exceptions into errors; readers may throw std::bad_alloc.
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/interrupt.h>
 #include <tools/scene_io/shapes/shape_import.h>
 
 namespace hiprt::tools {

@@ -77,10 +77,10 @@ build::Result<void> check_points(std::span<const ShapePoint> points, std::span<c
   const auto bad = std::find_if_not(points.begin(), points.end(),
                                     [](const ShapePoint& point) { return shape_detail::is_valid(point); });
   if (bad == points.end()) return {};
-  auto place = static_cast<std::uint64_t>(bad - points.begin());
+  auto location = static_cast<std::uint64_t>(bad - points.begin());
   std::size_t strand = 0;
-  for (; place >= of_strands[strand]; ++strand) place -= of_strands[strand];
-  return invalid_input("strand " + std::to_string(strand) + ", point " + std::to_string(place) + ": " +
+  for (; location >= of_strands[strand]; ++strand) location -= of_strands[strand];
+  return invalid_input("strand " + std::to_string(strand) + ", point " + std::to_string(location) + ": " +
                        shape_point_fault(*bad));
 }
 
@@ -99,7 +99,7 @@ build::Result<ShapeSet> read_hair(std::span<const std::byte> bytes) {
   shapes.strands = header->strands;
   shapes.points.resize(header->points);
   for (std::size_t i = 0; i < shapes.points.size(); ++i) {
-    if (interrupted_at(i)) return cancelled_error();
+    if (interrupted_at(i)) return cancelled();
     float diameter = header->default_thickness;
     if ((header->arrays & kThickness) != 0) std::memcpy(&diameter, thickness + 4 * i, sizeof(diameter));
     std::memcpy(shapes.points[i].position, next + 12 * i, 12);

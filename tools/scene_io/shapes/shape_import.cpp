@@ -1,7 +1,7 @@
 #include <tools/scene_io/shapes/shape_import.h>
 
+#include <tools/base/text.h>
 #include <tools/scene_io/shapes/shape_formats.h>
-#include <tools/scene_io/text.h>
 
 #include <hiprt_build/file.h>
 
@@ -54,7 +54,7 @@ build::Result<ShapeSet> read_xyzr(std::span<const std::byte> bytes) {
   ShapeSet shapes;
   shapes.kind = ShapeKind::kSpheres;
   for (std::uint64_t line = 1; !text.empty(); ++line) {
-    if (interrupted_at(line)) return cancelled_error();
+    if (interrupted_at(line)) return cancelled();
     std::string_view content = next_line(text);
     content = content.substr(0, content.find('#'));
     std::string_view rest = content;

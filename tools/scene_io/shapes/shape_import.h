@@ -15,7 +15,7 @@ namespace hiprt::tools {
 
 /// Spheres, or the segments of strands: one geometry.
 struct ShapeSet {
-  std::string name{};  ///< The file's name without its folder, or the place in a description.
+  std::string name{};  ///< The file's name without its folder, or the location in a description.
   std::string path{};  ///< Of the file; empty if a description has the shapes itself.
   ShapeKind kind = ShapeKind::kNone;
   std::vector<ShapePoint> points{};       ///< Finite, radii at least 0.
@@ -37,8 +37,8 @@ bool is_shape_file(const std::string& path);
 ///   transparency per point, f32[3] colour per point. Thickness is the diameter: a radius is half of it. Transparency
 ///   and colour are not read.
 /// - .xyzr: text, a sphere per line: x y z radius. Empty lines, and what follows a #, do not matter.
-/// @return kIo; kInvalidInput with path, place and limit; kTooLarge, kOutOfMemory, kCancelled when interrupted()
-/// (progress.h) became true. Never throws.
+/// @return kIo; kInvalidInput with path, location and limit; kTooLarge, kOutOfMemory, kCancelled when interrupted()
+/// became true. Never throws.
 build::Result<ShapeSet> load_shapes(const std::filesystem::path& path);
 
 /// The bytes of a .hair file. @param points of each strand, 1 to 65536. @param shapes of all strands, one after the

@@ -1,6 +1,6 @@
 #include <tools/scene_io/surface/picture.h>
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/errors.h>
 
 #include <string>
 #include <string_view>

@@ -11,18 +11,18 @@
 
 namespace hiprt::tools {
 
-/// Of a side of a picture, in texels.
+/// Most texels of a side.
 inline constexpr std::uint32_t kMostPictureSide = 16384;
 
-/// Decodes a whole PNG or JPEG file; which one it is its first bytes say. The values are the file's own: gamma, colour
-/// profiles and orientation are not applied (glTF 2.0, 3.8.1). 16 bits per channel are rounded to 8; grey becomes red,
+/// Decodes a PNG or JPEG file. The first bytes say which one it is. Gamma, colour profiles and orientation are not
+/// applied (glTF 2.0, 3.8.1). 16 bits per channel are rounded to 8; grey becomes red,
 /// green and blue; without transparency alpha is 255.
 /// @param most_texels of a larger picture only the header is read.
 /// @return a texture without name; kInvalidInput: it is neither, truncated or damaged; kTooLarge with the size and the
 /// limit; kOutOfMemory.
 build::Result<Texture> decode_picture(std::span<const std::byte> bytes, std::uint64_t most_texels);
 
-/// Of each format; see decode_picture(). @pre the bytes begin as such a file does.
+/// decode_picture() for one format. @pre the bytes begin as such a file does.
 build::Result<Texture> decode_png(std::span<const std::byte> bytes, std::uint64_t most_texels);
 build::Result<Texture> decode_jpeg(std::span<const std::byte> bytes, std::uint64_t most_texels);
 

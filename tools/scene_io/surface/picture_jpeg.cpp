@@ -1,7 +1,7 @@
 /// JPEG through the decoder in tinygltf (stb_image), which takes truncated files for whole ones and allocates before
 /// it can be asked for the size: both are read from the markers first (ITU-T T.81, annex B).
 
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/errors.h>
 #include <tools/scene_io/surface/picture.h>
 
 #include <tiny_gltf.h>
@@ -26,7 +26,7 @@ class JpegMarkers {
   /// @return the frame's size, if the markers lead from the frame over its scans to the end of the image.
   build::Result<JpegSize> size() {
     std::optional<JpegSize> size;
-    at_ = 2;  // Behind the start of the image.
+    at_ = 2;  // After the start of the image.
     while (at_ + 2 <= file_.size()) {
       if (byte(at_) != 0xff) return damaged("no marker at byte " + std::to_string(at_));
       const unsigned marker = byte(at_ + 1);
@@ -68,7 +68,7 @@ class JpegMarkers {
 
   unsigned byte(std::size_t i) const { return std::to_integer<unsigned>(file_[i]); }
   std::uint32_t word(std::size_t i) const { return byte(i) << 8 | byte(i + 1); }
-  /// To the marker behind coded data, which has 0xff only before 0 and in restart markers.
+  /// Skips to the marker after coded data, which has 0xff only before 0 and in restart markers.
   void skip_scan() {
     while (at_ + 2 <= file_.size() && (byte(at_) != 0xff || byte(at_ + 1) == 0 || is_restart(byte(at_ + 1)))) ++at_;
   }

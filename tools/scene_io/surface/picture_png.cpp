@@ -1,4 +1,4 @@
-#include <tools/scene_io/mesh/mesh_formats.h>
+#include <tools/base/errors.h>
 #include <tools/scene_io/surface/picture.h>
 #include <tools/scene_io/surface/png_message.h>
 
@@ -12,7 +12,7 @@
 namespace hiprt::tools {
 namespace {
 
-/// A PNG file in memory on its way to texels. libpng reports errors by longjmp(), over frames without destructors only.
+/// Decodes a PNG file in memory. libpng reports errors by longjmp(), over frames without destructors only.
 class PngDecoder {
  public:
   explicit PngDecoder(std::span<const std::byte> file)

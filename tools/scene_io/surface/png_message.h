@@ -1,5 +1,5 @@
 #pragma once
-/// What libpng says when it gives up, which it does by longjmp().
+/// The error message of libpng, which reports errors by longjmp().
 
 #include <png.h>
 
@@ -14,7 +14,7 @@ class PngMessage {
   const char* text() const { return text_.data(); }
 
   static void on_error(png_structp png, png_const_charp message) {
-    // It may be on the stack that the jump leaves.
+    // The text may be on the stack that the jump leaves: copy it.
     auto& to = static_cast<PngMessage*>(png_get_error_ptr(png))->text_;
     std::snprintf(to.data(), to.size(), "%s", message);
     png_longjmp(png, 1);

@@ -1,11 +1,8 @@
 #pragma once
-/// What surfaces look like: materials, textures and the attributes of vertices, as the files say that a BVH was built
-/// of.
+/// Appearance of surfaces: materials, textures and vertex attributes from the files that a BVH was built of.
 
-#include <tools/render/path/path_scene.h>
+#include <tools/scene_io/surface/texture_wrap.h>
 
-#include <hiprt_build/error.h>
-#include <hiprt_build/format/view.h>
 #include <hiprt_build/input.h>
 
 #include <array>
@@ -26,9 +23,9 @@ struct Texture {
       texels;  ///< Row by row, the top row first; red in the lowest byte, then green, blue, alpha.
 };
 
-/// A use of one. Texture coordinates (u, v) with v down, as glTF has them, become matrix * (u, v, 1) first.
+/// A use of a texture. Texture coordinates (u, v), v down as in glTF, are first transformed to matrix * (u, v, 1).
 struct TextureUse {
-  std::uint32_t texture = std::numeric_limits<std::uint32_t>::max();  ///< Above all indices: there is none.
+  std::uint32_t texture = std::numeric_limits<std::uint32_t>::max();  ///< The default means no texture.
   TextureWrap wrap_u = TextureWrap::kRepeat, wrap_v = TextureWrap::kRepeat;
   std::array<float, 6> matrix{1, 0, 0, 0, 1, 0};  ///< Rows (KHR_texture_transform).
 };
@@ -38,13 +35,13 @@ struct Material {
   std::string name;                          ///< For messages.
   std::array<float, 3> base_color{1, 1, 1};  ///< Linear, 0 to 1. Its texture: sRGB.
   float alpha = 1.0f;                        ///< 0 to 1. Its texture: the base colour's.
-  float alpha_cutoff = 0.0f;                 ///< What is less opaque is not there. 0: all is.
+  float alpha_cutoff = 0.0f;                 ///< Parts with a smaller alpha are cut out. 0: none.
   float metallic = 1.0f, roughness = 1.0f;   ///< 0 to 1. Their texture: blue and green, linear.
   std::array<float, 3> emission{0, 0, 0};    ///< Linear, radiance, not negative. Its texture: sRGB.
   TextureUse base_color_texture, metallic_roughness_texture, emission_texture;
 };
 
-/// One geometry of a BVH, by the geometry's numbers: triangles, or spheres or segments of curves of one material.
+/// A geometry of a BVH, with the same numbers: triangles, or spheres or curve segments of one material.
 struct GeometrySurface {
   std::vector<build::Triangle> triangles;         ///< Vertex numbers of each triangle's corners.
   std::vector<std::uint32_t> materials;           ///< One per triangle.
@@ -56,7 +53,7 @@ struct GeometrySurface {
   std::uint64_t primitives() const { return shape_material ? shapes : triangles.size(); }
 };
 
-/// Of all of a BVH file's objects (of one without instances: itself) and their geometries, in their order.
+/// The surfaces of all objects of a BVH file and of their geometries, in order. A file without instances is one object.
 struct SceneSurfaces {
   std::vector<Texture> textures;
   std::vector<Material> materials;

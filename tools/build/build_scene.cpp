@@ -1,0 +1,190 @@
+#include <tools/build/build_scene.h>
+
+#include <tools/base/interrupt.h>
+#include <tools/base/parallel.h>
+#include <tools/build/build_meshes.h>
+#include <tools/build/build_progress.h>
+#include <tools/build/shape_geometries.h>
+
+#include <hiprt_build/exec/stopwatch.h>
+
+#include <atomic>
+#include <charconv>
+#include <mutex>
+
+namespace hiprt::tools {
+namespace {
+
+/// Objects with fewer primitives are built by one thread each: the threads of one build would wait for each other.
+constexpr std::uint64_t kSmallObject = 1u << 17;
+
+std::uint64_t primitives_of(const SceneDescription& scene, const SceneObject& object) {
+  std::uint64_t sum = 0;
+  for (const std::size_t mesh : object.meshes) sum += scene.meshes[mesh].triangles.size();
+  for (const std::size_t set : object.shapes) sum += scene.shapes[set].size();
+  return sum;
+}
+
+std::vector<build::TriangleMesh> views_of(const SceneDescription& scene, const SceneObject& object) {
+  std::vector<build::TriangleMesh> result;
+  for (const std::size_t i : object.meshes) result.push_back(view_of(scene.meshes[i]));
+  return result;
+}
+
+build::Result<ShapeGeometries> shapes_of(const SceneDescription& scene, const SceneObject& object, unsigned threads) {
+  std::vector<const ShapeSet*> sets;
+  for (const std::size_t i : object.shapes) sets.push_back(&scene.shapes[i]);
+  return ShapeGeometries::make(sets, threads);
+}
+
+void add(build::BuildStatistics& sum, const build::BuildStatistics& s) {
+  sum.triangles += s.triangles;
+  sum.customs += s.customs;
+  sum.dropped_not_finite += s.dropped_not_finite;
+  sum.dropped_degenerate += s.dropped_degenerate;
+  sum.pairs += s.pairs;
+  sum.custom_pairs += s.custom_pairs;
+  sum.nodes += s.nodes;
+  sum.leaves += s.leaves;
+  sum.scratch_bytes_peak = std::max(sum.scratch_bytes_peak, s.scratch_bytes_peak);
+}
+
+/// Builds the files of all objects. If several objects fail, the error is that of the lowest number.
+class ObjectBuilder {
+ public:
+  ObjectBuilder(const SceneDescription& scene, const BuildRequest& request, const ProgressSink& progress)
+      : scene_(scene),
+        request_(request),
+        progress_(progress),
+        limit_(request.options.threads),
+        files_(scene.objects.size()) {
+    request_.options.progress = [](const build::Progress&) { return !interrupted(); };
+  }
+
+  build::Result<std::vector<build::Buffer>> run(BuiltScene& result) {
+    std::vector<std::size_t> small;
+    const bool one_by_one = request_.device != DeviceChoice::kCpu || limit_.threads() == 1;
+    for (std::size_t i = 0; i < files_.size() && !failed_; ++i) {
+      if (!one_by_one && primitives_of(scene_, scene_.objects[i]) < kSmallObject)
+        small.push_back(i);
+      else
+        build_one(i, request_.options.threads);
+    }
+    const auto build_small = [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end && !failed_; ++i) build_one(small[i], 1);
+    };
+    parallel_batches(small.size(), 1, limit_, build_small);
+    if (interrupted()) return cancelled();
+    if (failed_) return tl::unexpected(std::move(error_));
+    result.objects = statistics_;
+    result.builder = builder_;
+    result.on_gpu = on_gpu_;
+    result.other_builder = other_builder_;
+    result.built_objects = files_.size();
+    return std::move(files_);
+  }
+
+ private:
+  void build_one(std::size_t i, unsigned threads) {
+    const SceneObject& object = scene_.objects[i];
+    BuildRequest request = request_;
+    request.options.threads = threads;
+    auto built = build_object(object, std::move(request));
+    const std::lock_guard lock(reporting_);
+    if (!built) {
+      if (failed_ && i > failed_object_) return;
+      failed_object_ = i;
+      error_ = {built.error().code, scene_.path + ": " + object.name + ": " + built.error().message};
+      failed_ = true;
+      return;
+    }
+    add(statistics_, built->bvh.statistics);
+    builder_ = built->builder;
+    on_gpu_ = on_gpu_ || built->on_gpu;
+    other_builder_ += built->bvh.statistics.builder != built->builder ? 1 : 0;
+    files_[i] = std::move(built->bvh.buffer);
+    progress_("objects", static_cast<double>(++done_) / static_cast<double>(files_.size()));
+  }
+
+  build::Result<Built> build_object(const SceneObject& object, BuildRequest request) const {
+    const auto shapes = shapes_of(scene_, object, request.options.threads);
+    if (!shapes) return tl::unexpected(shapes.error());
+    const std::vector<build::TriangleMesh> meshes = views_of(scene_, object);
+    return build_meshes({meshes, shapes->customs()}, std::move(request));
+  }
+
+  const SceneDescription& scene_;
+  BuildRequest request_;
+  const ProgressSink& progress_;
+  ThreadLimit limit_;
+  std::vector<build::Buffer> files_;
+  std::mutex reporting_;  ///< Guards all members below.
+  std::atomic<bool> failed_ = false;
+  std::size_t failed_object_ = 0, done_ = 0, other_builder_ = 0;
+  build::Error error_{};
+  build::BuildStatistics statistics_{};
+  build::Builder builder_{};
+  bool on_gpu_ = false;
+};
+
+/// Replaces the numbers of a message of the library, "group 2, instance 5: ...", by the description's location of it.
+std::string in_description(const SceneDescription& scene, const std::string& message) {
+  std::string whole = scene.path + ": " + message;
+  std::string_view rest = message;
+  const auto number_after = [&](std::string_view word, std::size_t& number) {
+    if (!rest.starts_with(word)) return false;
+    rest.remove_prefix(word.size());
+    const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
+    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
+    return error == std::errc{};
+  };
+  std::size_t group = 0, instance = 0;
+  if (!number_after("group ", group) || group >= scene.groups.size()) return whole;
+  std::string location = scene.path + ": " + scene.groups[group].location;
+  if (number_after(", instance ", instance)) {
+    const auto path = scene.merged ? scene.merged->way_of(static_cast<std::uint32_t>(instance), group)
+                                   : std::vector{static_cast<std::uint32_t>(instance)};
+    for (const std::uint32_t step : path) location += "[" + std::to_string(step) + "]";
+  }
+  return location + (rest.starts_with(' ') ? ":" : "") + std::string(rest);
+}
+
+build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const build::Buffer> files,
+                               const BuildRequest& request, const ProgressSink& progress) {
+  std::vector<std::span<const std::byte>> objects;
+  std::vector<std::span<const build::Instance>> groups;
+  for (const build::Buffer& file : files) objects.push_back(file.bytes());
+  for (const SceneGroup& group : scene.groups) groups.emplace_back(group.instances);
+  build::InstanceOptions options = request.instances;
+  // The best trees over instances go with the best trees of objects.
+  if (request.options.builder == build::Builder::kHq)
+    options.tree = {.builder = build::Builder::kSah, .reinsertion_rounds = 32};
+  options.tree.nodes = request.options.nodes;
+  options.tree.threads = request.options.threads;
+  options.tree.tool = request.options.tool;
+  options.tree.progress = build_progress(progress);
+  auto bvh = build::build_instances(build::InstancedScene{objects, groups}, options);
+  if (interrupted()) return cancelled();
+  if (!bvh) return tl::unexpected(build::Error{bvh.error().code, in_description(scene, bvh.error().message)});
+  return bvh;
+}
+
+}  // namespace
+
+build::Result<BuiltScene> build_scene(SceneDescription& scene, const BuildRequest& request,
+                                      const ProgressSink& progress) {
+  BuiltScene result;
+  build::Stopwatch watch;
+  const auto files = ObjectBuilder(scene, request, progress).run(result);
+  if (!files) return tl::unexpected(files.error());
+  scene.meshes.clear();
+  scene.shapes.clear();
+  result.object_seconds = watch.lap();
+  auto bvh = join(scene, *files, request, progress);
+  if (!bvh) return tl::unexpected(std::move(bvh.error()));
+  result.file = std::move(bvh->buffer);
+  result.instance_seconds = watch.lap();
+  return result;
+}
+
+}  // namespace hiprt::tools

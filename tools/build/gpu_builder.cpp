@@ -1,0 +1,119 @@
+#include <tools/build/gpu_builder.h>
+
+#include <tools/base/gpu_device.h>
+
+#include <hiprt_build/gpu/build.h>
+#include <hiprt_build/gpu/event.h>
+
+#include <chrono>
+
+namespace hiprt::tools {
+namespace {
+
+/// Copies of the meshes' arrays.
+struct DeviceMeshes {
+  std::vector<gpu::DeviceArray<build::Position>> positions;
+  std::vector<gpu::DeviceArray<build::Triangle>> triangles;
+  std::vector<gpu::DeviceGeometry> geometries;
+
+  build::Result<void> add(const build::TriangleMesh& mesh, gpu::Allocator& allocator) {
+    auto points = gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, allocator);
+    if (!points) return tl::unexpected(points.error());
+    auto corners = gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, allocator);
+    if (!corners) return tl::unexpected(corners.error());
+    geometries.push_back({.positions = points->data(),
+                          .triangles = corners->data(),
+                          .position_count = static_cast<std::uint32_t>(mesh.positions.size()),
+                          .primitive_count = static_cast<std::uint32_t>(mesh.triangles.size()),
+                          .mask = mesh.mask});
+    positions.push_back(std::move(*points));
+    triangles.push_back(std::move(*corners));
+    return {};
+  }
+};
+
+constexpr std::uint64_t kMaxPositions = std::uint64_t{1} << 31;
+
+/// Refused before anything is copied.
+build::Result<void> check_counts(std::span<const build::TriangleMesh> meshes) {
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    if (meshes[m].triangles.size() > gpu::kMaxBuildPrimitives || meshes[m].positions.size() >= kMaxPositions)
+      return gpu::fail(build::ErrorCode::kTooLarge, "mesh ", m, " has ", meshes[m].triangles.size(), " triangles and ",
+                       meshes[m].positions.size(), " vertices, a GPU build takes ", gpu::kMaxBuildPrimitives, " and ",
+                       kMaxPositions - 1);
+  return {};
+}
+
+build::BuildStatistics statistics(const gpu::BuildReport& report, std::span<const build::TriangleMesh> meshes) {
+  build::BuildStatistics result;
+  result.builder = report.builder;
+  for (const build::TriangleMesh& mesh : meshes) result.triangles += mesh.triangles.size();
+  result.dropped_not_finite = report.dropped_not_finite;
+  result.dropped_degenerate = report.dropped_degenerate;
+  result.pairs = report.pairs;
+  result.nodes = report.nodes;
+  result.leaves = report.leaves;
+  return result;
+}
+
+/// As gpu::build_scene(). @param seconds what the device takes from the first kernel to the last.
+build::Result<gpu::BuiltScene> timed_build(std::span<const gpu::DeviceGeometry> geometries,
+                                           const gpu::BuildOptions& options, gpu::Allocator& allocator,
+                                           double& seconds) {
+  const auto sizes = gpu::build_sizes(geometries, options);
+  if (!sizes) return tl::unexpected(sizes.error());
+  auto output = gpu::DeviceBuffer::make(sizes->output, nullptr, allocator);
+  if (!output) return tl::unexpected(std::move(output.error()));
+  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, nullptr, allocator);
+  if (!scratch) return tl::unexpected(std::move(scratch.error()));
+  auto watch = gpu::StreamTimer::make();
+  if (!watch) return tl::unexpected(std::move(watch.error()));
+  if (auto started = watch->start(nullptr); !started) return tl::unexpected(std::move(started.error()));
+  const auto report = gpu::enqueue_build(geometries, options, output->data(), scratch->data(), nullptr);
+  if (!report) return tl::unexpected(report.error());
+  if (auto stopped = watch->stop(nullptr); !stopped) return tl::unexpected(std::move(stopped.error()));
+  const auto milliseconds = watch->milliseconds();
+  if (!milliseconds) return tl::unexpected(milliseconds.error());
+  seconds = static_cast<double>(*milliseconds) * 1e-3;
+  auto scene = gpu::compact(*report, nullptr, allocator);
+  if (scene && scene->report.status == gpu::BuildStatus::kBadIndex)
+    return gpu::fail(build::ErrorCode::kInvalidInput, scene->report.bad_indices,
+                     " triangles have an index beyond their mesh's positions");
+  return scene;
+}
+
+}  // namespace
+
+build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> meshes,
+                                       const build::BuildOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  if (const auto device = usable_device(); !device) return tl::unexpected(device.error());
+  if (auto checked = check_counts(meshes); !checked) return tl::unexpected(std::move(checked.error()));
+  gpu::DeviceAllocator allocator;
+  DeviceMeshes copies;
+  for (const build::TriangleMesh& mesh : meshes)
+    if (auto added = copies.add(mesh, allocator); !added) return tl::unexpected(std::move(added.error()));
+  const gpu::BuildOptions wanted{.builder = options.builder,
+                                 .nodes = options.nodes,
+                                 .split_budget = options.split_budget,
+                                 .presplit_budget = options.presplit_budget,
+                                 .reinsertion_rounds = options.reinsertion_rounds,
+                                 .ploc_radius = options.ploc_radius,
+                                 .max_leaf_triangles = options.max_leaf_triangles,
+                                 .pair_triangles = options.pair_triangles,
+                                 .costs = options.costs,
+                                 .progress = options.progress};
+  double device_seconds = 0;
+  const auto scene = timed_build(copies.geometries, wanted, allocator, device_seconds);
+  if (!scene) return tl::unexpected(scene.error());
+  auto file = gpu::download_file(*scene, options.tool, nullptr);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  build::Bvh bvh{std::move(*file), statistics(scene->report, meshes)};
+  bvh.statistics.tree_seconds = device_seconds;
+  const auto sizes = gpu::build_sizes(copies.geometries, wanted);
+  bvh.statistics.scratch_bytes_peak = sizes ? sizes->output + sizes->scratch : 0;
+  bvh.statistics.total_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return bvh;
+}
+
+}  // namespace hiprt::tools

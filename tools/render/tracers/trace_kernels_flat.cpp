@@ -1,0 +1,11 @@
+/// The tracer for scenes without instances.
+
+#include <tools/render/tracers/choose_policies.h>
+
+namespace hiprt::tools {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+template void trace_levels<0>(const TraceJob& job);
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt::tools
