@@ -1,6 +1,6 @@
 /// Builders, ours and Embree's side by side in one process, and the validation of files.
 
-#include "summary.h"
+#include "tables.h"
 
 #include <benchmark/benchmark.h>
 #include <benchmarks/common/procedural.h>
@@ -37,12 +37,12 @@ class BuildBenchmarks {
     for (const std::string& scene : *scenes) {
       add_build(scene, 1);
       if (all > 1) add_build(scene, all);
-      add_one("validate/" + scene, [this, scene](benchmark::State& state) {
+      add_benchmark("validate/" + scene, [this, scene](benchmark::State& state) {
         if (load(state, scene)) run_validation(state, scene_->input(), scene);
       });
     }
     add_build(std::string(kScattered), 1);
-    add_one("validate/" + std::string(kHeightField), [this](benchmark::State& state) {
+    add_benchmark("validate/" + std::string(kHeightField), [this](benchmark::State& state) {
       const tools::Mesh mesh = height_field(options_.validation_triangles);
       run_validation(state, {.positions = mesh.positions, .triangles = mesh.triangles}, std::string(kHeightField));
     });
@@ -52,13 +52,9 @@ class BuildBenchmarks {
   Summary summarize() const { return {build_markdown(builds_, validations_, options_.rounds), {}}; }
 
  private:
-  template <class Body> static void add_one(const std::string& name, const Body& body) {
-    benchmark::RegisterBenchmark(name.c_str(), body)->Iterations(1)->Unit(benchmark::kSecond);
-  }
-
   void add_build(const std::string& scene, unsigned threads) {
-    add_one("build/" + scene + "/threads_" + std::to_string(threads),
-            [this, scene, threads](benchmark::State& state) { run_build(state, scene, threads); });
+    add_benchmark("build/" + scene + "/threads_" + std::to_string(threads),
+                  [this, scene, threads](benchmark::State& state) { run_build(state, scene, threads); });
   }
 
   /// Keeps one scene in memory. @return false after an error, which @p state knows then.

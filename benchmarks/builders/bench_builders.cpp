@@ -1,6 +1,6 @@
 /// Every builder: time, size and quality of its trees, and how fast rays pass them.
 
-#include "summary.h"
+#include "tables.h"
 
 #include <benchmark/benchmark.h>
 #include <benchmarks/common/program.h>
@@ -29,10 +29,7 @@ class BuilderBenchmarks {
     if (!scenes) return scenes.error().message;
     if (options_.scenes.names.empty()) scenes->emplace_back(kOperaHouseScene);
     for (const std::string& scene : *scenes)
-      benchmark::RegisterBenchmark(("builders/" + scene).c_str(),
-                                   [this, scene](benchmark::State& state) { run(state, scene); })
-          ->Iterations(1)
-          ->Unit(benchmark::kSecond);
+      add_benchmark("builders/" + scene, [this, scene](benchmark::State& state) { run(state, scene); });
     return {};
   }
 

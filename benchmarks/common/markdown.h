@@ -1,5 +1,5 @@
 #pragma once
-/// Tables for people, on a terminal and in summary.md.
+/// Markdown tables of the figures. on a terminal and in summary.md.
 
 #include <cstdint>
 #include <string>

@@ -3,6 +3,8 @@
 
 #include "flags.h"
 
+#include <benchmark/benchmark.h>
+
 #include <functional>
 #include <string>
 #include <vector>
@@ -24,6 +26,9 @@ struct Program {
   /// Called after the benchmarks ran.
   std::function<Summary()> summarize;
 };
+
+/// Registers a benchmark that runs once and is reported in seconds.
+void add_benchmark(const std::string& name, std::function<void(benchmark::State&)> body);
 
 /// Runs the benchmarks, with all of Google Benchmark's flags but --benchmark_format: progress goes to stderr, the
 /// summary to stdout, and JSON to --benchmark_out.

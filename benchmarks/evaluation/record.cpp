@@ -1,7 +1,7 @@
 #include "record.h"
 
-#include <benchmarks/common/markdown.h>
 #include <benchmarks/common/rounds.h>
+#include <benchmarks/common/summary.h>
 
 #include <algorithm>
 #include <array>
@@ -91,23 +91,26 @@ double build_seconds(const Entry& entry) {
 }
 
 std::string to_markdown(const SceneRecord& scene) {
-  MarkdownTable table({"tracer", "builder", "form", "build ms", "SAH cost", "MB", "primary Mrays/s", "secondary",
-                       "shadow", "sample ms", "differing rays"});
-  for (const Entry& entry : scene.entries) {
-    std::uint64_t differing = 0;
-    for (const TracedWave& wave : entry.waves) differing += wave.differing;
-    std::vector<std::string> row{entry.tracer,
-                                 entry.builder,
-                                 entry.form,
-                                 format_number(1e3 * build_seconds(entry), 2),
-                                 entry.figures.sah_cost ? format_number(*entry.figures.sah_cost, 1) : "",
-                                 format_number(1e-6 * static_cast<double>(entry.figures.bytes), 1)};
-    for (const char* kind : kKinds) row.push_back(format_number(mrays_per_second(scene, entry, kind), 2));
-    row.push_back(format_number(1e3 * sample_seconds(scene, entry), 2));
-    row.push_back(std::to_string(differing));
-    table.add(std::move(row));
-  }
-  std::string text = "## " + scene.name + "\n\n" + table.text();
+  std::vector<Column<Entry>> columns{
+      {"tracer", [](const auto& entry) { return entry.tracer; }},
+      {"builder", [](const auto& entry) { return entry.builder; }},
+      {"form", [](const auto& entry) { return entry.form; }},
+      {"build ms", [](const auto& entry) { return format_number(1e3 * build_seconds(entry), 2); }},
+      {"SAH cost",
+       [](const auto& entry) { return entry.figures.sah_cost ? format_number(*entry.figures.sah_cost, 1) : ""; }},
+      {"MB", [](const auto& entry) { return format_number(1e-6 * static_cast<double>(entry.figures.bytes), 1); }}};
+  for (const std::string kind : kKinds)
+    columns.push_back({kind == kKinds[0] ? kind + " Mrays/s" : kind, [&scene, kind](const auto& entry) {
+                         return format_number(mrays_per_second(scene, entry, kind), 2);
+                       }});
+  columns.push_back(
+      {"sample ms", [&](const auto& entry) { return format_number(1e3 * sample_seconds(scene, entry), 2); }});
+  columns.push_back({"differing rays", [](const auto& entry) {
+                       std::uint64_t differing = 0;
+                       for (const TracedWave& wave : entry.waves) differing += wave.differing;
+                       return std::to_string(differing);
+                     }});
+  std::string text = "## " + scene.name + "\n\n" + table(scene.entries, columns);
   for (const Missing& missing : scene.missing)
     text += "Not measured: " + missing.tracer + (missing.tracer.empty() ? "" : " ") + missing.builder +
             (missing.builder.empty() ? "" : " ") + missing.form + ": " + missing.why + "\n\n";

@@ -66,7 +66,7 @@ double mrays_per_second(const SceneRecord& scene, const Entry& entry, const std:
 /// The median over the rounds.
 double build_seconds(const Entry& entry);
 
-/// Tables for people.
+/// Markdown tables of the figures.
 std::string to_markdown(const SceneRecord& scene);
 
 }  // namespace hiprt::bench
