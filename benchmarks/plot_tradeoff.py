@@ -10,9 +10,9 @@ from variant_report.plots import load_pyplot, save
 from variant_report.runs import geometric_mean
 from variant_report.script import Parser, run_script, write_together
 
-DESCRIPTION = """Writes pareto_AXIS.svg from JSON of bench_tradeoff: the speed of every policy set against its leaks, hits
-hidden by boxes, self-intersections of spawned rays, wrong surfaces, and errors of t and of the hit point. Policy sets that
-another one beats in both are grey. Exit status: 0; 1 when a file cannot be read or written or has another format
+DESCRIPTION = """Writes pareto_AXIS.svg from JSON of bench_tradeoff: the speed of every policy set against its leaks,
+hits hidden by boxes, self-intersections of spawned rays, wrong surfaces, and errors of t and of the hit point. Policy
+sets that another one beats in both are grey. Exit status: 0; 1 when a file cannot be read or written or has another format
 (nothing is written then); 2 for a wrong argument."""
 FORMAT = "hiprt bench_tradeoff 1"
 
@@ -123,7 +123,7 @@ def write_plots(tradeoff, folder):
 def main():
     parser = Parser(prog="plot_tradeoff.py", description=DESCRIPTION)
     parser.add_argument("json", help="file of bench_tradeoff --json")
-    parser.add_argument("--output", default=".", help="folder for what is written (.)")
+    parser.add_argument("--output", default=".", help="folder for the output (.)")
     arguments = parser.parse_args()
 
     def work():

@@ -67,9 +67,9 @@ rm "$work/scenes/broken".*
 
 expect 1 "" "$source/run" --quick "--build=$build" "--output=$work/results"
 expect 2 "" "$source/run" --unknown
-expect 2 "none of trace" "$source/run" --only=trace,nothing
+expect 2 "'nothing': expected trace, build or builders" "$source/run" --only=trace,nothing
 plot=$source/plot_builders.py
-expect 1 "none of them is of bench_builders" python3 -B "$plot" "$work/results/build.json" --output "$work/none"
+expect 1 "no benchmark is of bench_builders" python3 -B "$plot" "$work/results/build.json" --output "$work/none"
 expect 1 "cannot be read" python3 -B "$plot" "$work/missing.json" --output "$work/none"
 printf '{"benchmarks": [{"name": "builders/x"}]}' >"$work/failed.json"
 expect 1 "has no figures" python3 -B "$plot" "$work/failed.json" --output "$work/none"

@@ -1,7 +1,7 @@
 # Generates the kernels of bench_variants as .hip files, one per layout and stack.
 #
-# A selection is "axis=value,value ...". It stands for the cross product of its values, with the default (below) for each
-# axis that it does not name. "*" stands for all values of an axis. Invalid combinations (hiprt_can_be()) are left out.
+# A selection is "axis=value,value ...". It stands for the cross product of its values, with the default (below) for
+# each axis that it does not name. "*" stands for all values of an axis. Invalid combinations (hiprt_can_be()) are left out.
 
 set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
   "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combinations of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
@@ -11,7 +11,8 @@ set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
-set(hiprt_values_stacks private=PrivateStorage shared-ways=SharedPathStorage tiered=TieredStorage<16> tiered22=TieredStorage<22>
+set(hiprt_values_stacks private=PrivateStorage shared-ways=SharedPathStorage tiered=TieredStorage<16>
+  tiered22=TieredStorage<22>
   tiered-ways=TieredPathStorage<16> tiered22-ways=TieredPathStorage<22> shared=SharedStorage rolling=RollingStorage
   rolling-pool=RollingPoolStorage global=GlobalStorage restart=RestartStorage)
 # batchN has the default kSearchAbove; batchNvM has kSearchAbove = M lanes.
@@ -213,7 +214,7 @@ function(hiprt_expand_selection text)
   endforeach()
 endfunction()
 
-# hiprt_write_kernels(<file> <function> <line>...): writes a .hip file with a function that adds the kernels of the lines.
+# hiprt_write_kernels(<file> <function> <line>...): writes a .hip file with a function that adds the lines' kernels.
 function(hiprt_write_kernels file function)
   list(JOIN ARGN ";\n" body)
   file(CONFIGURE OUTPUT ${file} @ONLY CONTENT [[
@@ -254,9 +255,9 @@ std::vector<GpuKernel> gpu_kernels() {
 ]])
 endfunction()
 
-# hiprt_generate_variants(<folder> <variable>): writes <folder>/LAYOUT_STACK.hip and <folder>/gpu_kernels.cpp, which lists
-# the kernels of all of them, for HIPRT_BENCH_VARIANTS. Sets <variable> to the .hip files. Files without changes keep
-# their time stamps.
+# hiprt_generate_variants(<folder> <variable>): writes <folder>/LAYOUT_STACK.hip, and <folder>/gpu_kernels.cpp with the
+# list of their kernels, for HIPRT_BENCH_VARIANTS. Sets <variable> to the .hip files. Files without changes keep their
+# time stamps.
 function(hiprt_generate_variants folder variable)
   set(selections "${HIPRT_BENCH_VARIANTS}")
   if(selections MATCHES "^(small|full)$")

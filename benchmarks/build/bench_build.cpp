@@ -1,4 +1,4 @@
-/// Builders, ours and Embree's side by side in one process, and the validation of files.
+/// Builders of hiprt and Embree, side by side in one process, and the validation of files.
 
 #include "tables.h"
 
@@ -57,7 +57,7 @@ class BuildBenchmarks {
                   [this, scene, threads](benchmark::State& state) { run_build(state, scene, threads); });
   }
 
-  /// Keeps one scene in memory. @return false after an error, which @p state knows then.
+  /// Loads a scene and keeps it until another one is loaded. @return false after an error, which @p state reports.
   bool load(benchmark::State& state, const std::string& name) {
     if (scene_ != nullptr && scene_->name == name) return true;
     if (name == kScattered) {
@@ -124,13 +124,12 @@ class BuildBenchmarks {
 
 std::vector<Flag> flags(BuildBenchmarkOptions& options) {
   std::vector<Flag> flags = options.scenes.flags();
-  flags.push_back(number_flag("rounds", "times that everybody builds, in turn", options.rounds, 1, 10'000));
-  flags.push_back(
-      number_flag("validation-rounds", "times that a file is validated", options.validation_rounds, 1, 10'000));
-  flags.push_back(number_flag("validation-triangles", "triangles of the height field that is validated too, about",
+  flags.push_back(number_flag("rounds", "rounds in which all builders run in turn", options.rounds, 1, 10'000));
+  flags.push_back(number_flag("validation-rounds", "validations of each file", options.validation_rounds, 1, 10'000));
+  flags.push_back(number_flag("validation-triangles", "triangles of the validated height field, about",
                               options.validation_triangles, 2, 100'000'000));
   flags.push_back(number_flag("scattered-triangles",
-                              "triangles of the mesh in random order, each with vertices of its own, about",
+                              "triangles of the mesh in random order with unshared vertices, about",
                               options.scattered_triangles, 2, 100'000'000));
   return flags;
 }
@@ -143,7 +142,7 @@ int main(int argc, char** argv) {
   BuildBenchmarkOptions options;
   BuildBenchmarks benchmarks(options);
   return run_program(
-      {"bench_build", "Builders, hiprt's and Embree's, side by side in the same process, and validation of files.",
+      {"bench_build", "Builders of hiprt and Embree, side by side in the same process, and validation of files.",
        flags(options), [&] { return benchmarks.add(); }, [&] { return benchmarks.summarize(); }},
       argc, argv);
 }

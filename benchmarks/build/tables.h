@@ -9,7 +9,6 @@
 
 namespace hiprt::bench {
 
-/// Tables in Markdown.
 /// @param rounds of the builders.
 std::string build_markdown(const std::vector<BuildCell>& builds, const std::vector<ValidationCell>& validations,
                            unsigned rounds);

@@ -8,7 +8,7 @@
 
 namespace hiprt::bench {
 
-/// Tables in Markdown. @param rounds of builds and of traces.
+/// @param rounds of builds and of traces.
 std::string builders_markdown(const std::vector<BuilderCell>& cells, unsigned rounds);
 
 }  // namespace hiprt::bench

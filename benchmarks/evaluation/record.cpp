@@ -34,7 +34,7 @@ nlohmann::json build_json(const Entry& entry) {
 }
 
 nlohmann::json entry_json(const Entry& entry) {
-  nlohmann::json json{{"tracer", entry.tracer},          {"builder", entry.builder},     {"form", entry.form},
+  nlohmann::json json{{"tracer", entry.tracer},          {"builder", entry.builder},     {"form", entry.hierarchy},
                       {"build", build_json(entry)},      {"bytes", entry.figures.bytes}, {"sah_cost", nullptr},
                       {"waves", nlohmann::json::array()}};
   if (entry.figures.sah_cost) json["sah_cost"] = *entry.figures.sah_cost;
@@ -53,9 +53,11 @@ nlohmann::json to_json(const SceneRecord& scene) {
   const auto list = nlohmann::json::array();
   nlohmann::json json{{"name", scene.name}, {"source", scene.source}, {"light", scene.light}, {"forms", list},
                       {"waves", list},      {"entries", list},        {"missing", list}};
-  for (const FormRecord& form : scene.forms)
-    json["forms"].push_back(
-        {{"name", form.name}, {"levels", form.levels}, {"triangles", form.triangles}, {"instances", form.instances}});
+  for (const HierarchyRecord& hierarchy : scene.hierarchies)
+    json["forms"].push_back({{"name", hierarchy.name},
+                             {"levels", hierarchy.levels},
+                             {"triangles", hierarchy.triangles},
+                             {"instances", hierarchy.instances}});
   for (const WaveRecord& wave : scene.waves)
     json["waves"].push_back({{"name", wave.name},
                              {"kind", wave.kind},
@@ -65,7 +67,7 @@ nlohmann::json to_json(const SceneRecord& scene) {
   for (const Entry& entry : scene.entries) json["entries"].push_back(entry_json(entry));
   for (const Missing& missing : scene.missing)
     json["missing"].push_back(
-        {{"tracer", missing.tracer}, {"builder", missing.builder}, {"form", missing.form}, {"why", missing.why}});
+        {{"tracer", missing.tracer}, {"builder", missing.builder}, {"form", missing.hierarchy}, {"why", missing.why}});
   return json;
 }
 
@@ -94,7 +96,7 @@ std::string to_markdown(const SceneRecord& scene) {
   std::vector<Column<Entry>> columns{
       {"tracer", [](const auto& entry) { return entry.tracer; }},
       {"builder", [](const auto& entry) { return entry.builder; }},
-      {"form", [](const auto& entry) { return entry.form; }},
+      {"form", [](const auto& entry) { return entry.hierarchy; }},
       {"build ms", [](const auto& entry) { return format_number(1e3 * build_seconds(entry), 2); }},
       {"SAH cost",
        [](const auto& entry) { return entry.figures.sah_cost ? format_number(*entry.figures.sah_cost, 1) : ""; }},
@@ -113,7 +115,7 @@ std::string to_markdown(const SceneRecord& scene) {
   std::string text = "## " + scene.name + "\n\n" + table(scene.entries, columns);
   for (const Missing& missing : scene.missing)
     text += "Not measured: " + missing.tracer + (missing.tracer.empty() ? "" : " ") + missing.builder +
-            (missing.builder.empty() ? "" : " ") + missing.form + ": " + missing.why + "\n\n";
+            (missing.builder.empty() ? "" : " ") + missing.hierarchy + ": " + missing.why + "\n\n";
   return text;
 }
 

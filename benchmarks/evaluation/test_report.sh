@@ -44,7 +44,7 @@ done
 # A busy machine is called one.
 sed 's/^   0.25,$/   7.5,/' "$made_up" >"$work/busy.json"
 expect 0 "" python3 -B "$plot" "$work/busy.json" --output "$work/busy"
-holds "$work/busy/report.html" 'busy with other work when this began' 'load average 7.5 on 2 threads'
+holds "$work/busy/report.html" 'busy with other work at the start' 'load average 7.5 on 2 threads'
 
 # says STATUS TEXT ARGUMENT...: one line, and nothing is written.
 says() {

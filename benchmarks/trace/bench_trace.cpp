@@ -1,4 +1,4 @@
-/// Single-threaded tracing, ours and Embree's side by side in one process.
+/// Single-threaded tracing by hiprt and Embree, side by side in one process.
 
 #include "tables.h"
 
@@ -47,7 +47,7 @@ class TraceBenchmarks {
   }
 
  private:
-  /// Keeps one scene in memory.
+  /// Loads a scene and keeps it until another one is loaded.
   build::Result<void> load(const std::string& name) {
     if (scene_ != nullptr && scene_->name() == name) return {};
     scene_.reset();
@@ -99,7 +99,7 @@ class TraceBenchmarks {
 std::vector<Flag> flags(TraceOptions& options) {
   std::vector<Flag> flags = options.scenes.flags();
   flags.push_back(number_flag("rays", "rays of each kind, about", options.rays, 64, 100'000'000));
-  flags.push_back(number_flag("rounds", "times that everybody traces them, in turn", options.rounds, 1, 10'000));
+  flags.push_back(number_flag("rounds", "rounds in which all tracers run in turn", options.rounds, 1, 10'000));
   flags.push_back(number_flag("most-disagreements",
                               "rays in a million on which an accurate tracer may disagree with Embree's robust one",
                               options.most_disagreements, 0, 1'000'000));

@@ -1,14 +1,14 @@
 #pragma once
-/// Axis-aligned boxes as custom primitives: the cheapest primitive there is, so that what is measured is the machinery
-/// around it.
+/// Axis-aligned boxes as custom primitives. They are cheap, so that the measurement shows the cost of custom primitives
+/// themselves.
 
 #include <hiprt_device/hiprt_device.h>
 
 namespace hiprt::bench {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The surface of each box. Only subtractions, divisions, products and comparisons: the same bits on every machine,
-/// whatever a compiler contracts.
+/// Intersects the surfaces of boxes. Subtractions, divisions, products and comparisons have the same bits on every
+/// machine, because compilers can contract none of them.
 struct BoxSet {
   const Box* boxes = nullptr;
 

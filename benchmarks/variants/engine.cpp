@@ -1,5 +1,7 @@
 #include "engine.h"
 
+#include <hiprt_build/format/only_instance.h>
+
 namespace hiprt::bench {
 
 build::Result<void> Engine::set_tree(const Tree& tree) {

@@ -41,7 +41,7 @@ class GpuEngine final : public Engine {
     nlohmann::json json = device_->describe();
     json["timed"] =
         "events around each launch, and the reset of its ray counter; launches queued without waiting; "
-        "rays of 32 bytes, answers of 8 bytes: {t, id}, or the sum of all hits";
+        "rays of 32 bytes, results of 8 bytes: {t, id}, or the sum of all hits";
     return json;
   }
 

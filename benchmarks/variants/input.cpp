@@ -38,7 +38,7 @@ std::vector<fs::path> list_files(const fs::path& folder, const char* extension) 
   return files;
 }
 
-/// What is between the scene's name and the extension.
+/// The part between the scene's name and the extension.
 std::string middle_of(const fs::path& path) {
   const std::string stem = path.stem().string();
   const std::size_t dot = stem.find('.');
@@ -57,7 +57,7 @@ build::Result<std::vector<Box>> load_boxes(const fs::path& path) {
   return boxes;
 }
 
-/// BoxSet reads boxes[primitive] whatever the geometry, so the scene may have one custom geometry only.
+/// BoxSet ignores the geometry, so a scene may have only one custom geometry.
 build::Result<void> check_boxes(const Tree& tree) {
   for (const GeometryRecord& geometry : tree.view.geometries)
     if ((geometry.flags & kGeometryCustom) != 0 &&

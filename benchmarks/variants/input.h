@@ -1,5 +1,5 @@
 #pragma once
-/// What is traced: trees from .bvh files, rays from .rays files or made from a tree.
+/// Input of the measurement: trees from .bvh files, rays from .rays files or generated from a tree.
 
 #include <hiprt_build/buffer.h>
 #include <hiprt_build/error.h>
@@ -15,39 +15,39 @@ namespace hiprt::bench {
 /// SCENE.NAME.bvh, and the boxes of its custom primitives from SCENE.boxes (u32 count, count x 6 float32 {min, max}).
 struct Tree {
   std::string scene;
-  std::string name;  ///< Of the tree among those of its scene: what is between the scene's name and ".bvh".
+  std::string name;  ///< The part of the file name between the scene's name and ".bvh".
   std::filesystem::path path;
   build::Buffer buffer;
   BufferView view;
-  std::vector<Box> boxes;  ///< By number within their geometry. Empty: the scene has no custom primitives.
+  std::vector<Box> boxes;  ///< Indexed by primitive. Empty: the scene has no custom primitives.
 };
 
 /// The rays of one launch.
 struct RayBuffer {
   std::string kind;
   bool any_hit = false;
-  std::string origin;  ///< Where they come from and in which order they are, for people.
+  std::string origin;  ///< Source and order of the rays, for the report.
   std::vector<Ray> rays;
 };
 
-/// All *.bvh of a folder by scene, or those of the named scenes.
-/// @return kInvalidInput if there is none, or none of a named scene.
+/// All *.bvh of a folder, or those of the named scenes.
+/// @return kInvalidInput if the folder or a named scene has no file.
 build::Result<std::vector<std::filesystem::path>> find_trees(const std::filesystem::path& folder,
                                                              const std::vector<std::string>& scenes);
-/// The name before the first point.
+/// The file name up to the first dot.
 std::string scene_of(const std::filesystem::path& path);
 
-/// The file is checked to the last byte.
+/// Validates the whole file.
 build::Result<Tree> load_tree(const std::filesystem::path& path);
 
 /// folder/SCENE.KIND.rays.
 std::vector<std::filesystem::path> find_rays(const std::filesystem::path& folder, const std::string& scene);
 build::Result<RayBuffer> load_rays(const std::filesystem::path& path);
 
-/// In which rays are generated, and lie side by side in waves.
+/// Order of generated rays. Consecutive rays share a wave.
 enum class PixelOrder {
   kRows,   ///< Row by row.
-  kTiles,  ///< Tiles of 8 x 4 pixels row by row, and so are the pixels in each: a wave of 32 sees a compact part.
+  kTiles,  ///< Tiles of 8 x 4 pixels row by row, and pixels row by row in each tile: one tile per wave of 32.
 };
 
 struct Picture {
@@ -55,10 +55,10 @@ struct Picture {
   PixelOrder order = PixelOrder::kRows;
 };
 
-/// Kinds primary, ao (any hit, at most a tenth of the scene's diagonal long), shadow (any hit, to a point below the
-/// middle of the top of the scene's bounds) and diffuse, traced on the CPU.
+/// Generates the kinds primary, ao (any hit, at most a tenth of the scene's diagonal long), shadow (any hit, to a point
+/// near the centre of the top of the scene's bounds) and diffuse. Traces on the CPU.
 /// @param camera_file of tools::parse_camera(); empty: tools::automatic_camera().
-/// @param only_primary nothing is traced, which takes long for large pictures.
+/// @param only_primary skips the other kinds, and with them the tracing, which takes long for large pictures.
 build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const std::filesystem::path& camera_file,
                                                 const Picture& picture, bool only_primary);
 

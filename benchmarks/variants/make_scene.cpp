@@ -1,4 +1,4 @@
-/// make_bench_scene DIR TRIANGLES: scenes for bench_variants that need no file, in every layout:
+/// make_bench_scene DIR TRIANGLES: generates scenes for bench_variants in every layout:
 /// procedural.LAYOUT.bvh, and procedural_boxes.LAYOUT.bvh with boxes as custom primitives among the triangles.
 
 #include "../common/procedural.h"

@@ -1,4 +1,4 @@
-#include "forms.h"
+#include "hierarchies.h"
 
 #include <tools/scene_io/transform.h>
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint64_t kMostInstances = std::uint64_t{1} << 22;
 
-/// Of each object.
+/// Triangles of each object.
 std::vector<std::uint64_t> triangle_counts(const tools::SceneDescription& scene) {
   std::vector<std::uint64_t> counts(scene.objects.size());
   for (std::size_t i = 0; i < counts.size(); ++i)
@@ -19,8 +19,8 @@ std::vector<std::uint64_t> triangle_counts(const tools::SceneDescription& scene)
   return counts;
 }
 
-/// What objects count, over all ways to them from the scene; does not grow far above the limits.
-std::uint64_t over_all_ways(const tools::SceneDescription& scene, std::vector<std::uint64_t> counts) {
+/// Sum of @p count over all instance paths from the scene to objects. It stops growing far above the limits.
+std::uint64_t over_all_paths(const tools::SceneDescription& scene, std::vector<std::uint64_t> counts) {
   constexpr std::uint64_t kEnough = std::uint64_t{1} << 62;
   for (const tools::SceneGroup& group : scene.groups) {
     std::uint64_t sum = 0;
@@ -30,13 +30,14 @@ std::uint64_t over_all_ways(const tools::SceneDescription& scene, std::vector<st
   return counts.back();
 }
 
-/// What is on the way to an object.
+/// Transformations and attributes on an instance path.
 struct Step {
   std::size_t object;
   tools::Transform to_scene;
 };
 
-/// One group of instances of objects, in the order of the scene; matrices are multiplied in double and rounded once.
+/// One group with the instances of all paths, in the order of the scene. Matrices are multiplied in double and rounded
+/// once.
 tools::SceneGroup joined_groups(const tools::SceneDescription& scene) {
   tools::SceneGroup result{"scene", {}};
   std::vector<Step> stack{{scene.objects.size() + scene.groups.size() - 1, {}}};
@@ -61,45 +62,45 @@ tl::unexpected<build::Error> refused(build::ErrorCode code, std::string message)
   return tl::unexpected(build::Error{code, std::move(message)});
 }
 
-build::Result<Form> flat(const SourceScene& scene, std::uint64_t most_triangles) {
-  const std::uint64_t triangles = over_all_ways(scene.description, triangle_counts(scene.description));
+build::Result<Hierarchy> flat(const SourceScene& scene, std::uint64_t most_triangles) {
+  const std::uint64_t triangles = over_all_paths(scene.description, triangle_counts(scene.description));
   if (triangles > most_triangles)
     return refused(build::ErrorCode::kTooLarge, "flattened it has " + std::to_string(triangles) +
                                                     " triangles, the limit is " + std::to_string(most_triangles));
-  Form form{.name = "flat", .levels = 0, .geometries = {}, .source = &scene.description, .groups = {}};
+  Hierarchy hierarchy{.name = "flat", .levels = 0, .geometries = {}, .source = &scene.description, .groups = {}};
   auto geometries = tools::flatten_scene(scene.description);
   if (!geometries) return tl::unexpected(geometries.error());
-  form.geometries = std::move(*geometries);
-  form.triangles = triangles;
-  return form;
+  hierarchy.geometries = std::move(*geometries);
+  hierarchy.triangles = triangles;
+  return hierarchy;
 }
 
-build::Result<Form> two_level(const SourceScene& scene) {
+build::Result<Hierarchy> two_level(const SourceScene& scene) {
   const std::vector<std::uint64_t> once(scene.description.objects.size(), 1);
-  const std::uint64_t ways = over_all_ways(scene.description, once);
-  if (ways > kMostInstances)
-    return refused(build::ErrorCode::kTooLarge, "as one level it has " + std::to_string(ways) +
+  const std::uint64_t paths = over_all_paths(scene.description, once);
+  if (paths > kMostInstances)
+    return refused(build::ErrorCode::kTooLarge, "as one level it has " + std::to_string(paths) +
                                                     " instances, the limit is " + std::to_string(kMostInstances));
-  Form form{.name = "two_level", .levels = 1, .geometries = {}, .source = &scene.description, .groups = {}};
-  form.groups.push_back(joined_groups(scene.description));
-  return form;
+  Hierarchy hierarchy{.name = "two_level", .levels = 1, .geometries = {}, .source = &scene.description, .groups = {}};
+  hierarchy.groups.push_back(joined_groups(scene.description));
+  return hierarchy;
 }
 
-build::Result<Form> deep(const SourceScene& scene) {
+build::Result<Hierarchy> deep(const SourceScene& scene) {
   const unsigned levels = levels_of(scene.description);
   if (levels < 2) return refused(build::ErrorCode::kInvalidInput, "the scene has one level of instances, as two_level");
-  return Form{.name = "deep",
-              .levels = levels,
-              .geometries = {},
-              .source = &scene.description,
-              .groups = scene.description.groups};
+  return Hierarchy{.name = "deep",
+                   .levels = levels,
+                   .geometries = {},
+                   .source = &scene.description,
+                   .groups = scene.description.groups};
 }
 
 }  // namespace
 
-std::vector<std::string> form_names() { return {"flat", "two_level", "deep"}; }
+std::vector<std::string> hierarchy_names() { return {"flat", "two_level", "deep"}; }
 
-std::vector<build::TriangleMesh> Form::object(std::size_t number) const {
+std::vector<build::TriangleMesh> Hierarchy::object(std::size_t number) const {
   std::vector<build::TriangleMesh> result;
   for (const std::size_t i : source->objects[number].meshes) {
     const tools::Mesh& mesh = source->meshes[i];
@@ -118,12 +119,13 @@ unsigned levels_of(const tools::SceneDescription& scene) {
   return levels.back();
 }
 
-build::Result<Form> make_form(const SourceScene& scene, const std::string& name, std::uint64_t most_triangles) {
-  auto form = name == "flat" ? flat(scene, most_triangles) : name == "two_level" ? two_level(scene) : deep(scene);
-  if (!form || form->levels == 0) return form;
-  for (const std::uint64_t count : triangle_counts(scene.description)) form->triangles += count;
-  for (const tools::SceneGroup& group : form->groups) form->instances += group.instances.size();
-  return form;
+build::Result<Hierarchy> make_hierarchy(const SourceScene& scene, const std::string& name,
+                                        std::uint64_t most_triangles) {
+  auto hierarchy = name == "flat" ? flat(scene, most_triangles) : name == "two_level" ? two_level(scene) : deep(scene);
+  if (!hierarchy || hierarchy->levels == 0) return hierarchy;
+  for (const std::uint64_t count : triangle_counts(scene.description)) hierarchy->triangles += count;
+  for (const tools::SceneGroup& group : hierarchy->groups) hierarchy->instances += group.instances.size();
+  return hierarchy;
 }
 
 }  // namespace hiprt::bench
