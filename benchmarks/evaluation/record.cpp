@@ -96,7 +96,7 @@ std::string to_markdown(const SceneRecord& scene) {
   std::vector<Column<Entry>> columns{
       {"tracer", [](const auto& entry) { return entry.tracer; }},
       {"builder", [](const auto& entry) { return entry.builder; }},
-      {"form", [](const auto& entry) { return entry.hierarchy; }},
+      {"hierarchy", [](const auto& entry) { return entry.hierarchy; }},
       {"build ms", [](const auto& entry) { return format_number(1e3 * build_seconds(entry), 2); }},
       {"SAH cost",
        [](const auto& entry) { return entry.figures.sah_cost ? format_number(*entry.figures.sah_cost, 1) : ""; }},

@@ -13,25 +13,25 @@ inline constexpr unsigned kInstanceLevels = 16;
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
-template <class Layout, class Triangle, class Boxes, bool kInstanced = false> struct Tracer {
+template <class LayoutType, class TriangleTest, class BoxTest, bool kInstanced = false> struct Tracer {
   const SceneView* scene;
 
-  HIPRT_HD Hit closest(const Ray& ray) const { return trace<Boxes>(ray); }
+  HIPRT_HD Hit closest(const Ray& ray) const { return trace<BoxTest>(ray); }
   /// Without instances only: Question::kBoxes does not use them, and kernels take long to compile.
   HIPRT_HD Hit every_box(const Ray& ray) const requires(!kInstanced) { return trace<oracle::EveryBox>(ray); }
 
  private:
-  template <class TriangleType, class BoxesType> struct Chosen : WithLayout<Layout> {
+  template <class TriangleType, class BoxesType> struct Chosen : WithLayout<LayoutType> {
     using Triangle = TriangleType;
     using Boxes = BoxesType;
   };
 
-  template <class BoxTest> HIPRT_HD Hit trace(const Ray& ray) const {
-    if constexpr (std::is_same_v<Triangle, WatertightDouble>)
+  template <class Test> HIPRT_HD Hit trace(const Ray& ray) const {
+    if constexpr (std::is_same_v<TriangleTest, WatertightDouble>)
       return rounded(
-          closest_hit<typename Put<DoubleRays<Chosen<Watertight, BoxTest>>>::Type>(*scene, convert<double>(ray)));
+          closest_hit<typename Put<DoubleRays<Chosen<Watertight, Test>>>::Type>(*scene, convert<double>(ray)));
     else
-      return closest_hit<typename Put<Chosen<Triangle, BoxTest>>::Type>(*scene, ray);
+      return closest_hit<typename Put<Chosen<TriangleTest, Test>>::Type>(*scene, ray);
   }
 
   template <class P> struct Put {
