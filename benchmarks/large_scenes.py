@@ -14,20 +14,19 @@ from variant_report.json_file import InputError
 from variant_report.markdown import number, table
 from variant_report.script import Parser, run_script, write_together
 
-DESCRIPTION = """Takes every NAME.scene, NAME.json, NAME.hair or NAME.mesh of a folder that has a NAME.cam (make_scene writes
-such: island, stadium, swarm, hair), builds it (bvhbuild), validates the file (bvhinfo --validate) and renders a picture
-(bvhrender, 1920 x 1080, ambient occlusion). Writes large_scenes.json and large_scenes.md to a folder: triangles and segments, once and
-as often as the scene has them, bytes of the file, the largest memory of each program, seconds of each, rays per second.
-What a GPU refuses (to build curves and spheres)
-the CPU does; the table says so. Exit status: 0; 1 when something fails or is interrupted (the scenes that did not are written); 2
-for a wrong argument."""
+DESCRIPTION = """Builds (bvhbuild), validates (bvhinfo --validate) and renders (bvhrender, ambient occlusion) every
+NAME.scene, NAME.json, NAME.hair or NAME.mesh of a folder that has a NAME.cam. make_scene generates such scenes: island,
+stadium, swarm, hair. Writes large_scenes.json and large_scenes.md to a folder: unique and instantiated triangles and
+segments, bytes of the file, peak memory and seconds of each program, and rays per second. The CPU builds scenes that
+the GPU does not support (curves and spheres); the table says so. Exit status: 0; 1 when something fails or is
+interrupted (finished scenes are written); 2 for a wrong argument."""
 
 ENDINGS = (".scene", ".json", ".hair", ".mesh")
 MIB = 1 << 20
 
 
 def run_tool(tools, name, *arguments):
-    """@return what it printed, seconds, largest memory in bytes."""
+    """@return standard output, seconds, peak memory in bytes."""
     command = [os.path.join(tools, name), *arguments]
     start = time.monotonic()
     with tempfile.TemporaryFile() as errors:
@@ -47,7 +46,7 @@ def run_tool(tools, name, *arguments):
 
 
 def run_on(device, tools, name, *arguments):
-    """As run_tool(), on the CPU what the device refuses."""
+    """As run_tool(), but on the CPU if the device does not support the scene."""
     try:
         return run_tool(tools, name, *arguments, "--device", device)
     except InputError:
@@ -76,7 +75,7 @@ def find_scenes(folder, only):
 
 
 def counts_of(info):
-    """Primitives once, and as often as the scene has them; levels of instances."""
+    """@return unique primitives, instantiated primitives, levels of instances."""
     scene = info.get("scene")
     if scene is None:
         once = info["triangles"] + info["customs"]
@@ -132,14 +131,14 @@ def main():
     parser.add_argument("scenes", help="folder of scenes")
     parser.add_argument("--tools", required=True, help="folder of bvhbuild, bvhinfo and bvhrender")
     parser.add_argument("--output", required=True, help="folder for the results")
-    parser.add_argument("--scene", default="", help="of that folder: NAME,... (all)")
-    parser.add_argument("--device", choices=["cpu", "gpu"], default="cpu", help="that builds and renders (cpu)")
-    parser.add_argument("--size", default="1920x1080", help="of the pictures (1920x1080)")
+    parser.add_argument("--scene", default="", help="scenes of that folder: NAME,... (all)")
+    parser.add_argument("--device", choices=["cpu", "gpu"], default="cpu", help="device that builds and renders (cpu)")
+    parser.add_argument("--size", default="1920x1080", help="size of the pictures (1920x1080)")
     parser.add_argument("--spp", type=int, default=16, help="samples per pixel (16)")
-    parser.add_argument("--builder", default="", help="of bvhbuild (its default)")
+    parser.add_argument("--builder", default="", help="builder of bvhbuild (its default)")
     parser.add_argument("--build-option", action="append", default=[], metavar="OPTION",
-                        help="one more of bvhbuild, such as --build-option=--levels=1 (for scenes of instances); may be repeated")
-    parser.add_argument("--commit", default="", help="of the tools (git describe)")
+                        help="option of bvhbuild, such as --build-option=--levels=1; may be repeated")
+    parser.add_argument("--commit", default="", help="commit of the tools (git describe)")
     arguments = parser.parse_args()
 
     def commit():

@@ -8,9 +8,9 @@ from variant_report.plots import load_pyplot
 from variant_report.script import Parser, run_script, write_together
 
 DESCRIPTION = """Writes builders_trace_times, builders_build_times_and_cost and, if that scene was measured,
-builders_opera_house (PNG and SVG) from JSON of bench_builders: geometric means over the scenes from files, or over
-'procedural' where there are none. Nothing is written where matplotlib is missing. Exit status: 0, 1 when a file cannot be
-read or written or holds something else (nothing is written then), 2 for a wrong argument."""
+builders_opera_house (SVG) from JSON of bench_builders: geometric means over the scenes from files, or over 'procedural'
+without such scenes. Without matplotlib it writes nothing. Exit status: 0; 1 when a file cannot be read or written or
+has another format (nothing is written then); 2 for a wrong argument."""
 
 
 def main():

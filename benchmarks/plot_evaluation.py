@@ -9,9 +9,9 @@ from evaluation_report.page import page
 from evaluation_report.runs import Evaluation
 from variant_report.script import Parser, run_script, write_together
 
-DESCRIPTION = """Writes report.html (tables and plots on one page that needs nothing else) and every plot as SCENE.PLOT.svg
-from JSON of bench_evaluation, of any device. Python's standard library is all it needs. Exit status: 0, 1 when a file
-cannot be read or written or holds something else (nothing is written then), 2 for a wrong argument."""
+DESCRIPTION = """Writes report.html (one page with all tables and plots) and every plot as SCENE.PLOT.svg from JSON of
+bench_evaluation. Needs only Python's standard library. Exit status: 0; 1 when a file cannot be read or written or has
+another format (nothing is written then); 2 for a wrong argument."""
 
 
 def write_report(evaluation, folder):
@@ -29,7 +29,7 @@ def write_report(evaluation, folder):
 def main():
     parser = Parser(prog="plot_evaluation.py", description=DESCRIPTION)
     parser.add_argument("json", help="file of bench_evaluation --json; compressed ones end in .xz")
-    parser.add_argument("--output", default=".", help="folder for what is written (.)")
+    parser.add_argument("--output", default=".", help="folder for the output (.)")
     arguments = parser.parse_args()
 
     def work():

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Turns JSON of bench_tradeoff into plots of speed against each kind of fault. See --help."""
+"""Plots JSON of bench_tradeoff: speed against each kind of fault. See --help."""
 
 import json
 import os
@@ -10,10 +10,10 @@ from variant_report.plots import load_pyplot, save
 from variant_report.runs import geometric_mean
 from variant_report.script import Parser, run_script, write_together
 
-DESCRIPTION = """Writes pareto_AXIS.svg and .png from JSON of bench_tradeoff: the speed of every set of policies against its
-leaks, hits hidden by boxes, spawned rays that meet what they left, wrong surfaces, and errors of t and of the hit point.
-Sets that another one beats in both are grey. Exit status: 0, 1 when a file cannot be read or written or holds something
-else (nothing is written then), 2 for a wrong argument."""
+DESCRIPTION = """Writes pareto_AXIS.svg from JSON of bench_tradeoff: the speed of every policy set against its leaks,
+hits hidden by boxes, self-intersections of spawned rays, wrong surfaces, and errors of t and of the hit point. Policy
+sets that another one beats in both are grey. Exit status: 0; 1 when a file cannot be read or written or has another format
+(nothing is written then); 2 for a wrong argument."""
 FORMAT = "hiprt bench_tradeoff 1"
 
 
@@ -41,7 +41,7 @@ class Tradeoff:
         return geometric_mean(self.speeds[subject])
 
     def fault_rate(self, wanted):
-        """By subject: faults per 10^9 rays of the questions that wanted(question, origin) says."""
+        """By subject: faults per 10^9 rays of the checks for which wanted(question, origin) is true."""
         sums = {}
         for subject, question, origin, rays, faults in self.faults:
             if wanted(question, origin):
@@ -72,7 +72,7 @@ AXES = [
      lambda t: t.fault_rate(lambda question, _: question in ("edges", "vertices"))),
     ("random_leaks", "leaks per 10⁹ random rays", lambda t: t.fault_rate(lambda question, _: question == "random")),
     ("boxes", "hits that boxes hide, per 10⁹", lambda t: t.fault_rate(lambda question, _: question == "boxes")),
-    ("spawned", "spawned rays that meet what they left, per 10⁹ (spawn_origin())",
+    ("spawned", "self-intersections of spawned rays per 10⁹ (spawn_origin())",
      lambda t: t.fault_rate(lambda question, origin: question == "spawned" and origin == "spawn_origin")),
     ("wrong", "missed or wrong surfaces of 10,000 hard rays", lambda t: t.wrong_rate()),
     ("t", "error of t, 99.9th percentile of the worst case, in ulps", lambda t: t.worst(3)),
@@ -80,9 +80,9 @@ AXES = [
 ]
 
 
-def beaten(place, places):
-    """Whether another place is at least as good in both and better in one."""
-    return any(x >= place[0] and y <= place[1] and (x, y) != place for x, y in places)
+def beaten(point, points):
+    """Whether another point is at least as good in both and better in one."""
+    return any(x >= point[0] and y <= point[1] and (x, y) != point for x, y in points)
 
 
 def plot(plt, tradeoff, name, title, values, folder):
@@ -90,14 +90,14 @@ def plot(plt, tradeoff, name, title, values, folder):
     if not subjects:
         return
     least = min(values[subject][1] for subject in subjects) / 2
-    places = {subject: (tradeoff.speed(subject), values[subject][0]) for subject in subjects}
+    points = {subject: (tradeoff.speed(subject), values[subject][0]) for subject in subjects}
     figure, axis = plt.subplots(figsize=(7, 5))
-    # Names would hide each other: numbers at the places, names beside the plot.
-    for number, (subject, place) in enumerate(places.items(), 1):
-        grey = beaten(place, list(places.values()))
-        axis.plot(place[0], max(place[1], least), "o", markersize=11, color="lightgrey" if grey else "tab:blue",
+    # Names would overlap, so the points have numbers, and the names are beside the plot.
+    for number, (subject, point) in enumerate(points.items(), 1):
+        grey = beaten(point, list(points.values()))
+        axis.plot(point[0], max(point[1], least), "o", markersize=11, color="lightgrey" if grey else "tab:blue",
                   label=f"{number} {subject}", zorder=2 if grey else 3)
-        axis.annotate(str(number), (place[0], max(place[1], least)), fontsize=7, color="black" if grey else "white",
+        axis.annotate(str(number), (point[0], max(point[1], least)), fontsize=7, color="black" if grey else "white",
                       ha="center", va="center", zorder=4)
     axis.legend(loc="center left", bbox_to_anchor=(1.02, 0.5), fontsize=8, frameon=False)
     axis.set_yscale("log")
@@ -107,7 +107,7 @@ def plot(plt, tradeoff, name, title, values, folder):
     axis.axhline(least, color="grey", linewidth=0.5)
     axis.text(0.01, least, "none seen", fontsize=7, color="grey", va="bottom", transform=axis.get_yaxis_transform())
     axis.grid(linewidth=0.3)
-    axis.set_title(f"{tradeoff.device}: to the right and down is better; grey: another one is better in both", fontsize=9)
+    axis.set_title(f"{tradeoff.device}: right and down is better; grey: another policy set is better in both", fontsize=9)
     save(figure, folder, f"pareto_{name}")
     plt.close(figure)
 
@@ -123,7 +123,7 @@ def write_plots(tradeoff, folder):
 def main():
     parser = Parser(prog="plot_tradeoff.py", description=DESCRIPTION)
     parser.add_argument("json", help="file of bench_tradeoff --json")
-    parser.add_argument("--output", default=".", help="folder for what is written (.)")
+    parser.add_argument("--output", default=".", help="folder for the output (.)")
     arguments = parser.parse_args()
 
     def work():

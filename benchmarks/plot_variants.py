@@ -10,9 +10,9 @@ from variant_report.runs import Peers, Runs
 from variant_report.script import Parser, run_script, write_together
 from variant_report.summary import summary
 
-DESCRIPTION = """Writes variants.md (comparison with the peers, cost of accuracy and of features) and plots (PNG and SVG;
-left out where matplotlib is missing) from JSON of bench_variants. Exit status: 0, 1 when a file cannot be read or
-written or holds something else (nothing is written then), 2 for a wrong argument."""
+DESCRIPTION = """Writes variants.md (comparison with other libraries, cost of accuracy and of features) and plots (SVG,
+if matplotlib is installed) from JSON of bench_variants. Exit status: 0; 1 when a file cannot be read or written or has
+another format (nothing is written then); 2 for a wrong argument."""
 
 
 def count(text):
@@ -33,9 +33,10 @@ def main():
     here = os.path.dirname(os.path.abspath(__file__))
     parser = Parser(prog="plot_variants.py", description=DESCRIPTION)
     parser.add_argument("json", nargs="+", help="files of bench_variants --json; compressed ones end in .xz")
-    parser.add_argument("--output", default=".", help="folder for what is written (.)")
-    parser.add_argument("--peers", default=os.path.join(here, "peers", "h200.json"), help="the peers' figures (h200.json)")
-    parser.add_argument("--most", type=count, default=30, help="variants in the plot of a scene, the best ones (30)")
+    parser.add_argument("--output", default=".", help="folder for the output (.)")
+    parser.add_argument("--peers", default=os.path.join(here, "peers", "h200.json"),
+                        help="figures of the other libraries (h200.json)")
+    parser.add_argument("--most", type=count, default=30, help="number of best variants in the plot of a scene (30)")
     arguments = parser.parse_args()
 
     def work():

@@ -1,21 +1,21 @@
-# The kernels of bench_variants: which of the cross product of all axes are compiled, as generated .hip files, one per
-# layout and stack.
+# Generates the kernels of bench_variants as .hip files, one per layout and stack.
 #
-# A selection is "axis=value,value ..."; it stands for the cross product of its values, with the default (below) for each
-# axis that it does not name. "*" stands for all values of an axis. What cannot be (hiprt_can_be()) is left out.
+# A selection is "axis=value,value ...". It stands for the cross product of its values, with the default (below) for
+# each axis that it does not name. "*" stands for all values of an axis. Invalid combinations (hiprt_can_be()) are left out.
 
 set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
-  "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combination of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
+  "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combinations of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
 set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 
-# Values and the C++ types behind them (benchmarks/microbench/gpu_kernel.h).
+# Values and the C++ types behind them (benchmarks/variants/gpu_kernel.h).
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
-set(hiprt_values_stacks private=PrivatePlace shared-ways=SharedWaysPlace tiered=TieredPlace<16> tiered22=TieredPlace<22>
-  tiered-ways=TieredWaysPlace<16> tiered22-ways=TieredWaysPlace<22> shared=SharedPlace rolling=RollingPlace
-  rolling-pool=RollingPoolPlace global=GlobalPlace restart=RestartPlace)
-# batchN has the default kSearchAbove, batchNvM the one of M lanes.
+set(hiprt_values_stacks private=PrivateStorage shared-ways=SharedPathStorage tiered=TieredStorage<16>
+  tiered22=TieredStorage<22>
+  tiered-ways=TieredPathStorage<16> tiered22-ways=TieredPathStorage<22> shared=SharedStorage rolling=RollingStorage
+  rolling-pool=RollingPoolStorage global=GlobalStorage restart=RestartStorage)
+# batchN has the default kSearchAbove; batchNvM has kSearchAbove = M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
   batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)
 # Triangle and box test; 'hardware' stands for AMD's ray instruction.
@@ -24,14 +24,14 @@ set(hiprt_values_tests accurate=Tests<Watertight,Conservative> fast=Tests<Fast,P
   watertight-hardware=Tests<Watertight,HardwareBoxes> fast-hardware=Tests<Fast,HardwareBoxes>
   hardware=Tests<HardwareTriangle,HardwareBoxes> hardware-conservative=Tests<HardwareTriangle,Conservative>
   hardware-plain=Tests<HardwareTriangle,Plain>)
-# usual: what the library takes for the query and the tests.
+# usual: the library's default for the query and the tests.
 set(hiprt_values_orders sorted=NearFirst nearest=NearestFirst stored=Unordered tested=AsTested)
 set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMasks filter=WithFilter custom=WithCustom
   custom-filter=WithCustomAndFilter placed=Placed levels1=WithLevels<1> levels2=WithLevels<2> levels8=WithLevels<8>
   levels32=WithLevels<32> moving1=WithMotion<1> moving2=WithMotion<2> moving8=WithMotion<8>)
 set(hiprt_values_blocks 64x1 64x8 64x10 64x12 64x14 64x16 128x7 128x8)
 
-# What an axis is when a selection does not name it.
+# Values of axes that a selection does not name.
 set(hiprt_default_queries closest any)
 set(hiprt_default_layouts planes)
 set(hiprt_default_stacks private)
@@ -89,7 +89,7 @@ function(hiprt_axis_type axis value variable)
       return()
     endif()
   endforeach()
-  # Any number of threads, blocks and lanes will do.
+  # Any numbers of threads, blocks and lanes are valid.
   if(axis STREQUAL "blocks" AND value MATCHES "^([0-9]+)x([0-9]+)$")
     set(${variable} "${CMAKE_MATCH_1}, ${CMAKE_MATCH_2}" PARENT_SCOPE)
   elseif(axis STREQUAL "schedules" AND value MATCHES "^batch([0-9]+)$")
@@ -121,7 +121,7 @@ macro(hiprt_read_selection text)
   endforeach()
 endmacro()
 
-# hiprt_usual_order(<variable>): the order that the library takes for the values query, tests and features of the caller.
+# hiprt_usual_order(<variable>): the library's default child order for the caller's values query, tests and features.
 function(hiprt_usual_order variable)
   if(tests MATCHES "hardware$")
     set(${variable} tested PARENT_SCOPE)
@@ -132,15 +132,15 @@ function(hiprt_usual_order variable)
   endif()
 endfunction()
 
-# hiprt_can_be(<variable>): whether the values query, layout, stack, schedule, tests, order and features of the caller go
-# together.
+# hiprt_can_be(<variable>): whether the caller's values query, layout, stack, schedule, tests, order and features are a
+# valid combination.
 function(hiprt_can_be variable)
   set(${variable} FALSE PARENT_SCOPE)
-  # trace_batch() asks each ray once.
+  # trace_batch() supports queries with one result per ray.
   if(query STREQUAL "all" AND schedule MATCHES "^batch")
     return()
   endif()
-  # AMD's instruction reads two layouts, and its box test sorts.
+  # AMD's ray instruction supports two layouts, and its box test sorts.
   if(tests MATCHES "hardware" AND NOT (HIPRT_GPU_PLATFORM STREQUAL "AMD" AND layout MATCHES "^(float|half)$"))
     return()
   endif()
@@ -148,7 +148,7 @@ function(hiprt_can_be variable)
       (NOT tests MATCHES "hardware$" AND order STREQUAL "tested"))
     return()
   endif()
-  # A restart trail needs children by distance where a hit shortens the ray, else in a stable order.
+  # A restart trail needs children sorted by distance if hits shorten the ray, else in a stable order.
   hiprt_usual_order(usual)
   if(stack STREQUAL "restart" AND features MATCHES "^(levels|moving)")
     return()
@@ -156,15 +156,15 @@ function(hiprt_can_be variable)
   if(stack STREQUAL "restart" AND NOT order STREQUAL "sorted" AND NOT (order STREQUAL "stored" AND usual STREQUAL "stored"))
     return()
   endif()
-  # More levels would not fit into the shared memory of a block.
+  # The state of more levels does not fit into the shared memory of a block.
   if(stack MATCHES "ways$" AND NOT features MATCHES "^(levels|moving)[12]$")
     return()
   endif()
   set(${variable} TRUE PARENT_SCOPE)
 endfunction()
 
-# hiprt_variant_line(<variable>): the C++ line for the values query, layout, stack, schedule, tests, order, features and
-# blocks of the caller; empty for what cannot be.
+# hiprt_variant_line(<variable>): the C++ line for the caller's values query, layout, stack, schedule, tests, order,
+# features and blocks; empty for invalid combinations.
 function(hiprt_variant_line variable)
   set(${variable} "" PARENT_SCOPE)
   if(order STREQUAL "usual")
@@ -187,7 +187,7 @@ function(hiprt_variant_line variable)
   set(${variable} "  add_kernel<${policies}, ${query_type}, ${bounds}>(kernels, {${name}})" PARENT_SCOPE)
 endfunction()
 
-# hiprt_expand_selection(<text>): appends each line of the selection to lines_<layout>_<stack> of the caller, once.
+# hiprt_expand_selection(<text>): appends each line of the selection once to the caller's lines_<layout>_<stack>.
 function(hiprt_expand_selection text)
   hiprt_read_selection("${text}")
   foreach(layout IN LISTS selected_layouts)
@@ -214,12 +214,12 @@ function(hiprt_expand_selection text)
   endforeach()
 endfunction()
 
-# hiprt_write_kernels(<file> <function> <line>...): a .hip file with the function, which adds the kernels of the lines.
+# hiprt_write_kernels(<file> <function> <line>...): writes a .hip file with a function that adds the lines' kernels.
 function(hiprt_write_kernels file function)
   list(JOIN ARGN ";\n" body)
   file(CONFIGURE OUTPUT ${file} @ONLY CONTENT [[
 // Made by cmake/HiprtBenchVariants.cmake.
-#include <benchmarks/microbench/gpu_kernel.h>
+#include <benchmarks/variants/gpu_kernel.h>
 
 namespace hiprt::bench {
 
@@ -231,7 +231,7 @@ void @function@(std::vector<GpuKernel>& kernels) {
 ]])
 endfunction()
 
-# hiprt_write_kernel_list(<file> <function>...): gpu_kernels(), which calls the functions.
+# hiprt_write_kernel_list(<file> <function>...): writes gpu_kernels(), which calls the functions.
 function(hiprt_write_kernel_list file)
   set(declarations "")
   set(calls "")
@@ -241,7 +241,7 @@ function(hiprt_write_kernel_list file)
   endforeach()
   file(CONFIGURE OUTPUT ${file} @ONLY CONTENT [[
 // Made by cmake/HiprtBenchVariants.cmake.
-#include <benchmarks/microbench/gpu_kernels.h>
+#include <benchmarks/variants/gpu_kernels.h>
 
 namespace hiprt::bench {
 
@@ -255,8 +255,9 @@ std::vector<GpuKernel> gpu_kernels() {
 ]])
 endfunction()
 
-# hiprt_generate_variants(<folder> <variable>): writes <folder>/LAYOUT_STACK.hip and <folder>/gpu_kernels.cpp, which has
-# all of them, for HIPRT_BENCH_VARIANTS; <variable> becomes the .hip files. Files that do not change keep their time.
+# hiprt_generate_variants(<folder> <variable>): writes <folder>/LAYOUT_STACK.hip, and <folder>/gpu_kernels.cpp with the
+# list of their kernels, for HIPRT_BENCH_VARIANTS. Sets <variable> to the .hip files. Files without changes keep their
+# time stamps.
 function(hiprt_generate_variants folder variable)
   set(selections "${HIPRT_BENCH_VARIANTS}")
   if(selections MATCHES "^(small|full)$")
@@ -284,7 +285,7 @@ function(hiprt_generate_variants folder variable)
   hiprt_write_kernel_list(${folder}/gpu_kernels.cpp ${functions})
   list(LENGTH all count)
   if(count EQUAL 0)
-    message(FATAL_ERROR "HIPRT_BENCH_VARIANTS: none of these variants can be (hiprt_can_be()): ${selections}")
+    message(FATAL_ERROR "HIPRT_BENCH_VARIANTS: none of these combinations is valid (hiprt_can_be()): ${selections}")
   endif()
   message(STATUS "bench_variants: ${count} kernels (HIPRT_BENCH_VARIANTS)")
   set(${variable} "${files}" PARENT_SCOPE)

@@ -1,6 +1,6 @@
-/// Builders, ours and Embree's side by side in one process, and the validation of files.
+/// Builders of hiprt and Embree, side by side in one process, and the validation of files.
 
-#include "summary.h"
+#include "tables.h"
 
 #include <benchmark/benchmark.h>
 #include <benchmarks/common/procedural.h>
@@ -37,12 +37,12 @@ class BuildBenchmarks {
     for (const std::string& scene : *scenes) {
       add_build(scene, 1);
       if (all > 1) add_build(scene, all);
-      add_one("validate/" + scene, [this, scene](benchmark::State& state) {
+      add_benchmark("validate/" + scene, [this, scene](benchmark::State& state) {
         if (load(state, scene)) run_validation(state, scene_->input(), scene);
       });
     }
     add_build(std::string(kScattered), 1);
-    add_one("validate/" + std::string(kHeightField), [this](benchmark::State& state) {
+    add_benchmark("validate/" + std::string(kHeightField), [this](benchmark::State& state) {
       const tools::Mesh mesh = height_field(options_.validation_triangles);
       run_validation(state, {.positions = mesh.positions, .triangles = mesh.triangles}, std::string(kHeightField));
     });
@@ -52,16 +52,12 @@ class BuildBenchmarks {
   Summary summarize() const { return {build_markdown(builds_, validations_, options_.rounds), {}}; }
 
  private:
-  template <class Body> static void add_one(const std::string& name, const Body& body) {
-    benchmark::RegisterBenchmark(name.c_str(), body)->Iterations(1)->Unit(benchmark::kSecond);
-  }
-
   void add_build(const std::string& scene, unsigned threads) {
-    add_one("build/" + scene + "/threads_" + std::to_string(threads),
-            [this, scene, threads](benchmark::State& state) { run_build(state, scene, threads); });
+    add_benchmark("build/" + scene + "/threads_" + std::to_string(threads),
+                  [this, scene, threads](benchmark::State& state) { run_build(state, scene, threads); });
   }
 
-  /// Keeps one scene in memory. @return false after an error, which @p state knows then.
+  /// Loads a scene and keeps it until another one is loaded. @return false after an error, which @p state reports.
   bool load(benchmark::State& state, const std::string& name) {
     if (scene_ != nullptr && scene_->name == name) return true;
     if (name == kScattered) {
@@ -128,13 +124,12 @@ class BuildBenchmarks {
 
 std::vector<Flag> flags(BuildBenchmarkOptions& options) {
   std::vector<Flag> flags = options.scenes.flags();
-  flags.push_back(number_flag("rounds", "times that everybody builds, in turn", options.rounds, 1, 10'000));
-  flags.push_back(
-      number_flag("validation-rounds", "times that a file is validated", options.validation_rounds, 1, 10'000));
-  flags.push_back(number_flag("validation-triangles", "triangles of the height field that is validated too, about",
+  flags.push_back(number_flag("rounds", "rounds in which all builders run in turn", options.rounds, 1, 10'000));
+  flags.push_back(number_flag("validation-rounds", "validations of each file", options.validation_rounds, 1, 10'000));
+  flags.push_back(number_flag("validation-triangles", "triangles of the validated height field, about",
                               options.validation_triangles, 2, 100'000'000));
   flags.push_back(number_flag("scattered-triangles",
-                              "triangles of the mesh in random order, each with vertices of its own, about",
+                              "triangles of the mesh in random order with unshared vertices, about",
                               options.scattered_triangles, 2, 100'000'000));
   return flags;
 }
@@ -147,7 +142,7 @@ int main(int argc, char** argv) {
   BuildBenchmarkOptions options;
   BuildBenchmarks benchmarks(options);
   return run_program(
-      {"bench_build", "Builders, hiprt's and Embree's, side by side in the same process, and validation of files.",
+      {"bench_build", "Builders of hiprt and Embree, side by side in the same process, and validation of files.",
        flags(options), [&] { return benchmarks.add(); }, [&] { return benchmarks.summarize(); }},
       argc, argv);
 }

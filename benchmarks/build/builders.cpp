@@ -25,7 +25,7 @@ struct EmbreeKind {
   RTCBuildQuality quality;
   RTCSceneFlags flags;
 };
-/// Robust scenes have one quality: Embree does not look at a higher one.
+/// Robust scenes have one quality: Embree ignores higher ones.
 constexpr std::array kEmbreeKinds{
     EmbreeKind{"rtc_low", RTC_BUILD_QUALITY_LOW, RTC_SCENE_FLAG_NONE},
     EmbreeKind{"rtc_medium", RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_NONE},
@@ -33,7 +33,7 @@ constexpr std::array kEmbreeKinds{
     EmbreeKind{"rtc_medium_robust", RTC_BUILD_QUALITY_MEDIUM, RTC_SCENE_FLAG_ROBUST},
 };
 
-/// The builders as contestants. The first error ends up in error(); times are worth nothing then.
+/// The builders as contestants. After an error, which error() returns, the times are invalid.
 class BuildContest {
  public:
   BuildContest(const Scene& scene, unsigned threads) : scene_(scene), threads_(threads) {}
@@ -48,7 +48,7 @@ class BuildContest {
     return all;
   }
 
-  /// All figures but the times.
+  /// All figures except the times.
   std::vector<BuildEntry> figures() {
     std::vector<BuildEntry> entries;
     entries.reserve(kBuilders.size() + kEmbreeKinds.size());
@@ -93,7 +93,7 @@ class BuildContest {
     entry.pair_fill = tree.pair_fill;
   }
 
-  /// The time of rtcCommitScene alone; copying the mesh is not a part of it.
+  /// The time of rtcCommitScene, without copying the mesh.
   double run(const EmbreeKind& kind, BuildEntry* entry) {
     auto embree = EmbreeScene::make(scene_.mesh, {.flags = kind.flags, .quality = kind.quality, .threads = threads_});
     if (!embree) {

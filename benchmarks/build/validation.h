@@ -1,5 +1,5 @@
 #pragma once
-/// How long it takes to check a file.
+/// Time to validate a file.
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/input.h>
@@ -15,8 +15,7 @@ struct ValidationCell {
   double seconds = 0;  ///< Median over the rounds of mapping the file, validate() and unmapping; one thread.
 };
 
-/// Builds a file with the library's defaults in the folder for temporary files and validates it @p rounds times, from
-/// the system's file cache.
+/// Builds a temporary file with the library's defaults and validates it @p rounds times, from the system's file cache.
 build::Result<ValidationCell> measure_validation(const build::TriangleMesh& mesh, const std::string& scene,
                                                  unsigned rounds);
 

@@ -1,6 +1,6 @@
-/// Every builder: time, size and quality of its trees, and how fast rays pass them.
+/// Every builder: build time, size, quality and traversal speed.
 
-#include "summary.h"
+#include "tables.h"
 
 #include <benchmark/benchmark.h>
 #include <benchmarks/common/program.h>
@@ -29,10 +29,7 @@ class BuilderBenchmarks {
     if (!scenes) return scenes.error().message;
     if (options_.scenes.names.empty()) scenes->emplace_back(kOperaHouseScene);
     for (const std::string& scene : *scenes)
-      benchmark::RegisterBenchmark(("builders/" + scene).c_str(),
-                                   [this, scene](benchmark::State& state) { run(state, scene); })
-          ->Iterations(1)
-          ->Unit(benchmark::kSecond);
+      add_benchmark("builders/" + scene, [this, scene](benchmark::State& state) { run(state, scene); });
     return {};
   }
 
@@ -41,7 +38,7 @@ class BuilderBenchmarks {
  private:
   void run(benchmark::State& state, const std::string& scene) {
     for (auto _ : state) {
-      // lbvh30 needs a millisecond for a few rays there.
+      // With lbvh30 a few rays of this scene take a millisecond.
       const unsigned rays = scene == kOperaHouseScene ? std::max(64u, options_.rays / 10) : options_.rays;
       auto cell = measure_trees(options_.scenes, scene, options_.kinds, rays, options_.threads, options_.rounds);
       if (!cell) {
@@ -85,9 +82,10 @@ std::vector<Flag> flags(BuilderOptions& options) {
   std::vector<Flag> flags = options.scenes.flags();
   flags.push_back(list_flag("kinds", "KIND,...", "kinds of rays (primary,ao,diffuse)", options.kinds));
   flags.push_back(
-      number_flag("rays", "rays of a kind, about; of the opera house a tenth", options.rays, 64, 100'000'000));
-  flags.push_back(number_flag("rounds", "times that everybody builds, and traces, in turn", options.rounds, 1, 10'000));
-  flags.push_back(number_flag("threads", "that build", options.threads, 1, 4096));
+      number_flag("rays", "rays per kind, about; a tenth for the opera house", options.rays, 64, 100'000'000));
+  flags.push_back(number_flag("rounds", "rounds in which all builders run in turn, and all BVHs are traced in turn",
+                              options.rounds, 1, 10'000));
+  flags.push_back(number_flag("threads", "threads of the builds", options.threads, 1, 4096));
   return flags;
 }
 
@@ -98,10 +96,10 @@ int main(int argc, char** argv) {
   using namespace hiprt::bench;
   BuilderOptions options;
   BuilderBenchmarks benchmarks(options);
-  return run_program(
-      {"bench_builders",
-       "Every builder of hiprt: build time, SAH cost, size, and the speed of primary, ao and diffuse rays through its\n"
-       "trees, relative to PLOC. 'opera_house' shows what 30-bit Morton codes do to small detail in a large scene.",
-       flags(options), [&] { return benchmarks.add(); }, [&] { return benchmarks.summarize(); }},
-      argc, argv);
+  return run_program({"bench_builders",
+                      "Every builder of hiprt: build time, SAH cost, size, and the speed of primary, ao and diffuse "
+                      "rays, relative to\n"
+                      "PLOC. 'opera_house' shows the effect of 30-bit Morton codes on small detail in a large scene.",
+                      flags(options), [&] { return benchmarks.add(); }, [&] { return benchmarks.summarize(); }},
+                     argc, argv);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The same mesh in Embree.
+/// A mesh in Embree.
 
 #include <embree3/rtcore.h>
 #include <hiprt_build/error.h>
@@ -14,18 +14,18 @@ namespace hiprt::bench {
 struct EmbreeOptions {
   RTCSceneFlags flags = RTC_SCENE_FLAG_ROBUST;
   RTCBuildQuality quality = RTC_BUILD_QUALITY_MEDIUM;
-  unsigned threads = 0;  ///< Of the build; 0: all the machine has.
+  unsigned threads = 0;  ///< Of the build; 0: as many as the machine has.
 };
 
-/// A mesh as an Embree scene on a device of its own: Embree limits the threads of the whole process while a device
-/// with a number of threads lives.
+/// A mesh as an Embree scene with its own device. While a device with a number of threads lives, Embree limits the
+/// threads of the whole process.
 class EmbreeScene {
  public:
   EmbreeScene(EmbreeScene&&) noexcept = default;
   EmbreeScene& operator=(EmbreeScene&&) = delete;
   ~EmbreeScene() = default;
 
-  /// Copies the mesh into Embree's buffers; commit() builds the tree.
+  /// Copies the mesh into Embree's buffers. commit() builds the BVH.
   /// @return kBackend with Embree's error.
   static build::Result<EmbreeScene> make(const tools::Mesh& mesh, const EmbreeOptions& options);
 

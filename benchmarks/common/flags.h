@@ -1,5 +1,5 @@
 #pragma once
-/// Flags of the benchmark programs, "--name=value", beside those of Google Benchmark.
+/// Flags of the benchmark programs, "--name=value", in addition to those of Google Benchmark.
 
 #include <cstdint>
 #include <functional>
@@ -13,7 +13,7 @@ struct Flag {
   std::string_view name;   ///< Without the two dashes.
   std::string_view value;  ///< What --help calls the value, e.g. "N".
   std::string help;
-  /// Takes the text behind '='. @return what is wrong with it, or nothing.
+  /// Parses the text behind '='. @return an error message, or nothing.
   std::function<std::string(std::string_view text)> set;
 };
 
@@ -29,8 +29,8 @@ Flag words_flag(std::string_view name, std::string help, std::vector<std::string
 /// --device=cpu|gpu.
 Flag device_flag(std::string help, std::string& value);
 
-/// Sets what the command line says and takes it off, so that Google Benchmark sees only its own flags.
-/// @return what is wrong, naming the flag, or nothing.
+/// Sets the flags of the command line and removes them, so that Google Benchmark sees only its own flags.
+/// @return an error message with the flag, or nothing.
 std::string take_flags(int& argc, char** argv, const std::vector<Flag>& flags);
 
 /// The lines of --help.

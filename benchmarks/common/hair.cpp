@@ -12,7 +12,7 @@ namespace {
 
 const Point kHeadRadii{7.4, 10.5, 9.2};
 
-/// Where hair grows on the unit sphere: above a line that rises from the neck to the forehead.
+/// Whether hair grows at a point of the unit sphere: above a line that rises from the neck to the forehead.
 bool is_scalp(const Point& n) { return n.y > 0.08 + 0.5 * n.z; }
 
 Point on_scalp(Random& random) {
@@ -23,13 +23,13 @@ Point on_scalp(Random& random) {
   }
 }
 
-/// Above the skin: where the hair below leaves room.
+/// Height above the skin, over the hair below.
 Point outside(const Point& p, double above) {
   const double depth = glm::length(p / (kHeadRadii + above));
   return depth >= 1 ? p : p / depth;
 }
 
-/// The same for neighbours, in [-2, 2].
+/// Waves that neighbouring strands share, in [-2, 2].
 double lock_of(const Point& n) { return std::sin(11 * n.x + 7 * n.z) + std::sin(13 * n.y - 9 * n.z + 3 * n.x); }
 
 /// Grows one strand.
@@ -86,7 +86,7 @@ Hair hair(std::uint32_t strands) {
 
 tools::Mesh hair_head() {
   constexpr std::uint32_t kRows = 100, kColumns = 160;
-  // Rings of no size would be triangles of none.
+  // Rings at the poles would have degenerate triangles.
   constexpr double kPole = 1e-3;
   tools::Mesh mesh;
   for (std::uint32_t row = 0; row <= kRows; ++row)

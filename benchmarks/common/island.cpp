@@ -17,7 +17,7 @@ constexpr double kIslandRadius = 1600, kDistrictRadius = 120, kGroveRadius = 15;
 constexpr std::uint32_t kTreeKinds = 6, kBushKinds = 2, kRockKinds = 2;
 constexpr std::uint32_t kPlantKinds = kTreeKinds + kBushKinds + kRockKinds, kGroveKinds = 8, kDistrictKinds = 6;
 
-/// Of the ground: a flat dome with hills, which falls below the sea at the rim.
+/// Height of the ground: a flat dome with hills, which falls below the sea at the rim.
 double height_at(double x, double z) {
   const double r = std::hypot(x, z) / kIslandRadius;
   double hills = 0, size = 90, frequency = 0.0021;
@@ -42,7 +42,7 @@ tools::Mesh ground(std::uint32_t cells) {
   return mesh;
 }
 
-/// How trees of a kind grow.
+/// Shape of a kind of trees.
 struct Growth {
   double length, spread, leaf;
   std::uint32_t children, leaves;
@@ -146,8 +146,8 @@ std::vector<tools::Mesh> plants(double detail) {
   return result;
 }
 
-/// Turned about y, scaled, then moved; y of the object along @p up.
-Affine place(const Point& at, double turn, double scale, const Point& up = {0, 1, 0}) {
+/// Rotates about y, scales, then translates. The object's y axis becomes @p up.
+Affine transform(const Point& at, double turn, double scale, const Point& up = {0, 1, 0}) {
   const Point y = glm::normalize(up), forward(std::sin(turn), 0, std::cos(turn));
   const Point x = glm::normalize(glm::cross(y, forward)), z = glm::cross(x, y);
   Affine result;
@@ -190,8 +190,8 @@ tools::SceneDescription island(const IslandOptions& options) {
     grove.place = "grove " + std::to_string(g);
     for (std::uint32_t i = 0; i < options.plants; ++i)
       grove.instances.push_back({.object = random_plant(random),
-                                 .to_scene = place(on_disc(i, options.plants, kGroveRadius), random.between(0, kTurn),
-                                                   random.between(0.6, 1.3))});
+                                 .to_scene = transform(on_disc(i, options.plants, kGroveRadius),
+                                                       random.between(0, kTurn), random.between(0.6, 1.3))});
   }
   const std::uint32_t first_district = first_grove + kGroveKinds;
   for (std::uint32_t d = 0; d < kDistrictKinds; ++d) {
@@ -199,8 +199,8 @@ tools::SceneDescription island(const IslandOptions& options) {
     district.place = "district " + std::to_string(d);
     for (std::uint32_t i = 0; i < options.groves; ++i)
       district.instances.push_back({.object = first_grove + random.below(kGroveKinds),
-                                    .to_scene = place(on_disc(i, options.groves, kDistrictRadius),
-                                                      random.between(0, kTurn), random.between(0.85, 1.15))});
+                                    .to_scene = transform(on_disc(i, options.groves, kDistrictRadius),
+                                                          random.between(0, kTurn), random.between(0.85, 1.15))});
   }
   tools::SceneGroup& whole = scene.groups.emplace_back();
   whole.place = "island";
@@ -212,7 +212,7 @@ tools::SceneDescription island(const IslandOptions& options) {
     const Point up(height_at(at.x - kStep, at.z) - height_at(at.x + kStep, at.z), 2 * kStep,
                    height_at(at.x, at.z - kStep) - height_at(at.x, at.z + kStep));
     whole.instances.push_back({.object = first_district + random.below(kDistrictKinds),
-                               .to_scene = place(at, random.between(0, kTurn), random.between(0.9, 1.1), up)});
+                               .to_scene = transform(at, random.between(0, kTurn), random.between(0.9, 1.1), up)});
   }
   for (std::uint32_t i = 0; i < whole.instances.size(); ++i) whole.instances[i].id = i;
   return scene;

@@ -1,11 +1,11 @@
 #pragma once
-/// What results say of the machine.
+/// The machine, for results.
 
 #include <string>
 
 namespace hiprt::bench {
 
-/// As Linux calls the processor; "unknown" elsewhere.
+/// Name of the processor from /proc/cpuinfo; "unknown" on other systems.
 std::string cpu_name();
 
 }  // namespace hiprt::bench

@@ -1,5 +1,5 @@
 #pragma once
-/// Tables for people, on a terminal and in summary.md.
+/// Markdown tables that are readable on a terminal too.
 
 #include <cstdint>
 #include <string>
@@ -10,16 +10,15 @@ namespace hiprt::bench {
 /// @return "1.234" for format_number(1.2341, 3).
 std::string format_number(double value, int digits);
 
-/// A table whose columns are padded, so that it can be read as text too. The first column is left-aligned, the others
-/// right-aligned.
+/// A table with padded columns. The first column is left-aligned, the others are right-aligned.
 class MarkdownTable {
  public:
   explicit MarkdownTable(std::vector<std::string> head);
 
-  /// @param row as many cells as the head, or fewer: the rest stays empty.
+  /// @param row at most as many cells as the head. Missing cells stay empty.
   void add(std::vector<std::string> row);
 
-  /// The table and an empty line.
+  /// @return the table and an empty line.
   std::string text() const;
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-/// What procedural meshes are put together from.
+/// Parts of procedural meshes.
 
 #include <tools/scene_io/mesh/mesh_import.h>
 
@@ -17,7 +17,7 @@ inline constexpr double kTurn = 6.283185307179586476925;
 /// Adds a vertex. @return its number.
 std::uint32_t add_vertex(tools::Mesh& mesh, const Point& p);
 
-/// Two triangles per cell of a grid of columns x rows cells, whose corners are the vertices from @p first on, row by
+/// Adds two triangles per cell of a grid of columns x rows cells. The corners are the vertices from @p first, row by
 /// row.
 void add_grid_triangles(tools::Mesh& mesh, std::uint32_t first, std::uint32_t columns, std::uint32_t rows);
 
@@ -27,10 +27,10 @@ struct Ring {
   double radius;
 };
 
-/// A tube of @p sides sides along two or more rings, which are at right angles to the way; open at both ends.
+/// A tube with @p sides sides along two or more rings, which are perpendicular to its direction. Both ends are open.
 void add_tube(tools::Mesh& mesh, std::span<const Ring> rings, std::uint32_t sides);
 
-/// Two unit vectors at right angles to a direction and each other.
+/// Two unit vectors that are perpendicular to a direction and to each other.
 struct Frame {
   Point right, up;
   explicit Frame(const Point& direction);

@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes that need no file: the same on every run.
+/// Generated scenes. They are the same on every run.
 
 #include <hiprt_build/error.h>
 #include <tools/render/scene/camera.h>
@@ -15,11 +15,11 @@ inline constexpr double kGroundHalf = 50.0;
 /// Hills of about @p triangles triangles over a square grid. @pre triangles >= 2.
 tools::Mesh height_field(std::uint32_t triangles);
 
-/// Hills of about triangles / 2 with stretched and turned spheres of the other half on and above them: long and short
-/// triangles, open and cluttered places. @pre triangles >= 2.
+/// Hills of about triangles / 2 triangles, and stretched, rotated spheres of the other half on and above them. The
+/// scene has long and short triangles, and sparse and dense regions. @pre triangles >= 2.
 tools::Mesh procedural_mesh(std::uint32_t triangles);
 
-/// The same triangles in random order, each with vertices of its own: what an STL file holds.
+/// The same triangles in random order with unshared vertices, as in an STL file.
 tools::Mesh scattered(const tools::Mesh& mesh);
 
 /// A view across the hills.

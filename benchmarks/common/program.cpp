@@ -88,6 +88,10 @@ std::string compiler_name() {
 #endif
 }
 
+void add_benchmark(const std::string& name, std::function<void(benchmark::State&)> body) {
+  benchmark::RegisterBenchmark(name.c_str(), std::move(body))->Iterations(1)->Unit(benchmark::kSecond);
+}
+
 int run_program(Program program, int argc, char** argv) {
   std::string markdown_path;
   program.flags.push_back(text_flag("markdown", "FILE", "writes the summary there too", markdown_path));

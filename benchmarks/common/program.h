@@ -1,7 +1,9 @@
 #pragma once
-/// What the main functions of the benchmark programs share.
+/// The common part of the main functions of the benchmark programs.
 
 #include "flags.h"
+
+#include <benchmark/benchmark.h>
 
 #include <functional>
 #include <string>
@@ -9,23 +11,26 @@
 
 namespace hiprt::bench {
 
-/// What a program says at its end.
+/// The end of a program's output.
 struct Summary {
-  std::string markdown;             ///< For people; also written to --markdown=FILE.
-  std::vector<std::string> faults;  ///< Wrong results (not slow ones). Any of them makes the exit status 1.
+  std::string markdown;             ///< Tables; also written to --markdown=FILE.
+  std::vector<std::string> faults;  ///< Wrong results. Any of them makes the exit status 1.
 };
 
 struct Program {
   const char* name;
   const char* description;  ///< One or a few lines for --help.
   std::vector<Flag> flags;
-  /// Registers the benchmarks, after the flags were read. @return what is wrong with the flags, or nothing.
+  /// Registers the benchmarks, after the flags were parsed. @return an error message, or nothing.
   std::function<std::string()> add_benchmarks;
   /// Called after the benchmarks ran.
   std::function<Summary()> summarize;
 };
 
-/// Runs the benchmarks, with all of Google Benchmark's flags but --benchmark_format: progress goes to stderr, the
+/// Registers a benchmark that runs once and is reported in seconds.
+void add_benchmark(const std::string& name, std::function<void(benchmark::State&)> body);
+
+/// Runs the benchmarks, with all of Google Benchmark's flags except --benchmark_format. Progress goes to stderr, the
 /// summary to stdout, and JSON to --benchmark_out.
 /// @return 0; 1 when a benchmark failed, a result is wrong or a file could not be written; 2 for a wrong command line.
 int run_program(Program program, int argc, char** argv);

@@ -6,7 +6,7 @@
 
 namespace hiprt::bench {
 
-/// By std::mt19937, whose bits the standard prescribes; its distributions are not.
+/// Uses std::mt19937, whose bits the standard prescribes. Standard distributions differ between libraries.
 class Random {
  public:
   explicit Random(std::uint32_t seed = std::mt19937::default_seed) : bits_(seed) {}

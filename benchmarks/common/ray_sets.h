@@ -1,5 +1,5 @@
 #pragma once
-/// The rays of a scene by kind: what a picture with one kind of light asks.
+/// The rays of a scene by kind.
 
 #include <hiprt_build/error.h>
 #include <hiprt_device/ray.h>
@@ -19,7 +19,7 @@ struct RaySet {
   std::vector<Ray> rays;
 };
 
-/// The kinds of which there is a file folder/NAME.KIND.rays.
+/// The kinds that have a file folder/NAME.KIND.rays.
 std::vector<std::string> stored_kinds(const std::filesystem::path& folder, const std::string& scene);
 
 /// Reads folder/NAME.KIND.rays and keeps about @p wanted of its rays.
@@ -29,9 +29,8 @@ build::Result<RaySet> read_ray_set(const std::filesystem::path& folder, const st
 /// The kinds that generate_ray_sets() makes.
 std::vector<std::string> generated_kinds();
 
-/// About @p wanted primary rays of a picture of 1920 x 1080, and from where each of them hits the mesh one ao ray
-/// (any hit, at most a tenth of the scene's diagonal long) and one diffuse ray (closest hit), both with cosine-weighted
-/// directions and by spawn_origin().
+/// About @p wanted primary rays of a picture of 1920 x 1080. Each hit spawns one ao ray (any hit, at most a tenth of
+/// the scene's diagonal long) and one diffuse ray (closest hit), both cosine-weighted and by spawn_origin().
 build::Result<std::vector<RaySet>> generate_ray_sets(const tools::Mesh& mesh, const tools::Camera& camera,
                                                      std::uint32_t wanted);
 

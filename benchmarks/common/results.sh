@@ -1,12 +1,12 @@
-# For scripts that measure and store what came out, to be sourced. $script is the script's name, for messages.
+# Functions for scripts that measure and store results. Source this file. $script is the script's name, for messages.
 
 fail() {
   echo "benchmarks/$script: $1" >&2
   exit "${2:-1}"
 }
 
-# pack_program PROGRAM FOLDER: copies the program and its shared libraries, but for the C library and the drivers, which
-# are the machine's own.
+# pack_program PROGRAM FOLDER: copies the program and its shared libraries, except the C library and the drivers, which
+# belong to the machine.
 pack_program() {
   mkdir -p "$2/lib"
   cp "$1" "$2/"
@@ -16,7 +16,7 @@ pack_program() {
   echo "Packed: $2 ($(du -sm "$2" | cut -f 1) MB)" >&2
 }
 
-# use_packed_libraries PROGRAM: those that pack_program() put beside it.
+# use_packed_libraries PROGRAM: uses the libraries that pack_program() put beside the program.
 use_packed_libraries() {
   local libraries
   libraries=$(dirname "$1")/lib
@@ -38,7 +38,7 @@ as_file_name() {
   tr '[:upper:]' '[:lower:]' <<<"${1:-unknown}" | tr -cs '[:alnum:]' '-' | sed 's/^-*//; s/-*$//'
 }
 
-# store_results WORK FOLDER: FOLDER, which must not exist, gets all that is in WORK, or is not there.
+# store_results WORK FOLDER: copies WORK to FOLDER, which must not exist. After a failure there is no FOLDER.
 store_results() {
   if [[ -e $2 ]]; then fail "$2 exists already"; fi
   mkdir -p "$(dirname "$2")"

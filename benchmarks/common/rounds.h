@@ -1,6 +1,6 @@
 #pragma once
-/// Fair timing on a noisy machine: everything that is compared runs in turn, several times, and what is compared are
-/// times of the same round.
+/// Fair timing on a noisy machine: all contestants run in turn for several rounds, and only times of the same round are
+/// compared.
 
 #include <functional>
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace hiprt::bench {
 
-/// Something that is timed against others. run() does all the work once and returns the seconds that count.
+/// One of the competitors. run() does the work once and returns its seconds.
 struct Contestant {
   std::string name;
   std::function<double()> run;
@@ -25,7 +25,7 @@ double time_of(const std::function<void()>& work);
 
 /// @pre !values.empty()
 double median(std::vector<double> values);
-/// Median over the rounds of reference[r] / seconds[r]: how many times as fast as the reference.
+/// Median over the rounds of reference[r] / seconds[r]: the speed relative to the reference.
 double median_speed_ratio(const std::vector<double>& seconds, const std::vector<double>& reference);
 /// @return NaN for no values. @pre all are positive.
 double geometric_mean(const std::vector<double>& values);

@@ -17,7 +17,7 @@ std::filesystem::path mesh_file(const SceneOptions& options, const std::string& 
   return std::filesystem::path(options.folder) / (scene + ".mesh");
 }
 
-/// "Seen from here": of scenes that have no rays.
+/// The camera of scenes without ray files.
 std::filesystem::path camera_file(const SceneOptions& options, const std::string& scene) {
   return std::filesystem::path(options.folder) / (scene + ".cam");
 }
@@ -35,7 +35,7 @@ bool is_there(const SceneOptions& options, const std::string& scene) {
   return is_generated(scene) || (!options.folder.empty() && std::filesystem::exists(mesh_file(options, scene)));
 }
 
-/// From near by at the object, which fills most of the picture.
+/// A camera close to the object, which fills most of the picture.
 tools::Camera opera_camera() {
   tools::Camera camera;
   camera.eye = {1.5 * oracle::kOperaObjectHalf, oracle::kOperaObjectHalf, 2.5 * oracle::kOperaObjectHalf};
@@ -50,16 +50,17 @@ SceneOptions::SceneOptions() {
 }
 
 std::vector<Flag> SceneOptions::flags() {
-  return {text_flag("scenes", "DIR",
-                    "folder of NAME.mesh and NAME.KIND.rays, or NAME.cam for rays of our own (default: $HIPRT_SCENES)",
-                    folder),
-          list_flag("scene", "NAME,...",
-                    "which of them, 'procedural' or 'opera_house' (sponza, bistro_ext and bedroom if they are there, "
-                    "procedural)",
-                    names),
-          number_flag("triangles", "triangles of a generated scene, about", triangles, 100, 100'000'000),
-          number_flag("opera-ratio", "how much larger the opera house's hall is than the object in it", opera_ratio, 4,
-                      1'000'000)};
+  return {
+      text_flag("scenes", "DIR",
+                "folder of NAME.mesh with NAME.KIND.rays, or with NAME.cam for generated rays (default: $HIPRT_SCENES)",
+                folder),
+      list_flag("scene", "NAME,...",
+                "scenes of the folder, 'procedural' or 'opera_house' (sponza, bistro_ext and bedroom if they exist, "
+                "procedural)",
+                names),
+      number_flag("triangles", "triangles of a generated scene, about", triangles, 100, 100'000'000),
+      number_flag("opera-ratio", "size of the opera house's hall relative to the object in it", opera_ratio, 4,
+                  1'000'000)};
 }
 
 build::Result<std::vector<std::string>> find_scenes(const SceneOptions& options) {

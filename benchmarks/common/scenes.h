@@ -1,5 +1,5 @@
 #pragma once
-/// The scenes of a benchmark: files of a folder, and a generated one that needs none.
+/// The scenes of a benchmark: files of a folder, and generated scenes.
 
 #include "flags.h"
 #include "ray_sets.h"
@@ -15,7 +15,7 @@
 namespace hiprt::bench {
 
 inline constexpr std::string_view kProceduralScene = "procedural";
-/// tests/oracle/opera_house.h. Programs show it only where it is asked for.
+/// tests/oracle/opera_house.h. Most programs measure it only on request.
 inline constexpr std::string_view kOperaHouseScene = "opera_house";
 
 inline bool is_generated(std::string_view scene) { return scene == kProceduralScene || scene == kOperaHouseScene; }
@@ -23,19 +23,19 @@ inline bool is_generated(std::string_view scene) { return scene == kProceduralSc
 /// Which scenes, and how large.
 struct SceneOptions {
   std::string folder;              ///< With NAME.mesh and NAME.KIND.rays or NAME.cam; empty: no files.
-  std::vector<std::string> names;  ///< Empty: the default ones that are there, and kProceduralScene.
+  std::vector<std::string> names;  ///< Empty: the defaults that exist, and kProceduralScene.
   unsigned triangles = 200'000;    ///< Of a generated scene, about.
-  unsigned opera_ratio = 20'000;   ///< Of the edges of hall and object of kOperaHouseScene.
+  unsigned opera_ratio = 20'000;   ///< Edge of the hall relative to the object, for kOperaHouseScene.
 
-  /// Takes the folder from the environment: HIPRT_SCENES.
+  /// The folder is initialised from the environment variable HIPRT_SCENES.
   SceneOptions();
   /// --scenes, --scene, --triangles and --opera-ratio.
   std::vector<Flag> flags();
 };
 
-/// The scenes that are asked for; by default sponza, bistro_ext and bedroom if their meshes are in the folder, and
+/// The chosen scenes. By default sponza, bistro_ext and bedroom if their meshes are in the folder, and
 /// kProceduralScene.
-/// @return or the first one that is not there.
+/// @return an error with the first scene that is missing.
 build::Result<std::vector<std::string>> find_scenes(const SceneOptions& options);
 
 /// The kinds of rays that a scene has, without loading it.

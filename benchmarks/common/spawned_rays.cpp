@@ -18,7 +18,7 @@ Vec3 facing_normal(const Ray& ray, const Hit& hit) {
   return glm::dot(normal, ray.direction) > 0.0f ? -normal : normal;
 }
 
-/// The sum of a unit vector and a point of the unit sphere has a direction of cosine-weighted density.
+/// The sum of the unit normal and a random point of the unit sphere has a cosine-weighted direction.
 Vec3 cosine_direction(const Vec3& normal, std::array<float, 2> point) {
   const float z = 1.0f - 2.0f * point[0], radius = std::sqrt(std::max(0.0f, 1.0f - z * z));
   const float angle = 2.0f * std::numbers::pi_v<float> * point[1];

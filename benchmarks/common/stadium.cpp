@@ -10,7 +10,7 @@
 namespace hiprt::bench {
 namespace {
 
-/// Steps of seats around an oval field, each a tread and a riser.
+/// Rows of seats around an oval field. Each row is a tread and a riser.
 void add_terraces(tools::Mesh& mesh, std::uint32_t triangles) {
   constexpr std::uint32_t kSteps = 60;
   constexpr double kTread = 0.85, kRise = 0.5, kHalfLength = 149, kHalfWidth = 89;
@@ -58,16 +58,16 @@ void add_lathe(tools::Mesh& mesh, const std::vector<std::array<glm::dvec2, 4>>& 
 }
 
 /// A tube along a Bezier curve.
-void add_bent_tube(tools::Mesh& mesh, const std::array<Point, 4>& way, double from, double to, std::uint32_t cells) {
+void add_bent_tube(tools::Mesh& mesh, const std::array<Point, 4>& curve, double from, double to, std::uint32_t cells) {
   std::vector<Ring> rings;
   for (std::uint32_t i = 0; i <= cells; ++i) {
     const double t = static_cast<double>(i) / cells;
-    rings.push_back({bezier(way, t), from + (to - from) * t});
+    rings.push_back({bezier(curve, t), from + (to - from) * t});
   }
   add_tube(mesh, rings, cells);
 }
 
-/// Body, lid, spout and handle, after Newell's.
+/// Body, lid, spout and handle, similar to Newell's teapot.
 void add_teapot(tools::Mesh& mesh, std::uint32_t triangles) {
   // Rows times columns of the lathe are 6 * 2 cells^2, of the tubes 2 cells^2.
   const auto cells = std::max(4u, static_cast<std::uint32_t>(std::sqrt(triangles / 2.0 / 14.0)));

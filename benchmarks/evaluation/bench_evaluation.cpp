@@ -31,14 +31,14 @@ constexpr std::string_view kDescription =
 
 usage: bench_evaluation [FLAG...]
 
-Per scene, builder and form: build time, SAH cost, size, and the time of each wave of rays of a path tracer (one sample
-per pixel): primary, secondary (diffuse bounces) and shadow rays, made here from the scene's camera. Forms: flat (what
-instances have, transformed, in one tree), two_level (one tree over instances of objects) and deep (groups as the scene
-has them, if they are deeper than that). Embree traces the same rays in the same process, on a CPU.
-Times on a CPU are those of all threads, on a GPU its own: builds without copies and allocations, traces without copies;
-trees over instances are built by the CPU. Everybody builds and traces in turn, for several rounds; medians count.
-Every answer is compared. Exit status: 0; 1 when something failed or our tracers answered otherwise; 2 for a wrong
-command line.
+Measures, per scene, builder and hierarchy, the build time, SAH cost and size of the BVH, and the time of each wave of
+rays of a path tracer (one sample per pixel): primary, secondary (diffuse bounces) and shadow rays.
+Hierarchies: flat (all instances transformed, in one BVH), two_level (one BVH over instances of objects) and deep (the
+scene's groups, if they have more levels). On a CPU Embree traces the same rays in the same process.
+Times on a CPU are those of all threads. Times on a GPU are the GPU's, without copies and allocations; the CPU builds
+the BVHs over instances. All builders run in turn for several rounds; the medians count.
+The program compares all results. Exit status: 0; 1 when something failed or our tracers have other results; 2 for a
+wrong command line.
 
 )";
 
@@ -54,23 +54,23 @@ std::vector<Flag> make_flags(CommandLine& line) {
   ContestOptions& contest = line.contest;
   std::vector<Flag> flags = line.scenes.flags();
   const std::vector<Flag> more{
-      device_flag("who builds and traces (cpu)", line.device),
+      device_flag("device that builds and traces (cpu)", line.device),
       words_flag("builders", "lbvh,ploc,hploc,sah,sbvh,hq", contest.builders, tools::words(tools::kBuilders)),
       words_flag("peers", "Embree's modes, on a CPU; all", contest.peers, embree_modes(), "none"),
-      words_flag("forms", "all that a scene has", contest.forms, form_names()),
-      number_flag("width", "of the picture", contest.picture.width, 1, 16384),
-      number_flag("height", "of the picture", contest.picture.height, 1, 16384),
-      number_flag("bounces", "diffuse ones", contest.picture.bounces, 0, 16),
-      number_flag("build-rounds", "times that everybody builds", contest.build_rounds, 1, 1000),
-      number_flag("rounds", "times that everybody traces each wave", contest.rounds, 1, 1000),
-      number_flag("threads", "of the CPU; 0: all", line.threads, 0, 4096),
-      number_flag("most-triangles", "of the flat form; larger scenes have instances only", contest.most_triangles, 1,
-                  2'000'000'000),
-      number_flag("most-differing", "rays in a million of which an accurate tracer may answer otherwise",
+      words_flag("hierarchies", "all that a scene has", contest.hierarchies, hierarchy_names()),
+      number_flag("width", "width of the picture", contest.picture.width, 1, 16384),
+      number_flag("height", "height of the picture", contest.picture.height, 1, 16384),
+      number_flag("bounces", "diffuse bounces", contest.picture.bounces, 0, 16),
+      number_flag("build-rounds", "rounds of builds", contest.build_rounds, 1, 1000),
+      number_flag("rounds", "rounds of each wave", contest.rounds, 1, 1000),
+      number_flag("threads", "threads of the CPU; 0: all", line.threads, 0, 4096),
+      number_flag("most-triangles", "limit of the flat hierarchy; larger scenes are measured with instances only",
+                  contest.most_triangles, 1, 2'000'000'000),
+      number_flag("most-differing", "rays in a million for which an accurate tracer may have another result",
                   contest.most_differing, 0, 1'000'000),
-      text_flag("json", "FILE", "writes everything there", line.json),
-      text_flag("markdown", "FILE", "writes the tables there too", line.markdown),
-      text_flag("commit", "TEXT", "of the sources, for the JSON (when CMake ran)", line.commit)};
+      text_flag("json", "FILE", "writes all figures as JSON", line.json),
+      text_flag("markdown", "FILE", "writes the tables to a file too", line.markdown),
+      text_flag("commit", "TEXT", "commit of the sources, for the JSON (the commit when CMake ran)", line.commit)};
   flags.insert(flags.end(), more.begin(), more.end());
   return flags;
 }
@@ -116,7 +116,7 @@ int fail(const std::string& message, int status) {
   return status;
 }
 
-/// The GPU's name, by a tracer of one triangle; empty for a CPU.
+/// The GPU's name; empty for a CPU. Builds a tracer of one triangle to get it.
 build::Result<std::string> device_name(const CommandLine& line) {
   if (line.device == "cpu") return std::string();
   const std::array<build::Position, 3> positions{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
@@ -134,12 +134,12 @@ build::Result<void> write_text(const std::string& path, const std::string& text)
   return build::write_file(path, std::as_bytes(std::span(text)));
 }
 
-/// Everything so far is written after each scene: what is measured is not lost.
+/// Writes all results after each scene, so that an interruption loses no finished scene.
 build::Result<void> add_scene(const CommandLine& line, const SceneRecord& scene, nlohmann::json& json,
                               std::string& markdown) {
   json["scenes"].push_back(to_json(scene));
   for (const std::string& fault : scene.faults) {
-    std::cerr << "bench_evaluation: wrong answers: " << fault << "\n";
+    std::cerr << "bench_evaluation: wrong results: " << fault << "\n";
     json["faults"].push_back(fault);
   }
   const std::string text = to_markdown(scene);

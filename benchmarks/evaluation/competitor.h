@@ -1,7 +1,7 @@
 #pragma once
-/// Somebody who builds trees over a form of a scene and traces rays through them.
+/// A library with one builder: it builds the BVHs of a hierarchy and traces rays through them.
 
-#include "forms.h"
+#include "hierarchies.h"
 
 #include <hiprt_build/build.h>
 #include <hiprt_device/ray.h>
@@ -19,70 +19,71 @@
 
 namespace hiprt::bench {
 
-/// Of one build: from meshes in memory (a GPU's: on the device) to a tree that can be traced.
+/// Build time from meshes in memory (of the device) to a BVH that can be traced.
 struct BuildSeconds {
-  double objects = 0;    ///< Trees over triangles, all together.
-  double instances = 0;  ///< Trees over instances.
+  double objects = 0;    ///< All BVHs over triangles.
+  double instances = 0;  ///< All BVHs over instances.
 
   double all() const { return objects + instances; }
 };
 
-/// What is known of a tree beside its speed.
+/// Size and quality of a BVH.
 struct TreeFigures {
-  std::uint64_t bytes = 0;         ///< hiprt: of the file; Embree: what its device holds, meshes included.
-  std::optional<double> sah_cost;  ///< build::measure_tree(): flat forms only, hiprt's trees only.
+  std::uint64_t bytes = 0;  ///< hiprt: size of the file. Embree: memory of its device, with its copy of the meshes.
+  std::optional<double> sah_cost;  ///< build::measure_tree(), for flat hierarchies of hiprt.
 };
 
 class Competitor {
  public:
-  Competitor(std::string tracer, std::string builder, const Form& form)
-      : tracer_(std::move(tracer)), builder_(std::move(builder)), form_(form) {}
+  Competitor(std::string tracer, std::string builder, const Hierarchy& hierarchy)
+      : tracer_(std::move(tracer)), builder_(std::move(builder)), hierarchy_(hierarchy) {}
   Competitor(const Competitor&) = delete;
   Competitor& operator=(const Competitor&) = delete;
   virtual ~Competitor() = default;
 
   const std::string& tracer() const { return tracer_; }    ///< "hiprt" or "embree".
-  const std::string& builder() const { return builder_; }  ///< Of tools::kBuilders, or Embree's mode.
-  const Form& form() const { return form_; }
+  const std::string& builder() const { return builder_; }  ///< One of tools::kBuilders, or Embree's mode.
+  const Hierarchy& hierarchy() const { return hierarchy_; }
   /// "hiprt ploc flat"
-  std::string name() const { return tracer_ + " " + builder_ + " " + form_.name; }
+  std::string name() const { return tracer_ + " " + builder_ + " " + hierarchy_.name; }
 
-  /// Builds, again if need be; the new tree is kept.
+  /// Builds and replaces the last BVH.
   virtual build::Result<BuildSeconds> build() = 0;
-  /// Between the last build() and the first trace().
+  /// Called between the last build() and the first trace().
   virtual build::Result<void> prepare() = 0;
-  /// Answers rays[i] as hits[i]; any_hit: only whether there is a hit is asked. @return seconds, of a GPU its own.
+  /// Traces rays[i] into hits[i]. @param any_hit only whether there is a hit counts. @return seconds; a GPU measures
+  /// its own.
   virtual build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) = 0;
   virtual TreeFigures figures() const = 0;
-  /// The tree in the host's memory, which has to answer to the last bit as all others of the form; nullptr: somebody
-  /// else's.
+  /// The BVH in the host's memory. All BVHs of a hierarchy must give identical hits. nullptr for Embree.
   virtual const SceneView* view() const = 0;
 
  private:
   std::string tracer_, builder_;
-  const Form& form_;
+  const Hierarchy& hierarchy_;
 };
 
-/// Who builds and who traces.
+/// The device that builds and traces.
 struct Machine {
   bool gpu = false;
-  const tools::ThreadLimit& limit;  ///< Of the CPU.
+  const tools::ThreadLimit& limit;  ///< Threads of the CPU.
 };
 
-/// Our builder @p name (of tools::kBuilders) on the CPU or the GPU, and the accurate tracer there. On a GPU trees over
-/// instances are built by its CPU.
-std::unique_ptr<Competitor> make_hiprt(const std::string& name, const Form& form, const Machine& machine);
+/// Our builder @p name (of tools::kBuilders) and the accurate tracer on the CPU or the GPU. The CPU builds BVHs over
+/// instances for the GPU.
+std::unique_ptr<Competitor> make_hiprt(const std::string& name, const Hierarchy& hierarchy, const Machine& machine);
 
 /// "default" (no flag, medium quality), "high" (high quality) and "robust" (RTC_SCENE_FLAG_ROBUST, medium quality).
 std::vector<std::string> embree_modes();
 
-/// Embree on the CPU, asked ray by ray (rtcIntersect1, rtcOccluded1).
+/// Embree on the CPU, ray by ray (rtcIntersect1, rtcOccluded1).
 /// @param mode of embree_modes().
-std::unique_ptr<Competitor> make_embree(const std::string& mode, const Form& form, const tools::ThreadLimit& limit);
+std::unique_ptr<Competitor> make_embree(const std::string& mode, const Hierarchy& hierarchy,
+                                        const tools::ThreadLimit& limit);
 
-/// Calls build(number, threads) for every object: large ones one after the other by all threads, then small ones many
-/// at a time by one each. @return the first error by number.
-build::Result<void> for_each_object(const Form& form, const tools::ThreadLimit& limit,
+/// Calls build(number, threads) for every object. Large objects are built one after the other by all threads, then
+/// small objects at the same time by one thread each. @return the error of the object with the lowest number.
+build::Result<void> for_each_object(const Hierarchy& hierarchy, const tools::ThreadLimit& limit,
                                     const std::function<build::Result<void>(std::size_t, unsigned)>& build);
 
 }  // namespace hiprt::bench

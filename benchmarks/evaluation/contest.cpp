@@ -13,10 +13,10 @@
 namespace hiprt::bench {
 namespace {
 
-/// A GPU loads code and raises its clocks.
+/// Launches before the timed ones: a GPU loads code and raises its clocks.
 constexpr unsigned kGpuWarmUp = 2;
 
-/// A competitor, and what is known of it.
+/// A competitor and its measurements.
 struct Seat {
   std::unique_ptr<Competitor> competitor;
   Entry entry;
@@ -59,44 +59,44 @@ class Contest {
  private:
   std::string why_nothing() const {
     std::string text = scene_.name + ": nothing could be measured";
-    if (!record_.missing.empty()) text += ": " + record_.missing.front().form + ": " + record_.missing.front().why;
+    if (!record_.missing.empty()) text += ": " + record_.missing.front().hierarchy + ": " + record_.missing.front().why;
     return text;
   }
 
   build::Result<void> make_forms() {
-    for (const std::string& name : options_.forms) {
+    for (const std::string& name : options_.hierarchies) {
       if (name == "deep" && levels_of(scene_.description) < 2) continue;
-      auto form = make_form(scene_, name, options_.most_triangles);
-      if (!form && !is_missing(form.error())) return tl::unexpected(std::move(form.error()));
-      if (!form) {
-        record_.missing.push_back({"", "", name, form.error().message});
+      auto hierarchy = make_hierarchy(scene_, name, options_.most_triangles);
+      if (!hierarchy && !is_missing(hierarchy.error())) return tl::unexpected(std::move(hierarchy.error()));
+      if (!hierarchy) {
+        record_.missing.push_back({"", "", name, hierarchy.error().message});
         continue;
       }
-      forms_.push_back(std::make_unique<Form>(std::move(*form)));
-      const Form& made = *forms_.back();
-      record_.forms.push_back({made.name, made.levels, made.triangles, made.instances});
+      hierarchies_.push_back(std::make_unique<Hierarchy>(std::move(*hierarchy)));
+      const Hierarchy& made = *hierarchies_.back();
+      record_.hierarchies.push_back({made.name, made.levels, made.triangles, made.instances});
     }
     return {};
   }
 
   void seat_all() {
-    for (const auto& form : forms_) {
-      for (const std::string& builder : options_.builders) seat(make_hiprt(builder, *form, machine_));
+    for (const auto& hierarchy : hierarchies_) {
+      for (const std::string& builder : options_.builders) seat(make_hiprt(builder, *hierarchy, machine_));
       for (const std::string& mode : options_.peers) {
         if (machine_.gpu)
-          record_.missing.push_back({"embree", mode, form->name, "Embree traces on CPUs only"});
+          record_.missing.push_back({"embree", mode, hierarchy->name, "Embree traces on CPUs only"});
         else
-          seat(make_embree(mode, *form, machine_.limit));
+          seat(make_embree(mode, *hierarchy, machine_.limit));
       }
     }
   }
 
   void seat(std::unique_ptr<Competitor> competitor) {
-    Entry entry{competitor->tracer(), competitor->builder(), competitor->form().name, {}, {}, {}};
+    Entry entry{competitor->tracer(), competitor->builder(), competitor->hierarchy().name, {}, {}, {}};
     seats_.push_back({std::move(competitor), std::move(entry)});
   }
 
-  /// Who cannot do it leaves. @return other errors.
+  /// Removes competitors that do not support the hierarchy. @return other errors.
   build::Result<void> for_all(const std::function<build::Result<void>(Seat&)>& work) {
     for (std::size_t i = 0; i < seats_.size();) {
       const auto done = work(seats_[i]);
@@ -108,13 +108,13 @@ class Contest {
       if (!is_missing(done.error()))
         return tl::unexpected(build::Error{
             done.error().code, scene_.name + ": " + seats_[i].competitor->name() + ": " + done.error().message});
-      record_.missing.push_back({entry.tracer, entry.builder, entry.form, done.error().message});
+      record_.missing.push_back({entry.tracer, entry.builder, entry.hierarchy, done.error().message});
       seats_.erase(seats_.begin() + static_cast<std::ptrdiff_t>(i));
     }
     return {};
   }
 
-  /// Everybody in turn; each round starts with another one.
+  /// All competitors in turn; each round starts with another one.
   build::Result<void> round_of(unsigned round, const std::function<build::Result<void>(Seat&)>& work) {
     if (!seats_.empty())
       std::rotate(seats_.begin(), seats_.begin() + static_cast<std::ptrdiff_t>(round % seats_.size()), seats_.end());
@@ -123,13 +123,13 @@ class Contest {
     return done;
   }
 
-  /// Forms as they are asked for, ours before others', builders as they are asked for.
+  /// Order of the results: hierarchies and builders as on the command line, ours before Embree's.
   std::array<std::ptrdiff_t, 3> place(const Seat& seat) const {
     const auto index = [](const std::vector<std::string>& words, const std::string& word) {
       return std::find(words.begin(), words.end(), word) - words.begin();
     };
     const bool ours = seat.entry.tracer == "hiprt";
-    return {index(options_.forms, seat.entry.form), ours ? 0 : 1,
+    return {index(options_.hierarchies, seat.entry.hierarchy), ours ? 0 : 1,
             index(ours ? options_.builders : options_.peers, seat.entry.builder)};
   }
 
@@ -166,22 +166,22 @@ class Contest {
     return {};
   }
 
-  /// Everybody's answers, once; also warms up.
+  /// Compares the hits of all competitors. The traces also warm up.
   build::Result<void> compare(const Wave& wave, std::vector<Hit>& hits) {
-    std::map<std::string, std::vector<Hit>> exact;  // By form: the CPU's, through its first tree.
-    std::string first_form;
+    std::map<std::string, std::vector<Hit>> exact;  // By hierarchy: the CPU's hits with its first BVH.
+    std::string first_hierarchy;
     float reach = 0;
     for (const Seat& seat : seats_) {
       const SceneView* view = seat.competitor->view();
-      if (view == nullptr || exact.contains(seat.entry.form)) continue;
+      if (view == nullptr || exact.contains(seat.entry.hierarchy)) continue;
       trace_on_host(*view, wave.any_hit, wave.rays, hits, machine_.limit);
-      exact[seat.entry.form] = hits;
-      if (!first_form.empty()) continue;
-      first_form = seat.entry.form;
+      exact[seat.entry.hierarchy] = hits;
+      if (!first_hierarchy.empty()) continue;
+      first_hierarchy = seat.entry.hierarchy;
       for (int axis = 0; axis < 3; ++axis)
         reach = std::max({reach, std::abs(view->bounds.min[axis]), std::abs(view->bounds.max[axis])});
     }
-    const std::vector<Hit>& reference = exact[first_form];
+    const std::vector<Hit>& reference = exact[first_hierarchy];
     const auto found = std::count_if(reference.begin(), reference.end(), [](const Hit& hit) { return hit.found(); });
     record_.waves.push_back({wave.name, wave.kind, wave.any_hit, wave.rays.size(), static_cast<std::uint64_t>(found)});
     return for_all([&](Seat& seat) -> build::Result<void> {
@@ -190,7 +190,7 @@ class Contest {
       TracedWave traced{.name = wave.name, .seconds = {}};
       traced.differing = count_disagreements(hits, reference, wave.any_hit, reach);
       if (seat.competitor->view() != nullptr)
-        traced.inexact = count_inexact(hits, exact[seat.entry.form], wave.any_hit);
+        traced.inexact = count_inexact(hits, exact[seat.entry.hierarchy], wave.any_hit);
       judge(seat, traced, wave);
       seat.entry.waves.push_back(std::move(traced));
       return {};
@@ -201,13 +201,14 @@ class Contest {
     const std::string rays = " of " + std::to_string(wave.rays.size()) + " rays of " + scene_.name + ", " + wave.name;
     const std::string name = seat.competitor->name();
     if (traced.inexact != 0)
-      record_.faults.push_back(name + " differs from the form's first tree on " + std::to_string(traced.inexact) +
+      record_.faults.push_back(name + " differs from the hierarchy's first BVH on " + std::to_string(traced.inexact) +
                                rays);
-    const bool judged = seat.entry.tracer == "hiprt" || (seat.entry.builder == "robust" && seat.entry.form == "flat");
+    const bool judged =
+        seat.entry.tracer == "hiprt" || (seat.entry.builder == "robust" && seat.entry.hierarchy == "flat");
     const auto allowed =
         static_cast<std::uint64_t>(std::ceil(1e-6 * options_.most_differing * static_cast<double>(wave.rays.size())));
     if (judged && traced.differing > allowed)
-      record_.faults.push_back(name + " differs from the first form's first tree on " +
+      record_.faults.push_back(name + " differs from the first hierarchy's first BVH on " +
                                std::to_string(traced.differing) + rays + " (limit: " + std::to_string(allowed) + ")");
   }
 
@@ -215,7 +216,7 @@ class Contest {
   const ContestOptions& options_;
   const Machine& machine_;
   const std::function<void(const char*, double)>& progress_;
-  std::vector<std::unique_ptr<Form>> forms_;
+  std::vector<std::unique_ptr<Hierarchy>> hierarchies_;
   std::vector<Seat> seats_;
   SceneRecord record_;
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// One scene: everybody builds in turn, then traces the same rays in turn.
+/// Measures one scene: all competitors build in turn, then trace the same rays in turn.
 
 #include "record.h"
 
@@ -12,20 +12,21 @@
 namespace hiprt::bench {
 
 struct ContestOptions {
-  std::vector<std::string> builders{"lbvh", "ploc", "hploc", "sah", "sbvh", "hq"};  ///< Of tools::kBuilders.
-  std::vector<std::string> peers = embree_modes();  ///< Of embree_modes(); on a CPU only.
-  std::vector<std::string> forms = form_names();    ///< deep: of scenes that have more than one level.
+  std::vector<std::string> builders{"lbvh", "ploc", "hploc", "sah", "sbvh", "hq"};  ///< Names of tools::kBuilders.
+  std::vector<std::string> peers = embree_modes();           ///< Names of embree_modes(), on a CPU.
+  std::vector<std::string> hierarchies = hierarchy_names();  ///< deep applies to scenes with several levels.
   Picture picture;
   unsigned build_rounds = 3, rounds = 5;
   unsigned most_triangles =
-      16'000'000;  ///< Of the flat form: each takes some 700 bytes of memory in all trees together.
-  /// Rays in a million that may differ: of our tracer in any form, and of Embree's robust mode in the flat one.
+      16'000'000;  ///< Limit of the flat hierarchy. All its BVHs together take about 700 bytes per triangle.
+  /// Rays in a million that may differ, for our tracers in all hierarchies and for Embree's robust mode in the flat
+  /// one.
   unsigned most_differing = 300;
 };
 
-/// @param progress is told of a step (a string literal) and its finished fraction.
-/// @return what was measured, what could not be (a device or Embree cannot do it, or there is too little memory), and
-/// wrong answers; other errors.
+/// @param progress receives the step (a string literal) and its finished fraction.
+/// @return the measurements, the unsupported combinations with reasons (device, Embree or memory), and wrong results;
+/// or any other error.
 build::Result<SceneRecord> run_contest(const SourceScene& scene, const ContestOptions& options, const Machine& machine,
                                        const std::function<void(const char* step, double fraction)>& progress);
 

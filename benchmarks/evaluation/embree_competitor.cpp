@@ -34,19 +34,20 @@ using Geometry = std::unique_ptr<RTCGeometryTy, Release>;
 
 class EmbreeCompetitor : public Competitor {
  public:
-  EmbreeCompetitor(const Mode& mode, const Form& form, const tools::ThreadLimit& limit)
-      : Competitor("embree", mode.name, form), mode_(mode), limit_(limit) {}
+  EmbreeCompetitor(const Mode& mode, const Hierarchy& hierarchy, const tools::ThreadLimit& limit)
+      : Competitor("embree", mode.name, hierarchy), mode_(mode), limit_(limit) {}
 
   build::Result<BuildSeconds> build() override {
-    if (form().levels > RTC_MAX_INSTANCE_LEVEL_COUNT)
-      return tl::unexpected(build::Error{build::ErrorCode::kTooLarge,
-                                         std::to_string(form().levels) + " levels of instances, this Embree has " +
-                                             std::to_string(RTC_MAX_INSTANCE_LEVEL_COUNT)});
+    if (hierarchy().levels > RTC_MAX_INSTANCE_LEVEL_COUNT)
+      return tl::unexpected(
+          build::Error{build::ErrorCode::kTooLarge, std::to_string(hierarchy().levels) +
+                                                        " levels of instances, but this Embree supports " +
+                                                        std::to_string(RTC_MAX_INSTANCE_LEVEL_COUNT)});
     top_.reset();
     objects_.clear();
     if (auto made = make_device(); !made) return tl::unexpected(std::move(made.error()));
     BuildSeconds seconds;
-    form().levels == 0 ? build_flat(seconds) : build_instanced(seconds);
+    hierarchy().levels == 0 ? build_flat(seconds) : build_instanced(seconds);
     if (auto good = check("build"); !good) return tl::unexpected(std::move(good.error()));
     return seconds;
   }
@@ -54,8 +55,8 @@ class EmbreeCompetitor : public Competitor {
   build::Result<void> prepare() override { return {}; }
 
   build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) override {
-    const double seconds = trace_batches(rays, hits, limit_, [&](std::span<const Ray> part, std::span<Hit> answers) {
-      embree_trace(top_.get(), any_hit, part, answers);
+    const double seconds = trace_batches(rays, hits, limit_, [&](std::span<const Ray> part, std::span<Hit> part_hits) {
+      embree_trace(top_.get(), any_hit, part, part_hits);
     });
     if (auto good = check("trace"); !good) return tl::unexpected(std::move(good.error()));
     return seconds;
@@ -102,7 +103,7 @@ class EmbreeCompetitor : public Competitor {
                                               sizeof(build::Position), mesh.positions.size());
     void* triangles = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               sizeof(build::Triangle), mesh.triangles.size());
-    if (positions == nullptr || triangles == nullptr) return;  // check() says why.
+    if (positions == nullptr || triangles == nullptr) return;  // check() reports the error.
     std::memcpy(positions, mesh.positions.data(), mesh.positions.size_bytes());
     std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size_bytes());
     rtcSetGeometryBuildQuality(geometry.get(), mode_.quality);
@@ -120,23 +121,23 @@ class EmbreeCompetitor : public Competitor {
 
   void build_flat(BuildSeconds& seconds) {
     top_ = new_scene();
-    for (const build::TriangleMesh& mesh : tools::views(form().geometries)) add(top_.get(), mesh);
+    for (const build::TriangleMesh& mesh : tools::views(hierarchy().geometries)) add(top_.get(), mesh);
     seconds.objects = time_of([&] { rtcCommitScene(top_.get()); });
   }
 
   void build_instanced(BuildSeconds& seconds) {
-    for (std::size_t i = 0; i < form().source->objects.size(); ++i) {
+    for (std::size_t i = 0; i < hierarchy().source->objects.size(); ++i) {
       objects_.push_back(new_scene());
-      for (const build::TriangleMesh& mesh : form().object(i)) add(objects_.back().get(), mesh);
+      for (const build::TriangleMesh& mesh : hierarchy().object(i)) add(objects_.back().get(), mesh);
     }
     seconds.objects = time_of([&] {
-      static_cast<void>(for_each_object(form(), limit_, [&](std::size_t i, unsigned) -> build::Result<void> {
+      static_cast<void>(for_each_object(hierarchy(), limit_, [&](std::size_t i, unsigned) -> build::Result<void> {
         rtcCommitScene(objects_[i].get());
         return {};
       }));
     });
     top_ = new_scene();
-    for (const build::Instance& instance : form().groups.back().instances) add(top_.get(), instance);
+    for (const build::Instance& instance : hierarchy().groups.back().instances) add(top_.get(), instance);
     seconds.instances = time_of([&] { rtcCommitScene(top_.get()); });
   }
 
@@ -157,11 +158,12 @@ std::vector<std::string> embree_modes() {
   return names;
 }
 
-std::unique_ptr<Competitor> make_embree(const std::string& mode, const Form& form, const tools::ThreadLimit& limit) {
+std::unique_ptr<Competitor> make_embree(const std::string& mode, const Hierarchy& hierarchy,
+                                        const tools::ThreadLimit& limit) {
   const Mode* chosen = &kModes[0];
   for (const Mode& known : kModes)
     if (known.name == mode) chosen = &known;
-  return std::make_unique<EmbreeCompetitor>(*chosen, form, limit);
+  return std::make_unique<EmbreeCompetitor>(*chosen, hierarchy, limit);
 }
 
 }  // namespace hiprt::bench

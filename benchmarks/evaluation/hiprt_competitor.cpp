@@ -16,16 +16,16 @@
 namespace hiprt::bench {
 namespace {
 
-/// Our trees, in the host's memory once they are built.
+/// Our BVHs. Builds leave them in the host's memory.
 class HiprtCompetitor : public Competitor {
  public:
-  HiprtCompetitor(const std::string& name, const Form& form, const tools::ThreadLimit& limit)
-      : Competitor("hiprt", name, form), limit_(limit), kind_(tools::value_of(tools::kBuilders, name)) {}
+  HiprtCompetitor(const std::string& name, const Hierarchy& hierarchy, const tools::ThreadLimit& limit)
+      : Competitor("hiprt", name, hierarchy), limit_(limit), kind_(tools::value_of(tools::kBuilders, name)) {}
 
   build::Result<BuildSeconds> build() override {
     if (auto can = check_form(); !can) return tl::unexpected(std::move(can.error()));
     BuildSeconds seconds;
-    auto bvh = form().levels == 0 ? build_flat(seconds) : build_instanced(seconds);
+    auto bvh = hierarchy().levels == 0 ? build_flat(seconds) : build_instanced(seconds);
     if (!bvh) return tl::unexpected(std::move(bvh.error()));
     file_ = std::move(bvh->buffer);
     buffer_view_ = *open_buffer(std::as_const(file_).bytes());
@@ -35,19 +35,19 @@ class HiprtCompetitor : public Competitor {
 
   TreeFigures figures() const override {
     TreeFigures figures{file_.size(), {}};
-    if (form().levels == 0) figures.sah_cost = build::measure_tree(buffer_view_).sah_cost;
+    if (hierarchy().levels == 0) figures.sah_cost = build::measure_tree(buffer_view_).sah_cost;
     return figures;
   }
 
   const SceneView* view() const override { return &view_; }
 
  protected:
-  /// Can such a form be traced? Asked before anything is built.
+  /// Checks before the build that the device can trace the hierarchy.
   virtual build::Result<void> check_form() const { return {}; }
-  /// One tree over meshes. @param seconds that it took are added; by several threads at a time.
+  /// Builds one BVH over meshes. @param seconds the build time is added; several threads call this.
   virtual build::Result<build::Bvh> build_meshes(std::span<const build::TriangleMesh> meshes, unsigned threads,
                                                  double& seconds) const = 0;
-  /// Trees of all objects. @param seconds that they take together.
+  /// Builds the BVHs of all objects. @param seconds their total time.
   virtual build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const = 0;
 
   build::Builder kind() const { return kind_; }
@@ -56,17 +56,17 @@ class HiprtCompetitor : public Competitor {
 
  private:
   build::Result<build::Bvh> build_flat(BuildSeconds& seconds) const {
-    return build_meshes(tools::views(form().geometries), limit_.threads(), seconds.objects);
+    return build_meshes(tools::views(hierarchy().geometries), limit_.threads(), seconds.objects);
   }
 
   build::Result<build::Bvh> build_instanced(BuildSeconds& seconds) const {
-    std::vector<build::Buffer> files(form().source->objects.size());
+    std::vector<build::Buffer> files(hierarchy().source->objects.size());
     if (auto built = build_objects(files, seconds.objects); !built) return tl::unexpected(std::move(built.error()));
     std::vector<std::span<const std::byte>> objects;
     objects.reserve(files.size());
     std::vector<std::span<const build::Instance>> groups;
     for (const build::Buffer& file : files) objects.push_back(file.bytes());
-    for (const tools::SceneGroup& group : form().groups) groups.emplace_back(group.instances);
+    for (const tools::SceneGroup& group : hierarchy().groups) groups.emplace_back(group.instances);
     build::InstanceOptions options;
     options.tree.threads = limit_.threads();
     std::optional<build::Result<build::Bvh>> bvh;
@@ -103,9 +103,9 @@ class CpuCompetitor : public HiprtCompetitor {
   build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const override {
     build::Result<void> done;
     seconds = time_of([&] {
-      done = for_each_object(form(), limit(), [&](std::size_t i, unsigned threads) -> build::Result<void> {
+      done = for_each_object(hierarchy(), limit(), [&](std::size_t i, unsigned threads) -> build::Result<void> {
         double ignored = 0;
-        auto bvh = build_meshes(form().object(i), threads, ignored);
+        auto bvh = build_meshes(hierarchy().object(i), threads, ignored);
         if (!bvh) return tl::unexpected(std::move(bvh.error()));
         files[i] = std::move(bvh->buffer);
         return {};
@@ -132,10 +132,10 @@ class GpuCompetitor : public HiprtCompetitor {
 
  protected:
   build::Result<void> check_form() const override {
-    if (form().levels <= tools::kTraceLevels) return {};
+    if (hierarchy().levels <= tools::kTraceLevels) return {};
     return tl::unexpected(
-        build::Error{build::ErrorCode::kNoDevice, std::to_string(form().levels) +
-                                                      " levels of instances, the GPU's kernels are for " +
+        build::Error{build::ErrorCode::kNoDevice, std::to_string(hierarchy().levels) +
+                                                      " levels of instances, but the kernels for GPUs support " +
                                                       std::to_string(tools::kTraceLevels) + " at most"});
   }
 
@@ -149,10 +149,10 @@ class GpuCompetitor : public HiprtCompetitor {
   build::Result<void> build_objects(std::vector<build::Buffer>& files, double& seconds) const override {
     for (std::size_t i = 0; i < files.size(); ++i) {
       double one = 0;
-      auto bvh = build_meshes(form().object(i), 0, one);
+      auto bvh = build_meshes(hierarchy().object(i), 0, one);
       if (!bvh)
         return tl::unexpected(
-            build::Error{bvh.error().code, form().source->objects[i].name + ": " + bvh.error().message});
+            build::Error{bvh.error().code, hierarchy().source->objects[i].name + ": " + bvh.error().message});
       seconds += one;
       files[i] = std::move(bvh->buffer);
     }
@@ -165,9 +165,9 @@ class GpuCompetitor : public HiprtCompetitor {
 
 }  // namespace
 
-std::unique_ptr<Competitor> make_hiprt(const std::string& name, const Form& form, const Machine& machine) {
-  if (machine.gpu) return std::make_unique<GpuCompetitor>(name, form, machine.limit);
-  return std::make_unique<CpuCompetitor>(name, form, machine.limit);
+std::unique_ptr<Competitor> make_hiprt(const std::string& name, const Hierarchy& hierarchy, const Machine& machine) {
+  if (machine.gpu) return std::make_unique<GpuCompetitor>(name, hierarchy, machine.limit);
+  return std::make_unique<CpuCompetitor>(name, hierarchy, machine.limit);
 }
 
 }  // namespace hiprt::bench

@@ -16,8 +16,8 @@ double trace_batches(std::span<const Ray> rays, std::span<Hit> hits, const tools
 double trace_on_host(const SceneView& scene, bool any_hit, std::span<const Ray> rays, std::span<Hit> hits,
                      const tools::ThreadLimit& limit) {
   const tools::Query query = any_hit ? tools::Query::kAny : tools::Query::kClosest;
-  return trace_batches(rays, hits, limit, [&](std::span<const Ray> part, std::span<Hit> answers) {
-    tools::trace(scene, query, {}, part, answers);
+  return trace_batches(rays, hits, limit, [&](std::span<const Ray> part, std::span<Hit> part_hits) {
+    tools::trace(scene, query, {}, part, part_hits);
   });
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays on all threads of the CPU.
+/// Traces rays on all threads of the CPU.
 
 #include <hiprt_device/scene_view.h>
 #include <tools/render/tracers/tracer.h>
@@ -10,14 +10,14 @@
 
 namespace hiprt::bench {
 
-/// Rays that one task traces: long enough to hide the scheduling, short enough to balance.
+/// Rays per task: enough to hide the scheduling, few enough to balance the threads.
 inline constexpr std::size_t kRayBatch = 4096;
 
 /// Calls @p trace(rays, hits) for all rays, a batch at a time. @return seconds.
 double trace_batches(std::span<const Ray> rays, std::span<Hit> hits, const tools::ThreadLimit& limit,
                      const std::function<void(std::span<const Ray>, std::span<Hit>)>& trace);
 
-/// By tools::trace() with the default policies. @return seconds.
+/// Traces by tools::trace() with the default policies. @return seconds.
 double trace_on_host(const SceneView& scene, bool any_hit, std::span<const Ray> rays, std::span<Hit> hits,
                      const tools::ThreadLimit& limit);
 

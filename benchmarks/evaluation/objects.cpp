@@ -6,14 +6,14 @@
 namespace hiprt::bench {
 namespace {
 
-/// As tools/build/build_scene.cpp: more threads would wait for each other.
+/// As in tools/build/build_scene.cpp: with more threads they wait for each other.
 constexpr std::uint64_t kSmallObject = 1u << 17;
 
 }  // namespace
 
-build::Result<void> for_each_object(const Form& form, const tools::ThreadLimit& limit,
+build::Result<void> for_each_object(const Hierarchy& hierarchy, const tools::ThreadLimit& limit,
                                     const std::function<build::Result<void>(std::size_t, unsigned)>& build) {
-  const std::size_t count = form.source->objects.size();
+  const std::size_t count = hierarchy.source->objects.size();
   std::mutex reporting;
   std::atomic<bool> failed = false;
   std::size_t failed_object = count;
@@ -26,13 +26,13 @@ build::Result<void> for_each_object(const Form& form, const tools::ThreadLimit& 
     if (i > failed_object) return;
     failed = true;
     failed_object = i;
-    error = {built.error().code, form.source->objects[i].name + ": " + built.error().message};
+    error = {built.error().code, hierarchy.source->objects[i].name + ": " + built.error().message};
   };
   std::vector<std::size_t> small;
   for (std::size_t i = 0; i < count; ++i) {
     std::uint64_t triangles = 0;
-    for (const std::size_t mesh : form.source->objects[i].meshes)
-      triangles += form.source->meshes[mesh].triangles.size();
+    for (const std::size_t mesh : hierarchy.source->objects[i].meshes)
+      triangles += hierarchy.source->meshes[mesh].triangles.size();
     if (triangles < kSmallObject && limit.threads() > 1)
       small.push_back(i);
     else

@@ -1,7 +1,7 @@
 #include "record.h"
 
-#include <benchmarks/common/markdown.h>
 #include <benchmarks/common/rounds.h>
+#include <benchmarks/common/summary.h>
 
 #include <algorithm>
 #include <array>
@@ -34,7 +34,7 @@ nlohmann::json build_json(const Entry& entry) {
 }
 
 nlohmann::json entry_json(const Entry& entry) {
-  nlohmann::json json{{"tracer", entry.tracer},          {"builder", entry.builder},     {"form", entry.form},
+  nlohmann::json json{{"tracer", entry.tracer},          {"builder", entry.builder},     {"form", entry.hierarchy},
                       {"build", build_json(entry)},      {"bytes", entry.figures.bytes}, {"sah_cost", nullptr},
                       {"waves", nlohmann::json::array()}};
   if (entry.figures.sah_cost) json["sah_cost"] = *entry.figures.sah_cost;
@@ -53,9 +53,11 @@ nlohmann::json to_json(const SceneRecord& scene) {
   const auto list = nlohmann::json::array();
   nlohmann::json json{{"name", scene.name}, {"source", scene.source}, {"light", scene.light}, {"forms", list},
                       {"waves", list},      {"entries", list},        {"missing", list}};
-  for (const FormRecord& form : scene.forms)
-    json["forms"].push_back(
-        {{"name", form.name}, {"levels", form.levels}, {"triangles", form.triangles}, {"instances", form.instances}});
+  for (const HierarchyRecord& hierarchy : scene.hierarchies)
+    json["forms"].push_back({{"name", hierarchy.name},
+                             {"levels", hierarchy.levels},
+                             {"triangles", hierarchy.triangles},
+                             {"instances", hierarchy.instances}});
   for (const WaveRecord& wave : scene.waves)
     json["waves"].push_back({{"name", wave.name},
                              {"kind", wave.kind},
@@ -65,7 +67,7 @@ nlohmann::json to_json(const SceneRecord& scene) {
   for (const Entry& entry : scene.entries) json["entries"].push_back(entry_json(entry));
   for (const Missing& missing : scene.missing)
     json["missing"].push_back(
-        {{"tracer", missing.tracer}, {"builder", missing.builder}, {"form", missing.form}, {"why", missing.why}});
+        {{"tracer", missing.tracer}, {"builder", missing.builder}, {"form", missing.hierarchy}, {"why", missing.why}});
   return json;
 }
 
@@ -91,26 +93,29 @@ double build_seconds(const Entry& entry) {
 }
 
 std::string to_markdown(const SceneRecord& scene) {
-  MarkdownTable table({"tracer", "builder", "form", "build ms", "SAH cost", "MB", "primary Mrays/s", "secondary",
-                       "shadow", "sample ms", "differing rays"});
-  for (const Entry& entry : scene.entries) {
-    std::uint64_t differing = 0;
-    for (const TracedWave& wave : entry.waves) differing += wave.differing;
-    std::vector<std::string> row{entry.tracer,
-                                 entry.builder,
-                                 entry.form,
-                                 format_number(1e3 * build_seconds(entry), 2),
-                                 entry.figures.sah_cost ? format_number(*entry.figures.sah_cost, 1) : "",
-                                 format_number(1e-6 * static_cast<double>(entry.figures.bytes), 1)};
-    for (const char* kind : kKinds) row.push_back(format_number(mrays_per_second(scene, entry, kind), 2));
-    row.push_back(format_number(1e3 * sample_seconds(scene, entry), 2));
-    row.push_back(std::to_string(differing));
-    table.add(std::move(row));
-  }
-  std::string text = "## " + scene.name + "\n\n" + table.text();
+  std::vector<Column<Entry>> columns{
+      {"tracer", [](const auto& entry) { return entry.tracer; }},
+      {"builder", [](const auto& entry) { return entry.builder; }},
+      {"hierarchy", [](const auto& entry) { return entry.hierarchy; }},
+      {"build ms", [](const auto& entry) { return format_number(1e3 * build_seconds(entry), 2); }},
+      {"SAH cost",
+       [](const auto& entry) { return entry.figures.sah_cost ? format_number(*entry.figures.sah_cost, 1) : ""; }},
+      {"MB", [](const auto& entry) { return format_number(1e-6 * static_cast<double>(entry.figures.bytes), 1); }}};
+  for (const std::string kind : kKinds)
+    columns.push_back({kind == kKinds[0] ? kind + " Mrays/s" : kind, [&scene, kind](const auto& entry) {
+                         return format_number(mrays_per_second(scene, entry, kind), 2);
+                       }});
+  columns.push_back(
+      {"sample ms", [&](const auto& entry) { return format_number(1e3 * sample_seconds(scene, entry), 2); }});
+  columns.push_back({"differing rays", [](const auto& entry) {
+                       std::uint64_t differing = 0;
+                       for (const TracedWave& wave : entry.waves) differing += wave.differing;
+                       return std::to_string(differing);
+                     }});
+  std::string text = "## " + scene.name + "\n\n" + table(scene.entries, columns);
   for (const Missing& missing : scene.missing)
     text += "Not measured: " + missing.tracer + (missing.tracer.empty() ? "" : " ") + missing.builder +
-            (missing.builder.empty() ? "" : " ") + missing.form + ": " + missing.why + "\n\n";
+            (missing.builder.empty() ? "" : " ") + missing.hierarchy + ": " + missing.why + "\n\n";
   return text;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What was measured, as one JSON schema for every device.
+/// The measurements. The JSON schema is the same for all devices.
 
 #include "competitor.h"
 #include "waves.h"
@@ -13,26 +13,26 @@ namespace hiprt::bench {
 
 inline constexpr const char* kEvaluationFormat = "hiprt bench_evaluation 1";
 
-/// A competitor's rays of one wave.
+/// Times and differences of a competitor for one wave.
 struct TracedWave {
   std::string name;             ///< Wave::name.
   std::vector<double> seconds;  ///< By round.
-  /// Rays whose answer is not that of the first form's first tree: hit or miss, or (closest hit) the distance.
+  /// Rays that differ from the first hierarchy's first BVH in hit or miss or, for closest hits, in distance.
   std::uint64_t differing = 0;
-  /// Ours only: rays whose answer is not, to the last bit, that of the CPU through the form's first tree.
+  /// Ours only: rays that differ in any bit from the CPU's hits with the hierarchy's first BVH.
   std::uint64_t inexact = 0;
 };
 
 struct Entry {
-  std::string tracer, builder, form;
+  std::string tracer, builder, hierarchy;
   std::vector<BuildSeconds> builds;  ///< By round.
   TreeFigures figures;
   std::vector<TracedWave> waves;
 };
 
-/// What was not measured.
+/// A combination that was not measured.
 struct Missing {
-  std::string tracer, builder, form;  ///< tracer, builder empty: nobody's.
+  std::string tracer, builder, hierarchy;  ///< tracer and builder are empty if it applies to all.
   std::string why;
 };
 
@@ -42,7 +42,7 @@ struct WaveRecord {
   std::uint64_t rays = 0, hits = 0;
 };
 
-struct FormRecord {
+struct HierarchyRecord {
   std::string name;
   unsigned levels = 0;
   std::uint64_t triangles = 0, instances = 0;
@@ -50,23 +50,23 @@ struct FormRecord {
 
 struct SceneRecord {
   std::string name, source, light;  ///< light: "point" or "sky".
-  std::vector<FormRecord> forms;
+  std::vector<HierarchyRecord> hierarchies;
   std::vector<WaveRecord> waves;
   std::vector<Entry> entries;
   std::vector<Missing> missing;
-  std::vector<std::string> faults;  ///< Wrong answers.
+  std::vector<std::string> faults;  ///< Wrong results.
 };
 
 nlohmann::json to_json(const SceneRecord& scene);
 
-/// Seconds of one sample per pixel: the medians of all waves (of a kind), together.
+/// Seconds of one sample per pixel: sum of the medians of all waves (of a kind).
 double sample_seconds(const SceneRecord& scene, const Entry& entry, const std::string& kind = {});
 /// 10^6 rays per second of the waves of a kind. @return NaN if there are none.
 double mrays_per_second(const SceneRecord& scene, const Entry& entry, const std::string& kind);
 /// The median over the rounds.
 double build_seconds(const Entry& entry);
 
-/// Tables for people.
+/// Markdown tables of the figures.
 std::string to_markdown(const SceneRecord& scene);
 
 }  // namespace hiprt::bench

@@ -39,7 +39,7 @@ fs::path scene_file(const SceneChoice& choice, const std::string& name) {
   return {};
 }
 
-/// Every NAME.cam with something to see.
+/// Every NAME.cam that has a scene file.
 std::vector<std::string> scenes_of_folder(const SceneChoice& choice) {
   std::vector<std::string> names;
   std::error_code ignored;
@@ -60,7 +60,7 @@ tools::SceneDescription scene_of(tools::Mesh mesh) {
   return scene;
 }
 
-/// As many plants as are asked for, about, in the island's own proportions; fewer triangles make coarser plants.
+/// About the chosen number of plants in the proportions of the default island. Fewer triangles make coarser plants.
 tools::SceneDescription sized_island(const SceneChoice& choice) {
   constexpr double kTriangles = 1.1e6;
   IslandOptions options;
@@ -116,11 +116,13 @@ SceneChoice::SceneChoice() {
 std::vector<Flag> SceneChoice::flags() {
   return {
       text_flag("scenes", "DIR", "folder of NAME.scene or NAME.mesh with NAME.cam (default: $HIPRT_SCENES)", folder),
-      list_flag("scene", "NAME,...",
-                "of that folder, or procedural, stadium, island (all of the folder; without one these three)", names),
-      number_flag("triangles", "of a generated scene, about; of the island those of its meshes", triangles, 1000,
+      list_flag(
+          "scene", "NAME,...",
+          "scenes of that folder, or procedural, stadium, island (all of the folder; without a folder these three)",
+          names),
+      number_flag("triangles", "triangles of a generated scene, about; for the island, of its meshes", triangles, 1000,
                   100'000'000),
-      number_flag("instances", "of the island's plants, about", instances, 1, 4'000'000)};
+      number_flag("instances", "plants of the island, about", instances, 1, 4'000'000)};
 }
 
 std::vector<std::string> generated_scenes() { return {"procedural", "stadium", "island"}; }
@@ -131,7 +133,7 @@ build::Result<std::vector<std::string>> find_source_scenes(const SceneChoice& ch
   };
   for (const std::string& name : choice.names)
     if (!is_generated_scene(name) && scene_file(choice, name).empty())
-      return missing("--scene: there is neither " + file_of(choice, name, ".scene").string() + " nor " +
+      return missing("--scene: found neither " + file_of(choice, name, ".scene").string() + " nor " +
                      file_of(choice, name, ".mesh").string());
   if (!choice.names.empty()) return choice.names;
   if (choice.folder.empty()) return generated_scenes();

@@ -40,7 +40,7 @@ std::vector<Wave> make_waves(const SceneView& scene, const SourceScene& source, 
     const std::string number = std::to_string(bounce);
     hits.resize(rays.size());
     trace_on_host(scene, false, rays, hits, limit);
-    // Seeds: no two waves have the same random numbers.
+    // Each wave has its own random numbers.
     Wave shadow{"shadow " + number, "shadow", true,
                 source.light ? rays_to(*source.light, rays, hits) : cosine_rays(rays, hits, kFar, 2 * bounce + 1)};
     std::vector<Ray> next;

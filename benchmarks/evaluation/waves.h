@@ -1,5 +1,5 @@
 #pragma once
-/// The rays of one sample of a path tracer, wave by wave, as the scene's camera asks them.
+/// The rays of one sample per pixel of a path tracer, wave by wave.
 
 #include "scene_source.h"
 
@@ -17,7 +17,7 @@ struct Picture {
   unsigned bounces = 2;
 };
 
-/// Rays that are traced in one go.
+/// Rays that are traced together.
 struct Wave {
   std::string name;  ///< "primary", "bounce N" (from 1), "shadow N" (of bounce N; 0: of the primary hits).
   std::string kind;  ///< "primary", "secondary" or "shadow".
@@ -25,10 +25,10 @@ struct Wave {
   std::vector<Ray> rays;
 };
 
-/// One ray per pixel; from every hit a shadow ray to the light or, without one, into the sky (cosine-weighted), and a
-/// diffuse ray (cosine-weighted, spawn_origin()), which is the next bounce. Rays keep the order of the pixels. Waves
-/// without rays are left out.
-/// @param scene of a form of the same picture, which says what the rays hit.
+/// One ray per pixel. Each hit spawns a shadow ray to the light or, without a light, into the sky (cosine-weighted),
+/// and a diffuse ray (cosine-weighted, spawn_origin()), which is the next bounce. Rays keep the order of the pixels.
+/// Waves without rays are left out.
+/// @param scene of any hierarchy of the source. It is traced to make the rays.
 std::vector<Wave> make_waves(const SceneView& scene, const SourceScene& source, const Picture& picture,
                              const tools::ThreadLimit& limit);
 

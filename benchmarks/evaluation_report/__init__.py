@@ -1,1 +1,1 @@
-"""What plot_evaluation.py makes of JSON of bench_evaluation."""
+"""Tables, charts and the page of plot_evaluation.py."""

@@ -11,7 +11,7 @@ MOST_SAMPLES = 1 << 20
 
 
 def samples_until(extra_build, saved):
-    """From which sample count on the slower build is the faster image, where each sample saves so many seconds."""
+    """The number of samples after which the slower build has the image first, if each sample saves these seconds."""
     if extra_build <= 0:
         return 0.0 if saved >= 0 else math.nan
     return extra_build / saved if saved > 0 else math.inf

@@ -1,10 +1,10 @@
-"""Numbers for people."""
+"""Formats numbers."""
 
 import math
 
 
 def significant(value, digits=3):
-    """As many digits as that, without an exponent."""
+    """With this number of significant digits, without an exponent."""
     if value is None or math.isnan(value):
         return ""
     if value == 0:
@@ -14,7 +14,7 @@ def significant(value, digits=3):
 
 
 def seconds(value):
-    """With a unit that suits."""
+    """With a suitable unit."""
     for unit, name in [(1, "s"), (1e-3, "ms"), (1e-6, "µs")]:
         if value >= unit or unit == 1e-6:
             return f"{significant(value / unit)} {name}"
@@ -34,7 +34,7 @@ def megabytes(value):
 
 
 def samples(value):
-    """Of a crossover."""
+    """Formats a crossover."""
     if math.isnan(value):
         return "at first only"
     if math.isinf(value):

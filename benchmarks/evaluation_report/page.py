@@ -1,4 +1,4 @@
-"""One page that needs nothing else."""
+"""The report: one page without external files."""
 
 import html
 
@@ -41,15 +41,16 @@ ul { padding-left: 20px }
 @media print { nav { display: none } figure { break-inside: avoid } }
 """
 
-METHOD = """<p>One sample per pixel of a path tracer gives the rays, wave by wave: primary rays; from every hit a shadow ray
-to the scene's light (or into the sky) and a diffuse ray, which is the next bounce (secondary rays). Each wave is traced by
-itself. <em>flat</em>: what instances have, transformed, in one tree. <em>two-level</em>: one tree over instances of objects;
-of a scene without instances the whole is one instance, which shows what that costs. <em>deep</em>: groups in groups, as the
-scene has them. Everybody builds and traces in turn; figures are medians over the rounds.</p>"""
-CPU_METHOD = """<p>Times are those of all threads together. Embree is asked ray by ray (rtcIntersect1, rtcOccluded1), as hiprt is;
-its build time is that of rtcCommitScene. SAH cost: one cost function for all of hiprt's flat trees (bvhinfo).</p>"""
-GPU_METHOD = """<p>Build times are the GPU's, from meshes there to a tree there, without copies and allocations; trees over instances are
-built by the CPU of the machine, and count. Trace times are the kernels'. SAH cost: one cost function for all flat trees.</p>"""
+METHOD = """<p>The rays are one sample per pixel of a path tracer, wave by wave: primary rays; from every hit a shadow ray to
+the scene's light (or into the sky) and a diffuse ray, which is the next bounce (secondary rays). Each wave is traced
+separately. <em>flat</em>: all instances transformed, in one BVH. <em>two-level</em>: one BVH over instances of objects; a
+scene without instances becomes one instance. <em>deep</em>: the scene's nested groups. All competitors build and trace in
+turn; figures are medians over the rounds.</p>"""
+CPU_METHOD = """<p>Times are those of all threads together. Both libraries trace ray by ray (rtcIntersect1, rtcOccluded1).
+Embree's build time is that of rtcCommitScene. SAH cost: one cost function for all flat BVHs of hiprt (bvhinfo).</p>"""
+GPU_METHOD = """<p>Build times are the GPU's, from meshes on the device to a BVH on the device, without copies and allocations. They
+include BVHs over instances, which the CPU builds. Trace times are the kernels'. SAH cost: one cost function for all flat
+BVHs.</p>"""
 
 
 def facts(evaluation):
@@ -69,12 +70,12 @@ def facts(evaluation):
 
 
 def busy(evaluation):
-    """Words of warning where other programs ran."""
+    """A warning if other programs ran."""
     if evaluation.device != "cpu" or not evaluation.load or evaluation.load[0] < 0.5 * evaluation.threads:
         return ""
-    return ('<div class="faults"><strong>The machine was busy with other work when this began</strong><p>(load average '
-            f"{evaluation.load[0]:g} on {evaluation.threads} threads). Times are much longer than on an idle machine; those of "
-            "the same round may still be compared, roughly.</p></div>")
+    return ('<div class="faults"><strong>The machine was busy with other work at the start</strong><p>(load average '
+            f"{evaluation.load[0]:g} on {evaluation.threads} threads). Times are longer than on an idle machine; times of the "
+            "same round can still be compared roughly.</p></div>")
 
 
 def wrap(name, value):
@@ -83,7 +84,7 @@ def wrap(name, value):
 
 
 def missing(scene):
-    """Lines of what was not measured; those of one reason together."""
+    """The list of what was not measured, grouped by reason."""
     reasons = {}
     for entry in scene.missing:
         who = " ".join(part for part in [entry["tracer"], entry["builder"]] if part)
@@ -110,9 +111,9 @@ def scene_section(evaluation, scene):
 
 def fault_list(evaluation):
     if not evaluation.faults:
-        return "<p>No tracer of hiprt answered a ray otherwise than it must.</p>"
+        return "<p>All results of hiprt are right.</p>"
     lines = "".join(f"<li>{html.escape(fault)}</li>" for fault in evaluation.faults)
-    return f'<div class="faults"><strong>Wrong answers</strong><ul>{lines}</ul></div>'
+    return f'<div class="faults"><strong>Wrong results</strong><ul>{lines}</ul></div>'
 
 
 def page(evaluation):

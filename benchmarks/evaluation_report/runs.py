@@ -1,4 +1,4 @@
-"""What bench_evaluation measured."""
+"""Results of bench_evaluation."""
 
 import shlex
 import statistics
@@ -15,7 +15,7 @@ OUTPUTS = ("--json=", "--markdown=")
 
 
 class Entry:
-    """One builder's trees of one form, and the rays through them."""
+    """One builder's BVHs of one hierarchy, and the rays through them."""
 
     def __init__(self, part, waves):
         self.tracer = part.name("tracer")
@@ -104,11 +104,11 @@ class Scene:
         return sum(wave["rays"] for wave in self.waves.values() if kind in (None, wave["kind"]))
 
     def seconds(self, entry, kind):
-        """Of all waves of a kind."""
+        """Seconds of all waves of a kind."""
         return sum(entry.waves[name] for name in self.wave_names(kind))
 
     def wave_seconds(self, entry, kind):
-        """Of a wave of a kind, on average."""
+        """Average seconds of a wave of a kind."""
         return self.seconds(entry, kind) / len(self.wave_names(kind))
 
     def mrays_s(self, entry, kind):
@@ -145,18 +145,18 @@ class Evaluation:
         return [form for form in FORMS if any(scene.of_form(form) for scene in self.scenes)]
 
     def keys(self):
-        """(tracer, builder), in the order in which they were asked for."""
+        """(tracer, builder), in the order of the command line."""
         found = {entry.key(): entry for scene in self.scenes for entry in scene.entries}
         return sorted(found, key=lambda key: key[0] != "hiprt")
 
     def command_of(self, scene):
-        """What measures one scene again."""
+        """@return the command that measures one scene."""
         words = [word for word in self.command.split() if not word.startswith("--scene=")]
         return " ".join([*words, f"--scene={shlex.quote(scene.name)}"])
 
 
 def quartiles(values):
-    """The lower and the upper one."""
+    """The lower and the upper quartile."""
     if len(values) < 2:
         return values[0], values[0]
     first, _, third = statistics.quantiles(values, n=4, method="inclusive")

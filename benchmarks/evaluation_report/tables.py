@@ -139,7 +139,7 @@ def crossover_words(found):
 
 
 def levels_price(evaluation, scene):
-    """What levels of instances cost."""
+    """The cost of levels of instances."""
     kinds, rows = scene.kinds(), []
     for form in ["two_level", "deep"]:
         pairs = [(entry, scene.entry("flat", entry.builder, entry.tracer)) for entry in scene.of_form(form)]

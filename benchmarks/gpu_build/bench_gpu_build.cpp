@@ -1,4 +1,4 @@
-/// Builders on the GPU: build times, quality and memory. It needs no library that a GPU machine lacks.
+/// Builders on the GPU: build time, quality and memory.
 
 #include "builder_choice.h"
 #include "instances.h"
@@ -48,7 +48,8 @@ Result<NodeLayout> find_layout(const std::string& name) {
   constexpr const char* kNames[] = {"float", "planes", "half", "quantized"};
   for (std::uint32_t i = 0; i < std::size(kNames); ++i)
     if (name == kNames[i]) return static_cast<NodeLayout>(i + 1);
-  return gpu::fail(build::ErrorCode::kInvalidInput, "no layout '", name, "'; there are float, planes, half, quantized");
+  return gpu::fail(build::ErrorCode::kInvalidInput, "no layout '", name,
+                   "'; expected float, planes, half or quantized");
 }
 
 Result<tools::Mesh> read_scene(const std::filesystem::path& path) {
@@ -111,7 +112,7 @@ Result<void> time_builds(const Scene& scene, const gpu::BuildOptions& options, u
   return {};
 }
 
-/// Around the same vertices, which takes as long as around others.
+/// Refits to the same vertices; moved vertices take the same time.
 Result<double> time_refits(const Scene& scene, gpu::BuiltScene& built, unsigned repeats, hipStream_t stream) {
   const gpu::SceneParts parts = gpu::parts_of(built);
   auto scratch = gpu::DeviceBuffer::make(gpu::refit_scratch(parts), stream, Scene::allocator());
@@ -120,7 +121,7 @@ Result<double> time_refits(const Scene& scene, gpu::BuiltScene& built, unsigned 
   return median_of(repeats, stream, [&] { return gpu::enqueue_refit(parts, {&geometry, 1}, scratch->data(), stream); });
 }
 
-/// Downloads, validates and measures the tree, and then refits it.
+/// Downloads, validates and measures the BVH, and then times refits.
 Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const Options& options, hipStream_t stream,
                    Measured& measured) {
   auto built = gpu::compact(report, stream, Scene::allocator());
@@ -130,7 +131,7 @@ Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const Opt
   if (!file) return tl::unexpected(file.error());
   measured.file_bytes = file->size();
   const auto summary = validate(file->bytes());
-  if (!summary) return gpu::fail(build::ErrorCode::kBackend, "not a valid tree: ", to_string(summary.error()));
+  if (!summary) return gpu::fail(build::ErrorCode::kBackend, "not a valid BVH: ", to_string(summary.error()));
   measured.sah_cost = build::measure_tree(*open_buffer(file->bytes())).sah_cost;
   if (!options.save.empty())
     if (auto saved = build::write_file(options.save + "/" + scene.name + "." + file_name(measured.builder) + ".bvh",
@@ -171,7 +172,7 @@ Result<Measured> measure(const Scene& scene, const std::string& builder_name, co
                   .min_ms = times.front(),
                   .median_ms = times[times.size() / 2],
                   .max_ms = times.back()};
-  // Poisoned: every byte of the tree is written by the build.
+  // The build must overwrite every byte of the BVH.
   auto done = output->fill(std::byte{0xa5}, stream);
   if (done) done = scratch->fill(std::byte{0xa5}, stream);
   if (!done) return tl::unexpected(done.error());
@@ -181,7 +182,7 @@ Result<Measured> measure(const Scene& scene, const std::string& builder_name, co
   return result;
 }
 
-/// Ribbons of triangles, each at a place of its own.
+/// Ribbons of triangles that do not overlap.
 struct Ribbons {
   tools::Mesh mesh;
   std::vector<std::uint32_t> first{0};
@@ -231,7 +232,7 @@ Result<MeasuredBatch> measure_batch(std::uint32_t count, std::uint32_t triangles
   return MeasuredBatch{builder_name, count, triangles, *median};
 }
 
-/// "20000x224". @return false if it is not that.
+/// Parses "20000x224". @return false for other texts.
 bool parse_batch(const std::string& text, std::uint32_t& count, std::uint32_t& triangles) {
   char end = 0;
   return std::sscanf(text.c_str(), "%ux%u%c", &count, &triangles, &end) == 2 && count > 0 && triangles > 0 &&
@@ -356,14 +357,14 @@ int main(int argc, char** argv) {
       list_flag("builders", "NAME[:split=X][:presplit=X][:rounds=N][:radius=N],...",
                 "builders and their options (default lbvh,lbvh30,hploc)", options.builders),
       list_flag("batches", "MESHESxTRIANGLES,...", "batches of ribbons, e.g. 20000x224", options.batches),
-      list_flag("instances", "COUNT,...", "trees over so many instances of one object, e.g. 10000", options.instances),
-      number_flag("graphs", "1: those in graphs too, 0: not (default)", options.graphs, 0, 1),
-      number_flag("repeats", "builds of which the median is taken, after 3 others (default 15)", options.repeats, 1,
-                  1000),
-      number_flag("pairs", "1: pairs of triangles (default), 0: none", options.pairs, 0, 1),
+      list_flag("instances", "COUNT,...", "BVHs over this number of instances of one object, e.g. 10000",
+                options.instances),
+      number_flag("graphs", "1: measures captured graphs too, 0: not (default)", options.graphs, 0, 1),
+      number_flag("repeats", "timed builds, after 3 others; the median counts (default 15)", options.repeats, 1, 1000),
+      number_flag("pairs", "1: leaves with pairs of triangles (default), 0: single triangles", options.pairs, 0, 1),
       text_flag("nodes", "NAME", "float, planes (default), half or quantized", options.nodes),
-      text_flag("json", "FILE", "writes everything that was measured", options.json),
-      text_flag("save", "FOLDER", "writes the trees to SCENE.BUILDER.bvh", options.save)};
+      text_flag("json", "FILE", "writes all figures as JSON", options.json),
+      text_flag("save", "FOLDER", "writes the BVHs to SCENE.BUILDER.bvh", options.save)};
   const std::string fault = take_flags(argc, argv, flags);
   const std::vector<std::string> paths(argv + 1, argv + argc);
   const bool help = !paths.empty() && (paths[0] == "--help" || paths[0] == "-h");

@@ -1,5 +1,5 @@
 #pragma once
-/// Builders and their options as words of a command line.
+/// Builders and their options on the command line.
 
 #include <hiprt_build/gpu/build.h>
 
@@ -7,11 +7,11 @@
 
 namespace hiprt::bench {
 
-/// "sbvh:split=3:rounds=8"
+/// Parses "sbvh:split=3:rounds=8".
 /// @return kInvalidInput that names the part that is wrong.
 build::Result<gpu::BuildOptions> parse_builder(const std::string& text);
 
-/// Such a text as part of a file's name: "sbvh_split3_rounds8".
+/// The text as part of a file name: "sbvh_split3_rounds8".
 std::string file_name(std::string builder);
 
 }  // namespace hiprt::bench

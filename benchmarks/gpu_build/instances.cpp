@@ -26,7 +26,7 @@ gpu::Allocator& allocator() {
   return device;
 }
 
-/// A ball of 1600 triangles as a scene of one instance.
+/// A scene with one instance of a ball of 1600 triangles.
 Result<build::Bvh> ball() {
   constexpr unsigned kRings = 20, kColumns = 40;
   std::vector<build::Position> positions;
@@ -50,7 +50,7 @@ Result<build::Bvh> ball() {
   return build::build_instances(files, one);
 }
 
-/// Turned and scaled in any way, in a cube in which a tenth of them touch another.
+/// Random rotations and scales, in a cube in which a tenth of the instances touch another.
 std::vector<gpu::DeviceInstance> make_instances(std::uint32_t count) {
   std::mt19937 random(1);
   const auto number = [&] { return 2.0f * static_cast<float>(random() >> 8) * 0x1p-24f - 1.0f; };
@@ -65,7 +65,7 @@ std::vector<gpu::DeviceInstance> make_instances(std::uint32_t count) {
   return instances;
 }
 
-/// What work() puts on the stream, launched again and again.
+/// Time of a graph that is captured from work().
 template <class Work> Result<double> median_of_graph(unsigned repeats, hipStream_t stream, const Work& work) {
   hipGraph_t graph = nullptr;
   hipGraphExec_t ready = nullptr;
@@ -87,7 +87,7 @@ struct MeasuredInstances {
   double median_ms = 0, graph_ms = 0, sah_cost = 0;
 };
 
-/// The device's memory for one build.
+/// Device memory for one build.
 struct Prepared {
   gpu::DeviceScene scene;
   gpu::SceneObjects objects;
@@ -112,7 +112,7 @@ struct Prepared {
   }
 };
 
-/// Downloads and validates what the last build has made.
+/// Downloads and validates the result of the last build.
 Result<double> judge(const gpu::InstanceReport* report, const gpu::SceneObjects& objects, hipStream_t stream) {
   const auto read = gpu::read_report(report, objects, stream);
   if (!read) return tl::unexpected(read.error());
@@ -149,7 +149,7 @@ Result<MeasuredInstances> measure(const BufferView& view, std::uint32_t count, c
   return result;
 }
 
-/// @return 0 if it is no count.
+/// @return 0 if the text is no valid count.
 std::uint32_t parse_count(const std::string& text) {
   std::uint32_t count = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);

@@ -1,5 +1,5 @@
 #pragma once
-/// How long trees over instances take on the device.
+/// Build times of BVHs over instances on the device.
 
 #include <hip/hip_runtime.h>
 #include <nlohmann/json_fwd.hpp>
@@ -10,15 +10,14 @@
 namespace hiprt::bench {
 
 struct InstanceBench {
-  std::vector<std::string> counts;  ///< Of instances, as texts.
+  std::vector<std::string> counts;  ///< Numbers of instances, as texts.
   std::vector<std::string> builders;
   unsigned repeats = 15;
-  bool graphs = false;  ///< Also as graphs that are launched again and again.
+  bool graphs = false;  ///< Also measures captured graphs.
 };
 
-/// Every count by every builder, with boxes of roots and of children; validates each file. Prints a table and appends
-/// to
-/// @p results. @return false after an error, which is printed.
+/// Measures every count with every builder, with instance boxes from roots and from children, and validates each file.
+/// Prints a table and appends to @p results. @return false after an error, which is printed.
 bool run_instances(const InstanceBench& bench, hipStream_t stream, nlohmann::json& results);
 
 }  // namespace hiprt::bench

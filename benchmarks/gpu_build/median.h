@@ -1,5 +1,5 @@
 #pragma once
-/// How long work on a stream takes.
+/// Times work on a stream.
 
 #include <hiprt_build/gpu/event.h>
 
@@ -8,7 +8,7 @@
 
 namespace hiprt::bench {
 
-/// The median of so many runs of enqueue(), after three others, in milliseconds of the device.
+/// @return the median device time of @p repeats calls of enqueue() after three others, in milliseconds.
 template <class Enqueue> build::Result<double> median_of(unsigned repeats, hipStream_t stream, const Enqueue& enqueue) {
   auto watch = gpu::StreamTimer::make();
   if (!watch) return tl::unexpected(watch.error());

@@ -1,5 +1,5 @@
-/// bench_hair: what hair costs: the strands of make_scene's head as one geometry of round curves, by several builders,
-/// and as one BVH per strand (its ribbon of triangles) in a scene of instances, on the CPU. Prints a table.
+/// bench_hair: the cost of hair on the CPU. The strands of make_scene's head are one geometry of round curves, by
+/// several builders, or one BVH of triangles per strand in a scene of instances.
 
 #include "../common/flags.h"
 #include "../common/hair.h"
@@ -27,7 +27,7 @@
 namespace hiprt::bench {
 namespace {
 
-/// A ray through 4 million strands meets tens of thousands of their boxes.
+/// Few rays: a ray through 4 million strands enters tens of thousands of their boxes.
 constexpr std::uint32_t kWidth = 128, kHeight = 128;
 
 struct Options {
@@ -36,10 +36,10 @@ struct Options {
   std::string scene;
 };
 
-/// Starts a new measurement of the process' peak memory (Linux: proc(5), clear_refs).
+/// Resets the peak memory of the process (Linux: proc(5), clear_refs).
 void forget_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
 
-/// Bytes; 0 where the system does not tell.
+/// @return bytes; 0 if the system does not report them.
 std::uint64_t peak_memory() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)
@@ -47,12 +47,12 @@ std::uint64_t peak_memory() {
   return 0;
 }
 
-/// Of all threads: what counts on a machine where other programs run too.
+/// CPU time of all threads. It does not depend on other programs.
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 std::string mib(std::uint64_t bytes) { return format_number(static_cast<double>(bytes) * 0x1p-20, 0); }
 
-/// Rays through the pixels of a square picture. @return microseconds of one thread per ray.
+/// Traces the pixels of a square picture. @return microseconds of one thread per ray.
 double trace_picture(const SceneView& scene, const tools::ThreadLimit& limit, std::size_t& hits) {
   const tools::CameraRays camera(hair_camera(), kWidth, kHeight);
   std::vector<Ray> rays;
@@ -73,7 +73,7 @@ double trace_picture(const SceneView& scene, const tools::ThreadLimit& limit, st
   return median(seconds) / static_cast<double>(rays.size()) * 1e6;
 }
 
-/// All strands in one BVH of round curves. @return a row, or what went wrong.
+/// Builds one BVH of round curves over all strands. @return a row of the table.
 build::Result<std::vector<std::string>> build_curves(const Options& options, const Hair& hair,
                                                      const std::string& builder) {
   const tools::ThreadLimit limit(options.threads);
@@ -113,7 +113,7 @@ build::Result<std::vector<std::string>> build_curves(const Options& options, con
                                   format_number(ray_time, 1)};
 }
 
-/// Two triangles per segment, as wide as it is.
+/// Two triangles per segment, with the width of the strand.
 struct Ribbon {
   std::array<build::Position, 2 * kHairPoints> positions;
   std::array<build::Triangle, 2 * (kHairPoints - 1)> triangles;
@@ -131,7 +131,7 @@ struct Ribbon {
   }
 };
 
-/// A BVH per strand, each by one thread, and a scene of an instance of each.
+/// Builds a BVH per strand, each by one thread, and a scene with an instance of each.
 build::Result<std::vector<std::string>> build_strands(const Options& options, const Hair& hair) {
   const tools::ThreadLimit limit(options.threads);
   const std::size_t strands = std::min<std::size_t>(options.batch_strands, hair.strands.size());
@@ -194,8 +194,8 @@ int run(const Options& options) {
   std::cout << options.strands << " strands of " << kHairPoints << " points, made in " << format_number(seconds, 2)
             << " s: " << mib(strands.points.size() * sizeof(ShapePoint)) << " MiB; rays: " << kWidth << " x " << kHeight
             << ", closest hits; " << tools::ThreadLimit(options.threads).threads() << " threads\n\n";
-  MarkdownTable table({"way", "what", "build, s", "CPU, s", "file, MiB", "bytes per primitive", "builder's memory, MiB",
-                       "process' peak, MiB", "validate(), s", "CPU per ray, us"});
+  MarkdownTable table({"structure", "content", "build, s", "CPU, s", "file, MiB", "bytes per primitive",
+                       "builder's memory, MiB", "process' peak, MiB", "validate(), s", "CPU per ray, us"});
   const auto add = [&](const build::Result<std::vector<std::string>>& row) {
     if (row) table.add(*row);
     if (!row) std::cerr << "bench_hair: " << row.error().message << "\n";
@@ -216,9 +216,9 @@ int main(int argc, char** argv) {
   Options options;
   const std::vector<Flag> flags{
       number_flag("strands", "strands of the head", options.strands, 1, 500'000'000),
-      number_flag("batch_strands", "strands to build a BVH each of; 0: none", options.batch_strands, 0, 500'000'000),
-      text_flag("scene", "FILE", "writes the scene of those there", options.scene),
-      number_flag("threads", "0: all", options.threads, 0, 1024),
+      number_flag("batch_strands", "strands with a BVH of their own; 0: none", options.batch_strands, 0, 500'000'000),
+      text_flag("scene", "FILE", "writes the scene of these BVHs", options.scene),
+      number_flag("threads", "threads; 0: all", options.threads, 0, 1024),
       list_flag("builders", "NAMES", "builders of the BVH over all strands", options.builders)};
   std::string fault = take_flags(argc, argv, flags);
   const auto known = hiprt::tools::words(hiprt::tools::kBuilders);
@@ -228,7 +228,7 @@ int main(int argc, char** argv) {
   const bool help = argc == 2 && std::string(argv[1]) == "--help";
   if (help) std::cout << "bench_hair [flags]\n" << describe(flags);
   if (help) return 0;
-  if (fault.empty() && argc > 1) fault = std::string("unknown: ") + argv[1];
+  if (fault.empty() && argc > 1) fault = std::string("unknown argument '") + argv[1] + "' (see --help)";
   if (fault.empty()) return run(options);
   std::cerr << "bench_hair: " << fault << "\n";
   return 2;

@@ -1,10 +1,10 @@
-/// make_scene NAME DIR [--strands N | --motion N]: large scenes that need no file, for bvhbuild and the other tools.
+/// make_scene NAME DIR [--strands N | --motion N]: generates large scenes for bvhbuild and the other tools.
 ///   hair     hair.hair, head.mesh, hair.cam    a head of 100,000 strands, or N
 ///   island   island.scene, island.cam    three levels of instances, more than 30 thousand million triangles
 ///   stadium  stadium.mesh, stadium.cam   a teapot in a stadium, 2 million triangles
 ///   swarm    swarm.json, swarm_still.json, swarm.mesh, swarm.cam
-///                                        10,000 instances that fly and turn between the times 0 and 1 (or N percent as
-///                                        far), and the same where they are halfway
+///                                        10,000 instances that move and rotate between the times 0 and 1 (by N percent
+///                                        of the default), and the same instances, static, at time 0.5
 
 #include "../common/hair.h"
 #include "../common/island.h"
@@ -69,7 +69,7 @@ nlohmann::json scene_json(nlohmann::json instances) {
           {"groups", {{"swarm", std::move(instances)}}}};
 }
 
-/// @param motion 1: what moves flies as far as 1.5 per axis (a torus is 2.8 wide) and turns by up to 40 degrees.
+/// @param motion 1: instances move by up to 1.5 per axis (a torus is 2.8 wide) and rotate by up to 40 degrees.
 build::Result<void> write_swarm(const std::filesystem::path& folder, double motion) {
   constexpr std::uint32_t kCount = 10'000;
   constexpr double kHalf = 45, kFlight = 1.5, kMostDegrees = 40;
@@ -110,7 +110,7 @@ build::Result<void> write_hair(const std::filesystem::path& folder, std::uint32_
                            tools::hair_file(head.strands, head.points, "make_scene hair, units: cm"));
 }
 
-/// @param amount strands of hair; percent of a swarm's motion.
+/// @param amount strands of hair, or percent of the swarm's motion.
 build::Result<void> write(std::string_view name, const std::filesystem::path& folder, std::int64_t amount) {
   if (name == "hair") return write_hair(folder, static_cast<std::uint32_t>(amount));
   if (name == "island") {
@@ -122,7 +122,7 @@ build::Result<void> write(std::string_view name, const std::filesystem::path& fo
   return write_mesh(folder / "stadium.mesh", stadium());
 }
 
-/// A scene's option, its limits, and what holds without it.
+/// A scene's option with its limits and default.
 struct SceneOption {
   std::string_view scene, option;
   std::int64_t least, most, usual;
@@ -132,7 +132,7 @@ constexpr SceneOption kScenes[] = {{"hair", "--strands", 1, 500'000'000, 100'000
                                    {"stadium", "", 0, 0, 0},
                                    {"swarm", "--motion", 0, 1000, 100}};
 
-/// What to write() of a scene; nothing if the arguments are not as the usage says.
+/// The arguments of write(); nothing if the command line is invalid.
 std::optional<std::int64_t> amount(std::span<char* const> arguments) {
   for (const SceneOption& scene : kScenes) {
     if (arguments.size() < 3 || scene.scene != arguments[1]) continue;

@@ -1,6 +1,6 @@
-/// Single-threaded tracing, ours and Embree's side by side in one process.
+/// Single-threaded tracing by hiprt and Embree, side by side in one process.
 
-#include "summary.h"
+#include "tables.h"
 
 #include <benchmark/benchmark.h>
 #include <benchmarks/common/program.h>
@@ -27,13 +27,13 @@ class TraceBenchmarks {
     if (!scenes) return scenes.error().message;
     for (const std::string& scene : *scenes) {
       for (const std::string& kind : ray_kinds(options_.scenes, scene))
-        add_one("side_by_side/" + scene + "/" + kind,
-                [this, scene, kind](benchmark::State& state) { run_cell(state, scene, kind); });
-      add_one("geometric_mean/" + scene, [this, scene](benchmark::State& state) {
+        add_benchmark("side_by_side/" + scene + "/" + kind,
+                      [this, scene, kind](benchmark::State& state) { run_cell(state, scene, kind); });
+      add_benchmark("geometric_mean/" + scene, [this, scene](benchmark::State& state) {
         report_mean(state, [&](const std::string& entry) { return cells_.mean_ratio(scene, entry); });
       });
     }
-    add_one("geometric_mean/scenes", [this](benchmark::State& state) {
+    add_benchmark("geometric_mean/scenes", [this](benchmark::State& state) {
       report_mean(state, [&](const std::string& entry) { return cells_.mean_ratio(entry); });
     });
     return {};
@@ -47,11 +47,7 @@ class TraceBenchmarks {
   }
 
  private:
-  template <class Body> static void add_one(const std::string& name, const Body& body) {
-    benchmark::RegisterBenchmark(name.c_str(), body)->Iterations(1)->Unit(benchmark::kSecond);
-  }
-
-  /// Keeps one scene in memory.
+  /// Loads a scene and keeps it until another one is loaded.
   build::Result<void> load(const std::string& name) {
     if (scene_ != nullptr && scene_->name() == name) return {};
     scene_.reset();
@@ -103,7 +99,7 @@ class TraceBenchmarks {
 std::vector<Flag> flags(TraceOptions& options) {
   std::vector<Flag> flags = options.scenes.flags();
   flags.push_back(number_flag("rays", "rays of each kind, about", options.rays, 64, 100'000'000));
-  flags.push_back(number_flag("rounds", "times that everybody traces them, in turn", options.rounds, 1, 10'000));
+  flags.push_back(number_flag("rounds", "rounds in which all tracers run in turn", options.rounds, 1, 10'000));
   flags.push_back(number_flag("most-disagreements",
                               "rays in a million on which an accurate tracer may disagree with Embree's robust one",
                               options.most_disagreements, 0, 1'000'000));

@@ -1,5 +1,5 @@
 #pragma once
-/// The same queries asked of Embree, ray by ray.
+/// The same queries by Embree, ray by ray.
 
 #include <embree3/rtcore.h>
 #include <hiprt_device/ray.h>
@@ -8,8 +8,8 @@
 
 namespace hiprt::bench {
 
-/// rtcIntersect1 or rtcOccluded1 of rays[i], answered as hits[i]: all that Embree says of a closest hit; of any hit
-/// only whether there is one (Hit::found(), t = 0).
+/// Traces rays[i] into hits[i] by rtcIntersect1 or rtcOccluded1. Closest hits have everything that Embree returns. Any
+/// hits only have found() and t = 0.
 void embree_trace(RTCScene scene, bool any_hit, std::span<const Ray> rays, std::span<Hit> hits);
 
 }  // namespace hiprt::bench

@@ -1,9 +1,9 @@
 #pragma once
-/// Batches of rays through the traversal of hiprt_device, with the policies that are compared chosen at run time and
-/// the machine's best instruction set. The traversal is compiled once per instruction set (kernel_variants.cpp).
+/// Traces batches of rays with policies that are selected at run time, by the machine's best instruction set. The
+/// traversal is compiled once per instruction set (kernel_variants.cpp).
 ///
-/// Plain members only: a container's inline function, compiled for a newer instruction set, could be the copy that the
-/// linker keeps for the whole program.
+/// Jobs have plain members only. A container's inline functions would be compiled for a newer instruction set, and the
+/// linker could keep that copy for the whole program.
 
 #include <hiprt_device/ray.h>
 #include <hiprt_device/scene_view.h>
@@ -35,7 +35,7 @@ struct KernelJob {
   Tests tests;
   Lanes lanes;
   const Ray* rays;
-  Hit* hits;  ///< As many as rays.
+  Hit* hits;  ///< One per ray.
   std::size_t count;
   Work* work;  ///< nullptr: the work is not counted. Lanes::kDefault only.
 };

@@ -52,7 +52,7 @@ void count_work(const TraceScene& scene, const RaySet& set, Cell& cell) {
   }
 }
 
-/// Everybody's hits, once; also warms up.
+/// Traces once with every tracer for the comparison of hits. The traces also warm up.
 void compare_hits(const TraceScene& scene, const RaySet& set, const std::vector<Contestant>& contestants,
                   const std::vector<Hit>& hits, double most, Cell& cell) {
   std::vector<Hit> robust, exact;

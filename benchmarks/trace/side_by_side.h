@@ -1,5 +1,5 @@
 #pragma once
-/// One scene and one kind of rays, traced by everybody in turn.
+/// One scene and one kind of rays, traced by all tracers in turn.
 
 #include "trace_scene.h"
 
@@ -10,14 +10,14 @@
 
 namespace hiprt::bench {
 
-/// What one tracer did.
+/// Measurements of one tracer.
 struct Entry {
   std::string name;
   double mrays_s = 0;  ///< Median over the rounds, 10^6 rays per second of one thread.
   double ratio = 0;    ///< Median over the rounds of the speed relative to embree_robust.
   double box_tests = std::numeric_limits<double>::quiet_NaN();   ///< Per ray; NaN: not counted.
   double leaf_tests = std::numeric_limits<double>::quiet_NaN();  ///< Per ray; NaN: not counted.
-  std::uint64_t disagreements = 0;                               ///< Rays, with embree_robust.
+  std::uint64_t disagreements = 0;                               ///< Rays that differ from embree_robust.
 };
 
 struct Cell {
@@ -33,9 +33,9 @@ struct Cell {
 /// Names of all entries, in their order.
 std::vector<std::string> entry_names();
 
-/// @param rounds at least 1; before them everybody traces the rays once, untimed.
-/// @param most_disagreements fraction of the rays on which an accurate tracer may disagree with embree_robust; more is
-///        a fault, and so are accurate tracers that do not agree among themselves to the last bit.
+/// @param rounds at least 1. Before them every tracer traces the rays once, untimed.
+/// @param most_disagreements largest fraction of rays on which an accurate tracer may disagree with embree_robust. More
+///        is a fault, and so is any different bit between accurate tracers.
 Cell measure(const TraceScene& scene, const RaySet& rays, unsigned rounds, double most_disagreements);
 
 }  // namespace hiprt::bench

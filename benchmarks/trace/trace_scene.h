@@ -1,5 +1,5 @@
 #pragma once
-/// A scene ready to be traced by everybody.
+/// A scene with the BVHs of all tracers.
 
 #include "variants.h"
 
@@ -19,7 +19,7 @@ namespace hiprt::bench {
 
 class TraceScene {
  public:
-  /// Loads the scene and its rays and builds all trees.
+  /// Loads the scene and its rays and builds all BVHs.
   static build::Result<std::unique_ptr<TraceScene>> make(const SceneOptions& options, const std::string& name,
                                                          std::uint32_t wanted_rays);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What is compared: our tracers over our trees, and Embree.
+/// The tracers: policies of hiprt over BVHs of hiprt, and Embree.
 
 #include "kernel.h"
 
@@ -31,9 +31,9 @@ inline constexpr std::array kVariants{
     Variant{"float_high_fast", NodeLayout::kFloat, build::Builder::kEmbreeHigh, Tests::kFast},
 };
 
-/// The yardstick: rtcIntersect1 / rtcOccluded1, RTC_SCENE_FLAG_ROBUST, medium quality.
+/// The reference: rtcIntersect1 / rtcOccluded1, RTC_SCENE_FLAG_ROBUST, medium quality.
 inline constexpr std::string_view kEmbreeRobust = "embree_robust";
-/// The same without the flag.
+/// Embree without the flag.
 inline constexpr std::string_view kEmbreeDefault = "embree_default";
 
 }  // namespace hiprt::bench

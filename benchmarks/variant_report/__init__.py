@@ -1,1 +1,1 @@
-"""What plot_variants.py makes of JSON of bench_variants."""
+"""Tables and plots of plot_variants.py."""

@@ -1,4 +1,4 @@
-"""What bench_builders measured, and its bar charts."""
+"""Results of bench_builders and their bar charts."""
 
 from .json_file import parse
 from .plots import save
@@ -8,12 +8,12 @@ from .runs import geometric_mean
 PREFIX = "builders/"
 KINDS = ["primary", "ao", "diffuse"]
 GENERATED = ["procedural", "opera_house"]
-# From the fastest build on, Embree's last. Others come behind.
+# By build time, imported BVHs of Embree last. Unknown builders follow.
 ORDER = ["lbvh30", "lbvh", "ploc", "hploc", "sah", "sbvh", "hq", "embree-low", "embree-medium", "embree-high"]
 
 
 def scene_of(part):
-    """None for other benchmarks' figures."""
+    """@return None for other benchmarks."""
     name = part.text("name")
     return name[len(PREFIX):].split("/")[0] if name.startswith(PREFIX) else None
 
@@ -36,20 +36,20 @@ class BuilderRuns:
             self.cells[scene] = part
         self.builders.sort(key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
         if not self.cells:
-            raise file.member("benchmarks").fault("none of them is of bench_builders")
+            raise file.member("benchmarks").fault("no benchmark is of bench_builders")
 
     def figure(self, scene, builder, counter):
         return self.cells[scene].number(f"{builder}.{counter}", positive=True)
 
     def averaged_scenes(self):
-        """Those from files; without any, procedural; else what there is."""
+        """The scenes from files. Without such scenes: procedural if it was measured, else all."""
         for scenes in [[s for s in self.cells if s not in GENERATED], [s for s in self.cells if s == "procedural"]]:
             if scenes:
                 return scenes
         return list(self.cells)
 
     def kinds(self):
-        """Those that every scene has."""
+        """The builders that every scene has."""
         builder = self.builders[0]
         return [kind for kind in KINDS if all(f"{builder}.{kind}.time_ratio" in part.value for part in self.cells.values())]
 

@@ -68,7 +68,7 @@ def bytes_text(runs):
 
 
 def fast_text(runs):
-    """What the accurate tests cost."""
+    """The cost of the accurate tests."""
     rows = []
     for tree in tree_names(runs):
         accurate, fast = (usual_row(runs, tree, tests) for tests in TESTS)
@@ -79,7 +79,7 @@ def fast_text(runs):
 
 
 def features_text(runs):
-    """What it costs to compile features in that are not used."""
+    """The cost of compiled features that a scene does not use."""
     rows = []
     for tree in tree_names(runs):
         base = usual_row(runs, tree)

@@ -1,4 +1,4 @@
-"""The plots, as PNG and SVG."""
+"""The plots, as SVG."""
 
 import math
 import os
@@ -9,17 +9,15 @@ from .runs import geometric_mean, paired_ratios
 
 
 def save(figure, folder, name):
-    """The same figures give the same bytes: without a date, and (see load_pyplot) without random ids."""
-    for extension, metadata in [("png", {}), ("svg", {"Date": None})]:
-        path = os.path.join(folder, f"{name}.{extension}")
-        try:
-            figure.savefig(path, dpi=120, bbox_inches="tight", metadata=metadata)
-        except ValueError as error:
-            raise InputError(f"{name}.{extension}: cannot be drawn: {error}") from error
+    """Writes NAME.svg. The same figures give the same bytes: no date, and no random ids (load_pyplot)."""
+    try:
+        figure.savefig(os.path.join(folder, f"{name}.svg"), bbox_inches="tight", metadata={"Date": None})
+    except ValueError as error:
+        raise InputError(f"{name}.svg: cannot be drawn: {error}") from error
 
 
 def plot_scene(plt, runs, scene, folder, most):
-    """Bars: Mrays/s by kind of the best variants of a scene."""
+    """Draws bars: Mrays/s by kind of the best variants of a scene."""
     kinds = runs.kinds(scene)
     rows = [row for row in runs.rows.values() if any(cell[0] == scene for cell in row.speeds)]
     rows.sort(key=lambda row: -geometric_mean(v for cell, v in row.speeds.items() if cell[0] == scene))
@@ -100,7 +98,7 @@ def plot_memory(plt, runs, folder):
 
 
 def load_pyplot(script):
-    """pyplot without a screen, or None (and says so) where there is no matplotlib."""
+    """Returns pyplot without a screen. Without matplotlib it prints a message and returns None."""
     try:
         import matplotlib
     except ImportError:
@@ -108,7 +106,9 @@ def load_pyplot(script):
         return None
     matplotlib.use("Agg")
     matplotlib.rcParams["svg.hashsalt"] = "hiprt"
-    # Names hold no formulas. Before matplotlib 3.6 a name with two dollar signs is taken for one.
+    # Text as text, not as outlines: small files that can be searched.
+    matplotlib.rcParams["svg.fonttype"] = "none"
+    # Names hold no formulas. matplotlib before 3.6 takes a name with two dollar signs for one.
     if "text.parse_math" in matplotlib.rcParams:
         matplotlib.rcParams["text.parse_math"] = False
     from matplotlib import pyplot

@@ -1,4 +1,4 @@
-"""What bench_variants and the peers measured."""
+"""Results of bench_variants and of other libraries."""
 
 import math
 
@@ -24,12 +24,12 @@ def usual_order(result):
 
 
 def kind_of(result):
-    """All hits are asked of the rays that closest hits are asked of."""
+    """Queries for all hits use the rays of closest hits."""
     return result["kind"] + (ALL_HITS if result["query"] == "all" else "")
 
 
 def recorded(provenance, *keys):
-    """What is there, in the provenance of any tool; else an empty text."""
+    """@return the value, in the provenance of any tool, or an empty text."""
     for key in keys:
         provenance = provenance.get(key, "") if isinstance(provenance, dict) else ""
     return provenance if isinstance(provenance, (str, int, float)) else ""
@@ -47,7 +47,7 @@ def read_tree(part):
 
 
 def read_result(part, trees):
-    """None if the variant failed or answered otherwise: it has no speed."""
+    """None if the variant failed or has wrong results: it has no speed."""
     if part.number("repetitions") == 0 or part.text("problem") or part.number("overflowed_rays"):
         return None
     result = {key: part.name(key) for key in ["scene", "tree", "kind", "query", *ROW_AXES]}
@@ -70,7 +70,7 @@ class Row:
         self.bytes_per_triangle = {}
 
     def name(self):
-        """The tree's name is left out where it says no more than the layout."""
+        """Without the tree's name if it equals the layout."""
         return " ".join(self.key[1:] if self.axes["tree"] == self.axes["layout"] else self.key)
 
     def ratios(self, reference, kinds=None):
@@ -137,7 +137,7 @@ class Runs:
 
 
 class Peers:
-    """What other tracers reach, by scene and kind."""
+    """Speeds of other libraries, by scene and kind."""
 
     def __init__(self, path):
         file = load(path, "hiprt peers 1", "peers' figures")

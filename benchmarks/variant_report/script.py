@@ -1,4 +1,4 @@
-"""What scripts that turn JSON into files share."""
+"""Common code of scripts that turn JSON into files."""
 
 import argparse
 import os
@@ -14,7 +14,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def run_script(name, work):
-    """@return the exit status: 1, and what is wrong on standard error, where work() raises InputError."""
+    """@return the exit status. If work() raises InputError: 1, and the message on standard error."""
     try:
         work()
     except InputError as error:
@@ -24,7 +24,7 @@ def run_script(name, work):
 
 
 def write_together(name, folder, write):
-    """Whatever write(FOLDER) makes there goes to the folder when all of it is made. name: the script's."""
+    """Calls write(FOLDER) with a temporary folder and moves its files when all are written. name: the script's."""
     try:
         os.makedirs(folder, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{name}-", dir=folder) as work:

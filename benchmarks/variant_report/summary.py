@@ -57,7 +57,7 @@ def best_row(runs, peers, kinds):
 
 
 def cells_text(runs, peers):
-    """Per cell: what one choice per query reaches, and the best variant of all."""
+    """Per cell: the speed of one choice per query, and the best variant."""
     closest = best_row(runs, peers, set(runs.kinds()) - ANY_KINDS)
     any_hit = best_row(runs, peers, ANY_KINDS)
     chosen, fastest = {}, {}
