@@ -1,4 +1,4 @@
-// Progress and cancelling: how often a build asks whether to go on, and what it leaves behind when it is not to.
+// Progress and cancelling: how often a build calls the callback, and what a cancelled build leaves behind.
 
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/pair/pair.h>

@@ -1,4 +1,4 @@
-// What a refit says of the tree's quality, and when it advises a new build.
+// The quality figures of a refit, and when it advises a rebuild.
 
 #include <hiprt_build/statistics.h>
 #include <tests/build/refit_file.h>

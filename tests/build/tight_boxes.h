@@ -1,5 +1,5 @@
 #pragma once
-/// Whether the boxes of a file are as small as its layout allows, looked at node by node.
+/// Checks node by node that the boxes of a file are as small as its layout allows.
 
 #include <hiprt_build/format/box.h>
 #include <hiprt_build/format/view.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Instances that move and turn: closed meshes do not leak, no box hides a hit, hits lie within their instances' boxes,
+/// Instances that move and turn: closed meshes do not leak, boxes hide no hit, hits lie within their instances' boxes,
 /// and nothing leaves its bounds.
 
 #include <hiprt_build/format/instance_bounds.h>

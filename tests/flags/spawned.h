@@ -1,6 +1,6 @@
 #pragma once
-/// Hits are within their error of the triangle, and a ray that starts there at spawn_origin() does not meet the
-/// triangle again and starts near the hit.
+/// Hits lie within their error bound of the triangle. A ray that starts at spawn_origin() starts near the hit and does
+/// not hit the triangle again.
 
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/query/spawn.h>

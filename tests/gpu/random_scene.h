@@ -1,5 +1,5 @@
 #pragma once
-/// The scenes of the tests that compare a GPU's hits with the host's, and rays that are hard on them.
+/// Scenes and difficult rays of the tests that compare a GPU with the host.
 
 #include <hiprt_build/build.h>
 #include <hiprt_device/primitives/round_curve.h>

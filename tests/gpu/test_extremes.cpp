@@ -1,4 +1,4 @@
-// Extreme scenes and rays on a GPU: its answers are the host's, bit by bit, and exact arithmetic is their judge.
+// Extreme scenes and rays on a GPU: hits equal the host's, bit for bit, and exact arithmetic confirms them.
 
 #include <tests/gpu/extremes.h>
 

@@ -1,5 +1,5 @@
-// Instances and motion at the extremes on a GPU: its answers are the host's, bit by bit, closed meshes do not leak, and
-// rays and times of any bits give sane answers.
+// Extreme instances and motion on a GPU: hits equal the host's, bit for bit, and closed meshes do not leak. Rays and
+// times with arbitrary bits give valid hits or misses.
 
 #include <tests/gpu/instance_extremes.h>
 

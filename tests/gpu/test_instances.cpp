@@ -1,4 +1,4 @@
-// Trees over instances that the device makes: records and boxes are the host's, bit by bit, and so are hits.
+// Top-level trees built on the device: records, boxes and hits equal the host's, bit for bit.
 
 #include <hiprt_build/format/view.h>
 #include <tests/gpu/counting_allocator.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays on the device through a scene whose view only the device knows.
+/// Traces rays on the device through a scene whose view is in device memory only.
 
 #include <hiprt_build/gpu/instances.h>
 #include <hiprt_device/ray.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// What the host gives the kernels of the traversal test, what they answer, and the table of kernels.
+/// Input and output of the traversal test's kernels, and the table of kernels.
 
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/primitives/primitive_table.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// What the host finds with the same headers: the truth about a GPU's answers.
+/// Hits of the host, by the same headers. A GPU's hits must equal them.
 
 #include <tests/gpu/random_scene.h>
 #include <tests/gpu/traversal_job.h>

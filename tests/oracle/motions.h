@@ -1,5 +1,5 @@
 #pragma once
-/// Meshes in motion: the same triangles with other positions.
+/// Moving meshes: the same triangles with other vertex positions.
 
 #include <tests/oracle/mesh.h>
 #include <tests/oracle/random.h>

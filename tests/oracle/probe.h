@@ -1,6 +1,6 @@
 #pragma once
-/// Questions whose answers are known, asked of any tracer by the number of a ray: the same rays on every host and GPU.
-/// Meshes are closed and lie around Target::centre, so that a ray from inside has something to meet.
+/// Test rays with known results, made from a number alone: the same rays on every host and GPU. Meshes are closed and
+/// lie around Target::centre, so that every ray from inside has a hit.
 
 #include <hiprt_build/input.h>
 #include <hiprt_device/query/closest_hit.h>

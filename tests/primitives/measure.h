@@ -1,5 +1,5 @@
 #pragma once
-/// What computed crossings are worth, measured against the exact ones.
+/// Measures the errors of computed crossings against exact ones.
 
 #include <tests/primitives/shapes.h>
 #include <tests/traversal/workers.h>

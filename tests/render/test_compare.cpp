@@ -1,5 +1,5 @@
-/// Differences of pictures: numbers known by hand, FLIP against a slow one in double precision, and what must not
-/// change it.
+/// Differences of pictures: values known by hand, FLIP against a slow version in double, and changes that must not
+/// matter.
 
 #include "slow_flip.h"
 

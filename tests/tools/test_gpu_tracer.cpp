@@ -1,5 +1,5 @@
-/// GpuTracer gives what trace() gives: bit for bit, but for the triangle test Fast and the box test Plain, which round
-/// as the compiler and the device like.
+/// GpuTracer gives the results of trace(), bit for bit. Exceptions are the triangle test Fast and the box test Plain,
+/// whose rounding depends on compiler and device.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// The box test under each policy, layout and lanes, as values that a test can loop over.
+/// The box test of each policy, layout and lanes, as values for loops.
 
 #include <hiprt_device/ray.h>
 

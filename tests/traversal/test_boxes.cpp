@@ -1,5 +1,5 @@
-// The box test's promise: a box that a ray touches within [tmin, tmax] by exact arithmetic is never culled. In rounded
-// layouts that holds for the box that was put in, and for the one that the node has in its place.
+// The box test never culls a box that the ray touches within [tmin, tmax] by exact arithmetic. In rounded layouts this
+// holds for the original box and for the stored one.
 
 #include <hiprt_device/format/layout.h>
 #include <tests/oracle/random.h>

@@ -1,4 +1,4 @@
-// Rays in double: against exact arithmetic, far from the origin, through instances; hits do not depend on the tree, and
+// Rays in double: against exact arithmetic, far from the origin, through instances. Hits do not depend on the tree, and
 // nothing leaks.
 
 #include <hiprt_device/math/vec_functions.h>

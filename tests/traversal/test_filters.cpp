@@ -1,4 +1,4 @@
-// Filters: cut-outs, self-intersection by id, stops, and which candidates a filter sees.
+// Filters: cut-outs, self-intersection by id, early stop, and which candidates a filter sees.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>

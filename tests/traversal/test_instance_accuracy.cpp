@@ -1,4 +1,4 @@
-// How exact hits in instances are, and that their error bounds hold.
+// Accuracy of hits in instances, and their error bounds.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/instance_scenes.h>

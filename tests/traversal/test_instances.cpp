@@ -1,4 +1,4 @@
-// Rays in scenes of instances: what they hit does not depend on the trees over instances, on any number of levels.
+// Scenes of instances: hits do not depend on the top-level trees, with any number of levels.
 
 #include <hiprt_build/format/view.h>
 #include <tests/traversal/instance_scenes.h>

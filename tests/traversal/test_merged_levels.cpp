@@ -1,4 +1,5 @@
-// Merged levels of instances: the same surfaces where they were, by ways that can be told; what stays, what is refused.
+// Merged levels of instances: the surfaces stay in place, and instance paths can be restored. Also: levels that cannot
+// merge, and invalid input.
 
 #include <hiprt_build/merge_levels.h>
 #include <tests/traversal/moving_scenes.h>

@@ -1,4 +1,4 @@
-// Rays in scenes that move: what they hit does not depend on the trees over instances, at any time.
+// Moving scenes: hits do not depend on the top-level trees, at any time.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/moving_scenes.h>

@@ -1,5 +1,4 @@
-// What an observer sees of a traversal: all that a WorkCounter counts, in an order that makes sense, and nothing
-// changes.
+// Observers of a traversal see every event that WorkCounter counts, in a consistent order, and change nothing.
 
 #include <tests/traversal/moving_scenes.h>
 

@@ -1,4 +1,4 @@
-// Transforms along ways of instances, still and moving: errors against long double, and their bounds.
+// Transforms along paths of still and moving instances: errors against long double, and their bounds.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/moving_scenes.h>

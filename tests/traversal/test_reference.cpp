@@ -1,5 +1,5 @@
-// The Reference triangle test against exact arithmetic: which triangles of a leaf a ray meets, where, and that a closed
-// surface is crossed an even number of times.
+// The Reference triangle test against exact arithmetic: which triangles of a leaf a ray hits, and where. A line crosses
+// a closed surface an even number of times.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/hiprt_device.h>

@@ -1,4 +1,4 @@
-// Spheres and curves that a file holds: the hits are those of asking every shape, and of the exact oracle.
+// Spheres and curves in a file: hits are those of a loop over all shapes, and of the exact oracle.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/shapes.h>

@@ -1,4 +1,4 @@
-// Every stack gives the hits of a stack that is large enough, or says that it was too small.
+// Every stack gives the hits of a large stack, or reports that it was too small.
 
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/traverse/stacks/restart.h>

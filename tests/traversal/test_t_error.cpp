@@ -1,4 +1,4 @@
-// The bound of t holds against exact arithmetic, and is not much larger than it must be; policies without a surface
+// The error bound of t holds against exact arithmetic and is not much larger than necessary. Policies without a surface
 // find the same hits.
 
 #include <hiprt_device/intersect/exact_triangle_test.h>

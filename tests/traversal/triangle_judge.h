@@ -1,6 +1,6 @@
 #pragma once
-/// What a ray meets of triangles that are known in long double, each tried; and whether a tracer's answer is that but
-/// for rounding.
+/// The hits of a ray by a loop over all triangles in long double, and the check that a tracer's hit agrees within
+/// rounding.
 
 #include <hiprt_device/ray.h>
 #include <tests/traversal/moving_scenes.h>
