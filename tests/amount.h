@@ -24,8 +24,8 @@ inline constexpr unsigned kWorkDivisor = 1;
 /// @return the number of random trials for this build, given that of a release build.
 constexpr unsigned trials(unsigned release) { return release / kWorkDivisor > 0 ? release / kWorkDivisor : 1; }
 
-/// Chooses cases of nested loops: all cases, or in the quick set the first one and then one of @p every. Let @p every have
-/// no divisor in common with the lengths of the inner loops, so that each of their values occurs.
+/// Chooses cases of nested loops: all cases, or in the quick set the first one and then one of @p every. Let @p every
+/// have no divisor in common with the lengths of the inner loops, so that each of their values occurs.
 class Sample {
  public:
 #if defined(HIPRT_QUICK_TESTS)
