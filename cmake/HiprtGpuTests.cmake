@@ -21,8 +21,8 @@ function(hiprt_add_gpu_entry name mode arch program)
   if(HIPRT_TEST_SET STREQUAL "quick")
     set_tests_properties(${name} PROPERTIES ENVIRONMENT HIPRT_EMULATED_CASES=left)
   endif()
-  # amdrun spends most of its time on one processor: it translates each kernel at its first launch.
-  set_tests_properties(${name} PROPERTIES TIMEOUT 1800 SKIP_RETURN_CODE 77 LABELS gpu FIXTURES_REQUIRED hiprt_amdrun)
+  # amdrun spends most of its time on one processor: it translates each kernel at its first launch. Long tests start first.
+  set_tests_properties(${name} PROPERTIES COST 100 TIMEOUT 1800 SKIP_RETURN_CODE 77 LABELS gpu FIXTURES_REQUIRED hiprt_amdrun)
 endfunction()
 
 # Builds amdrun's own runtime once, before the tests that need it.

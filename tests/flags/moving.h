@@ -22,7 +22,7 @@ inline const char* name_of(MotionKind kind) {
   return kind == MotionKind::kSlerp ? "slerp" : kind == MotionKind::kNlerp ? "nlerp" : "matrix";
 }
 
-/// A scene of instances with what it is made of.
+/// A scene of instances and its parts.
 struct MovingScene {
   build::Bvh object, whole;
   std::deque<build::Motion> motions;  ///< Instances point at them.

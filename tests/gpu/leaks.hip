@@ -81,7 +81,7 @@ struct NamedMesh {
   float room;
 };
 
-/// @return leaks of what is guaranteed.
+/// @return leaks of the guaranteed tests.
 std::uint64_t check(const NamedMesh& named, std::uint64_t rays) {
   gpu::DeviceAllocator allocator;
   const build::TriangleMesh meshes[] = {named.mesh.view()};

@@ -134,7 +134,7 @@ inline Target random_target(const SceneSource& scene, oracle::Random& random) {
 
 struct AimedRay {
   Ray ray;
-  bool at_edge;  ///< At a vertex or edge, where rounding decides what is hit.
+  bool at_edge;  ///< Aimed at a vertex or edge, where rounding decides the hit.
 };
 
 /// From anywhere at a target; along an axis; or anyhow. Lengths, ranges and masks vary.

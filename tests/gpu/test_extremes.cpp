@@ -29,7 +29,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std:
 struct Extreme {
   std::string name;
   Mesh mesh;
-  double size;             ///< Of what is looked at, about,
+  double size;             ///< Approximate size of the target,
   oracle::Double3 center;  ///< and where it is.
 };
 

@@ -22,7 +22,7 @@ bool same_bits(const InstanceAnswer& a, const InstanceAnswer& b) {
   return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
 }
 
-/// The device's answers, which are the host's.
+/// The device's hits, which must equal the host's.
 std::vector<InstanceAnswers> trace(const Chain& chain, std::span<const Ray> rays) {
   gpu::DeviceAllocator allocator;
   const auto scene = must(gpu::upload_scene(chain.file.bytes(), nullptr, allocator));

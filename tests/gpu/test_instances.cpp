@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261123;
 
-/// Two files, one of which is empty, and a group over the other: objects 0 to 2.
+/// Two files, one of them empty, and a group over the other: objects 0 to 2.
 InstanceScene small_objects(NodeLayout layout) {
   InstanceScene scene;
   Random random(kSeed);

@@ -23,7 +23,7 @@ enum class MemoryOfStacks {
   kShared,  ///< A rolling stack's ring, and the ways.
 };
 
-/// By the default policies but for the stack, for two levels of instances, of layout kPlanes.
+/// Default policies with another stack, two levels of instances, layout kPlanes.
 gpu::Result<std::vector<InstanceAnswer>> trace_instances(const gpu::InstanceReport* report, std::span<const Ray> rays,
                                                          MemoryOfStacks memory, hipStream_t stream,
                                                          gpu::Allocator& allocator);

@@ -20,7 +20,7 @@ enum class Question : unsigned {
              ///< fault: it meets the triangle that it left; lost: it meets nothing.
   kCrossingsEdge,    ///< From outside at a point of an edge; fault: an odd number of crossings.
   kCrossingsVertex,  ///< From outside at a vertex; fault: an odd number of crossings.
-  kTrace,            ///< No question: rays[number], answered as hits[number].
+  kTrace,            ///< No known result: traces rays[number] to hits[number].
 };
 
 /// What rays are aimed at. Pointers are the tracer's: to the device's memory on a GPU.

@@ -90,7 +90,7 @@ std::size_t compare(const TestScene& scene, Query query, const TracePolicies& po
   return compare_by(answers(scene, query, policies), allowed, same);
 }
 
-/// Of closest hits what is hit, and t to a relative 1e-4.
+/// Compares the primitives of closest hits, and t to a relative 1e-4.
 std::size_t compare_distances(const TestScene& scene, const TracePolicies& policies, std::size_t allowed) {
   return compare_by(answers(scene, Query::kClosest, policies), allowed, [](const Hit& a, const Hit& b) {
     if (!a.found() || !b.found()) return a.found() == b.found();

@@ -21,7 +21,7 @@ inline std::vector<Hit> sorted(std::vector<Hit> hits) {
   sort_hits(hits);
   return hits;
 }
-/// One of those that have the same key: the first.
+/// The first of those with the same key.
 inline std::vector<Hit> unique(std::vector<Hit> hits) {
   sort_hits(hits);
   hits.erase(std::unique(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return hit_key(a) == hit_key(b); }),

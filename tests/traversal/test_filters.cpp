@@ -56,7 +56,7 @@ struct CutOut {
   }
 };
 
-/// Keeps what it is asked about, and answers what it is told to.
+/// Records the candidates that it is called with, and returns the given value.
 struct Witness {
   std::vector<Hit>* seen;
   FilterAnswer answer = FilterAnswer::kAccept;

@@ -19,7 +19,7 @@ template <class LayoutType, unsigned kLevels> struct PostponedTracer : Instanced
   using Schedule = Postponed;
 };
 
-/// Groups of instances of what is before them.
+/// Groups of instances of earlier objects.
 InstanceScene random_scene(std::uint64_t seed, NodeLayout layout, unsigned levels, std::uint32_t instances) {
   Random random(seed);
   InstanceScene scene;

@@ -21,7 +21,7 @@ struct Counted : Policies {
 };
 using CountingTracer = Moving<Instanced<Counted>>;
 
-/// Groups of instances of what is before them, most of which move.
+/// Groups of instances of earlier objects; most instances move.
 struct MovingScene : InstanceScene {
   std::vector<std::unique_ptr<build::Motion>> motions;
 
