@@ -1,8 +1,8 @@
-# GPU code: which platform builds it, and how .hip sources become objects of a target. Tests of it: HiprtGpuTests.cmake.
+# Chooses the platform of GPU code and compiles .hip sources to objects of a target. HiprtGpuTests.cmake adds tests.
 #
 # Sets HIPRT_GPU_PLATFORM to AMD, NVIDIA or OFF and HIPRT_GPU_REASON to one line that says why, and makes the target
-# hiprt::gpu: what C++ code needs to include <hiprt_build/gpu/gpu.h> and to link (include folders, the runtime library).
-# hiprt_amd_problem and hiprt_nvidia_problem say what either platform lacks; empty: it can compile.
+# hiprt::gpu, with the include folders and the runtime library of C++ code that includes <hiprt_build/gpu/gpu.h>.
+# hiprt_amd_problem and hiprt_nvidia_problem name the missing parts of each platform. Empty: it can compile.
 
 set(HIPRT_GPU "AUTO" CACHE STRING
   "Platform of GPU code: AMD (hipcc), NVIDIA (nvcc), OFF, or AUTO: NVIDIA if nvcc and an NVIDIA GPU are here, else AMD if hipcc is, else NVIDIA if nvcc is, else OFF")
@@ -119,9 +119,9 @@ if(TARGET hiprt_gpu)
   add_library(hiprt::gpu ALIAS hiprt_gpu)
 endif()
 
-# hiprt_gpu_flags(<target> <variable>): the flags that a .hip source of the target shares with its C++ sources: include
-# folders and definitions, of linked libraries too, and the configuration. (Compile options do not follow: they are
-# written for the C++ compiler. See OPTIONS below and HIPRT_GPU_FLAGS.) Of an interface library: those of its users.
+# hiprt_gpu_flags(<target> <variable>): the flags that a .hip source of the target shares with its C++ sources. These are the
+# include folders and definitions, also of linked libraries, and the configuration. Compile options are for the C++ compiler
+# and are left out: see OPTIONS below and HIPRT_GPU_FLAGS. For an interface library: the flags of its users.
 function(hiprt_gpu_flags target variable)
   set(interface "")
   get_target_property(type ${target} TYPE)
@@ -129,7 +129,7 @@ function(hiprt_gpu_flags target variable)
     set(interface INTERFACE_)
   endif()
   set(definitions "$<TARGET_PROPERTY:${target},${interface}COMPILE_DEFINITIONS>")
-  # /usr/include given by hand would come before the compiler's own folders, which must come before it.
+  # An explicit /usr/include would come before the compiler's own folders, which must come first.
   set(folders "$<TARGET_PROPERTY:${target},${interface}INCLUDE_DIRECTORIES>")
   set(folders "$<REMOVE_DUPLICATES:$<FILTER:${folders},EXCLUDE,^/usr/include$>>")
   string(REGEX REPLACE "([][+.*()^$?|\\])" "\\\\\\1" root "${PROJECT_SOURCE_DIR}")
@@ -144,15 +144,15 @@ function(hiprt_gpu_flags target variable)
     ${more} PARENT_SCOPE)
 endfunction()
 
-# hiprt_amd_command(<variable> <arch>): hipcc with what every AMD compilation needs.
+# hiprt_amd_command(<variable> <arch>): hipcc with the options of every AMD compilation.
 function(hiprt_amd_command variable arch)
   set(${variable} ${CMAKE_COMMAND} -E env HIP_PLATFORM=amd ${HIPRT_HIPCC} -Wall -Wextra -Wconversion -Wshadow
     $<$<BOOL:${HIPRT_WARNINGS_AS_ERRORS}>:-Werror> -Wno-unused-command-line-argument
     --offload-arch=${arch} --rocm-device-lib-path=${HIPRT_HIP_DEVICE_LIBS} PARENT_SCOPE)
 endfunction()
 
-# hiprt_nvidia_command(<variable> <arch>...): nvcc with what every NVIDIA compilation needs. The host compiler sees text
-# that cudafe++ wrote, with parentheses of its own.
+# hiprt_nvidia_command(<variable> <arch>...): nvcc with the options of every NVIDIA compilation. The host compiler reads the
+# output of cudafe++, which adds parentheses.
 function(hiprt_nvidia_command variable)
   set(command ${CUDAToolkit_NVCC_EXECUTABLE} -ccbin ${CMAKE_CXX_COMPILER} -x cu --expt-relaxed-constexpr
     -Xcompiler=-Wall,-Wextra,-Wno-parentheses)
@@ -204,8 +204,8 @@ endfunction()
 
 # hiprt_gpu_objects(<target> <source.hip>... [OPTIONS <option>...])
 # Compiles the sources with the platform's GPU compiler, adds the objects to <target> and links hiprt::gpu to it.
-# Include folders and definitions are the target's, set before or after this call; OPTIONS go to hipcc or nvcc. To be
-# called in the folder that makes the target. Without a platform (HIPRT_GPU_PLATFORM is OFF) it is an error.
+# Include folders and definitions are the target's, set before or after this call; OPTIONS go to hipcc or nvcc. Call it in the
+# folder that makes the target. Without a platform (HIPRT_GPU_PLATFORM is OFF) it is an error.
 function(hiprt_gpu_objects target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "OPTIONS")
   hiprt_gpu_flags(${target} flags)
@@ -226,6 +226,6 @@ function(hiprt_gpu_objects target)
     target_sources(${target} PRIVATE ${stem}.o)
     set_source_files_properties(${stem}.o PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
   endforeach()
-  # Not for who uses the target from where it is installed.
+  # An installed target does not need it.
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:hiprt::gpu>)
 endfunction()

@@ -13,11 +13,11 @@ set(HIPRT_TOOLS_ISAS "${hiprt_default_isas}" CACHE STRING
 #   HIPRT_ISA_NAME=<entry as an identifier>, for example x86_64_v3,
 # adds the objects to <target>, and defines on <target> (and on its users) the X-macro list
 #   HIPRT_ISA_LIST="HIPRT_ISA(x86_64) HIPRT_ISA(x86_64_v3)", worst first, for the run-time choice.
-# Of several the first is for machines that are over ten years old: it is compiled in a quarter of the time, without forced
-# inlining.
-# The object library of one variant is called <target>_<identifier>. All functions in these sources must live in
-# hiprt's inline namespace of the ISA or carry HIPRT_ISA_NAME in their name, and hold no inline function of others
-# (tests/isa checks the objects): the linker keeps one copy of equal names, maybe the wrong one.
+# The first of several variants is for machines over ten years old. It is compiled without forced inlining, in a quarter of
+# the time.
+# The object library of one variant is called <target>_<identifier>. All functions in these sources must be in hiprt's inline
+# namespace of the ISA or have HIPRT_ISA_NAME in their name. They must emit no inline function of other namespaces: the linker
+# keeps one copy of equal names, possibly the one for a newer CPU. tests/isa checks the objects.
 function(hiprt_add_isa_variants target)
   set(list "")
   list(LENGTH HIPRT_TOOLS_ISAS count)
@@ -28,7 +28,7 @@ function(hiprt_add_isa_variants target)
     add_library(${variant} OBJECT ${ARGN})
     hiprt_target(${variant})
     target_compile_definitions(${variant} PRIVATE HIPRT_ISA_NAME=${name})
-    # Contraction of a * b + c would give each ISA its own last bits; where fma is wanted it is written.
+    # Contraction of a * b + c would give each ISA its own last bits. The sources call fma where they need it.
     target_compile_options(${variant} PRIVATE -ffp-contract=off)
     if(NOT isa STREQUAL "native-default")
       target_compile_options(${variant} PRIVATE -march=${isa})

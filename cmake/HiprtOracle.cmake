@@ -1,4 +1,4 @@
-# hiprt_oracle: exact reference answers (GMP) and mesh generators of tests/oracle, for tests and benchmarks.
+# hiprt_oracle: exact reference results (GMP) and mesh generators of tests/oracle, for tests and benchmarks.
 
 find_path(HIPRT_GMPXX_INCLUDE_DIR gmpxx.h REQUIRED DOC "Folder of gmpxx.h (Debian: libgmp-dev)")
 find_library(HIPRT_GMPXX_LIBRARY gmpxx REQUIRED DOC "GMP's C++ library (Debian: libgmp-dev)")

@@ -1,11 +1,11 @@
-# What every target of hiprt shares: language level, warnings, sanitizers. Consumers of the libraries get none of it
-# but the language level.
+# Settings of every target of hiprt: language level, warnings, sanitizers. Consumers of the libraries get the language level
+# only.
 
-# Warnings of our own sources; includes of other packages are system includes and stay silent.
+# Warnings for our own sources. Headers of other packages are system headers, which do not warn.
 add_library(hiprt_warnings INTERFACE)
 target_compile_options(hiprt_warnings INTERFACE
   -Wall -Wextra -Wconversion -Wshadow
-  # GCC 12 sees overlapping copies in std::string's operator+ where there are none (its bug 105651).
+  # GCC 12 warns of overlapping copies in std::string's operator+, wrongly (its bug 105651).
   $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_LESS:$<CXX_COMPILER_VERSION>,13>>:-Wno-restrict>
   $<$<BOOL:${HIPRT_WARNINGS_AS_ERRORS}>:-Werror>)
 
@@ -15,7 +15,12 @@ if(HIPRT_SANITIZE)
   target_compile_options(hiprt_sanitizers INTERFACE
     -fsanitize=${hiprt_sanitize_list} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(hiprt_sanitizers INTERFACE -fsanitize=${hiprt_sanitize_list})
-  target_compile_definitions(hiprt_sanitizers INTERFACE HIPRT_LEAVE_INLINING)
+endif()
+option(HIPRT_FORCE_INLINING "Inline whole traversals: faster rays, and they compile for three times as long" ON)
+if(HIPRT_SANITIZE OR NOT HIPRT_FORCE_INLINING)
+  target_compile_definitions(hiprt_warnings INTERFACE HIPRT_LEAVE_INLINING)
+  # GCC 12 warns of children that std::countr_zero(0) would be, where no caller passes 0.
+  target_compile_options(hiprt_warnings INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>)
 endif()
 if(HIPRT_SANITIZE STREQUAL "thread" AND UNIX)
   find_package(TBB CONFIG REQUIRED)
@@ -27,11 +32,11 @@ if(HIPRT_FUZZERS)
   if(NOT CMAKE_CXX_COMPILER_ID MATCHES "Clang")
     message(FATAL_ERROR "HIPRT_FUZZERS=ON needs clang (-DCMAKE_CXX_COMPILER=clang++): libFuzzer is a part of it")
   endif()
-  # Coverage in every object that a fuzz target links; the fuzz target itself adds -fsanitize=fuzzer.
+  # Coverage in every object of a fuzz target. The target itself adds -fsanitize=fuzzer.
   target_compile_options(hiprt_sanitizers INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
-# hiprt_target(<target>...): one of our own compiled targets.
+# hiprt_target(<target>...): applies the settings to compiled targets.
 function(hiprt_target)
   foreach(target IN LISTS ARGN)
     target_compile_features(${target} PRIVATE cxx_std_20)
@@ -43,4 +48,16 @@ function(hiprt_target)
       target_link_libraries(${target} PRIVATE hiprt_tsan_tbb)
     endif()
   endforeach()
+endfunction()
+
+option(HIPRT_OPTIMIZE_COLD_CODE "Optimise code that takes no time at run time: command lines, importers, light tests" ON)
+mark_as_advanced(HIPRT_OPTIMIZE_COLD_CODE)
+
+# hiprt_cold_flags(<variable>): compiler options for code that takes no time at run time.
+function(hiprt_cold_flags variable)
+  if(HIPRT_OPTIMIZE_COLD_CODE)
+    set(${variable} $<$<CONFIG:Release>:-O1> PARENT_SCOPE)
+  else()
+    set(${variable} -O0 PARENT_SCOPE)
+  endif()
 endfunction()

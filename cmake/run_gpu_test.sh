@@ -1,16 +1,15 @@
 #!/bin/bash
-# run_gpu_test.sh MODE ARCH AMDRUN PROGRAM [ARGUMENT...]: runs a GPU program on a GPU of that architecture, or on the
-# CPU where there is none.
+# run_gpu_test.sh MODE ARCH AMDRUN PROGRAM [ARGUMENT...]: runs a GPU program on a GPU of that architecture, or on the CPU of a
+# machine without one.
 #
 # MODE: amd       on an AMD GPU of architecture ARCH (gfx1030, ...) if there is one, else through AMDRUN
 #       amd-asan  through AMDRUN with its check of out-of-bounds accesses
 #       nvidia    on an NVIDIA GPU of architecture ARCH (sm_90, ...)
-#       none      as it is, where there is no GPU at all
-#       prepare   (no PROGRAM) lets AMDRUN build what it needs
-# AMDRUN may be empty. Through it the program gets HIPRT_EMULATED_CASES as one more argument; none: other tests run
-# it; left: the quick set (tools/check without --all) leaves it out.
-# The program finds ARCH in HIPRT_TEST_GPU_ARCH. Exit status: the program's, or 77 with the reason when it cannot run
-# here.
+#       none      directly, on a machine without any GPU
+#       prepare   (no PROGRAM) lets AMDRUN build its runtime
+# AMDRUN may be empty. Through AMDRUN the program gets HIPRT_EMULATED_CASES as one more argument. Its value none: other tests
+# run the cases. left: the quick set (tools/check without --all) leaves the test out.
+# The program finds ARCH in HIPRT_TEST_GPU_ARCH. Exit status: the program's, or 77 with the reason when it cannot run.
 set -euo pipefail
 
 if [[ $# -lt 3 ]]; then
@@ -26,7 +25,7 @@ skip() {
   exit 77
 }
 
-# skip_left_out WHY: where no case is to be emulated.
+# skip_left_out WHY: skips a test without emulated cases.
 skip_left_out() {
   case ${HIPRT_EMULATED_CASES:-} in
     none) skip "$1" ;;

@@ -1,5 +1,5 @@
 #pragma once
-/// How much of the work of a test a build of this kind does.
+/// The share of a test's random work that this build does.
 
 namespace hiprt::checks {
 
@@ -12,10 +12,9 @@ namespace hiprt::checks {
 #define HIPRT_CHECKS_SLOW 1
 #endif
 
-/// Sanitized and unoptimised builds, and the quick set (HIPRT_TEST_SET), do a part of the random work.
-#if defined(HIPRT_CHECKS_SLOW)
+/// Sanitized and unoptimised builds, and the quick and fast sets (HIPRT_TEST_SET), do a part of the random work.
+#if defined(HIPRT_CHECKS_SLOW) || defined(HIPRT_FAST_TESTS)
 inline constexpr unsigned kWorkDivisor = 25;
-#undef HIPRT_CHECKS_SLOW
 #elif defined(HIPRT_QUICK_TESTS)
 inline constexpr unsigned kWorkDivisor = 3;
 #else
@@ -25,8 +24,8 @@ inline constexpr unsigned kWorkDivisor = 1;
 /// @return the number of random trials for this build, given that of a release build.
 constexpr unsigned trials(unsigned release) { return release / kWorkDivisor > 0 ? release / kWorkDivisor : 1; }
 
-/// Which cases of nested loops are run: all, and in the quick set the first and each every-th after it. Every should
-/// have no divisor in common with the lengths of the inner loops, so that each of their values has its turn.
+/// Chooses cases of nested loops: all cases, or in the quick set the first one and then one of @p every. Let @p every
+/// have no divisor in common with the lengths of the inner loops, so that each of their values occurs.
 class Sample {
  public:
 #if defined(HIPRT_QUICK_TESTS)

@@ -2,7 +2,7 @@
 
 #include "instanced_spheres.h"
 
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 #include <tools/render/tracers/isa.h>
 
 #include <algorithm>

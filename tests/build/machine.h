@@ -1,5 +1,5 @@
 #pragma once
-/// What the steps of a builder run on, and boxes for them.
+/// The engine and the boxes that tests of single build steps use.
 
 #include <hiprt_build/exec/cpu.h>
 #include <tests/oracle/random.h>

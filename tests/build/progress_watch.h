@@ -1,5 +1,5 @@
 #pragma once
-/// What a progress callback is told: fractions that rise to 1 at most, and the steps' names.
+/// Checks a progress callback: fractions rise and end at 1 or less, and each step has a name.
 
 #include <hiprt_build/build.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// A built file that tests of refits move: what must hold after a refit, and after a refusal.
+/// A built file that tests of refits move, with the checks after a valid and after an invalid refit.
 
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/refit.h>

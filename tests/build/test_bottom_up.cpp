@@ -1,4 +1,4 @@
-// Trees over Morton codes, step by step: against slow texts of the same definitions.
+// Bottom-up trees over Morton codes: each step against a slow implementation of the same definition.
 
 #include <hiprt_build/exec/lane_group.h>
 #include <hiprt_build/lbvh_ploc/bottom_up.h>

@@ -1,4 +1,5 @@
-// The collapse to four children against all ways to collapse, and its cost against the one measured from the file.
+// Collapse to four children against an exhaustive search. Its predicted cost must equal the cost measured from the
+// file.
 
 #include <hiprt_build/collapse/collapse.h>
 #include <hiprt_build/sah_sbvh/sah.h>

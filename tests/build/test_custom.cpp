@@ -1,4 +1,4 @@
-// Custom primitives in trees: alone, beside meshes, in every layout and by every builder.
+// Builds of custom primitives: alone and beside meshes, in every layout, by every builder.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/validate.h>

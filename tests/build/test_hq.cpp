@@ -1,4 +1,4 @@
-// Reinsertion and cut references, step by step.
+// The steps of the builder hq: reinsertion and pre-split references.
 
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/lbvh_ploc/cluster.h>

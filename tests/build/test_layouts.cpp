@@ -1,5 +1,5 @@
-// One tree in every layout: valid files, the same leaves, and boxes that are rounded outwards by less than one step
-// per level.
+// One tree in every layout: the files are valid, the leaves are equal, and boxes are rounded outwards by less than one
+// step per level.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/validate.h>

@@ -1,4 +1,4 @@
-// The run of leaves below one reference holds at most max_leaf_triangles triangles, and makes use of them.
+// A run of leaves below one node slot holds at most max_leaf_triangles triangles, and the builder uses that limit.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>

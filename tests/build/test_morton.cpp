@@ -1,4 +1,4 @@
-// Morton codes, and the sort of them.
+// Morton codes and their sort.
 
 #include <hiprt_build/exec/radix_sort.h>
 #include <hiprt_build/lbvh_ploc/morton.h>

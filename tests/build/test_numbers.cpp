@@ -1,4 +1,5 @@
-// Numbers and sizes at the limits of what can be built, without the memory: arrays that are mapped but not there.
+// Builds at the limits of counts and sizes. The input arrays are mapped memory without pages, so no large memory is
+// needed.
 
 #include <hiprt_build/encode/encode.h>
 #include <hiprt_build/exec/scratch.h>

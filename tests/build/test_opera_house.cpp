@@ -1,4 +1,4 @@
-// What Morton codes of 30 bits do to fine detail in a large hall, and codes of 63 bits do not.
+// Small triangles in a large hall: 30-bit Morton codes lose their order, 63-bit codes keep it.
 
 #include <hiprt_build/format/view.h>
 #include <tests/oracle/cost_within.h>

@@ -1,4 +1,4 @@
-// Which triangles share a leaf: always two of one mesh with a common edge, whatever the index buffer looks like.
+// Pairs of triangles in a leaf: both belong to one mesh and share an edge, for any index buffer.
 
 #include <hiprt_build/pair/pair.h>
 #include <tests/oracle/meshes.h>

@@ -1,4 +1,4 @@
-// Progress and cancelling: how often a build asks whether to go on, and what it leaves behind when it is not to.
+// Progress and cancelling: how often a build calls the callback, and what a cancelled build leaves behind.
 
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/pair/pair.h>
@@ -46,7 +46,7 @@ struct Longest {
   std::string where = "nowhere";
 };
 
-/// The longest work between two questions of body(engine), and from the last one to its end. One thread.
+/// The longest work between two calls of the callback in body(engine), and from the last call to the end. One thread.
 template <class Body> Longest longest_work(const Body& body) {
   Longest longest;
   std::string step = "start";
@@ -181,7 +181,7 @@ TEST_CASE("a build stops at once wherever it is told to, and leaves nothing behi
         const unsigned all = asked_until(~0u);
         REQUIRE(all > 10);
         for (unsigned stop = 1; stop <= 10; ++stop) CHECK(asked_until(stop) == stop);
-        // With several threads the number of questions varies.
+        // With several threads the number of calls varies.
         for (unsigned i = 0; i < 20; ++i) {
           const unsigned stop = 1 + random.below(all);
           CHECK(asked_until(stop) <= stop);

@@ -1,4 +1,4 @@
-// The quality of our trees beside Embree's, by one cost function, and the memory that a build takes.
+// Tree quality beside Embree's, by one cost function, and the memory of a build.
 
 #include <hiprt_build/statistics.h>
 #include <tests/oracle/meshes.h>

@@ -1,4 +1,4 @@
-// Refits change what they must and nothing else, in every layout.
+// A refit changes boxes and vertices, and no other byte, in every layout.
 
 #include <hiprt_build/format/view.h>
 #include <tests/amount.h>

@@ -1,4 +1,4 @@
-// What a refit says of the tree's quality, and when it advises a new build.
+// The quality figures of a refit, and when it advises a rebuild.
 
 #include <hiprt_build/statistics.h>
 #include <tests/build/refit_file.h>
@@ -78,7 +78,7 @@ TEST_CASE("the tree as it was built stays the measure, refit after refit") {
       return s.cost_ratio;
     };
     CHECK(check(mesh, false) == Approx(1).epsilon(0.05));
-    // Halves are no grid for what is much smaller or larger.
+    // Halves cannot resolve shapes that are much smaller or larger.
     for (const double scale : {1e-20, 1e-3, 3.0, 1e15})
       if (layout != NodeLayout::kHalf || (scale > 1e-4 && scale < 1e4)) CHECK(check(placed(mesh, scale), false) < 1.06);
     check(exploded(mesh, 2, kSeed), true);

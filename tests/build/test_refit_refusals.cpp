@@ -1,4 +1,4 @@
-// What a refit refuses, with the place; the file stays.
+// Invalid refits: the error names the place, and the file stays as it was.
 
 #include <hiprt_build/instances.h>
 #include <tests/build/refit_file.h>

@@ -1,4 +1,4 @@
-// What a builder refuses, with what it says.
+// Invalid input of builders and the error messages.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/encode/encode.h>

@@ -1,4 +1,4 @@
-// Spheres and curves in builds: what the file holds, what is refused and where, what a refit moves.
+// Builds of spheres and curves: content of the file, error messages, refits.
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/format/validate.h>

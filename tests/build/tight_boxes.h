@@ -1,5 +1,5 @@
 #pragma once
-/// Whether the boxes of a file are as small as its layout allows, looked at node by node.
+/// Checks node by node that the boxes of a file are as small as its layout allows.
 
 #include <hiprt_build/format/box.h>
 #include <hiprt_build/format/view.h>
@@ -67,7 +67,7 @@ bool is_tight(const typename Layout::Node& node, unsigned axis, unsigned side, f
   return outside == 0;
 }
 
-/// @pre no split references: what is in their runs is not known from the file.
+/// @pre no split references: the file does not tell which part of a triangle their leaves hold.
 template <class Layout> void check_tight_boxes(const BufferView& view) {
   const Contents<Layout> contents(view);
   unsigned loose = 0, unordered = 0;

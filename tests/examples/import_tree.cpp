@@ -25,6 +25,6 @@ int main() {
     tree.nodes.push_back({.box = over(first, kLeaf), .first = first, .primitives = kLeaf});
   const TriangleMesh meshes[] = {{positions, triangles}};
   const auto bvh = import_tree({.meshes = meshes}, tree);
-  std::puts(bvh ? "imported" : bvh.error().message.c_str());  // Errors name the node and what is wrong.
+  std::puts(bvh ? "imported" : bvh.error().message.c_str());  // Errors name the node and the fault.
   return bvh ? 0 : 1;
 }

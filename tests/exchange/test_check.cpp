@@ -1,4 +1,4 @@
-// What is refused as a tree over a scene, with its place; and that trees of any shape and depth are accepted.
+// Invalid exchange trees: the error names the place. Trees of any shape and depth are accepted.
 
 #include "trees.h"
 

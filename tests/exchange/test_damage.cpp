@@ -1,4 +1,4 @@
-// Random damage to a valid tree: what the check lets pass is built into a valid file with the right hits.
+// Random damage to a valid exchange tree: if the check accepts it, the built file is valid and its hits are right.
 
 #include "trees.h"
 

@@ -1,4 +1,4 @@
-// Imported trees trace as brute force does; exported and imported again they cost what they did.
+// Imported trees give the hits of brute force. Export and import keep the cost of a tree.
 
 #include "trees.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Exchange trees made by hand, apart from the library's builders.
+/// Exchange trees made by hand, without the library's builders.
 
 #include <hiprt_build/exchange.h>
 #include <tests/oracle/mesh.h>

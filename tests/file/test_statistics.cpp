@@ -1,4 +1,4 @@
-/// Statistics of the golden scene, computed by hand. Its layout: tests/format/golden/make_golden.py.
+/// Statistics of the golden scene, computed by hand. tests/format/golden/make_golden.py describes the scene.
 
 #include <hiprt_build/statistics.h>
 

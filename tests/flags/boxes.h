@@ -1,5 +1,5 @@
 #pragma once
-/// No box hides a hit: what is hit through a tree is what is hit when every triangle is tried, to the last bit.
+/// Boxes hide no hit: a traversal finds the hits of a loop over all triangles, bit for bit.
 
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/primitives/computed_leaf.h>

@@ -1,6 +1,6 @@
 #pragma once
-/// What all checks of guarantees.cpp share: digests of what goes in and of what is hit, and a tally that says what
-/// broke, in which trial and under which seed.
+/// Shared by all checks of guarantees.cpp: digests of the inputs and of the hits, and a tally that prints each fault
+/// with its trial and seed.
 
 #include <hiprt_device/hiprt_device.h>
 

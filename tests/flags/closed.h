@@ -1,5 +1,6 @@
 #pragma once
-/// Closed meshes: rays from inside, mostly at vertices and edges, do not leak, and lines cross evenly.
+/// Closed meshes: rays from inside, mostly aimed at vertices and edges, do not leak, and lines cross the surface an
+/// even number of times.
 
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/query/t_error.h>

@@ -1,6 +1,6 @@
 #pragma once
-/// MovingTriangleSet: a closed mesh that deforms is hit as the mesh of that time is, to the last bit; nothing leaks,
-/// and nothing leaves its boxes.
+/// MovingTriangleSet: at every time the hits are those of the still mesh of that time, bit for bit. Nothing leaks, and
+/// nothing leaves its boxes.
 
 #include <hiprt_device/primitives/moving_triangle.h>
 #include <tests/flags/boxes.h>

@@ -1,5 +1,5 @@
-// What is promised under any compiler's settings, and hits of the same bits. Prints a digest of what goes in and of
-// what is hit per group of checks, which test_flags.sh compares; exit status 0 if every check holds.
+// Checks what GUARANTEES.md states for every compiler setting. Prints one digest of the inputs and one of the hits per
+// group of checks; test_flags.sh compares them. Exit status 0 if every check passes.
 
 #include <tests/flags/closed.h>
 #include <tests/flags/deforming.h>

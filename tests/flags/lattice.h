@@ -1,7 +1,7 @@
 #pragma once
-/// What goes in: meshes, places, rays and motions on a lattice, so that no setting of a compiler can change them. Sums
-/// of lattice numbers and products with powers of two are exact, also where they are contracted. What instances take
-/// elsewhere the library takes there, by the same bits.
+/// Inputs: meshes, points, rays and motions on a lattice. Sums of lattice numbers and products with powers of two are
+/// exact, with contraction too, so no compiler setting changes them. The library computes the points that instances
+/// transform, with the same bits everywhere.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Instances that move and turn: closed meshes do not leak, no box hides a hit, hits lie within their instances' boxes,
+/// Instances that move and turn: closed meshes do not leak, boxes hide no hit, hits lie within their instances' boxes,
 /// and nothing leaves its bounds.
 
 #include <hiprt_build/format/instance_bounds.h>
@@ -22,7 +22,7 @@ inline const char* name_of(MotionKind kind) {
   return kind == MotionKind::kSlerp ? "slerp" : kind == MotionKind::kNlerp ? "nlerp" : "matrix";
 }
 
-/// A scene of instances with what it is made of.
+/// A scene of instances and its parts.
 struct MovingScene {
   build::Bvh object, whole;
   std::deque<build::Motion> motions;  ///< Instances point at them.

@@ -1,5 +1,5 @@
 #pragma once
-/// Spheres and round curves: crossings against exact ones, the smallest boxes, trees that hide nothing, spawned rays.
+/// Spheres and round curves: crossings against exact ones, smallest boxes, traversal against brute force, spawned rays.
 
 #include <hiprt_build/shapes.h>
 #include <hiprt_device/primitives/scene_shapes.h>

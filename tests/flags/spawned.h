@@ -1,6 +1,6 @@
 #pragma once
-/// Hits are within their error of the triangle, and a ray that starts there at spawn_origin() does not meet the
-/// triangle again and starts near the hit.
+/// Hits lie within their error bound of the triangle. A ray that starts at spawn_origin() starts near the hit and does
+/// not hit the triangle again.
 
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/query/spawn.h>
@@ -81,7 +81,7 @@ unsigned spawned_rays(const std::string& name, const SceneView& scene, const Mes
   // Hit errors: sqrt(3) along a diagonal, and 1 for the rounding of the sum (docs/GUARANTEES.md).
   constexpr double kMostMoved = 2.74;
   Check check(name + ": spawned rays", kSeed + 7);
-  // What goes in does not depend on what is hit.
+  // The inputs do not depend on the hits.
   Random random(kSeed + 7), of_ways(kSeed + 8);
   const auto path = only_path<P::kLevels>(scene);
   const bool moves = (scene.features & feature_bit(Feature::kMotion)) != 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// Small files with exactly one thing wrong: at least one for every FormatError.
+/// Small invalid files with exactly one fault: at least one for every FormatError.
 
 #include "test_scene.h"
 

@@ -1,5 +1,5 @@
-// Scenes of instances with one thing wrong. A scene has two objects, a triangle pair and a group of one instance of it,
-// and one instance of each.
+// Invalid scenes of instances, one fault each. A scene has two objects (a triangle pair, and a group of one instance of
+// it) and one instance of each object.
 
 #include "bad_files.h"
 

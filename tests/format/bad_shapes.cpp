@@ -1,4 +1,4 @@
-// Files with shapes with one thing wrong.
+// Invalid files with shapes, one fault each.
 
 #include "bad_files.h"
 #include "shape_files.h"

@@ -1,6 +1,6 @@
 #pragma once
-/// A second opinion on accepted files: walks the tree as a traversal would, with every access checked, from the
-/// specification's numbers instead of the library's decoding.
+/// A second check of accepted files: walks the tree as a traversal does and checks every access. It uses the numbers of
+/// the specification, not the library's decoding.
 
 #include <cstddef>
 #include <cstdint>

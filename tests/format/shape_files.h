@@ -1,5 +1,5 @@
 #pragma once
-/// Small files with shapes, by the builder.
+/// Small files with shapes, made by the builder.
 
 #include "test_file.h"
 

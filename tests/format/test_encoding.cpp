@@ -1,4 +1,5 @@
-/// Boxes into nodes and back, for every layout: contained, as tight as promised, exact. By exact rationals (GMP).
+/// Boxes to nodes and back, for every layout: each decoded box contains the original and is as tight as documented.
+/// Exact rationals (GMP) decide.
 
 #include <hiprt_build/format/validate_quantized.h>
 #include <hiprt_device/format/layout.h>

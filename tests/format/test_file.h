@@ -1,5 +1,5 @@
 #pragma once
-/// Small BVH files assembled by hand: the oracle of the format tests, independent of hiprt_build's encoder.
+/// Small BVH files assembled by hand, independent of the encoder in hiprt_build.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/buffer.h>

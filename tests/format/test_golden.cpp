@@ -1,4 +1,4 @@
-/// Files made from FORMAT.md by a script (golden/make_golden.py), whole, truncated and with every bit flipped.
+/// Files that golden/make_golden.py made from FORMAT.md: whole, truncated, and with every bit flipped.
 
 #include "safe_walk.h"
 #include "test_scene.h"

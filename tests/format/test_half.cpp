@@ -1,4 +1,4 @@
-/// 16-bit floats: every half, every gap between two halves, and floats at random.
+/// 16-bit floats: every value, every gap between two values, and random 32-bit floats.
 
 #include <hiprt_device/format/half.h>
 #include <tests/oracle/random.h>

@@ -1,8 +1,8 @@
-/// The validator's own helpers: bit sets with rank, UTF-8, boxes.
+/// Helpers of the validator: bit sets with rank, UTF-8, boxes.
 
 #include <hiprt_build/format/bit_set.h>
-#include <hiprt_build/format/utf8.h>
 #include <hiprt_build/format/box.h>
+#include <hiprt_build/format/utf8.h>
 
 #include <catch2/catch.hpp>
 

@@ -1,4 +1,4 @@
-/// FORMAT.md and the code name the same fields at the same offsets, and the same constants: no row missing, none extra.
+/// FORMAT.md and the code list the same fields at the same offsets and the same constants.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/buffer.h>

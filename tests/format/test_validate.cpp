@@ -1,4 +1,4 @@
-/// Good files pass with the right counts; every FormatError is produced, at the byte that is wrong.
+/// Valid files pass with the right counts. Every FormatError occurs, at the byte with the fault.
 
 #include "bad_files.h"
 #include "safe_walk.h"

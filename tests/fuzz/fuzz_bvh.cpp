@@ -1,5 +1,5 @@
-/// libFuzzer target: any bytes are refused by validate(), or rays trace through them without harm.
-/// Inputs are plain .bvh files, so that findings can be given to bvhinfo and seeds come from anywhere.
+/// libFuzzer target: validate() rejects the bytes, or rays trace through them without harm. An input is a plain .bvh
+/// file: any file can be a seed, and bvhinfo reads what the fuzzer finds.
 
 #include "../format/test_scene.h"
 #include "mutate.h"

@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes that a device and the host build, and what must hold of the files.
+/// Scenes that device and host build, and the checks of the files.
 
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/gpu/build.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// A caller's allocator that keeps accounts, and can be told to misbehave.
+/// An allocator of the caller's that counts, and that fails or misbehaves on request.
 
 #include <hiprt_build/gpu/allocator.h>
 

@@ -1,5 +1,5 @@
-// Whether a GPU decides as the host, bit for bit, with the triangle test Reference: what a filter in float decides,
-// what double does, and what exact arithmetic must. Exit status 0 if so.
+// Compares a GPU with the host, bit for bit, for the triangle test Reference: decisions by the float filter, in double,
+// and by exact arithmetic. Exit status 0 if all are equal.
 
 #include <hip/hip_runtime.h>
 #include <hiprt_build/gpu/gpu.h>

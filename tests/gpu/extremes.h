@@ -1,5 +1,5 @@
 #pragma once
-/// Closest and any hits of a scene in planes, with the default policies and with Reference, on the host and on a GPU.
+/// Closest and any hits of a scene in layout kPlanes on the host and on a GPU: default policies and Reference.
 
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_device/ray.h>

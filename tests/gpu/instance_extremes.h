@@ -1,6 +1,6 @@
 #pragma once
-/// Closest hits below instances, still or moving, with the default policies, Reference and rays in double, on the host
-/// and on a GPU.
+/// Closest hits below still and moving instances on the host and on a GPU: default policies, Reference, and rays in
+/// double.
 
 #include <hiprt_build/gpu/gpu.h>
 #include <hiprt_device/ray.h>

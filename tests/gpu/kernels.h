@@ -1,5 +1,5 @@
 #pragma once
-/// Kernels of the tests, for C++ sources that start them through hiprt::gpu::launch().
+/// Kernels of the tests. C++ sources launch them with hiprt::gpu::launch().
 
 #include <hip/hip_runtime.h>
 #include <hiprt_device/scene_view.h>

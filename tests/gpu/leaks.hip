@@ -1,7 +1,7 @@
-// leaks [MILLIONS]: rays aimed at the edges and vertices of closed meshes, made on the GPU. From inside not one may
-// miss, with the default tests and with Reference; from outside Reference must count an even number of crossings. Fast
-// and Plain are counted too, to see that the rays are hard. MILLIONS: rays per mesh, tests and aim (default: a few
-// thousand). Exit status 0 if nothing that is guaranteed leaks.
+// leaks [MILLIONS]: rays aimed at edges and vertices of closed meshes, made on the GPU. From inside, no ray may miss
+// with the default tests or with Reference. From outside, Reference must count an even number of crossings. Fast and
+// Plain are counted too: their misses show that the rays are hard. MILLIONS: rays per mesh, test and aim (default: a
+// few thousand). Exit status 0 if no guaranteed test leaks.
 
 #include <hip/hip_runtime.h>
 #include <hiprt_build/build.h>
@@ -81,7 +81,7 @@ struct NamedMesh {
   float capacity;
 };
 
-/// @return leaks of what is guaranteed.
+/// @return leaks of the guaranteed tests.
 std::uint64_t check(const NamedMesh& named, std::uint64_t rays) {
   gpu::DeviceAllocator allocator;
   const build::TriangleMesh meshes[] = {named.mesh.view()};

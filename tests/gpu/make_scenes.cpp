@@ -1,5 +1,5 @@
-// make_scenes FOLDER SEED: writes the scenes of that seed in every layout, as FOLDER/soup.float.bvh and so on. They are
-// made apart from the GPU's program, so that this one runs where the builder's libraries are not.
+// make_scenes FOLDER SEED: writes the scenes of that seed in every layout, as FOLDER/soup.float.bvh and so on. It is a
+// program of its own, so that the GPU's test program runs without the builder's libraries.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>

@@ -1,4 +1,4 @@
-// A kernel that writes one element behind the end of an array: what the entries *_asan_* are there to find.
+// A kernel that writes one element past the end of an array: the tests *_asan_* must detect it.
 
 #include <hiprt_build/gpu/gpu.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The scenes of the tests that compare a GPU's hits with the host's, and rays that are hard on them.
+/// Scenes and difficult rays of the tests that compare a GPU with the host.
 
 #include <hiprt_build/build.h>
 #include <hiprt_device/primitives/round_curve.h>
@@ -134,7 +134,7 @@ inline Target random_target(const SceneSource& scene, oracle::Random& random) {
 
 struct AimedRay {
   Ray ray;
-  bool at_edge;  ///< At a vertex or edge, where rounding decides what is hit.
+  bool at_edge;  ///< Aimed at a vertex or edge, where rounding decides the hit.
 };
 
 /// From anywhere at a target; along an axis; or anyhow. Lengths, ranges and masks vary.

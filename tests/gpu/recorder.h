@@ -1,7 +1,6 @@
 #pragma once
-/// Which streams the runtime's calls go to. The linker puts the recorder between the program and the HIP or CUDA
-/// runtime
-/// (--wrap, see CMakeLists.txt).
+/// Records the streams of the runtime's calls. The linker puts the recorder between the program and the HIP or CUDA
+/// runtime (--wrap, see CMakeLists.txt).
 
 #include <hip/hip_runtime.h>
 

@@ -1,4 +1,4 @@
-// Small kernels whose use of registers and memory is in resources.json.
+// Small kernels whose registers and memory resources.json lists.
 
 #include <hip/hip_runtime.h>
 

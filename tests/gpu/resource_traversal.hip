@@ -1,4 +1,4 @@
-// Traversal kernels as programs write them, whose use of registers and memory is in resources.json.
+// Traversal kernels as programs write them. resources.json lists their registers and memory.
 
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/primitives/primitive_table.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Values out of Results, or the test fails with the error's message.
+/// Unwraps results; the test fails with the error's message.
 
 #include <hiprt_build/gpu/error.h>
 

@@ -1,4 +1,4 @@
-// Many small BVHs at once: each answers rays as the host's does.
+// Batches of many small BVHs: each gives the hits of the host's build.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/batch.h>

@@ -1,4 +1,4 @@
-// BVHs built on the device: the files are those of the CPU's builders, bit by bit, where both pair alike.
+// Builds on the device: the files equal those of the CPU's builders, bit for bit, where both make the same pairs.
 
 #include <hiprt_build/collapse/collapse_plan.h>
 #include <hiprt_build/statistics.h>

@@ -1,4 +1,5 @@
-// Builders whose trees on the device need not be the host's: valid, as good, and hit as brute force says.
+// Builders whose device trees may differ from the host's: the files are valid, the cost is as low, and the hits are
+// those of brute force.
 
 #include <hiprt_build/statistics.h>
 #include <tests/gpu/build_input.h>

@@ -1,4 +1,4 @@
-// Extreme scenes and rays on a GPU: its answers are the host's, bit by bit, and exact arithmetic is their judge.
+// Extreme scenes and rays on a GPU: hits equal the host's, bit for bit, and exact arithmetic confirms them.
 
 #include <tests/gpu/extremes.h>
 
@@ -29,7 +29,7 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std:
 struct Extreme {
   std::string name;
   Mesh mesh;
-  double size;             ///< Of what is looked at, about,
+  double size;             ///< Approximate size of the target,
   oracle::Double3 center;  ///< and where it is.
 };
 

@@ -1,4 +1,4 @@
-// Work captured in a graph: launched again and again it gives the bytes that it gives on a stream.
+// Work captured in a graph: repeated launches give the bytes of a launch on a stream.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/batch.h>

@@ -1,5 +1,5 @@
-// Instances and motion at the extremes on a GPU: its answers are the host's, bit by bit, closed meshes do not leak, and
-// rays and times of any bits give sane answers.
+// Extreme instances and motion on a GPU: hits equal the host's, bit for bit, and closed meshes do not leak. Rays and
+// times with arbitrary bits give valid hits or misses.
 
 #include <tests/gpu/instance_extremes.h>
 
@@ -22,7 +22,7 @@ bool same_bits(const InstanceAnswer& a, const InstanceAnswer& b) {
   return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
 }
 
-/// The device's answers, which are the host's.
+/// The device's hits, which must equal the host's.
 std::vector<InstanceAnswers> trace(const Chain& chain, std::span<const Ray> rays) {
   gpu::DeviceAllocator allocator;
   const auto scene = must(gpu::upload_scene(chain.file.bytes(), nullptr, allocator));

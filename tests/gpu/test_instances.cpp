@@ -1,4 +1,4 @@
-// Trees over instances that the device makes: records and boxes are the host's, bit by bit, and so are hits.
+// Top-level trees built on the device: records, boxes and hits equal the host's, bit for bit.
 
 #include <hiprt_build/format/view.h>
 #include <tests/gpu/counting_allocator.h>
@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261123;
 
-/// Two files, one of which is empty, and a group over the other: objects 0 to 2.
+/// Two files, one of them empty, and a group over the other: objects 0 to 2.
 InstanceScene small_objects(NodeLayout layout) {
   InstanceScene scene;
   Random random(kSeed);

@@ -1,4 +1,4 @@
-// Launches, their limits, and the time they take.
+// Launches: limits and times.
 
 #include <hiprt_build/gpu/device.h>
 #include <hiprt_build/gpu/device_buffer.h>

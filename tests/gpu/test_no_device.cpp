@@ -1,4 +1,4 @@
-// Without a GPU every door says so. Run on machines that have none (run_gpu_test.sh none).
+// On a machine without a GPU every function reports that (run_gpu_test.sh none).
 
 #include <hiprt_build/gpu/gpu.h>
 #include <tests/gpu/kernels.h>

@@ -1,4 +1,4 @@
-// Locally-ordered clustering on the device makes the host's tree, byte by byte.
+// Locally-ordered clustering on the device makes the host's tree, byte for byte.
 
 #include <hiprt_build/gpu/device_buffer.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>

@@ -1,4 +1,4 @@
-// Refits on the device: the files are those of the host's refit, bit by bit.
+// Refits on the device: the files equal those of the host's refit, bit for bit.
 
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/gpu/refit.h>

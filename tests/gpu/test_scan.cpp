@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint64_t kSeed = 20261122;
 constexpr std::uint32_t kUntouched = 0xa5a5a5a5u;
 
-/// Scans @p values into another array, or in place, and checks what is there, and that nothing is behind it.
+/// Scans @p values into another array, or in place. Checks the sums, and that nothing behind the array changed.
 void check_scan(const std::vector<std::uint32_t>& values, bool in_place) {
   const auto count = static_cast<std::uint32_t>(values.size());
   gpu::DeviceAllocator allocator;

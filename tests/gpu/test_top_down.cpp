@@ -1,4 +1,4 @@
-// Trees from the top on the device: whole, and as cheap as those of the host.
+// Top-down trees on the device: complete, and as cheap as the host's.
 
 #include <hiprt_build/exec/lane_group.h>
 #include <hiprt_build/gpu/device_buffer.h>

@@ -1,4 +1,4 @@
-// The hits of a GPU are the host's, bit for bit: for every layout, stack, schedule, query and filter.
+// Hits of a GPU equal the host's, bit for bit, for every layout, stack, schedule, query and filter.
 
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>

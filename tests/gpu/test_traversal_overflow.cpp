@@ -1,4 +1,4 @@
-// Stacks that are too small say so, count the rays, and write nowhere else.
+// Stacks that are too small report it, count the rays, and write only their own memory.
 
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>

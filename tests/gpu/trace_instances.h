@@ -1,5 +1,5 @@
 #pragma once
-/// Rays on the device through a scene whose view only the device knows.
+/// Traces rays on the device through a scene whose view is in device memory only.
 
 #include <hiprt_build/gpu/instances.h>
 #include <hiprt_device/ray.h>
@@ -23,7 +23,7 @@ enum class MemoryOfStacks {
   kShared,  ///< A rolling stack's ring, and the ways.
 };
 
-/// By the default policies but for the stack, for two levels of instances, of layout kPlanes.
+/// Default policies with another stack, two levels of instances, layout kPlanes.
 gpu::Result<std::vector<InstanceAnswer>> trace_instances(const gpu::InstanceReport* report, std::span<const Ray> rays,
                                                          MemoryOfStacks memory, hipStream_t stream,
                                                          gpu::Allocator& allocator);

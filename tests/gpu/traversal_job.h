@@ -1,5 +1,5 @@
 #pragma once
-/// What the host gives the kernels of the traversal test, what they answer, and the table of kernels.
+/// Input and output of the traversal test's kernels, and the table of kernels.
 
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/primitives/primitive_table.h>
@@ -19,11 +19,11 @@ inline constexpr unsigned kBlock = 64;
 inline constexpr unsigned kGuard = 64;
 inline constexpr StackEntry kGuardEntry = 0xfeedfeedfeedfeedu;
 
-/// A query's answer to one ray.
+/// The result of a query for one ray.
 struct Answer {
   Hit hit;               ///< The first.
   TraversalState state;  ///< After the last call.
-  std::uint32_t failed;  ///< Whether the last answer said so.
+  std::uint32_t failed;  ///< Whether the last result reports a failure.
   std::uint32_t count;   ///< Hits found: of all, or of the first kDepth.
   std::uint64_t digest;  ///< Of those hits, in any order.
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// What the host finds with the same headers: the truth about a GPU's answers.
+/// Hits of the host, by the same headers. A GPU's hits must equal them.
 
 #include <tests/gpu/random_scene.h>
 #include <tests/gpu/traversal_job.h>
@@ -28,9 +28,9 @@ struct HostAnswers {
 /// @param count rays of that seed. @param scene of layout planes.
 HostAnswers make_host_answers(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed);
 
-/// @param depth hits that the query was asked for. @return whether the answer is the truth.
+/// @param depth number of hits that the query was to find. @return whether the result is right.
 bool is_right(const Answer& answer, const Expected& expected, Query query, Filtering filter, unsigned depth);
-/// The same but for rounding: for other triangle tests.
+/// The same within rounding: for other triangle tests.
 bool is_nearly_right(const Answer& answer, const Expected& expected, Query query);
 
 /// Every bit of the numbers.

@@ -1,5 +1,5 @@
 #pragma once
-/// Runs one kernel of the traversal test, with its memory between guard words.
+/// Runs one kernel of the traversal test. Guard words surround its memory.
 
 #include <hiprt_build/gpu/gpu.h>
 #include <tests/gpu/random_scene.h>

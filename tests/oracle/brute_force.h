@@ -1,5 +1,5 @@
 #pragma once
-/// Closest and any hit by testing every triangle exactly: what a tracer without rounding would answer.
+/// Closest and any hit by an exact test of every triangle: the result of a tracer without rounding.
 
 #include <tests/oracle/mesh.h>
 #include <tests/oracle/ray_triangle.h>

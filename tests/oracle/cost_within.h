@@ -1,5 +1,5 @@
 #pragma once
-/// The surface area heuristic for a part of a scene.
+/// The surface area heuristic (SAH) for a part of a scene.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>

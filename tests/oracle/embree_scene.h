@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes of Embree 3.13, in the terms of this library: a second opinion.
+/// Scenes of Embree 3.13 in the terms of this library: an independent reference.
 
 #include <hiprt_build/instances.h>
 #include <hiprt_device/ray.h>

@@ -1,6 +1,6 @@
 #pragma once
-/// A search for the inputs that are worst for a bound: random starts, then small and large changes of a few numbers,
-/// kept if they are no better for the bound than before.
+/// Searches for inputs that come closest to a bound: random starts, then large and small changes of a few numbers. A
+/// change is kept if it comes at least as close.
 
 #include <tests/oracle/random.h>
 

@@ -1,6 +1,5 @@
 #pragma once
-/// Closed meshes whose inside is known, and planes: generators under a seed. For meshes meant to be awkward see
-/// odd_meshes.h.
+/// Generators of closed meshes with a known inside, and of planes, by seed. odd_meshes.h has difficult meshes.
 
 #include <tests/oracle/mesh.h>
 #include <tests/oracle/random.h>

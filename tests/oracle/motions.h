@@ -1,5 +1,5 @@
 #pragma once
-/// Meshes in motion: the same triangles with other positions.
+/// Moving meshes: the same triangles with other vertex positions.
 
 #include <tests/oracle/mesh.h>
 #include <tests/oracle/random.h>
@@ -9,7 +9,7 @@
 
 namespace hiprt::oracle {
 
-/// Centre and half the largest extent of a mesh's vertices; those that are not finite do not count.
+/// Centre and half the largest extent of a mesh's finite vertices.
 struct Extent {
   Double3 center{};
   double radius = 0;

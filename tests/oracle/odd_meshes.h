@@ -1,5 +1,5 @@
 #pragma once
-/// Meshes meant to be awkward: soups, needles, duplicates, triangles without area, NaN, infinities, extreme sizes.
+/// Difficult meshes: soups, needles, duplicates, triangles without area, NaN, infinities, extreme sizes.
 
 #include <tests/oracle/mesh.h>
 #include <tests/oracle/random.h>

@@ -1,6 +1,5 @@
 #pragma once
-/// The teapot in the stadium: a hall, and in one place of it an object of so much smaller triangles that codes of few
-/// bits cannot tell them apart.
+/// The teapot in the stadium: a hall and, in one spot, an object of triangles too small for short Morton codes.
 
 #include <tests/oracle/meshes.h>
 

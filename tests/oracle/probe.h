@@ -1,6 +1,6 @@
 #pragma once
-/// Questions whose answers are known, asked of any tracer by the number of a ray: the same rays on every host and GPU.
-/// Meshes are closed and lie around Target::centre, so that a ray from inside has something to meet.
+/// Test rays with known results, made from a number alone: the same rays on every host and GPU. Meshes are closed and
+/// lie around Target::centre, so that every ray from inside has a hit.
 
 #include <hiprt_build/input.h>
 #include <hiprt_device/query/closest_hit.h>
@@ -20,7 +20,7 @@ enum class Question : unsigned {
              ///< fault: it meets the triangle that it left; lost: it meets nothing.
   kCrossingsEdge,    ///< From outside at a point of an edge; fault: an odd number of crossings.
   kCrossingsVertex,  ///< From outside at a vertex; fault: an odd number of crossings.
-  kTrace,            ///< No question: rays[number], answered as hits[number].
+  kTrace,            ///< No known result: traces rays[number] to hits[number].
 };
 
 /// What rays are aimed at. Pointers are the tracer's: to the device's memory on a GPU.

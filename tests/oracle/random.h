@@ -1,5 +1,5 @@
 #pragma once
-/// Random numbers of the tests: a seed gives the same values on every machine and with every standard library.
+/// Random numbers for tests: a seed gives the same values on every machine and with every standard library.
 
 #include <hiprt_build/input.h>
 

@@ -1,8 +1,8 @@
 #pragma once
-/// The exact answer to "does a line that lies beside this ray by next to nothing pass through this triangle?". The line
-/// is made with numbers: its origin is off by e, e^2, e^3 with e = 2^-1000 and its direction by f, f^2, f^3 with
-/// f = 2^-10000, so small that nothing which is not exactly zero for the ray can change its sign, and so far apart that
-/// no term makes up for a larger one (polynomials of floats are 0 or at least 2^-447, and below 2^400).
+/// Decides exactly whether a line infinitesimally beside this ray passes through a triangle. Concrete numbers stand for
+/// the infinitesimals: the origin is off by e, e^2, e^3 with e = 2^-1000, the direction by f, f^2, f^3 with f =
+/// 2^-10000. They are so small that they change no nonzero sign of the ray. They are so far apart that no term
+/// outweighs a larger one: polynomials of floats are 0 or at least 2^-447, and below 2^400.
 
 #include <tests/oracle/ray_triangle.h>
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The exact answer to "does this ray touch this closed box within [tmin, tmax]?".
+/// Decides exactly whether a ray touches a closed box within [tmin, tmax].
 
 #include <tests/oracle/ray_triangle.h>
 

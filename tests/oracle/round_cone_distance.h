@@ -1,6 +1,6 @@
 #pragma once
-/// The distance of a point from a round cone, in long double: a formulation that shares nothing with the quadratic
-/// forms of ray_round_cone.h, for testing them, and for measuring how far computed points are from the surface.
+/// The distance of a point from a round cone, in long double. It shares nothing with the quadratic forms of
+/// ray_round_cone.h: tests compare the two, and measure how far computed points are from the surface.
 
 #include <tests/oracle/ray_round_cone.h>
 

@@ -1,4 +1,4 @@
-// The exact oracle against known values, against itself in integers only, and against a second formulation.
+// The exact oracle against known values, against an integer-only version, and against a second formulation.
 
 #include <tests/oracle/brute_force.h>
 #include <tests/oracle/meshes.h>

@@ -1,4 +1,4 @@
-// The mesh generators make what they say: closed where promised, around the origin, the same for the same seed.
+// Mesh generators: closed where documented, around the origin, and equal for equal seeds.
 
 #include <tests/oracle/brute_force.h>
 #include <tests/oracle/meshes.h>

@@ -1,4 +1,4 @@
-// The exact crossings of lines and round cones against known values and against the surface's distance function.
+// Exact crossings of lines and round cones against known values and against the distance to the surface.
 
 #include <tests/oracle/random.h>
 #include <tests/oracle/round_cone_distance.h>

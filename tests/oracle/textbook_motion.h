@@ -1,5 +1,5 @@
 #pragma once
-/// Motions by the textbook: where they take a point, in long double.
+/// Motions by textbook formulas in long double.
 
 #include <hiprt_build/motion.h>
 

@@ -1,5 +1,6 @@
 #pragma once
-/// Hits of custom primitives as one number, from cases that integers make: the same bits on every processor, or not.
+/// Digest of the hits of custom primitives. The cases are made from integers, so every processor must give the same
+/// digest.
 
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>

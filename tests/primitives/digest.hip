@@ -1,4 +1,4 @@
-// Whether a GPU finds the same bits as the host: prints both digests, exit status 0 if they agree.
+// Compares the digests of a GPU and of the host. Exit status 0 if they are equal.
 
 #include <hip/hip_runtime.h>
 #include <tests/primitives/digest.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// What computed crossings are worth, measured against the exact ones.
+/// Measures the errors of computed crossings against exact ones.
 
 #include <tests/primitives/shapes.h>
 #include <tests/traversal/workers.h>
@@ -14,7 +14,7 @@ inline constexpr double kTangentBand = 0x1p-50;
 /// Beyond half a unit in the last place, t is off by at most this many sizes over the cosine of the angle of incidence.
 inline constexpr double kSlack = 0x1p-49;
 
-/// The rounding error bound of one shape and aim, and what it was measured to be.
+/// The rounding error bound of one shape and aim, and the largest measured error.
 struct Findings {
   std::uint64_t cases = 0, hits = 0, odd_counts = 0, wrong = 0, in_band = 0, out_of_order = 0;
   double widest_band = 0;   ///< Largest distance of a wrongly decided line from being a tangent, in sizes.

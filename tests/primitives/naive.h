@@ -1,5 +1,5 @@
 #pragma once
-/// The sphere test of textbooks, in float: what the measurements must find fault with, and a price to compare with.
+/// The textbook sphere test in float. The measurements must find its errors; its time is the reference.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/primitives/shapes.h>

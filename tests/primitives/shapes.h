@@ -1,5 +1,5 @@
 #pragma once
-/// Random spheres and round cones of every shape, and rays that meet them in every way.
+/// Random spheres and round cones of every shape, and rays that hit them in every way.
 
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>

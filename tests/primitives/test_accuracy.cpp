@@ -1,4 +1,4 @@
-// Crossings of spheres and round linear curves against exact ones: decisions, t, error bounds, normals, parameters.
+// Spheres and round linear curves against exact crossings: decisions, t, error bounds, normals, parameters.
 
 #include <tests/primitives/measure.h>
 #include <tests/primitives/naive.h>

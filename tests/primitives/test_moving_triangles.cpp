@@ -1,4 +1,4 @@
-// Meshes that deform: at every time they are hit as the mesh of that time is.
+// Deforming meshes: at every time the hits are those of the still mesh of that time.
 
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/motions.h>

@@ -1,4 +1,4 @@
-// What is hit and what is not, in which order, with which parameters; boxes; the same bits everywhere.
+// Rules of custom primitives: hits and misses, order, parameters, boxes, and equal bits everywhere.
 
 #include <tests/primitives/digest.h>
 #include <tests/primitives/measure.h>

@@ -1,4 +1,4 @@
-// Rays that leave a primitive from a hit do not meet it again from outside; those that enter it leave it once.
+// Rays spawned at a hit: outside, they do not hit the primitive again; inside, they leave it once.
 
 #include <hiprt_device/query/spawn.h>
 #include <tests/primitives/measure.h>

@@ -1,4 +1,4 @@
-// What the tests of custom primitives cost. Hidden, because times are no pass or fail: run with the tag [.speed].
+// Times of the custom primitives' tests. Hidden, because a time is no pass or fail: run it with the tag [.speed].
 
 #include <tests/primitives/measure.h>
 #include <tests/primitives/naive.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// bvhrender under test, from the build folder, and scenes for it.
+/// bvhrender from the build folder, and scenes for its tests.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// What the tests of rendering share: scenes, views of them, and the rays that the layers belong to.
+/// Shared by the rendering tests: scenes, cameras, and the rays of the layers.
 
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>

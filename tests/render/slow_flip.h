@@ -1,7 +1,6 @@
 #pragma once
-/// LDR-FLIP step by step as the paper has it, in double precision, with filters that are applied as a whole to every
-/// pixel: what tools/render/image/flip.h is held against. Andersson et al., "FLIP: A Difference Evaluator for
-/// Alternating Images", 2020.
+/// LDR-FLIP step by step as in the paper, in double, with unseparated filters. tools/render/image/flip.h must agree
+/// with it. Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020.
 
 #include <tools/render/image/color_image.h>
 

@@ -1,5 +1,5 @@
-/// Differences of pictures: numbers known by hand, FLIP against a slow one in double precision, and what must not
-/// change it.
+/// Differences of pictures: values known by hand, FLIP against a slow version in double, and changes that must not
+/// matter.
 
 #include "slow_flip.h"
 
@@ -126,7 +126,7 @@ TEST_CASE("Differences: the reference's brightest pixel is the white of both") {
   // Reinhard's operator with white 4: 1 becomes (1 + 1/16) / 2, 100 is past 1.
   const double low = srgb_byte(0.53125f), step = 255.0 - low;
   CHECK(difference(picture, reference).psnr == Approx(10 * std::log10(255.0 * 255.0 / (step * step))));
-  // The error of a bright pixel, once it is past white, no longer counts for what is seen.
+  // Errors above white are invisible and do not count.
   picture.colors[1] = Vec3(1e30f);
   CHECK(difference(picture, reference).psnr == Approx(10 * std::log10(255.0 * 255.0 / (step * step))));
   CHECK(difference(picture, reference).mse == Approx((9.0 + 1e60) / 2));

@@ -1,4 +1,4 @@
-/// Pictures that are read: every kind of OpenEXR file, and files that are damaged in every place.
+/// Reading pictures: every kind of OpenEXR file, and damaged files.
 
 #include "write_images.h"
 

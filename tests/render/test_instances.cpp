@@ -1,5 +1,4 @@
-/// Scenes of instances are drawn as what they are made of: the picture is that of the same triangles, each at its place
-/// in one flat scene.
+/// The picture of a scene of instances equals the picture of the same triangles in one flat scene.
 
 #include "scenes_to_render.h"
 

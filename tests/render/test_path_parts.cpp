@@ -1,5 +1,4 @@
-/// What a path tracer is made of: materials, the sky, and how directions are chosen, against sums over all directions
-/// in double precision.
+/// Parts of the path tracer (materials, sky, choice of directions) against sums over all directions in double.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/amount.h>

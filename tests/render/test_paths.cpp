@@ -1,4 +1,4 @@
-/// Pictures by paths: against light computed by other ways, and against themselves.
+/// Path-traced pictures against light that other methods compute, and against each other.
 
 #include "path_scenes.h"
 

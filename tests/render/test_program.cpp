@@ -1,4 +1,4 @@
-/// bvhrender as a user runs it: what its pictures hold.
+/// bvhrender as a user runs it: the content of its pictures.
 
 #include "read_images.h"
 #include "renderer.h"

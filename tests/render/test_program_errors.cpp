@@ -1,4 +1,4 @@
-/// bvhrender when something is wrong: the exit status, one line that says what, and no half-written picture.
+/// Errors of bvhrender: exit status, a message of one line, and no unfinished picture.
 
 #include "renderer.h"
 

@@ -1,5 +1,5 @@
-/// render(): the layers are what the exact oracle and closest_hit() say, and nothing but scene, camera and options
-/// decides about the picture.
+/// render(): the layers agree with the exact oracle and closest_hit(). Only scene, camera and options influence the
+/// picture.
 
 #include "scenes_to_render.h"
 

@@ -1,4 +1,4 @@
-/// Colours that render() must give where light and geometry are known.
+/// Colours of render() where light and geometry are known.
 
 #include "scenes_to_render.h"
 

@@ -1,4 +1,4 @@
-/// The boxes of a tree's levels: all of the scene is in them, on every level, whatever its instances do.
+/// The boxes of a tree level contain the whole scene, on every level, for all instances.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// OpenEXR files of all kinds, by the library's own writers.
+/// OpenEXR files of all kinds, written by OpenEXR itself.
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>

@@ -31,7 +31,7 @@ inline void check_quiet(const CommandResult& result) {
   CHECK(result.out.empty());
 }
 
-/// A failure names what is wrong, in one line, and leaves only @p names in the folder.
+/// A failure prints one line that names the fault, and leaves only @p names in the folder.
 inline void check_failure(const TempFolder& folder, const std::vector<std::string>& arguments, const std::string& word,
                           const std::vector<std::string>& names) {
   const CommandResult result = run(arguments);

@@ -1,4 +1,4 @@
-/// What all tools promise about their command lines, for bvhbuild, bvhinfo and bvhtrace.
+/// Rules that the command lines of all tools follow, for bvhbuild, bvhinfo and bvhtrace.
 
 #include "programs.h"
 

@@ -1,4 +1,4 @@
-/// Trees as JSON: what is written comes back bit for bit; what is wrong in a file is named with its place.
+/// Trees as JSON: reading gives back what was written, bit for bit. Errors name their place in the file.
 
 #include "temp_folder.h"
 

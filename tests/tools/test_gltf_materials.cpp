@@ -208,7 +208,7 @@ TEST_CASE("materials: KHR_texture_transform") {
     return surfaces_of(folder, textured({{"uri", "a.png"}}, info)).materials[0].base_color_texture.matrix;
   };
   CHECK(matrix({{"offset", {0.5, 0.25}}, {"scale", {2, 3}}}) == std::array<float, 6>{2, 0, 0.5f, 0, 3, 0.25f});
-  // A quarter turn, counter-clockwise where v is down: what is at the right goes to the top.
+  // A quarter turn, counter-clockwise where v points down: the right edge becomes the top edge.
   const auto turned = matrix({{"rotation", std::acos(-1.0) / 2}, {"scale", {2, 3}}, {"offset", {0, 1}}});
   const std::array<float, 6> expected{0, 3, 0, -2, 0, 1};
   for (std::size_t i = 0; i < turned.size(); ++i) CHECK(turned[i] == Approx(expected[i]).margin(1e-6));

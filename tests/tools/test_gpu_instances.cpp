@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 417;
 
-/// Groups of instances of what is before them, @p levels deep.
+/// Groups of instances of earlier objects, @p levels deep.
 /// @param moves whether every third of them does.
 InstanceScene random_scene(NodeLayout layout, unsigned levels, bool moves = false) {
   static const build::Motion kMotion{.keys = {{.time = 0, .translation = {1, 0, 2}},

@@ -1,5 +1,5 @@
-/// GpuTracer gives what trace() gives: bit for bit, but for the triangle test Fast and the box test Plain, which round
-/// as the compiler and the device like.
+/// GpuTracer gives the results of trace(), bit for bit. Exceptions are the triangle test Fast and the box test Plain,
+/// whose rounding depends on compiler and device.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
@@ -90,7 +90,7 @@ std::size_t compare(const TestScene& scene, Query query, const TracePolicies& po
   return compare_by(answers(scene, query, policies), allowed, same);
 }
 
-/// Of closest hits what is hit, and t to a relative 1e-4.
+/// Compares the primitives of closest hits, and t to a relative 1e-4.
 std::size_t compare_distances(const TestScene& scene, const TracePolicies& policies, std::size_t allowed) {
   return compare_by(answers(scene, Query::kClosest, policies), allowed, [](const Hit& a, const Hit& b) {
     if (!a.found() || !b.found()) return a.found() == b.found();

@@ -1,4 +1,4 @@
-/// bvhtrace on scenes of instances: hits and the ways to them, on every choice of the tracer; what is refused.
+/// bvhtrace on scenes of instances: hits and instance paths with every option of the tracer, and invalid input.
 
 #include "programs.h"
 

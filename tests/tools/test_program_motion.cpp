@@ -19,7 +19,7 @@ namespace {
 
 const std::string kBvhRender = HIPRT_BVHRENDER;
 
-/// One square of edge 1; what is said of its instance.
+/// One square of edge 1, and the JSON of its instance.
 struct Files {
   TempFolder folder;
   std::string scene = folder / "s.json", out = folder / "s.bvh", rays = folder / "r.rays", hits = folder / "r.hits";

@@ -26,7 +26,7 @@ constexpr unsigned kMostLevels = 4;
 using SceneTracer = Instanced<Policies, kMostLevels>;
 using FlatTracer = Policies;
 
-/// A grid of 4 x 4 and one of 2 x 2; three groups, of which one is in both others; a mirror and masks.
+/// A grid of 4 x 4 and one of 2 x 2; three groups, one of them inside both others; a mirror and masks.
 json forest() {
   return json::parse(R"({"format": "hiprt scene", "version": 1,
     "objects": {"big": ["big.obj"], "both": ["big.obj", "small.obj"], "again": ["./big.obj"]},
@@ -192,7 +192,7 @@ TEST_CASE("Program scenes: --levels says what has to stay, and where a product h
   check_failure(files, {"--levels", "1", "--flatten"}, 2, "excludes");
 }
 
-/// Twice what is twice what ..., 60 times.
+/// Groups nested 60 deep, with two instances of the next group each.
 json doubled_often() {
   json description = forest();
   description["objects"] = {{"big", {"big.obj"}}};

@@ -1,4 +1,4 @@
-/// Spheres and curves through the programs: in scenes, by themselves, and what is refused.
+/// Spheres and curves through the programs: in scenes, alone, and with invalid input.
 
 #include "hair_files.h"
 #include "json_result.h"

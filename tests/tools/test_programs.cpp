@@ -25,7 +25,7 @@ Ray down(float x, float y) {
   return ray;
 }
 
-/// 100 by 100 rays down to a grid, beside all edges, where the tests' answers are the same.
+/// 100 by 100 rays down to a grid, beside all edges, where all triangle tests agree.
 std::vector<Ray> rays_beside_edges() {
   std::vector<Ray> rays;
   for (unsigned row = 0; row < 100; ++row)
@@ -301,7 +301,7 @@ TEST_CASE("Programs: bvhinfo and bvhtrace refuse damaged files") {
   std::string flipped = whole;
   flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 0x10);
   refused_everywhere(flipped, "BadChecksum");
-  // Header and sections are right: bvhinfo describes them and says what is wrong.
+  // Header and sections are right: bvhinfo describes them and names the fault.
   const CommandResult lenient = run({kBvhInfo, folder / "bad.bvh", "--json"});
   CHECK(lenient.status == 0);
   CHECK_THAT(lenient.err, Contains("warning") && Contains("BadChecksum"));

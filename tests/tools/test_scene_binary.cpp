@@ -1,4 +1,4 @@
-/// Scenes in the binary format: what is read, what is left out, and how what is wrong is refused.
+/// Scenes in the binary format: reading them, skipped parts, and the error messages.
 
 #include "load.h"
 #include "scene_file.h"

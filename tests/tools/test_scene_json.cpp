@@ -1,4 +1,4 @@
-/// Scenes as JSON: what is read, and how what is wrong is refused.
+/// Scenes as JSON: reading them, and the error messages.
 
 #include "load.h"
 #include "temp_folder.h"

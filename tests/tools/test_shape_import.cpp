@@ -1,4 +1,4 @@
-/// Files of strands and spheres: what is read, and how what is wrong is refused.
+/// Files of strands and spheres: reading them, and the error messages.
 
 #include "hair_files.h"
 

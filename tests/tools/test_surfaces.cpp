@@ -78,7 +78,7 @@ const tools::GeometrySurface& geometry_of(const tools::SceneSurfaces& surfaces, 
   return surfaces.objects.at(object).at(hit.geometry);
 }
 
-/// Rays at random places of a random file's nodes: what the surfaces say of each hit is what is there.
+/// Rays at random points of a random file's nodes: the surface of each hit is right.
 void check_hits(const tools::BuildCommand& command, Random& random, unsigned nodes) {
   const build::Buffer file = build_inputs(command);
   const BufferView view = view_of(file);

@@ -1,5 +1,5 @@
 #pragma once
-/// Rays from inside closed meshes at their edges and vertices, where a tracer that rounds carelessly leaks.
+/// Rays from inside closed meshes at their edges and vertices, where careless rounding leaks.
 
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/ray_triangle.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// The box test under each policy, layout and lanes, as values that a test can loop over.
+/// The box test of each policy, layout and lanes, as values for loops.
 
 #include <hiprt_device/ray.h>
 
@@ -19,7 +19,7 @@ struct NodeBoxes {
 struct NamedBoxTest {
   const char* name;
   bool conservative;
-  /// What a node of the layout has in the place of the boxes. Infinite planes stand for the scene's bounds.
+  /// The boxes as a node of the layout stores them. Infinite planes stand for the scene's bounds.
   /// @return false: it cannot hold them.
   bool (*round)(NodeBoxes& boxes);
   /// @param boxes put into a node, which can hold them. @param bounds of the scene, around the boxes.

@@ -1,5 +1,5 @@
 #pragma once
-/// A tree as deep as is asked for, deeper than any builder makes: for stacks whose room is the depth of the tree.
+/// A tree of any depth, deeper than builders make: for stacks whose capacity is the depth of the tree.
 
 #include <hiprt_device/hiprt_device.h>
 

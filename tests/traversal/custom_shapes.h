@@ -1,6 +1,6 @@
 #pragma once
-/// Custom primitives with hits that no rounding touches: boxes with integer corners, met by rays with integer origins
-/// and directions whose components are powers of two or zero.
+/// Custom primitives whose hits are exact in float: boxes with integer corners. Rays have integer origins and
+/// directions whose components are powers of two or zero.
 
 #include <hiprt_build/format/view.h>
 #include <tests/oracle/random.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// What tests of double rays have in common: tracers for every layout, rays, and exact answers (GMP rationals).
+/// Shared by the tests of double rays: tracers for every layout, rays, and exact results (GMP rationals).
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/query/double_rays.h>

@@ -1,6 +1,6 @@
 #pragma once
-/// Our default tracer against Embree 3.13 in robust mode on one mesh. Where the two disagree, the exact oracle decides,
-/// and it must decide for us.
+/// Our default tracer against Embree 3.13 in robust mode on one mesh. Where the two differ, the exact oracle must
+/// confirm ours.
 
 #include <tests/oracle/random.h>
 #include <tests/traversal/explain.h>

@@ -1,6 +1,6 @@
 #pragma once
-/// Every hit of a ray by asking the library's watertight test about every triangle: what a traversal must find, bit for
-/// bit (that those hits are right, test_hits.cpp shows by exact arithmetic). And what the tests of queries share.
+/// Every hit of a ray, by the library's watertight test on every triangle: a traversal must find them bit for bit.
+/// (test_hits.cpp compares those hits with exact arithmetic.) Also the helpers that the tests of queries share.
 
 #include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/brute_force.h>
@@ -21,7 +21,7 @@ inline std::vector<Hit> sorted(std::vector<Hit> hits) {
   sort_hits(hits);
   return hits;
 }
-/// One of those that have the same key: the first.
+/// The first of those with the same key.
 inline std::vector<Hit> unique(std::vector<Hit> hits) {
   sort_hits(hits);
   hits.erase(std::unique(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return hit_key(a) == hit_key(b); }),

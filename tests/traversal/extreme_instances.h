@@ -1,5 +1,5 @@
 #pragma once
-/// Closed meshes below instances at the extremes, still and moving, and the rays that look for leaks and NaNs there.
+/// Closed meshes below extreme instances, still and moving, and rays that look for leaks and NaNs.
 
 #include <tests/traversal/aim.h>
 #include <tests/traversal/moving_scenes.h>

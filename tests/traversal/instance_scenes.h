@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes of instances, and what a ray hits in them when every instance is tried.
+/// Scenes of instances, and the hits of a ray by a loop over all instances.
 
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/instances.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes with spheres and curves, flat and in instances, and what a ray hits in them when every shape is asked.
+/// Scenes with spheres and curves, flat and in instances, and the hits of a ray by a loop over all shapes.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/shapes.h>

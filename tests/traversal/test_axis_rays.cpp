@@ -1,4 +1,4 @@
-// Axis-parallel rays in the planes of boxes and grid lines: 0 * infinity lurks there. Zero misses.
+// Axis-parallel rays in planes of boxes and along grid lines, where 0 * infinity occurs. No ray may miss.
 
 #include <tests/traversal/aim.h>
 #include <tests/traversal/explain.h>

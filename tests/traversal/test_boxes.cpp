@@ -1,5 +1,5 @@
-// The box test's promise: a box that a ray touches within [tmin, tmax] by exact arithmetic is never culled. In rounded
-// layouts that holds for the box that was put in, and for the one that the node has in its place.
+// The box test never culls a box that the ray touches within [tmin, tmax] by exact arithmetic. In rounded layouts this
+// holds for the original box and for the stored one.
 
 #include <hiprt_device/format/layout.h>
 #include <tests/oracle/random.h>
@@ -102,7 +102,7 @@ NodeBoxes with_siblings(const Box& box, unsigned child, Random& random) {
 
 void scale_by(float& value, int exponent) { value = std::ldexp(value, exponent); }
 
-/// Scales by a power of two: exact, so that what is tight stays so. Empty boxes stay what they are.
+/// Scales by a power of two. That is exact, so tight boxes stay tight. Empty boxes do not change.
 void scale_boxes(NodeBoxes& boxes, int exponent) {
   for (Box& box : boxes.child)
     for (std::size_t k = 0; k < 3; ++k) scale_by(box.min[k], exponent), scale_by(box.max[k], exponent);

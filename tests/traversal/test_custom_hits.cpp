@@ -1,5 +1,5 @@
-// Custom primitives through the builder and the traversal: types, lists, tables, masks, filters, several hits of one
-// primitive, and what a functor may report.
+// Custom primitives through builder and traversal: types, lists, tables, masks, filters, several hits per primitive,
+// and the values that a functor may report.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>

@@ -1,4 +1,4 @@
-// Custom primitives in instances: their functors see the ray as the object does, and which object it is.
+// Custom primitives in instances: the functor gets the ray in object space and the object's index.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/moving_scenes.h>

@@ -1,5 +1,5 @@
-/// Decisions that are put off: what a search on its way knows of the Reference test's candidates is right, and what it
-/// finds are the bits that deciding at once gives.
+/// Deferred decisions of the Reference test: during the search the known candidates are right, and the hits equal those
+/// of immediate decisions, bit for bit.
 
 #include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/odd_meshes.h>

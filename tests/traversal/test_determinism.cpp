@@ -1,4 +1,4 @@
-// The same input gives the same file, byte for byte, whatever the number of threads.
+// The same input gives the same file, byte for byte, with any number of threads.
 
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>

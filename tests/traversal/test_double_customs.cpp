@@ -1,4 +1,4 @@
-// Custom primitives met by rays in double: triangles with double vertices, spheres, curves, and meshes that move.
+// Custom primitives and rays in double: triangles with double vertices, spheres, curves, deforming meshes.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/math/vec_functions.h>

@@ -1,4 +1,4 @@
-// Rays in double that are none, or of any bits.
+// Rays in double: invalid rays, and rays with arbitrary bits.
 
 #include <tests/oracle/meshes.h>
 #include <tests/traversal/double_rays.h>

@@ -1,4 +1,4 @@
-// Rays in double: against exact arithmetic, far from the origin, through instances; hits do not depend on the tree, and
+// Rays in double: against exact arithmetic, far from the origin, through instances. Hits do not depend on the tree, and
 // nothing leaks.
 
 #include <hiprt_device/math/vec_functions.h>
@@ -72,7 +72,7 @@ TEST_CASE("hits of double rays do not depend on the tree and are exact but for d
       most_u = std::max(most_u, off(expected.u, met.u) / beside);
       most_needed = std::max(most_needed, off_plane(ray, expected, c) / expected.error);
       CHECK(expected.error < 64 * kDoubleUnit * (reach + 4));
-      // Nothing lies before it, but for edges.
+      // Nothing lies in front of it, except edges.
       for (const Mesh& mesh : meshes)
         for (std::size_t k = 0; k < mesh.triangles.size() && i % 8 == 0; ++k) {
           const Met other = meet(ray, corners(mesh, k));

@@ -1,4 +1,4 @@
-// Against Embree 3.13 in robust mode on meshes made for trouble.
+// Difficult meshes against Embree 3.13 in robust mode.
 
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>

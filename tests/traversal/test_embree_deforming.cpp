@@ -1,4 +1,4 @@
-// Meshes that deform, against Embree 3.13 in robust mode and against long double.
+// Deforming meshes against Embree 3.13 in robust mode and against long double.
 
 #include <tests/oracle/embree_scene.h>
 #include <tests/oracle/motions.h>

@@ -1,5 +1,5 @@
-// Instances that stand still and that move, against Embree 3.13 in robust mode and against long double. Embree takes a
-// still instance on one level only (Debian's RTC_MAX_INSTANCE_LEVEL_COUNT is 1): it gets two levels multiplied.
+// Still and moving instances against Embree 3.13 in robust mode and against long double. Debian's Embree has one level
+// of instances (RTC_MAX_INSTANCE_LEVEL_COUNT is 1), so it gets the product of two levels.
 
 #include <tests/oracle/embree_scene.h>
 #include <tests/traversal/triangle_judge.h>

@@ -1,4 +1,4 @@
-// Queries that go on behind a hit: ClosestHit in order, AnyHit and AllHits in any order, against brute force.
+// Queries that continue after a hit, against brute force: ClosestHit in order, AnyHit and AllHits in any order.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>

@@ -1,4 +1,4 @@
-// Filters: cut-outs, self-intersection by id, stops, and which candidates a filter sees.
+// Filters: cut-outs, self-intersection by id, early stop, and which candidates a filter sees.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>
@@ -56,7 +56,7 @@ struct CutOut {
   }
 };
 
-/// Keeps what it is asked about, and answers what it is told to.
+/// Records the candidates that it is called with, and returns the given value.
 struct Witness {
   std::vector<Hit>* seen;
   FilterAnswer answer = FilterAnswer::kAccept;

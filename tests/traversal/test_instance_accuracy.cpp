@@ -1,4 +1,4 @@
-// How exact hits in instances are, and that their error bounds hold.
+// Accuracy of hits in instances, and their error bounds.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/instance_scenes.h>
@@ -111,7 +111,7 @@ std::vector<const InstanceRecord*> way_of(const InstanceScene& scene, const Scen
   return way;
 }
 
-/// Rays from the scene at a sphere that may be far away: what is found, how exact t is, and whether the error bounds
+/// Rays from the scene at a sphere that may be far away: the hits, the accuracy of t, and whether the error bounds
 /// hold. @return the median and the largest error of t in 2^-24 of it, and the largest part of a bound that is used up.
 std::array<double, 3> check_exactness(const InstanceScene& scene, std::uint64_t seed, unsigned rays) {
   using P = Tracer<PlanesLayout, kMostLevels>;
@@ -223,7 +223,7 @@ TEST_CASE("stretches are the singular values of matrices made of them") {
   Random random(kSeed);
   double worst = 0.0;
   for (unsigned i = 0; i < 20000; ++i) {
-    // Rotations in double, with scales between, of which two may be equal.
+    // Rotations in double with scales between them. Two scales may be equal.
     const auto rotation = [&](double(&m)[3][3]) {
       const auto x = random.on_sphere(), other = random.on_sphere();
       const double along = x[0] * other[0] + x[1] * other[1] + x[2] * other[2];

@@ -1,5 +1,5 @@
-// Instances whose transforms magnify rounding as far as is accepted, and beyond. What is held against the limit of 2^40
-// is the condition up to 2^20, and then a bound of it that is 3 to 9 times as large.
+// Instances whose transforms magnify rounding up to the accepted limit, and beyond it. The limit is 2^40. Up to 2^20 it
+// applies to the condition number. Above that it applies to a bound that is 3 to 9 times as large.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/intersect/exact_triangle_test.h>

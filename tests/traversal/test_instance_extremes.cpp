@@ -1,5 +1,5 @@
-// Instances and motion at the extremes: closed meshes do not leak, whatever is between them and the scene; rays and
-// times of any bits.
+// Extreme instances and motion: closed meshes do not leak with any transform between them and the scene. Rays and times
+// have arbitrary bits.
 
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <tests/traversal/extreme_instances.h>

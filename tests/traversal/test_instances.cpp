@@ -1,4 +1,4 @@
-// Rays in scenes of instances: what they hit does not depend on the trees over instances, on any number of levels.
+// Scenes of instances: hits do not depend on the top-level trees, with any number of levels.
 
 #include <hiprt_build/format/view.h>
 #include <tests/traversal/instance_scenes.h>
@@ -19,7 +19,7 @@ template <class LayoutType, unsigned kLevels> struct PostponedTracer : Instanced
   using Schedule = Postponed;
 };
 
-/// Groups of instances of what is before them.
+/// Groups of instances of earlier objects.
 InstanceScene random_scene(std::uint64_t seed, NodeLayout layout, unsigned levels, std::uint32_t instances) {
   Random random(seed);
   InstanceScene scene;

@@ -1,4 +1,5 @@
-// Merged levels of instances: the same surfaces where they were, by ways that can be told; what stays, what is refused.
+// Merged levels of instances: the surfaces stay in place, and instance paths can be restored. Also: levels that cannot
+// merge, and invalid input.
 
 #include <hiprt_build/merge_levels.h>
 #include <tests/traversal/moving_scenes.h>
@@ -217,7 +218,7 @@ TEMPLATE_TEST_CASE("where products are exact, so are hits", "", FloatLayout, Pla
     ++hits;
     REQUIRE((first.t == second.t && first.u == second.u && first.v == second.v));
     REQUIRE(first.primitive == second.primitive);
-    // Normals through instances are the same but for a power of two.
+    // Normals through instances may differ by a power of two.
     const float longer = max_component(first.normal) / max_component(second.normal);
     REQUIRE(first.normal == second.normal * longer);
     REQUIRE(numbers(first.path) == way_before(*merged, 1, second.path));

@@ -1,4 +1,4 @@
-// Where moving instances are: transforms at a time against the textbook, bounds over all times against dense samples.
+// Moving instances: transforms at a time against textbook formulas, and bounds over all times against dense samples.
 
 #include <tests/traversal/recorded_motion.h>
 

@@ -1,5 +1,5 @@
-// Boxes of what moves, for all times and those that go along: nothing is outside at random times, and no search finds
-// anything there.
+// Boxes of moving objects, for all times and moving along: no point is outside at random times, and a search finds
+// none.
 
 #include <tests/traversal/recorded_motion.h>
 

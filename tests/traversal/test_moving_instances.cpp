@@ -1,4 +1,4 @@
-// Rays in scenes that move: what they hit does not depend on the trees over instances, at any time.
+// Moving scenes: hits do not depend on the top-level trees, at any time.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/moving_scenes.h>
@@ -21,7 +21,7 @@ struct Counted : Policies {
 };
 using CountingTracer = Moving<Instanced<Counted>>;
 
-/// Groups of instances of what is before them, most of which move.
+/// Groups of instances of earlier objects; most instances move.
 struct MovingScene : InstanceScene {
   std::vector<std::unique_ptr<build::Motion>> motions;
 

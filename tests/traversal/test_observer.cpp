@@ -1,5 +1,4 @@
-// What an observer sees of a traversal: all that a WorkCounter counts, in an order that makes sense, and nothing
-// changes.
+// Observers of a traversal see every event that WorkCounter counts, in a consistent order, and change nothing.
 
 #include <tests/traversal/moving_scenes.h>
 
@@ -120,7 +119,7 @@ TEST_CASE("a counter goes on from what it is") {
 }
 
 TEST_CASE("boxes and triangles before tmin or behind tmax are not looked at") {
-  // Balls in a row along x: a ray along it, of which a part is left.
+  // Balls in a row along x, and a ray along the row with a part of its range left.
   std::vector<oracle::Mesh> balls;
   constexpr unsigned kBalls = 64;
   for (unsigned i = 0; i < kBalls; ++i) balls.push_back(oracle::placed(oracle::icosphere(2), 0.4, {1.0 * i, 0, 0}));

@@ -1,4 +1,4 @@
-// Inputs at the edges of what a builder takes: nothing, one triangle, copies, triangles that must be dropped.
+// Edge cases of builder input: nothing, one triangle, copies, triangles that must be dropped.
 
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>

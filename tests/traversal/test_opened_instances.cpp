@@ -1,4 +1,5 @@
-// Opened instances: the same hits by the same ways, however many leaves an instance has; and flags of instances.
+// Opened instances: the same hits and instance paths with any number of leaves per instance. Also the flags of
+// instances.
 
 #include <hiprt_build/format/view.h>
 #include <tests/traversal/moving_scenes.h>

@@ -1,4 +1,4 @@
-// Transforms along ways of instances, still and moving: errors against long double, and their bounds.
+// Transforms along paths of still and moving instances: errors against long double, and their bounds.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/moving_scenes.h>
@@ -138,7 +138,7 @@ TEST_CASE("what is transformed and taken back is where it was, to a few units in
     CHECK(max_component(point_to_object(record, point_to_scene(record, p)) - p) < 10 * close);
     CHECK(max_component(vector_to_object(record, vector_to_scene(record, p)) - p) < close);
     CHECK(max_component(normal_to_object(record, normal_to_scene(record, p)) - p) < close);
-    // A normal stays at a right angle to what it was at a right angle to.
+    // A normal stays orthogonal to the same directions.
     const Vec3 along(p.y, -p.x, 0), n = normal_to_scene(record, p), v = vector_to_scene(record, along);
     CHECK(absolute(glm::dot(n, v)) < 1e-4f * (1 + max_component(n) * max_component(v)));
   }

@@ -1,4 +1,4 @@
-// A scene that is one instance, traced by policies without levels: the hits of those with one, bit by bit.
+// A scene of one instance, traced by policies without levels: hits equal those of policies with one level, bit for bit.
 
 #include <hiprt_build/format/only_instance.h>
 #include <tests/traversal/instance_scenes.h>

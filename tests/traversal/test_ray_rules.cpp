@@ -1,4 +1,4 @@
-// What ray.h promises about ranges, masks, directions, values that are not finite, and ids.
+// The rules of ray.h: ranges, masks, directions, non-finite values, ids.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/oracle/odd_meshes.h>

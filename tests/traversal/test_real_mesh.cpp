@@ -1,5 +1,6 @@
-// The Stanford bunny of Debian's glmark2-data: a scanned surface, neither closed nor regular. Against Embree, exact
-// arithmetic, and itself under every builder, layout and leaf size. Without the file the test is skipped.
+// The Stanford bunny of Debian's glmark2-data, a scanned surface that is neither closed nor regular. Compared with
+// Embree, with exact arithmetic, and with itself under every builder, layout and leaf size. Without the file the test
+// is skipped.
 
 #include <tests/traversal/aim.h>
 #include <tests/traversal/embree_agreement.h>

@@ -1,5 +1,5 @@
-// The Reference triangle test against exact arithmetic: which triangles of a leaf a ray meets, where, and that a closed
-// surface is crossed an even number of times.
+// The Reference triangle test against exact arithmetic: which triangles of a leaf a ray hits, and where. A line crosses
+// a closed surface an even number of times.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/hiprt_device.h>
@@ -153,7 +153,7 @@ TEST_CASE("a ray from outside crosses a closed surface an even number of times",
         ray.origin[k] = static_cast<float>(8 * away[axis]);
         ray.direction[k] = static_cast<float>(to[axis] - double{ray.origin[k]});
       }
-      if (i % 4 == 0) {  // In the plane of faces and along edges of the box, and through vertices of what is round.
+      if (i % 4 == 0) {  // In face planes and along edges of the box, and through vertices of the round meshes.
         const int k = static_cast<int>(random.below(3)), other = (k + 1) % 3;
         ray.origin[other] = random.coin() ? 8.0f : -8.0f;
         ray.direction[other] = -ray.origin[other];

@@ -1,5 +1,5 @@
-// Refitted files are traced like fresh ones, bit for bit; their bytes do not depend on threads; and what the figures
-// of a refit say of the work of rays.
+// Refitted files give the hits of newly built ones, bit for bit, and their bytes do not depend on threads. Also: how
+// well a refit's figures predict the work of rays.
 
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/refit.h>

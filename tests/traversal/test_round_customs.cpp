@@ -1,4 +1,5 @@
-// The library's spheres and round curves in a tree: every query gives what asking each of them gives, ties and all.
+// The library's spheres and round curves in a tree: every query gives the result of a loop over all shapes, ties
+// included.
 
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>

@@ -1,4 +1,4 @@
-// Spheres and curves that a file holds: the hits are those of asking every shape, and of the exact oracle.
+// Spheres and curves in a file: hits are those of a loop over all shapes, and of the exact oracle.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/shapes.h>
@@ -25,7 +25,7 @@ template <class P> auto any(const SceneView& view, const Ray& ray) {
   return AnyHit<P, NoFilter, SceneShapes>(view, ray, typename P::Stack::Storage(memory), {}, shapes).next_hit();
 }
 
-/// A query that has no other primitives answers for the mesh.
+/// A query without custom primitives gives the hits of the mesh.
 template <class Layout> void check_flat(build::Builder builder) {
   using P = WithLayout<Layout>;
   const ShapeObject object(kSeed, 30);

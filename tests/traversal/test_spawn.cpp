@@ -1,4 +1,4 @@
-// Rays spawned at hits do not meet the surface they leave, and their origins are moved no farther than they must.
+// Rays spawned at hits do not hit the surface that they leave, and their origins move no farther than necessary.
 
 #include <hiprt_device/query/spawn.h>
 #include <tests/oracle/odd_meshes.h>

@@ -1,5 +1,4 @@
-// A stack policy of one's own: entries in memory that the caller gives, interleaved as the lanes of a GPU would have
-// them.
+// A stack policy of the caller's: entries in the caller's memory, interleaved as for the lanes of a GPU.
 
 #include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/odd_meshes.h>

@@ -1,4 +1,4 @@
-// Every stack gives the hits of a stack that is large enough, or says that it was too small.
+// Every stack gives the hits of a large stack, or reports that it was too small.
 
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/traverse/stacks/restart.h>
@@ -32,7 +32,7 @@ template <class StackPolicy, class LanesPolicy, class SchedulePolicy> struct Wit
   using Schedule = SchedulePolicy;
 };
 
-/// Memory for kThreads stacks of which thread 1's is used, and its count of overflows.
+/// Memory for kThreads stacks and a count of overflows. Only thread 1's stack is used.
 struct Room {
   std::vector<StackEntry> block = std::vector<StackEntry>(kThreads * 64, kUntouched);
   std::vector<StackEntry> global = std::vector<StackEntry>(kThreads * 256, kUntouched);
@@ -98,7 +98,7 @@ template <class Stack> void check_stack(const Scene& scene, std::uint32_t capaci
   check_same_hits<With<Stack, ArrayLanes, Postponed>>(scene, capacity);
 }
 
-/// With a stack that is too small: what is found by any hit is true, and nothing is claimed that is not known.
+/// A stack that is too small: any-hit finds only real hits, and reports a failure where it cannot know.
 template <class Stack> void check_overflow(const Scene& scene, std::uint32_t capacity = 0) {
   using P = With<Stack, DefaultLanes, Immediate>;
   Room room, any_room;
@@ -270,7 +270,7 @@ template <class Query> void check_too_deep(const Chain& chain) {
   CHECK(overflows == rays.size() - kTrailLevels);
 }
 
-/// A ray through all triangles: the trail's come once each, and then what is deeper is known to be missing.
+/// A ray through all triangles: each hit of the trail comes once, then the query reports that deeper hits are missing.
 template <class P> void check_cut_off(const Chain& chain) {
   const SceneView scene = chain.view();
   const Ray ray{.origin = {0.25f, 0.25f, -0.5f}};

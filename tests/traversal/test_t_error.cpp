@@ -1,4 +1,4 @@
-// The bound of t holds against exact arithmetic, and is not much larger than it must be; policies without a surface
+// The error bound of t holds against exact arithmetic and is not much larger than necessary. Policies without a surface
 // find the same hits.
 
 #include <hiprt_device/intersect/exact_triangle_test.h>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261123;
 
-/// At a random point of the mesh from a place about it; one in four nearly in the plane of what it is aimed at.
+/// From a point near the mesh to a random point of it. One ray in four lies nearly in the plane of its target.
 Ray ray_at(const Mesh& mesh, Random& random, double scale, const Double3& offset) {
   const Double3 to = target_point(mesh, random), away = random.on_sphere();
   const double reach = scale * random.log_uniform(0.1, 100);

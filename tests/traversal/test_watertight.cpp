@@ -1,5 +1,5 @@
-// Rays from inside closed meshes at shared edges and vertices: with the default policies not one may leak, in any
-// position and at any scale of the documented range. What the fast policies lose is counted and printed.
+// Rays from inside closed meshes at shared edges and vertices: the default policies leak none, anywhere in the
+// documented range of positions and scales. The misses of the fast policies are counted and printed.
 
 #include <hiprt_device/math/vec_functions.h>
 #include <tests/traversal/aim.h>

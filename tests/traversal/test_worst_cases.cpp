@@ -1,4 +1,4 @@
-// Searches for the ray and triangle that use up most of a bound that is promised: no one may use up all of it.
+// Searches for the ray and triangle that come closest to a guaranteed bound. None may exceed it.
 
 #include <tests/traversal/worst_cases.h>
 

@@ -1,4 +1,4 @@
-// The same searches through instances: no bound is used up, and no box hides what an instance has.
+// The same searches through instances: no bound is exceeded, and no box hides a hit of its instance.
 
 #include <tests/traversal/worst_cases.h>
 

@@ -1,6 +1,5 @@
 #pragma once
-/// The traversal under each set of policies, as values that tests can loop over. One translation unit compiles them
-/// all.
+/// The traversal under each set of policies, as values for loops. One source compiles them all.
 
 #include <hiprt_device/ray.h>
 #include <tests/traversal/scenes.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// A line and the two triangles of a leaf, in every degenerate way and at every scale.
+/// A line and the two triangles of a leaf, in every degenerate position and at every scale.
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/ray.h>

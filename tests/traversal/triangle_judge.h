@@ -1,6 +1,6 @@
 #pragma once
-/// What a ray meets of triangles that are known in long double, each tried; and whether a tracer's answer is that but
-/// for rounding.
+/// The hits of a ray by a loop over all triangles in long double, and the check that a tracer's hit agrees within
+/// rounding.
 
 #include <hiprt_device/ray.h>
 #include <tests/traversal/moving_scenes.h>
@@ -26,7 +26,7 @@ struct Tolerances {
   double ours = 0.0, theirs = 0.0;
 };
 
-/// A tracer's answer; primitive kInvalidId: a miss.
+/// A tracer's result; primitive kInvalidId: a miss.
 struct Answer {
   std::uint32_t instance = kInvalidId, primitive = kInvalidId;
   float t = 0.0f;
@@ -93,14 +93,14 @@ class RayJudge {
   /// Of the ray's line from a point.
   Real distance(const Real3& point) const { return length(cross(point - origin_, direction_)) / length(direction_); }
 
-  /// What the answer names; nullptr: nothing, or what the ray passes at a distance.
+  /// The triangle that the result names; nullptr: none, or one that the ray misses by a distance.
   const MetTriangle* met(const Answer& answer) const {
     for (const MetTriangle& met : met_)
       if (met.instance == answer.instance && met.primitive == answer.primitive) return &met;
     return nullptr;
   }
 
-  /// What is wrong with an answer, or "".
+  /// The fault of a result, or "".
   /// @param tolerance which of a triangle's.
   std::string fault(const Answer& answer, double Tolerances::*tolerance) const {
     char text[200];
@@ -148,7 +148,7 @@ struct SecondOpinion {
   /// Of hits on the right triangle: how far t is from the exact one, across the triangle's plane, in 2^-24 of the
   /// distance that the ray has come and of its origin's from 0.
   std::vector<double> our_errors, their_errors;
-  double our_most = 0.0, their_most = 0.0;  ///< Of what is allowed, also beyond an edge.
+  double our_most = 0.0, their_most = 0.0;  ///< Share of the allowed error, also beyond an edge.
 
   void judge(const RayJudge& judge, const Ray& ray, const Answer& ours, const Answer& theirs) {
     ++rays;

@@ -1,5 +1,5 @@
 #pragma once
-/// Work spread over threads.
+/// Runs work on several threads.
 
 #include <tests/amount.h>
 

@@ -1,6 +1,6 @@
 #pragma once
-/// A ray and a triangle made of genes, what a test makes of them, and searches for the case that uses up most of a
-/// bound.
+/// A ray and a triangle made from genes, and the quantities that tests derive from them. Searches find the case that
+/// comes closest to a bound.
 
 #include <hiprt_device/intersect/box_ray.h>
 #include <hiprt_device/primitives/computed_leaf.h>
