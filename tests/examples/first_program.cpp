@@ -1,5 +1,7 @@
 // The first program of README.md: one triangle, one ray.
+
 #include <hiprt_build/build.h>
+#include <hiprt_build/format/view.h>
 #include <hiprt_device/hiprt_device.h>
 
 #include <cstdio>

@@ -1,7 +1,8 @@
-// Maps a BVH file, checks it, and traces one ray through it. Writes the file first where there is none.
+// Opens a BVH file and traces one ray through it. Writes the file first where none is named.
+
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
-#include <hiprt_build/format/validate.h>
+#include <hiprt_build/open_scene.h>
 #include <hiprt_device/hiprt_device.h>
 
 #include <cstdio>
@@ -15,10 +16,9 @@ int main(int argc, char** argv) {
     const auto bvh = hiprt::build::build(meshes);
     if (!bvh || !hiprt::build::write_file(path, bvh->buffer.bytes())) return 1;
   }
-  const auto file = hiprt::build::map_file(path);
+  const auto file = hiprt::open_scene(path);
   if (!file) return std::puts(file.error().message.c_str());
-  if (!hiprt::validate(file->bytes())) return std::puts("not a valid BVH file");
-  const hiprt::SceneView scene = hiprt::make_scene_view(*hiprt::open_buffer(file->bytes()));
+  const hiprt::SceneView scene = file->scene();
   const hiprt::Hit hit = hiprt::closest_hit(scene, {.origin = {0.2f, 0.3f, 2}, .direction = {0, 0, -1}});
   std::printf("t = %g, geometry %u, primitive %u\n", static_cast<double>(hit.t), hit.geometry, hit.primitive);
 }
