@@ -5,7 +5,7 @@
   C++ in pages comes from files. Blocks have at most 30 lines. Every file of tests/examples is shown.
 - The rows of a table after `<!-- table: PATH -->` are rows of a table in that file. It may leave out columns and rows.
 - Links lead to files, and their #anchors to headings.
-- Tests that pages quote (`test_x.cpp "begin of a name*"`) exist, and so do paths that they name.
+- Tests that pages quote (`test_x.cpp "begin of a name*"`) exist, and so do paths that they name, and pages that comments name.
 """
 
 import re
@@ -129,6 +129,17 @@ def path_faults(root: Path, name: str, text: str) -> list[str]:
     return faults
 
 
+def comment_faults(root: Path) -> list[str]:
+    faults = []
+    for name in pages.tracked(root):
+        if name.startswith(pages.RESULTS) or not name.endswith((".h", ".cpp", ".hip", ".py", ".txt", ".cmake")):
+            continue
+        text = (root / name).read_text(encoding="utf-8")
+        faults += [f"{name} names docs/{page}, which is missing" for page in re.findall(r"\bdocs/([\w/-]+\.md)", text)
+                   if not (root / pages.DOCS / page).is_file()]
+    return faults
+
+
 def main() -> int:
     root = Path([a for a in sys.argv[1:] if a != "--update"][0]).resolve()
     guide = pages.guide(root)
@@ -146,6 +157,7 @@ def main() -> int:
             faults += test_faults(root, name, text) + path_faults(root, name, text)
     examples = [p.relative_to(root).as_posix() for p in sorted((root / "tests/examples").iterdir())
                 if p.suffix in (".hip", ".cpp", ".h") and not p.name.startswith("test_")]
+    faults += comment_faults(root)
     faults += [f"no page shows {path}" for path in examples if path not in shown]
     print("\n".join(faults) or f"{len(shown)} programs on {len(guide)} pages, all as in their files")
     return 1 if faults else 0
