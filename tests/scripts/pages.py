@@ -1,4 +1,4 @@
-"""The pages of the repository, for the tests beside this file: which there are, and what is code, prose or table in them."""
+"""The pages of the repository: which there are, and what is code or prose in them. For the tests beside this file."""
 
 import re
 import subprocess
@@ -15,7 +15,8 @@ DOCS = "hiprt_device/docs/"
 
 def tracked(root: Path) -> list[str]:
     """All files that git knows; outside a clone, all files but those of builds."""
-    listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard"], capture_output=True, text=True)
+    listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard"],
+                            capture_output=True, text=True)
     if listed.returncode == 0 and listed.stdout:
         names = listed.stdout.splitlines()
     else:

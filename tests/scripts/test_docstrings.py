@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """test_docstrings.py ROOT: what hiprt_device.h and the public headers of hiprt_build offer is documented.
 
-Of every header that these reach in hiprt_device, and of the public headers themselves: types, concepts, constants and functions at namespace scope have
-a /// comment before them or a ///< behind them. Declarations without an empty line between them share a comment, and
-overloads in a file do. Not asked for: *_detail namespaces, namespace std and specialisations.
+Of every header that hiprt_device.h reaches, and of the public headers: types, concepts, constants and functions at
+namespace scope have a /// comment before them or a ///< behind them. Declarations without an empty line between them
+share a comment, and overloads in a file do. Not asked for: *_detail namespaces, namespace std and specialisations.
 """
 
 import re
@@ -81,7 +81,8 @@ def check(path: Path, name: str) -> tuple[int, list[str]]:
             continue
         line, was_documented = known.get(match[1], (number, False))
         known[match[1]] = line, was_documented or documented
-    faults = [f"{name}:{line}: {what} has no /// comment" for what, (line, documented) in known.items() if not documented]
+    faults = [f"{name}:{line}: {what} has no /// comment" for what, (line, documented) in known.items()
+              if not documented]
     return len(known), faults
 
 

@@ -46,7 +46,8 @@ def first_column(root: Path, page: str, head: str) -> list[str]:
 
 def stacks(root: Path) -> list[str]:
     text = "".join(p.read_text(encoding="utf-8") for p in (root / "hiprt_device/traverse/stacks").glob("*.h"))
-    return [n for n in re.findall(r"^(?:template <[^<>]*> )?struct (\w+Stack) \{", text, re.MULTILINE) if n != "LevelStack"]
+    found = re.findall(r"^(?:template <[^<>]*> )?struct (\w+Stack) \{", text, re.MULTILINE)
+    return [name for name in found if name != "LevelStack"]
 
 
 def builders(root: Path) -> list[str]:

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """test_readme.py ROOT [--update]: README.md and the pages in hiprt_device/docs show what is in the repository.
 
-- A code block after `<!-- file: PATH -->` is that file, without its leading comment. --update puts the file's code there.
-  C++ in pages comes from files. Blocks have at most 30 lines. Every file of tests/examples is shown.
+- A code block after `<!-- file: PATH -->` is that file without its leading comment. --update puts the code there. C++ in pages comes from files. Blocks have at most 30 lines. Every file of tests/examples is shown.
 - The rows of a table after `<!-- table: PATH -->` are rows of a table in that file. It may leave out columns and rows.
 - Links lead to files, and their #anchors to headings.
-- Tests that pages quote (`test_x.cpp "begin of a name*"`) exist, and so do paths that they name, and pages that comments name.
+- Tests that pages quote (`test_x.cpp "begin of a name*"`) exist. So do paths and C++ names in code spans, and
+  pages that comments name.
 """
 
 import re
@@ -22,6 +22,8 @@ MOST_LINES = 30
 LONGER = {"tests/gpu/trace_file.hip": 45, "tests/examples/refit.cpp": 31}
 ROOMS = ("hiprt_device/", "hiprt_build/", "tools/", "tests/", "benchmarks/", "cmake/")
 CASE = re.compile(r'TEST_CASE\w*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+)')
+# Of compilers, of AMD, of Embree and of pbrt.
+FOREIGN = {"__builtin_sqrtf", "image_bvh64_intersect_ray", "motion_derivative", "BoundPointMotion"}
 QUOTED = re.compile(r'^(?:([\w/]+\.(?:cpp|hip)) )?"(.*)"$', re.DOTALL)
 
 
@@ -129,6 +131,19 @@ def path_faults(root: Path, name: str, text: str) -> list[str]:
     return faults
 
 
+def name_faults(root: Path, name: str, text: str, known: set[str]) -> list[str]:
+    """Names of more than one word (fooBar, foo_bar) in code spans. MIGRATING.md: only of the last column, ours."""
+    text = pages.without_code(text)
+    if name.endswith("MIGRATING.md"):
+        text = "\n".join(cells(row)[-1] for row in text.splitlines() if row.startswith("|"))
+    faults = []
+    for span in pages.SPAN.findall(text):
+        for word in [] if '"' in span else re.findall(r"(?<![\w.*-])[A-Za-z_]\w+(?![\w*])", span):
+            if re.search(r"[a-z][A-Z]|\w_\w", word) and word.removeprefix("test_") not in known | FOREIGN:
+                faults.append(f"{name} names {word}, which no source has")
+    return faults
+
+
 def comment_faults(root: Path) -> list[str]:
     faults = []
     for name in pages.tracked(root):
@@ -147,7 +162,11 @@ def main() -> int:
         for name in guide:
             update(root, name)
         return 0
-    faults, shown = [], set()
+    faults, shown, known = [], set(), set()
+    for name in pages.tracked(root):
+        if not name.endswith(".md") and not name.startswith(pages.RESULTS):
+            known |= set(re.findall(r"[A-Za-z_]\w+", (root / name).read_text(encoding="utf-8", errors="replace")))
+    known |= {word.removeprefix("test_") for word in known}
     for name in pages.pages(root):
         text = (root / name).read_text(encoding="utf-8")
         faults += link_faults(root, name, text)
