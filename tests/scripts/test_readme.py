@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """test_readme.py ROOT [--update]: README.md and the pages in hiprt_device/docs show what is in the repository.
 
-- A code block after `<!-- file: PATH -->` is that file without its leading comment. --update puts the code there. C++ in pages comes from files. Blocks have at most 30 lines. Every file of tests/examples is shown.
+- A code block after `<!-- file: PATH -->` is that file without its leading comment. --update puts the code there.
+  C++ in pages comes from files. Blocks have at most 30 lines. Every file of tests/examples is shown.
 - The rows of a table after `<!-- table: PATH -->` are rows of a table in that file. It may leave out columns and rows.
 - Links lead to files, and their #anchors to headings.
 - Tests that pages quote (`test_x.cpp "begin of a name*"`) exist. So do paths and C++ names in code spans, and

@@ -23,8 +23,8 @@ LINE, SENTENCE, COLUMNS = 120, 25, 6
 SOURCES = (".h", ".cpp", ".hip", ".py", ".sh", ".cmake", ".txt")
 DIARY = re.compile(
     r"\bsince (?:commit )?[0-9a-f]{7,}\b|\bwas \d|\bno longer\b|\b(?<!is )(?<!are )(?<!be )used to\b|"
-    r"\b(?:is|are) now\b|\bnow (?:is|are)\b|\buntil now\b|\bha(?:s|ve) become\b|\bpreviously\b|\bformerly\b|\bany ?more\b|\bsince then\b|"
-    r"\bin earlier versions\b|\bnot taken\b", re.IGNORECASE)
+    r"\b(?:is|are) now\b|\bnow (?:is|are)\b|\buntil now\b|\bha(?:s|ve) become\b|\bpreviously\b|\bformerly\b|"
+    r"\bany ?more\b|\bsince then\b|\bin earlier versions\b|\bnot taken\b", re.IGNORECASE)
 COMPRESSED = re.compile(r"\bof which\b|\bbut for\b|\bin the place of\b|\bthose that\b", re.IGNORECASE)
 DATED = ("CHANGELOG.md", pages.RESULTS)  # Pages that tell history.
 WORD = re.compile(r"[A-Za-zÀ-ÿ][A-Za-zÀ-ÿ'’-]+")
