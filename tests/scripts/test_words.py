@@ -80,7 +80,7 @@ def page_faults(name: str, text: str) -> list[Fault]:
     prose = []
     for number, line in enumerate(pages.without_code(text).splitlines(), 1):
         table, other = line.startswith("|"), line.startswith(("#", "    ", "!["))
-        if table and len(re.findall(r"(?<!\\)\|", line)) - 1 > COLUMNS:
+        if table and not re.fullmatch(r"[|:\- ]+", line) and len(re.findall(r"(?<!\\)\|", line)) - 1 > COLUMNS:
             faults.append(Fault("columns", name, number, line[:60]))
         prose.append((number, "" if table or other else line))
         if table:
