@@ -25,8 +25,8 @@ The test `test_a.cpp "no such case*"` and `test_a.cpp "one*"`.
 int b;
 ```
 """ + "x" * 121 + "\n"
-SOURCE = """/// This comment was 0.62 times as long, and it has so many words in one single sentence that nobody who reads it for
-/// the first time will understand what it wants to tell about the function below.
+SOURCE = """/// This comment was 0.62 times as long, and it has so many words in one
+/// single sentence that nobody who reads it for the first time will understand what it wants to tell about the function below.
 int a;  // Those that are not.
 """
 
@@ -49,14 +49,14 @@ def words(root: Path) -> None:
 def readme(root: Path) -> None:
     name = "hiprt_device/docs/PAGE.md"
     text = (root / name).read_text(encoding="utf-8")
-    expect("test_readme.py", {
-        "blocks": len(test_readme.block_faults(root, name, text)), "links": len(test_readme.link_faults(root, name, text)),
-        "tests": len(test_readme.test_faults(root, name, text)), "paths": len(test_readme.path_faults(root, name, text)),
-        "names": len(test_readme.name_faults(root, name, text, {"a", "no_such_file"})),
-    }, {"blocks": 1, "links": 2, "tests": 1, "paths": 1, "names": 1})
+    faults = {"blocks": test_readme.block_faults(root, name, text), "links": test_readme.link_faults(root, name, text),
+              "tests": test_readme.test_faults(root, name, text), "paths": test_readme.path_faults(root, name, text),
+              "names": test_readme.name_faults(root, name, text, {"a", "no_such_file"})}
+    expect("test_readme.py", {kind: len(found) for kind, found in faults.items()},
+           {"blocks": 1, "links": 2, "tests": 1, "paths": 1, "names": 1})
     test_readme.update(root, name)
-    expect("--update", {"blocks": len(test_readme.block_faults(root, name, (root / name).read_text(encoding="utf-8")))},
-           {"blocks": 0})
+    text = (root / name).read_text(encoding="utf-8")
+    expect("--update", {"blocks": len(test_readme.block_faults(root, name, text))}, {"blocks": 0})
 
 
 def main() -> int:
