@@ -26,7 +26,8 @@ int b;
 ```
 """ + "x" * 121 + "\n"
 SOURCE = """/// This comment was 0.62 times as long, and it has so many words in one
-/// single sentence that nobody who reads it for the first time will understand what it wants to tell about the function below.
+/// single sentence that nobody who reads it for the first time will understand what it
+/// wants to tell about the function below.
 int a;  // Those that are not.
 """
 
