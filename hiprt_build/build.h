@@ -108,6 +108,7 @@ struct BuildStatistics {
   double pair_seconds = 0, tree_seconds = 0, collapse_seconds = 0, encode_seconds = 0, total_seconds = 0;
 };
 
+/// What a build returns: the file in memory, and figures of the build.
 struct Bvh {
   Buffer buffer;
   BuildStatistics statistics;

@@ -28,6 +28,7 @@ struct Error {
   std::string message;  ///< What, where and which limit, without a trailing full stop or newline.
 };
 
+/// A value, or what went wrong.
 template <class T> using Result = tl::expected<T, Error>;
 
 }  // namespace hiprt::build

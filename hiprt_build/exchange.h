@@ -16,7 +16,7 @@ namespace hiprt::build {
 /// An inner node has children, a leaf has primitives; no node has both.
 struct ExchangeNode {
   Box box;                       ///< Holds the boxes of the children, or the primitives.
-  std::uint32_t first = 0;       ///< Of the children in ExchangeBvh::nodes, or of the entries in ::primitives.
+  std::uint32_t first = 0;       ///< Of the children in ExchangeBvh::nodes, or of the entries in primitives.
   std::uint32_t children = 0;    ///< 2 to 4, or 0: nodes [first, first + children).
   std::uint32_t primitives = 0;  ///< 0 if there are children: entries [first, first + primitives).
 };

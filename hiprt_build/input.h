@@ -11,7 +11,9 @@
 
 namespace hiprt::build {
 
+/// A vertex: x, y, z.
 using Position = std::array<float, 3>;
+/// Three indices of positions.
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// An indexed triangle mesh; becomes one geometry. The spans are read during build() only.

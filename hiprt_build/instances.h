@@ -35,6 +35,7 @@ enum class InstanceBounds : unsigned {
                        ///< the others.
 };
 
+/// How the trees over instances are built.
 struct InstanceOptions {
   /// Of the trees over instances. builder: any; threads, progress, tool: as everywhere; nodes: what the objects have is
   /// taken; leaves hold one instance.

@@ -15,6 +15,7 @@
 
 namespace hiprt::build {
 
+/// How far merge_levels() goes.
 struct MergeOptions {
   /// Levels of instances on the way to a primitive that may be left, 1 or more.
   unsigned levels = 1;

@@ -13,6 +13,7 @@
 
 namespace hiprt::build {
 
+/// Threads of a refit, and when it advises a rebuild.
 struct RefitOptions {
   /// 0, or more than there are: all that the process may use. The result does not depend on it.
   unsigned threads = 0;
@@ -58,6 +59,7 @@ struct RefitStatistics {
 HIPRT_BUILD_API Result<RefitStatistics> refit(std::span<std::byte> file, const SceneInput& moved,
                                               const RefitOptions& options = {});
 
+/// A refitted copy, and figures of the refit.
 struct RefittedBvh {
   Buffer buffer;
   RefitStatistics statistics;

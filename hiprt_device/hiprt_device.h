@@ -1,6 +1,6 @@
 #pragma once
 /// Everything a kernel needs: scenes, rays, hits, policies, stacks, filters, custom primitives and queries. By example:
-/// docs/API.md. The library's own custom primitives have headers of their own (primitives/), as a program's have.
+/// docs/README.md. The library's own custom primitives have headers of their own (primitives/), as a program's have.
 
 #include <hiprt_device/filter.h>
 #include <hiprt_device/instances/path_transform.h>

@@ -11,7 +11,7 @@ namespace hiprt {
 /// - direction: any length; not normalised by the library. Components may be 0 or -0.
 /// - tmin, tmax: both ends belong to the ray. A negative tmin counts as 0. tmax may be +inf.
 /// - A ray that is not finite (tmax excepted), has a zero direction, or tmin > tmax, misses everything.
-/// - Guarantees (docs/decisions/0003-conservative-boxes.md) hold while the largest coordinate of scene bounds and of
+/// - Guarantees (docs/proofs/conservative-boxes.md) hold while the largest coordinate of scene bounds and of
 ///   the origin is in [2^-100, 2^60], the largest direction component in [2^-100, 2^126], and their ratio in
 ///   [2^-100, 2^90]. A hit whose t is beyond the largest float is a miss.
 /// @tparam Real float, or double for queries whose policies are DoubleRays (double_rays.h, with another range).

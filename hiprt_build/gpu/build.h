@@ -33,6 +33,7 @@ struct DeviceGeometry {
   std::uint8_t type = 0;              ///< Of custom primitives; as build::CustomGeometry::type.
 };
 
+/// Primitives of one build, all geometries together.
 inline constexpr std::uint32_t kMaxBuildPrimitives = (1u << 28) - 2;
 
 struct BuildOptions {

@@ -58,7 +58,7 @@ template <bool kMoves, class Real> class EnteredInstance {
 }  // namespace surface_detail
 
 /// The hit of an object's surface as the scene sees it: its normal, in any length, and its error bound, with what the
-/// transforms of the ray, and of one that starts there, may add (docs/decisions/0014-instances.md).
+/// transforms of the ray, and of one that starts there, may add (docs/proofs/instances.md).
 /// @param complete_in called with the ray as the object sees it, and the first byte of the object's file: sets both as
 /// the object sees them.
 /// @tparam kMoves whether instances may move.

@@ -19,7 +19,7 @@ struct Bounded {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// The transforms of a way at a time, still or moving. Exact is what the file's records say (FORMAT.md, Instances and
-/// Motion); derivation of the bounds: docs/decisions/0014-instances.md and 0015-motion.md. Normals keep no length.
+/// Motion); derivation of the bounds: docs/proofs/instances.md and motion.md. Normals keep no length.
 template <unsigned kLevels> class PathTransform {
  public:
   /// @param path of a hit in the scene, or any that ends where there are no more instances or earlier.

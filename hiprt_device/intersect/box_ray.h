@@ -30,7 +30,7 @@ template <class Real> class BoxRay {
 
 /// A double ray from `start` on, rounded: its direction times a power of two, so that any length fits. Between start
 /// and the point where the ray has left the boxes' bounds, and within those, the two rays are no further from each
-/// other than the margin allows (docs/decisions/0019-double-rays.md). Distances are (t - start) * scale.
+/// other than the margin allows (docs/proofs/double-rays.md). Distances are (t - start) * scale.
 template <> class BoxRay<double> {
  public:
   /// @param bounds of the boxes. @param limit the largest t.

@@ -1,7 +1,7 @@
 #pragma once
 /// Ray against the four boxes of a node: slabs with one fused multiply-add per plane. The rounding of the box test and
 /// of the triangle test is covered by a margin in scene units that is computed once per ray, so a conservative test
-/// costs nothing per node. Proof of the constants: docs/decisions/0003-conservative-boxes.md.
+/// costs nothing per node. Proof of the constants: docs/proofs/conservative-boxes.md.
 
 #include <hiprt_device/intersect/node_lanes.h>
 #include <hiprt_device/ray.h>
@@ -21,7 +21,7 @@ struct Conservative {
     return margin(origin, bounds, 0.0f, 0.0f);
   }
   /// The same for boxes of instances, whose transforms round too. @param condition, transform_reach of the file's
-  /// header. Proof of the constants: docs/decisions/0014-instances.md.
+  /// header. Proof of the constants: docs/proofs/instances.md.
   HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds, float condition,
                                             float transform_reach) {
     float reach = 0.0f, magnitude = 0.0f;

@@ -209,7 +209,7 @@ class ExactDecision {
 
 /// Decides by the triangle and the ray themselves, exactly, for all finite floats; t is within one unit in its last
 /// place. A filter in float decides nearly always: the sheared edge functions with a bound of the shear's rounding, one
-/// per leaf. What it leaves open is decided in double, then exactly (docs/decisions/0018-exact-decisions.md).
+/// per leaf. What it leaves open is decided in double, then exactly (docs/proofs/exact-decisions.md).
 ///
 /// A line through an edge or a corner is decided as one that lies beside it by less than any float, always the same one
 /// for a ray. So of the triangles that share an edge the ray meets one where it passes through the surface, and none or
@@ -243,7 +243,7 @@ struct Reference : ShearedTriangleTest<Reference> {
 
   /// With u = 2^-24 and a shear of s or less, a sheared coordinate is within u (2 |x| + 3 s |z|) of the exact one, so
   /// an edge function within 6 u R (T + 3 u R) for the largest R = |x| + |y| + s |z| and T = |x| + |y| of the leaf's
-  /// vertices (docs/decisions/0018-exact-decisions.md).
+  /// vertices (docs/proofs/exact-decisions.md).
   template <class Lanes, class Vertices>
   HIPRT_HD static HIPRT_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
     const auto beside = Lanes::add(Lanes::magnitude(at.x), Lanes::magnitude(at.y));

@@ -151,7 +151,7 @@ template <class Real> struct BasicArrayLanes {
   }
   /// Where a ray is in all of three slabs, from where it enters them and begins, and from where it leaves them and
   /// ends.
-  /// @param begin, end 0 or more; begin not -0. first_in() <= last_in() is what it would be for exact largest and
+  /// begin and end are 0 or more, begin is not -0. first_in() <= last_in() is what it would be for exact largest and
   /// smallest ones, unless the ray leaves at -0 exactly: then it may be true.
   HIPRT_HD static HIPRT_INLINE Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900

@@ -2,7 +2,7 @@
 /// What the curved primitives share: vectors of doubles, a line's closest approach to a point, hits from crossings.
 ///
 /// Results are the same bits on every processor. Only + - * / sqrt and explicit fused multiply-adds are used, all of
-/// them correctly rounded (docs/decisions/0009-custom-primitives.md), and no plain product is an operand of + or -, so
+/// them correctly rounded (docs/proofs/round-shapes.md), and no plain product is an operand of + or -, so
 /// that a compiler that contracts finds nothing to contract.
 
 #include <hiprt_device/format/shape.h>

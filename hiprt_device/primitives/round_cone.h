@@ -13,7 +13,7 @@
 /// The solid is convex: a line enters and leaves it once. Whether it crosses each seam inside the solid decides which
 /// forms hold its two crossings; each of these decisions is made once, for both sides of the seam, and the cone's
 /// crossings are confined to their slab. So there is no gap at a seam, and never one crossing alone.
-/// Derivation and measurements: docs/decisions/0009-custom-primitives.md.
+/// Derivation and measurements: docs/proofs/round-shapes.md.
 
 #include <hiprt_device/primitives/line.h>
 

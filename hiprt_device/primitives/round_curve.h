@@ -79,7 +79,7 @@ HIPRT_HD inline bool intersect_cone(const BasicRay<Real>& ray, Real tmin, Real t
 /// touches the surface in one point crosses it twice there; one that lies in the surface may do so anywhere along it.
 /// Segments of one curve overlap at their joints, and crossings inside the neighbour are reported, too.
 ///
-/// Accuracy (docs/decisions/0009-custom-primitives.md), size = distance of the centers plus the larger radius: hits and
+/// Accuracy (docs/proofs/round-shapes.md), size = distance of the centers plus the larger radius: hits and
 /// misses are those of a line that is displaced by at most 2^-50 sizes, plus 2^-52 of the distance of the origin as for
 /// SphereSet. t is off by at most half a unit in the last place plus 2^-49 sizes over the cosine of the angle of
 /// incidence, except at tips.

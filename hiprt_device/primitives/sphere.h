@@ -40,7 +40,7 @@ HIPRT_HD HIPRT_INLINE void set_octahedral(Details& details) {
 /// Both crossings of a line are reported, the entry first. A line that touches the sphere in one point crosses it twice
 /// there, at the same t.
 ///
-/// Accuracy (docs/decisions/0009-custom-primitives.md): hits and misses are those of a line that is displaced by at
+/// Accuracy (docs/proofs/round-shapes.md): hits and misses are those of a line that is displaced by at
 /// most 2^-50 radii, plus 2^-52 of the distance from origin to center where the difference of their coordinates is not
 /// exact in double (exponents more than 29 apart). t is off by at most half a unit in the last place plus 2^-49 radii
 /// over the cosine of the angle of incidence.

@@ -16,7 +16,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// hit point have the rounding of double however far the origin is. Boxes are tested in float, from a place on the ray
 /// near the scene. Instances transform rays in double: Instanced<DoubleRays<>>.
 ///
-/// Guarantees (docs/decisions/0019-double-rays.md) hold while the largest coordinate of scene bounds is as in ray.h,
+/// Guarantees (docs/proofs/double-rays.md) hold while the largest coordinate of scene bounds is as in ray.h,
 /// the largest of the origin is below 2^200, and the largest direction component in [2^-200, 2^200].
 /// @tparam Base its triangle test is replaced by WatertightDouble.
 template <class Base = Policies> struct DoubleRays : Base {

@@ -25,7 +25,7 @@ template <class Real> HIPRT_HD HIPRT_INLINE Real dot(const BasicVec3<Real>& a, c
 
 /// The hit point, moved off the triangle along its normal to the side that @p direction points to, by no more than the
 /// hit's own error bound demands (after Pharr, Jakob, Humphreys, PBR 4th ed., 6.8.6): a ray from there with tmin = 0
-/// does not meet the same triangle again (docs/decisions/0020-where-a-hit-is.md). A triangle without area has no
+/// does not meet the same triangle again (docs/proofs/where-a-hit-is.md). A triangle without area has no
 /// normal: the point is moved along @p direction. Other surfaces that are nearer than the error bound (the far wall of
 /// a sharp crease) may be passed.
 /// @param hit of closest_hit(), found.

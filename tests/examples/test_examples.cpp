@@ -1,4 +1,4 @@
-// The kernels of docs/API.md do what they say: run on the host, against brute force.
+// The kernels of the pages in hiprt_device/docs do what they say: run on the host, against brute force.
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/math/vec_functions.h>

@@ -1,4 +1,4 @@
-/// FORMAT.md and the code list the same fields at the same offsets and the same constants.
+/// The pages of the format and the code list the same fields at the same offsets and the same constants.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/buffer.h>
@@ -29,11 +29,11 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
 }
 
-/// Heading (without the #) -> rows of the table below it, header and rule left out.
-std::map<std::string, std::vector<Row>> read_tables() {
-  std::ifstream file(HIPRT_FORMAT_SPEC);
+using Tables = std::map<std::string, std::vector<Row>>;
+
+void read_page(const std::string& name, Tables& tables) {
+  std::ifstream file(std::string(HIPRT_FORMAT_PAGES) + "/" + name);
   REQUIRE(file);
-  std::map<std::string, std::vector<Row>> tables;
   std::string line, heading;
   while (std::getline(file, line)) {
     if (line.rfind('#', 0) == 0) heading = trimmed(line.substr(line.find_first_not_of('#')));
@@ -43,6 +43,12 @@ std::map<std::string, std::vector<Row>> read_tables() {
     for (std::string cell; std::getline(cells, cell, '|');) row.push_back(trimmed(cell));
     tables[heading].push_back(row);
   }
+}
+
+/// Heading (without the #) -> rows of the table below it, header and rule left out.
+Tables read_tables() {
+  Tables tables;
+  for (const char* name : {"FORMAT.md", "FORMAT_NODES.md", "FORMAT_INSTANCES.md"}) read_page(name, tables);
   for (auto& [name, rows] : tables) {
     REQUIRE(rows.size() > 2);
     rows.erase(rows.begin(), rows.begin() + 2);

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""test_docstrings.py ROOT: what hiprt_device.h offers is documented.
+"""test_docstrings.py ROOT: what hiprt_device.h and the public headers of hiprt_build offer is documented.
 
-Of every header that hiprt_device/hiprt_device.h reaches: types, concepts, constants and functions at namespace scope have
-a /// comment before them or a ///< behind them. Declarations without an empty line between them share a comment, and
-overloads in a file do. Not asked for: *_detail namespaces and specialisations.
+Of every header that hiprt_device.h reaches, and of the public headers: types, concepts, constants and functions at
+namespace scope have a /// comment before them or a ///< behind them. Declarations without an empty line between them
+share a comment, and overloads in a file do. Not asked for: *_detail namespaces, namespace std and specialisations.
 """
 
 import re
@@ -54,7 +54,7 @@ def statements(text: str):
         documented = documented or "///<" in line
         depth += bare.count("{") - bare.count("}")
         if depth == 0 and (bare.endswith((";", "}")) or bare.endswith("};")):
-            if not any("_detail" in n for n in namespaces):
+            if not any("_detail" in n or re.match(r"(?:inline )?namespace (?:hiprt::)?std\b", n) for n in namespaces):
                 yield first, code.strip(), documented
             code = ""
 
@@ -81,14 +81,18 @@ def check(path: Path, name: str) -> tuple[int, list[str]]:
             continue
         line, was_documented = known.get(match[1], (number, False))
         known[match[1]] = line, was_documented or documented
-    faults = [f"{name}:{line}: {what} has no /// comment" for what, (line, documented) in known.items() if not documented]
+    faults = [f"{name}:{line}: {what} has no /// comment" for what, (line, documented) in known.items()
+              if not documented]
     return len(known), faults
 
 
 def main() -> int:
     root = Path(sys.argv[1])
     count, faults = 0, []
-    for name in headers(root, "hiprt_device/hiprt_device.h", {}):
+    names = headers(root, "hiprt_device/hiprt_device.h", {})
+    for folder in ("hiprt_build", "hiprt_build/gpu"):
+        names |= {path.relative_to(root).as_posix(): None for path in sorted((root / folder).glob("*.h"))}
+    for name in names:
         seen, wrong = check(root / name, name)
         count += seen
         faults += wrong

@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
-"""make_box.py TOOLS OUT.png [SAMPLES [FLAG...]]: a box with a lamp, a metal and a glossy ball, a checked floor and a cut-out card,
-by the path tracer. TOOLS is the folder of bvhbuild and bvhrender; flags are bvhrender's."""
+"""make_box.py TOOLS OUT.png [SAMPLES [FLAG...]]: renders a box by the path tracer.
+
+The box has a lamp, a metal and a glossy ball, a checked floor and an alpha cut-out. TOOLS is the folder of
+bvhbuild and bvhrender; flags are bvhrender's."""
 
 import base64
 import json

@@ -1,0 +1,102 @@
+#!/usr/bin/env python3
+"""test_facts.py ROOT: what pages say of the code in numbers and lists is what the code says.
+
+- `<!-- fact: NAME -->VALUE<!-- /fact -->` in a page has the value that facts() finds.
+- The tables of stacks, builders, layouts and sections name all that there are, and nothing else.
+- The charts in hiprt_device/docs/images are what make_charts.py draws.
+"""
+
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pages
+
+FACT = re.compile(r"<!--\s+fact:\s+(\S+)\s+-->(.*?)<!--\s+/fact\s+-->", re.DOTALL)
+
+
+def read(root: Path, name: str) -> str:
+    return (root / name).read_text(encoding="utf-8")
+
+
+def find(root: Path, name: str, pattern: str) -> str:
+    match = re.search(pattern, read(root, name))
+    if not match:
+        sys.exit(f"{name}: nothing is like {pattern}; test_facts.py has to follow")
+    return match[1]
+
+
+def facts(root: Path) -> dict[str, str]:
+    header = "hiprt_device/format/buffer.h"
+    return {
+        "format": find(root, header, r"kVersionMajor = (\d+);") + "." + find(root, header, r"kVersionMinor = (\d+);"),
+        "levels": find(root, "tools/render/tracers/trace_limits.h", r"kTraceLevels = (\d+);"),
+    }
+
+
+def first_column(root: Path, page: str, head: str) -> list[str]:
+    """The `names` in the first cells of the table that begins with this head."""
+    text = read(root, page)
+    start = text.index("\n" + head)
+    rows = re.match(r"(?:\|.*\n)+", text[start + 1:])[0].splitlines()[2:]
+    return [re.match(r"\| `([\w-]+)", row)[1] for row in rows]
+
+
+def stacks(root: Path) -> list[str]:
+    text = "".join(p.read_text(encoding="utf-8") for p in (root / "hiprt_device/traverse/stacks").glob("*.h"))
+    found = re.findall(r"^(?:template <[^<>]*> )?struct (\w+Stack) \{", text, re.MULTILINE)
+    return [name for name in found if name != "LevelStack"]
+
+
+def builders(root: Path) -> list[str]:
+    found = re.findall(r'case Builder::\w+:\s*return "([\w-]+)";', read(root, "hiprt_build/input/names.cpp"))
+    return [name for name in found if name != "imported"]
+
+
+def layouts(root: Path) -> list[str]:
+    return re.findall(r"^struct (\w+)Layout\b", read(root, "hiprt_device/format/layout.h"), re.MULTILINE)
+
+
+def differences(what: str, said: list[str], there: list[str]) -> list[str]:
+    if len(there) < 2:
+        return [f"{what}: only {there} were found in the code; test_facts.py has to follow"]
+    return ([f"{what}: {name} is in the code only" for name in there if name not in said] +
+            [f"{what}: {name} is in the page only" for name in said if name not in there])
+
+
+def list_faults(root: Path) -> list[str]:
+    docs = pages.DOCS
+    policies = re.search(r"^\| `Layout` \| (.*) \|$", read(root, docs + "POLICIES.md"), re.MULTILINE)[1]
+    lower = [name.lower() for name in layouts(root)]
+    return (differences("STACKS.md", first_column(root, docs + "STACKS.md", "| stack |"), stacks(root)) +
+            differences("BUILDERS.md", first_column(root, docs + "BUILDERS.md", "| name | method"), builders(root)) +
+            differences("BUILDERS.md", first_column(root, docs + "BUILDERS.md", "| layout |"), lower) +
+            differences("POLICIES.md", re.findall(r"`(\w+)Layout`", policies), layouts(root)))
+
+
+def chart_faults(root: Path) -> list[str]:
+    images = root / pages.DOCS / "images"
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([sys.executable, "-B", images / "make_charts.py", folder], check=True)
+        made = sorted(Path(folder).iterdir())
+        return [f"{p.name} is not what make_charts.py draws" for p in made
+                if not (images / p.name).is_file() or (images / p.name).read_bytes() != p.read_bytes()]
+
+
+def main() -> int:
+    root = Path(sys.argv[1]).resolve()
+    known, faults, count = facts(root), [], 0
+    for name in pages.guide(root):
+        for fact, value in FACT.findall(pages.SPAN.sub("", pages.without_code(read(root, name)))):
+            count += 1
+            if known.get(fact) != value:
+                faults.append(f"{name}: {fact} is {known.get(fact, 'no fact')}, the page says {value}")
+    faults += list_faults(root) + chart_faults(root)
+    print("\n".join(faults) or f"{count} facts and the lists of the pages are the code's")
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
