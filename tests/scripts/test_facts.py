@@ -32,7 +32,7 @@ def facts(root: Path) -> dict[str, str]:
     header = "hiprt_device/format/buffer.h"
     return {
         "format": find(root, header, r"kVersionMajor = (\d+);") + "." + find(root, header, r"kVersionMinor = (\d+);"),
-        "levels": find(root, "tools/render/tracers/trace_limits.h", r"kTraceLevels = (\d+);"),
+        "levels": find(root, "tools/render/scene/trace_limits.h", r"kTraceLevels = (\d+);"),
     }
 
 
