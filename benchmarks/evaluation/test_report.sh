@@ -71,7 +71,7 @@ damaged 'd["scenes"].append(s)' 'scenes: a scene is there twice'
 damaged 's["name"] = "../x"' "scenes[0].name: '../x' cannot be part of a file's name"
 damaged 's["entries"] = []' 'scenes[0]: nothing was measured'
 damaged 's["entries"][1]["build"]["seconds"] = 0' 'scenes[0].entries[1].build.seconds: is 0, but must be above 0'
-damaged 's["entries"][1]["form"] = "cubic"' "scenes[0].entries[1].form: the scene has no form 'cubic'"
+damaged 's["entries"][1]["form"] = "cubic"' "scenes[0].entries[1].form: the scene has no hierarchy 'cubic'"
 damaged 's["entries"][1]["waves"][0]["name"] = "tidal"' "scenes[0].entries[1].waves[0]: no wave of the scene is called 'tidal'"
 damaged 's["entries"][1]["waves"][2:3] = []' "scenes[0].entries[1]: has no wave 'bounce 1'"
 damaged 's["entries"][1]["waves"][0]["rounds"] = []' 'scenes[0].entries[1].waves[0].rounds: nothing was measured'

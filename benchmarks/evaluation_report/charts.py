@@ -2,7 +2,7 @@
 
 from . import numbers
 from .curves import crossovers, sample_counts
-from .runs import FORMS, YARDSTICK
+from .runs import HIERARCHIES, YARDSTICK
 from .svg import Picture, Scale, spread
 
 OPACITY = {"flat": 1, "two_level": 0.6, "deep": 0.3}
@@ -54,10 +54,10 @@ def end_labels(picture, places, entries, across, up):
         picture.text(across.end + 13, moved + 4, entry.name())
 
 
-def time_to_image(scene, form):
+def time_to_image(scene, hierarchy):
     """Build + samples x sample, log-log."""
-    entries, counts = scene.of_form(form), sample_counts(scene, form)
-    picture = Picture(560, 360, f"{scene.name}, {FORMS[form]}: time to image over samples per pixel")
+    entries, counts = scene.of_hierarchy(hierarchy), sample_counts(scene, hierarchy)
+    picture = Picture(560, 360, f"{scene.name}, {HIERARCHIES[hierarchy]}: time to image over samples per pixel")
     times = [entry.image_seconds(n) for entry in entries for n in (counts[0], counts[-1])]
     across = Scale(counts[0], counts[-1], 60, 440, True)
     up = Scale(min(times) / 1.2, max(times) * 1.2, 310, 34, True)
@@ -70,24 +70,24 @@ def time_to_image(scene, form):
     return picture
 
 
-def relative_time_to_image(scene, form):
+def relative_time_to_image(scene, hierarchy):
     """The same, relative to PLOC's: where a curve passes 1 is a crossover. None where PLOC was not measured."""
-    yardstick = scene.entry(form, YARDSTICK)
+    yardstick = scene.entry(hierarchy, YARDSTICK)
     if yardstick is None:
         return None
-    entries, counts = scene.of_form(form), sample_counts(scene, form)
+    entries, counts = scene.of_hierarchy(hierarchy), sample_counts(scene, hierarchy)
     counts = [counts[0] * (counts[-1] / counts[0]) ** (i / 160) for i in range(161)]
     ratio = lambda entry, n: entry.image_seconds(n) / yardstick.image_seconds(n)  # noqa: E731
     ends = [ratio(entry, counts[-1]) for entry in entries]
     low = min(0.5, 0.95 * min(ratio(entry, n) for entry in entries for n in counts))
     top = max(2.0, 1.1 * max(ends))
-    picture = Picture(560, 360, f"{scene.name}, {FORMS[form]}: time to image relative to {YARDSTICK}")
+    picture = Picture(560, 360, f"{scene.name}, {HIERARCHIES[hierarchy]}: time to image relative to {YARDSTICK}")
     across, up = Scale(counts[0], counts[-1], 60, 440, True), Scale(low, top, 310, 34, False)
     frame(picture, across, up, "samples per pixel", f"relative to {YARDSTICK}", lambda value: f"{value:g}")
     for entry in entries:
         points = [(across.place(n), up.place(ratio(entry, n))) for n in counts if ratio(entry, n) <= top]
         picture.curve(points, series(entry), entry.name(), entry.tracer != "hiprt")
-    for slow, fast, (samples, _, _) in crossovers(scene, form):
+    for slow, fast, (samples, _, _) in crossovers(scene, hierarchy):
         if fast is yardstick and counts[0] <= samples <= counts[-1]:
             words = f"{slow.name()} is ahead of {YARDSTICK} from {numbers.samples(samples)} samples on"
             picture.dot(across.place(samples), up.place(1), series(slow), words)
@@ -96,14 +96,14 @@ def relative_time_to_image(scene, form):
 
 
 def trace_bars(scene):
-    """Average time of a wave by kind, a row per builder, a bar per form."""
-    forms = [form for form in FORMS if scene.of_form(form)]
+    """Average time of a wave by kind, a row per builder, a bar per hierarchy."""
+    hierarchies = [hierarchy for hierarchy in HIERARCHIES if scene.of_hierarchy(hierarchy)]
     rows = list({entry.key(): entry for entry in scene.entries}.values())
     kinds = scene.kinds()
     bar, left, panel = 12, 120, 300
-    row = bar * len(forms) + 8
+    row = bar * len(hierarchies) + 8
     picture = Picture(left + panel * len(kinds), 52 + row * len(rows) + 8, f"{scene.name}: average time per wave")
-    draw_form_legend(picture, forms)
+    draw_hierarchy_legend(picture, hierarchies)
     for i, entry in enumerate(rows):
         picture.text(left - 8, 52 + row * i + (row - 8) / 2 + 4, entry.name(), "", "end")
     for k, kind in enumerate(kinds):
@@ -111,49 +111,49 @@ def trace_bars(scene):
         scale = Scale(0, largest, left + panel * k, left + panel * (k + 1) - 78, False)
         picture.text(scale.start, 42, f"{kind} ({len(scene.wave_names(kind))} x)", "head")
         for i, key in enumerate(entry.key() for entry in rows):
-            for f, form in enumerate(forms):
-                entry = scene.entry(form, key[1], key[0])
+            for f, hierarchy in enumerate(hierarchies):
+                entry = scene.entry(hierarchy, key[1], key[0])
                 if entry is None:
                     continue
                 value = scene.wave_seconds(entry, kind)
                 y = 52 + row * i + bar * f
-                words = f"{entry.name()}, {FORMS[form]}, {kind}: {numbers.seconds(value)} per wave"
-                picture.bar(scale.start, y, scale.place(value) - scale.start, bar - 2, series(entry), OPACITY[form], words)
+                words = f"{entry.name()}, {HIERARCHIES[hierarchy]}, {kind}: {numbers.seconds(value)} per wave"
+                picture.bar(scale.start, y, scale.place(value) - scale.start, bar - 2, series(entry), OPACITY[hierarchy], words)
                 picture.text(scale.place(value) + 5, y + bar - 3, numbers.seconds(value), "small")
     return picture
 
 
-def draw_form_legend(picture, forms):
+def draw_hierarchy_legend(picture, hierarchies):
     x = 8
-    for form in forms:
-        picture.bar(x, 8, 14, 11, 6, OPACITY[form], FORMS[form])
-        picture.text(x + 19, 18, FORMS[form], "small")
-        x += 30 + 7 * len(FORMS[form])
+    for hierarchy in hierarchies:
+        picture.bar(x, 8, 14, 11, 6, OPACITY[hierarchy], HIERARCHIES[hierarchy])
+        picture.text(x + 19, 18, HIERARCHIES[hierarchy], "small")
+        x += 30 + 7 * len(HIERARCHIES[hierarchy])
 
 
 def build_bars(scene):
-    """Build times, logarithmic: a row per builder, a bar per form."""
-    forms = [form for form in FORMS if scene.of_form(form)]
+    """Build times, logarithmic: a row per builder, a bar per hierarchy."""
+    hierarchies = [hierarchy for hierarchy in HIERARCHIES if scene.of_hierarchy(hierarchy)]
     rows = list({entry.key(): entry for entry in scene.entries}.values())
     times = [entry.build_seconds for entry in scene.entries]
     bar, left = 12, 120
-    row = bar * len(forms) + 8
+    row = bar * len(hierarchies) + 8
     bottom = 52 + row * len(rows)
     picture = Picture(left + 900, bottom + 24, f"{scene.name}: build time")
-    draw_form_legend(picture, forms)
+    draw_hierarchy_legend(picture, hierarchies)
     scale = Scale(min(times) / 3, 1.2 * max(times), left, left + 820, True)
     for value in scale.ticks():
         picture.line(scale.place(value), 40, scale.place(value), bottom, "grid")
         picture.text(scale.place(value), bottom + 16, time_label(value), "small", "middle")
     for i, key in enumerate(entry.key() for entry in rows):
-        for f, form in enumerate(forms):
-            entry = scene.entry(form, key[1], key[0])
+        for f, hierarchy in enumerate(hierarchies):
+            entry = scene.entry(hierarchy, key[1], key[0])
             if entry is None:
                 continue
             y = 52 + row * i + bar * f
-            words = f"{entry.name()}, {FORMS[form]}: {numbers.seconds(entry.build_seconds)}"
+            words = f"{entry.name()}, {HIERARCHIES[hierarchy]}: {numbers.seconds(entry.build_seconds)}"
             picture.bar(scale.start, y, scale.place(entry.build_seconds) - scale.start, bar - 2, series(entry),
-                        OPACITY[form], words)
+                        OPACITY[hierarchy], words)
             picture.text(scale.place(entry.build_seconds) + 5, y + bar - 3, numbers.seconds(entry.build_seconds), "small")
         picture.text(left - 8, 52 + row * i + (row - 8) / 2 + 4, rows[i].name(), "", "end")
     return picture
@@ -163,13 +163,13 @@ def charts(scene):
     """(name of the file, caption, picture) of a scene."""
     found = [("trace_times", "Average time per wave, by kind of rays.", trace_bars(scene)),
              ("build_times", "Build time (logarithmic).", build_bars(scene))]
-    for form in FORMS:
-        if not scene.of_form(form):
+    for hierarchy in HIERARCHIES:
+        if not scene.of_hierarchy(hierarchy):
             continue
-        found.append((f"time_to_image_{form}", f"Time to image, {FORMS[form]}: build, then all waves of each sample.",
-                      time_to_image(scene, form)))
-        relative = relative_time_to_image(scene, form)
+        found.append((f"time_to_image_{hierarchy}", f"Time to image, {HIERARCHIES[hierarchy]}: build, then all waves of each sample.",
+                      time_to_image(scene, hierarchy)))
+        relative = relative_time_to_image(scene, hierarchy)
         if relative:
-            found.append((f"time_to_image_relative_{form}",
-                          f"The same, {FORMS[form]}, relative to {YARDSTICK}'s; rings are crossovers.", relative))
+            found.append((f"time_to_image_relative_{hierarchy}",
+                          f"The same, {HIERARCHIES[hierarchy]}, relative to {YARDSTICK}'s; rings are crossovers.", relative))
     return found

@@ -27,14 +27,14 @@ def crossover(slow, fast):
             samples_until(extra, low))
 
 
-def crossovers(scene, form):
+def crossovers(scene, hierarchy):
     """(slow entry, fast entry, crossover) of all pairs that were measured."""
-    pairs = [(scene.entry(form, slow), scene.entry(form, fast)) for slow in SLOW for fast in FAST]
+    pairs = [(scene.entry(hierarchy, slow), scene.entry(hierarchy, fast)) for slow in SLOW for fast in FAST]
     return [(slow, fast, crossover(slow, fast)) for slow, fast in pairs if slow and fast]
 
 
-def sample_counts(scene, form):
-    """Powers of two for the curves' ends: up to where all crossovers of the form lie, and at least 1024."""
-    finite = [samples for _, _, (samples, _, _) in crossovers(scene, form) if math.isfinite(samples) and samples > 0]
+def sample_counts(scene, hierarchy):
+    """Powers of two for the curves' ends: up to where all crossovers of the hierarchy lie, and at least 1024."""
+    finite = [samples for _, _, (samples, _, _) in crossovers(scene, hierarchy) if math.isfinite(samples) and samples > 0]
     most = min(MOST_SAMPLES, max([1024, *(8 * samples for samples in finite)]))
     return [2**i for i in range(math.ceil(math.log2(most)) + 1)]

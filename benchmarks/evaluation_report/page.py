@@ -4,7 +4,7 @@ import html
 
 from . import tables
 from .charts import charts
-from .runs import FORMS
+from .runs import HIERARCHIES
 from .svg import STYLE, variables
 
 CSS = """
@@ -88,9 +88,9 @@ def missing(scene):
     reasons = {}
     for entry in scene.missing:
         who = " ".join(part for part in [entry["tracer"], entry["builder"]] if part)
-        reasons.setdefault((FORMS.get(entry["form"], entry["form"]), entry["why"]), []).append(who)
-    lines = "".join(f"<li>{html.escape(form)}{html.escape(': ' + ', '.join(filter(None, names)) if any(names) else '')}: "
-                    f"{html.escape(why)}</li>" for (form, why), names in reasons.items())
+        reasons.setdefault((HIERARCHIES.get(entry["form"], entry["form"]), entry["why"]), []).append(who)
+    lines = "".join(f"<li>{html.escape(hierarchy)}{html.escape(': ' + ', '.join(filter(None, names)) if any(names) else '')}: "
+                    f"{html.escape(why)}</li>" for (hierarchy, why), names in reasons.items())
     return f"<h3>Not measured</h3><ul>{lines}</ul>" if lines else ""
 
 

@@ -7,7 +7,7 @@ from variant_report.json_file import load
 
 FORMAT = "hiprt bench_evaluation 1"
 KINDS = ["primary", "secondary", "shadow"]
-FORMS = {"flat": "flat", "two_level": "two-level", "deep": "deep"}
+HIERARCHIES = {"flat": "flat", "two_level": "two-level", "deep": "deep"}
 # Builders that others are compared with.
 YARDSTICK = "ploc"
 # Flags that do not change what is measured.
@@ -20,7 +20,7 @@ class Entry:
     def __init__(self, part, waves):
         self.tracer = part.name("tracer")
         self.builder = part.name("builder")
-        self.form = part.name("form")
+        self.hierarchy = part.name("form")
         build = part.member("build")
         self.build_seconds = build.number("seconds", positive=True)
         self.object_seconds = build.number("object_seconds")
@@ -69,8 +69,8 @@ class Scene:
             raise part.member("name").fault(f"{self.name!r} cannot be part of a file's name")
         self.source = part.name("source")
         self.light = part.name("light")
-        self.forms = {form.name("name"): {key: form.number(key) for key in ["levels", "triangles", "instances"]}
-                      for form in part.members("forms")}
+        self.hierarchies = {hierarchy.name("name"): {key: hierarchy.number(key) for key in ["levels", "triangles", "instances"]}
+                      for hierarchy in part.members("forms")}
         self.waves = {}
         for wave in part.members("waves"):
             kind = wave.name("kind")
@@ -80,19 +80,19 @@ class Scene:
                                              "hits": wave.number("hits")}
         self.entries = [Entry(entry, self.waves) for entry in part.members("entries")]
         for entry, place in zip(self.entries, part.members("entries")):
-            if entry.form not in self.forms:
-                raise place.member("form").fault(f"the scene has no form {entry.form!r}")
+            if entry.hierarchy not in self.hierarchies:
+                raise place.member("form").fault(f"the scene has no hierarchy {entry.hierarchy!r}")
         self.missing = [{key: missing.text(key) for key in ["tracer", "builder", "form", "why"]}
                         for missing in part.members("missing")]
         if not self.entries or not self.waves:
             raise part.fault("nothing was measured")
 
-    def of_form(self, form):
-        return [entry for entry in self.entries if entry.form == form]
+    def of_hierarchy(self, hierarchy):
+        return [entry for entry in self.entries if entry.hierarchy == hierarchy]
 
-    def entry(self, form, builder, tracer="hiprt"):
+    def entry(self, hierarchy, builder, tracer="hiprt"):
         """None if it was not measured."""
-        return next((e for e in self.of_form(form) if e.key() == (tracer, builder)), None)
+        return next((e for e in self.of_hierarchy(hierarchy) if e.key() == (tracer, builder)), None)
 
     def kinds(self):
         return [kind for kind in KINDS if any(wave["kind"] == kind for wave in self.waves.values())]
@@ -141,8 +141,8 @@ class Evaluation:
         if len(set(names)) != len(names):
             raise file.member("scenes").fault("a scene is there twice")
 
-    def forms(self):
-        return [form for form in FORMS if any(scene.of_form(form) for scene in self.scenes)]
+    def hierarchies(self):
+        return [hierarchy for hierarchy in HIERARCHIES if any(scene.of_hierarchy(hierarchy) for scene in self.scenes)]
 
     def keys(self):
         """(tracer, builder), in the order of the command line."""

@@ -7,7 +7,7 @@ from variant_report.runs import geometric_mean
 
 from . import numbers
 from .curves import FAST, SLOW, crossover
-from .runs import FORMS, YARDSTICK
+from .runs import HIERARCHIES, YARDSTICK
 
 
 class Cell:
@@ -40,11 +40,11 @@ def table(caption, head, rows, command=None):
             f'<div class="scroll"><table>{text}</tbody></table></div>{beside}</figure>')
 
 
-def ratios(evaluation, form, key, figure):
+def ratios(evaluation, hierarchy, key, figure):
     """Of the scenes where both were measured: a builder's figure relative to the yardstick's."""
     found = []
     for scene in evaluation.scenes:
-        entry, base = scene.entry(form, key[1], key[0]), scene.entry(form, YARDSTICK)
+        entry, base = scene.entry(hierarchy, key[1], key[0]), scene.entry(hierarchy, YARDSTICK)
         values = [figure(scene, e) if e else None for e in (entry, base)]
         if None not in values:
             found.append(values[0] / values[1])
@@ -59,19 +59,19 @@ def overview(evaluation):
         figures.append((kind, lambda scene, e, kind=kind: scene.seconds(e, kind) if kind in scene.kinds() else None))
     figures.append(("one sample", lambda scene, e: e.sample_seconds()))
     rows = []
-    for form in evaluation.forms():
-        scenes = [scene for scene in evaluation.scenes if scene.entry(form, YARDSTICK)]
+    for hierarchy in evaluation.hierarchies():
+        scenes = [scene for scene in evaluation.scenes if scene.entry(hierarchy, YARDSTICK)]
         if not scenes:
             continue
-        rows.append([f"{FORMS[form]}: {', '.join(scene.name for scene in scenes)}"])
+        rows.append([f"{HIERARCHIES[hierarchy]}: {', '.join(scene.name for scene in scenes)}"])
         for key in evaluation.keys():
-            if any(scene.entry(form, key[1], key[0]) for scene in scenes):
-                means = [geometric_mean(ratios(evaluation, form, key, figure)) for _, figure in figures]
+            if any(scene.entry(hierarchy, key[1], key[0]) for scene in scenes):
+                means = [geometric_mean(ratios(evaluation, hierarchy, key, figure)) for _, figure in figures]
                 name = key[1] if key[0] == "hiprt" else f"Embree {key[1]}"
                 rows.append([name, *(numbers.significant(mean) for mean in means)])
     if not rows:
         return ""
-    return table(f"Times, cost and size relative to {YARDSTICK} of the same form: geometric means over scenes, less is better",
+    return table(f"Times, cost and size relative to {YARDSTICK} of the same hierarchy: geometric means over scenes, less is better",
                  ["", *(name for name, _ in figures)], rows, evaluation.command)
 
 
@@ -85,17 +85,17 @@ def builders(evaluation, scene):
     head = ["builder", "build", "of it instances", "SAH cost", "MB", *(f"{kind}, ms per wave (Mrays/s)" for kind in kinds),
             "one sample, ms", "differing rays"]
     rows = []
-    for form in FORMS:
-        entries = scene.of_form(form)
+    for hierarchy in HIERARCHIES:
+        entries = scene.of_hierarchy(hierarchy)
         if not entries:
             continue
-        facts = scene.forms[form]
+        facts = scene.hierarchies[hierarchy]
         instances = f", {numbers.count(facts['instances'])} instance{'s'[:facts['instances'] != 1]}" if facts["instances"] else ""
-        rows.append([f"{FORMS[form]}: {numbers.count(facts['triangles'])} triangles{instances}"])
+        rows.append([f"{HIERARCHIES[hierarchy]}: {numbers.count(facts['triangles'])} triangles{instances}"])
         bounds = {figure: best(entries, figure) for figure in
                   [lambda e: e.build_seconds, lambda e: e.sah_cost, lambda e: e.sample_seconds()]}
         rows += [builder_row(scene, entry, kinds, entries, list(bounds.values())) for entry in entries]
-    return table("Builders: medians; the best of each form is bold", head, rows, evaluation.command_of(scene))
+    return table("Builders: medians; the best of each hierarchy is bold", head, rows, evaluation.command_of(scene))
 
 
 def builder_row(scene, entry, kinds, entries, bounds):
@@ -115,15 +115,15 @@ def builder_row(scene, entry, kinds, entries, bounds):
 
 def crossover_table(evaluation, scene):
     rows = []
-    for form in FORMS:
+    for hierarchy in HIERARCHIES:
         part = []
         for slow in SLOW:
-            entry = scene.entry(form, slow)
-            pairs = [(entry, scene.entry(form, fast)) for fast in FAST]
+            entry = scene.entry(hierarchy, slow)
+            pairs = [(entry, scene.entry(hierarchy, fast)) for fast in FAST]
             if entry and any(fast for _, fast in pairs):
                 part.append([slow, *(crossover_words(crossover(entry, fast)) if fast else "" for _, fast in pairs)])
         if part:
-            rows += [[FORMS[form]], *part]
+            rows += [[HIERARCHIES[hierarchy]], *part]
     if not rows:
         return ""
     return table("Crossover: samples per pixel from which the slower build has the image first (quartiles of the rounds)",
@@ -141,11 +141,11 @@ def crossover_words(found):
 def levels_price(evaluation, scene):
     """The cost of levels of instances."""
     kinds, rows = scene.kinds(), []
-    for form in ["two_level", "deep"]:
-        pairs = [(entry, scene.entry("flat", entry.builder, entry.tracer)) for entry in scene.of_form(form)]
+    for hierarchy in ["two_level", "deep"]:
+        pairs = [(entry, scene.entry("flat", entry.builder, entry.tracer)) for entry in scene.of_hierarchy(hierarchy)]
         pairs = [(entry, flat) for entry, flat in pairs if flat]
         if pairs:
-            rows.append([FORMS[form]])
+            rows.append([HIERARCHIES[hierarchy]])
         for entry, flat in pairs:
             traced = [numbers.significant(scene.seconds(entry, kind) / scene.seconds(flat, kind)) for kind in kinds]
             whole = entry.sample_seconds() / flat.sample_seconds()
