@@ -26,6 +26,7 @@ class Engine {
   /// @return kInvalidInput if the processor lacks AVX2 or FMA, kNoDevice without a GPU or GPU code.
   static build::Result<std::unique_ptr<Engine>> make(std::string_view name, unsigned threads);
 
+  bool is_gpu() const { return is_gpu_; }
   nlohmann::json describe() const { return device_->describe(); }
   const std::vector<Subject>& subjects() const { return subjects_; }
 
