@@ -1,7 +1,8 @@
 # Generates the kernels of bench_variants as .hip files, one per layout and stack.
 #
 # A selection is "axis=value,value ...". It stands for the cross product of its values, with the default (below) for
-# each axis that it does not name. "*" stands for all values of an axis. Invalid combinations (hiprt_can_be()) are left out.
+# each axis that it does not name. "*" stands for all values of an axis. Invalid combinations (hiprt_can_be()) are left
+# out.
 
 set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
   "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combinations of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
@@ -20,7 +21,8 @@ set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeW
   batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)
 # Triangle and box test; 'hardware' stands for AMD's ray instruction.
 set(hiprt_values_tests accurate=Tests<Watertight,Conservative> fast=Tests<Fast,Plain>
-  reference=Tests<Reference,Conservative> watertight-plain=Tests<Watertight,Plain> fast-conservative=Tests<Fast,Conservative>
+  reference=Tests<Reference,Conservative> watertight-plain=Tests<Watertight,Plain>
+  fast-conservative=Tests<Fast,Conservative>
   watertight-hardware=Tests<Watertight,HardwareBoxes> fast-hardware=Tests<Fast,HardwareBoxes>
   hardware=Tests<HardwareTriangle,HardwareBoxes> hardware-conservative=Tests<HardwareTriangle,Conservative>
   hardware-plain=Tests<HardwareTriangle,Plain>)
@@ -153,7 +155,8 @@ function(hiprt_can_be variable)
   if(stack STREQUAL "restart" AND features MATCHES "^(levels|moving)")
     return()
   endif()
-  if(stack STREQUAL "restart" AND NOT order STREQUAL "sorted" AND NOT (order STREQUAL "stored" AND usual STREQUAL "stored"))
+  if(stack STREQUAL "restart" AND NOT order STREQUAL "sorted" AND NOT (order STREQUAL "stored"
+    AND usual STREQUAL "stored"))
     return()
   endif()
   # The state of more levels does not fit into the shared memory of a block.

@@ -119,9 +119,10 @@ if(TARGET hiprt_gpu)
   add_library(hiprt::gpu ALIAS hiprt_gpu)
 endif()
 
-# hiprt_gpu_flags(<target> <variable>): the flags that a .hip source of the target shares with its C++ sources. These are the
-# include folders and definitions, also of linked libraries, and the configuration. Compile options are for the C++ compiler
-# and are left out: see OPTIONS below and HIPRT_GPU_FLAGS. For an interface library: the flags of its users.
+# hiprt_gpu_flags(<target> <variable>): the flags that a .hip source of the target shares with its C++ sources. These
+# are the include folders and definitions, also of linked libraries, and the configuration. Compile options are for the
+# C++ compiler and are left out: see OPTIONS below and HIPRT_GPU_FLAGS. For an interface library: the flags of its
+# users.
 function(hiprt_gpu_flags target variable)
   set(interface "")
   get_target_property(type ${target} TYPE)
@@ -151,8 +152,8 @@ function(hiprt_amd_command variable arch)
     --offload-arch=${arch} --rocm-device-lib-path=${HIPRT_HIP_DEVICE_LIBS} PARENT_SCOPE)
 endfunction()
 
-# hiprt_nvidia_command(<variable> <arch>...): nvcc with the options of every NVIDIA compilation. The host compiler reads the
-# output of cudafe++, which adds parentheses.
+# hiprt_nvidia_command(<variable> <arch>...): nvcc with the options of every NVIDIA compilation. The host compiler reads
+# the output of cudafe++, which adds parentheses.
 function(hiprt_nvidia_command variable)
   set(command ${CUDAToolkit_NVCC_EXECUTABLE} -ccbin ${CMAKE_CXX_COMPILER} -x cu --expt-relaxed-constexpr
     -Xcompiler=-Wall,-Wextra,-Wno-parentheses)
@@ -204,8 +205,8 @@ endfunction()
 
 # hiprt_gpu_objects(<target> <source.hip>... [OPTIONS <option>...])
 # Compiles the sources with the platform's GPU compiler, adds the objects to <target> and links hiprt::gpu to it.
-# Include folders and definitions are the target's, set before or after this call; OPTIONS go to hipcc or nvcc. Call it in the
-# folder that makes the target. Without a platform (HIPRT_GPU_PLATFORM is OFF) it is an error.
+# Include folders and definitions are the target's, set before or after this call; OPTIONS go to hipcc or nvcc. Call it
+# in the folder that makes the target. Without a platform (HIPRT_GPU_PLATFORM is OFF) it is an error.
 function(hiprt_gpu_objects target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "OPTIONS")
   hiprt_gpu_flags(${target} flags)

@@ -21,8 +21,10 @@ function(hiprt_add_gpu_entry name mode arch program)
   if(HIPRT_TEST_SET STREQUAL "quick")
     set_tests_properties(${name} PROPERTIES ENVIRONMENT HIPRT_EMULATED_CASES=left)
   endif()
-  # amdrun spends most of its time on one processor: it translates each kernel at its first launch. Long tests start first.
-  set_tests_properties(${name} PROPERTIES COST 100 TIMEOUT 1800 SKIP_RETURN_CODE 77 LABELS gpu FIXTURES_REQUIRED hiprt_amdrun)
+  # amdrun spends most of its time on one processor: it translates each kernel at its first launch. Long tests start
+  # first.
+  set_tests_properties(${name} PROPERTIES COST 100 TIMEOUT 1800 SKIP_RETURN_CODE 77 LABELS gpu
+    FIXTURES_REQUIRED hiprt_amdrun)
 endfunction()
 
 # Builds amdrun's own runtime once, before the tests that need it.
@@ -32,8 +34,8 @@ if(HIPRT_GPU_PLATFORM STREQUAL "AMD")
 endif()
 
 # hiprt_add_gpu_program(<target> <source>... [LIBS <library>...] [OPTIONS <option>...])
-# A program from .hip sources (hiprt_gpu_objects()) and C++ sources, with hiprt::gpu and hiprt::build_static. At run time it
-# needs only the shared libraries that it uses.
+# A program from .hip sources (hiprt_gpu_objects()) and C++ sources, with hiprt::gpu and hiprt::build_static. At run
+# time it needs only the shared libraries that it uses.
 function(hiprt_add_gpu_program target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBS;OPTIONS")
   set(kernels ${arg_UNPARSED_ARGUMENTS})
@@ -52,9 +54,9 @@ endfunction()
 # hiprt_add_gpu_test(<name> <source>... [LIBS <library>...] [OPTIONS <option>...] [ARGS <argument>...]
 #                    [FIXTURES <fixture>...] [EXPECT <regular expression>] [ASAN_ALL])
 # Makes the program test_<name> (hiprt_add_gpu_program()) and ctest entries with the label gpu, run with ARGS: on AMD
-# <name>_<arch> for each of HIPRT_AMD_ARCHS, and <name>_asan_<arch> for the last of them (with ASAN_ALL: for each), which
-# accesses out of bounds end; on NVIDIA <name>_sm_<arch>. With EXPECT the output must match, and the exit status does not
-# count. An entry that cannot run on this machine is skipped (exit status 77) and prints the reason.
+# <name>_<arch> for each of HIPRT_AMD_ARCHS, and <name>_asan_<arch> for the last of them (with ASAN_ALL: for each),
+# which accesses out of bounds end; on NVIDIA <name>_sm_<arch>. With EXPECT the output must match, and the exit status
+# does not count. An entry that cannot run on this machine is skipped (exit status 77) and prints the reason.
 function(hiprt_add_gpu_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "ASAN_ALL" "EXPECT" "LIBS;OPTIONS;ARGS;FIXTURES")
   if(HIPRT_GPU_PLATFORM STREQUAL "OFF")
@@ -90,11 +92,11 @@ function(hiprt_add_gpu_test name)
   endif()
 endfunction()
 
-# hiprt_emulated_cases(<entry> <cases>): on a machine without a GPU the ctest entry, if it exists, runs only these cases (a test
-# specification of Catch2). "none": it runs nothing, because other entries run its cases. amdrun takes seconds to translate a
-# kernel, and three times as long with its check of accesses. <name>_asan stands for the entry with that check.
-# hiprt_quick_cases(): the same for the quick set (HIPRT_TEST_SET), where an entry without this call does not run. "whole":
-# all cases, also for programs that do not use Catch2.
+# hiprt_emulated_cases(<entry> <cases>): on a machine without a GPU the ctest entry, if it exists, runs only these cases
+# (a test specification of Catch2). "none": it runs nothing, because other entries run its cases. amdrun takes seconds
+# to translate a kernel, and three times as long with its check of accesses. <name>_asan stands for the entry with that
+# check. hiprt_quick_cases(): the same for the quick set (HIPRT_TEST_SET), where an entry without this call does not
+# run. "whole": all cases, also for programs that do not use Catch2.
 function(hiprt_emulated_cases entry cases)
   if(HIPRT_TEST_SET STREQUAL "all")
     hiprt_set_emulated_cases(${entry} "${cases}")
@@ -121,8 +123,8 @@ function(hiprt_set_emulated_cases entry cases)
 endfunction()
 
 # hiprt_gpu_listings(<target> <source> <stem> <variable>): compiles the source, with the flags of the interface library
-# <target>, to listings: <stem>.<arch>.s by hipcc and <stem>.sm_<arch>.txt by nvcc, if installed. <variable> becomes a list
-# of arch=listing. The target <target>_listings builds them.
+# <target>, to listings: <stem>.<arch>.s by hipcc and <stem>.sm_<arch>.txt by nvcc, if installed. <variable> becomes a
+# list of arch=listing. The target <target>_listings builds them.
 function(hiprt_gpu_listings target source stem variable)
   hiprt_gpu_flags(${target} flags)
   set(listings "")
@@ -158,9 +160,10 @@ function(hiprt_gpu_listings target source stem variable)
 endfunction()
 
 # hiprt_add_gpu_resource_test(<name> <source.hip> [LIBS <library>...])
-# The ctest entry <name> compares registers, scratch and instructions of the source's kernels with tests/gpu/resources.json:
-# for HIPRT_AMD_ARCHS if hipcc is installed, for HIPRT_NVIDIA_ARCHS if nvcc is, with any HIPRT_GPU_PLATFORM. <name> is also
-# an interface library, for definitions. To accept new numbers, run the command that `ctest -R <name> -V` prints with --write.
+# The ctest entry <name> compares registers, scratch and instructions of the source's kernels with
+# tests/gpu/resources.json: for HIPRT_AMD_ARCHS if hipcc is installed, for HIPRT_NVIDIA_ARCHS if nvcc is, with any
+# HIPRT_GPU_PLATFORM. <name> is also an interface library, for definitions. To accept new numbers, run the command that
+# `ctest -R <name> -V` prints with --write.
 function(hiprt_add_gpu_resource_test name source)
   cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "LIBS")
   if(HIPRT_GPU_PLATFORM STREQUAL "OFF")

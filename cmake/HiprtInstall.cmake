@@ -1,5 +1,5 @@
-# Install rules and the package config. Components: device (headers), format (opens and checks files) and build (builders).
-# find_package(hiprt CONFIG COMPONENTS device format) needs neither oneTBB nor Embree.
+# Install rules and the package config. Components: device (headers), format (opens and checks files) and build
+# (builders). find_package(hiprt CONFIG COMPONENTS device format) needs neither oneTBB nor Embree.
 
 include(CMakePackageConfigHelpers)
 set(hiprt_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hiprt)

@@ -13,11 +13,11 @@ set(HIPRT_TOOLS_ISAS "${hiprt_default_isas}" CACHE STRING
 #   HIPRT_ISA_NAME=<entry as an identifier>, for example x86_64_v3,
 # adds the objects to <target>, and defines on <target> (and on its users) the X-macro list
 #   HIPRT_ISA_LIST="HIPRT_ISA(x86_64) HIPRT_ISA(x86_64_v3)", worst first, for the run-time choice.
-# The first of several variants is for machines over ten years old. It is compiled without forced inlining, in a quarter of
-# the time.
-# The object library of one variant is called <target>_<identifier>. All functions in these sources must be in hiprt's inline
-# namespace of the ISA or have HIPRT_ISA_NAME in their name. They must emit no inline function of other namespaces: the linker
-# keeps one copy of equal names, possibly the one for a newer CPU. tests/isa checks the objects.
+# The first of several variants is for machines over ten years old. It is compiled without forced inlining, in a quarter
+# of the time.
+# The object library of one variant is called <target>_<identifier>. All functions in these sources must be in hiprt's
+# inline namespace of the ISA or have HIPRT_ISA_NAME in their name. They must emit no inline function of other
+# namespaces: the linker keeps one copy of equal names, possibly the one for a newer CPU. tests/isa checks the objects.
 function(hiprt_add_isa_variants target)
   set(list "")
   list(LENGTH HIPRT_TOOLS_ISAS count)

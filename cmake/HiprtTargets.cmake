@@ -1,5 +1,5 @@
-# Settings of every target of hiprt: language level, warnings, sanitizers. Consumers of the libraries get the language level
-# only.
+# Settings of every target of hiprt: language level, warnings, sanitizers. Consumers of the libraries get the language
+# level only.
 
 # Warnings for our own sources. Headers of other packages are system headers, which do not warn.
 add_library(hiprt_warnings INTERFACE)
@@ -50,7 +50,8 @@ function(hiprt_target)
   endforeach()
 endfunction()
 
-option(HIPRT_OPTIMIZE_COLD_CODE "Optimise code that takes no time at run time: command lines, importers, light tests" ON)
+option(HIPRT_OPTIMIZE_COLD_CODE "Optimise code that takes no time at run time: command lines, importers, light tests"
+  ON)
 mark_as_advanced(HIPRT_OPTIMIZE_COLD_CODE)
 
 # hiprt_cold_flags(<variable>): compiler options for code that takes no time at run time.

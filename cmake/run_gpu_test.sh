@@ -1,14 +1,14 @@
 #!/bin/bash
-# run_gpu_test.sh MODE ARCH AMDRUN PROGRAM [ARGUMENT...]: runs a GPU program on a GPU of that architecture, or on the CPU of a
-# machine without one.
+# run_gpu_test.sh MODE ARCH AMDRUN PROGRAM [ARGUMENT...]: runs a GPU program on a GPU of that architecture, or on the
+# CPU of a machine without one.
 #
 # MODE: amd       on an AMD GPU of architecture ARCH (gfx1030, ...) if there is one, else through AMDRUN
 #       amd-asan  through AMDRUN with its check of out-of-bounds accesses
 #       nvidia    on an NVIDIA GPU of architecture ARCH (sm_90, ...)
 #       none      directly, on a machine without any GPU
 #       prepare   (no PROGRAM) lets AMDRUN build its runtime
-# AMDRUN may be empty. Through AMDRUN the program gets HIPRT_EMULATED_CASES as one more argument. Its value none: other tests
-# run the cases. left: the quick set (tools/check without --all) leaves the test out.
+# AMDRUN may be empty. Through AMDRUN the program gets HIPRT_EMULATED_CASES as one more argument. Its value none: other
+# tests run the cases. left: the quick set (tools/check without --all) leaves the test out.
 # The program finds ARCH in HIPRT_TEST_GPU_ARCH. Exit status: the program's, or 77 with the reason when it cannot run.
 set -euo pipefail
 

@@ -1,6 +1,6 @@
 #!/bin/bash
-# compile_fail.sh COMPILER ROOT SOURCE...: each source compiles as it is and, with -DHIPRT_FAULT=1, fails. The first error
-# that the compiler prints matches the regular expression of the source's first line (// expect: ...).
+# compile_fail.sh COMPILER ROOT SOURCE...: each source compiles as it is and, with -DHIPRT_FAULT=1, fails. The first
+# error that the compiler prints matches the regular expression of the source's first line (// expect: ...).
 #
 # COMPILER is g++, clang++, hipcc or nvcc. Exit status: 0, 1 (a fault, which is printed) or 77 (no such compiler here).
 set -uo pipefail

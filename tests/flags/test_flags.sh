@@ -1,7 +1,7 @@
 #!/bin/bash
-# test_flags.sh ROOT WORK "LINK..." COMPILER,FLAG,... ...: guarantees.cpp, with the headers beside it compiled with each of the
-# settings, keeps what is promised and prints the same. LINK: what is behind the object on the command line. Settings whose
-# compiler is not here are left out. Exit status: 0, 1, or 77 where less than two are left.
+# test_flags.sh ROOT WORK "LINK..." COMPILER,FLAG,... ...: guarantees.cpp, with the headers beside it compiled with each
+# of the settings, keeps what is promised and prints the same. LINK: what is behind the object on the command line.
+# Settings whose compiler is not here are left out. Exit status: 0, 1, or 77 where less than two are left.
 set -uo pipefail
 
 if [[ $# -lt 5 ]]; then
@@ -15,9 +15,9 @@ mkdir -p "$work"
 
 # try_one NUMBER SETTINGS: leaves what the program prints in $work/NUMBER.out, or what is wrong in $work/NUMBER.err.
 #
-# With -Ofast compilers link what makes the processor flush subnormal numbers, also behind -fno-fast-math: no setting of the
-# code, but a state of the process in which hits that have such numbers are others. So the program whose output is compared
-# is linked without the settings; where it is linked with -Ofast all checks have to hold, too.
+# With -Ofast compilers link what makes the processor flush subnormal numbers, also behind -fno-fast-math: no setting of
+# the code, but a state of the process in which hits that have such numbers are others. So the program whose output is
+# compared is linked without the settings; where it is linked with -Ofast all checks have to hold, too.
 try_one() {
   local program=$work/$1 words
   IFS=, read -ra words <<<"$2"

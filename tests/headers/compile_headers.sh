@@ -1,9 +1,11 @@
 #!/bin/bash
-# compile_headers.sh COMPILER ARCH ROOT WORK [KERNEL...]: compiles every header of hiprt_device alone (twice in one source
-# file, so that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu, and each KERNEL.
+# compile_headers.sh COMPILER ARCH ROOT WORK [KERNEL...]: compiles every header of hiprt_device alone (twice in one
+# source file, so that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu, and each
+# KERNEL.
 #
-# Whether a header stands alone is asked of one architecture, the last, and of hiprt_device's headers as device code only
-# (the other compilers see them as host code); a source with all headers and the KERNELs are compiled for all, to the end.
+# Whether a header stands alone is asked of one architecture, the last, and of hiprt_device's headers as device code
+# only (the other compilers see them as host code); a source with all headers and the KERNELs are compiled for all, to
+# the end.
 #
 # COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, sm_90, ..., for hipcc one or more, gfx90a,gfx1030.
 # ROOT is the repository, WORK a folder for the generated sources, KERNEL a source file. Exit status: 0, 1 (a file
@@ -50,8 +52,8 @@ case $compiler in
     if [[ -z $nvcc && -x /usr/local/cuda/bin/nvcc ]]; then nvcc=/usr/local/cuda/bin/nvcc; fi
     [[ -n $nvcc ]] || skip "nvcc not found (CUDA toolkit): no check of NVIDIA $arch"
     suffix=cu
-    # std::bit_cast, std::numeric_limits and the like are constexpr, which this flag lets device code call; hiprt::device
-    # asks for it too. The host compiler sees text that cudafe++ wrote, with parentheses of its own.
+    # std::bit_cast, std::numeric_limits and the like are constexpr, which this flag lets device code call;
+    # hiprt::device asks for it too. The host compiler sees text that cudafe++ wrote, with parentheses of its own.
     command=("$nvcc" -x cu -std=c++20 "-arch=$arch" --expt-relaxed-constexpr -Werror all-warnings
       -Xcompiler=-Wall,-Wextra,-Werror,-Wno-parentheses "-I$root" "-I$root/cmake/hip_nvidia" -o /dev/null)
     device_headers=(-ptx)

@@ -4,8 +4,8 @@
 #
 # Two ways lead there. The linker keeps one copy of a function that several objects define under one name, and may keep
 # this one: so every function that is visible outside its object must have in its name ISA, or the tag of hiprt's inline
-# namespace (isa_1111100; portability.h), which must be one tag per ISA and another for each. And constructors of globals
-# run on every machine before main() can choose: so there must be none.
+# namespace (isa_1111100; portability.h), which must be one tag per ISA and another for each. And constructors of
+# globals run on every machine before main() can choose: so there must be none.
 set -euo pipefail
 
 if [[ $# -lt 2 ]]; then

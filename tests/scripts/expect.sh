@@ -1,5 +1,5 @@
-# expect.sh: what tests that are shell scripts have in common; to be sourced. Makes the folder $work, which goes at the end,
-# and counts $faults.
+# expect.sh: what tests that are shell scripts have in common; to be sourced. Makes the folder $work, which goes at the
+# end, and counts $faults.
 # shellcheck shell=bash
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
