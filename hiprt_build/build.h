@@ -1,9 +1,10 @@
 #pragma once
-/// Meshes in, a BVH file in memory out.
+/// Builds a BVH file in memory from meshes.
 ///
 ///     std::vector<hiprt::build::TriangleMesh> meshes = ...;
 ///     auto bvh = hiprt::build::build(meshes, {.builder = hiprt::build::Builder::kSah});
 ///     if (!bvh) std::cerr << bvh.error().message;
+///     const hiprt::Hit hit = hiprt::closest_hit(bvh->scene(), ray);
 ///     hiprt::build::write_file("scene.bvh", bvh->buffer.bytes());
 
 #include <hiprt_build/buffer.h>
@@ -17,6 +18,12 @@
 #include <span>
 #include <string>
 #include <string_view>
+
+namespace hiprt {
+
+struct SceneView;
+
+}  // namespace hiprt
 
 namespace hiprt::build {
 
@@ -87,7 +94,8 @@ enum class Quality {
 /// @return the word of command lines: "fast", "balanced", "high".
 HIPRT_BUILD_API const char* name(Quality quality);
 
-/// @return the defaults with the builder of a quality, and the options that go with it.
+/// @return the defaults with the builder of a quality, and the options that go with it. build() refuses those of a
+/// number that is no Quality.
 ///
 ///     auto options = hiprt::build::options_for(hiprt::build::Quality::kHigh);
 ///     options.progress = ...;
@@ -112,6 +120,9 @@ struct BuildStatistics {
 struct Bvh {
   Buffer buffer;
   BuildStatistics statistics;
+
+  /// The view that queries on the host take; <hiprt_device/hiprt_device.h> defines it. Valid while the buffer lives.
+  HIPRT_BUILD_API SceneView scene() const;
 };
 
 /// Builds one BVH over all meshes; geometry i is meshes[i].

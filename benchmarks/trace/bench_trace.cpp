@@ -6,6 +6,7 @@
 #include <benchmarks/common/program.h>
 
 #include <cmath>
+#include <memory>
 #include <string>
 
 namespace hiprt::bench {

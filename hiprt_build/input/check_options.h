@@ -7,12 +7,9 @@
 
 namespace hiprt::build {
 
-/// Of builders that cut on the way down, but for the CPU's kHq.
-inline constexpr double kSplitBudget = 1.5;
-
 namespace check_options_detail {
 
-/// What is wrong with a number; empty where nothing is.
+/// @return what is wrong with a number, or nothing.
 template <class Number> std::string fault(const char* name, Number value, Number least, Number most) {
   if (value >= least && value <= most) return {};
   std::ostringstream text;
@@ -20,14 +17,20 @@ template <class Number> std::string fault(const char* name, Number value, Number
   return text.str();
 }
 
+inline std::string builder_fault(Builder builder) {
+  if (builder >= Builder::kSah && builder <= Builder::kImported) return {};
+  return "builder is " + std::to_string(static_cast<int>(builder)) + ", which is none of build::Builder";
+}
+
 }  // namespace check_options_detail
 
 /// @tparam Options BuildOptions or gpu::BuildOptions.
 /// @return kInvalidInput with the option, its value and its range.
 template <class Options> Result<void> check_ranges(const Options& options) {
-  using check_options_detail::fault;
+  using check_options_detail::fault, check_options_detail::builder_fault;
   const SahCosts& costs = options.costs;
   std::string faults[] = {
+      builder_fault(options.builder),
       fault("max_leaf_triangles", options.max_leaf_triangles, 1u, 64u),
       fault("split_budget", options.split_budget.value_or(1.0), 1.0, 16.0),
       fault("presplit_budget", options.presplit_budget, 1.0, 16.0),

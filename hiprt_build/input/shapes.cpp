@@ -16,25 +16,28 @@ std::string point_fault(const Shapes& shapes, std::size_t i) {
          (point.radius < 0.0f ? ", at least 0 expected" : ", a finite number expected");
 }
 
-/// @param place in front of messages.
-Result<void> check_shapes(CpuEngine& engine, const Shapes& shapes, const std::string& place) {
+/// @param prefix of messages.
+Result<void> check_shapes(CpuEngine& engine, const Shapes& shapes, const std::string& prefix) {
   constexpr std::uint64_t kMostPoints = kInvalidId;
+  if (shapes.kind > ShapeKind::kCurves)
+    return tl::unexpected(
+        invalid(prefix + "shapes of kind " + std::to_string(static_cast<std::uint32_t>(shapes.kind))));
   const std::size_t points = shapes.points.size();
   if (points > kMostPoints)
     return tl::unexpected(
         Error{ErrorCode::kTooLarge,
-              place + std::to_string(points) + " points of shapes, the limit is " + std::to_string(kMostPoints)});
+              prefix + std::to_string(points) + " points of shapes, the limit is " + std::to_string(kMostPoints)});
   if (shapes.kind != ShapeKind::kCurves && !shapes.segments.empty())
     return tl::unexpected(
-        invalid(place + std::to_string(shapes.segments.size()) + " segments of shapes that are no curves"));
+        invalid(prefix + std::to_string(shapes.segments.size()) + " segments of shapes that are no curves"));
   const std::size_t bad =
       engine.find_first(points, [&](std::size_t i) { return !shape_detail::is_valid(shapes.points[i]); });
-  if (bad != points) return tl::unexpected(invalid(place + point_fault(shapes, bad)));
+  if (bad != points) return tl::unexpected(invalid(prefix + point_fault(shapes, bad)));
   const std::size_t i = engine.find_first(shapes.segments.size(),
                                           [&](std::size_t k) { return std::size_t{shapes.segments[k]} + 1 >= points; });
   if (i == shapes.segments.size()) return {};
   return tl::unexpected(
-      invalid(place + "segment " + std::to_string(i) + ": points " + std::to_string(shapes.segments[i]) + " and " +
+      invalid(prefix + "segment " + std::to_string(i) + ": points " + std::to_string(shapes.segments[i]) + " and " +
               std::to_string(std::uint64_t{shapes.segments[i]} + 1) + ", but there are " + std::to_string(points)));
 }
 

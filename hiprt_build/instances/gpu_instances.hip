@@ -50,10 +50,12 @@ struct InstanceLayouts {
 
 Result<InstanceLayouts> plan_instances(const SceneObjects& objects, std::uint32_t instances,
                                        const InstanceOptions& options) {
-  if (options.bounds > InstanceBounds::kGrandchildren)
+  if (options.bounds == InstanceBounds::kPrimitives)
     return fail(ErrorCode::kInvalidInput,
-                "bounds of instances are made on the device of roots, children and "
-                "grandchildren, not of primitives");
+                "bounds of instances are made on the device of roots, children and grandchildren, not of primitives");
+  if (options.bounds > InstanceBounds::kPrimitives)
+    return fail(ErrorCode::kInvalidInput, "bounds is ", static_cast<unsigned>(options.bounds),
+                ", which is none of build::InstanceBounds");
   if (options.tree.progress) return fail(ErrorCode::kInvalidInput, "builds over instances do not ask whether to go on");
   const DeviceGeometry geometry = tree_geometry(instances, nullptr);
   const auto tree = build_sizes({&geometry, 1}, tree_options(objects, options));

@@ -109,6 +109,9 @@ class SceneBuilder {
 Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& options) {
   if (!(options.opening_budget >= 1.0 && options.opening_budget <= 64.0))
     return tl::unexpected(invalid("opening_budget is " + text(options.opening_budget) + ", 1 to 64 expected"));
+  if (options.bounds > InstanceBounds::kPrimitives)
+    return tl::unexpected(invalid("bounds is " + std::to_string(static_cast<unsigned>(options.bounds)) +
+                                  ", which is none of InstanceBounds"));
   if (scene.groups.empty()) return tl::unexpected(invalid("a scene of instances has a group at least"));
   auto objects = open_files(scene.files);
   if (!objects) return tl::unexpected(std::move(objects.error()));

@@ -4,6 +4,8 @@
 #include <hiprt_build/exchange/imported.h>
 #include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/format/view.h>
+#include <hiprt_build/input/builder_defaults.h>
 #include <hiprt_build/input/check_input.h>
 #include <hiprt_build/input/check_options.h>
 #include <hiprt_build/input/provenance.h>
@@ -18,11 +20,6 @@
 
 namespace hiprt::build {
 namespace {
-
-/// These trace fastest of all trees that were tried (decision 0013). Of the rounds, 64 lower the SAH cost of sponza by
-/// another 0.4 %, 256 no further (decision 0011).
-constexpr double kHqSplitBudget = 3.0;
-constexpr unsigned kHqRounds = 32;
 
 /// What is built: if there is an imported tree, from that.
 struct Job {
@@ -68,14 +65,6 @@ Result<DepthFirstTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, c
   if (tree || tree.error().code != ErrorCode::kBackend) return tree;
   builder = Builder::kSah;
   return build_tree(engine, builder, geometries, paired, options);
-}
-
-/// With what the builder's name stands for where nothing else is said.
-BuildOptions complete(BuildOptions options) {
-  const bool hq = options.builder == Builder::kHq;
-  options.split_budget = options.split_budget.value_or(hq ? kHqSplitBudget : kSplitBudget);
-  options.reinsertion_rounds = options.reinsertion_rounds.value_or(hq ? kHqRounds : 0);
-  return options;
 }
 
 /// What is known once the primitives are paired.
@@ -157,7 +146,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
 
 /// run() on the threads that are wanted, with errors for exceptions.
 Result<Bvh> run_guarded(const Job& job) {
-  const BuildOptions options = complete(job.options);
+  const BuildOptions options = with_defaults(job.options, kCpuHq);
   const Job complete_job{job.scene, options, job.imported};
   if (auto checked = check_ranges(options); !checked) return tl::unexpected(checked.error());
   if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
@@ -166,6 +155,8 @@ Result<Bvh> run_guarded(const Job& job) {
 }
 
 }  // namespace
+
+SceneView Bvh::scene() const { return make_scene_view(*open_buffer(buffer.bytes())); }
 
 BuildOptions options_for(Quality quality) {
   switch (quality) {
@@ -176,11 +167,11 @@ BuildOptions options_for(Quality quality) {
     case Quality::kHigh:
       return {.builder = Builder::kHq};
   }
-  return {};
+  return {.builder = static_cast<Builder>(-1)};
 }
 
 Result<Bvh> build_on(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
-  const BuildOptions all = complete(options);
+  const BuildOptions all = with_defaults(options, kCpuHq);
   return run(engine, {scene, all, nullptr});
 }
 

@@ -1,5 +1,6 @@
 #include <hiprt_build/pipeline/gpu_build_plan.h>
 
+#include <hiprt_build/input/builder_defaults.h>
 #include <hiprt_build/input/check_options.h>
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>
@@ -18,8 +19,6 @@ using build::KeptCluster;
 using build::LeafPrimitives;
 using build::LinkedNode;
 using build::Reference;
-
-constexpr unsigned kHqRounds = 8;
 
 /// @return the number of all primitives.
 Result<std::uint32_t> check_geometries(std::span<const DeviceGeometry> geometries) {
@@ -109,8 +108,9 @@ Layouts::Layouts(const BuildPlan& build_plan)
   transient_in_output = transient_offset() + transient <= file[kPrimitiveMapAt].offset;
 }
 
-Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options) {
-  if (auto checked = check_options(options); !checked) return tl::unexpected(std::move(checked.error()));
+Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& wanted) {
+  if (auto checked = check_options(wanted); !checked) return tl::unexpected(std::move(checked.error()));
+  const BuildOptions options = build::with_defaults(wanted, build::kGpuHq);
   const auto primitives = check_geometries(geometries);
   if (!primitives) return tl::unexpected(primitives.error());
   const bool whole = has_customs(geometries);
@@ -121,9 +121,8 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
   plan.layout = options.nodes;
   plan.pairs = options.pair_triangles && options.max_leaf_triangles > 1;
   plan.presplit_budget = whole ? 1.0 : options.presplit_budget;
-  plan.split_budget =
-      whole || options.builder == Builder::kSah ? 1.0 : options.split_budget.value_or(build::kSplitBudget);
-  plan.rounds = options.reinsertion_rounds.value_or(options.builder == Builder::kHq ? kHqRounds : 0);
+  plan.split_budget = whole || options.builder == Builder::kSah ? 1.0 : *options.split_budget;
+  plan.rounds = *options.reinsertion_rounds;
   plan.radius = options.ploc_radius;
   plan.pieces = capacity_after(plan.primitives, plan.presplit_budget);
   plan.capacity = plan.from_top() ? capacity_after(plan.pieces, plan.split_budget) : plan.pieces;
@@ -139,9 +138,10 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
 }
 
 Result<void> check_options(const BuildOptions& options) {
-  if (options.builder < Builder::kSah || options.builder > Builder::kHq)
+  if (auto checked = build::check_ranges(options); !checked) return checked;
+  if (options.builder > Builder::kHq)
     return fail(ErrorCode::kInvalidInput, "builder ", build::name(options.builder), " does not run on the GPU");
-  return build::check_ranges(options);
+  return {};
 }
 
 Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options) {

@@ -111,6 +111,9 @@ Result<void> check_scene(const SceneParts& scene, const std::byte* scratch) {
   if (scene.base == nullptr || scratch == nullptr || reinterpret_cast<std::uintptr_t>(scratch) % kDeviceAlignment != 0)
     return fail(ErrorCode::kInvalidInput, "refit: scene and scratch must be there, scratch aligned to ",
                 kDeviceAlignment, " bytes");
+  if (scene.layout < NodeLayout::kFloat || scene.layout > NodeLayout::kQuantized)
+    return fail(ErrorCode::kInvalidInput, "refit: layout ", static_cast<std::uint32_t>(scene.layout),
+                " is none of NodeLayout");
   return {};
 }
 

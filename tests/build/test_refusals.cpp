@@ -2,6 +2,8 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/encode/encode.h>
+#include <hiprt_build/instances.h>
+#include <hiprt_build/shapes.h>
 #include <tests/oracle/meshes.h>
 
 #include <catch2/catch.hpp>
@@ -63,6 +65,35 @@ TEST_CASE("options out of range are refused with the limits") {
   for (const std::uint32_t layout : {0u, 5u, 99u})
     CHECK_THAT(refusal({mesh.view()}, {.nodes = static_cast<NodeLayout>(layout)}).message,
                Contains("layout " + std::to_string(layout)));
+}
+
+TEST_CASE("numbers that no enumerator has are refused") {
+  const Mesh mesh = icosphere(1);
+  for (const int builder : {-1, 11, 99}) {
+    const build::Error error = refusal({mesh.view()}, {.builder = static_cast<build::Builder>(builder)});
+    CHECK(error.code == ErrorCode::kInvalidInput);
+    CHECK_THAT(error.message, Contains("builder is " + std::to_string(builder)) && Contains("build::Builder"));
+  }
+  for (const int quality : {-1, 3, 9}) {
+    const build::Error error = refusal({mesh.view()}, build::options_for(static_cast<build::Quality>(quality)));
+    CHECK(error.code == ErrorCode::kInvalidInput);
+    CHECK_THAT(error.message, Contains("build::Builder"));
+  }
+  const auto built = build::build(std::vector{mesh.view()});
+  REQUIRE(built.has_value());
+  const std::span<const std::byte> files[] = {built->buffer.bytes()};
+  const build::Instance instances[1] = {};
+  for (const unsigned bounds : {4u, 9u}) {
+    const auto scene = build::build_instances(files, instances, {.bounds = static_cast<build::InstanceBounds>(bounds)});
+    REQUIRE_FALSE(scene.has_value());
+    CHECK(scene.error().code == ErrorCode::kInvalidInput);
+    CHECK_THAT(scene.error().message, Contains("bounds is " + std::to_string(bounds)) && Contains("InstanceBounds"));
+  }
+  const ShapePoint point{{0, 0, 0}, 1};
+  const auto boxes = build::shape_boxes({.kind = static_cast<ShapeKind>(9), .points = {&point, 1}});
+  REQUIRE_FALSE(boxes.has_value());
+  CHECK(boxes.error().code == ErrorCode::kInvalidInput);
+  CHECK_THAT(boxes.error().message, Contains("kind 9"));
 }
 
 TEST_CASE("coordinates that a quantized node cannot hold are refused with the place and the alternatives") {

@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstring>
 #include <map>
+#include <memory>
 
 using namespace hiprt;
 using namespace hiprt::checks;

@@ -1,5 +1,6 @@
 #include <tools/scene_io/scene/scene_assembly.h>
 
+#include <memory>
 #include <utility>
 
 namespace hiprt::tools {
