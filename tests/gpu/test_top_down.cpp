@@ -2,6 +2,7 @@
 
 #include <hiprt_build/exec/lane_group.h>
 #include <hiprt_build/gpu/device_buffer.h>
+#include <hiprt_build/input/build_input.h>
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/pair/pair_window.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>
