@@ -3,6 +3,7 @@
 
 #include <hiprt_build/input.h>
 #include <hiprt_build/input/geometry.h>
+#include <hiprt_device/format/buffer.h>
 
 #include <vector>
 
