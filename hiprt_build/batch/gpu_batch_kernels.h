@@ -1,7 +1,12 @@
 #pragma once
 /// Small BVHs, each made by one block whose shared memory holds everything but the result. Internal.
 
+#include <hiprt_build/encode/gpu_write_wide.h>
 #include <hiprt_build/gpu/batch.h>
+#include <hiprt_build/lbvh_ploc/hploc.h>
+#include <hiprt_build/lbvh_ploc/lbvh.h>
+#include <hiprt_build/lbvh_ploc/morton.h>
+#include <hiprt_build/pair/pair_window.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 
 namespace hiprt::build::kernels {

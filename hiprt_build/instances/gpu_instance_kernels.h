@@ -2,6 +2,7 @@
 /// Kernels of builds over instances: what comes before the tree and behind it. Internal.
 
 #include <hiprt_build/gpu/instances.h>
+#include <hiprt_build/input/geometry.h>
 #include <hiprt_build/instances/make_instance.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 

@@ -1,8 +1,11 @@
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/gpu/build.h>
 
+#include <hiprt_build/encode/gpu_encode_kernels.h>
 #include <hiprt_build/exec/gpu_launcher.h>
+#include <hiprt_build/lbvh_ploc/gpu_climb_kernels.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>
+#include <hiprt_build/pair/gpu_pair_kernels.h>
 #include <hiprt_build/pipeline/gpu_build_plan.h>
 #include <hiprt_build/pipeline/gpu_kernels.h>
 #include <hiprt_build/presplit/gpu_presplit.h>

@@ -4,6 +4,7 @@
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_sort.h>
 #include <hiprt_build/gpu/build.h>
+#include <hiprt_build/lbvh_ploc/hploc.h>
 #include <hiprt_build/pair/gpu_edge_table.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 #include <hiprt_build/sah_sbvh/gpu_top_down.h>

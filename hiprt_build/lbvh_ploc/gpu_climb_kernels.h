@@ -1,0 +1,82 @@
+#pragma once
+/// Kernels that sort leaves along a Morton curve and join them from the leaves to the root. Internal.
+
+#include <hiprt_build/lbvh_ploc/hploc.h>
+#include <hiprt_build/lbvh_ploc/lbvh.h>
+#include <hiprt_build/lbvh_ploc/morton.h>
+#include <hiprt_build/pipeline/gpu_state.h>
+
+namespace hiprt::build::kernels {
+
+/// Keys of primitives that are not the first of a leaf come last.
+static __global__ void __launch_bounds__(kBlock)
+    make_keys(const Reference* references, std::uint32_t count, unsigned bits, const BuildState* state,
+              std::uint64_t* keys, std::uint32_t* values) {
+  const std::uint32_t i = thread_index();
+  if (i >= count) return;
+  const Reference reference = references[i];
+  const MortonGrid grid = MortonGrid::over(state->centers.get(), bits);
+  keys[i] = reference.contents.exists() ? grid.code(reference.box) : ~std::uint64_t{0};
+  values[i] = i;
+}
+
+static __global__ void clear_centers(BuildState* state) { state->centers.clear(); }
+/// Of all references.
+static __global__ void __launch_bounds__(kBlock)
+    bound_centers(const Reference* references, std::uint32_t count, BuildState* state) {
+  __shared__ SharedBox centers;
+  if (threadIdx.x == 0) centers.clear();
+  __syncthreads();
+  Box mine = empty_box();
+  for (std::uint32_t i = thread_index(); i < count; i += gridDim.x * blockDim.x)
+    if (references[i].contents.exists()) grow(mine, split_point(references[i].box));
+  if (mine.min[0] <= mine.max[0]) centers.add(mine);
+  __syncthreads();
+  if (threadIdx.x == 0 && !centers.empty()) state->centers.add(centers.get());
+}
+
+static __global__ void __launch_bounds__(kBlock)
+    gather_leaves(const Reference* references, const std::uint64_t* keys, const std::uint32_t* order,
+                  const BuildState* state, SortedLeaves sorted) {
+  const std::uint32_t i = thread_index(), count = state->counts.leaves;
+  if (i >= count) return;
+  const Reference reference = references[order[i]];
+  sorted.references[i] = reference;
+  sorted.primitives[i] = LeafPrimitives{reference.primitive, reference.contents};
+  sorted.met[i] = kInvalidId;
+  if (i + 1 < count) sorted.levels[i] = boundary_level(keys[i], keys[i + 1], i);
+}
+
+static __global__ void __launch_bounds__(kBlock)
+    climb_lbvh(PlannedTree tree, SortedLeaves sorted, const BuildState* state) {
+  const std::uint32_t i = thread_index();
+  if (i < state->counts.leaves) LbvhStep<PlannedTree>{tree, state->counts.leaves, sorted.levels, sorted.met}(i);
+}
+
+static __global__ void __launch_bounds__(kGroupBlock)
+    climb_hploc(PlannedTree tree, SortedLeaves sorted, KeptCluster* kept, std::uint32_t radius,
+                const BuildState* state) {
+  using Climber = Hploc<WaveGroup, PlannedTree>;
+  __shared__ Climber::Shared shared[kGroupsPerBlock];
+  const Climber climber{tree, state->counts.leaves, sorted.levels, sorted.met, kept, radius};
+  climber(WaveGroup{}, shared[threadIdx.x / WaveGroup::kLanes], thread_index());
+}
+
+/// Whether the tree must be made again: the climbs have to begin anew.
+static __global__ void __launch_bounds__(kBlock)
+    check_depth(const CollapsePlan* plans, SortedLeaves sorted, BuildState* state) {
+  const std::uint32_t i = thread_index();
+  if (i >= state->counts.leaves) return;
+  const LinkedRef root = state->root;
+  if ((root & kLinkedLeaf) != 0 || plans[root].need <= kMaxStackBound) return;
+  sorted.met[i] = kInvalidId;
+  if (i == 0) state->too_deep = 1;
+}
+static __global__ void __launch_bounds__(kBlock)
+    lbvh_again(PlannedTree tree, SortedLeaves sorted, const BuildState* state) {
+  const std::uint32_t i = thread_index();
+  if (state->too_deep != 0 && i < state->counts.leaves)
+    LbvhStep<PlannedTree>{tree, state->counts.leaves, sorted.levels, sorted.met}(i);
+}
+
+}  // namespace hiprt::build::kernels
