@@ -30,11 +30,11 @@ namespace hiprt::build {
 enum class Builder {
   kSah,           ///< Binned surface area heuristic (Wald 2007).
   kLbvh,          ///< Hierarchy of 63-bit Morton codes (Karras 2012, Apetrei 2014): the fastest build.
-  kLbvh30,        ///< The same of 30-bit codes: too coarse for small detail in a large scene.
+  kLbvh30,        ///< The same with 30-bit codes: too coarse for small detail in a large scene.
   kPloc,          ///< Locally-ordered clustering in rounds (Meister and Bittner 2018).
   kHploc,         ///< Clustering on the way up the Morton hierarchy (Benthin et al. 2024).
   kSbvh,          ///< kSah with spatial splits (Stich et al. 2009).
-  kHq,            ///< What gives the fastest rays: kSbvh, then reinsertion (Meister and Bittner 2018).
+  kHq,            ///< The fastest rays: kSbvh, then reinsertion (Meister and Bittner 2018).
   kEmbreeLow,     ///< rtcBuildBVH, RTC_BUILD_QUALITY_LOW (Morton order).
   kEmbreeMedium,  ///< rtcBuildBVH, RTC_BUILD_QUALITY_MEDIUM (binned SAH).
   kEmbreeHigh,    ///< rtcBuildBVH, RTC_BUILD_QUALITY_HIGH (binned SAH with spatial splits).
@@ -49,8 +49,8 @@ struct Progress {
   const char* step;  ///< "pair", "split", "collapse", "encode", ...; a string literal.
   double fraction;   ///< Of the whole build, 0 to 1, never decreasing.
 };
-/// Called about every 20 ms from one thread at a time; return false to cancel the build. At most 50 ms of work lie
-/// between two calls, but in Embree's builders, which ask when Embree does.
+/// Called about every 20 ms, from one thread at a time. Return false to cancel the build. Two calls are at most 50 ms
+/// of work apart, except in Embree's builders, which call it when Embree does.
 using ProgressCallback = std::function<bool(const Progress&)>;
 
 /// Relative costs of the surface area heuristic.
@@ -63,35 +63,35 @@ struct SahCosts {
 struct BuildOptions {
   Builder builder = Builder::kSah;
   NodeLayout nodes = NodeLayout::kPlanes;
-  /// 0, or more than there are: all that the process may use (the machine's, or what tbb::global_control says). The
-  /// result does not depend on it (kSah).
+  /// Threads. 0 or more than the process may use: all of them (of the machine, or of tbb::global_control). The result
+  /// does not depend on it.
   unsigned threads = 0;
-  /// 1 to 16, kSbvh, kHq and kEmbreeHigh: references that there may be of one, on average, after cuts on the way down.
-  /// More are faster rays and larger files. Unset: 3 for kHq, 1.5 for the others.
+  /// For kSbvh, kHq and kEmbreeHigh, 1 to 16: how many references spatial splits may make of one, on average. A larger
+  /// budget gives faster rays and larger files. Unset: 3 for kHq, 1.5 for the others.
   std::optional<double> split_budget{};
-  /// 1 to 16: references that there may be of one, on average, after cuts before there is a tree (Karras and Aila
-  /// 2013). With kHploc and rounds of reinsertion a cheaper road to the quality of kSbvh: 1.2 to 1.5.
+  /// 1 to 16: how many references the builder may make of one before it builds the tree, on average (Karras and Aila
+  /// 2013). 1.2 to 1.5 with kHploc and rounds of reinsertion comes close to the quality of kSbvh in less time.
   double presplit_budget = 1.0;
-  /// 0 to 1000: rounds of reinsertion, each of an eighth of the tree's nodes. Unset: 32 for kHq, none for the others.
+  /// 0 to 1000: rounds of reinsertion. Each round moves nodes of an eighth of the tree. Unset: 32 for kHq, else 0.
   std::optional<unsigned> reinsertion_rounds{};
-  /// 1 to 128, kPloc and kHploc (whose clusters are 32 at most): places along the Morton curve to either side in which
-  /// a cluster looks for its nearest.
+  /// For kPloc and kHploc, 1 to 128: how many neighbours along the Morton curve, to either side, a cluster is compared
+  /// with. kHploc has 32 clusters at a time at most.
   unsigned ploc_radius = 8;
   unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles, or custom primitives, in the run of leaves below one child.
-  bool pair_triangles = true;       ///< Put triangles that share an edge, and close custom primitives, into one leaf.
+  bool pair_triangles = true;       ///< Two triangles with a common edge, or two close custom primitives, per leaf.
   SahCosts costs{};
   ProgressCallback progress{};
   std::string_view tool{};  ///< For the provenance block, e.g. the command line.
 };
 
-/// What a build is for, in one word.
+/// The purpose of a build.
 enum class Quality {
   kFast,      ///< The fastest build: kLbvh.
-  kBalanced,  ///< Little slower to build than kFast, and faster rays: kHploc.
+  kBalanced,  ///< A slightly slower build and faster rays: kHploc.
   kHigh,      ///< The fastest rays: kHq.
 };
 
-/// @return the word of command lines: "fast", "balanced", "high".
+/// @return the name used on command lines: "fast", "balanced", "high".
 HIPRT_BUILD_API const char* name(Quality quality);
 
 /// @return the defaults with the builder of a quality, and the options that go with it. build() refuses those of a
@@ -102,17 +102,17 @@ HIPRT_BUILD_API const char* name(Quality quality);
 HIPRT_BUILD_API BuildOptions options_for(Quality quality);
 
 struct BuildStatistics {
-  /// That made the tree: kSah if Embree gave up (depth); kEmbreeMedium in place of kEmbreeHigh if there are custom
-  /// primitives, which cannot be split.
+  /// The builder that made the tree. kSah if Embree failed because the tree was too deep. kEmbreeMedium instead of
+  /// kEmbreeHigh if there are custom primitives, which cannot be split.
   Builder builder = Builder::kSah;
   std::uint64_t triangles = 0;           ///< Of the input.
   std::uint64_t customs = 0;             ///< Custom primitives of the input.
   std::uint64_t dropped_not_finite = 0;  ///< A corner, or a plane of a custom primitive's box, is NaN or infinite.
   std::uint64_t dropped_degenerate = 0;  ///< Two corners at the same position; a custom primitive's box is inverted.
-  std::uint64_t pairs = 0;               ///< Leaves with two triangles before splitting.
+  std::uint64_t pairs = 0;               ///< Leaves with two triangles, before spatial splits.
   std::uint64_t custom_pairs = 0;        ///< Leaves with two custom primitives.
   std::uint64_t nodes = 0, leaves = 0;   ///< Records in the file.
-  std::uint64_t scratch_bytes_peak = 0;  ///< Largest sum of the builder's own arrays, output included.
+  std::uint64_t scratch_bytes_peak = 0;  ///< Peak memory of the builder's arrays, with the output.
   double pair_seconds = 0, tree_seconds = 0, collapse_seconds = 0, encode_seconds = 0, total_seconds = 0;
 };
 
@@ -126,7 +126,7 @@ struct Bvh {
 };
 
 /// Builds one BVH over all meshes; geometry i is meshes[i].
-/// Input errors name the mesh, the triangle and the limit. Never throws; nothing leaks after an error or a cancel.
+/// Errors of the input name the mesh, the triangle and the limit. Never throws and leaks nothing after an error.
 HIPRT_BUILD_API Result<Bvh> build(std::span<const TriangleMesh> meshes, const BuildOptions& options = {});
 
 /// Builds one BVH over meshes and custom primitives.

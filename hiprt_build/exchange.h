@@ -1,6 +1,6 @@
 #pragma once
-/// Trees of other programs in, trees of BVH files out: a plain exchange form (nodes whose children lie side by side, as
-/// in madmann91/bvh, with two to four of them).
+/// Imports trees of other programs and exports trees of BVH files, in a plain form: nodes with two to four children,
+/// which lie side by side, as in madmann91/bvh.
 ///
 ///     hiprt::build::ExchangeBvh tree = ...;  // Of a builder of yours.
 ///     auto bvh = hiprt::build::import_tree({.meshes = meshes}, tree);
@@ -15,7 +15,7 @@ namespace hiprt::build {
 
 /// An inner node has children, a leaf has primitives; no node has both.
 struct ExchangeNode {
-  Box box;                       ///< Holds the boxes of the children, or the primitives.
+  Box box;                       ///< Contains the boxes of the children, or the primitives.
   std::uint32_t first = 0;       ///< Of the children in ExchangeBvh::nodes, or of the entries in primitives.
   std::uint32_t children = 0;    ///< 2 to 4, or 0: nodes [first, first + children).
   std::uint32_t primitives = 0;  ///< 0 if there are children: entries [first, first + primitives).
@@ -24,37 +24,37 @@ struct ExchangeNode {
 /// nodes[0] is the root; every other node is one node's child, in any order. A tree over no primitives has no nodes.
 struct ExchangeBvh {
   std::vector<ExchangeNode> nodes;
-  /// What leaves refer to; every entry is in one leaf. Primitives are numbered over all geometries, meshes first,
-  /// geometry by geometry. A primitive may be in several leaves (spatial splits), once in each.
+  /// The primitives of the leaves. Every entry belongs to one leaf. Primitives are numbered over all geometries, meshes
+  /// first. A primitive may be in several leaves (spatial splits), once in each.
   std::vector<std::uint32_t> primitives;
 };
 
-/// Whether @p tree is a tree over @p scene: every node reached from the root once; numbers in range; boxes finite, and
-/// min <= max; every box exactly inside its parent's; a primitive that is in one leaf exactly inside the leaf's box (of
-/// one in several leaves each box may hold a part); every primitive in a leaf, but for those that input.h says are
-/// dropped, which may be anywhere or nowhere. Takes time proportional to the sizes of both (sorts what is in several
-/// leaves), whatever the tree's depth.
-/// @return the first thing that is wrong, with the numbers of node, child and primitive: kInvalidInput, or kTooLarge
-/// where numbers of 32 bits do not reach.
+/// Checks that @p tree is a tree over @p scene:
+/// - every node is reached from the root exactly once, and all numbers are in range;
+/// - boxes are finite, with min <= max, and lie exactly inside their parent's box;
+/// - a primitive of one leaf lies exactly inside the leaf's box (in several leaves each box may contain a part of it);
+/// - every primitive is in a leaf. Primitives that builders drop (input.h) may be anywhere or nowhere.
+/// The time is proportional to the sizes of both, whatever the depth; primitives in several leaves are sorted.
+/// @return the first error, with the numbers of node, child and primitive: kInvalidInput, or kTooLarge if 32 bits do
+/// not suffice for a number.
 HIPRT_BUILD_API Result<void> validate(const ExchangeBvh& tree, const SceneInput& scene);
 
-/// Builds a BVH of @p tree as others are built from their builder's trees: triangles of the same leaves are paired;
-/// leaves with more than one pair are split by the surface area heuristic, nodes with more than two children by pairs
-/// of the nearest; then reinsertion (BuildOptions::reinsertion_rounds), optimal collapse to four children and encoding.
+/// Builds a BVH from @p tree. Triangles of the same leaf are paired. Leaves with more than one pair are split by the
+/// surface area heuristic. Of nodes with more than two children the nearest two are joined first. Then follow
+/// reinsertion (BuildOptions::reinsertion_rounds), the optimal collapse to four children, and encoding.
 ///
-/// Hits never depend on the tree: boxes are made again from the primitives. A triangle in several leaves is cut between
-/// them by planes that separate their boxes, and is whole in one of them where there is no such plane, as custom
-/// primitives are. Where the tree is deeper than about 60 levels, subtrees are balanced instead.
+/// Hits never depend on the tree: boxes are computed again from the primitives. A triangle in several leaves is split
+/// between them by planes that separate their boxes. Without such a plane it stays whole in one leaf, as custom
+/// primitives do. Subtrees deeper than about 60 levels are balanced.
 /// @param options builder and budgets are ignored.
-/// @return the errors of validate() and build(). Statistics say Builder::kImported.
+/// @return the errors of validate() and build(). The statistics name Builder::kImported.
 HIPRT_BUILD_API Result<Bvh> import_tree(const SceneInput& scene, const ExchangeBvh& tree,
                                         const BuildOptions& options = {});
 
-/// The tree of a file: nodes of two to four children, a leaf for each run of leaves, boxes as the file states them
-/// (layouts half and quantized: rounded outwards; infinite planes are the file's bounds). validate() accepts it
-/// together with the scene that the file was built from.
-/// @return kInvalidInput with what hiprt::validate() says, kTooLarge if there are 2^31 primitives or more,
-/// kOutOfMemory.
+/// @return the tree of a file: nodes of two to four children, a leaf for each run of leaves, and the boxes of the file
+/// (layouts half and quantized: rounded outwards; infinite planes become the file's bounds). validate() accepts it
+/// together with the scene that the file was built from. Errors:
+/// kInvalidInput with the message of hiprt::validate(), kTooLarge for 2^31 primitives or more, kOutOfMemory.
 HIPRT_BUILD_API Result<ExchangeBvh> export_tree(const BufferView& file);
 
 }  // namespace hiprt::build

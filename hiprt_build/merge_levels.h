@@ -1,5 +1,6 @@
 #pragma once
-/// Fewer levels of instances: groups give way to the instances that they have. More memory, faster rays.
+/// Merges levels of instances: replaces instances of groups by the instances in them. Uses more memory and makes rays
+/// faster.
 ///
 ///     auto merged = hiprt::build::merge_levels({objects, groups});  // into one
 ///     auto views = merged->views();

@@ -1,5 +1,5 @@
 #pragma once
-/// How instances move: keys at times of the program's choice.
+/// Motion of instances: keys at times that the program chooses.
 ///
 ///     hiprt::build::Motion wheel{.keys = {{.time = 0}, {.time = 1, .rotation = {0, 0, 1, 0}}}};
 ///     hiprt::build::Instance turning{.object = 0, .motion = &wheel};
@@ -18,8 +18,8 @@ struct Affine {
   float row[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 };
 
-/// A place in parts: a point p of the object is at rotation * (U p) + translation, U the upper triangle of scale (its
-/// diagonal) and shear.
+/// A transform in parts: a point p of the object is at rotation * (U p) + translation. U is the upper triangular matrix
+/// of scale (its diagonal) and shear.
 struct MotionKey {
   float time = 0.0f;
   float translation[3] = {};
@@ -28,26 +28,26 @@ struct MotionKey {
   float shear[3] = {};               ///< xy, xz, yz: what y adds to x, z to x and z to y.
 };
 
-/// A place as a matrix.
+/// A transform as a matrix.
 struct MatrixKey {
   float time = 0.0f;
   Affine to_scene{};
 };
 
-/// The way of an instance through its keys. Between two keys translation, scale and shear change linearly and the
-/// rotation takes the shorter way around (MotionKind); outside its keys the instance stands still.
+/// The transforms of an instance over time. Between two keys translation, scale and shear change linearly, and the
+/// rotation takes the shorter arc (MotionKind). Outside its keys the instance does not move.
 struct Motion {
-  /// In the order of their times, which differ, by any amounts. One key: the instance stands still there.
+  /// In ascending order of time, no two at the same time. One key: the instance does not move.
   std::vector<MotionKey> keys{};
   MotionKind kind = MotionKind::kSlerp;
-  std::vector<MatrixKey> matrices{};  ///< In place of keys. Of other kinds than kMatrix: see decompose().
+  std::vector<MatrixKey> matrices{};  ///< Instead of keys. Kinds other than kMatrix decompose() them.
 };
 
-/// A matrix in parts, by Gram and Schmidt: unique but for rotations of scales of (-1, -1, 1), which come as rotations.
-/// The key is off by a few units in the last place of the matrix.
-/// @return kInvalidInput for a matrix that is not finite or without an inverse.
+/// Decomposes a matrix by Gram-Schmidt orthogonalization. Two mirrored axes become a rotation, so that the result is
+/// unique. Its error is a few units in the last place of the matrix.
+/// @return kInvalidInput for a matrix that is not finite or has no inverse.
 HIPRT_BUILD_API Result<MotionKey> decompose(const MatrixKey& key);
-/// The way back.
+/// The inverse of decompose().
 HIPRT_BUILD_API MatrixKey compose(const MotionKey& key);
 
 }  // namespace hiprt::build

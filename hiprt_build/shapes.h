@@ -15,15 +15,15 @@
 
 namespace hiprt::build {
 
-/// The smallest boxes of floats around shapes, for CustomGeometry::boxes. Those of primitives that are never hit (of
-/// radius 0) are inverted, so that build() drops them.
-/// @param threads 0, or more than there are: all that the process may use.
-/// @return kInvalidInput with the number of the point or segment: a coordinate or radius that is not finite, a negative
-/// radius, a segment whose second point is none, segments of spheres. kTooLarge for 2^32 points or more. kOutOfMemory.
+/// @return the smallest boxes of floats around shapes, for CustomGeometry::boxes. Boxes of primitives that are never
+/// hit (radius 0) are inverted, so that build() drops them. Errors: kInvalidInput with the number of the point or
+/// segment for a coordinate or radius that is not finite, a negative radius, a segment without a second point, segments
+/// of spheres, or an unknown kind. kTooLarge for 2^32 points or more. kOutOfMemory.
+/// @param threads 0, or more than the process may use: all of them.
 HIPRT_BUILD_API Result<std::vector<Box>> shape_boxes(const Shapes& shapes, unsigned threads = 0);
 
-/// The segments of strands that lie in an array one after the other: of each, its points but for the last.
-/// @param points of each strand. @return as many numbers as all strands have points, less one each.
+/// @return the segments of strands whose points lie in one array: the numbers of all points except the last of each.
+/// @param points how many points each strand has.
 HIPRT_BUILD_API std::vector<std::uint32_t> strand_segments(std::span<const std::uint32_t> points);
 
 }  // namespace hiprt::build

@@ -1,5 +1,5 @@
 #pragma once
-/// Quality figures of a tree, measured from its file by one cost function for every builder.
+/// Measures the quality of the tree in a file, with one cost function for every builder.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
@@ -12,7 +12,7 @@ namespace hiprt::build {
 struct TreeStatistics {
   std::uint64_t nodes = 0;
   std::uint64_t leaves = 0;
-  std::uint64_t custom_leaves = 0;   ///< Of those.
+  std::uint64_t custom_leaves = 0;   ///< Leaves of custom primitives.
   std::uint64_t leaf_triangles = 0;  ///< Triangles in leaves; more than the primitives where references were split.
   std::uint64_t leaf_customs = 0;    ///< Custom primitives in leaves.
   std::uint64_t leaf_runs = 0;       ///< Child references to leaves.

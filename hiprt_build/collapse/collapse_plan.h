@@ -1,6 +1,6 @@
 #pragma once
-/// The four-wide tree of lowest surface area cost over a binary tree, by dynamic programming from the leaves to the
-/// root (Ylitie, Karras, Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", 2017,
+/// Finds the four-wide tree of lowest surface area cost over a binary tree, by dynamic programming from the leaves to
+/// the root (Ylitie, Karras, Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", 2017,
 /// section 3.2): a node's plan is made of its children's. Internal.
 
 #include <hiprt_device/format/node.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Wide tree to the bytes of a file. Internal.
+/// Encodes a wide tree into the bytes of a file. Internal.
 
 #include <hiprt_build/collapse/collapse.h>
 #include <hiprt_build/error.h>
@@ -18,12 +18,12 @@ struct EncodeInput {
   std::string provenance;  ///< Of make_provenance(); encode() sets its exchange slack.
 };
 
-/// @return kTooLarge, with the numbers, when the last of so many nodes and leaves would be beyond kAddressLimit.
+/// @return kTooLarge, with the numbers, if so many nodes and leaves end after kAddressLimit.
 Result<void> check_addresses(NodeLayout layout, std::uint64_t nodes, std::uint64_t leaves);
 
-/// Writes a whole file. Nodes lie in depth-first order with siblings side by side, leaves in the order of the tree.
-/// Boxes are encoded from the leaves to the root: a parent states for a node what that node's bytes decode to.
-/// @pre layout kQuantized: no coordinate is beyond kQuantizedLimit.
+/// Writes a file. Nodes lie in depth-first order with siblings side by side, leaves in the order of the tree. Boxes are
+/// encoded from the leaves to the root: a parent holds for a child node the box that the child's bytes decode to.
+/// @pre layout kQuantized: coordinates are below kQuantizedLimit.
 /// @return the error of check_addresses().
 Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input);
 

@@ -23,7 +23,8 @@ __device__ void begin_wide(const WideWriter<Layout>& writer, const WideQueue& qu
   }
 }
 
-/// Teams take places in the queue. Who waits for an entry waits for a team that is running: one with an earlier place.
+/// Teams take entries of the queue in order. An entry that is still empty will be filled by a team with an earlier
+/// entry, which is running.
 template <class Layout>
 __device__ void write_wide(const WideWriter<Layout>& writer, const WideQueue& queue, LinkedRef root,
                            WideProgress& progress) {

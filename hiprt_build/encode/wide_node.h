@@ -8,11 +8,11 @@
 
 namespace hiprt::build {
 
-/// What a wide node needs to know of a child. The default is an absent one.
+/// A child of a wide node. The default is an absent child.
 struct WideChild {
   NodeRef ref = kInvalidRef;
   std::uint32_t flags = 0;  ///< Child flags.
-  Box box = empty_box();    ///< That the node must state, or a larger one.
+  Box box = empty_box();    ///< The node must hold this box or a larger one.
 };
 
 /// Absent children last, the others by ascending box centre along the axis where they spread most, equal ones in the

@@ -1,6 +1,6 @@
 #pragma once
-/// Wide nodes and leaves of a planned linked tree, from the root down, by many threads at once: whoever writes a node
-/// leaves a task in the places of its child nodes. Internal.
+/// Wide nodes and leaves of a planned linked tree, from the root down, by many threads at once. The thread that writes
+/// a node leaves tasks for its child nodes. Internal.
 
 #include <hiprt_build/collapse/wide_children.h>
 #include <hiprt_build/encode/write_leaf.h>
@@ -11,7 +11,7 @@
 
 namespace hiprt::build {
 
-/// What a tree sums up for its wide form.
+/// Subtree sums: the plans of the wide tree.
 struct PlanSums {
   CollapsePlan* plans;  ///< Of inner nodes.
   const Reference* references;

@@ -1,5 +1,5 @@
 #pragma once
-/// What the import needs to know of a tree of unknown origin. Internal.
+/// Checks a tree of unknown origin before it is imported. Internal.
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/exchange.h>
@@ -12,7 +12,7 @@
 
 namespace hiprt::build {
 
-/// A triangle that is in several leaves, and one of those.
+/// A triangle of several leaves, and one of the leaves.
 struct SharedTriangle {
   std::uint32_t primitive, leaf;
 
@@ -28,7 +28,7 @@ struct CheckedTree {
   ScratchArray<std::uint32_t> order;  ///< All nodes, parents before their children.
   /// Per primitive: its leaf; or kShared and a primitive, the same one for all that are in the same leaves; kInvalidId
   /// for dropped ones. Of a custom primitive in several leaves the one whose box it enlarges least, then the lower
-  /// node: what is in a part of its box nobody knows.
+  /// node: its shape in a part of its box is unknown.
   ScratchArray<std::uint32_t> home;
   std::vector<SharedTriangle> shared;  ///< Sorted.
 

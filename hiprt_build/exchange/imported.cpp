@@ -23,7 +23,7 @@ struct NodeBoxes {
   const Box& operator()(std::uint32_t node) const { return nodes[node].box; }
 };
 
-/// References and the imported leaves that they are of.
+/// References and their imported leaves.
 struct AssignedReferences {
   ScratchArray<Reference> references;
   ScratchArray<std::uint32_t> leaf;
@@ -35,7 +35,7 @@ struct AssignedReferences {
   }
 };
 
-/// Groups whole, or in parts where several leaves share them.
+/// Assigns references to imported leaves: whole, or in parts if several leaves share them.
 AssignedReferences assign(CpuEngine& engine, const ExchangeBvh& tree, const CheckedTree& checked,
                           const GeometryTable& geometries, std::span<const Reference> whole) {
   // A leaf that several imported leaves share has an entry in checked.shared for each of them.

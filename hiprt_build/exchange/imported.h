@@ -1,5 +1,5 @@
 #pragma once
-/// The binary tree of an imported one. Internal.
+/// Builds the binary tree of an imported tree. Internal.
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exchange/exchange_check.h>

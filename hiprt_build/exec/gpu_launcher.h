@@ -1,5 +1,5 @@
 #pragma once
-/// A row of launches into a stream, of which each gives the error of the one before it. Internal.
+/// Launches kernels into a stream one after the other. After an error all later launches are skipped. Internal.
 
 #include <hiprt_build/gpu/launch.h>
 

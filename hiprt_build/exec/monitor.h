@@ -17,7 +17,7 @@ class Monitor {
  public:
   using Interval = std::chrono::steady_clock::duration;
 
-  /// @param interval between calls, at least, but for those at the start of a step.
+  /// @param interval least time between two calls, except at the start of a step.
   explicit Monitor(const ProgressCallback& callback, Interval interval = std::chrono::milliseconds(20))
       : callback_(callback), interval_(interval.count()) {}
 

@@ -1,5 +1,5 @@
 #pragma once
-/// A whole operation on the CPU: its threads, its memory, and errors in place of what it throws. Internal.
+/// Runs an operation on the CPU: with its threads, its memory ledger, and errors instead of exceptions. Internal.
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/exec/cpu.h>

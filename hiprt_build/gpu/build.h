@@ -1,6 +1,6 @@
 #pragma once
-/// BVHs from meshes and custom primitives that are on the device already: nobody waits for the device, and nothing
-/// leaves it.
+/// Builds BVHs from meshes and custom primitives in device memory. The host does not wait, and no data leaves the
+/// device.
 ///
 ///     hiprt::gpu::DeviceGeometry mesh{.positions = positions, .triangles = triangles,
 ///                                     .position_count = 8, .primitive_count = 12};
@@ -18,14 +18,14 @@
 
 namespace hiprt::gpu {
 
-/// A mesh, or custom primitives: becomes one geometry. All pointers are to device memory, which is read until the
-/// stream has passed the build. What is dropped is said at build::TriangleMesh and build::CustomGeometry; triangles
-/// with an index beyond the positions are dropped too, and reported.
+/// A mesh or custom primitives. It becomes one geometry. All pointers are to device memory, which the stream reads
+/// until it has passed the build. build::TriangleMesh and build::CustomGeometry say which primitives are dropped.
+/// Triangles with an index past the positions are dropped too, and counted.
 struct DeviceGeometry {
   const build::Position* positions = nullptr;
   const build::Triangle* triangles = nullptr;
-  /// Of custom primitives; positions and triangles are nullptr then. Without any, an address that is not nullptr keeps
-  /// the geometry a custom one.
+  /// Of custom primitives; then positions and triangles are nullptr. A custom geometry without primitives needs an
+  /// address other than nullptr, too.
   const Box* boxes = nullptr;
   std::uint32_t position_count = 0;
   std::uint32_t primitive_count = 0;  ///< Triangles or boxes. Of all geometries at most kMaxBuildPrimitives.
@@ -37,36 +37,36 @@ struct DeviceGeometry {
 inline constexpr std::uint32_t kMaxBuildPrimitives = (1u << 28) - 2;
 
 struct BuildOptions {
-  build::Builder builder = build::Builder::kHploc;  ///< All but Embree's and kImported.
+  /// Any except Embree's and kImported. kHq: kSbvh with other defaults than on the CPU, see below.
+  build::Builder builder = build::Builder::kHploc;
   NodeLayout nodes = NodeLayout::kPlanes;
-  std::optional<double> split_budget{};          ///< As build::BuildOptions. Unset: 1.5.
+  std::optional<double> split_budget{};          ///< As build::BuildOptions. Unset: 1.5 (kHq on the CPU: 3).
   double presplit_budget = 1.0;                  ///< As build::BuildOptions.
-  std::optional<unsigned> reinsertion_rounds{};  ///< As build::BuildOptions. Unset: 8 for kHq, none for the others.
+  std::optional<unsigned> reinsertion_rounds{};  ///< As build::BuildOptions. Unset: 8 for kHq (on the CPU: 32), else 0.
   unsigned ploc_radius = 8;                      ///< As build::BuildOptions.
   unsigned max_leaf_triangles = 8;               ///< As build::BuildOptions.
-  /// Put triangles that share an edge, and close custom primitives, into one leaf. Looks among 32 that follow each
-  /// other in the index buffer.
+  /// Two triangles with a common edge, or two close custom primitives, per leaf.
   bool pair_triangles = true;
   build::SahCosts costs{};
-  /// Asked before each step, for which the host then waits: without it nothing waits. Return false to cancel.
+  /// Called before each step, after the host has waited for the one before. Return false to cancel. Unset: no waiting.
   build::ProgressCallback progress{};
 };
 
-/// Bytes of device memory that a build needs, whatever the primitives' positions.
+/// Bytes of device memory that a build needs. They do not depend on the primitives' positions.
 struct BuildSizes {
-  std::uint64_t output = 0;   ///< For the scene; most of it is given back by compact().
-  std::uint64_t scratch = 0;  ///< Free again when the stream has passed the build.
+  std::uint64_t output = 0;   ///< For the scene. compact() keeps only what the scene needs.
+  std::uint64_t scratch = 0;  ///< Unused once the stream has passed the build.
 };
 
 enum class BuildStatus : std::uint32_t {
   kOk = 0,
-  kBadIndex = 1,  ///< Some triangle's index is beyond the positions: the scene is there without those triangles.
+  kBadIndex = 1,  ///< Triangles have an index past the positions. The scene is complete without those triangles.
   kTooDeep = 2,   ///< A traversal would need more than 180 stack entries: the scene is empty.
   kTooLarge = 3,  ///< Layout quantized: a coordinate of 2^126 or more; the scene is empty.
 };
 
-/// What a build has made: in device memory, written when the stream passes the build. Without padding, so that it can
-/// be copied as bytes.
+/// The result of a build, in device memory. It is written when the stream passes the build. Without padding, so that it
+/// can be copied as bytes.
 struct BuildReport {
   SceneView view{};  ///< For kernels that follow on the stream.
   BuildStatus status = BuildStatus::kOk;
@@ -75,7 +75,7 @@ struct BuildReport {
   std::uint32_t geometries = 0;
   std::uint32_t pairs = 0;  ///< Leaves with two primitives, before splitting.
   std::uint32_t dropped_not_finite = 0, dropped_degenerate = 0, bad_indices = 0;
-  build::Builder builder = build::Builder::kHploc;  ///< That made the tree: kLbvh where kHploc's was too deep.
+  build::Builder builder = build::Builder::kHploc;  ///< That made the tree: kLbvh if kHploc's was too deep.
 };
 
 static_assert(sizeof(BuildReport) == sizeof(SceneView) + 10 * sizeof(std::uint32_t));
@@ -99,14 +99,14 @@ struct BuiltScene {
   BuildReport report;   ///< Its view is the one above.
 };
 
-/// Copies what enqueue_build() has made to a buffer of its exact size; waits for the stream twice.
-/// @param report as it returned.
+/// Copies the scene of enqueue_build() to a buffer of its exact size. Waits for the stream twice.
+/// @param report of enqueue_build().
 /// @return kTooLarge if the tree is too deep, kInvalidInput if coordinates are too large for layout quantized, or the
 /// errors of DeviceBuffer.
 Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Allocator& allocator);
 
 /// Builds and compacts, with memory from the allocator.
-/// @return kInvalidInput if an index is beyond its positions, kCancelled, or the errors of the functions above.
+/// @return kInvalidInput if an index is past its positions, kCancelled, or the errors of the functions above.
 Result<BuiltScene> build_scene(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
                                hipStream_t stream, Allocator& allocator);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// What a group of instances becomes before its tree is built: records, motions, and the boxes that leaves are for.
+/// Prepares a group of instances for its tree: records, motions, and the boxes of its leaves. Internal.
 
 #include <hiprt_build/instances.h>
 
@@ -16,7 +16,7 @@
 
 namespace hiprt::build {
 
-/// An object whose file stands.
+/// An object with its file.
 struct ObjectParts {
   BufferView view;
   ObjectRecord record;
@@ -24,14 +24,14 @@ struct ObjectParts {
   explicit ObjectParts(const BufferView& of) : view(of), record(format_detail::describe(of)) {}
 };
 
-/// What a leaf is for.
+/// The part of an object that a leaf refers to.
 struct InstancePart {
   std::uint32_t instance;
   NodeRef ref;         ///< Where rays enter the object; kInvalidRef: it is empty.
   unsigned depth = 0;  ///< Of that, below its root.
 };
 
-/// A group's instances on the way into its file.
+/// The data of a group's file.
 struct InstanceGroup {
   std::vector<InstanceRecord> records;
   /// None if no instance moves. Offsets of segments count from the first.

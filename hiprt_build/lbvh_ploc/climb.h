@@ -1,6 +1,6 @@
 #pragma once
-/// The way up a hierarchy of sorted Morton codes that nobody has built: every leaf starts, two that meet go on as one
-/// (Apetrei, "Fast and simple agglomerative LBVH construction", 2014). Internal.
+/// Climbs the hierarchy of sorted Morton codes, which is never stored: every leaf starts, and where two climbers meet
+/// one goes on (Apetrei, "Fast and simple agglomerative LBVH construction", 2014). Internal.
 
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/math/atomic.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Which custom primitives share a leaf. Internal.
+/// Decides which custom primitives share a leaf. Internal.
 
 #include <hiprt_build/tree/box.h>
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Pairs of triangles that the windows of pair_window.h leave single, wherever they lie in the index buffer: the edges
-/// of single triangles are filed in a hash table, each triangle finds its neighbours there, and two that prefer each
+/// Pairs triangles that the windows of pair_window.h leave single, wherever they lie in the index buffer. The edges of
+/// single triangles go into a hash table, each triangle finds its neighbours there, and two triangles that prefer each
 /// other share a leaf (a handshake, as in a window). The result does not depend on the order of threads. Internal.
 
 #include <hiprt_build/input/leaf.h>

@@ -1,5 +1,5 @@
 #pragma once
-/// Pairs of triangles beyond the windows, on the device. Internal.
+/// Pairs triangles through a hash table of their edges, on the device. Internal.
 
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/error.h>
@@ -8,7 +8,7 @@
 
 namespace hiprt::gpu {
 
-/// Memory of the step, for so many primitives.
+/// Scratch memory for so many primitives.
 struct EdgeTableScratch {
   std::uint32_t* singles;
   build::EdgeTable::Slot* table;
@@ -19,8 +19,8 @@ struct EdgeTableScratch {
   }
 };
 
-/// Pairs the state's single triangles, as steps of a stream; its numbers of leaves and pairs become those after it.
-/// @param references [primitives]; some may be none.
+/// Enqueues the pairing of the state's single triangles, which updates its numbers of leaves and pairs.
+/// @param references [primitives]; entries without contents are skipped.
 Result<void> enqueue_pair_by_edges(const build::GeometryTable& geometries, build::Reference* references,
                                    const EdgeTableScratch& scratch, build::kernels::BuildState* state,
                                    hipStream_t stream);

@@ -8,7 +8,7 @@
 namespace hiprt::build::kernels {
 
 /// Leaves, their boxes and the scene's; each group of lanes takes a window after the other.
-/// @param singles the triangles that stay single, in any order; nullptr: nobody asks.
+/// @param singles receives the triangles that stay single, in any order; may be nullptr.
 static __global__ void __launch_bounds__(kGroupBlock)
     pair_primitives(PairWindow<WaveGroup> windows, Reference* references, std::uint32_t* singles,
                     GeometryRecord* records, BuildState* state) {

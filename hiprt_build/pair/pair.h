@@ -1,5 +1,5 @@
 #pragma once
-/// Which primitives become leaves, alone or in pairs. Internal.
+/// Makes leaves of one or two primitives. Internal.
 ///
 /// Triangles of one mesh whose corners touch at the same positions and that run through their common edge in opposite
 /// directions may share a leaf. Each triangle looks at its three neighbours wherever they are in the index buffer,
@@ -8,8 +8,7 @@
 /// LeafContents::kMaxDistance stay single. The result does not depend on the number of threads.
 ///
 /// Custom primitives 2 i and 2 i + 1 of a geometry share a leaf if they are close enough: neighbours in the program's
-/// order (segments of a hair, points of a sorted cloud) are neighbours in space, or nothing is gained by looking
-/// further.
+/// order (segments of a hair, points of a sorted cloud) are usually neighbours in space.
 
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/input/build_input.h>
@@ -29,7 +28,8 @@ struct PairedPrimitives {
 };
 
 /// @param pair false: every primitive alone.
-/// @param home per primitive of all geometries: only those of the same number share a leaf. Empty: all may.
+/// @param home one number per primitive of all geometries: only primitives with the same number share a leaf. Empty:
+/// all may.
 PairedPrimitives pair_primitives(CpuEngine& engine, const BuildInput& input, bool pair,
                                  std::span<const std::uint32_t> home = {});
 

@@ -21,7 +21,7 @@
 namespace hiprt::build {
 namespace {
 
-/// What is built: if there is an imported tree, from that.
+/// The input of a build. With an imported tree there is no builder.
 struct Job {
   const SceneInput& scene;
   const BuildOptions& options;
@@ -57,8 +57,8 @@ Result<DepthFirstTree> build_tree(CpuEngine& engine, Builder builder, const Geom
   }
 }
 
-/// Embree's builders fail on scenes whose tree would be too deep (triangle sizes over hundreds of powers of two); ours
-/// does not.
+/// Embree's builders fail on scenes whose tree would be too deep (triangle sizes over hundreds of powers of two). Then
+/// Builder::kSah is used.
 Result<DepthFirstTree> build_tree_or_ours(CpuEngine& engine, Builder& builder, const GeometryTable& geometries,
                                           const PairedPrimitives& paired, const BuildOptions& options) {
   Result<DepthFirstTree> tree = build_tree(engine, builder, geometries, paired, options);
@@ -76,7 +76,7 @@ BuildStatistics count_input(const BuildInput& input, const PairedPrimitives& pai
   statistics.dropped_degenerate = paired.dropped_degenerate;
   statistics.pairs = paired.pairs;
   statistics.custom_pairs = paired.custom_pairs;
-  // What a custom primitive is in a part of its box nobody knows: they are not split.
+  // The builder does not know the shape of a custom primitive in a part of its box: it is not split.
   const bool may_split = paired.custom_count == 0;
   statistics.builder = builder == Builder::kEmbreeHigh && !may_split ? Builder::kEmbreeMedium : builder;
   return statistics;
@@ -144,7 +144,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
   return bvh;
 }
 
-/// run() on the threads that are wanted, with errors for exceptions.
+/// Checks the input and calls run() on the wanted threads. Exceptions become errors.
 Result<Bvh> run_guarded(const Job& job) {
   const BuildOptions options = with_defaults(job.options, kCpuHq);
   const Job complete_job{job.scene, options, job.imported};

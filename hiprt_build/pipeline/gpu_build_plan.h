@@ -1,5 +1,5 @@
 #pragma once
-/// What a build on the device needs, and where it is. Internal.
+/// Sizes and memory of a build on the device. Internal.
 
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/exec/gpu_sort.h>
@@ -17,11 +17,11 @@ namespace hiprt::gpu {
 struct BuildPlan {
   std::uint32_t primitives = 0;
   std::size_t geometries = 0;
-  std::uint32_t pieces = 0;    ///< Places for references once they are cut; primitives where there are no cuts.
-  std::uint32_t capacity = 0;  ///< Places for leaves: pieces, or more where the tree is cut from the top.
+  std::uint32_t pieces = 0;    ///< Capacity for references after pre-splitting; primitives without it.
+  std::uint32_t capacity = 0;  ///< Capacity for leaves: pieces, or more with spatial splits.
   build::Builder builder{};
   NodeLayout layout{};
-  bool pairs = false;                                ///< Of triangles.
+  bool pairs = false;                                ///< Whether leaves may hold two primitives.
   double split_budget = 1.0, presplit_budget = 1.0;  ///< 1 where there are custom primitives.
   unsigned rounds = 0, radius = 0;
   std::size_t sort_bytes = 0;
@@ -37,10 +37,11 @@ struct BuildPlan {
   bool finishes() const { return rounds != 0 || from_top() || builder == build::Builder::kPloc; }
 };
 
-/// Needed until the tree stands: lies where the wide nodes and the leaves will be, if that is enough.
+/// Memory that is needed until the binary tree is complete. It lies where the wide nodes and leaves will be, if they
+/// are large enough.
 struct Transient {
   build::Reference* references;
-  EdgeTableScratch pairing{};  ///< Where everything below is once there are pairs.
+  EdgeTableScratch pairing{};  ///< Overlaps everything below, which is used after pairing.
   build::Reference* parts = nullptr;
   build::SortBuffers sort{};
   std::byte* sort_temp = nullptr;
@@ -52,20 +53,20 @@ struct Transient {
   Transient(Arena& arena, const BuildPlan& plan);
 };
 
-/// Needed until the wide tree stands.
+/// Memory that is needed until the wide tree is complete.
 struct Kept {
   build::kernels::BuildState* state;
   build::GeometryView* geometries;
   build::LeafPrimitives* primitives;
   build::LinkedNode* nodes;
   build::CollapsePlan* plans;
-  build::Reference* leaves = nullptr;  ///< Where they are not what their primitives are.
+  build::Reference* leaves = nullptr;  ///< If their boxes are not those of their primitives.
   Box* leaf_boxes = nullptr;
 
   Kept(Arena& arena, const BuildPlan& plan);
 };
 
-/// All the sizes and places of a build.
+/// All sizes and offsets of a build.
 struct Layouts {
   BuildPlan plan;
   FileLayout file;

@@ -45,7 +45,7 @@ bool has_customs(std::span<const DeviceGeometry> geometries) {
   });
 }
 
-/// How many references there may be after cuts.
+/// @return how many references there may be after splits.
 std::uint32_t capacity_after(std::uint32_t count, double budget) {
   return budget > 1.0 ? static_cast<std::uint32_t>(build::split_capacity(count, budget)) : count;
 }

@@ -65,7 +65,7 @@ struct WideProgress {
 struct BuildState {
   SharedBox bounds, centers;
   GroupCounts counts;
-  std::uint32_t whole;  ///< Leaves before there were cuts; kInvalidId where there are none.
+  std::uint32_t whole;  ///< Leaves before splits; kInvalidId if nothing is split.
   LinkedRef root;
   std::uint32_t too_deep;  ///< H-PLOC's tree: lbvh_again() makes another.
   WideProgress wide;

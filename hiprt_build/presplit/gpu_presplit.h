@@ -1,5 +1,5 @@
 #pragma once
-/// References of triangles that are split on the device before there is a tree. Internal.
+/// Pre-splitting on the device. Internal.
 
 #include <hiprt_build/gpu/error.h>
 #include <hiprt_build/pipeline/gpu_state.h>
@@ -8,18 +8,18 @@ namespace hiprt::gpu {
 
 struct PresplitInput {
   build::GeometryTable geometries;
-  const build::Reference* references;  ///< [input]; some may be none.
+  const build::Reference* references;  ///< [input]; entries without contents are skipped.
   std::uint32_t input;
   std::uint32_t capacity;  ///< split_capacity(input, budget)
   double budget;
-  build::kernels::BuildState* state;  ///< Its number of leaves becomes that of the parts.
+  build::kernels::BuildState* state;  ///< Its number of leaves becomes the number of parts.
 };
 
 /// @pre no custom primitives.
 std::uint64_t presplit_scratch(std::uint32_t input, std::uint32_t capacity);
 
-/// Splits references as presplit() does on the host, as steps of a stream.
-/// @param parts [capacity]; some become none.
+/// Enqueues the steps that split references as presplit() does on the host.
+/// @param parts [capacity]; unused entries get no contents.
 Result<void> enqueue_presplit(const PresplitInput& input, build::Reference* parts, std::byte* scratch,
                               hipStream_t stream);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Kernels of gpu_cut.hip. Internal.
+/// Kernels of gpu_presplit.hip. Internal.
 
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/pipeline/gpu_state.h>
@@ -51,7 +51,7 @@ static __global__ void __launch_bounds__(kBlock)
   weights[i] = split_weight(SplitPlanes(state->bounds.get()), reference.box, triangles.corners, triangles.pair);
 }
 
-/// The splits in all with the scale of try @p number.
+/// Sums up the splits for the scale of try @p number.
 static __global__ void __launch_bounds__(kBlock)
     try_scale(const float* weights, std::uint32_t count, const BuildState* state, double budget, unsigned number,
               ScaleTries* tries) {
@@ -77,7 +77,8 @@ static __global__ void __launch_bounds__(kBlock)
   slots[i] = references[i].contents.exists() ? split_count(weights[i], scale) + 1 : 0;
 }
 
-/// Splits that are to be made at a slot, and since when: who splits leaves the parts to later launches.
+/// The number of splits still to be made at each slot, and the launch that set it. A launch leaves the parts that it
+/// makes to later launches.
 struct PendingSplits {
   static constexpr unsigned kCountBits = 20;
   static_assert(kMaxSplits < 1u << kCountBits);
@@ -97,7 +98,7 @@ struct ScenePlanes {
   HIPRT_HD SplitPlanes get() const { return SplitPlanes(state->bounds.get()); }
 };
 
-/// PresplitStep's slots. @p now the number of the launch.
+/// The slots of PresplitStep. @p now the number of the launch.
 struct ReferenceParts {
   GeometryTable geometries;
   Reference* parts;
@@ -114,7 +115,7 @@ struct ReferenceParts {
   HIPRT_HD void set_splits(std::uint32_t slot, std::uint32_t count) const { pending.set(slot, count, now); }
 };
 
-/// Parts are none, and no splits are pending, but here.
+/// Writes each reference to its first slot. All other slots stay empty.
 static __global__ void __launch_bounds__(kBlock)
     scatter_input(const Reference* references, const float* weights, const std::uint32_t* slots, std::uint32_t count,
                   const BuildState* state, double budget, const ScaleTries* tries, ReferenceParts to) {
@@ -125,7 +126,7 @@ static __global__ void __launch_bounds__(kBlock)
   to.set_splits(slots[i], split_count(weights[i], scale));
 }
 
-/// One split wherever many are pending, so that those of large references are made by many threads.
+/// Makes one split at every slot with many pending splits, so that many threads share the work of large references.
 static __global__ void __launch_bounds__(kBlock)
     split_large(ScenePlanes planes, ReferenceParts parts, std::uint32_t capacity, std::uint32_t many) {
   const std::uint32_t slot = thread_index();
@@ -133,7 +134,7 @@ static __global__ void __launch_bounds__(kBlock)
   PresplitStep<ReferenceParts>{planes.get(), parts}(slot);
 }
 
-/// All splits that are left.
+/// Makes all splits that are left.
 static __global__ void __launch_bounds__(kBlock)
     split_remaining(ScenePlanes planes, ReferenceParts parts, std::uint32_t capacity) {
   const std::uint32_t first = thread_index();
@@ -146,7 +147,7 @@ static __global__ void __launch_bounds__(kBlock)
     }
 }
 
-/// The parts there are.
+/// Counts the parts.
 static __global__ void __launch_bounds__(kBlock)
     count_parts(const Reference* parts, std::uint32_t capacity, std::uint32_t* count) {
   const std::uint32_t i = thread_index();

@@ -1,5 +1,5 @@
 #pragma once
-/// Parts of a group of triangles for the leaves that share it. Internal.
+/// Splits a leaf's triangles between the imported leaves that contain them. Internal.
 
 #include <hiprt_build/presplit/clip.h>
 #include <hiprt_build/tree/box.h>
@@ -10,8 +10,8 @@
 
 namespace hiprt::build {
 
-/// Splits groups between leaves by planes that separate the leaves' boxes. The parts of a group cover it whatever the
-/// boxes are: every split keeps both sides, and a plane that is wrong only makes boxes larger.
+/// Splits a reference between leaves by planes that separate the leaves' boxes. The parts always cover the reference:
+/// every split keeps both sides, and an unsuitable plane only makes boxes larger.
 /// @tparam Leaves has const Box& operator()(std::uint32_t leaf) const.
 template <class Leaves> class TriangleSplitter {
  public:
@@ -24,7 +24,7 @@ template <class Leaves> class TriangleSplitter {
   }
 
  private:
-  /// On one way: more make no better boxes, and hostile leaves could ask for as many as there are leaves.
+  /// On one path. More splits do not improve the boxes, and hostile input could ask for one per leaf.
   static constexpr unsigned kMaxSplits = 40;
   /// Leaves on both sides of a plane may overlap by this part of the smaller side: they hold whole primitives too, and
   /// their boxes may be rounded (decision 0011).

@@ -1,6 +1,5 @@
 #pragma once
-/// Where the primitives of a built scene are now, in the order of its file, and what stands in the way of writing that
-/// there. Internal.
+/// The moved primitives of a built scene, and the reasons why a refit cannot write them. Internal.
 
 #include <hiprt_build/input/dropped_primitives.h>
 

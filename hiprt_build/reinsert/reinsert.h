@@ -1,12 +1,12 @@
 #pragma once
-/// A better tree over the same references. Internal.
+/// Improves a tree by reinsertion. Internal.
 
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/tree/binary_tree.h>
 
 namespace hiprt::build {
 
-/// Moves subtrees to better scratch_arrays, in so many rounds (see reinsert_rounds.h). The result does not depend on
+/// Moves subtrees to better positions (see reinsert_rounds.h). The result does not depend on
 /// the number of threads.
 DepthFirstTree reinsert(CpuEngine& engine, DepthFirstTree tree, unsigned rounds);
 

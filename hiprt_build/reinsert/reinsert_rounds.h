@@ -7,7 +7,7 @@
 
 namespace hiprt::build {
 
-/// Moves subtrees to better scratch_arrays, round after round, and leaves boxes and counts as they must be.
+/// Moves subtrees to better positions, round after round, and updates boxes and counts.
 /// @param tree with boxes and counts; parents are set here.
 template <class Engine, class Tree> void reinsert(Engine& engine, const ParentedTree<Tree>& tree, unsigned rounds) {
   const std::size_t leaves = tree.leaves;

@@ -1,12 +1,12 @@
 #pragma once
-/// Subtrees that move to a better place (Meister and Bittner, "Parallel reinsertion for bounding volume hierarchy
-/// optimization", 2018). Internal.
+/// Reinsertion of subtrees (Meister and Bittner, "Parallel reinsertion for bounding volume hierarchy optimization",
+/// 2018). Internal.
 ///
-/// In a round every subtree looks for the place where the tree's inner nodes would lose most area in all, and bids for
-/// its move what it gains. It moves if it bids most for every node whose links the move changes, and if two subtrees
-/// cannot come to lie below each other: of the ways down to new scratch_arrays, from where they part from the ways up,
-/// none may pass through another subtree that moves. (A circle of moves would have such a pass: else each of its
-/// subtrees had to be above the next.)
+/// In a round every subtree searches for the position that reduces the area of the inner nodes most, and bids the
+/// reduction for its move. A subtree moves if two conditions hold. It is the highest bidder for every node whose links
+/// the move changes. And no two subtrees can end up below each other: on the path from the lowest common node down to
+/// the new position there is no other subtree that moves. (A cycle of moves would contain such a path: otherwise each
+/// of its subtrees would be above the next.)
 
 #include <hiprt_build/refit/refit_steps.h>
 
@@ -14,11 +14,11 @@
 
 namespace hiprt::build {
 
-/// Where a subtree should go. gain 0: it stays.
+/// The best new position of a subtree. gain 0: it stays.
 struct Reinsertion {
   float gain;          ///< Area that inner nodes lose.
   LinkedRef beside;    ///< Its new sibling.
-  std::uint32_t meet;  ///< The lowest node over both scratch_arrays.
+  std::uint32_t meet;  ///< The lowest node above the old and the new position.
 };
 
 /// Subtrees are numbered as their parents are kept: inner node k is k, leaf k is leaves + k.
@@ -26,10 +26,9 @@ template <class Tree> HIPRT_HD LinkedRef subtree(const ParentedTree<Tree>& tree,
   return number < tree.leaves ? number : (number - tree.leaves) | kLinkedLeaf;
 }
 
-/// Which subtrees look for a better place in a round: every 2^shift-th. Arrays over them are indexed as they are
-/// counted.
+/// The subtrees that search in a round: every 2^shift-th. Arrays over them are indexed by looker().
 struct Lookers {
-  /// All together would stand in each other's way.
+  /// If all subtrees searched at once, most moves would conflict.
   static constexpr unsigned kUsualShift = 3;
 
   unsigned shift;
@@ -43,7 +42,7 @@ struct Lookers {
   HIPRT_HD std::uint32_t looker(std::uint32_t subtree) const { return subtree >> shift; }
 };
 
-/// Step: the best place for looker i.
+/// Step: the best position for looker i.
 /// @tparam Tree a LinkedTree.
 template <class Tree> struct FindReinsertionStep {
   /// Subtrees that a search puts off; more are not looked at.

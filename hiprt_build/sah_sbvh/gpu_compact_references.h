@@ -1,5 +1,5 @@
 #pragma once
-/// The references of a build, without the holes of the input, become the first range. Internal.
+/// Compacts the references of the input into the first range. Internal.
 
 #include <hiprt_build/sah_sbvh/gpu_top_down_blocks.h>
 
@@ -20,7 +20,7 @@ static __global__ void __launch_bounds__(kTaskBlock)
   if (threadIdx.x == 0) counts[blockIdx.x] = count;
 }
 
-/// One group. Counts become sums of those before.
+/// One group. Replaces counts by the sums of the counts before.
 static __global__ void begin_ranges(TopDownTree tree, std::uint32_t* counts, std::uint32_t pieces, double budget) {
   const WaveGroup group;
   TopDownState& state = *tree.state;

@@ -20,8 +20,8 @@ struct SpatialSplitRecord {
 
 inline constexpr unsigned kLeftSide = 1, kRightSide = 2;
 
-/// Sides on which a reference, or parts of it, are. Counts and boxes of the cut are those that it was chosen by: on the
-/// host each reference that stays whole changes them for the next, which would need an order here.
+/// @return the sides on which a reference or parts of it lie. Counts and boxes are those by which the split was chosen.
+/// On the host each reference that stays whole changes them for the next one; here there is no such order.
 inline __device__ unsigned spatial_sides(const SpatialSplitRecord& cut, const Box& box) {
   if (pick(box.max, cut.axis) <= cut.plane) return kLeftSide;
   if (pick(box.min, cut.axis) >= cut.plane) return kRightSide;
@@ -34,7 +34,7 @@ inline __device__ unsigned spatial_sides(const SpatialSplitRecord& cut, const Bo
   return side == SplitSide::kLeft ? kLeftSide : side == SplitSide::kRight ? kRightSide : kLeftSide | kRightSide;
 }
 
-/// Axis k of the result is axis (k + by) % 3. Then the axis to cut along is one that the compiler knows.
+/// Axis k of the result is axis (k + by) % 3. Then the compiler knows the axis of the split.
 inline __device__ void rotate(float (&v)[3], unsigned by) {
   const float x = v[0], y = v[1], z = v[2];
   v[0] = by == 0 ? x : by == 1 ? y : z;
@@ -98,7 +98,7 @@ inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes,
   bins.count(axis, 1, static_cast<unsigned>(begin < end ? end : begin));
 }
 
-/// As SpatialBins::best(). Lane i has the cut before slab i. @return infinite cost if there is none; the same in all
+/// As SpatialBins::best(). Lane i has the split before slab i. @return infinite cost if there is none; the same in all
 /// lanes.
 inline __device__ SpatialSplitRecord best_spatial_split(const WaveGroup& group, const SlabBins& bins, const Box& all,
                                                         std::uint32_t most) {

@@ -5,7 +5,7 @@
 
 namespace hiprt::build::kernels {
 
-/// The references of a task that this thread looks at: visit(reference, place).
+/// visit(reference, index) for the references of a task that belong to this thread.
 template <class Visit>
 __device__ void for_references(const TopDownTree& tree, unsigned level, const LargeRange& range, const LargeTask& task,
                                Visit&& visit) {
@@ -99,7 +99,8 @@ inline __device__ bool goes_left(const ObjectSplit& split, const BinMapping& map
   return mine < static_cast<int>(split.bin);
 }
 
-/// Where a cut is chosen the split of references is counted too: it is taken if all end up on one side of the cut.
+/// With a spatial split the object split is counted too: it is taken if all references end up on one side of the
+/// spatial split.
 static __global__ void __launch_bounds__(kTaskBlock) count_sides(TopDownTree tree, unsigned level) {
   __shared__ TaskCounts all;
   const WaveGroup group;
@@ -136,7 +137,7 @@ static __global__ void __launch_bounds__(kTaskBlock) count_sides(TopDownTree tre
   }
 }
 
-/// Counts of a range's tasks become sums of those before. @return those of all.
+/// Replaces the counts of a range's tasks by the sums over the tasks before. @return the sums over all tasks.
 inline __device__ TaskCounts sum_counts(const WaveGroup& group, TaskCounts* counts, std::uint32_t tasks) {
   TaskCounts sum{0, 0, 0};
   for (std::uint32_t begin = 0; begin < tasks; begin += WaveGroup::kLanes) {
@@ -191,7 +192,7 @@ static __global__ void __launch_bounds__(kGroupBlock) partition_ranges(TopDownTr
   }
 }
 
-/// What moves a task's references to their half's place in the other array, in their order.
+/// Moves the references of a task to their half in the other array, in their order.
 struct Scatterer {
   const TopDownTree& tree;
   const LargeRange& range;

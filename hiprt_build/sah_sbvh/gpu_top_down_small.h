@@ -5,7 +5,7 @@
 
 namespace hiprt::build::kernels {
 
-/// What a group has in shared memory: bins, or what WaveSweep needs.
+/// Shared memory of a group: bins, or the data of WaveSweep.
 struct SmallShared {
   union {
     std::uint32_t object_words[ObjectBins::kSize];
@@ -17,7 +17,7 @@ struct SmallShared {
   };
 };
 
-/// @tparam kSpatialSplits whether space may be cut.
+/// @tparam kSpatialSplits whether spatial splits are allowed.
 template <bool kSpatialSplits> class SmallBuilder {
  public:
   __device__ SmallBuilder(const WaveGroup& group, SmallShared& shared, const TopDownTree& tree)
@@ -80,7 +80,7 @@ template <bool kSpatialSplits> class SmallBuilder {
     rule.kind = rule.objects.axis == ObjectSplit::kNoAxis ? SplitKind::kMedian : SplitKind::kObject;
   }
 
-  /// Takes a cut if there is a cheaper one.
+  /// Takes a spatial split if it is cheaper.
   __device__ void choose_spatial(const SmallRange& range, Rule& rule) const {
     const SlabBins bins{shared_.slabs.words};
     group_.sync();
@@ -151,7 +151,8 @@ template <bool kSpatialSplits> class SmallBuilder {
       choose_spatial(range, rule);
   }
 
-  /// Both halves wait, or are leaves. @return false, with nothing done, if the range tries a cut and there is none.
+  /// Both halves become pending ranges or leaves. @return false, with nothing done, if the range should get a spatial
+  /// split and there is none.
   __device__ bool split(const SmallRange& range, std::uint32_t& leaves) {
     Rule rule{};
     choose(range, rule);

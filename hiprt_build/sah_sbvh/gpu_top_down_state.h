@@ -1,6 +1,6 @@
 #pragma once
-/// What the kernels of the builder from the top know of a build: ranges of references, level by level, in two arrays
-/// that take turns. Nothing in the tree depends on the order in which ranges and tasks are listed. Internal.
+/// The state of a top-down build: ranges of references, level by level, in two arrays that alternate. The tree does not
+/// depend on the order in which ranges and tasks are listed. Internal.
 
 #include <hiprt_build/sah_sbvh/gpu_spatial_bins.h>
 
@@ -19,33 +19,32 @@ static_assert(sizeof(RangeBox) == RangeBox::kWords * sizeof(std::uint32_t));
 
 enum class SplitKind : std::uint32_t { kMedian, kObject, kSpatial };
 
-/// References [begin, end) and capacity for those that cuts will make of them, up to limit, with more than one wave can
-/// split alone.
+/// References [begin, end), with capacity for spatial splits up to limit: too many for one wave.
 struct LargeRange {
   RangeBox bounds;
   std::uint32_t begin, end, limit;
   std::uint32_t depth;
   std::uint32_t link;        ///< Where its number goes: see TopDownTree::link().
   std::uint32_t first_task;  ///< Of those that follow each other.
-  // What it is split by.
+  // The split of the range.
   SplitKind kind;
   std::uint32_t tries_spatial;
   ObjectSplit split;
   SpatialSplitRecord spatial;
-  // What comes of it.
+  // Its halves.
   std::uint32_t half;         ///< Where the right half begins among the references, for SplitKind::kMedian.
-  std::uint32_t right_begin;  ///< Place of the right half, and number of the node.
-  std::uint32_t child[2];     ///< Numbers in the list of the next level; kInvalidId: it is a small one.
+  std::uint32_t right_begin;  ///< Index of the right half's first reference, and number of the node.
+  std::uint32_t child[2];     ///< Numbers in the list of the next level; kInvalidId: a small range.
 
   __device__ std::uint32_t size() const { return end - begin; }
 };
 
-/// A piece of a large range: places [begin, begin + task) of it.
+/// A part of a large range: references [begin, begin + task).
 struct LargeTask {
   std::uint32_t range, begin;
 };
-/// References of a task, then of all tasks of the range before it: left by the split of references, and both sides by
-/// the cut.
+/// References of a task on each side of the object split and of the spatial split. Later the sums over the tasks before
+/// it in its range.
 struct TaskCounts {
   std::uint32_t object_left, spatial_left, spatial_right;
 };
@@ -57,8 +56,8 @@ struct SmallRange {
   float cost;                ///< With kTrySpatial: of the best split of references.
 
   static constexpr std::uint32_t kOther = 0x80000000u;       ///< It lies in the second array.
-  static constexpr std::uint32_t kTrySpatial = 0x40000000u;  ///< Halves overlap: space may be cut.
-  static constexpr std::uint32_t kNoSpatial = 0x20000000u;   ///< No cut of space is cheaper.
+  static constexpr std::uint32_t kTrySpatial = 0x40000000u;  ///< Halves overlap: a spatial split may be cheaper.
+  static constexpr std::uint32_t kNoSpatial = 0x20000000u;   ///< No spatial split is cheaper.
   static constexpr std::uint32_t kFlags = kOther | kTrySpatial | kNoSpatial;
 
   __device__ std::uint32_t size() const { return end - begin; }
@@ -73,7 +72,7 @@ struct TopDownState {
   std::uint32_t small_ranges, ticket;
 };
 
-/// What unused places of the output hold.
+/// Unused entries of the output.
 inline __device__ Reference no_reference() { return Reference{empty_box(), LeafContents::none(), kInvalidId}; }
 
 /// Everything that does not change during a build.
@@ -111,7 +110,7 @@ struct TopDownTree {
   static_assert(SlabBins::kSize <= ObjectBins::kSize);
 };
 
-/// Where the halves of a range go; the right one moves behind the left one's share of the capacity.
+/// The halves of a range. The left half keeps its part of the capacity; the right half moves behind it.
 struct Halves {
   std::uint32_t left_end, right_begin, right_end;
 
@@ -124,7 +123,7 @@ struct Halves {
   }
 };
 
-/// Whether a range must be halved by count from here on, or its leaves would be too deep.
+/// @return whether the range must be halved by count from here on to limit the depth.
 inline __device__ bool is_deep(unsigned depth, std::uint32_t places) {
   return depth + static_cast<unsigned>(std::bit_width(places)) >= kMaxDepth;
 }

@@ -29,13 +29,13 @@ struct WaveSweepShared {
   }
 };
 
-/// Ranges that wait for their turn with one group: each is written down in a node that only its own subtree will use,
-/// so that there is always capacity.
+/// Ranges that one group has still to build. Each is stored in a node that only its own subtree will use, so that there
+/// is always space.
 struct PendingRanges {
   const TopDownTree& tree;
   std::uint32_t first = kInvalidId;  ///< Where it begins.
 
-  /// By one lane. @pre at least two places. @param next becomes first once this one is taken.
+  /// By one lane. @pre capacity for two references. @param next becomes first once this one is taken.
   __device__ void write(const SmallRange& range, std::uint32_t next) const {
     auto* words = reinterpret_cast<std::uint32_t*>(tree.nodes + range.begin + 1);
     words[0] = range.end;
@@ -56,7 +56,7 @@ struct PendingRanges {
   }
 };
 
-/// @tparam kSpatialSplits ranges whose halves overlap are put off, for WaveSweep knows no cuts of space.
+/// @tparam kSpatialSplits ranges whose halves overlap are deferred, because WaveSweep makes no spatial splits.
 template <bool kSpatialSplits> class WaveSweep {
  public:
   __device__ WaveSweep(const WaveGroup& group, WaveSweepShared& shared, const TopDownTree& tree, float least_overlap)
@@ -155,7 +155,7 @@ template <bool kSpatialSplits> class WaveSweep {
       const bool splits = lane > first_ && size() > 1;
       const float cost =
           half_area(left) * static_cast<float>(lane - first_) + half_area(right) * static_cast<float>(last_ - lane);
-      // Of equal boxes any place is as good: the middle makes the flattest tree.
+      // Equal boxes can be split anywhere: the middle makes the flattest tree.
       const unsigned off = 2 * lane > first_ + last_ ? 2 * lane - first_ - last_ : first_ + last_ - 2 * lane;
       const LaneChoice choice(splits ? cost : SimdBox::kInfinity, off << 7 | axis << 5 | lane);
       if (choice.cost < best.cost) {

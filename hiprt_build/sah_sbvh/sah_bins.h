@@ -1,5 +1,5 @@
 #pragma once
-/// Where to split a range of references: binned surface area heuristic (Wald, "On fast construction of SAH-based
+/// Object splits of a range of references: binned surface area heuristic (Wald, "On fast construction of SAH-based
 /// bounding volume hierarchies", 2007), an exact sweep where the range is small. Internal.
 
 #include <hiprt_build/tree/binary_tree.h>
@@ -52,7 +52,7 @@ struct BinMapping {
   }
 };
 
-/// What a side of a split costs: as Split::cost.
+/// @return the cost of one side of a split, in the unit of Split::cost.
 HIPRT_HD HIPRT_INLINE float side_cost(const SimdBox& box, std::uint32_t count) {
   return half_area(box) * static_cast<float>(count);
 }

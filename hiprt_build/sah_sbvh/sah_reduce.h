@@ -1,5 +1,5 @@
 #pragma once
-/// What splits of a range of references are chosen by, gathered by several threads where the range is large. Internal.
+/// Bounds and bins of a range of references, computed by several threads if the range is large. Internal.
 
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/sah_sbvh/sah_bins.h>

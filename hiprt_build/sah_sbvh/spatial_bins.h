@@ -1,5 +1,5 @@
 #pragma once
-/// Where to cut space, and the references in it (Stich, Friedrich, Dietrich, "Spatial splits in bounding volume
+/// Spatial splits (Stich, Friedrich, Dietrich, "Spatial splits in bounding volume
 /// hierarchies", 2009). Internal.
 
 #include <hiprt_build/presplit/clip.h>
@@ -8,8 +8,8 @@
 namespace hiprt::build {
 
 inline constexpr int kSpatialBins = 16;
-/// Space is cut where the halves of the best split of references overlap by more than this part of the scene (Stich et
-/// al. 2009, section 4.2).
+/// Spatial splits are tried where the halves of the best object split overlap by more than this part of the scene's
+/// area (Stich et al. 2009, section 4.2).
 inline constexpr float kLeastOverlap = 1e-5f;
 
 /// What the left half of a range gets of the capacity for references that cuts will make.
@@ -117,19 +117,19 @@ struct SlabPlanes {
   }
 };
 
-/// A cut of space, and what it makes of the references.
+/// A spatial split and its halves.
 struct SpatialSplit {
   float cost = SimdBox::kInfinity;  ///< As Split::cost.
   unsigned axis = 0;
   float plane = 0.0f;
   SimdBox left, right;
-  std::uint32_t left_count = 0, right_count = 0;  ///< Cut references count on both sides.
+  std::uint32_t left_count = 0, right_count = 0;  ///< References on both sides count twice.
 };
 
-/// Where a reference that crosses a cut goes.
+/// The sides that a reference which crosses the plane goes to.
 enum class SplitSide : std::uint8_t { kBoth, kLeft, kRight };
 
-/// All of it on one side where that is cheaper ("reference unsplitting", Stich et al. 2009, section 4.4).
+/// @return one side if it is cheaper not to split the reference ("unsplitting", Stich et al. 2009, section 4.4).
 /// @param whole the reference's box.
 HIPRT_HD HIPRT_INLINE SplitSide cheapest_side(const SpatialSplit& split, const SimdBox& whole) {
   SimdBox larger_left = split.left, larger_right = split.right;
@@ -169,7 +169,7 @@ struct SpatialBins {
       }
   }
 
-  /// The cheapest cut that makes at most @p most references, counting both sides. Infinite cost: there is none.
+  /// @return the cheapest split with at most @p most references on both sides together; infinite cost if there is none.
   SpatialSplit best(const SlabPlanes& planes, std::size_t most) const {
     SpatialSplit result;
     for (int axis = 0; axis < 3; ++axis) {
