@@ -40,7 +40,7 @@ Affine rounded(const Rows& rows) {
   return result;
 }
 
-/// The one mask that stands for two on a way, if there is one: the bits of one are among the other's.
+/// The one mask that stands for two on a path, if there is one: the bits of one are among the other's.
 std::optional<std::uint32_t> both(std::uint32_t outer, std::uint32_t inner) {
   const std::uint32_t common = outer & inner;
   if (common != outer && common != inner) return std::nullopt;
@@ -52,13 +52,13 @@ constexpr std::uint64_t kMost = ~std::uint64_t{0};
 /// Their sum, or kMost.
 std::uint64_t plus(std::uint64_t a, std::uint64_t b) { return a + b < a ? kMost : a + b; }
 
-/// An instance on a way that is not finished.
+/// An instance on a path that is not finished.
 struct Step {
   Rows to_scene;  ///< Of the group that has the instance.
   std::size_t group;
   std::uint32_t next;    ///< Which of the group's instances comes next.
-  std::uint64_t before;  ///< Of MergedWay.
-  Instance outer;        ///< What the way so far stands for; at its begin only mask and filters count.
+  std::uint64_t before;  ///< Of MergedPath.
+  Instance outer;        ///< What the path so far stands for; at its begin only mask and filters count.
 };
 
 class Merger {
@@ -107,7 +107,7 @@ class Merger {
                                         std::to_string(instance.object) + ", those before the group are " +
                                         std::to_string(files() + g)));
         moves_[g] = moves_[g] || instance.motion != nullptr;
-        // What is empty counts too: the way goes there.
+        // What is empty counts too: the path goes there.
         const bool merged = is_group(instance) && may_merge(instance);
         sizes_[g] = plus(sizes_[g], merged ? std::max(sizes_[group_of(instance)], std::uint64_t{1}) : 1);
         if (is_group(instance)) below = std::max(below, height_[group_of(instance)]);
@@ -117,12 +117,12 @@ class Merger {
     return {};
   }
 
-  /// Whether an instance of a group is to give way to the group's own, as far as motion goes.
+  /// Whether an instance of a group is to be replaced by the group's own, as far as motion goes.
   bool may_merge(const Instance& instance) const {
     return is_too_high(group_of(instance)) && instance.motion == nullptr && !moves_[group_of(instance)];
   }
 
-  /// The same with masks; counts what stays. @param mask of the way and the instance.
+  /// The same with masks; counts what stays. @param mask of the path and the instance.
   bool merges(const Instance& instance, std::uint32_t mask) {
     if (!is_group(instance) || !is_too_high(group_of(instance))) return false;
     if (!may_merge(instance)) {
@@ -147,19 +147,19 @@ class Merger {
 
   /// Depth first, in the order of the instances.
   void merge(std::size_t g) {
-    std::vector<Step> way;
-    way.push_back({rows_of(Affine{}), g, 0, MergedWay::kBegin, Instance{}});
-    while (!way.empty()) {
-      Step& step = way.back();
+    std::vector<Step> path;
+    path.push_back({rows_of(Affine{}), g, 0, MergedPath::kBegin, Instance{}});
+    while (!path.empty()) {
+      Step& step = path.back();
       if (step.next == scene_.groups[step.group].size()) {
-        way.pop_back();
+        path.pop_back();
         continue;
       }
-      const MergedWay here{step.before, step.next++};
+      const MergedPath here{step.before, step.next++};
       const Instance& instance = scene_.groups[step.group][here.instance];
       Instance whole = instance;
       Rows to_scene{};
-      if (way.size() > 1) {
+      if (path.size() > 1) {
         to_scene = product(step.to_scene, instance.to_scene);
         whole.to_scene = rounded(to_scene);
         whole.mask = *both(step.outer.mask, instance.mask);
@@ -170,7 +170,7 @@ class Merger {
       }
       if (merges(instance, whole.mask)) {
         result_.steps.push_back(here);
-        way.push_back({to_scene, group_of(instance), 0, result_.steps.size() - 1, whole});
+        path.push_back({to_scene, group_of(instance), 0, result_.steps.size() - 1, whole});
         continue;
       }
       if (is_group(whole)) used_[group_of(whole)] = true;
@@ -195,7 +195,7 @@ class Merger {
       }
       levels.push_back(below + 1);
       result_.groups.push_back(std::move(merged_[g]));
-      result_.ways.push_back(std::move(ways_[g]));
+      result_.paths.push_back(std::move(ways_[g]));
       result_.group_before.push_back(g);
     }
     result_.levels = levels.back();
@@ -209,23 +209,23 @@ class Merger {
   std::vector<bool> moves_;  ///< Whether an instance of it moves.
   std::vector<bool> used_;
   std::vector<std::vector<Instance>> merged_;
-  std::vector<std::vector<MergedWay>> ways_;
+  std::vector<std::vector<MergedPath>> ways_;
   std::uint64_t total_ = 0;  ///< Instances of the groups so far.
   MergedLevels result_;
 };
 
 }  // namespace
 
-std::vector<std::uint32_t> MergedLevels::way_of(std::uint32_t i, std::size_t group) const {
-  std::vector<std::uint32_t> way;
-  MergedWay at = ways[group][i];
-  way.push_back(at.instance);
-  while (at.before != MergedWay::kBegin) {
+std::vector<std::uint32_t> MergedLevels::path_of(std::uint32_t i, std::size_t group) const {
+  std::vector<std::uint32_t> path;
+  MergedPath at = paths[group][i];
+  path.push_back(at.instance);
+  while (at.before != MergedPath::kBegin) {
     at = steps[at.before];
-    way.push_back(at.instance);
+    path.push_back(at.instance);
   }
-  std::reverse(way.begin(), way.end());
-  return way;
+  std::reverse(path.begin(), path.end());
+  return path;
 }
 
 Result<MergedLevels> merge_levels(const InstancedScene& scene, const MergeOptions& options) {

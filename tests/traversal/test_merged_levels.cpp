@@ -38,7 +38,7 @@ std::vector<std::uint32_t> way_before(const build::MergedLevels& merged, std::si
   std::vector<std::uint32_t> way;
   std::size_t group = merged.groups.size() - 1;
   for (unsigned i = 0; i < path.depth; ++i) {
-    const auto part = merged.way_of(path.instance[i], group);
+    const auto part = merged.path_of(path.instance[i], group);
     way.insert(way.end(), part.begin(), part.end());
     const std::uint32_t object = merged.groups[group][path.instance[i]].object;
     if (object >= files) group = object - files;
@@ -120,7 +120,7 @@ TEST_CASE("merged instances are the products of their ways, and all ways are the
       const auto& top = merged->groups.back();
       std::vector<std::vector<std::uint32_t>> ways;
       for (std::uint32_t i = 0; i < top.size(); ++i) {
-        ways.push_back(merged->way_of(i));
+        ways.push_back(merged->path_of(i));
         check_product(scene, ways.back(), top[i]);
       }
       // Depth first, each once.
@@ -251,10 +251,10 @@ TEST_CASE("what moves stays an instance of its own, and so does what one mask ca
   CHECK(merged->kept_masks == 1);
   CHECK(merged->levels == 3);
   REQUIRE(merged->groups.back().size() == 3 + 4 + 1);
-  CHECK(merged->way_of(3) == std::vector<std::uint32_t>{3, 0, 0});
-  CHECK(merged->way_of(6) == std::vector<std::uint32_t>{3, 1, 1});
+  CHECK(merged->path_of(3) == std::vector<std::uint32_t>{3, 0, 0});
+  CHECK(merged->path_of(6) == std::vector<std::uint32_t>{3, 1, 1});
   CHECK(merged->groups.back()[6].mask == 6);
-  CHECK(merged->way_of(7) == std::vector<std::uint32_t>{4});
+  CHECK(merged->path_of(7) == std::vector<std::uint32_t>{4});
   CHECK(merged->group_before == std::vector<std::size_t>{0, 1, 2, 3});
   scene.build();
   InstanceScene other = merged_scene(scene, *merged);

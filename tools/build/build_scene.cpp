@@ -142,7 +142,7 @@ std::string in_description(const SceneDescription& scene, const std::string& mes
   if (!number_after("group ", group) || group >= scene.groups.size()) return whole;
   std::string location = scene.path + ": " + scene.groups[group].location;
   if (number_after(", instance ", instance)) {
-    const auto path = scene.merged ? scene.merged->way_of(static_cast<std::uint32_t>(instance), group)
+    const auto path = scene.merged ? scene.merged->path_of(static_cast<std::uint32_t>(instance), group)
                                    : std::vector{static_cast<std::uint32_t>(instance)};
     for (const std::uint32_t step : path) location += "[" + std::to_string(step) + "]";
   }
