@@ -13,7 +13,7 @@ namespace {
 using namespace build::kernels;
 using build::Builder;
 
-/// Places of a batch's results.
+/// Offsets of a batch's results.
 struct BatchLayout {
   std::uint64_t record, report, views, nodes, leaves, large, size;
   std::uint64_t scratch = 0;
@@ -22,16 +22,16 @@ struct BatchLayout {
   BatchLayout(const DeviceBatch& batch, std::size_t meshes) {
     triangles = batch.first.back();
     Arena arena;
-    const auto place = [&](std::uint64_t bytes) {
+    const auto take = [&](std::uint64_t bytes) {
       const std::uint64_t at = arena.size();
       arena.take<std::byte>(bytes);
       return at;
     };
-    record = place(sizeof(GeometryRecord));
-    report = place(sizeof(BatchReport));
-    views = place(meshes * sizeof(SceneView));
-    nodes = place(std::uint64_t{triangles} * sizeof(PlanesBoxNode));
-    leaves = place(std::uint64_t{triangles} * sizeof(PlanesLeaf));
+    record = take(sizeof(GeometryRecord));
+    report = take(sizeof(BatchReport));
+    views = take(meshes * sizeof(SceneView));
+    nodes = take(std::uint64_t{triangles} * sizeof(PlanesBoxNode));
+    leaves = take(std::uint64_t{triangles} * sizeof(PlanesLeaf));
     large = size = arena.size();
   }
 };
@@ -70,19 +70,19 @@ Result<void> check_batch(const DeviceBatch& batch, const BuildOptions& options) 
 Result<BatchLayout> plan_batch(const DeviceBatch& batch, const BuildOptions& options) {
   if (auto checked = check_batch(batch, options); !checked) return tl::unexpected(std::move(checked.error()));
   const std::size_t meshes = batch.first.size() - 1;
-  BatchLayout places(batch, meshes);
-  if (places.leaves + std::uint64_t{places.triangles} * sizeof(PlanesLeaf) > kAddressLimit)
-    return fail(ErrorCode::kTooLarge, places.triangles, " triangles: their nodes and leaves may pass byte ",
+  BatchLayout layout(batch, meshes);
+  if (layout.leaves + std::uint64_t{layout.triangles} * sizeof(PlanesLeaf) > kAddressLimit)
+    return fail(ErrorCode::kTooLarge, layout.triangles, " triangles: their nodes and leaves may pass byte ",
                 kAddressLimit, ", which a node reference addresses");
   for (std::size_t i = 0; i < meshes; ++i) {
     const DeviceGeometry geometry = batch_geometry(batch, i);
     if (geometry.primitive_count <= kBatchTriangles) continue;
     const auto sizes = build_sizes({&geometry, 1}, options);
     if (!sizes) return tl::unexpected(sizes.error());
-    places.size += sizes->output;
-    places.scratch = std::max(places.scratch, sizes->scratch);
+    layout.size += sizes->output;
+    layout.scratch = std::max(layout.scratch, sizes->scratch);
   }
-  return places;
+  return layout;
 }
 
 /// Whether some mesh has more than @p above triangles, up to @p most.
@@ -104,15 +104,15 @@ Result<void> launch_batch(const BatchJob& job, std::span<const std::uint32_t> fi
 }  // namespace
 
 Result<BuildSizes> batch_sizes(const DeviceBatch& batch, const BuildOptions& options) {
-  const auto places = plan_batch(batch, options);
-  if (!places) return tl::unexpected(places.error());
-  return BuildSizes{places->size, std::max<std::uint64_t>(places->scratch, kDeviceAlignment)};
+  const auto layout = plan_batch(batch, options);
+  if (!layout) return tl::unexpected(layout.error());
+  return BuildSizes{layout->size, std::max<std::uint64_t>(layout->scratch, kDeviceAlignment)};
 }
 
 Result<BatchScenes> enqueue_batch(const DeviceBatch& batch, const BuildOptions& options, std::byte* output,
                                   std::byte* scratch, hipStream_t stream) {
-  const auto places = plan_batch(batch, options);
-  if (!places) return tl::unexpected(places.error());
+  const auto layout = plan_batch(batch, options);
+  if (!layout) return tl::unexpected(layout.error());
   const build::SahCosts& costs = options.costs;
   const BatchJob job{batch.positions,
                      batch.triangles,
@@ -123,16 +123,16 @@ Result<BatchScenes> enqueue_batch(const DeviceBatch& batch, const BuildOptions& 
                      options.ploc_radius,
                      {costs.box_node, costs.leaf, costs.custom, options.max_leaf_triangles},
                      output,
-                     places->nodes,
-                     places->leaves,
-                     reinterpret_cast<const GeometryRecord*>(output + places->record),
-                     reinterpret_cast<SceneView*>(output + places->views),
-                     reinterpret_cast<BatchReport*>(output + places->report)};
+                     layout->nodes,
+                     layout->leaves,
+                     reinterpret_cast<const GeometryRecord*>(output + layout->record),
+                     reinterpret_cast<SceneView*>(output + layout->views),
+                     reinterpret_cast<BatchReport*>(output + layout->report)};
   auto done = launch(start_batch, Grid{}, stream, {.block = 1, .name = "start_batch"}, BatchReport{}, job.report,
-                     reinterpret_cast<GeometryRecord*>(output + places->record));
+                     reinterpret_cast<GeometryRecord*>(output + layout->record));
   if (done) done = launch_batch<32, 32>(job, batch.first, -1, stream);
   if (done) done = launch_batch<kBatchTriangles, 128>(job, batch.first, 32, stream);
-  std::byte* next = output + places->large;
+  std::byte* next = output + layout->large;
   for (std::size_t i = 0; i + 1 < batch.first.size() && done; ++i) {
     const DeviceGeometry geometry = batch_geometry(batch, i);
     if (geometry.primitive_count <= kBatchTriangles) continue;

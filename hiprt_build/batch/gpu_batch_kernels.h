@@ -21,7 +21,7 @@ struct BatchJob {
   std::uint32_t radius;
   CollapseCosts costs;
   std::byte* base;
-  std::uint64_t nodes_offset, leaves_offset;  ///< Mesh i has the places of its triangles.
+  std::uint64_t nodes_offset, leaves_offset;  ///< Mesh i has the records from its first triangle on.
   const GeometryRecord* record;               ///< One for all.
   SceneView* views;
   gpu::BatchReport* report;
@@ -118,11 +118,11 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     for (std::uint32_t i = threadIdx.x; i < count_; i += kThreads) {
       if (!m_.references[i].contents.exists()) continue;
       const std::uint64_t key = m_.keys[i];
-      std::uint32_t place = 0;
-      for (std::uint32_t j = 0; j < count_; ++j) place += m_.keys[j] < key || (m_.keys[j] == key && j < i) ? 1 : 0;
-      m_.sorted[place] = m_.references[i];
-      m_.primitives[place] = LeafPrimitives{m_.references[i].primitive, m_.references[i].contents};
-      m_.met[place] = kInvalidId;
+      std::uint32_t to = 0;
+      for (std::uint32_t j = 0; j < count_; ++j) to += m_.keys[j] < key || (m_.keys[j] == key && j < i) ? 1 : 0;
+      m_.sorted[to] = m_.references[i];
+      m_.primitives[to] = LeafPrimitives{m_.references[i].primitive, m_.references[i].contents};
+      m_.met[to] = kInvalidId;
     }
     __syncthreads();
     for (std::uint32_t i = threadIdx.x; i + 1 < m_.state.counts.leaves; i += kThreads)

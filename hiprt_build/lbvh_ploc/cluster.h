@@ -42,7 +42,7 @@ HIPRT_HD HIPRT_INLINE float joint_half_area(const Box& a, const Box& b) {
 #endif
 }
 
-/// How near the clusters at places @p i and @p j are: by their joint area, ties by i ^ j, which joins equal boxes
+/// How near the clusters at positions @p i and @p j are: by their joint area, ties by i ^ j, which joins equal boxes
 /// evenly. The number is the same from both sides, and the low bits are i ^ j: so of all clusters the nearest two
 /// choose each other.
 HIPRT_HD HIPRT_INLINE std::uint64_t nearness(const Box& a, const Box& b, std::uint32_t i, std::uint32_t j) {
@@ -51,7 +51,7 @@ HIPRT_HD HIPRT_INLINE std::uint64_t nearness(const Box& a, const Box& b, std::ui
   return std::uint64_t{area} << 32 | (i ^ j);
 }
 
-/// The same in 32 bits, for places below 32: 19 bits of the area's fraction are kept.
+/// The same in 32 bits, for positions below 32: 19 bits of the area's fraction are kept.
 HIPRT_HD HIPRT_INLINE std::uint32_t short_nearness(const Box& a, const Box& b, std::uint32_t i, std::uint32_t j) {
   const std::uint64_t exact = nearness(a, b, i, j);
   return static_cast<std::uint32_t>(exact >> 36) << 5 | (i ^ j);

@@ -25,7 +25,7 @@ std::uint32_t most_tiles(std::uint32_t capacity, unsigned radius) {
 }
 
 /// The memory of a build.
-void place(Arena& arena, std::uint32_t capacity, PlocJob& job) {
+void take_scratch(Arena& arena, std::uint32_t capacity, PlocJob& job) {
   job.even = arena.take<Cluster>(capacity);
   job.odd = arena.take<Cluster>(capacity);
   job.rounds = arena.take<PlocRound>(launched_rounds(capacity) + 1);
@@ -37,7 +37,7 @@ void place(Arena& arena, std::uint32_t capacity, PlocJob& job) {
 std::uint64_t ploc_scratch(std::uint32_t capacity) {
   Arena arena;
   PlocJob job{};
-  place(arena, capacity, job);
+  take_scratch(arena, capacity, job);
   return arena.size();
 }
 
@@ -48,7 +48,7 @@ Result<void> enqueue_ploc(const PlocInput& input, const PlocOutput& output, std:
     return fail(ErrorCode::kInvalidInput, "PLOC of ", input.capacity, " leaves, the limit is ", build::kLinkedLeaf - 1);
   PlocJob job{{{input.references}, output.nodes, {}, output.root}, nullptr, nullptr, nullptr, nullptr, input.radius};
   Arena arena(scratch);
-  place(arena, input.capacity, job);
+  take_scratch(arena, input.capacity, job);
   const std::uint32_t rounds = launched_rounds(input.capacity), tiles = most_tiles(input.capacity, input.radius);
   Launcher steps(stream);
   const std::uint32_t first = std::max(tiles, rounds + 1);

@@ -49,7 +49,7 @@ struct PlocJob {
 };
 
 /// How a block of @p kBlock threads works on its tile, by a radius up to @p kMostRadius. Clusters are named by their
-/// places among all, as 32-bit numbers that wrap around: those before the first are no places of clusters either.
+/// positions among all, as 32-bit numbers that wrap around: those before the first are no positions of clusters either.
 template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
  public:
   /// Clusters whose nearest is looked for: the tile and the radius to either side.
@@ -85,16 +85,16 @@ template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
 #pragma unroll
     for (std::uint32_t row = 0; row < kRows; ++row) actions[row] = decide(row);
     __syncthreads();
-    if (threadIdx.x < WaveGroup::kLanes) place(before);
+    if (threadIdx.x < WaveGroup::kLanes) find_offset(before);
     __syncthreads();
 #pragma unroll
     for (std::uint32_t row = 0; row < kRows; ++row) write(row, actions[row]);
   }
 
  private:
-  /// The place of the window's k-th cluster, and the k of a place.
-  __device__ std::uint32_t place_of(std::uint32_t k) const { return begin_ - job_.radius + k; }
-  __device__ std::uint32_t in_window(std::uint32_t place) const { return place - begin_ + job_.radius; }
+  /// The position of the window's k-th cluster, and the k of a position.
+  __device__ std::uint32_t index_of(std::uint32_t k) const { return begin_ - job_.radius + k; }
+  __device__ std::uint32_t in_window(std::uint32_t index) const { return index - begin_ + job_.radius; }
 
   __device__ void load() const {
     const std::uint32_t first = begin_ - 2 * job_.radius, all = kWindow + 2 * job_.radius;
@@ -107,18 +107,18 @@ template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
     }
   }
   __device__ float number(unsigned w, std::uint32_t m) const { return std::bit_cast<float>(shared_.clusters[w][m]); }
-  __device__ Box box(std::uint32_t place) const {
-    const std::uint32_t m = in_window(place) + job_.radius;
+  __device__ Box box(std::uint32_t index) const {
+    const std::uint32_t m = in_window(index) + job_.radius;
     return Box{{number(0, m), number(1, m), number(2, m)}, {number(3, m), number(4, m), number(5, m)}};
   }
-  __device__ Cluster cluster(std::uint32_t place) const {
-    const std::uint32_t m = in_window(place) + job_.radius;
-    return Cluster{box(place), shared_.clusters[6][m], shared_.clusters[7][m]};
+  __device__ Cluster cluster(std::uint32_t index) const {
+    const std::uint32_t m = in_window(index) + job_.radius;
+    return Cluster{box(index), shared_.clusters[6][m], shared_.clusters[7][m]};
   }
 
   __device__ void find_nearest() const {
     for (std::uint32_t k = threadIdx.x; k < kWindow; k += kBlock) {
-      const std::uint32_t i = place_of(k);
+      const std::uint32_t i = index_of(k);
       if (i >= now_.count) continue;
       shared_.nearest[k] = now_.neighbours != 0
                                ? ploc_neighbour(i, now_.count)
@@ -128,17 +128,17 @@ template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
 
   /// Of this thread's cluster in a row of the window. kGoes: or it is none of the tile's.
   __device__ PlocAction decide(std::uint32_t row) const {
-    const std::uint32_t k = row * kBlock + threadIdx.x, i = place_of(k);
+    const std::uint32_t k = row * kBlock + threadIdx.x, i = index_of(k);
     PlocAction action = PlocAction::kGoes;
     if (k >= job_.radius && k < kWindow - job_.radius && i < now_.count)
-      action = ploc_action(i, [this](std::uint32_t place) { return shared_.nearest[in_window(place)]; });
+      action = ploc_action(i, [this](std::uint32_t index) { return shared_.nearest[in_window(index)]; });
     const WaveGroup group;
     const std::uint32_t staying = group.ballot(action != PlocAction::kGoes);
     if (group.lane() == 0) shared_.staying[k / WaveGroup::kLanes] = staying;
     return action;
   }
 
-  template <class Before> __device__ void place(const Before& before) const {
+  template <class Before> __device__ void find_offset(const Before& before) const {
     const WaveGroup group;
     const std::uint32_t staying = group.lane() < kGroups ? lane_count(shared_.staying[group.lane()]) : 0;
     std::uint32_t total = 0;
@@ -149,7 +149,7 @@ template <unsigned kBlock, unsigned kMostRadius> class PlocTile {
 
   __device__ void write(std::uint32_t row, PlocAction action) const {
     if (action == PlocAction::kGoes) return;
-    const std::uint32_t k = row * kBlock + threadIdx.x, i = place_of(k), g = k / WaveGroup::kLanes;
+    const std::uint32_t k = row * kBlock + threadIdx.x, i = index_of(k), g = k / WaveGroup::kLanes;
     const std::uint32_t lower = shared_.staying[g] & ((1u << k % WaveGroup::kLanes) - 1);
     Cluster mine = cluster(i);
     if (action == PlocAction::kJoins) mine = join(job_.tree, mine, cluster(shared_.nearest[k]));

@@ -15,7 +15,7 @@ inline constexpr unsigned kHplocKept = 16;
 inline constexpr unsigned kHplocClusters = 2 * kHplocKept;
 static_assert(kHplocClusters <= 32, "short_nearness()");
 
-/// Where clusters are kept between nodes: those of a range of leaves from its first leaf's place on.
+/// Where clusters are kept between nodes: those of a range of leaves from its first leaf's position on.
 struct KeptCluster {
   LinkedRef ref;  ///< kInvalidId: none, nor behind it.
   std::uint32_t free;

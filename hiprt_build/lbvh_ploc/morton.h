@@ -1,5 +1,5 @@
 #pragma once
-/// Morton codes: places in space as numbers whose order keeps neighbours close (Morton 1966). Internal.
+/// Morton codes: positions in space as numbers whose order keeps neighbours close (Morton 1966). Internal.
 
 #include <hiprt_build/tree/box.h>
 #include <hiprt_device/math/wave.h>
@@ -56,11 +56,11 @@ struct MortonGrid {
   }
 };
 
-/// How far apart neighbours in a sorted list of codes are: 0 to 31 by their places where the codes are equal (which
+/// How far apart neighbours in a sorted list of codes are: 0 to 31 by their positions where the codes are equal (which
 /// keeps runs of equal codes balanced), else 32 + the number of the highest bit that differs. Of all boundaries inside
 /// a node's range one has the largest value: there it is cut (Karras 2012; Apetrei 2014).
-HIPRT_HD HIPRT_INLINE std::uint8_t boundary_level(std::uint64_t code, std::uint64_t next, std::uint32_t place) {
-  const unsigned level = code == next ? highest_bit(place ^ (place + 1)) : 32 + highest_bit(code ^ next);
+HIPRT_HD HIPRT_INLINE std::uint8_t boundary_level(std::uint64_t code, std::uint64_t next, std::uint32_t index) {
+  const unsigned level = code == next ? highest_bit(index ^ (index + 1)) : 32 + highest_bit(code ^ next);
   return static_cast<std::uint8_t>(level);
 }
 

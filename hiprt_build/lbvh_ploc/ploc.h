@@ -13,7 +13,7 @@ template <class Engine, class Tree>
 std::uint32_t ploc_round(Engine& engine, const Tree& tree, std::span<const Cluster> clusters,
                          std::span<const std::uint32_t> nearest, std::span<Cluster> to) {
   const auto action = [&](std::size_t i) {
-    return ploc_action(static_cast<std::uint32_t>(i), [&](std::uint32_t place) { return nearest[place]; });
+    return ploc_action(static_cast<std::uint32_t>(i), [&](std::uint32_t index) { return nearest[index]; });
   };
   std::vector<std::uint32_t> first(Engine::chunk_count(clusters.size()));
   engine.for_chunks(clusters.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
@@ -23,11 +23,11 @@ std::uint32_t ploc_round(Engine& engine, const Tree& tree, std::span<const Clust
   });
   const std::uint32_t left = engine.exclusive_scan(std::span<std::uint32_t>(first));
   engine.for_chunks(clusters.size(), [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-    std::size_t place = first[chunk];
+    std::size_t index = first[chunk];
     for (std::size_t i = begin; i < end; ++i) {
       const PlocAction mine = action(i);
       if (mine == PlocAction::kGoes) continue;
-      to[place++] = mine == PlocAction::kJoins ? join(tree, clusters[i], clusters[nearest[i]]) : clusters[i];
+      to[index++] = mine == PlocAction::kJoins ? join(tree, clusters[i], clusters[nearest[i]]) : clusters[i];
     }
   });
   return left;
@@ -46,9 +46,9 @@ void emit_ploc(Engine& engine, const Tree& tree, std::size_t count, std::uint32_
   for (auto progress = PlocProgress::start(static_cast<std::uint32_t>(count)); progress.count > 1;) {
     const auto box_at = [&](std::uint32_t i) HIPRT_INLINE_LAMBDA -> const Box& { return clusters[i].box; };
     engine.for_each(progress.count, [&](std::size_t i) {
-      const auto place = static_cast<std::uint32_t>(i);
-      nearest[i] = progress.neighbours != 0 ? ploc_neighbour(place, progress.count)
-                                            : ploc_nearest(place, progress.count, radius, box_at);
+      const auto index = static_cast<std::uint32_t>(i);
+      nearest[i] = progress.neighbours != 0 ? ploc_neighbour(index, progress.count)
+                                            : ploc_nearest(index, progress.count, radius, box_at);
     });
     progress = progress.next(ploc_round(engine, tree, clusters.span().first(progress.count),
                                         nearest.span().first(progress.count), spare.span()));

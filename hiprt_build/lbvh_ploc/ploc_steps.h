@@ -32,8 +32,8 @@ struct PlocProgress {
   }
 };
 
-/// @return the place of the cluster nearest to the i-th of @p count, at most @p radius places away.
-/// @param box_at the box of the cluster at a place. @pre count > 1
+/// @return the position of the cluster nearest to the i-th of @p count, at most @p radius positions away.
+/// @param box_at the box of the cluster at a position. @pre count > 1
 template <class BoxAt>
 HIPRT_HD HIPRT_INLINE std::uint32_t ploc_nearest(std::uint32_t i, std::uint32_t count, std::uint32_t radius,
                                                  const BoxAt& box_at) {
@@ -63,7 +63,7 @@ enum class PlocAction : std::uint32_t {
   kGoes,   ///< Its nearest, which comes before it, becomes one with it.
 };
 
-/// Of the i-th. @param nearest_of the place nearest to a place.
+/// Of the i-th. @param nearest_of the position nearest to a position.
 template <class NearestOf> HIPRT_HD HIPRT_INLINE PlocAction ploc_action(std::uint32_t i, const NearestOf& nearest_of) {
   const std::uint32_t j = nearest_of(i);
   if (j == i || nearest_of(j) != i) return PlocAction::kStays;

@@ -24,17 +24,17 @@ struct Limits {
   unsigned free_levels, levels;  ///< Below the free ones ranges are halved by count.
 
   Limits(std::uint32_t input, std::uint32_t capacity, const TopDownTuning& tuning) {
-    const std::uint32_t wave_range = tuning.wave_range, places = std::max(capacity, 1u);
+    const std::uint32_t wave_range = tuning.wave_range, leaves = std::max(capacity, 1u);
     pieces = input == 0 ? 1 : (input - 1) / kPiece + 1;
-    // Ranges of a level share the places, and each has more than few.
-    ranges = input <= wave_range ? 0 : places / (wave_range + 1);
-    tasks = ranges == 0 ? 0 : places / tuning.task + ranges;
-    const auto halvings = static_cast<unsigned>(std::bit_width((places - 1) / wave_range));
+    // Ranges of a level share the leaves, and each has more than wave_range.
+    ranges = input <= wave_range ? 0 : leaves / (wave_range + 1);
+    tasks = ranges == 0 ? 0 : leaves / tuning.task + ranges;
+    const auto halvings = static_cast<unsigned>(std::bit_width((leaves - 1) / wave_range));
     free_levels = ranges == 0 ? 0 : std::min(halvings + tuning.spare_levels, kMostLevels - halvings);
     levels = ranges == 0 ? 0 : free_levels + halvings;
     // Every split of a large range makes one range more.
     const std::uint64_t splits = std::uint64_t{levels} * ranges;
-    small_ranges = static_cast<std::uint32_t>(std::min<std::uint64_t>(places, splits + 1));
+    small_ranges = static_cast<std::uint32_t>(std::min<std::uint64_t>(leaves, splits + 1));
   }
 };
 
