@@ -3,9 +3,9 @@
 ///
 ///     struct CutOut {  // alpha from a texture
 ///       const Texture* texture;
-///       HIPRT_HD hiprt::FilterAnswer operator()(const hiprt::Ray& ray, const hiprt::Hit& hit) const {
-///         return texture->alpha(hit.primitive, hit.u, hit.v) < 0.5f ? hiprt::FilterAnswer::kReject
-///                                                                   : hiprt::FilterAnswer::kAccept;
+///       HIPRT_HD hiprt::FilterResult operator()(const hiprt::Ray& ray, const hiprt::Hit& hit) const {
+///         return texture->alpha(hit.primitive, hit.u, hit.v) < 0.5f ? hiprt::FilterResult::kReject
+///                                                                   : hiprt::FilterResult::kAccept;
 ///       }
 ///     };
 ///
@@ -15,7 +15,7 @@
 
 namespace hiprt {
 
-enum class FilterAnswer {
+enum class FilterResult {
   kAccept,
   kReject,         ///< As if the primitive were not there.
   kAcceptAndStop,  ///< The hit counts, and the traversal ends with it.
@@ -27,13 +27,13 @@ enum class FilterAnswer {
 /// @tparam Real of the rays.
 template <class T, class Real = float>
 concept IntersectionFilter = requires(const T& filter, const BasicRay<Real>& ray, const BasicHit<Real>& hit) {
-  { filter(ray, hit) } -> std::same_as<FilterAnswer>;
+  { filter(ray, hit) } -> std::same_as<FilterResult>;
 };
 
 /// Every hit counts; costs nothing.
 struct NoFilter {
-  template <class Real> HIPRT_HD constexpr FilterAnswer operator()(const BasicRay<Real>&, const BasicHit<Real>&) const {
-    return FilterAnswer::kAccept;
+  template <class Real> HIPRT_HD constexpr FilterResult operator()(const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterResult::kAccept;
   }
 };
 
@@ -42,8 +42,8 @@ struct ExceptPrimitive {
   std::uint32_t geometry = kInvalidId;
   std::uint32_t primitive = kInvalidId;
   template <class Real>
-  HIPRT_HD constexpr FilterAnswer operator()(const BasicRay<Real>&, const BasicHit<Real>& hit) const {
-    return hit.geometry == geometry && hit.primitive == primitive ? FilterAnswer::kReject : FilterAnswer::kAccept;
+  HIPRT_HD constexpr FilterResult operator()(const BasicRay<Real>&, const BasicHit<Real>& hit) const {
+    return hit.geometry == geometry && hit.primitive == primitive ? FilterResult::kReject : FilterResult::kAccept;
   }
 };
 

@@ -12,18 +12,18 @@
 namespace hiprt::format_detail {
 
 /// Where an instance is, or goes: what boxes of its object become in the scene.
-class InstancePlace {
+class InstanceMotionBounds {
  public:
-  /// @param segments none: it stands still. @param slack of StillPlace.
-  InstancePlace(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
-                double slack = 1.0)
+  /// @param segments none: it stands still. @param slack of StillInstanceBounds.
+  InstanceMotionBounds(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
+                       double slack = 1.0)
       : still_(record, slack), slack_(slack) {
     for (const MotionSegment& segment : segments) motion_.emplace_back(segment, kind);
   }
   /// Instance @p i of a file.
-  InstancePlace(const BufferView& view, std::size_t i, double slack = 1.0)
-      : InstancePlace(view.instances[i], view.motion_of(i), view.motions.empty() ? MotionKind{} : view.motions[i].kind,
-                      slack) {}
+  InstanceMotionBounds(const BufferView& view, std::size_t i, double slack = 1.0)
+      : InstanceMotionBounds(view.instances[i], view.motion_of(i),
+                             view.motions.empty() ? MotionKind{} : view.motions[i].kind, slack) {}
 
   /// A box that holds all images of a box of the object.
   Box bounds(const Box& box) const {
@@ -31,7 +31,7 @@ class InstancePlace {
   }
 
  private:
-  StillPlace still_;
+  StillInstanceBounds still_;
   std::vector<SegmentMotion> motion_;
   double slack_;
 };
@@ -82,16 +82,19 @@ template <class T, unsigned kMost> class ShortStack {
   unsigned size_ = 0;
 };
 /// Of PendingPart, for bounds from up to @p kLevels levels.
-template <unsigned kLevels> using FewParts = ShortStack<PendingPart, 1 + (kBranching - 1) * kLevels>;
+template <unsigned kLevels> using ShortPartStack = ShortStack<PendingPart, 1 + (kBranching - 1) * kLevels>;
 
 /// Grows a box by transformed ones, from the root of an object down to where it is asked for.
-/// @tparam Place InstancePlace or StillPlace. @tparam Pending memory for parts: FewParts where there are no vectors.
-template <class Layout, class Place = InstancePlace, class Pending = std::vector<PendingPart>> class InstanceBounder {
+/// @tparam Transform InstanceMotionBounds or StillInstanceBounds. @tparam Pending memory for parts: ShortPartStack
+/// where there are no vectors.
+template <class Layout, class Transform = InstanceMotionBounds, class Pending = std::vector<PendingPart>>
+class InstanceBounder {
  public:
   /// Levels: down to every triangle's corners, custom primitive and instance.
   static constexpr unsigned kToPrimitives = ~0u;
 
-  HIPRT_HD InstanceBounder(const BoundedObject& object, const Place& place) : object_(object), place_(place) {}
+  HIPRT_HD InstanceBounder(const BoundedObject& object, const Transform& to_scene)
+      : object_(object), to_scene_(to_scene) {}
 
   /// @param root what rays enter: the object's root, or a node or run below.
   /// @param levels of box nodes to go down; below a leaf's box only for kToPrimitives.
@@ -119,8 +122,8 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   static constexpr bool kFarthestFirst = requires(Pending pending) { pending.begin(); };
 
   // clang-format off
-  HIPRT_MAY_CALL_HOST  // InstancePlace, which is used on hosts only.
-  HIPRT_HD Box in_scene(const Box& box) const { return place_.bounds(box); }
+  HIPRT_MAY_CALL_HOST  // InstanceMotionBounds, which is used on hosts only.
+  HIPRT_HD Box in_scene(const Box& box) const { return to_scene_.bounds(box); }
   // clang-format on
 
   /// Of what an instance enters: the object, or a node or run below its root.
@@ -222,7 +225,7 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   }
 
   BoundedObject object_;
-  const Place& place_;
+  const Transform& to_scene_;
   bool into_leaves_ = false;
   Box limit_{};
   float per_size_[3] = {};  ///< One over the sizes of limit_.

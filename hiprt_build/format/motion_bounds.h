@@ -216,7 +216,7 @@ struct MotionMagnification {
 namespace motion_detail {
 
 /// Where a transform on the way can not be inverted well enough.
-struct BadPlace {
+struct BadMatrix {
   double s, determinant;
 };
 
@@ -246,8 +246,8 @@ inline double relative_change(const double (&m)[3][3], const double (&change)[3]
 
 /// The largest condition of (1 - s) * from + s * to, at most a twentieth too large. The longest image is largest at an
 /// end of any part of the way; the shortest one changes by no more than the matrix, and than relative_change() says.
-inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst) {
-  struct Place {
+inline std::optional<BadMatrix> worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst) {
+  struct Sample {
     double m[3][3];
     Stretches stretches;
     double shrinking;  ///< relative_change().
@@ -257,11 +257,11 @@ inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const
     for (unsigned c = 0; c < 3; ++c) change[r][c] = to[r][c] - from[r][c];
   const bool still = std::all_of(&change[0][0], &change[0][0] + 9, [](double x) { return x == 0.0; });
   const double slope = still ? 0.0 : Stretches(change).longest;
-  const auto is_bad = [](const Place& at) {
+  const auto is_bad = [](const Sample& at) {
     return !(at.stretches.longest <= double{kMaxMotionCondition} * at.stretches.shortest);
   };
-  const auto place = [&](double s) {
-    Place at{{}, Stretches(from), 0.0};
+  const auto sample = [&](double s) {
+    Sample at{{}, Stretches(from), 0.0};
     for (unsigned r = 0; r < 3; ++r)
       for (unsigned c = 0; c < 3; ++c) at.m[r][c] = s == 1.0 ? to[r][c] : from[r][c] + s * change[r][c];
     at.stretches = Stretches(at.m);
@@ -270,11 +270,11 @@ inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const
   };
   struct Interval {
     double begin, end;
-    Place first, last;
+    Sample first, last;
   };
-  std::vector<Interval> pending{{0.0, 1.0, place(0.0), place(1.0)}};
-  if (is_bad(pending[0].first)) return BadPlace{0.0, determinant(pending[0].first.m)};
-  if (is_bad(pending[0].last)) return BadPlace{1.0, determinant(pending[0].last.m)};
+  std::vector<Interval> pending{{0.0, 1.0, sample(0.0), sample(1.0)}};
+  if (is_bad(pending[0].first)) return BadMatrix{0.0, determinant(pending[0].first.m)};
+  if (is_bad(pending[0].last)) return BadMatrix{1.0, determinant(pending[0].last.m)};
   while (!pending.empty()) {
     const Interval part = pending.back();
     pending.pop_back();
@@ -291,8 +291,8 @@ inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const
       continue;
     }
     const double middle = part.begin + half;
-    const Place center = place(middle);
-    if (is_bad(center)) return BadPlace{middle, determinant(center.m)};
+    const Sample center = sample(middle);
+    if (is_bad(center)) return BadMatrix{middle, determinant(center.m)};
     pending.push_back({part.begin, middle, part.first, center});
     pending.push_back({middle, part.end, center, part.last});
   }
@@ -302,8 +302,8 @@ inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const
 }  // namespace motion_detail
 
 /// Adds a segment's. @return where the transform on the way is refused: between the keys at s, with its determinant.
-inline std::optional<motion_detail::BadPlace> magnify(MotionMagnification& sum, const MotionSegment& segment,
-                                                      MotionKind kind) {
+inline std::optional<motion_detail::BadMatrix> magnify(MotionMagnification& sum, const MotionSegment& segment,
+                                                       MotionKind kind) {
   const SegmentMotion motion(segment, kind);
   double condition = 1.0;
   if (const auto bad = motion_detail::worst_condition(motion.stretch(0), motion.stretch(1), condition)) return bad;
@@ -348,7 +348,7 @@ inline Box rounded_box(const MotionRange (&low)[3], const MotionRange (&high)[3]
 }  // namespace motion_detail
 
 /// A box that holds, at all times of a motion, the images of all points of @p box.
-/// @param slack as StillPlace; 0 may be up to 2^-26 of the size too small.
+/// @param slack as StillInstanceBounds; 0 may be up to 2^-26 of the size too small.
 inline Box bounds_in_motion(std::span<const SegmentMotion> segments, const Box& box, double slack = 1.0) {
   MotionRange range[3];
   for (const SegmentMotion& segment : segments)

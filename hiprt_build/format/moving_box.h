@@ -18,7 +18,7 @@ struct Shutter {
   float begin = 0.0f, rate = 0.0f;
 
   /// Where a time is in it: 0 at the begin, 1 at the end.
-  double place(double time) const { return (time - double{begin}) * double{rate}; }
+  double fraction(double time) const { return (time - double{begin}) * double{rate}; }
 };
 
 /// What each plane of a box has gone at the end.
@@ -36,14 +36,15 @@ struct BoxDrift {
 
 /// An instance on its way as planes see it that drift, for InstanceBounder: bounds() holds at the begin, and its planes
 /// at any time after they have gone their drift's part.
-class DriftingPlace {
+class InstanceDriftBounds {
  public:
-  /// @param slack as InstancePlace's.
-  DriftingPlace(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
-                const Shutter& shutter, const BoxDrift& drift, double slack = 1.0)
+  /// @param slack as InstanceMotionBounds's.
+  InstanceDriftBounds(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
+                      const Shutter& shutter, const BoxDrift& drift, double slack = 1.0)
       : still_(record, slack), drift_(drift), slack_(slack) {
     for (const MotionSegment& segment : segments)
-      parts_.push_back({SegmentMotion(segment, kind), shutter.place(segment.time[0]), shutter.place(segment.time[1])});
+      parts_.push_back(
+          {SegmentMotion(segment, kind), shutter.fraction(segment.time[0]), shutter.fraction(segment.time[1])});
   }
 
   Box bounds(const Box& box) const {
@@ -89,16 +90,16 @@ class DriftingPlace {
     parts_.back().motion.curve(axis, p).grow_at(range, 1.0, drift, slack_);
   }
 
-  StillPlace still_;
+  StillInstanceBounds still_;
   std::vector<Part> parts_;
   BoxDrift drift_;
   double slack_;
 };
 
 /// Where an instance is when its motion begins, or when it ends.
-class PlaceAtKey {
+class InstanceKeyBounds {
  public:
-  PlaceAtKey(std::span<const MotionSegment> segments, MotionKind kind, bool last)
+  InstanceKeyBounds(std::span<const MotionSegment> segments, MotionKind kind, bool last)
       : motion_(last ? segments.back() : segments.front(), kind), s_(last ? 1.0 : 0.0) {}
 
   Box bounds(const Box& box) const {
@@ -117,25 +118,25 @@ class PlaceAtKey {
 /// What box_at() may round, with the largest coordinate m of both boxes along an axis and u = 2^-24: the place in the
 /// shutter is off by 2 u at most, so what is added, at most 2 m, by 4 u m; the difference by 2 u m, the product by 2 u
 /// m, the sum by u m. Less than 12 u m.
-inline double moving_box_room(const Box& begin, const BoxDrift& drift, unsigned axis) {
+inline double moving_box_slack(const Box& begin, const BoxDrift& drift, unsigned axis) {
   const double low = begin.min[axis], high = begin.max[axis];
   return 12 * 0x1p-24 *
          std::max(
              {std::fabs(low), std::fabs(high), std::fabs(low + drift.min[axis]), std::fabs(high + drift.max[axis])});
 }
 
-/// @param at_begin what DriftingPlace says. @return at begin and end, with room for box_at()'s rounding; or @p whole,
-/// twice, where floats do not hold that.
+/// @param at_begin what InstanceDriftBounds says. @return at begin and end, with room for box_at()'s rounding; or @p
+/// whole, twice, where floats do not hold that.
 inline std::pair<Box, Box> moving_box(const Box& at_begin, const BoxDrift& drift, const Box& whole) {
   Box begin, end;
   for (unsigned axis = 0; axis < 3; ++axis) {
     const double low = at_begin.min[axis], high = at_begin.max[axis];
     const double low_end = low + drift.min[axis], high_end = high + drift.max[axis];
-    const double room = 1.25 * moving_box_room(at_begin, drift, axis);
-    begin.min[axis] = affine_detail::round_down(low - room);
-    end.min[axis] = affine_detail::round_down(low_end - room);
-    begin.max[axis] = affine_detail::round_up(high + room);
-    end.max[axis] = affine_detail::round_up(high_end + room);
+    const double slack = 1.25 * moving_box_slack(at_begin, drift, axis);
+    begin.min[axis] = affine_detail::round_down(low - slack);
+    end.min[axis] = affine_detail::round_down(low_end - slack);
+    begin.max[axis] = affine_detail::round_up(high + slack);
+    end.max[axis] = affine_detail::round_up(high_end + slack);
     for (const float gone : {end.min[axis] - begin.min[axis], end.max[axis] - begin.max[axis]})
       if (!std::isfinite(gone)) return {whole, whole};
   }

@@ -37,8 +37,7 @@ template <class Layout> class InstanceCheck {
     const auto leaves = view_.records<CustomLeaf>(view_.leaves);
     if (auto checked = check_leaves(leaves, loop); !checked) return tl::unexpected(checked.error());
     if (view_.has_moving_boxes())
-      if (auto runs = for_each_leaf<Layout>(view_, [this](const LeafPlace& place) { return check_run_box(place); });
-          !runs)
+      if (auto runs = for_each_leaf<Layout>(view_, [this](const LeafVisit& run) { return check_run_box(run); }); !runs)
         return tl::unexpected(runs.error());
     if (auto parts = check_parts(leaves); !parts) return tl::unexpected(parts.error());
     if (auto header = check_header_fields(); !header) return tl::unexpected(header.error());
@@ -100,8 +99,8 @@ template <class Layout> class InstanceCheck {
                   float_bits(object.header->shutter_begin));
     if (view_.has_moving_boxes()) return check_moving_box(object, leaf, at);
     // Whatever is made by another compiler's arithmetic has its slack.
-    const InstancePlace place(view_, info.primitive[0], 0.0);
-    const Box content = InstanceBounder<Layout>(object, place)
+    const InstanceMotionBounds to_scene(view_, info.primitive[0], 0.0);
+    const Box content = InstanceBounder<Layout>(object, to_scene)
                             .bounds(entered_ref(info), InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
     if (const unsigned outside = first_plane_outside(content, leaf.box[0]); outside != kNoPlane)
       return fail(FormatError::kBoxNotContained, at + 4 * outside,
@@ -118,31 +117,32 @@ template <class Layout> class InstanceCheck {
     const std::size_t i = leaf.info.primitive[0];
     const auto segments = view_.motion_of(i);
     const BoxDrift drift(leaf.box[0], leaf.box[1]);
-    const DriftingPlace place(view_.instances[i], segments, segments.empty() ? MotionKind{} : view_.motions[i].kind,
-                              {view_.header->shutter_begin, view_.header->shutter_rate}, drift, 0.0);
+    const InstanceDriftBounds to_scene(view_.instances[i], segments,
+                                       segments.empty() ? MotionKind{} : view_.motions[i].kind,
+                                       {view_.header->shutter_begin, view_.header->shutter_rate}, drift, 0.0);
     // What stands still by boxes that do so is not rounded.
-    Box room = leaf.box[0];
+    Box inner = leaf.box[0];
     for (unsigned axis = 0; axis < 3; ++axis) {
-      const double by = moving_box_room(leaf.box[0], drift, axis);
-      if (drift.min[axis] != 0.0) room.min[axis] = affine_detail::round_up(double{room.min[axis]} + by);
-      if (drift.max[axis] != 0.0) room.max[axis] = affine_detail::round_down(double{room.max[axis]} - by);
+      const double by = moving_box_slack(leaf.box[0], drift, axis);
+      if (drift.min[axis] != 0.0) inner.min[axis] = affine_detail::round_up(double{inner.min[axis]} + by);
+      if (drift.max[axis] != 0.0) inner.max[axis] = affine_detail::round_down(double{inner.max[axis]} - by);
     }
-    const Box content = InstanceBounder<Layout, DriftingPlace>(object, place)
-                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, room);
-    if (const unsigned outside = first_plane_outside(content, room); outside != kNoPlane)
-      return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, content, room);
+    const Box content = InstanceBounder<Layout, InstanceDriftBounds>(object, to_scene)
+                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, inner);
+    if (const unsigned outside = first_plane_outside(content, inner); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, content, inner);
     return {};
   }
 
   /// With moving boxes the leaf's say nothing of all times: the run's holds what the instance has.
-  Check check_run_box(const LeafPlace& place) const {
-    const CustomLeaf& leaf = view_.records<CustomLeaf>(view_.leaves)[place.index];
-    const InstancePlace everywhere(view_, leaf.info.primitive[0], 0.0);
+  Check check_run_box(const LeafVisit& run) const {
+    const CustomLeaf& leaf = view_.records<CustomLeaf>(view_.leaves)[run.index];
+    const InstanceMotionBounds everywhere(view_, leaf.info.primitive[0], 0.0);
     const Box content = InstanceBounder<Layout>(objects_[view_.instances[leaf.info.primitive[0]].object], everywhere)
-                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, place.box);
-    if (const unsigned outside = first_plane_outside(content, place.box); outside != kNoPlane)
-      return fail_plane(FormatError::kBoxNotContained, view_.leaves.offset + place.index * sizeof(CustomLeaf), outside,
-                        content, place.box);
+                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, run.box);
+    if (const unsigned outside = first_plane_outside(content, run.box); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, view_.leaves.offset + run.index * sizeof(CustomLeaf), outside,
+                        content, run.box);
     return {};
   }
 

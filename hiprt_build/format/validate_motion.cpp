@@ -53,10 +53,10 @@ unsigned first_bad_word(const MotionSegment& segment, MotionKind kind, const Mot
 /// With moving boxes the shutter of the header covers every key.
 Check check_shutter(const FileHeader& header, const MotionSegment& segment) {
   const Shutter shutter{header.shutter_begin, header.shutter_rate};
-  if (!(shutter.place(segment.time[0]) >= 0.0))
+  if (!(shutter.fraction(segment.time[0]) >= 0.0))
     return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), float_bits(header.shutter_begin),
                 float_bits(segment.time[0]));
-  if (!(shutter.place(segment.time[1]) <= 1.0 + 0x1p-40))
+  if (!(shutter.fraction(segment.time[1]) <= 1.0 + 0x1p-40))
     return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate), float_bits(header.shutter_rate),
                 float_bits(segment.time[1]));
   return {};

@@ -24,7 +24,7 @@ template <class Layout> class PrimitiveCheck {
 
   tl::expected<PrimitiveSummary, FormatIssue> run() {
     auto leaves = for_each_leaf<Layout>(
-        view_, [this](const LeafPlace& place) { return place.custom ? check_custom_leaf(place) : check_leaf(place); });
+        view_, [this](const LeafVisit& visit) { return visit.custom ? check_custom_leaf(visit) : check_leaf(visit); });
     if (!leaves) return tl::unexpected(leaves.error());
     if (auto map = check_map(); !map) return tl::unexpected(map.error());
     if (splits_allowed_)
@@ -47,8 +47,8 @@ template <class Layout> class PrimitiveCheck {
     return which == 0 || (!view_.has_instances() && leaf.info.primitive[1] != kInvalidId);
   }
 
-  Check check_leaf(const LeafPlace& place) {
-    const auto& [index, custom, box] = place;
+  Check check_leaf(const LeafVisit& visit) {
+    const auto& [index, custom, box] = visit;
     if (auto ids = check_ids<false>(index); !ids) return ids;
     if (auto triangle_ids = check_triangle_ids<false>(index); !triangle_ids) return triangle_ids;
     if (auto vertices = check_vertices(index); !vertices) return vertices;
@@ -61,29 +61,29 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  Check check_custom_leaf(const LeafPlace& place) {
-    if (auto ids = check_ids<true>(place.index); !ids) return ids;
-    if (auto id_bytes = check_triangle_ids<true>(place.index); !id_bytes) return id_bytes;
+  Check check_custom_leaf(const LeafVisit& visit) {
+    if (auto ids = check_ids<true>(visit.index); !ids) return ids;
+    if (auto id_bytes = check_triangle_ids<true>(visit.index); !id_bytes) return id_bytes;
     for (unsigned which = 0; which < 2; ++which)
-      if (auto box = check_custom_box(place, which); !box) return box;
+      if (auto box = check_custom_box(visit, which); !box) return box;
     for (unsigned which = 0; which < 2; ++which)
-      if (auto counted = count_reference<true>(place.index, which); !counted) return counted;
+      if (auto counted = count_reference<true>(visit.index, which); !counted) return counted;
     return {};
   }
 
   /// A custom primitive's box: good, and inside what is stated for the run.
-  Check check_custom_box(const LeafPlace& place, unsigned which) const {
-    const bool present = has_primitive(leaves_[place.index], which);
-    const Box& box = custom_leaf(leaves_[place.index]).box[which];
-    const std::uint64_t at = leaf_offset(place.index) + offsetof(CustomLeaf, box) + sizeof(Box) * which;
+  Check check_custom_box(const LeafVisit& visit, unsigned which) const {
+    const bool present = has_primitive(leaves_[visit.index], which);
+    const Box& box = custom_leaf(leaves_[visit.index]).box[which];
+    const std::uint64_t at = leaf_offset(visit.index) + offsetof(CustomLeaf, box) + sizeof(Box) * which;
     // Where an instance is that moves: InstanceCheck.
     if (view_.has_moving_boxes()) return {};
     const unsigned bad = present ? first_bad_plane(box) : first_different_plane(box, empty_box());
     if (bad != kNoPlane)
-      return fail_plane(FormatError::kBadBox, at + 4 * bad, bad, box, present ? place.box : empty_box());
-    const unsigned outside = present ? first_plane_outside(box, place.box) : kNoPlane;
+      return fail_plane(FormatError::kBadBox, at + 4 * bad, bad, box, present ? visit.box : empty_box());
+    const unsigned outside = present ? first_plane_outside(box, visit.box) : kNoPlane;
     if (outside == kNoPlane) return {};
-    return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, box, place.box);
+    return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, box, visit.box);
   }
 
   /// @tparam kCustom whether the leaf is a custom one.
@@ -188,8 +188,8 @@ template <class Layout> class PrimitiveCheck {
     summary_.split = split_.count();
     split_.index();
     std::vector<Box> covered(static_cast<std::size_t>(summary_.split), empty_box());
-    auto visited = for_each_leaf<Layout>(view_, [&](const LeafPlace& place) -> Check {
-      const auto& [leaf, custom, box] = place;
+    auto visited = for_each_leaf<Layout>(view_, [&](const LeafVisit& visit) -> Check {
+      const auto& [leaf, custom, box] = visit;
       for (unsigned triangle = 0; triangle < 2 && !custom; ++triangle) {
         if (!has_primitive(leaves_[leaf], triangle)) continue;
         const std::uint64_t primitive = number(leaves_[leaf], triangle);

@@ -55,15 +55,15 @@ template <class Layout> class ShapeCheck {
     const auto segments = view_.segments_of(geometry);
     if (view_.shapes[geometry].kind == ShapeKind::kNone) return {};
     for (std::size_t i = 0; i < record.primitive_count; ++i) {
-      const std::uint32_t place = view_.primitive_map[record.first_primitive + i];
-      if (place == kInvalidId) continue;
+      const std::uint32_t slot = view_.primitive_map[record.first_primitive + i];
+      if (slot == kInvalidId) continue;
       const Box shape = segments.empty() ? sphere_bounds(points[i])
                                          : curve_bounds(points[segments[i]], points[std::size_t{segments[i]} + 1]);
-      const Box& box = custom_leaf(leaves_[place / 2]).box[place % 2];
+      const Box& box = custom_leaf(leaves_[slot / 2]).box[slot % 2];
       const unsigned outside = is_empty(shape) ? kNoPlane : first_plane_outside(shape, box);
       if (outside == kNoPlane) continue;
-      const std::uint64_t at = view_.leaves.offset + std::uint64_t{place / 2} * sizeof(CustomLeaf) +
-                               offsetof(CustomLeaf, box) + sizeof(Box) * (place % 2) + 4 * outside;
+      const std::uint64_t at = view_.leaves.offset + std::uint64_t{slot / 2} * sizeof(CustomLeaf) +
+                               offsetof(CustomLeaf, box) + sizeof(Box) * (slot % 2) + 4 * outside;
       return fail_plane(FormatError::kBoxNotContained, at, outside, shape, box);
     }
     return {};

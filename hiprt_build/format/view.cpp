@@ -57,9 +57,9 @@ tl::expected<void, FormatIssue> check_header(std::span<const std::byte> bytes) {
   for (std::uint64_t i = 0; i < std::size(header.reserved); ++i)
     if (header.reserved[i] != 0)
       return fail(FormatError::kBadReservedField, offsetof(FileHeader, reserved) + 4 * i, header.reserved[i], 0);
-  const std::uint64_t room =
+  const std::uint64_t capacity =
       std::min<std::uint64_t>(kMaxSections, (bytes.size() - sizeof(FileHeader)) / sizeof(SectionEntry));
-  if (header.section_count > room) return fail(FormatError::kSectionTableRange, 40, header.section_count, room);
+  if (header.section_count > capacity) return fail(FormatError::kSectionTableRange, 40, header.section_count, capacity);
   return {};
 }
 
@@ -198,8 +198,8 @@ tl::expected<void, FormatIssue> check_shape_range(const SectionEntry& section, s
   const std::uint64_t end = section.offset + section.count * section.stride;
   if (offset < section.offset || offset > end || (offset - section.offset) % section.stride != 0)
     return fail(FormatError::kBadShape, offset_at, offset, section.offset);
-  const std::uint64_t room = (end - offset) / section.stride;
-  if (count > room) return fail(FormatError::kBadShape, count_at, count, room);
+  const std::uint64_t capacity = (end - offset) / section.stride;
+  if (count > capacity) return fail(FormatError::kBadShape, count_at, count, capacity);
   return {};
 }
 

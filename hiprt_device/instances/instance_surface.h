@@ -19,11 +19,11 @@ template <bool kMoves, class Real> class EnteredInstance {
       record_ = record;
     else
       record_ = &record;
-    const auto way = [&](unsigned axis, Real origin, Real direction) {
+    const auto extent = [&](unsigned axis, Real origin, Real direction) {
       return absolute(origin - record.translation[axis]) + absolute(t * direction);
     };
-    const BasicVec3<Real> from(way(0, ray.origin.x, ray.direction.x), way(1, ray.origin.y, ray.direction.y),
-                               way(2, ray.origin.z, ray.direction.z));
+    const BasicVec3<Real> from(extent(0, ray.origin.x, ray.direction.x), extent(1, ray.origin.y, ray.direction.y),
+                               extent(2, ray.origin.z, ray.direction.z));
     Real most = 0;
     for (const float(&row)[3] : record.linear) {
       const Real x = absolute(row[0]), y = absolute(row[1]), z = absolute(row[2]);
@@ -73,8 +73,8 @@ HIPRT_HD inline void complete_along(const SceneView& scene, BasicPathHit<Real, k
     entered[depth++].enter(record, motion, local, hit.t);
     local = ray_to_object(record, local);
   };
-  const ObjectPlace place = follow<kMoves>(scene, hit.path, ray.time, enter);
-  complete_in(local, place.base);
+  const ObjectView view = follow<kMoves>(scene, hit.path, ray.time, enter);
+  complete_in(local, view.base);
   while (depth-- > 0) {
     const InstanceRecord& record = entered[depth].record();
     const Real length = max_component(hit.normal);

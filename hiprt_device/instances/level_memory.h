@@ -15,7 +15,7 @@ template <class Real> struct EnteredObject {
 };
 
 /// Room for a ray. A BasicRay has initialisers, which variables in shared memory must not have.
-template <class Real> struct RoomForRay {
+template <class Real> struct RayStorage {
   alignas(BasicRay<Real>) std::byte bytes[sizeof(BasicRay<Real>)];
   HIPRT_HD HIPRT_INLINE BasicRay<Real>& get() { return *reinterpret_cast<BasicRay<Real>*>(bytes); }
 };
@@ -27,20 +27,20 @@ template <class Real> struct RoomForRay {
 /// memory, 56 bytes per thread: NVIDIA's local memory is laid out for lanes that go together (decision 0014). On AMD,
 /// where accesses through this pointer find out the kind of memory at run time, nothing is measured.
 ///
-///     __shared__ hiprt::LevelWays<1> ways[kBlock];
-///     Tracer::Stack::Storage storage(hiprt::PrivateStack<>::Storage(memory), ways[threadIdx.x]);
+///     __shared__ hiprt::PathMemory<1> path_memory[kBlock];
+///     Tracer::Stack::Storage storage(hiprt::PrivateStack<>::Storage(memory), path_memory[threadIdx.x]);
 ///
 /// @tparam Real of the rays.
-template <unsigned kLevels, class Real = float> struct LevelWays {
-  RoomForRay<Real> ray;
-  KeptSlabs outside[kLevels];
+template <unsigned kLevels, class Real = float> struct PathMemory {
+  RayStorage<Real> ray;
+  SavedSlabs outside[kLevels];
   EnteredObject<Real> entered[kLevels];
   std::uint32_t instance[3 * kLevels];
 };
 /// One level needs no more than numbers for its ways.
-template <class Real> struct LevelWays<1, Real> {
-  RoomForRay<Real> ray;
-  KeptSlabs outside[1];
+template <class Real> struct PathMemory<1, Real> {
+  RayStorage<Real> ray;
+  SavedSlabs outside[1];
 };
 
 namespace stack_detail {

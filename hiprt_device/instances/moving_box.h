@@ -8,17 +8,17 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// @return 0 at the begin of the scene's shutter and before, 1 at its end and behind. @param time may be infinite.
-HIPRT_HD HIPRT_INLINE float place_in_shutter(const SceneView& scene, float time) {
-  const float place = (time - scene.shutter_begin) * scene.shutter_rate;
-  return place > 0.0f ? (place < 1.0f ? place : 1.0f) : 0.0f;
+HIPRT_HD HIPRT_INLINE float shutter_fraction(const SceneView& scene, float time) {
+  const float fraction = (time - scene.shutter_begin) * scene.shutter_rate;
+  return fraction > 0.0f ? (fraction < 1.0f ? fraction : 1.0f) : 0.0f;
 }
 
 /// @param box of a leaf, at the begin and the end.
-HIPRT_HD HIPRT_INLINE Box box_at(const Box (&box)[2], float place) {
+HIPRT_HD HIPRT_INLINE Box box_at(const Box (&box)[2], float fraction) {
   Box result;
   for (unsigned axis = 0; axis < 3; ++axis) {
-    result.min[axis] = multiply_add(place, box[1].min[axis] - box[0].min[axis], box[0].min[axis]);
-    result.max[axis] = multiply_add(place, box[1].max[axis] - box[0].max[axis], box[0].max[axis]);
+    result.min[axis] = multiply_add(fraction, box[1].min[axis] - box[0].min[axis], box[0].min[axis]);
+    result.max[axis] = multiply_add(fraction, box[1].max[axis] - box[0].max[axis], box[0].max[axis]);
   }
   return result;
 }

@@ -10,15 +10,15 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// The BVH that a ray is in, the scene's or an object's, with the tables of its file.
-struct ObjectPlace {
+struct ObjectView {
   const std::byte* base;  ///< Of its file; node references count from here.
   const GeometryRecord* geometries;
   const InstanceRecord* instances;  ///< nullptr: it has triangles and custom primitives.
   const MotionRecord* motions;      ///< nullptr: no instance of its own moves.
 
-  HIPRT_HD HIPRT_INLINE explicit ObjectPlace(const SceneView& scene)
+  HIPRT_HD HIPRT_INLINE explicit ObjectView(const SceneView& scene)
       : base(scene.base), geometries(scene.geometries), instances(scene.instances), motions(scene.motions) {}
-  HIPRT_HD HIPRT_INLINE ObjectPlace(const SceneView& scene, const ObjectRecord& object)
+  HIPRT_HD HIPRT_INLINE ObjectView(const SceneView& scene, const ObjectRecord& object)
       : base(scene.base + object.offset),
         geometries(reinterpret_cast<const GeometryRecord*>(base + object.geometries)),
         instances(object.instances == 0 ? nullptr : reinterpret_cast<const InstanceRecord*>(base + object.instances)),
@@ -50,19 +50,19 @@ struct ObjectPlace {
 /// motion is nullptr for instances that do not move. @return the BVH at the end of the path.
 /// @tparam kMoves false: for scenes where nothing moves.
 template <bool kMoves = true, unsigned kLevels, class Visit>
-HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstancePath<kLevels>& path, float time,
-                                         Visit&& visit) {
-  ObjectPlace place(scene);
+HIPRT_HD HIPRT_INLINE ObjectView follow(const SceneView& scene, const InstancePath<kLevels>& path, float time,
+                                        Visit&& visit) {
+  ObjectView view(scene);
   if constexpr (kLevels != 0) {
     for (unsigned i = 0; i < path.depth; ++i) {
       const std::uint32_t instance = path.instance[i];
       // A path continues only where there are instances. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
-      const ObjectRecord& object = scene.objects[place.instances[instance].object];
-      visit(place.template instance<kMoves>(instance, time), object, place.template motion<kMoves>(instance));
-      place = ObjectPlace(scene, object);
+      const ObjectRecord& object = scene.objects[view.instances[instance].object];
+      visit(view.template instance<kMoves>(instance, time), object, view.template motion<kMoves>(instance));
+      view = ObjectView(scene, object);
     }
   }
-  return place;
+  return view;
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

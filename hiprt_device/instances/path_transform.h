@@ -120,7 +120,7 @@ template <unsigned kLevels> class PathTransform {
     return up(rows * outside + 5.0f * kUnit * most);
   }
   /// The error of inverse * v (transposed: of transpose(inverse) * v), where v is off by @p error and the inverse by
-  /// what double precision leaves, as in StillPlace.
+  /// what double precision leaves, as in StillInstanceBounds.
   HIPRT_HD static float back(const InstanceRecord& record, const LinearInverse& inverse, const Vec3& v, float error,
                              bool transposed) {
     double norm = 0.0, linear = 0.0;

@@ -23,7 +23,7 @@ template <unsigned kLevels> class SavedPath {
   /// @param number 1 or 2: which of the paths in that memory.
   template <class Storage>
   HIPRT_HD HIPRT_INLINE SavedPath([[maybe_unused]] const Storage& storage, [[maybe_unused]] unsigned number) {
-    if constexpr (kLevels > 1) state_.instance = storage.ways->instance + number * kLevels;
+    if constexpr (kLevels > 1) state_.instance = storage.path_memory->instance + number * kLevels;
   }
 
   template <bool kMoves, class Real>

@@ -69,7 +69,7 @@ HIPRT_HD HIPRT_INLINE float reciprocal(float a) {
 }
 
 /// What makes RaySlabs anew without a division.
-struct KeptSlabs {
+struct SavedSlabs {
   float rcp[3], margin;
 };
 
@@ -98,17 +98,17 @@ template <class Lanes> struct RaySlabs {
   }
 
   /// @param origin of the ray whose slabs were kept.
-  HIPRT_HD HIPRT_INLINE RaySlabs(const KeptSlabs& kept, const Vec3& origin) {
-    put(0, origin.x, kept.rcp[0], kept.margin);
-    put(1, origin.y, kept.rcp[1], kept.margin);
-    put(2, origin.z, kept.rcp[2], kept.margin);
+  HIPRT_HD HIPRT_INLINE RaySlabs(const SavedSlabs& saved, const Vec3& origin) {
+    put(0, origin.x, saved.rcp[0], saved.margin);
+    put(1, origin.y, saved.rcp[1], saved.margin);
+    put(2, origin.z, saved.rcp[2], saved.margin);
   }
   /// @param margin that they were made with.
-  HIPRT_HD HIPRT_INLINE void keep(KeptSlabs& kept, float margin) const {
-    kept.rcp[0] = Lanes::value(rcp[0]);
-    kept.rcp[1] = Lanes::value(rcp[1]);
-    kept.rcp[2] = Lanes::value(rcp[2]);
-    kept.margin = margin;
+  HIPRT_HD HIPRT_INLINE void save(SavedSlabs& saved, float margin) const {
+    saved.rcp[0] = Lanes::value(rcp[0]);
+    saved.rcp[1] = Lanes::value(rcp[1]);
+    saved.rcp[2] = Lanes::value(rcp[2]);
+    saved.margin = margin;
   }
 
  private:

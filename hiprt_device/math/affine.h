@@ -86,11 +86,11 @@ HIPRT_HD inline double norm(const float (&m)[3][3]) {
 }  // namespace affine_detail
 
 /// Where an instance stands: what boxes of its object become in the scene.
-class StillPlace {
+class StillInstanceBounds {
  public:
   /// @param record must live as long as this.
   /// @param slack 1 for builders; less for who checks a box that another compiler's builder has made.
-  HIPRT_HD explicit StillPlace(const InstanceRecord& record, double slack = 1.0)
+  HIPRT_HD explicit StillInstanceBounds(const InstanceRecord& record, double slack = 1.0)
       : record_(record), inverse_(record), slack_(slack) {
     const double magnification = inverse_.norm();
     // The inverse is off by a few units of 2^-53, times the condition; its products and sums by as much without it.

@@ -28,15 +28,15 @@ struct TwoSum {
 template <unsigned kMost> class ExactSum {
  public:
   HIPRT_HD HIPRT_INLINE void add(double value) {
-    unsigned kept = 0;
+    unsigned count = 0;
     HIPRT_NO_UNROLL
     for (unsigned i = 0; i < count_; ++i) {
       const TwoSum both(value, part_[i]);
       value = both.sum;
-      if (both.rest != 0.0) part_[kept++] = both.rest;
+      if (both.rest != 0.0) part_[count++] = both.rest;
     }
-    if (value != 0.0) part_[kept++] = value;
-    count_ = kept;
+    if (value != 0.0) part_[count++] = value;
+    count_ = count;
   }
   /// det[a, b, c]: twelve doubles.
   HIPRT_HD HIPRT_INLINE void add_determinant(const float* a, const float* b, const float* c) {

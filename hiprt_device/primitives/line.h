@@ -53,9 +53,9 @@ HIPRT_HD HIPRT_INLINE bool is_finite(const float (&a)[3]) {
 
 /// Where a line comes nearest to a point.
 struct Approach {
-  double t, rest;  ///< At t + rest, a sum that a double could not hold.
-  Double3 offset;  ///< From the point to there.
-  double room;     ///< radius^2 - |offset|^2: negative iff the line misses the sphere of that radius.
+  double t, rest;       ///< At t + rest, a sum that a double could not hold.
+  Double3 offset;       ///< From the point to there.
+  double discriminant;  ///< radius^2 - |offset|^2: negative iff the line misses the sphere of that radius.
 };
 
 /// Haines et al., Ray Tracing Gems 2019, ch. 7, taken further: offset = from + t * direction for whatever t comes out
@@ -70,7 +70,7 @@ HIPRT_HD HIPRT_INLINE Approach approach(const Double3& from, const Double3& dire
   const Double3 near = along(from, result.t, direction);
   result.rest = multiplied(dot(near, direction), -inverse);
   result.offset = along(near, result.rest, direction);
-  result.room = fused_multiply_add(radius, radius, -dot(result.offset, result.offset));
+  result.discriminant = fused_multiply_add(radius, radius, -dot(result.offset, result.offset));
   return result;
 }
 
@@ -90,9 +90,9 @@ HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& di
                                         double flat) {
   if constexpr (std::is_same_v<Real, double>) {
     // The line is displaced by up to 2^-52 of the way to the primitive.
-    const double way = fused_multiply_add(magnitude(t), largest(direction), largest(origin));
+    const double extent = fused_multiply_add(magnitude(t), largest(direction), largest(origin));
     const double bound =
-        fused_multiply_add(0x1p-49, way, fused_multiply_add(0x1p-46, size, multiplied(7.0 * 0x1p-53, flat)));
+        fused_multiply_add(0x1p-49, extent, fused_multiply_add(0x1p-46, size, multiplied(7.0 * 0x1p-53, flat)));
     return fused_multiply_add(static_cast<float>(bound), 1.0f + 0x1p-22f, 0x1p-149f);
   }
   // In units of 2^-24: t is rounded (reach 1), origin + t * direction in one step (point 1) or two (reach 1 more), the
@@ -134,8 +134,8 @@ HIPRT_HD HIPRT_INLINE bool intersect_ball(const BasicRay<Real>& ray, Real tmin, 
   const Double3 direction = widen(ray.direction);
   const double inverse = 1.0 / dot(direction, direction), r = radius;
   const Approach near = approach(widen(ray.origin) - widen(center), direction, inverse, r);
-  if (!(near.room >= 0.0)) return true;
-  const double half_chord = square_root(near.room * inverse);
+  if (!(near.discriminant >= 0.0)) return true;
+  const double half_chord = square_root(near.discriminant * inverse);
   const auto report_at = [&](double step) {
     return report_crossing(
         ray, tmin, tmax, near.t + (near.rest + step), r, 0.0,

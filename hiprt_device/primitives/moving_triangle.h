@@ -59,9 +59,9 @@ struct MovingTriangleSet {
       for (unsigned corner = 0; corner < 3; ++corner)
         for (unsigned axis = 0; axis < 3; ++axis) {
           // Between two equal numbers a rounded one may be 2 units off.
-          const float at = coordinate(key, primitive, corner, axis), room = 0x1p-22f * absolute(at) + 0x1p-148f;
-          if (at - room < box.min[axis]) box.min[axis] = at - room;
-          if (at + room > box.max[axis]) box.max[axis] = at + room;
+          const float at = coordinate(key, primitive, corner, axis), slack = 0x1p-22f * absolute(at) + 0x1p-148f;
+          if (at - slack < box.min[axis]) box.min[axis] = at - slack;
+          if (at + slack > box.max[axis]) box.max[axis] = at + slack;
         }
     return box;
   }

@@ -41,7 +41,7 @@ concept TakesId = requires(const T& functor, const BasicRay<Real>& ray, Real t, 
 /// A functor with `bool intersect(ray, tmin, tmax, id, report) const`, id a PrimitiveId or, for a type with one
 /// geometry, the std::uint32_t number of the primitive. It calls report(CustomHit) for what the ray meets in
 /// [tmin, tmax], at the same t with the same bits whenever it is asked, and returns false as soon as report does. What
-/// it reports outside [tmin, tmax] is discarded. It may have `FilterAnswer filter(ray, hit) const`, an intersection
+/// it reports outside [tmin, tmax] is discarded. It may have `FilterResult filter(ray, hit) const`, an intersection
 /// filter (filter.h) for its type.
 ///
 /// For DoubleRays it takes a RayD, tmin and tmax in double, and reports a CustomHitD: a template of Real serves both.
@@ -55,7 +55,7 @@ concept PrimitiveSet = requires(const T& set, const BasicRay<Real>& ray, Real t,
                                 const BasicHit<Real>& hit, primitive_detail::Report<Real> report) {
   { T::kCount } -> std::convertible_to<unsigned>;
   { set.intersect(0u, ray, t, t, id, report) } -> std::same_as<bool>;
-  { set.filter(0u, ray, hit) } -> std::same_as<FilterAnswer>;
+  { set.filter(0u, ray, hit) } -> std::same_as<FilterResult>;
 };
 
 /// Functor i is for custom type i (CustomGeometry::type). Primitives of other types are never hit.
@@ -69,8 +69,8 @@ template <> struct PrimitiveList<> {
     return true;
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
-    return FilterAnswer::kAccept;
+  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterResult::kAccept;
   }
 };
 
@@ -98,13 +98,13 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
       return first.intersect(ray, tmin, tmax, id.primitive, report);
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
+  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
     if (type != 0) return others.filter(type - 1, ray, hit);
     if constexpr (requires { first.filter(ray, hit); }) return first.filter(ray, hit);
     static_assert(
         !requires { first.filter(Ray{}, Hit{}); } || std::is_same_v<Real, float>,
         "PrimitiveList: a primitive's filter takes no double rays");
-    return FilterAnswer::kAccept;
+    return FilterResult::kAccept;
   }
 };
 
@@ -155,7 +155,7 @@ template <class Table> struct TableRow {
     return table.with_row(ray_type, [&](const auto& row) { return row.intersect(type, ray, tmin, tmax, id, report); });
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
+  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.filter(type, ray, hit); });
   }
 };

@@ -149,8 +149,8 @@ struct ConeForm {
     const Double3 v{difference_of_products(radius, q.x, growth, p.x), difference_of_products(radius, q.y, growth, p.y),
                     difference_of_products(radius, q.z, growth, p.z)};
     const Double3 pq = cross(p, q);
-    const double room = fused_multiply_add(-line.c_squared, dot(pq, pq), dot(v, v));
-    return multiplied(line.c, square_root(larger(room, 0.0)));
+    const double square = fused_multiply_add(-line.c_squared, dot(pq, pq), dot(v, v));
+    return multiplied(line.c, square_root(larger(square, 0.0)));
   }
 };
 
@@ -193,7 +193,7 @@ struct ConeCrossing {
   HIPRT_HD HIPRT_INLINE void set_ball(const ConeLine& line, bool last, bool exit) {
     const Approach &a = line.last.near, &b = line.first.near;
     // The line may miss the ball by a rounding error.
-    const double half_chord = square_root(larger(selected(last, a.room, b.room), 0.0) * line.inverse);
+    const double half_chord = square_root(larger(selected(last, a.discriminant, b.discriminant), 0.0) * line.inverse);
     on_cone = false;
     is_last = last;
     radius = selected(last, line.last.radius, line.first.radius);
@@ -238,8 +238,8 @@ struct ConeCrossings {
     const ConeEnd &first = line.first, &last = line.last;
     const bool through_first = line.is_inside_seam(first), through_last = line.is_inside_seam(last);
     const bool neither = !through_first && !through_last;
-    const bool only_first = neither && first.near.room >= 0.0 && first.beyond <= 0.0;
-    const bool only_last = neither && !only_first && last.near.room >= 0.0 && last.beyond >= 0.0;
+    const bool only_first = neither && first.near.discriminant >= 0.0 && first.beyond <= 0.0;
+    const bool only_last = neither && !only_first && last.near.discriminant >= 0.0 && last.beyond >= 0.0;
     const bool enter_cone = !through_first && !only_first && !only_last;
     const bool exit_cone = !through_last && !only_first && !only_last;
     if (enter_cone || exit_cone) {

@@ -37,8 +37,8 @@ class SceneShapes {
     return intersect(ray, tmin, tmax, id, report);
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
-    return FilterAnswer::kAccept;
+  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterResult::kAccept;
   }
 
   /// As a functor of a PrimitiveList.

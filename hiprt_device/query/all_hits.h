@@ -32,7 +32,7 @@ class AllHits {
 
  public:
   using Storage = typename Search::Storage;
-  using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
+  using Result = typename Search::Result;  ///< Hit; with levels PathHit.
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
   /// @param counter goes on from what it is.
@@ -45,7 +45,7 @@ class AllHits {
   template <class... Others> AllHits(const SceneView&&, Others&&...) = delete;
 
   /// @return one more hit; a miss at the end; failed() (see state()) if nodes could not be visited.
-  HIPRT_HD HIPRT_INLINE Answer next_hit() {
+  HIPRT_HD HIPRT_INLINE Result next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     if (!search_.can_go_on()) return search_.hit();
     if constexpr (kMaySort) {
@@ -60,7 +60,7 @@ class AllHits {
   HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
 
  private:
-  HIPRT_HD HIPRT_INLINE Answer next_behind() {
+  HIPRT_HD HIPRT_INLINE Result next_behind() {
     if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
     search_.find_closest(false);
     return search_.complete_hit();

@@ -20,7 +20,7 @@ template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrim
 
  public:
   using Storage = typename Search::Storage;
-  using Answer = typename Search::Answer;  ///< Hit; with levels PathHit.
+  using Result = typename Search::Result;  ///< Hit; with levels PathHit.
 
   /// @param scene must live as long as this. @param storage of the stack; one traversal at a time may use it.
   /// @param counter goes on from what it is.
@@ -33,14 +33,14 @@ template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrim
 
   /// @return the closest hit in [tmin, tmax] behind the last one, with normal and error; a miss at the end; failed()
   /// (see state()) when it cannot be told.
-  HIPRT_HD HIPRT_INLINE Answer next_hit() {
+  HIPRT_HD HIPRT_INLINE Result next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     advance();
     return hit();
   }
 
   /// The last answer.
-  HIPRT_HD HIPRT_INLINE Answer hit() const { return search_.complete_hit(); }
+  HIPRT_HD HIPRT_INLINE Result hit() const { return search_.complete_hit(); }
 
   /// next_hit() without its result, which hit() then has.
   HIPRT_HD HIPRT_INLINE void advance() {

@@ -68,27 +68,27 @@ template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const ty
 
 namespace query_detail {
 
-/// ask(LayoutType{}) for the scene's layout.
-template <class Ask> HIPRT_HD HIPRT_INLINE Hit with_layout(const SceneView& scene, Ask&& ask) {
+/// call(LayoutType{}) for the scene's layout.
+template <class Call> HIPRT_HD HIPRT_INLINE Hit with_layout(const SceneView& scene, Call&& call) {
   switch (scene.layout) {
     case NodeLayout::kFloat:
-      return ask(FloatLayout{});
+      return call(FloatLayout{});
     case NodeLayout::kPlanes:
-      return ask(PlanesLayout{});
+      return call(PlanesLayout{});
     case NodeLayout::kHalf:
-      return ask(HalfLayout{});
+      return call(HalfLayout{});
     case NodeLayout::kQuantized:
-      return ask(QuantizedLayout{});
+      return call(QuantizedLayout{});
   }
   return {};
 }
 
-struct AskClosest {
+struct ClosestInLayout {
   const SceneView& scene;
   const Ray& ray;
   template <class Layout> HIPRT_HD Hit operator()(Layout) const { return closest_hit<WithLayout<Layout>>(scene, ray); }
 };
-struct AskAny {
+struct AnyInLayout {
   const SceneView& scene;
   const Ray& ray;
   template <class Layout> HIPRT_HD Hit operator()(Layout) const { return any_hit<WithLayout<Layout>>(scene, ray); }
@@ -98,12 +98,12 @@ struct AskAny {
 
 /// With the accurate defaults, whatever the scene's layout.
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
-  return query_detail::with_layout(scene, query_detail::AskClosest{scene, ray});
+  return query_detail::with_layout(scene, query_detail::ClosestInLayout{scene, ray});
 }
 
 /// As closest_hit(); without normal and error.
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
-  return query_detail::with_layout(scene, query_detail::AskAny{scene, ray});
+  return query_detail::with_layout(scene, query_detail::AnyInLayout{scene, ray});
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -33,7 +33,7 @@ class HitSearch {
   using Real = typename P::Real;
   using PolicyType = P;
   using OrderType = Order;
-  using Answer = HitOf<Real, P::kLevels>;
+  using Result = HitOf<Real, P::kLevels>;
 
   HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const BasicRay<Real>& ray, const Storage& storage,
                                   const Filter& filter, const Primitives& primitives, const Counter& counter)
@@ -55,8 +55,8 @@ class HitSearch {
   HIPRT_HD HIPRT_INLINE TraversalState state() const { return state_; }
   HIPRT_HD HIPRT_INLINE const Counter& counter() const { return counter_; }
   /// The hit at hand, without what complete_hit() adds to a triangle's.
-  HIPRT_HD HIPRT_INLINE Answer hit() const {
-    Answer hit;
+  HIPRT_HD HIPRT_INLINE Result hit() const {
+    Result hit;
     static_cast<BasicHit<Real>&>(hit) = hit_;
     if constexpr (P::kLevels != 0)
       if (hit_.found()) hit.path = hit_path_.path();
@@ -131,8 +131,8 @@ class HitSearch {
   }
 
   /// The hit at hand with normal and error bound, if P::kSurface (a custom primitive has told its own).
-  HIPRT_HD HIPRT_INLINE Answer complete_hit() const {
-    Answer hit = this->hit();
+  HIPRT_HD HIPRT_INLINE Result complete_hit() const {
+    Result hit = this->hit();
     if constexpr (!P::kSurface) return hit;
     using Leaf = typename P::Layout::Leaf;
     const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
@@ -186,37 +186,37 @@ class HitSearch {
   /// Takes the hit unless mask or filter are against it.
   HIPRT_HD HIPRT_INLINE bool accept(const LeafHit<Real>& found) {
     if (!is_visible<P>(*scene_, traversal_.levels(), ray_.get(), found.geometry)) return false;
-    Answer candidate;
+    Result candidate;
     static_cast<BasicHit<Real>&>(candidate) =
         BasicHit<Real>{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
-    if constexpr (P::kLevels != 0 && kAsks) candidate.path = traversal_.levels().path();
+    if constexpr (P::kLevels != 0 && kFilters) candidate.path = traversal_.levels().path();
     if (found.custom != nullptr) {
       candidate.normal = found.custom->normal;
       candidate.error = found.custom->error;
     }
-    const FilterAnswer answer = ask_filters(found, candidate);
-    if (answer == FilterAnswer::kReject) return false;
-    stopped_ = answer == FilterAnswer::kAcceptAndStop;
+    const FilterResult result = call_filters(found, candidate);
+    if (result == FilterResult::kReject) return false;
+    stopped_ = result == FilterResult::kAcceptAndStop;
     hit_ = candidate;
     hit_path_.save(traversal_.levels());
     leaf_ = found.custom == nullptr ? found.leaf : kInvalidRef;
     return true;
   }
 
-  HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit<Real>& found, const Answer& candidate) const {
-    if constexpr (P::kLevels != 0 && kAsks)
-      if (traversal_.levels().without_filter(*scene_)) return FilterAnswer::kAccept;
+  HIPRT_HD HIPRT_INLINE FilterResult call_filters(const LeafHit<Real>& found, const Result& candidate) const {
+    if constexpr (P::kLevels != 0 && kFilters)
+      if (traversal_.levels().without_filter(*scene_)) return FilterResult::kAccept;
     bool stop = false;
     if constexpr (Primitives::kCount != 0) {
       if (found.custom != nullptr) {
         const unsigned type = custom_type(traversal_.levels().geometry(*scene_, candidate.geometry).flags);
-        const FilterAnswer answer = primitives_.filter(type, ray_.get(), candidate);
-        if (answer == FilterAnswer::kReject) return answer;
-        stop = answer == FilterAnswer::kAcceptAndStop;
+        const FilterResult result = primitives_.filter(type, ray_.get(), candidate);
+        if (result == FilterResult::kReject) return result;
+        stop = result == FilterResult::kAcceptAndStop;
       }
     }
-    const FilterAnswer answer = filter_(ray_.get(), candidate);
-    return answer == FilterAnswer::kAccept && stop ? FilterAnswer::kAcceptAndStop : answer;
+    const FilterResult result = filter_(ray_.get(), candidate);
+    return result == FilterResult::kAccept && stop ? FilterResult::kAcceptAndStop : result;
   }
 
   HIPRT_HD HIPRT_INLINE void conclude(bool found) {
@@ -236,14 +236,14 @@ class HitSearch {
   }
 
   /// Whether somebody looks at hits on the way.
-  static constexpr bool kAsks = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
+  static constexpr bool kFilters = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
   /// Whether decisions are deferred (deferred_hits.h). Not under WholeWave schedules, where the registers that it takes
   /// cost more than it saves (docs/decisions/0018-exact-decisions.md).
-  static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kAsks &&
+  static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kFilters &&
                                   !TraversalObserver<Counter> &&
                                   DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
   const SceneView* scene_;
-  KeptRay<P::kLevels, Real> ray_;
+  QueryRay<P::kLevels, Real> ray_;
   Storage storage_;
   Filter filter_;
   Primitives primitives_;

@@ -22,9 +22,9 @@ HIPRT_HD HIPRT_INLINE Child child_of(const NodeRef (&child)[kBranching], const B
   return Child{hits.hit(i) ? Lanes::get(hits.enter, i) : kMissed, child[i]};
 }
 
-template <class Way> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
+template <class Backtrack> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
   bool swap = b.enter < a.enter;
-  if constexpr (Way::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
+  if constexpr (Backtrack::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
   const Child low{swap ? b.enter : a.enter, swap ? b.ref : a.ref};
   b = Child{swap ? a.enter : b.enter, swap ? a.ref : b.ref};
   a = low;
@@ -64,9 +64,10 @@ template <class Lanes> struct EachMet {
   }
 };
 
-template <class Way>
-HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer, Way& way) {
-  way.later_some(EachLater{farthest, middle, nearer});
+template <class Backtrack>
+HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer,
+                                 Backtrack& backtrack) {
+  backtrack.later_some(EachLater{farthest, middle, nearer});
 }
 
 }  // namespace order_detail
@@ -76,13 +77,14 @@ struct NearFirst {
   using Entry = StackEntry;
 
   /// @pre hits.any()
-  template <class Lanes, class Way>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    if (!way.make_room()) return kOverflowRef;
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                            Backtrack& backtrack) {
+    if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar)
-      return next_by_network(child, hits, way);
+      return next_by_network(child, hits, backtrack);
     else
-      return next_by_count(child, hits, way);
+      return next_by_count(child, hits, backtrack);
   }
 
   HIPRT_HD static HIPRT_INLINE unsigned take(std::uint32_t& mask) {
@@ -93,9 +95,9 @@ struct NearFirst {
 
  private:
   /// As few comparisons as there are hits: one or two, mostly.
-  template <class Lanes, class Way>
+  template <class Lanes, class Backtrack>
   HIPRT_HD static HIPRT_INLINE NodeRef next_by_count(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                                     Way& way) {
+                                                     Backtrack& backtrack) {
     std::uint32_t mask = hits.mask;
     alignas(16) float enter[kBranching];
     Lanes::store(enter, hits.enter);
@@ -104,7 +106,7 @@ struct NearFirst {
       return make_entry(enter[i], child[i]);
     };
     StackEntry a = take_entry();
-    if (mask == 0) return way.follow(a);
+    if (mask == 0) return backtrack.follow(a);
     StackEntry b = take_entry();
     sort(a, b);
     if (mask != 0) {
@@ -116,12 +118,12 @@ struct NearFirst {
         sort(c, d);
         sort(b, c);
         sort(a, b);
-        way.later(d);
+        backtrack.later(d);
       }
-      way.later(c);
+      backtrack.later(c);
     }
-    way.later(b);
-    return way.follow(a);
+    backtrack.later(b);
+    return backtrack.follow(a);
   }
 
   HIPRT_HD static HIPRT_INLINE void sort(StackEntry& a, StackEntry& b) {
@@ -131,19 +133,19 @@ struct NearFirst {
   }
 
   /// Five compare-exchanges whatever the number of hits: no branches but the pushes.
-  template <class Lanes, class Way>
+  template <class Lanes, class Backtrack>
   HIPRT_HD static HIPRT_INLINE NodeRef next_by_network(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                                       Way& way) {
+                                                       Backtrack& backtrack) {
     using namespace order_detail;
     Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
           d = child_of(child, hits, 3);
-    order_detail::sort<Way>(a, c);
-    order_detail::sort<Way>(b, d);
-    order_detail::sort<Way>(a, b);
-    order_detail::sort<Way>(c, d);
-    order_detail::sort<Way>(b, c);
-    leave(d, c, b, way);
-    return way.follow(make_entry(a.enter, a.ref));
+    order_detail::sort<Backtrack>(a, c);
+    order_detail::sort<Backtrack>(b, d);
+    order_detail::sort<Backtrack>(a, b);
+    order_detail::sort<Backtrack>(c, d);
+    order_detail::sort<Backtrack>(b, c);
+    leave(d, c, b, backtrack);
+    return backtrack.follow(make_entry(a.enter, a.ref));
   }
 };
 
@@ -152,18 +154,20 @@ struct NearestFirst {
   using Entry = StackEntry;
 
   /// @pre hits.any()
-  template <class Lanes, class Way>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    static_assert(!Way::kNeedsStableOrder, "NearestFirst: a restart trail needs children in the order of distance");
-    if (!way.make_room()) return kOverflowRef;
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                            Backtrack& backtrack) {
+    static_assert(!Backtrack::kNeedsStableOrder,
+                  "NearestFirst: a restart trail needs children in the order of distance");
+    if (!backtrack.reserve()) return kOverflowRef;
     using namespace order_detail;
     Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
           d = child_of(child, hits, 3);
-    order_detail::sort<Way>(a, b);
-    order_detail::sort<Way>(c, d);
-    order_detail::sort<Way>(a, c);
-    leave(d, c, b, way);
-    return way.follow(make_entry(a.enter, a.ref));
+    order_detail::sort<Backtrack>(a, b);
+    order_detail::sort<Backtrack>(c, d);
+    order_detail::sort<Backtrack>(a, c);
+    leave(d, c, b, backtrack);
+    return backtrack.follow(make_entry(a.enter, a.ref));
   }
 };
 
@@ -172,18 +176,19 @@ struct Unordered {
   using Entry = NodeRef;
 
   /// @pre hits.any()
-  template <class Lanes, class Way>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    if (!way.make_room()) return kOverflowRef;
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                            Backtrack& backtrack) {
+    if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar) {
       NodeRef first = kInvalidRef;
-      way.later_some(order_detail::EachMet<Lanes>{child, hits, first});
-      return way.follow(first);
+      backtrack.later_some(order_detail::EachMet<Lanes>{child, hits, first});
+      return backtrack.follow(first);
     } else {
       std::uint32_t mask = hits.mask;
       const unsigned first = NearFirst::take(mask);
-      while (mask != 0) way.later(child[take_last(mask)]);
-      return way.follow(child[first]);
+      while (mask != 0) backtrack.later(child[take_last(mask)]);
+      return backtrack.follow(child[first]);
     }
   }
 
@@ -200,12 +205,14 @@ struct AsTested {
   using Entry = NodeRef;
 
   /// @pre sorted.child[0] != kInvalidRef
-  template <class Way> HIPRT_HD static HIPRT_INLINE NodeRef next(const SortedChildren& sorted, Way& way) {
-    static_assert(!Way::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children whose order is known");
-    if (!way.make_room()) return kOverflowRef;
+  template <class Backtrack>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const SortedChildren& sorted, Backtrack& backtrack) {
+    static_assert(!Backtrack::kNeedsStableOrder,
+                  "hiprt: AsTested: a restart trail needs children whose order is known");
+    if (!backtrack.reserve()) return kOverflowRef;
     for (unsigned i = kBranching - 1; i > 0; --i)
-      if (sorted.child[i] != kInvalidRef) way.later(sorted.child[i]);
-    return way.follow(sorted.child[0]);
+      if (sorted.child[i] != kInvalidRef) backtrack.later(sorted.child[i]);
+    return backtrack.follow(sorted.child[0]);
   }
 };
 
@@ -217,15 +224,15 @@ concept LeavesEntries = std::same_as<typename T::Entry, StackEntry> || std::same
 /// ray meets at least; kOverflowRef if the stack has no room for the others.
 template <class T, class Stack, class Lanes>
 concept DistanceOrder = LeavesEntries<T> && requires(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                                     BacktrackOf<Stack, typename T::Entry>& way) {
-  { T::next(child, hits, way) } -> std::same_as<NodeRef>;
+                                                     BacktrackOf<Stack, typename T::Entry>& backtrack) {
+  { T::next(child, hits, backtrack) } -> std::same_as<NodeRef>;
 };
 
 /// An order of children that the box test has sorted. next() as that of a DistanceOrder.
 template <class T, class Stack>
 concept SortedOrder = LeavesEntries<T> &&
-    requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& way) {
-  { T::next(sorted, way) } -> std::same_as<NodeRef>;
+    requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& backtrack) {
+  { T::next(sorted, backtrack) } -> std::same_as<NodeRef>;
 };
 
 /// What Policies::ClosestOrder and AnyOrder must be: one of the above.

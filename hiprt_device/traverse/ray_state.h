@@ -18,7 +18,7 @@ template <PolicySet P, class Order, class Test> class RayState {
   using Lanes = typename P::Lanes;
   using Layout = typename P::Layout;
   using Storage = typename P::Stack::Storage;
-  using Kept = KeptRay<P::kLevels, Real>;  ///< The ray of the query.
+  using QueryRay = hiprt::QueryRay<P::kLevels, Real>;  ///< The ray of the query.
 
   /// @param root the scene's, or kInvalidRef: nothing will be visited.
   /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
@@ -32,7 +32,7 @@ template <PolicySet P, class Order, class Test> class RayState {
         tmin_(max_of(ray.tmin, Real(0))),
         backtrack_(storage, root),
         node_(root) {
-    keep_slabs(scene.instances != nullptr, margin(scene, ray));
+    save_slabs(scene.instances != nullptr, margin(scene, ray));
   }
 
   /// Starts again at the root, for the part of the ray from tmin on.
@@ -43,7 +43,7 @@ template <PolicySet P, class Order, class Test> class RayState {
       levels_.restart(scene);
       boxes_ = BoxRay<Real>(ray, scene.bounds, ray.tmax);
       prepare(ray, margin(scene, ray));
-      keep_slabs(scene.instances != nullptr, margin(scene, ray));
+      save_slabs(scene.instances != nullptr, margin(scene, ray));
     }
     backtrack_ = Backtrack(storage, scene.root);
     node_ = scene.root;
@@ -95,7 +95,7 @@ template <PolicySet P, class Order, class Test> class RayState {
   /// Continues in the object of the instance at hand, if there is one and the ray sees it. The leaf of an instance has
   /// one primitive, the instance or a part of it, and is alone in its run.
   template <class Primitives>
-  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Kept& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const QueryRay& ray, Real limit,
                                             typename P::Counter& counter) {
     if (is_end(leaf_) || !is_at_instance<Primitives>(scene)) return;
     const CustomLeaf leaf = load_record(*reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_)));
@@ -108,7 +108,7 @@ template <PolicySet P, class Order, class Test> class RayState {
     if ((record.mask & ray.get().mask) == 0 || node_ == kOverflowRef) return;
     const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray_before(scene, ray.get()));
     if (!is_traceable(local)) return;
-    if (!backtrack_.make_room()) {
+    if (!backtrack_.reserve()) {
       node_ = leaf_ = kOverflowRef;
       return;
     }
@@ -121,14 +121,14 @@ template <PolicySet P, class Order, class Test> class RayState {
     // In a group of instances no triangle is tested.
     if (P::kLevels > 1 && object.instances != 0) {
       slabs_ = RaySlabs<Lanes>(boxes_.ray(local), margin(object, local));
-      keep_slabs(true, margin(object, local));
+      save_slabs(true, margin(object, local));
     } else {
       prepare(local, margin(object, local));
     }
   }
 
   /// Leaves the instances that end here. @pre node_ is kExitRef, and no leaf is at hand, which would be the instance's.
-  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Kept& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const QueryRay& ray, Real limit,
                                              typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       do {
@@ -160,9 +160,9 @@ template <PolicySet P, class Order, class Test> class RayState {
   }
 
   /// Keeps what leave_instances() needs.
-  HIPRT_HD HIPRT_INLINE void keep_slabs(bool has_instances, float margin) {
+  HIPRT_HD HIPRT_INLINE void save_slabs(bool has_instances, float margin) {
     if constexpr (kHasLevels)
-      if (has_instances) slabs_.keep(levels_.slabs(), margin);
+      if (has_instances) slabs_.save(levels_.slabs(), margin);
   }
 
   HIPRT_HD HIPRT_INLINE float margin(const ObjectRecord& object, const BasicRay<Real>& local) const {
@@ -172,13 +172,13 @@ template <PolicySet P, class Order, class Test> class RayState {
 
   /// With layouts that round, and with boxes that move, the box of the run is larger than the leaf's. Otherwise the ray
   /// is known to meet it.
-  HIPRT_HD HIPRT_INLINE bool meets_instance_box(const SceneView& scene, const Kept& ray, const CustomLeaf& leaf,
+  HIPRT_HD HIPRT_INLINE bool meets_instance_box(const SceneView& scene, const QueryRay& ray, const CustomLeaf& leaf,
                                                 Real limit) const {
     constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
     if constexpr (P::kMoves || kRounded) {
       const bool moves = P::kMoves && (scene.features & feature_bit(Feature::kMovingBoxes)) != 0;
       if (moves || kRounded) {
-        const Box box = moves ? box_at(leaf.box, place_in_shutter(scene, ray.get().time)) : leaf.box[0];
+        const Box box = moves ? box_at(leaf.box, shutter_fraction(scene, ray.get().time)) : leaf.box[0];
         return meets_box<Lanes>(box, slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit));
       }
     }

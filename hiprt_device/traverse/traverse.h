@@ -36,7 +36,7 @@ class Traversal : public RayState<P, Order, Test> {
 
  public:
   using State::cancel, State::State;
-  using typename State::Kept, typename State::Lanes, typename State::Layout, typename State::Real;
+  using typename State::QueryRay, typename State::Lanes, typename State::Layout, typename State::Real;
 
   /// Visits the leaves whose boxes the ray meets in [tmin, limit], in the order of Order.
   /// @param scene, ray those of the constructor.
@@ -44,7 +44,7 @@ class Traversal : public RayState<P, Order, Test> {
   /// @param may_pause for WholeWave schedules.
   /// @param visit bool(const LeafHit&): false stops. (Under a WholeWave schedule the search cannot continue then.)
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                     const Primitives& primitives, typename P::Counter& counter,
                                     [[maybe_unused]] bool may_pause, Visit&& visit) {
     static_assert(kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
@@ -61,7 +61,7 @@ class Traversal : public RayState<P, Order, Test> {
 
   /// One ray for itself: search a leaf, test it, go back to the next node.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run_alone(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE Outcome run_alone(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                           const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
     boxes_.set_limit(limit);
     for (;;) {
@@ -83,7 +83,7 @@ class Traversal : public RayState<P, Order, Test> {
   /// instances. In one-level batches lanes enter instances before the search, so that newly fetched rays do not idle
   /// (with more levels that makes no difference: docs/decisions/0014-instances.md).
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run_together(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE Outcome run_together(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                              const Primitives& primitives, typename P::Counter& counter, bool may_pause,
                                              Visit&& visit) {
     using Schedule = typename P::Schedule;
@@ -117,7 +117,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   /// Visits box nodes until the next run of leaves, or the end.
-  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const Kept& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
                                        typename P::Counter& counter) {
     while (is_box(node_)) {
       node_ = visit_boxes(scene, ray, limit, counter);
@@ -127,7 +127,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   /// The same for a group. A lane that has a leaf continues to search as long as the schedule lets the others search.
-  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const Kept& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const QueryRay& ray, Real limit,
                                                   typename P::Counter& counter, LaneMask group) {
     // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
     for (bool go_on = group_any(group, is_end(leaf_) && is_box(node_)); go_on;) {
@@ -140,7 +140,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   /// @pre !is_box(node_), and no leaf is at hand.
-  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const Kept& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
                                        typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       if (node_ == kExitRef) {
@@ -153,7 +153,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   /// Tests the boxes of node_. @return the node to visit next.
-  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const Kept& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const QueryRay& ray, Real limit,
                                             typename P::Counter& counter) {
     counter.on_boxes();
     const float far_end = boxes_.far_end(limit);
@@ -188,7 +188,7 @@ class Traversal : public RayState<P, Order, Test> {
   /// Tests the leaf at hand, which is not an instance's, and steps to the next leaf of its run.
   /// @return false if the visitor stopped.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
     const std::byte* record = levels_.base(scene) + ref_offset(leaf_);
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
@@ -222,7 +222,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   template <class Primitives, class Offer>
-  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                          const Primitives& primitives, const CustomLeaf& leaf, const LeafInfo& info,
                                          Offer&& offer) {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;

@@ -6,9 +6,9 @@
 struct LastFirst {
   using Entry = hiprt::NodeRef;
 #if !HIPRT_FAULT
-  template <class Hits, class Way>
-  static hiprt::NodeRef next(const hiprt::NodeRef (&child)[hiprt::kBranching], const Hits& hits, Way& way) {
-    return hiprt::Unordered::next(child, hits, way);
+  template <class Hits, class Backtrack>
+  static hiprt::NodeRef next(const hiprt::NodeRef (&child)[hiprt::kBranching], const Hits& hits, Backtrack& backtrack) {
+    return hiprt::Unordered::next(child, hits, backtrack);
   }
 #endif
 };

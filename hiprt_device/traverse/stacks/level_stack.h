@@ -15,7 +15,7 @@ requires requires { typename Stack::Memory; }
 struct LevelMemory<Stack, kLevels, Real> {
   struct Type {
     typename Stack::Memory stack;
-    LevelWays<kLevels, Real> ways;
+    PathMemory<kLevels, Real> path_memory;
   };
 };
 
@@ -24,21 +24,21 @@ struct LevelMemory<Stack, kLevels, Real> {
 /// Any other stack, and memory for @p kLevels levels. What Instanced<P, kLevels> makes of P's stack.
 ///
 ///     using Stack = hiprt::LevelStack<hiprt::RollingStack<8>, 4>;
-///     hiprt::LevelWays<4> ways;  // of the thread
-///     Stack::Storage storage({ring, threadIdx.x, kBlock, spill}, ways);
+///     hiprt::PathMemory<4> path_memory;  // of the thread
+///     Stack::Storage storage({ring, threadIdx.x, kBlock, spill}, path_memory);
 template <class Stack, unsigned kLevels, class Real = float> struct LevelStack : Stack {
   /// Of a stack in the thread's own memory; else void.
   using Memory = typename stack_detail::LevelMemory<Stack, kLevels, Real>::Type;
 
   struct Storage : Stack::Storage {
-    LevelWays<kLevels, Real>* ways;
+    PathMemory<kLevels, Real>* path_memory;
 
-    HIPRT_HD HIPRT_INLINE Storage(const typename Stack::Storage& stack, LevelWays<kLevels, Real>& memory)
-        : Stack::Storage(stack), ways(&memory) {}
+    HIPRT_HD HIPRT_INLINE Storage(const typename Stack::Storage& stack, PathMemory<kLevels, Real>& memory)
+        : Stack::Storage(stack), path_memory(&memory) {}
     template <class OwnMemory>
     requires std::same_as<OwnMemory, Memory> HIPRT_HD HIPRT_INLINE Storage(OwnMemory& memory,
                                                                            std::uint32_t* overflowed = nullptr)
-        : Storage(typename Stack::Storage(memory.stack, overflowed), memory.ways) {}
+        : Storage(typename Stack::Storage(memory.stack, overflowed), memory.path_memory) {}
   };
 };
 

@@ -26,7 +26,7 @@ template <unsigned kEntries = 4> struct RestartStack {
     HIPRT_HD HIPRT_INLINE Backtrack(const Storage&, NodeRef root) : root_(root) {}
 
     /// Whether the tree is not too deep for the trail.
-    HIPRT_HD HIPRT_INLINE bool make_room() const { return level_ < kLevels; }
+    HIPRT_HD HIPRT_INLINE bool reserve() const { return level_ < kLevels; }
 
     HIPRT_HD HIPRT_INLINE void later(Entry entry) {
       passed_[2] = passed_[1];

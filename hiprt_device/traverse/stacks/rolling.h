@@ -48,21 +48,21 @@ template <unsigned kRing = 8> struct RollingStack {
     HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kRing + spill_.capacity; }
     HIPRT_HD HIPRT_INLINE void push(Entry entry) {
       if (size_ - spilled_ == kRing) {
-        store_spilled(spill_, spilled_, load_shared(ring_, place(spilled_)));
+        store_spilled(spill_, spilled_, load_shared(ring_, slot(spilled_)));
         ++spilled_;
       }
-      store_shared(ring_, place(size_++), entry);
+      store_shared(ring_, slot(size_++), entry);
     }
     HIPRT_HD HIPRT_INLINE Entry pop() {
       --size_;
-      if (size_ >= spilled_) return load_shared(ring_, place(size_));
+      if (size_ >= spilled_) return load_shared(ring_, slot(size_));
       spilled_ = size_;
       return load_spilled<Entry>(spill_, size_);
     }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 
    private:
-    HIPRT_HD HIPRT_INLINE unsigned place(unsigned i) const { return (i & (kRing - 1)) * threads_; }
+    HIPRT_HD HIPRT_INLINE unsigned slot(unsigned i) const { return (i & (kRing - 1)) * threads_; }
 
     Entry* ring_;
     unsigned threads_;

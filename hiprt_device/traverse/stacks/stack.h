@@ -75,7 +75,7 @@ concept PlainStack = StackOf < typename T::template Of<StackEntry>,
         StackEntry,
 typename T::Storage > &&StackOf<typename T::template Of<NodeRef>, NodeRef, typename T::Storage>;
 
-/// How a traversal comes back to the children that it passed by: make_room() (false: an overflow, which ends
+/// How a traversal comes back to the children that it passed by: reserve() (false: an overflow, which ends
 /// the traversal), later() or later_some() for the children to visit later, the farthest first, then follow() for the
 /// nearest, which returns where to go on; pop() when a branch is done: the next node no farther than limit, or
 /// kInvalidRef at the end. This is the usual way, on a PlainStack.
@@ -86,7 +86,7 @@ template <class Stack, class Entry> class StackBacktrack {
 
   HIPRT_HD HIPRT_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
 
-  HIPRT_HD HIPRT_INLINE bool make_room() const { return stack_.has_room(); }
+  HIPRT_HD HIPRT_INLINE bool reserve() const { return stack_.has_room(); }
   HIPRT_HD HIPRT_INLINE bool empty() const { return stack_.empty(); }
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
   /// later() for what @p each calls its argument with: kMostPushed entries at most. Stacks with a push_some() are asked
@@ -123,14 +123,15 @@ struct NoEntries {
 
 /// A policy that brings a way back of its own (stacks/restart.h).
 template <class T>
-concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> way, StackEntry entry, float limit) {
+concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> backtrack, StackEntry entry,
+                                     float limit) {
   requires std::constructible_from < typename T::template Backtrack<StackEntry>,
   const typename T::Storage&, NodeRef > ;
-  { way.make_room() } -> std::same_as<bool>;
-  way.later(entry);
-  way.later_some(stack_detail::NoEntries{});
-  { way.follow(entry) } -> std::same_as<NodeRef>;
-  { way.pop(limit) } -> std::same_as<NodeRef>;
+  { backtrack.reserve() } -> std::same_as<bool>;
+  backtrack.later(entry);
+  backtrack.later_some(stack_detail::NoEntries{});
+  { backtrack.follow(entry) } -> std::same_as<NodeRef>;
+  { backtrack.pop(limit) } -> std::same_as<NodeRef>;
   { T::template Backtrack<StackEntry>::kNeedsStableOrder } -> std::convertible_to<bool>;
 };
 
