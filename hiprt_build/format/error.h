@@ -74,17 +74,24 @@ inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatErro
 /// @return the enumerator without its k, e.g. "BadMagic"; a string literal.
 HIPRT_BUILD_API const char* name(FormatError error);
 
+/// How the numbers of a FormatIssue are stored.
+enum class NumberKind : std::uint32_t {
+  kInteger,
+  kFloat,   ///< The bits of a float, in the low 32 bits.
+  kDouble,  ///< The bits of a double.
+};
+
 /// What is wrong, where, and the numbers that show it.
 struct FormatIssue {
   FormatError error;
-  std::uint64_t offset;  ///< Byte offset in the file of the field at fault.
-  std::uint64_t value;   ///< What is there; of a float, its bits; of a plane, those of the float that it stands for.
-  std::uint64_t limit;   ///< What it is measured against: the expected value, the largest or smallest allowed one, or
-                         ///< the first one that is too large; the enumerator says which.
+  std::uint64_t offset;  ///< Byte offset in the file of the wrong field.
+  std::uint64_t value;   ///< What was found. Of a plane in another encoding: the float that it stands for.
+  std::uint64_t limit;   ///< What was expected, or the largest or smallest allowed value; the error says which.
+  NumberKind number = NumberKind::kInteger;  ///< Of value and limit.
 };
 
-/// One sentence with the place and the name of the error at its end, e.g. "210338 bytes, but its header says 420677:
-/// the file is truncated (byte 24, SizeMismatch)".
+/// One sentence that ends with the byte offset and the name of the error.
+/// E.g. "210338 bytes, but its header says 420677: the file is truncated (byte 24, SizeMismatch)".
 HIPRT_BUILD_API std::string to_string(const FormatIssue& issue);
 
 }  // namespace hiprt

@@ -9,6 +9,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -82,11 +83,11 @@ template <class Layout> class InstanceCheck {
                   object.header->root);
     for (unsigned i = 0; i < 12; ++i) {
       const float x = i < 9 ? record.linear[i / 3][i % 3] : record.translation[i - 9];
-      if (!std::isfinite(x)) return fail(FormatError::kBadInstance, record_at + 4 * i, float_bits(x), 0);
+      if (!std::isfinite(x))
+        return fail_float(FormatError::kBadInstance, record_at + 4 * i, x, std::numeric_limits<float>::max());
     }
     if (!LinearInverse(record).exists() || !(condition_of(record) <= double{kMaxCondition}))
-      return fail(FormatError::kBadInstance, record_at, std::bit_cast<std::uint64_t>(LinearInverse(record).determinant),
-                  0);
+      return fail_double(FormatError::kBadInstance, record_at, LinearInverse(record).determinant, 0.0);
     if (view_.motion_of(info.primitive[0]).empty())
       needs.add(record, records_[record.object]);
     else if (auto motion = add_motion(info.primitive[0], needs); !motion)
@@ -95,17 +96,15 @@ template <class Layout> class InstanceCheck {
         (object.has_moving_boxes() != view_.has_moving_boxes() ||
          float_bits(object.header->shutter_begin) != float_bits(view_.header->shutter_begin) ||
          float_bits(object.header->shutter_rate) != float_bits(view_.header->shutter_rate)))
-      return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), float_bits(view_.header->shutter_begin),
-                  float_bits(object.header->shutter_begin));
+      return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), view_.header->shutter_begin,
+                        object.header->shutter_begin);
     if (view_.has_moving_boxes()) return check_moving_box(object, leaf, at);
     // Whatever is made by another compiler's arithmetic has its slack.
     const InstanceMotionBounds to_scene(view_, info.primitive[0], 0.0);
     const Box content = InstanceBounder<Layout>(object, to_scene)
                             .bounds(entered_ref(info), InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
     if (const unsigned outside = first_plane_outside(content, leaf.box[0]); outside != kNoPlane)
-      return fail(FormatError::kBoxNotContained, at + 4 * outside,
-                  float_bits(side_of(content, outside / 3, outside % 3)),
-                  float_bits(side_of(leaf.box[0], outside / 3, outside % 3)));
+      return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, content, leaf.box[0]);
     return {};
   }
 
@@ -222,11 +221,11 @@ template <class Layout> class InstanceCheck {
     if (header.levels != needs_.levels)
       return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, needs_.levels);
     if (!(double{header.condition} >= kBoundSlack * needs_.condition))
-      return fail(FormatError::kBadTransformBound, offsetof(FileHeader, condition), float_bits(header.condition),
-                  float_bits(static_cast<float>(needs_.condition)));
+      return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, condition), header.condition,
+                        static_cast<float>(needs_.condition));
     if (!(double{header.reach} >= kBoundSlack * needs_.reach))
-      return fail(FormatError::kBadTransformBound, offsetof(FileHeader, reach), float_bits(header.reach),
-                  float_bits(static_cast<float>(needs_.reach)));
+      return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, reach), header.reach,
+                        static_cast<float>(needs_.reach));
     return {};
   }
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -91,7 +92,8 @@ template <class Layout> class PrimitiveCheck {
     const LeafInfo& info = leaves_[index].info;
     const std::uint64_t at = leaf_offset(index) + kInfo;
     const std::uint32_t unused = info.geometry_and_flags & ~(kLastInRun | kGeometryMask);
-    if (unused != 0) return fail(FormatError::kBadReservedField, at + 8, info.geometry_and_flags, 0);
+    if (unused != 0)
+      return fail(FormatError::kBadReservedField, at + 8, info.geometry_and_flags, kLastInRun | kGeometryMask);
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
     if (geometry >= view_.geometries.size())
       return fail(FormatError::kBadGeometryId, at + 8, geometry, view_.geometries.size());
@@ -124,10 +126,11 @@ template <class Layout> class PrimitiveCheck {
       for (unsigned axis = 0; axis < 3; ++axis) {
         const float here = Layout::coordinate(leaf, vertex, axis);
         const std::uint64_t at = leaf_offset(index) + coordinate_offset<Layout>(vertex, axis);
-        if (!std::isfinite(here)) return fail(FormatError::kBadVertex, at, float_bits(here), 0x7f7fffff);
-        const std::uint64_t v2 = float_bits(Layout::coordinate(leaf, 2, axis));
-        if (vertex == 3 && !has_primitive(leaf, 1) && float_bits(here) != v2)
-          return fail(FormatError::kBadVertex, at, float_bits(here), v2);
+        if (!std::isfinite(here))
+          return fail_float(FormatError::kBadVertex, at, here, std::numeric_limits<float>::max());
+        const float v2 = Layout::coordinate(leaf, 2, axis);
+        if (vertex == 3 && !has_primitive(leaf, 1) && float_bits(here) != float_bits(v2))
+          return fail_float(FormatError::kBadVertex, at, here, v2);
       }
     return {};
   }
@@ -138,8 +141,8 @@ template <class Layout> class PrimitiveCheck {
         const unsigned vertex = corner_vertex(triangle, corner);
         const float here = Layout::coordinate(leaves_[index], vertex, axis);
         if (box.min[axis] <= here && here <= box.max[axis]) continue;
-        return fail(FormatError::kBoxNotContained, leaf_offset(index) + coordinate_offset<Layout>(vertex, axis),
-                    float_bits(here), float_bits(here < box.min[axis] ? box.min[axis] : box.max[axis]));
+        return fail_float(FormatError::kBoxNotContained, leaf_offset(index) + coordinate_offset<Layout>(vertex, axis),
+                          here, here < box.min[axis] ? box.min[axis] : box.max[axis]);
       }
     return {};
   }
@@ -208,23 +211,24 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  /// Corners in the mesh's order, bit by bit, so that copies with different rotations compare equal.
-  static std::array<std::uint64_t, 9> mesh_bits(const Leaf& leaf, unsigned triangle) {
+  /// The corners in the mesh's order: copies with different rotations have the same.
+  static std::array<float, 9> mesh_corners(const Leaf& leaf, unsigned triangle) {
     const std::uint32_t id = leaf.info.triangle_ids >> (8 * triangle) & 0xffu;
     const unsigned source[3] = {3 - TriangleId::u_source(id) - TriangleId::v_source(id), TriangleId::u_source(id),
                                 TriangleId::v_source(id)};
     const Corners corners = leaf_triangle<Layout>(leaf, triangle);
-    std::array<std::uint64_t, 9> result{};
-    for (unsigned i = 0; i < 9; ++i) result[i] = float_bits(corners.corner[source[i / 3]][i % 3]);
+    std::array<float, 9> result{};
+    for (unsigned i = 0; i < 9; ++i) result[i] = corners.corner[source[i / 3]][i % 3];
     return result;
   }
 
   Check check_copy(std::uint64_t index, unsigned triangle) const {
     const std::uint32_t original = view_.primitive_map[number(leaves_[index], triangle)];
-    const auto here = mesh_bits(leaves_[index], triangle);
-    const auto there = mesh_bits(leaves_[original / 2], original % 2);
+    const auto here = mesh_corners(leaves_[index], triangle);
+    const auto there = mesh_corners(leaves_[original / 2], original % 2);
     for (unsigned i = 0; i < 9; ++i)
-      if (here[i] != there[i]) return fail(FormatError::kSplitDiffers, leaf_offset(index), here[i], there[i]);
+      if (float_bits(here[i]) != float_bits(there[i]))
+        return fail_float(FormatError::kSplitDiffers, leaf_offset(index), here[i], there[i]);
     return {};
   }
 

@@ -24,7 +24,7 @@ inline bool is_exact_plane(float origin, std::uint8_t q, float scale) {
 /// The children byte against the references.
 inline Check check_child_slots(const QuantizedBoxNode& node, std::uint64_t node_at) {
   const std::uint64_t at = node_at + offsetof(QuantizedBoxNode, children);
-  if ((node.children & 0xc0u) != 0) return fail(FormatError::kBadReservedField, at, node.children, 0);
+  if ((node.children & 0xc0u) != 0) return fail(FormatError::kBadReservedField, at, node.children, 0x3f);
   std::uint32_t present = 0;
   for (unsigned c = 0; c < kBranching; ++c)
     if (node.child[c] != kInvalidRef) present |= 1u << c;
@@ -38,7 +38,7 @@ inline Check check_grid(const QuantizedBoxNode& node, unsigned axis, std::uint64
   const float origin = node.origin[axis];
   const std::uint32_t exponent = node.exponent[axis];
   if (!(std::abs(origin) <= kQuantizedLimit))
-    return fail(FormatError::kBadGrid, node_at + 4 * axis, float_bits(origin), float_bits(kQuantizedLimit));
+    return fail_float(FormatError::kBadGrid, node_at + 4 * axis, origin, kQuantizedLimit);
   if (exponent < 1 || exponent > 254)
     return fail(FormatError::kBadGrid, node_at + offsetof(QuantizedBoxNode, exponent) + axis, exponent, 254);
   for (unsigned side = 0; side < 2; ++side)

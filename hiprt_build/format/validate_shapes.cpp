@@ -2,6 +2,7 @@
 #include <hiprt_build/format/validate_shapes.h>
 
 #include <cstdint>
+#include <limits>
 #include <span>
 
 namespace hiprt::format_detail {
@@ -31,8 +32,8 @@ template <class Layout> class ShapeCheck {
       if (shape_detail::is_valid(point)) continue;
       unsigned bad = 0;
       while (bad < 3 && shape_detail::is_finite(point.position[bad])) ++bad;
-      return fail(FormatError::kBadShape, view_.shapes[geometry].points + i * sizeof(ShapePoint) + 4 * bad,
-                  float_bits(bad < 3 ? point.position[bad] : point.radius), 0x7f7fffff);
+      return fail_float(FormatError::kBadShape, view_.shapes[geometry].points + i * sizeof(ShapePoint) + 4 * bad,
+                        bad < 3 ? point.position[bad] : point.radius, std::numeric_limits<float>::max());
     }
     return {};
   }

@@ -135,20 +135,17 @@ tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) 
     return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
                 header.features & ~feature_bit(Feature::kMovingBoxes));
   if (moving_boxes ? !std::isfinite(header.shutter_begin) : header.shutter_begin != 0.0f)
-    return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin),
-                std::bit_cast<std::uint32_t>(header.shutter_begin), 0);
+    return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), header.shutter_begin, 0.0f);
   if (moving_boxes ? !(header.shutter_rate >= 0x1p-100f && header.shutter_rate <= 0x1p100f)
                    : header.shutter_rate != 0.0f)
-    return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate),
-                std::bit_cast<std::uint32_t>(header.shutter_rate), 0);
+    return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate), header.shutter_rate, 0.0f);
   if ((header.levels != 0) != instances)
     return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, instances ? 1 : 0);
   if (instances ? !(header.condition >= 1.0f && header.condition <= kMaxCondition) : header.condition != 0.0f)
-    return fail(FormatError::kBadTransformBound, offsetof(FileHeader, condition),
-                std::bit_cast<std::uint32_t>(header.condition), 0);
+    return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, condition), header.condition,
+                      instances ? 1.0f : 0.0f);
   if (instances ? !(header.reach >= 0.0f && header.reach <= std::numeric_limits<float>::max()) : header.reach != 0.0f)
-    return fail(FormatError::kBadTransformBound, offsetof(FileHeader, reach),
-                std::bit_cast<std::uint32_t>(header.reach), 0);
+    return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, reach), header.reach, 0.0f);
   if ((view.object_entry.kind != 0) != (view.object_file_entry.kind != 0) ||
       (view.object_entry.kind != 0 && !instances))
     return fail(FormatError::kMissingSection, 40, static_cast<std::uint64_t>(SectionKind::kObjects), 1);
