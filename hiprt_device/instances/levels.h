@@ -1,5 +1,5 @@
 #pragma once
-/// Where a ray is in a scene of instances: in the scene itself or in an object, and through which instances.
+/// The position of a ray in a scene of instances: in the scene itself or in an object, and through which instances.
 
 #include <hiprt_device/instances/level_memory.h>
 #include <hiprt_device/instances/object_view.h>
@@ -7,8 +7,10 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The ray of a query. Tracers of instances have it in the memory of the stack's Storage: they need it on the ways in
-/// and out only, and registers are what limits them.
+/// The ray of a query.
+///
+/// Tracers of instances have it in the memory of the stack's Storage. They need it only when they enter or leave an
+/// instance, and registers limit their occupancy.
 template <unsigned kLevels, class Real> class QueryRay {
  public:
   template <class Storage>
@@ -32,8 +34,8 @@ template <class Real> class QueryRay<0, Real> {
 
 namespace levels_detail {
 
-/// More than one level: the path, and the ray as each object on it sees it, lie in memory of the stack's Storage
-/// (LevelStack). Following the path again would be a chain of dependent loads.
+/// State of more than one level. The path, and the ray as each object on it sees it, lie in memory of the stack's
+/// Storage (LevelStack). To follow the path again would be a chain of dependent loads.
 template <unsigned kLevels, class Real> struct LevelState {
   const std::byte* base;
   const ObjectRecord* object = nullptr;  ///< nullptr: the scene.

@@ -1,6 +1,6 @@
 #pragma once
-/// In which order the children that a ray meets are visited: a policy that picks the next node and leaves the others to
-/// the way back (stack.h).
+/// Orders: policies that decide in which order a ray visits the children that it meets. An order returns the next node
+/// and pushes the others (stack.h).
 
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/traverse/stacks/stack.h>
@@ -11,7 +11,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 namespace order_detail {
 
 struct Child {
-  float enter;  ///< kMissed if the ray does not meet it.
+  float enter;  ///< t where the ray enters the box; kMissed if it does not meet the box.
   NodeRef ref;
 };
 
@@ -30,9 +30,9 @@ template <class Backtrack> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
   a = low;
 }
 
-// Functors in place of generic lambdas: NVRTC takes the latter for host code.
+// Functors, because NVRTC treats generic lambdas as host code.
 
-/// Calls later() for all children except the nearest, the farthest first.
+/// Calls later() for all met children except the nearest, the farthest first.
 struct EachLater {
   const Child &farthest, &middle, &nearer;
 
@@ -43,7 +43,7 @@ struct EachLater {
   }
 };
 
-/// Calls later() for all children that the ray meets except the first, the last first.
+/// Calls later() for all met children except the first, the last first.
 template <class Lanes> struct EachMet {
   const NodeRef (&child)[kBranching];
   const BoxHits<Lanes>& hits;
@@ -72,7 +72,7 @@ HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, con
 
 }  // namespace order_detail
 
-/// Nearest child first, the others so that the nearer comes back earlier. For closest hits.
+/// Visits the nearest child first and pushes the others, the farthest first. For closest hits.
 struct NearFirst {
   using Entry = StackEntry;
 
@@ -94,7 +94,7 @@ struct NearFirst {
   }
 
  private:
-  /// As few comparisons as there are hits: one or two, mostly.
+  /// Makes only as many comparisons as there are hits: mostly one or two.
   template <class Lanes, class Backtrack>
   HIPRT_HD static HIPRT_INLINE NodeRef next_by_count(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
                                                      Backtrack& backtrack) {
@@ -132,7 +132,7 @@ struct NearFirst {
     b = high;
   }
 
-  /// Five compare-exchanges whatever the number of hits: no branches but the pushes.
+  /// Sorts with five compare-exchanges whatever the number of hits: only the pushes branch.
   template <class Lanes, class Backtrack>
   HIPRT_HD static HIPRT_INLINE NodeRef next_by_network(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
                                                        Backtrack& backtrack) {
@@ -149,7 +149,7 @@ struct NearFirst {
   }
 };
 
-/// Nearest child first, the others as they are stored: three compare-exchanges.
+/// Visits the nearest child first and pushes the others in stored order: three compare-exchanges.
 struct NearestFirst {
   using Entry = StackEntry;
 
@@ -171,7 +171,7 @@ struct NearestFirst {
   }
 };
 
-/// Children as they are stored. For any hit, where the first hit ends the search whatever its distance.
+/// Visits children in stored order. For any hit, where the first hit ends the search whatever its distance.
 struct Unordered {
   using Entry = NodeRef;
 
@@ -200,7 +200,7 @@ struct Unordered {
   }
 };
 
-/// Children as a box test that sorts (SortingBoxTest) has left them. It tells no distances.
+/// Visits children as a box test that sorts (SortingBoxTest) has left them. Their distances are not known.
 struct AsTested {
   using Entry = NodeRef;
 
@@ -216,26 +216,28 @@ struct AsTested {
   }
 };
 
-/// Says what it leaves on the stack: entries with a distance or bare node references.
+/// An order says what it pushes: entries with a distance, or bare node references.
 template <class T>
 concept LeavesEntries = std::same_as<typename T::Entry, StackEntry> || std::same_as<typename T::Entry, NodeRef>;
 
-/// An order that compares the distances of a box test. next(): where to go on below a node, one of whose children the
-/// ray meets at least; kOverflowRef if the stack has no room for the others.
+/// An order that compares the distances of a box test.
+///
+/// next() returns the node to visit next below a node of which the ray meets at least one child. It returns
+/// kOverflowRef if the stack has no room for the other children.
 template <class T, class Stack, class Lanes>
 concept DistanceOrder = LeavesEntries<T> && requires(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
                                                      BacktrackOf<Stack, typename T::Entry>& backtrack) {
   { T::next(child, hits, backtrack) } -> std::same_as<NodeRef>;
 };
 
-/// An order of children that the box test has sorted. next() as that of a DistanceOrder.
+/// An order of children that the box test has sorted. next() is like that of a DistanceOrder.
 template <class T, class Stack>
 concept SortedOrder = LeavesEntries<T> &&
     requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& backtrack) {
   { T::next(sorted, backtrack) } -> std::same_as<NodeRef>;
 };
 
-/// What Policies::ClosestOrder and AnyOrder must be: one of the above.
+/// The requirement of Policies::ClosestOrder and Policies::AnyOrder.
 template <class T, class Stack, class Lanes>
 concept TraversalOrder = DistanceOrder<T, Stack, Lanes> || SortedOrder<T, Stack>;
 

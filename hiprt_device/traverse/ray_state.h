@@ -1,6 +1,8 @@
 #pragma once
-/// What a traversal knows between two steps: the ray as its tests need it, the node and the leaf at hand, the nodes to
-/// visit later, and the instances that the ray is in.
+/// The state of a traversal between two steps.
+///
+/// The state has the ray in the form that the tests need, the node and the leaf to visit next, the nodes to visit
+/// later, and the instances that the ray is in.
 
 #include <hiprt_device/instances/levels.h>
 #include <hiprt_device/instances/moving_box.h>
@@ -11,7 +13,7 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// @tparam P, Order, Test as of Traversal.
+/// @tparam P, Order, Test as those of Traversal.
 template <PolicySet P, class Order, class Test> class RayState {
  public:
   using Real = typename P::Real;
@@ -20,14 +22,14 @@ template <PolicySet P, class Order, class Test> class RayState {
   using Storage = typename P::Stack::Storage;
   using QueryRay = hiprt::QueryRay<P::kLevels, Real>;  ///< The ray of the query.
 
-  /// @param root the scene's, or kInvalidRef: nothing will be visited.
+  /// @param root the scene's root, or kInvalidRef: then nothing is visited.
   /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
   HIPRT_HD HIPRT_INLINE RayState(const SceneView& scene, const BasicRay<Real>& ray, NodeRef root,
                                  const Storage& storage)
       : levels_(scene, storage),
         boxes_(ray, scene.bounds, ray.tmax),
         slabs_(boxes_.ray(ray), margin(scene, ray)),
-        // Outside of instances only boxes are tested: any ray will do.
+        // Outside instances the traversal tests only boxes, so any prepared ray will do.
         prepared_(kHasLevels && scene.instances != nullptr ? PreparedRay(BasicRay<Real>{}) : PreparedRay(ray)),
         tmin_(max_of(ray.tmin, Real(0))),
         backtrack_(storage, root),
@@ -35,7 +37,7 @@ template <PolicySet P, class Order, class Test> class RayState {
     save_slabs(scene.instances != nullptr, margin(scene, ray));
   }
 
-  /// Starts again at the root, for the part of the ray from tmin on.
+  /// Starts again at the root, for the part of the ray from @p tmin on.
   HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const BasicRay<Real>& ray, Real tmin,
                                      const Storage& storage) {
     tmin_ = tmin;
@@ -51,21 +53,22 @@ template <PolicySet P, class Order, class Test> class RayState {
     skip_ = 0;
   }
 
-  /// Whether the stack was too small, so that parts of the tree were not visited. @pre run() returned kFinished
+  /// Whether the stack was too small, so that parts of the tree were not visited.
+  /// @pre run() returned kFinished
   HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
 
-  /// The ray as the test has it.
+  /// The ray as the triangle test uses it.
   HIPRT_HD HIPRT_INLINE const auto& prepared_ray() const { return prepared_; }
 
   /// The instances that the ray is in.
   HIPRT_HD HIPRT_INLINE const Levels<P::kLevels, P::kMoves, Real>& levels() const { return levels_; }
 
-  /// Makes overflowed() true, and leaves nothing to visit.
+  /// Makes overflowed() true and leaves nothing to visit.
   HIPRT_HD HIPRT_INLINE void overflow() {
     node_ = kInvalidRef;
     leaf_ = kOverflowRef;
   }
-  /// Nothing is left to visit.
+  /// Leaves nothing to visit.
   HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
 
  protected:
@@ -82,7 +85,7 @@ template <PolicySet P, class Order, class Test> class RayState {
     return Primitives::kCount != 0 && (P::kFeatures & feature_bit(Feature::kCustom)) != 0;
   }
 
-  /// Whether the leaf at hand is that of an instance.
+  /// Whether the current leaf is that of an instance.
   template <class Primitives> HIPRT_HD HIPRT_INLINE bool is_at_instance(const SceneView& scene) const {
     if constexpr (!kHasLevels)
       return false;
@@ -92,8 +95,9 @@ template <PolicySet P, class Order, class Test> class RayState {
       return ref_type(leaf_) == NodeType::kProcedural && levels_.instances(scene) != nullptr;
   }
 
-  /// Continues in the object of the instance at hand, if there is one and the ray sees it. The leaf of an instance has
-  /// one primitive, the instance or a part of it, and is alone in its run.
+  /// Enters the object of the current leaf's instance, if there is one and the ray sees it.
+  ///
+  /// The leaf of an instance is alone in its run. It has one primitive: the instance, or a part of it.
   template <class Primitives>
   HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const QueryRay& ray, Real limit,
                                             typename P::Counter& counter) {
@@ -118,7 +122,7 @@ template <PolicySet P, class Order, class Test> class RayState {
     if constexpr (kObserved) counter.on_enter(instance);
     levels_.enter(scene, instance, in_file, local);
     boxes_ = BoxRay<Real>(local, object.bounds, limit);
-    // In a group of instances no triangle is tested.
+    // A group of instances has no triangles: only its boxes are tested.
     if (P::kLevels > 1 && object.instances != 0) {
       slabs_ = RaySlabs<Lanes>(boxes_.ray(local), margin(object, local));
       save_slabs(true, margin(object, local));
@@ -127,7 +131,8 @@ template <PolicySet P, class Order, class Test> class RayState {
     }
   }
 
-  /// Leaves the instances that end here. @pre node_ is kExitRef, and no leaf is at hand, which would be the instance's.
+  /// Leaves the instances that have no more nodes to visit.
+  /// @pre node_ is kExitRef, and there is no current leaf. A leaf would be the instance's.
   HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const QueryRay& ray, Real limit,
                                              typename P::Counter& counter) {
     if constexpr (kHasLevels) {
@@ -141,7 +146,7 @@ template <PolicySet P, class Order, class Test> class RayState {
         }
         node_ = backtrack_.pop(boxes_.far_end(limit));
       } while (node_ == kExitRef);
-      // Outside there are instances only: no triangle is tested.
+      // Outside there are only instances: no triangle is tested.
       if (!is_end(node_)) slabs_ = RaySlabs<Lanes>(levels_.slabs(), boxes_.ray(levels_.ray(scene, ray.get())).origin);
     }
   }
@@ -159,7 +164,7 @@ template <PolicySet P, class Order, class Test> class RayState {
     prepared_ = PreparedRay(ray);
   }
 
-  /// Keeps what leave_instances() needs.
+  /// Saves the slabs that leave_instances() restores.
   HIPRT_HD HIPRT_INLINE void save_slabs(bool has_instances, float margin) {
     if constexpr (kHasLevels)
       if (has_instances) slabs_.save(levels_.slabs(), margin);
@@ -170,8 +175,10 @@ template <PolicySet P, class Order, class Test> class RayState {
                          object.condition, object.reach);
   }
 
-  /// With layouts that round, and with boxes that move, the box of the run is larger than the leaf's. Otherwise the ray
-  /// is known to meet it.
+  /// Whether the ray meets the leaf's own box.
+  ///
+  /// The box of the run is larger than the leaf's box in layouts that round and where boxes move. Otherwise the ray is
+  /// known to meet the leaf's box.
   HIPRT_HD HIPRT_INLINE bool meets_instance_box(const SceneView& scene, const QueryRay& ray, const CustomLeaf& leaf,
                                                 Real limit) const {
     constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
@@ -185,7 +192,7 @@ template <PolicySet P, class Order, class Test> class RayState {
     return true;
   }
 
-  /// Puts the way out on the stack, if nodes outside are left to visit, and continues at @p root of an object.
+  /// Pushes kExitRef if nodes outside are left to visit, and continues at @p root of an object.
   HIPRT_HD HIPRT_INLINE void go_below(NodeRef root) {
     if (P::Schedule::kTogether && !is_end(node_)) backtrack_.later(entry_of(node_));
     if (kObserved || !backtrack_.empty()) backtrack_.later(entry_of(kExitRef));
@@ -210,9 +217,10 @@ template <PolicySet P, class Order, class Test> class RayState {
   PreparedRay prepared_;
   Real tmin_;
   Backtrack backtrack_;
-  NodeRef node_;                ///< To visit next; kInvalidRef at the end.
-  NodeRef leaf_ = kInvalidRef;  ///< Record to test, or none. Without postponing: then node_ is stale.
-  unsigned skip_ = 0;           ///< Hits of the record that the visitor saw before it stopped.
+  NodeRef node_;                ///< The node to visit next; kInvalidRef at the end.
+  NodeRef leaf_ = kInvalidRef;  ///< The leaf to test, or none. With Immediate schedules node_ is stale while there is
+                                ///< one.
+  unsigned skip_ = 0;           ///< Number of hits of this leaf that the visitor saw before it stopped.
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE
