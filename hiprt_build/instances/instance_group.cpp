@@ -163,7 +163,7 @@ class PartBoxes {
   template <class Transform> Box box_of(const InstancePart& part, const Transform& to_scene) const {
     const BufferView& object = object_of(part);
     return dispatch_layout(object.layout(), [&](auto layout) {
-      using Bounder = format_detail::InstanceBounder<decltype(layout), Place>;
+      using Bounder = format_detail::InstanceBounder<decltype(layout), Transform>;
       return Bounder(object, to_scene)
           .bounds(part.ref,
                   bounds_ == InstanceBounds::kPrimitives ? Bounder::kToPrimitives : static_cast<unsigned>(bounds_));
