@@ -1,5 +1,5 @@
 #pragma once
-/// What the checks of a file return. Internal.
+/// The result of the checks of a file. Internal.
 
 #include <hiprt_build/format/error.h>
 
@@ -10,7 +10,7 @@
 
 namespace hiprt::format_detail {
 
-/// Nothing, or the first thing that is wrong.
+/// Nothing, or the first fault.
 using Check = tl::expected<void, FormatIssue>;
 
 inline tl::unexpected<FormatIssue> fail(FormatError error, std::uint64_t offset, std::uint64_t value,

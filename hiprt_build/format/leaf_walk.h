@@ -9,11 +9,11 @@
 
 namespace hiprt::format_detail {
 
-/// A leaf on the way through the tree.
+/// A leaf that a walk over the tree visits.
 struct LeafVisit {
   std::uint64_t index;
-  bool custom;     ///< A custom leaf, by the type of the reference to its run.
-  const Box& box;  ///< Stated for its run; finite.
+  bool custom;     ///< Whether it is a custom leaf, by the type of the reference to its run.
+  const Box& box;  ///< The box that is stated for its run; finite.
 };
 
 /// Calls visit(LeafVisit) for every leaf until a call fails.

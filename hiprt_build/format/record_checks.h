@@ -1,5 +1,5 @@
 #pragma once
-/// Where numbers lie in node and leaf records, and messages about planes. Internal.
+/// The byte offsets of numbers in node and leaf records, and faults of planes. Internal.
 
 #include <hiprt_build/format/box.h>
 #include <hiprt_build/format/check.h>

@@ -19,15 +19,16 @@ namespace hiprt::format_detail {
 
 namespace {
 
-/// Instances of a file whose tree and leaves have been checked.
+/// Checks the instances of a file whose tree and leaves have been checked.
 /// @tparam Layout of the file and of all objects.
 template <class Layout> class InstanceCheck {
  public:
-  /// @param objects that the instances may name, all of them good.
+  /// @param objects that the instances may name, all of them valid.
   InstanceCheck(const BufferView& view, std::span<const BufferView> objects, std::span<const ObjectRecord> records)
       : view_(view), objects_(objects), records_(records) {}
 
-  /// @param stack_need of the file's own tree. @return that of a traversal with all objects.
+  /// @param stack_need of the file's own tree.
+  /// @return the stack entries of a traversal with all objects.
   tl::expected<std::uint32_t, FormatIssue> run(std::uint32_t stack_need, const ParallelLoop& loop) {
     if (view_.geometries.size() != 1 || view_.geometries[0].flags != custom_geometry_flags(0) ||
         view_.geometries[0].mask != 0xffffffffu)
@@ -46,7 +47,8 @@ template <class Layout> class InstanceCheck {
   }
 
  private:
-  /// Boxes that are tight take a while each. @return what is wrong with the first leaf of those that are.
+  /// Checks leaves in parts, because tight boxes take long.
+  /// @return the fault of the first wrong leaf.
   Check check_leaves(std::span<const CustomLeaf> leaves, const ParallelLoop& loop) {
     struct Part {
       InstanceNeeds needs;
@@ -99,7 +101,7 @@ template <class Layout> class InstanceCheck {
       return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), view_.header->shutter_begin,
                         object.header->shutter_begin);
     if (view_.has_moving_boxes()) return check_moving_box(object, leaf, at);
-    // Whatever is made by another compiler's arithmetic has its slack.
+    // Boxes that another compiler's arithmetic has made have their own slack.
     const InstanceMotionBounds to_scene(view_, info.primitive[0], 0.0);
     const Box content = InstanceBounder<Layout>(object, to_scene)
                             .bounds(entered_ref(info), InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
@@ -108,7 +110,7 @@ template <class Layout> class InstanceCheck {
     return {};
   }
 
-  /// The box holds at all times what the instance has, and there is room for the rounding of box_at().
+  /// Checks that the moving box contains the instance at all times, including the rounding of box_at().
   Check check_moving_box(const BufferView& object, const CustomLeaf& leaf, std::uint64_t at) const {
     for (unsigned k = 0; k < 2; ++k)
       if (const unsigned bad = first_bad_plane(leaf.box[k]); bad != kNoPlane)
@@ -119,7 +121,7 @@ template <class Layout> class InstanceCheck {
     const InstanceDriftBounds to_scene(view_.instances[i], segments,
                                        segments.empty() ? MotionKind{} : view_.motions[i].kind,
                                        {view_.header->shutter_begin, view_.header->shutter_rate}, drift, 0.0);
-    // What stands still by boxes that do so is not rounded.
+    // Planes that do not move are not rounded.
     Box inner = leaf.box[0];
     for (unsigned axis = 0; axis < 3; ++axis) {
       const double by = moving_box_slack(leaf.box[0], drift, axis);
@@ -133,7 +135,7 @@ template <class Layout> class InstanceCheck {
     return {};
   }
 
-  /// With moving boxes the leaf's say nothing of all times: the run's holds what the instance has.
+  /// Checks that the run's box contains the instance at all times. With moving boxes the leaf's boxes do not.
   Check check_run_box(const LeafVisit& run) const {
     const CustomLeaf& leaf = view_.records<CustomLeaf>(view_.leaves)[run.index];
     const InstanceMotionBounds everywhere(view_, leaf.info.primitive[0], 0.0);
@@ -153,7 +155,7 @@ template <class Layout> class InstanceCheck {
     return {};
   }
 
-  /// The leaves of an instance together let rays into all of its object, each into a part of its own.
+  /// Checks that the leaves of an instance together lead into all of its object, each into a part of its own.
   Check check_parts(std::span<const CustomLeaf> leaves) const {
     std::vector<std::uint32_t> order(leaves.size());
     std::iota(order.begin(), order.end(), 0u);
@@ -197,7 +199,8 @@ template <class Layout> class InstanceCheck {
     return found == parts.size();
   }
 
-  /// A box node of the object, or a run's first leaf (or a later one: check_parts() knows).
+  /// Whether the reference is a box node or a leaf of the object. check_parts() checks that a leaf is the first of its
+  /// run.
   static bool may_be_part(const BufferView& object, NodeRef ref) {
     if (ref == object.header->root && ref != kInvalidRef) return true;
     const SectionEntry& section = is_box(ref) ? object.nodes : object.leaves;
@@ -206,7 +209,7 @@ template <class Layout> class InstanceCheck {
         (offset - section.offset) % section.stride != 0)
       return false;
     if (is_box(ref)) return ref_type(ref) == Layout::kBoxType;
-    // Which kind a leaf is: its id bytes say.
+    // The id bytes of a leaf say its kind.
     const auto& info = reinterpret_cast<const CustomLeaf*>(object.bytes.data() + offset)->info;
     return ref_type(ref) ==
            ((info.triangle_ids & TriangleId::kProcedural) != 0 ? NodeType::kProcedural : NodeType::kTriangle0);
@@ -214,7 +217,7 @@ template <class Layout> class InstanceCheck {
 
   Check check_header_fields() {
     const FileHeader& header = *view_.header;
-    // Groups of a scene that moves have the bit though nothing of theirs does.
+    // Groups in a scene with moving boxes have the bit even if none of their instances moves.
     needs_.features |= header.features & feature_bit(Feature::kMovingBoxes);
     if (header.features != needs_.features)
       return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features, needs_.features);

@@ -14,8 +14,9 @@ namespace {
 constexpr unsigned kSegmentWords = sizeof(MotionSegment) / 4;
 using SegmentWords = std::array<std::uint32_t, kSegmentWords>;
 
-/// Rotations are unit quaternions, and neighbours are at a right angle (slerp) or at most that far apart (nlerp).
-/// Stretches keep their sign. @return the number of the first bad word, or kSegmentWords.
+/// Checks that rotations are unit quaternions and that stretches keep their sign. Neighbouring quaternions must be at
+/// a right angle (slerp), or at most at a right angle (nlerp).
+/// @return the number of the first bad word, or kSegmentWords.
 unsigned first_bad_turning_word(const TurningSegment& turning, MotionKind kind) {
   constexpr double kSlack = 0x1p-20;
   double dot = 0.0;
@@ -35,7 +36,7 @@ unsigned first_bad_turning_word(const TurningSegment& turning, MotionKind kind) 
   return kSegmentWords;
 }
 
-/// @param before the previous segment, whose end is the begin of this one, or nullptr.
+/// @param before the previous segment, which ends where this one begins, or nullptr.
 /// @return the number of the first word that is not allowed, or kSegmentWords.
 unsigned first_bad_word(const MotionSegment& segment, MotionKind kind, const MotionSegment* before) {
   const auto words = std::bit_cast<SegmentWords>(segment);
@@ -50,7 +51,7 @@ unsigned first_bad_word(const MotionSegment& segment, MotionKind kind, const Mot
   return turns ? first_bad_turning_word(segment.turning, kind) : kSegmentWords;
 }
 
-/// With moving boxes the shutter of the header covers every key.
+/// Checks that, with moving boxes, the shutter of the header covers every key.
 Check check_shutter(const FileHeader& header, const MotionSegment& segment) {
   const Shutter shutter{header.shutter_begin, header.shutter_rate};
   if (!(shutter.fraction(segment.time[0]) >= 0.0))

@@ -43,7 +43,8 @@ template <class Layout> class PrimitiveCheck {
     return view_.geometries[leaf.info.geometry_and_flags & kGeometryMask].first_primitive +
            leaf.info.primitive[triangle];
   }
-  /// Triangle or custom primitive. (A leaf of instances has one; its other number is entered_ref().)
+  /// Whether the leaf has a triangle or custom primitive @p which. A leaf of instances has one; its other number is
+  /// entered_ref().
   bool has_primitive(const Leaf& leaf, unsigned which) const {
     return which == 0 || (!view_.has_instances() && leaf.info.primitive[1] != kInvalidId);
   }
@@ -53,7 +54,7 @@ template <class Layout> class PrimitiveCheck {
     if (auto ids = check_ids<false>(index); !ids) return ids;
     if (auto triangle_ids = check_triangle_ids<false>(index); !triangle_ids) return triangle_ids;
     if (auto vertices = check_vertices(index); !vertices) return vertices;
-    // Whether a triangle may leave the box is known only when all leaves have been seen: check_splits().
+    // Whether a triangle may leave the box is known only after all leaves have been visited: check_splits().
     if (!splits_allowed_)
       for (unsigned triangle = 0; triangle < 2; ++triangle)
         if (auto inside = check_inside(index, triangle, box); !inside) return inside;
@@ -72,12 +73,12 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  /// A custom primitive's box: good, and inside what is stated for the run.
+  /// Checks that a custom primitive's box is valid and inside the box that is stated for the run.
   Check check_custom_box(const LeafVisit& visit, unsigned which) const {
     const bool present = has_primitive(leaves_[visit.index], which);
     const Box& box = custom_leaf(leaves_[visit.index]).box[which];
     const std::uint64_t at = leaf_offset(visit.index) + offsetof(CustomLeaf, box) + sizeof(Box) * which;
-    // Where an instance is that moves: InstanceCheck.
+    // InstanceCheck checks moving boxes.
     if (view_.has_moving_boxes()) return {};
     const unsigned bad = present ? first_bad_plane(box) : first_different_plane(box, empty_box());
     if (bad != kNoPlane)
@@ -166,7 +167,7 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  /// The map names, for each reached primitive, one of its references, and calls the others dropped.
+  /// Checks the map: it names one of the references of each reached primitive, and says that the others are dropped.
   Check check_map() {
     for (std::uint64_t g = 0; g < view_.geometries.size(); ++g) {
       const GeometryRecord& geometry = view_.geometries[g];
@@ -186,7 +187,8 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  /// Whole primitives lie in their box; of split ones the boxes together cover the bounds, and all copies are equal.
+  /// Checks that whole primitives lie in their box. The boxes of a split primitive must cover it, and its copies be
+  /// equal.
   Check check_splits() {
     summary_.split = split_.count();
     split_.index();

@@ -9,7 +9,7 @@ namespace hiprt::format_detail {
 
 namespace {
 
-/// Shapes of a file whose tree, leaves and primitive map have been checked.
+/// Checks the shapes of a file whose tree, leaves and primitive map have been checked.
 template <class Layout> class ShapeCheck {
  public:
   explicit ShapeCheck(const BufferView& view)
@@ -38,7 +38,7 @@ template <class Layout> class ShapeCheck {
     return {};
   }
 
-  /// The second point of each segment is one of the geometry's too.
+  /// Checks that the second point of each segment is a point of the geometry, too.
   Check check_segments(std::size_t geometry) const {
     const std::uint64_t points = view_.shapes[geometry].point_count;
     const auto segments = view_.segments_of(geometry);
@@ -49,7 +49,7 @@ template <class Layout> class ShapeCheck {
     return {};
   }
 
-  /// Each shape in a leaf lies in its box there.
+  /// Checks that each shape in a leaf lies in its box there.
   Check check_boxes(std::size_t geometry) const {
     const GeometryRecord& record = view_.geometries[geometry];
     const auto points = view_.points_of(geometry);

@@ -1,7 +1,8 @@
 #pragma once
 /// The node records of each layout behind one interface, so that builder, validator and traversal are written once.
 ///
-/// A layout is a struct with
+/// A layout is a struct with these members:
+///
 ///     kId, kBoxType                        as in the file header, and in the references to its nodes
 ///     Node, Leaf                           the records; Leaf is that of triangles (custom leaves: custom_leaf())
 ///     box(node, child)                     the box that the node's planes encode; the empty box for an absent child

@@ -1,7 +1,8 @@
 #pragma once
-/// Ray against the four boxes of a node: slabs with one fused multiply-add per plane. The rounding of the box test and
-/// of the triangle test is covered by a margin in scene units that is computed once per ray, so a conservative test
-/// costs nothing per node. Proof of the constants: docs/proofs/conservative-boxes.md.
+/// The intersection of a ray and the four boxes of a node: slabs with one fused multiply-add per plane.
+///
+/// A margin in scene units covers the rounding of the box test and of the triangle test. It is computed once per ray,
+/// so a conservative test costs nothing per node. docs/proofs/conservative-boxes.md proves the constants.
 
 #include <hiprt_device/intersect/node_lanes.h>
 #include <hiprt_device/ray.h>

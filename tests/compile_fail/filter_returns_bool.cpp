@@ -1,5 +1,5 @@
 // expect: hiprt: a filter needs FilterResult
-// A filter that answers with a bool.
+// A filter that returns a bool.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::AnyOrder needs
-// An order of any hits that does not tell where to go on.
+// An order of any hits without a next node.
 
 #include <hiprt_device/hiprt_device.h>
 
