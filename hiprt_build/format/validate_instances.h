@@ -24,8 +24,8 @@ tl::expected<std::uint32_t, FormatIssue> check_instances(const BufferView& view,
                                                          std::span<const ObjectRecord> records,
                                                          std::uint32_t stack_need, const ParallelLoop& loop);
 
-/// Checks that the record of object @p i matches its file, that the scene has the offset of its shapes, and that only
-/// zeros lie between the object files.
+/// Checks that the record of object @p i matches its file, and that the scene has the offset of its shapes. Only zeros
+/// may lie between the object files.
 Check check_object_record(const BufferView& scene, std::size_t i, const BufferView& object);
 
 }  // namespace hiprt::format_detail

@@ -14,8 +14,8 @@
 #define HIPRT_FAST_MATH 0
 #endif
 #if HIPRT_FAST_MATH && !defined(HIPRT_ALLOW_FAST_MATH)
-#error \
-    "hiprt: -ffast-math or a part of it breaks what these headers guarantee (no ray between neighbours, no hit behind a box that is missed, NaN never hit): compile without it, or define HIPRT_ALLOW_FAST_MATH and go without"
+// The guarantees that break: no ray passes between neighbours, no hit is behind a box that is missed, NaN is never hit.
+#error "hiprt: a part of -ffast-math breaks the guarantees: compile without it, or define HIPRT_ALLOW_FAST_MATH"
 #endif
 
 #if defined(__HIPCC__) || defined(__CUDACC__) || HIPRT_RUN_TIME_COMPILER

@@ -154,7 +154,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     else
       return state_.path_memory->instance[level];
   }
-  /// nullptr: the scene. (With one level always: the traversal does not ask.)
+  /// nullptr: the scene. With one level always nullptr: the traversal does not need it.
   HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const {
     if constexpr (kLevels <= 1)
       return nullptr;

@@ -1,5 +1,5 @@
 #pragma once
-/// Transforms of points, directions, normals and rays between a scene and an object of which it has an instance.
+/// Transforms of points, directions, normals and rays between a scene and an object that it has an instance of.
 
 #include <hiprt_device/math/affine.h>
 #include <hiprt_device/ray.h>

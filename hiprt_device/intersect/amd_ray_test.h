@@ -121,9 +121,10 @@ HIPRT_HD HIPRT_INLINE Words intersect_at(const void*, NodeType, const Vec3&, con
 #endif
 
 template <class Lanes> HIPRT_HD constexpr void require_instruction() {
-  static_assert(Lanes::kScalar && kMayBeNamed,
-                "hiprt: HardwareBoxes and HardwareTriangle need the ray instruction of gfx103x or gfx110x, which what "
-                "is being compiled for does not have; see kHasRayInstruction");
+  static_assert(
+      Lanes::kScalar && kMayBeNamed,
+      "hiprt: HardwareBoxes and HardwareTriangle need the ray instruction of gfx103x or gfx110x, and this code "
+      "is compiled for another processor; see kHasRayInstruction");
 }
 
 }  // namespace ray_instruction_detail

@@ -58,8 +58,11 @@ enum class InDouble { kPasses, kMisses, kUndecided };
 
 /// Whether and where a line passes through a triangle, in double. Sets result if it passes.
 ///
-/// The result is undecided if one of these is not certain: the sign of an edge function; t within 2^-26 of itself,
-/// unless it is negative; u and v within 2^-23 of 1.
+/// The result is undecided if one of these is not certain:
+/// - the sign of an edge function,
+/// - t within 2^-26 of itself, unless it is negative,
+/// - u and v within 2^-23 of 1.
+///
 /// @param uncertainty of the triangle's edge functions as Reference computes them. The edge functions in double have
 /// an error of less than 2^-26 of it, with the direction's last component as the scale instead of 1.
 HIPRT_HD HIPRT_INLINE InDouble find_in_double(const LineAndTriangle& of, float uncertainty, Candidate& result) {

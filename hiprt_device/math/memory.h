@@ -74,8 +74,8 @@ template <class Record> HIPRT_HD HIPRT_INLINE Record load_record(const Record& r
       memory_detail::load_parts(&record, std::make_index_sequence<sizeof(Record) / sizeof(Words)>{}));
 }
 
-/// The same address, of which the compiler knows nothing. What is read or computed from it again need not stay in
-/// registers.
+/// The same address, about which the compiler knows nothing. Data that is read or computed from it again need not stay
+/// in registers.
 template <class T> HIPRT_HD HIPRT_INLINE const T* forget(const T* address) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   asm volatile("" : "+v"(address));

@@ -78,7 +78,8 @@ template <> struct PrimitiveList<> {
 
 template <class First, class... Others> struct PrimitiveList<First, Others...> {
   static_assert(CustomPrimitive<First> || CustomPrimitive<First, double>,
-                "PrimitiveList: a CustomPrimitive has bool intersect(ray, tmin, tmax, id, report) const");
+                "hiprt: PrimitiveList: a functor needs bool intersect(ray, tmin, tmax, id, report) const; see concept "
+                "CustomPrimitive");
   static constexpr unsigned kCount = 1 + sizeof...(Others);
   First first;
   PrimitiveList<Others...> others{};
@@ -92,7 +93,7 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
   HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
                                        std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     static_assert(CustomPrimitive<First, Real>,
-                  "PrimitiveList: for this query's rays, float or double, a primitive has no intersect()");
+                  "hiprt: PrimitiveList: a primitive has no intersect() for this query's rays (float or double)");
     if (type != 0) return others.intersect(type - 1, ray, tmin, tmax, id, report);
     if constexpr (primitive_detail::TakesId<First, Real>)
       return first.intersect(ray, tmin, tmax, id, report);
@@ -105,7 +106,7 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
     if constexpr (requires { first.filter(ray, hit); }) return first.filter(ray, hit);
     static_assert(
         !requires { first.filter(Ray{}, Hit{}); } || std::is_same_v<Real, float>,
-        "PrimitiveList: a primitive's filter takes no double rays");
+        "hiprt: PrimitiveList: a primitive's filter does not take double rays");
     return FilterResult::kAccept;
   }
 };
@@ -126,7 +127,7 @@ template <> struct PrimitiveTable<> {
 };
 
 template <class Row, class... Others> struct PrimitiveTable<Row, Others...> {
-  static_assert(PrimitiveSet<Row>, "PrimitiveTable: its rows are PrimitiveLists (concept PrimitiveSet)");
+  static_assert(PrimitiveSet<Row>, "hiprt: PrimitiveTable: a row must be a PrimitiveList; see concept PrimitiveSet");
   static constexpr unsigned kCount =
       Row::kCount > PrimitiveTable<Others...>::kCount ? Row::kCount : PrimitiveTable<Others...>::kCount;
   Row row;

@@ -41,9 +41,9 @@ HIPRT_HD HIPRT_INLINE void set_octahedral(Details& details) {
 /// twice there, at the same t.
 ///
 /// Accuracy (docs/proofs/round-shapes.md): hits and misses are those of a line that is displaced by at most 2^-50
-/// radii. The displacement grows by 2^-52 of the distance from origin to center if the difference of their coordinates
-/// is not exact in double (exponents more than 29 apart). The error of t is at most half a unit in the last place plus
-/// 2^-49 radii over the cosine of the angle of incidence.
+/// radii. The difference of origin and center may be inexact in double (exponents more than 29 apart). Then the
+/// displacement grows by 2^-52 of their distance. The error of t is at most half a unit in the last place plus 2^-49
+/// radii over the cosine of the angle of incidence.
 ///
 /// u, v: octahedral coordinates of the normal in [0, 1]^2, which need no trigonometry. The sphere is projected from
 /// its center to the octahedron |x| + |y| + |z| = 1. Seen from above, the half z >= 0 fills the rotated square in the

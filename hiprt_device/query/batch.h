@@ -37,8 +37,8 @@ HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next,
       more = first + lane_count(lanes) < count;
     }
     if (!group_any(kWholeWave, !idle)) return;
-    const bool answered = query.advance_wave(more);
-    if (answered && !idle) {
+    const bool is_done = query.advance_wave(more);
+    if (is_done && !idle) {
       done(ray, query);
       query.cancel();
       idle = true;

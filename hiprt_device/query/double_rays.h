@@ -22,7 +22,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// ray.h. The largest coordinate of the origin is below 2^200. The largest direction component is in [2^-200, 2^200].
 /// @tparam Base its triangle test is replaced by WatertightDouble.
 template <class Base = Policies> struct DoubleRays : Base {
-  static_assert(Base::kLevels == 0, "hiprt: DoubleRays: levels come around it: Instanced<DoubleRays<...>>");
+  static_assert(Base::kLevels == 0, "hiprt: DoubleRays must be inside Instanced: write Instanced<DoubleRays<...>>");
   using Real = double;
   using Triangle = WatertightDouble;
 };

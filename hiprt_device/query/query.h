@@ -54,14 +54,14 @@ concept OwnedStack = std::constructible_from<typename Stack::Storage, typename S
 
 /// The same with a stack of the function's own.
 template <class P> HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray) {
-  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
+  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it after the ray");
   typename P::Stack::Memory memory;
   return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
 /// The same with a stack of the function's own.
 template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray) {
-  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
+  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it after the ray");
   typename P::Stack::Memory memory;
   return any_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }

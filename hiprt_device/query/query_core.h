@@ -88,7 +88,7 @@ class HitSearch {
   /// @return false: the wave pauses; call again.
   HIPRT_HD HIPRT_INLINE bool find_closest(bool may_pause) {
     static_assert(!BacktrackingStack<typename P::Stack> || !std::same_as<Order, Unordered>,
-                  "hiprt: Unordered: a restart trail finds closest hits in the order of distance only");
+                  "hiprt: Unordered: a restart trail finds closest hits only in the order of distance");
     if constexpr (kDefers) {
       DeferredDecisions<HitSearch> decisions(*this);
       if (decisions.search(may_pause) == Outcome::kPaused) return false;

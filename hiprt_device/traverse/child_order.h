@@ -158,7 +158,7 @@ struct NearestFirst {
   HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
                                             Backtrack& backtrack) {
     static_assert(!Backtrack::kNeedsStableOrder,
-                  "NearestFirst: a restart trail needs children in the order of distance");
+                  "hiprt: NearestFirst: a restart trail needs children in the order of distance");
     if (!backtrack.reserve()) return kOverflowRef;
     using namespace order_detail;
     Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
@@ -207,8 +207,7 @@ struct AsTested {
   /// @pre sorted.child[0] != kInvalidRef
   template <class Backtrack>
   HIPRT_HD static HIPRT_INLINE NodeRef next(const SortedChildren& sorted, Backtrack& backtrack) {
-    static_assert(!Backtrack::kNeedsStableOrder,
-                  "hiprt: AsTested: a restart trail needs children whose order is known");
+    static_assert(!Backtrack::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children in a known order");
     if (!backtrack.reserve()) return kOverflowRef;
     for (unsigned i = kBranching - 1; i > 0; --i)
       if (sorted.child[i] != kInvalidRef) backtrack.later(sorted.child[i]);
@@ -222,7 +221,7 @@ concept LeavesEntries = std::same_as<typename T::Entry, StackEntry> || std::same
 
 /// An order that compares the distances of a box test.
 ///
-/// next() returns the node to visit next below a node of which the ray meets at least one child. It returns
+/// next() returns the node to visit next, below a node with at least one met child. It returns
 /// kOverflowRef if the stack has no room for the other children.
 template <class T, class Stack, class Lanes>
 concept DistanceOrder = LeavesEntries<T> && requires(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,

@@ -98,7 +98,7 @@ template <class LayoutPolicy, class Base = Policies> struct WithLayout : Base { 
 ///
 ///     using Tracer = hiprt::Instanced<hiprt::Policies, 2>;
 template <class Base = Policies, unsigned kMost = 1> struct Instanced : Base {
-  static_assert(kMost != 0, "hiprt: Instanced: policies without levels are Base itself");
+  static_assert(kMost != 0, "hiprt: Instanced needs at least one level; use Base itself for none");
   using Stack = LevelStack<typename Base::Stack, kMost, typename Base::Real>;
   static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kInstances);
   static constexpr unsigned kLevels = kMost;
@@ -108,7 +108,7 @@ template <class Base = Policies, unsigned kMost = 1> struct Instanced : Base {
 ///
 ///     using Tracer = hiprt::Moving<hiprt::Instanced<hiprt::Policies>>;
 template <class Base = Instanced<>> struct Moving : Base {
-  static_assert(Base::kLevels != 0, "hiprt: Moving: what moves are instances: Moving<Instanced<...>>");
+  static_assert(Base::kLevels != 0, "hiprt: Moving needs levels of instances: write Moving<Instanced<...>>");
   static constexpr FeatureMask kFeatures = Base::kFeatures | feature_bit(Feature::kMotion);
   static constexpr bool kMoves = true;
 };

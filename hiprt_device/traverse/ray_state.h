@@ -1,8 +1,8 @@
 #pragma once
 /// The state of a traversal between two steps.
 ///
-/// The state has the ray in the form that the tests need, the node and the leaf to visit next, the nodes to visit
-/// later, and the instances that the ray is in.
+/// The state has the ray in the form that the tests need, and the instances that the ray is in. It has the next node,
+/// the current leaf, and the nodes to visit later.
 
 #include <hiprt_device/instances/levels.h>
 #include <hiprt_device/instances/moving_box.h>
@@ -77,9 +77,9 @@ template <PolicySet P, class Order, class Test> class RayState {
   static constexpr bool kTestSorts = SortingBoxTest<typename P::Boxes, Layout, Lanes>;
   static constexpr bool kHasLevels = P::kLevels != 0;
   static constexpr bool kObserved = TraversalObserver<typename P::Counter>;
-  static_assert(!kObserved || !kTestSorts, "hiprt: an observer's tracer cannot have a box test that sorts");
+  static_assert(!kObserved || !kTestSorts, "hiprt: an observer cannot be used with a box test that sorts");
   static_assert(!kHasLevels || (!kTestSorts && !BacktrackingStack<typename P::Stack>),
-                "hiprt: Instanced: not with a restart trail or a box test that sorts");
+                "hiprt: Instanced cannot be used with a restart trail or a box test that sorts");
 
   template <class Primitives> HIPRT_HD static constexpr bool has_custom() {
     return Primitives::kCount != 0 && (P::kFeatures & feature_bit(Feature::kCustom)) != 0;

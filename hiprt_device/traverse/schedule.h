@@ -35,8 +35,8 @@ struct Postponed {
 /// @tparam kSearchAbove the lanes test leaves as soon as at most so many of 32 lanes still search one. So a few slow
 /// lanes do not make the others wait.
 template <unsigned kFetchBelow = 12, unsigned kSearchAbove = 4> struct WholeWave {
-  static_assert(kFetchBelow >= 1 && kFetchBelow <= 32, "WholeWave: kFetchBelow is a number of lanes of 32");
-  static_assert(kSearchAbove < 32, "WholeWave: kSearchAbove is a number of lanes of 32");
+  static_assert(kFetchBelow >= 1 && kFetchBelow <= 32, "hiprt: WholeWave: kFetchBelow must be from 1 to 32");
+  static_assert(kSearchAbove < 32, "hiprt: WholeWave: kSearchAbove must be below 32");
   static constexpr bool kTogether = true;
   static constexpr bool kBatchOnly = true;
   HIPRT_HD static constexpr LaneMask group() { return kWholeWave; }

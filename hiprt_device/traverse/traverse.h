@@ -47,8 +47,9 @@ class Traversal : public RayState<P, Order, Test> {
   HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                     const Primitives& primitives, typename P::Counter& counter,
                                     [[maybe_unused]] bool may_pause, Visit&& visit) {
-    static_assert(kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
-                  "hiprt: the order AsTested and a box test that sorts (of this layout) go together only");
+    static_assert(
+        kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
+        "hiprt: the order AsTested needs a box test that sorts (for this layout), and such a test needs AsTested");
     if constexpr (P::Schedule::kTogether)
       return run_together(scene, ray, limit, primitives, counter, may_pause, visit);
     else

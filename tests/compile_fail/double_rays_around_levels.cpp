@@ -1,4 +1,4 @@
-// expect: levels come around it
+// expect: hiprt: DoubleRays must be inside Instanced
 // Levels of instances inside double rays: their stack would hold float rays.
 
 #include <hiprt_device/hiprt_device.h>

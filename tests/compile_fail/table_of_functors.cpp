@@ -1,4 +1,4 @@
-// expect: PrimitiveTable: its rows are PrimitiveLists
+// expect: hiprt: PrimitiveTable: a row must be a PrimitiveList
 // A functor in a table, in place of a list of functors.
 
 #include <hiprt_device/hiprt_device.h>

@@ -1,5 +1,5 @@
 // expect: deleted
-// A query of a scene that no longer exists when the query runs.
+// A query of a temporary scene, which ends before the query runs.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -18,7 +18,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// has put out of reach may be missing only at the far end. So orders must sort by distance, then by reference. They
 /// need not sort if no hit shortens the ray. Trees of more than 64 levels overflow this stack.
 template <unsigned kEntries = 4> struct RestartStack {
-  static_assert(kEntries <= 8, "RestartStack: entries live in registers");
+  static_assert(kEntries <= 8, "hiprt: RestartStack: kEntries must be at most 8, because entries are in registers");
   struct Storage : OverflowCount {};
 
   template <class Entry> class Backtrack {

@@ -19,7 +19,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 ///     __shared__ hiprt::StackEntry ring[kBlock * hiprt::RollingStack<8>::kEntriesPerThread];
 ///     hiprt::RollingStack<8>::Storage storage(ring, threadIdx.x, kBlock, hiprt::grid_spill(memory, ...));
 template <unsigned kRing = 8> struct RollingStack {
-  static_assert(kRing != 0 && (kRing & (kRing - 1)) == 0, "RollingStack: the ring's size is a power of two");
+  static_assert(kRing != 0 && (kRing & (kRing - 1)) == 0, "hiprt: RollingStack: kRing must be a power of two");
   static constexpr unsigned kEntriesPerThread = kRing;
 
   /// Entries of global memory per thread for a scene.

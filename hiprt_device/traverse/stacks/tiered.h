@@ -21,7 +21,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 ///     hiprt::TieredStack<16>::Memory memory;
 ///     hiprt::TieredStack<16>::Storage storage(entries, threadIdx.x, kBlock, memory);
 template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
-  static_assert(kShared >= 1 && kShared < kEntries, "TieredStack: one entry at least is shared, and fewer than all");
+  static_assert(kShared >= 1 && kShared < kEntries, "hiprt: TieredStack: kShared must be from 1 to kEntries - 1");
   static constexpr unsigned kEntriesPerThread = kShared;
 
   struct Memory {
