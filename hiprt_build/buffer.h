@@ -16,11 +16,11 @@ class HIPRT_BUILD_API Buffer {
   using Release = std::function<void(std::byte* data, std::size_t size)>;
 
   Buffer() = default;
-  /// @param size bytes, zero-filled. Throws std::bad_alloc when there is no memory.
+  /// @param size bytes, filled with zeros. Throws std::bad_alloc when there is no memory.
   explicit Buffer(std::size_t size);
-  /// @param size bytes, not yet set. Throws std::bad_alloc when there is no memory.
+  /// @param size bytes, not initialised. Throws std::bad_alloc when there is no memory.
   static Buffer uninitialized(std::size_t size);
-  /// Takes over foreign memory (a mapping, a caller's allocation); @p release gives it back.
+  /// Takes ownership of memory (a mapping, a caller's allocation); @p release frees it.
   Buffer(std::byte* data, std::size_t size, Release release);
   Buffer(Buffer&& other) noexcept;
   Buffer& operator=(Buffer&& other) noexcept;

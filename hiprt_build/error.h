@@ -11,24 +11,24 @@ namespace hiprt::build {
 
 enum class ErrorCode {
   kInvalidInput,  ///< An index past the vertices, an option out of range, a malformed file.
-  kTooLarge,      ///< More than a 32-bit node reference, geometry id or primitive id can address.
+  kTooLarge,      ///< More than a 32-bit node reference, geometry id or primitive id can express.
   kOutOfMemory,
-  kCancelled,  ///< The progress callback asked to stop.
+  kCancelled,  ///< The progress callback returned that the work should stop.
   kIo,         ///< A file could not be opened, read, written or renamed.
-  kBackend,    ///< A library beneath (Embree) reported an error.
+  kBackend,    ///< A library that we use (Embree) reported an error.
   kNoDevice,   ///< No GPU, or no driver for it.
   kGpu,        ///< The GPU runtime (HIP, CUDA) reported an error.
 };
 
-/// @return e.g. "invalid input".
+/// @return a short name, for example "invalid input".
 HIPRT_BUILD_API const char* name(ErrorCode code);
 
 struct Error {
   ErrorCode code;
-  std::string message;  ///< What, where and which limit, without a trailing full stop or newline.
+  std::string message;  ///< What is wrong, where, and the limit, without a full stop or newline at the end.
 };
 
-/// A value, or what went wrong.
+/// A value or an error.
 template <class T> using Result = tl::expected<T, Error>;
 
 }  // namespace hiprt::build

@@ -13,12 +13,12 @@ namespace hiprt::build {
 /// @return kIo with the path and the system's reason (missing, unreadable, a directory, empty).
 HIPRT_BUILD_API Result<Buffer> map_file(const std::filesystem::path& path);
 
-/// Whether write_file() could write there, as far as that can be known before: to be asked before long work.
+/// Whether write_file() could write there, as far as that can be known. Call it before long work.
 /// @return kIo with the path and the reason (no such folder, a folder, not a regular file, no permission).
 HIPRT_BUILD_API Result<void> check_writable(const std::filesystem::path& path);
 
-/// Writes to a temporary file in the same folder, flushes it and renames it: the old file or the whole new one is
-/// there. A file without write permission is not replaced.
+/// Writes to a temporary file in the same folder, flushes it and renames it. So there is either the old file or the
+/// whole new one. A file without write permission is not replaced.
 /// @return the errors of check_writable(), or kIo with the system's reason.
 HIPRT_BUILD_API Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Opens a BVH file for tracing in one call: maps it, checks it, and gives the view that queries take.
+/// Opens a BVH file for tracing in one call: maps it, checks it, and returns the view that queries take.
 ///
 ///     const auto file = hiprt::open_scene("scene.bvh");
 ///     if (!file) return std::fprintf(stderr, "%s\n", file.error().message.c_str());
@@ -19,14 +19,15 @@
 
 namespace hiprt {
 
-/// The bytes of a checked BVH file and what they hold.
+/// A checked BVH file: its bytes and views of them.
 class SceneFile {
  public:
-  /// For the host. A copy on a GPU: gpu::upload_scene(file.bytes(), ...), or make_scene_view(file.view(), address).
+  /// The view for the host. For a copy on a GPU call gpu::upload_scene(file.bytes(), ...), or
+  /// make_scene_view(file.view(), address).
   SceneView scene() const { return make_scene_view(view_); }
   const BufferView& view() const { return view_; }
   std::span<const std::byte> bytes() const { return view_.bytes; }
-  /// What the checks have counted.
+  /// The numbers that the checks have counted.
   const ValidateSummary& summary() const { return summary_; }
 
  private:
@@ -34,14 +35,14 @@ class SceneFile {
   friend HIPRT_BUILD_API build::Result<SceneFile> open_scene(std::span<const std::byte>, std::string_view,
                                                              const ParallelLoop&);
 
-  build::Buffer buffer_;  ///< Empty where the bytes are the caller's.
+  build::Buffer buffer_;  ///< Empty if the bytes are the caller's.
   BufferView view_;
   ValidateSummary summary_;
 };
 
-/// Opens a file. It is mapped as long as the result lives, and must not change meanwhile.
+/// Opens a file. It stays mapped as long as the result lives, and must not change during that time.
 /// @param loop may check large scenes on many threads, see validate(). Empty: this thread.
-/// @return kIo if the file cannot be read; kInvalidInput with the path, what is wrong and the byte; kOutOfMemory.
+/// @return kIo if the file cannot be read; kInvalidInput with the path, the fault and the byte; kOutOfMemory.
 HIPRT_BUILD_API build::Result<SceneFile> open_scene(const std::string& path, const ParallelLoop& loop = {});
 
 /// Opens a file in memory, which must outlive the result. Bytes that do not start at a multiple of 128 are copied.

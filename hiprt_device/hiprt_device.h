@@ -1,6 +1,7 @@
 #pragma once
-/// Everything a kernel needs: scenes, rays, hits, policies, stacks, filters, custom primitives and queries. By example:
-/// docs/README.md. The library's own custom primitives have headers of their own (primitives/), as a program's have.
+/// Everything that a kernel needs: scenes, rays, hits, policies, stacks, filters, custom primitives and queries.
+///
+/// docs/README.md leads to the guide. The library's own custom primitives have headers of their own (primitives/).
 
 #include <hiprt_device/filter.h>
 #include <hiprt_device/instances/path_transform.h>

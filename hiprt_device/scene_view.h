@@ -1,5 +1,5 @@
 #pragma once
-/// What a tracer needs of a BVH file: a small value that is passed to kernels.
+/// The part of a BVH file that a tracer needs: a small value that is passed to kernels.
 
 #include <hiprt_device/format/buffer.h>
 #include <hiprt_device/format/instance.h>
@@ -18,14 +18,15 @@ struct SceneView {
   FeatureMask features = 0;
   NodeLayout layout = NodeLayout::kPlanes;
   Box bounds{};
-  // Of a scene of instances; else as they are here.
+  // The following members are those of a scene of instances. In other scenes they keep these values.
   const InstanceRecord* instances = nullptr;
   const ObjectRecord* objects = nullptr;
-  const MotionRecord* motions = nullptr;  ///< Of the scene's own instances, if any of these moves.
-  std::uint32_t levels = 0;               ///< Instances on the longest way to a primitive.
+  const MotionRecord* motions = nullptr;  ///< Motions of the scene's own instances; nullptr if none of them moves.
+  std::uint32_t levels = 0;               ///< Number of instances on the longest path to a primitive.
   float condition = 0.0f, reach = 0.0f;
-  float shutter_begin = 0.0f, shutter_rate = 0.0f;  ///< As in the header.
-  /// Offset in the file of what SceneShapes reads: kShapes; of a scene of instances kObjectShapes. 0: there is none.
+  float shutter_begin = 0.0f, shutter_rate = 0.0f;  ///< As in FileHeader.
+  /// Offset in the file of the section that SceneShapes reads: kShapes, or kObjectShapes in a scene of instances. 0:
+  /// none.
   std::uint64_t shapes = 0;
 };
 

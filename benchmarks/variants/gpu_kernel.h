@@ -63,7 +63,7 @@ struct PrivateStorage {
   }
 };
 
-/// PrivateStorage with the state per level of instances (LevelWays) in shared memory.
+/// PrivateStorage with the state per level of instances (PathMemory) in shared memory.
 struct SharedPathStorage : PrivateStorage {};
 
 /// The first entries in shared memory, the others in local memory.
@@ -78,7 +78,7 @@ template <unsigned kShared> struct TieredStorage {
   }
 };
 
-/// TieredStorage with LevelWays in shared memory.
+/// TieredStorage with PathMemory in shared memory.
 template <unsigned kShared> struct TieredPathStorage : TieredStorage<kShared> {};
 
 /// Shared memory only. Rays that need more entries fail and are counted.
@@ -218,11 +218,11 @@ template <unsigned kShared> inline constexpr bool kSharesPath<TieredPathStorage<
 template <class P, unsigned kBlock, class Use> __device__ HIPRT_INLINE void with_storage(const GpuJob& job, Use&& use) {
   P::StackStorage::template with<kBlock>(job, [&](const auto& storage) {
     if constexpr (kSharesPath<typename P::StackStorage>) {
-      __shared__ LevelWays<P::kLevels> ways[kBlock];
-      use(typename P::Stack::Storage(storage, ways[threadIdx.x]));
+      __shared__ PathMemory<P::kLevels> path_memory[kBlock];
+      use(typename P::Stack::Storage(storage, path_memory[threadIdx.x]));
     } else if constexpr (P::kLevels != 0) {
-      LevelWays<P::kLevels> ways;
-      use(typename P::Stack::Storage(storage, ways));
+      PathMemory<P::kLevels> path_memory;
+      use(typename P::Stack::Storage(storage, path_memory));
     } else {
       use(storage);
     }

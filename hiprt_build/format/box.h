@@ -1,5 +1,5 @@
 #pragma once
-/// Boxes on host and device: growing, comparing and finding the plane at fault. Internal.
+/// Boxes on host and device: growing, comparing, and finding the wrong plane. Internal.
 
 #include <hiprt_device/format/node.h>
 
@@ -33,7 +33,7 @@ HIPRT_HD inline unsigned first_bad_plane(const Box& box) {
   return kNoPlane;
 }
 
-/// The same where min = -inf and max = +inf are allowed.
+/// The same, but min = -inf and max = +inf are allowed.
 inline unsigned first_bad_plane_unbounded(Box box) {
   constexpr float kMax = std::numeric_limits<float>::max(), kInfinity = std::numeric_limits<float>::infinity();
   for (unsigned axis = 0; axis < 3; ++axis) {

@@ -1,5 +1,5 @@
 #pragma once
-/// From the layout number of a file to the type that describes it.
+/// Calls a function with the type of a file's layout.
 
 #include <hiprt_device/format/layout.h>
 
@@ -19,7 +19,7 @@ template <class Function> constexpr decltype(auto) dispatch_layout(NodeLayout la
   }
 }
 
-/// Bytes of a layout's box nodes.
+/// Size of a layout's box nodes in bytes.
 constexpr std::uint64_t node_size(NodeLayout layout) {
   return dispatch_layout(layout, [](auto tag) -> std::uint64_t { return sizeof(typename decltype(tag)::Node); });
 }

@@ -55,8 +55,8 @@ bool write_all(int descriptor, std::span<const std::byte> bytes) {
   return true;
 }
 
-/// Where the bytes of @p path really go: links are followed, so that they stay links. Only regular files are replaced:
-/// a rename over /dev/null would succeed for root.
+/// The file that a write to @p path replaces. Links are followed, so that they stay links. Only regular files are
+/// replaced: for root, a rename over /dev/null would succeed.
 Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
   if (!path.has_filename()) return io_error("write", path, "it names no file");
   std::error_code error;
@@ -76,7 +76,8 @@ std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
-/// A new file in @p folder with the permissions that the umask gives. @return its descriptor, or -1 with errno set.
+/// Creates a file in @p folder with the permissions that the umask gives.
+/// @return its descriptor, or -1 with errno set.
 int create_temporary(const std::filesystem::path& folder, std::filesystem::path& name) {
   static std::atomic<std::uint32_t> counter{0};
   constexpr int kAttempts = 100;
@@ -88,13 +89,14 @@ int create_temporary(const std::filesystem::path& folder, std::filesystem::path&
   return -1;
 }
 
-/// Makes the rename itself durable. Some file systems refuse to flush a folder; the file is complete all the same.
+/// Makes the rename itself durable. Some file systems refuse to flush a folder; the file is complete nevertheless.
 void flush_folder(const std::filesystem::path& folder) {
   const File directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (directory.get() >= 0) static_cast<void>(::fsync(directory.get()));
 }
 
-/// Fills the temporary file and gives it its name. @return what could not be done, or nullptr; errno says why.
+/// Fills the temporary file and renames it.
+/// @return what failed, or nullptr; errno has the reason.
 const char* fill_and_rename(File& file, const std::filesystem::path& temporary, const std::filesystem::path& target,
                             std::span<const std::byte> bytes) {
   struct stat replaced {};

@@ -1,5 +1,5 @@
 #pragma once
-/// Where the sections of a file lie. Every writer computes its offsets here.
+/// The offsets of a file's sections. Every writer computes them here.
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/format/buffer.h>
@@ -15,7 +15,7 @@ constexpr std::uint64_t align_up(std::uint64_t offset, std::uint64_t alignment) 
   return (offset + alignment - 1) / alignment * alignment;
 }
 
-/// Sections of a file, one behind the other.
+/// The sections of a file, one after the other.
 class FileLayout {
  public:
   /// Bytes of the header and of a section table.
@@ -24,10 +24,12 @@ class FileLayout {
   }
 
   FileLayout() = default;
-  /// @param sections entries that the table will have, up to kMaxSections.
+  /// @param sections number of entries that the table will have, up to kMaxSections.
   explicit FileLayout(std::uint32_t sections) : byte_size_(head_size(sections)) {}
 
-  /// Appends a section. @param alignment of its offset. @return its offset.
+  /// Appends a section.
+  /// @param alignment of its offset.
+  /// @return its offset.
   std::uint64_t add(SectionKind kind, std::uint64_t count, std::uint64_t stride, std::uint32_t flags = kSectionRequired,
                     std::uint64_t alignment = kSectionAlignment) {
     const std::uint64_t offset = align_up(byte_size_, alignment);
@@ -35,7 +37,8 @@ class FileLayout {
     byte_size_ = offset + count * stride;
     return offset;
   }
-  /// Appends a section that lies where it is. @param end of the file so far.
+  /// Appends a section with the offset that it has.
+  /// @param end of the file so far.
   void keep(const SectionEntry& section, std::uint64_t end) {
     sections_[count_++] = section;
     byte_size_ = end;
@@ -49,7 +52,7 @@ class FileLayout {
   SectionEntry* begin() { return sections_; }
   SectionEntry* end() { return sections_ + count_; }
   std::uint32_t count() const { return count_; }
-  /// Of the whole file.
+  /// Size of the whole file.
   std::uint64_t byte_size() const { return byte_size_; }
 
  private:
@@ -58,7 +61,7 @@ class FileLayout {
   std::uint64_t byte_size_ = 0;
 };
 
-/// Records in the sections that every file has.
+/// Numbers of records in the sections that every file has.
 struct FileCounts {
   std::uint64_t nodes, leaves, primitives = 0, geometries = 0;
   std::uint64_t provenance = 0;  ///< Bytes.

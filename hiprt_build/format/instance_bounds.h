@@ -11,32 +11,33 @@
 
 namespace hiprt::format_detail {
 
-/// Where an instance is, or goes: what boxes of its object become in the scene.
-class InstancePlace {
+/// Bounds of an instance that may move: transforms boxes of its object to the scene.
+class InstanceMotionBounds {
  public:
-  /// @param segments none: it stands still. @param slack of StillPlace.
-  InstancePlace(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
-                double slack = 1.0)
+  /// @param segments none: the instance stands still.
+  /// @param slack as that of StillInstanceBounds.
+  InstanceMotionBounds(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
+                       double slack = 1.0)
       : still_(record, slack), slack_(slack) {
     for (const MotionSegment& segment : segments) motion_.emplace_back(segment, kind);
   }
   /// Instance @p i of a file.
-  InstancePlace(const BufferView& view, std::size_t i, double slack = 1.0)
-      : InstancePlace(view.instances[i], view.motion_of(i), view.motions.empty() ? MotionKind{} : view.motions[i].kind,
-                      slack) {}
+  InstanceMotionBounds(const BufferView& view, std::size_t i, double slack = 1.0)
+      : InstanceMotionBounds(view.instances[i], view.motion_of(i),
+                             view.motions.empty() ? MotionKind{} : view.motions[i].kind, slack) {}
 
-  /// A box that holds all images of a box of the object.
+  /// A box that contains all images of a box of the object, at all times.
   Box bounds(const Box& box) const {
     return motion_.empty() ? still_.bounds(box) : bounds_in_motion(motion_, box, slack_);
   }
 
  private:
-  StillPlace still_;
+  StillInstanceBounds still_;
   std::vector<SegmentMotion> motion_;
   double slack_;
 };
 
-/// What is needed to know of an object's file.
+/// The part of an object's file that bounds need.
 struct BoundedObject {
   const std::byte* base;
   NodeRef root;
@@ -58,17 +59,17 @@ struct BoundedObject {
         has_moving_boxes(view.has_moving_boxes()) {}
 };
 
-/// A node or run to be looked into, and how many levels down.
+/// A node or run to visit, and the number of levels to go down.
 struct PendingPart {
   NodeRef ref;
   unsigned levels;
-  float excess;  ///< How far it has reached beyond what was found before, in sizes of the whole.
+  float excess;  ///< How far its box reached beyond the result when it was added, relative to the size of the whole.
   Box here;      ///< Its box in the scene.
 
   HIPRT_HD friend bool operator<(const PendingPart& a, const PendingPart& b) { return a.excess < b.excess; }
 };
 
-/// A vector of so many elements at most, without an allocation.
+/// A vector of at most kMost elements, without an allocation.
 template <class T, unsigned kMost> class ShortStack {
  public:
   HIPRT_HD bool empty() const { return size_ == 0; }
@@ -81,26 +82,29 @@ template <class T, unsigned kMost> class ShortStack {
   T values_[kMost];
   unsigned size_ = 0;
 };
-/// Of PendingPart, for bounds from up to @p kLevels levels.
-template <unsigned kLevels> using FewParts = ShortStack<PendingPart, 1 + (kBranching - 1) * kLevels>;
+/// A stack of PendingPart, for bounds from up to @p kLevels levels.
+template <unsigned kLevels> using ShortPartStack = ShortStack<PendingPart, 1 + (kBranching - 1) * kLevels>;
 
-/// Grows a box by transformed ones, from the root of an object down to where it is asked for.
-/// @tparam Place InstancePlace or StillPlace. @tparam Pending memory for parts: FewParts where there are no vectors.
-template <class Layout, class Place = InstancePlace, class Pending = std::vector<PendingPart>> class InstanceBounder {
+/// Grows a box by transformed boxes, from the root of an object down to a level.
+/// @tparam Transform InstanceMotionBounds or StillInstanceBounds.
+/// @tparam Pending memory for parts: ShortPartStack where there are no vectors.
+template <class Layout, class Transform = InstanceMotionBounds, class Pending = std::vector<PendingPart>>
+class InstanceBounder {
  public:
-  /// Levels: down to every triangle's corners, custom primitive and instance.
+  /// Levels: down to the corners of every triangle, and to every custom primitive and instance.
   static constexpr unsigned kToPrimitives = ~0u;
 
-  HIPRT_HD InstanceBounder(const BoundedObject& object, const Place& place) : object_(object), place_(place) {}
+  HIPRT_HD InstanceBounder(const BoundedObject& object, const Transform& to_scene)
+      : object_(object), to_scene_(to_scene) {}
 
-  /// @param root what rays enter: the object's root, or a node or run below.
-  /// @param levels of box nodes to go down; below a leaf's box only for kToPrimitives.
-  /// @param box what there is already: parts inside it are not looked into.
+  /// @param root the root of the object, or a node or run below it.
+  /// @param levels of box nodes to go down. Primitives are visited only with kToPrimitives.
+  /// @param box the box to grow: parts inside it are not visited.
   HIPRT_HD Box bounds(NodeRef root, unsigned levels, Box box = empty_box()) {
     result_ = box;
     into_leaves_ = levels == kToPrimitives;
     const Box whole = box_of(root);
-    // Each is a bound: of a part's corners some may be farther than those of the whole.
+    // The box of the whole bounds all parts. Some corner of a part's box may lie outside it.
     limit_ = in_scene(whole);
     if constexpr (kFarthestFirst)
       for (unsigned axis = 0; axis < 3; ++axis) {
@@ -114,16 +118,16 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   }
 
  private:
-  /// Of vectors, as a heap, the part comes first that reaches farthest beyond what is found: most others are inside
-  /// that then, and not looked into. The result is the same in any order.
+  /// Vectors are heaps: the part that reaches farthest beyond the result comes first. Most other parts are then inside
+  /// the result and are not visited. The result is the same in any order.
   static constexpr bool kFarthestFirst = requires(Pending pending) { pending.begin(); };
 
   // clang-format off
-  HIPRT_MAY_CALL_HOST  // InstancePlace, which is used on hosts only.
-  HIPRT_HD Box in_scene(const Box& box) const { return place_.bounds(box); }
+  HIPRT_MAY_CALL_HOST  // InstanceMotionBounds, which is used on hosts only.
+  HIPRT_HD Box in_scene(const Box& box) const { return to_scene_.bounds(box); }
   // clang-format on
 
-  /// Of what an instance enters: the object, or a node or run below its root.
+  /// The box, in the object, of the object or of a node or run below its root.
   HIPRT_HD Box box_of(NodeRef ref) const {
     if (ref == object_.root || ref == kInvalidRef) return object_.bounds;
     Box box = empty_box();
@@ -162,7 +166,7 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   }
   HIPRT_HD PendingPart take() {
     if constexpr (kFarthestFirst) {
-      // What is found grows, so what stands in the heap is no less than what it is now.
+      // The result only grows. So the excess in the heap is at least the current one.
       for (;;) {
         std::pop_heap(pending_.begin(), pending_.end());
         PendingPart& part = pending_.back();
@@ -188,12 +192,12 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
     return most;
   }
 
-  /// visit(box) for the corners, or the boxes, of a run's primitives.
+  /// Calls visit(box) for the corners, or the boxes, of a run's primitives.
   template <class Visit> HIPRT_HD void for_each_leaf(NodeRef ref, const Visit& visit) const {
     for (;; ref += make_ref(kNodeGranularity, NodeType::kTriangle0)) {
       const LeafInfo& info = at<CustomLeaf>(ref).info;
       if (ref_type(ref) == NodeType::kProcedural) {
-        // The second one's, or that of an instance which moves at the end.
+        // The box of the second primitive, or of a moving instance at the shutter's end.
         visit(at<CustomLeaf>(ref).box[0]);
         if (object_.has_instances ? object_.has_moving_boxes : info.primitive[1] != kInvalidId)
           visit(at<CustomLeaf>(ref).box[1]);
@@ -222,7 +226,7 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   }
 
   BoundedObject object_;
-  const Place& place_;
+  const Transform& to_scene_;
   bool into_leaves_ = false;
   Box limit_{};
   float per_size_[3] = {};  ///< One over the sizes of limit_.
@@ -230,21 +234,22 @@ template <class Layout, class Place = InstancePlace, class Pending = std::vector
   Pending pending_{};
 };
 
-/// What the transforms of a file magnify, and what its header has to say of all that is below.
+/// How much the transforms of a file magnify errors, and the header fields that depend on everything below.
 struct InstanceNeeds {
   double condition = 1.0, reach = 0.0;
   std::uint32_t levels = 1, stack = 0;
   FeatureMask features = feature_bit(Feature::kInstances);
 
-  /// Of an instance that stands still. @param object not empty.
+  /// Adds an instance that stands still.
+  /// @param object not empty.
   HIPRT_HD void add(const InstanceRecord& record, const ObjectRecord& object) {
     const double x = record.translation[0], y = record.translation[1], z = record.translation[2];
-    // norm() is at most the square root of 3 below the Euclidean one.
+    // The Euclidean norm is at most the square root of 3 times norm().
     constexpr double kRoot3 = 1.7320508075688773;
     add(record, object,
         {condition_of(record), 0.0, kRoot3 * LinearInverse(record).norm(), ::sqrt(x * x + y * y + z * z)});
   }
-  /// @param by how much its transforms magnify.
+  /// @param by how much its transforms magnify errors.
   HIPRT_HD void add(const InstanceRecord& record, const ObjectRecord& object, const MotionMagnification& by) {
     using affine_detail::larger;
     condition = larger(condition, (by.condition + by.rounding) * (1.0 + static_cast<double>(object.condition)));
@@ -264,7 +269,7 @@ struct InstanceNeeds {
   }
 };
 
-/// What a scene's file says of an object, but for where it lies.
+/// The record of an object in a scene's file, without its offset.
 inline ObjectRecord describe(const BufferView& object) {
   const FileHeader& header = *object.header;
   ObjectRecord record{};

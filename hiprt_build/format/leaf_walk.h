@@ -9,21 +9,21 @@
 
 namespace hiprt::format_detail {
 
-/// A leaf on the way through the tree.
-struct LeafPlace {
+/// A leaf that a walk over the tree visits.
+struct LeafVisit {
   std::uint64_t index;
-  bool custom;     ///< A custom leaf, by the type of the reference to its run.
-  const Box& box;  ///< Stated for its run; finite.
+  bool custom;     ///< Whether it is a custom leaf, by the type of the reference to its run.
+  const Box& box;  ///< The box that is stated for its run; finite.
 };
 
-/// Calls visit(LeafPlace) for every leaf until a call fails.
+/// Calls visit(LeafVisit) for every leaf until a call fails.
 template <class Layout, class Visit> Check for_each_leaf(const BufferView& view, Visit&& visit) {
   const auto leaves = view.records<typename Layout::Leaf>(view.leaves);
   const auto visit_run = [&](NodeRef ref, Box box) -> Check {
     const bool custom = ref_type(ref) == NodeType::kProcedural;
     if constexpr (Layout::kId == NodeLayout::kHalf) box = bounded(box, view.header->bounds);
     for (std::uint64_t leaf = (ref_offset(ref) - view.leaves.offset) / view.leaves.stride;; ++leaf) {
-      if (auto visited = visit(LeafPlace{leaf, custom, box}); !visited) return visited;
+      if (auto visited = visit(LeafVisit{leaf, custom, box}); !visited) return visited;
       if ((leaves[leaf].info.geometry_and_flags & kLastInRun) != 0) return {};
     }
   };

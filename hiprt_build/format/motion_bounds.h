@@ -1,7 +1,9 @@
 #pragma once
-/// Bounds of what moves, over all its times: in double, host only. Method: along each axis a point moves as a linear
-/// function of s plus linear functions times the sine and the cosine of the rotation's angle; where a bound of the
-/// second derivative leaves room for an extremum the interval of s is halved.
+/// Bounds of moving instances over all times, in double. Host only.
+///
+/// Along each axis the coordinate of a point is a linear function of s, plus linear functions times the sine and the
+/// cosine of the rotation's angle. If a bound of the second derivative allows an extremum, the interval of s is
+/// halved.
 
 #include <hiprt_device/format/motion.h>
 #include <hiprt_device/math/affine.h>
@@ -21,12 +23,13 @@ struct MotionRange {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
 };
 
-/// One coordinate of a point as it goes from key to key:
-/// e(s) + g(s) cos(2 phi(s)) + h(s) sin(2 phi(s)), with e, g, h linear, phi the angle of the arc between quaternions.
+/// One coordinate of a point between two keys: e(s) + g(s) cos(2 phi(s)) + h(s) sin(2 phi(s)).
+///
+/// e, g and h are linear; phi is the angle of the arc between the quaternions.
 struct MotionCurve {
-  double e[2], g[2], h[2];  ///< At s = 0, and what s = 1 adds.
+  double e[2], g[2], h[2];  ///< The value at s = 0, and the difference at s = 1.
   double angle;             ///< phi(1), in [0, pi / 2].
-  bool normalised;          ///< phi(s) = atan(s sin(angle), 1 - s + s cos(angle)); else s * angle.
+  bool normalised;          ///< phi(s) = atan(s sin(angle), 1 - s + s cos(angle)); otherwise s * angle.
 
   struct Point {
     double value, derivative;
@@ -43,14 +46,14 @@ struct MotionCurve {
     return {e[0] + s * e[1] + gs * cosine + hs * sine,
             e[1] + g[1] * cosine + h[1] * sine + 2.0 * speed * (hs * cosine - gs * sine)};
   }
-  /// Of what is normalised the least squared length.
+  /// The least squared length of the quaternion before it is normalised.
   double least() const { return 0.5 * (1.0 + std::cos(angle)); }
-  /// Of phi's derivative, an upper bound.
+  /// An upper bound of phi's derivative.
   double turning() const { return normalised ? std::sin(angle) / least() : angle; }
   double amplitude() const { return std::max(std::hypot(g[0], h[0]), std::hypot(g[0] + g[1], h[0] + h[1])); }
-  /// Of the derivative, an upper bound.
+  /// An upper bound of the derivative.
   double speed() const { return std::fabs(e[1]) + std::hypot(g[1], h[1]) + 2.0 * turning() * amplitude(); }
-  /// Of the second derivative, an upper bound.
+  /// An upper bound of the second derivative.
   double curvature() const {
     const double acceleration =
         normalised ? 2.0 * std::sin(angle) * (1.0 - std::cos(angle)) / (least() * least()) : 0.0;
@@ -62,21 +65,23 @@ struct MotionCurve {
     return sum;
   }
 
-  /// Seen from what has gone so far itself at s = 0 and at s = 1, linearly.
+  /// The curve relative to a plane that has itself drifted by @p begin at s = 0 and by @p end at s = 1, linearly.
   MotionCurve drifting(double begin, double end) const {
     MotionCurve curve = *this;
     curve.e[0] -= begin;
     curve.e[1] -= end - begin;
     return curve;
   }
-  /// Grows the range by the value at s, seen from what has gone so far. @param slack as grow()'s.
+  /// Grows the range by the value at s, relative to a plane that has drifted by @p gone.
+  /// @param slack as that of grow().
   void grow_at(MotionRange& range, double s, double gone, double slack) const {
     const double pad = slack * 0x1p-46 * (magnitude() + std::fabs(gone)), value = at(s).value - gone;
     range.low = std::min(range.low, value - pad);
     range.high = std::max(range.high, value + pad);
   }
   /// Grows the range by all values for s in [0, 1].
-  /// @param slack 1: by no less; 0: by no more, and at most 2^-26 of the magnitude less.
+  /// @param slack 1: the range is not too small. 0: it is not too large, and too small by at most 2^-26 of the
+  /// magnitude.
   void grow(MotionRange& range, double slack) const {
     const double pad = slack * 0x1p-46 * magnitude(), tolerance = 0x1p-26 * magnitude(), bend = curvature();
     const double first = at(0.0).value, last = at(1.0).value;
@@ -111,7 +116,7 @@ struct MotionCurve {
   }
 };
 
-/// A segment of a motion, in double: what at_time() computes but for its rounding.
+/// A segment of a motion, in double: the transform of at_time() without its rounding.
 class SegmentMotion {
  public:
   SegmentMotion(const MotionSegment& segment, MotionKind kind) : normalised_(kind == MotionKind::kNlerp) {
@@ -135,7 +140,7 @@ class SegmentMotion {
     }
   }
 
-  /// How coordinate @p r of a point of the object moves.
+  /// The curve of coordinate @p r of a point of the object.
   MotionCurve curve(unsigned r, const double (&p)[3]) const {
     double from[3], more[3];
     for (unsigned k = 0; k < 3; ++k) {
@@ -177,14 +182,14 @@ class SegmentMotion {
         sine_[r][c] = mixed[r][c];
       }
   }
-  /// @return the length that it had. Nothing becomes of 0.
+  /// @return the length before. A quaternion of length 0 stays the same.
   static double normalise(double (&q)[4]) {
     const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     if (length > 0.0)
       for (double& x : q) x /= length;
     return length;
   }
-  /// The symmetric bilinear form that gives of (q, q) the rotation, times the squared length.
+  /// The symmetric bilinear form that maps (q, q) to the rotation times the squared length.
   static void rotation(const double (&p)[4], const double (&q)[4], double (&m)[3][3]) {
     const auto mixed = [&](unsigned i, unsigned j) { return 0.5 * (p[i] * q[j] + p[j] * q[i]); };
     const double x = mixed(0, 0), y = mixed(1, 1), z = mixed(2, 2), w = mixed(3, 3);
@@ -205,18 +210,18 @@ class SegmentMotion {
   bool normalised_;
 };
 
-/// How much a motion's transforms magnify and stretch, over all times.
+/// How much a motion's transforms magnify errors and stretch, over all times.
 struct MotionMagnification {
   double condition = 1.0;  ///< The largest ratio of longest to shortest image of a unit vector.
   double rounding = 0.0;   ///< MotionRecord::rounding.
-  double longest = 0.0;    ///< Image of a unit vector.
-  double farthest = 0.0;   ///< Length of a translation.
+  double longest = 0.0;    ///< Length of the longest image of a unit vector.
+  double farthest = 0.0;   ///< Length of the longest translation.
 };
 
 namespace motion_detail {
 
-/// Where a transform on the way can not be inverted well enough.
-struct BadPlace {
+/// A time s between two keys where the transform is not invertible enough.
+struct BadMatrix {
   double s, determinant;
 };
 
@@ -225,8 +230,10 @@ inline double determinant(const double (&m)[3][3]) {
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
-/// How fast the shortest image shrinks, in units of itself, as a matrix changes: M + x C = M (1 + x C') for
-/// C' = inverse(M) C, so its shortest image is at least (1 - x |C'|) times that of M; the same with C inverse(M).
+/// How fast the shortest image shrinks as a matrix changes, in units of itself.
+///
+/// M + x C = M (1 + x C') for C' = inverse(M) C. So its shortest image is at least (1 - x |C'|) times that of M. The
+/// same holds with C inverse(M).
 inline double relative_change(const double (&m)[3][3], const double (&change)[3][3]) {
   const LinearInverse inverse(m);
   double before = 0.0, behind = 0.0;
@@ -240,14 +247,16 @@ inline double relative_change(const double (&m)[3][3], const double (&change)[3]
       before += left * left;
       behind += right * right;
     }
-  // The Euclidean norm is at most Frobenius'.
+  // The Euclidean norm is at most the Frobenius norm.
   return std::sqrt(std::min(before, behind)) * (1.0 + 0x1p-20);
 }
 
-/// The largest condition of (1 - s) * from + s * to, at most a twentieth too large. The longest image is largest at an
-/// end of any part of the way; the shortest one changes by no more than the matrix, and than relative_change() says.
-inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst) {
-  struct Place {
+/// The largest condition of (1 - s) * from + s * to, at most a twentieth too large.
+///
+/// In any interval of s the longest image is largest at an end. The shortest image changes by no more than the matrix,
+/// and by no more than relative_change() says.
+inline std::optional<BadMatrix> worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst) {
+  struct Sample {
     double m[3][3];
     Stretches stretches;
     double shrinking;  ///< relative_change().
@@ -257,11 +266,11 @@ inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const
     for (unsigned c = 0; c < 3; ++c) change[r][c] = to[r][c] - from[r][c];
   const bool still = std::all_of(&change[0][0], &change[0][0] + 9, [](double x) { return x == 0.0; });
   const double slope = still ? 0.0 : Stretches(change).longest;
-  const auto is_bad = [](const Place& at) {
+  const auto is_bad = [](const Sample& at) {
     return !(at.stretches.longest <= double{kMaxMotionCondition} * at.stretches.shortest);
   };
-  const auto place = [&](double s) {
-    Place at{{}, Stretches(from), 0.0};
+  const auto sample = [&](double s) {
+    Sample at{{}, Stretches(from), 0.0};
     for (unsigned r = 0; r < 3; ++r)
       for (unsigned c = 0; c < 3; ++c) at.m[r][c] = s == 1.0 ? to[r][c] : from[r][c] + s * change[r][c];
     at.stretches = Stretches(at.m);
@@ -270,17 +279,17 @@ inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const
   };
   struct Interval {
     double begin, end;
-    Place first, last;
+    Sample first, last;
   };
-  std::vector<Interval> pending{{0.0, 1.0, place(0.0), place(1.0)}};
-  if (is_bad(pending[0].first)) return BadPlace{0.0, determinant(pending[0].first.m)};
-  if (is_bad(pending[0].last)) return BadPlace{1.0, determinant(pending[0].last.m)};
+  std::vector<Interval> pending{{0.0, 1.0, sample(0.0), sample(1.0)}};
+  if (is_bad(pending[0].first)) return BadMatrix{0.0, determinant(pending[0].first.m)};
+  if (is_bad(pending[0].last)) return BadMatrix{1.0, determinant(pending[0].last.m)};
   while (!pending.empty()) {
     const Interval part = pending.back();
     pending.pop_back();
     const Stretches &first = part.first.stretches, &last = part.last.stretches;
     const double half = 0.5 * (part.end - part.begin);
-    // Each end answers for its half.
+    // Each end bounds its half.
     const double by_size = std::min(first.shortest * (1.0 - half * part.first.shrinking),
                                     last.shortest * (1.0 - half * part.last.shrinking));
     const double least = std::max(0.5 * (first.shortest + last.shortest) - slope * half, by_size);
@@ -291,8 +300,8 @@ inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const
       continue;
     }
     const double middle = part.begin + half;
-    const Place center = place(middle);
-    if (is_bad(center)) return BadPlace{middle, determinant(center.m)};
+    const Sample center = sample(middle);
+    if (is_bad(center)) return BadMatrix{middle, determinant(center.m)};
     pending.push_back({part.begin, middle, part.first, center});
     pending.push_back({middle, part.end, center, part.last});
   }
@@ -301,9 +310,10 @@ inline std::optional<BadPlace> worst_condition(const double (&from)[3][3], const
 
 }  // namespace motion_detail
 
-/// Adds a segment's. @return where the transform on the way is refused: between the keys at s, with its determinant.
-inline std::optional<motion_detail::BadPlace> magnify(MotionMagnification& sum, const MotionSegment& segment,
-                                                      MotionKind kind) {
+/// Adds the magnification of a segment.
+/// @return s between the keys where the transform is refused, with its determinant.
+inline std::optional<motion_detail::BadMatrix> magnify(MotionMagnification& sum, const MotionSegment& segment,
+                                                       MotionKind kind) {
   const SegmentMotion motion(segment, kind);
   double condition = 1.0;
   if (const auto bad = motion_detail::worst_condition(motion.stretch(0), motion.stretch(1), condition)) return bad;
@@ -326,7 +336,7 @@ inline std::optional<motion_detail::BadPlace> magnify(MotionMagnification& sum, 
 
 namespace motion_detail {
 
-/// visit(p) for the corners of a box.
+/// Calls visit(p) for the corners of a box.
 template <class Visit> void for_each_corner(const Box& box, const Visit& visit) {
   for (unsigned corner = 0; corner < 8; ++corner) {
     double p[3];
@@ -335,7 +345,7 @@ template <class Visit> void for_each_corner(const Box& box, const Visit& visit) 
   }
 }
 
-/// From the low ends of some ranges to the high ends of others, rounded outwards.
+/// The box from the low ends of some ranges to the high ends of others, rounded outwards.
 inline Box rounded_box(const MotionRange (&low)[3], const MotionRange (&high)[3]) {
   Box result;
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -347,8 +357,8 @@ inline Box rounded_box(const MotionRange (&low)[3], const MotionRange (&high)[3]
 
 }  // namespace motion_detail
 
-/// A box that holds, at all times of a motion, the images of all points of @p box.
-/// @param slack as StillPlace; 0 may be up to 2^-26 of the size too small.
+/// A box that contains the images of all points of @p box at all times of a motion.
+/// @param slack as that of StillInstanceBounds; with 0 the box may be up to 2^-26 of the size too small.
 inline Box bounds_in_motion(std::span<const SegmentMotion> segments, const Box& box, double slack = 1.0) {
   MotionRange range[3];
   for (const SegmentMotion& segment : segments)

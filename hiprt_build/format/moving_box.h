@@ -1,6 +1,8 @@
 #pragma once
-/// Boxes of instances that go with these, linearly from the begin of a scene's motion to its end, so that a ray enters
-/// only what is about where it is at the ray's time. In double, host only; why so: hiprt_device/docs/decisions/0015.
+/// Moving boxes of instances. They move linearly from the begin of a scene's motion to its end, so a ray enters only
+/// instances that are near it at its time.
+///
+/// In double, host only. hiprt_device/docs/decisions/0015-motion.md has the reasons.
 
 #include <hiprt_build/format/motion_bounds.h>
 
@@ -13,15 +15,15 @@
 
 namespace hiprt::format_detail {
 
-/// When a scene moves: FileHeader::shutter_begin and shutter_rate.
+/// The time interval in which a scene moves: FileHeader::shutter_begin and shutter_rate.
 struct Shutter {
   float begin = 0.0f, rate = 0.0f;
 
-  /// Where a time is in it: 0 at the begin, 1 at the end.
-  double place(double time) const { return (time - double{begin}) * double{rate}; }
+  /// The fraction of the shutter at a time: 0 at the begin, 1 at the end.
+  double fraction(double time) const { return (time - double{begin}) * double{rate}; }
 };
 
-/// What each plane of a box has gone at the end.
+/// How far each plane of a box has moved at the shutter's end.
 struct BoxDrift {
   double min[3] = {}, max[3] = {};
 
@@ -34,16 +36,19 @@ struct BoxDrift {
   }
 };
 
-/// An instance on its way as planes see it that drift, for InstanceBounder: bounds() holds at the begin, and its planes
-/// at any time after they have gone their drift's part.
-class DriftingPlace {
+/// Bounds of a moving instance relative to moving planes, for InstanceBounder.
+///
+/// bounds() holds at the begin of the shutter. At any later time it holds after its planes have moved by their part of
+/// the drift.
+class InstanceDriftBounds {
  public:
-  /// @param slack as InstancePlace's.
-  DriftingPlace(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
-                const Shutter& shutter, const BoxDrift& drift, double slack = 1.0)
+  /// @param slack as that of InstanceMotionBounds.
+  InstanceDriftBounds(const InstanceRecord& record, std::span<const MotionSegment> segments, MotionKind kind,
+                      const Shutter& shutter, const BoxDrift& drift, double slack = 1.0)
       : still_(record, slack), drift_(drift), slack_(slack) {
     for (const MotionSegment& segment : segments)
-      parts_.push_back({SegmentMotion(segment, kind), shutter.place(segment.time[0]), shutter.place(segment.time[1])});
+      parts_.push_back(
+          {SegmentMotion(segment, kind), shutter.fraction(segment.time[0]), shutter.fraction(segment.time[1])});
   }
 
   Box bounds(const Box& box) const {
@@ -70,7 +75,7 @@ class DriftingPlace {
  private:
   struct Part {
     SegmentMotion motion;
-    double begin, end;  ///< In the shutter.
+    double begin, end;  ///< Fractions of the shutter.
   };
 
   void grow(MotionRange& range, unsigned axis, const double (&p)[3], double drift) const {
@@ -78,27 +83,27 @@ class DriftingPlace {
       const MotionCurve curve = part.motion.curve(axis, p);
       MotionRange passed;
       curve.drifting(drift * part.begin, drift * part.end).grow(passed, slack_);
-      // at_time() has s with three roundings: it is where the motion is by as much earlier or later. What does not
-      // drift holds that already.
+      // at_time() computes s with three roundings, so the instance is where it should be slightly earlier or later.
+      // Bounds of planes that do not drift contain that already.
       const double beside = drift == 0.0 ? 0.0 : (4.0 + slack_) * 0x1p-24 * curve.speed();
       range.low = std::min(range.low, passed.low - beside);
       range.high = std::max(range.high, passed.high + beside);
     }
-    // Before the first key and behind the last it stands still.
+    // Before the first key and after the last the instance stands still.
     parts_.front().motion.curve(axis, p).grow_at(range, 0.0, 0.0, slack_);
     parts_.back().motion.curve(axis, p).grow_at(range, 1.0, drift, slack_);
   }
 
-  StillPlace still_;
+  StillInstanceBounds still_;
   std::vector<Part> parts_;
   BoxDrift drift_;
   double slack_;
 };
 
-/// Where an instance is when its motion begins, or when it ends.
-class PlaceAtKey {
+/// Bounds of an instance when its motion begins, or when it ends.
+class InstanceKeyBounds {
  public:
-  PlaceAtKey(std::span<const MotionSegment> segments, MotionKind kind, bool last)
+  InstanceKeyBounds(std::span<const MotionSegment> segments, MotionKind kind, bool last)
       : motion_(last ? segments.back() : segments.front(), kind), s_(last ? 1.0 : 0.0) {}
 
   Box bounds(const Box& box) const {
@@ -114,28 +119,31 @@ class PlaceAtKey {
   double s_;
 };
 
-/// What box_at() may round, with the largest coordinate m of both boxes along an axis and u = 2^-24: the place in the
-/// shutter is off by 2 u at most, so what is added, at most 2 m, by 4 u m; the difference by 2 u m, the product by 2 u
-/// m, the sum by u m. Less than 12 u m.
-inline double moving_box_room(const Box& begin, const BoxDrift& drift, unsigned axis) {
+/// The largest rounding of box_at(): less than 12 u m.
+///
+/// m is the largest coordinate of both boxes along an axis, u = 2^-24. The error of the shutter's fraction is at most
+/// 2 u. The added term is at most 2 m, so its error from that is 4 u m. The difference adds 2 u m, the product 2 u m,
+/// and the sum u m.
+inline double moving_box_slack(const Box& begin, const BoxDrift& drift, unsigned axis) {
   const double low = begin.min[axis], high = begin.max[axis];
   return 12 * 0x1p-24 *
          std::max(
              {std::fabs(low), std::fabs(high), std::fabs(low + drift.min[axis]), std::fabs(high + drift.max[axis])});
 }
 
-/// @param at_begin what DriftingPlace says. @return at begin and end, with room for box_at()'s rounding; or @p whole,
-/// twice, where floats do not hold that.
+/// The boxes of an instance at the shutter's begin and end, including the rounding of box_at().
+/// @param at_begin the result of InstanceDriftBounds.
+/// @return @p whole, twice, if floats cannot express these boxes.
 inline std::pair<Box, Box> moving_box(const Box& at_begin, const BoxDrift& drift, const Box& whole) {
   Box begin, end;
   for (unsigned axis = 0; axis < 3; ++axis) {
     const double low = at_begin.min[axis], high = at_begin.max[axis];
     const double low_end = low + drift.min[axis], high_end = high + drift.max[axis];
-    const double room = 1.25 * moving_box_room(at_begin, drift, axis);
-    begin.min[axis] = affine_detail::round_down(low - room);
-    end.min[axis] = affine_detail::round_down(low_end - room);
-    begin.max[axis] = affine_detail::round_up(high + room);
-    end.max[axis] = affine_detail::round_up(high_end + room);
+    const double slack = 1.25 * moving_box_slack(at_begin, drift, axis);
+    begin.min[axis] = affine_detail::round_down(low - slack);
+    end.min[axis] = affine_detail::round_down(low_end - slack);
+    begin.max[axis] = affine_detail::round_up(high + slack);
+    end.max[axis] = affine_detail::round_up(high_end + slack);
     for (const float gone : {end.min[axis] - begin.min[axis], end.max[axis] - begin.max[axis]})
       if (!std::isfinite(gone)) return {whole, whole};
   }

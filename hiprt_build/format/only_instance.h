@@ -9,8 +9,9 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// @param view of a file that validate() accepts, on the host. @param device_base as in make_scene_view().
-/// @return nothing if the scene is not one whole instance, of an object without instances, that stands still.
+/// @param view of a file that validate() accepts, on the host.
+/// @param device_base as in make_scene_view().
+/// @return nothing unless the scene is one whole instance that stands still, of an object without instances.
 inline std::optional<PlacedObject> only_instance(const BufferView& view, const std::byte* device_base = nullptr) {
   const NodeRef root = view.header->root;
   if (!view.has_instances() || is_box(root) || is_end(root) || view.header->levels != 1) return std::nullopt;
@@ -18,7 +19,7 @@ inline std::optional<PlacedObject> only_instance(const BufferView& view, const s
     return std::nullopt;
   const LeafInfo& info = reinterpret_cast<const CustomLeaf*>(view.bytes.data() + ref_offset(root))->info;
   const ObjectRecord& record = view.objects[view.instances[info.primitive[0]].object];
-  // A run of one leaf, which leads to the object's root.
+  // The leaf must be alone in its run and lead to the object's root.
   if ((info.geometry_and_flags & kLastInRun) == 0 || entered_ref(info) != record.root) return std::nullopt;
   const auto object = open_buffer(view.object_file(record));
   if (!object) return std::nullopt;

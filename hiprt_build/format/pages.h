@@ -12,19 +12,19 @@
 
 namespace hiprt::build {
 
-/// From this size on memory is asked for in pages of this size: they are fetched at once, not each 4 KiB when it is
-/// first touched, and random accesses to a large tree or table do not wait for page tables.
+/// Allocations of this size and more use pages of this size. Large pages are mapped at once, not 4 KiB at a time when
+/// they are first touched. Random accesses to a large tree or table then do not wait for page tables.
 inline constexpr std::size_t kHugePage = std::size_t{2} << 20;
 
 constexpr std::align_val_t page_alignment(std::size_t size) {
   return std::align_val_t{size >= kHugePage ? kHugePage : std::size_t{kBufferAlignment}};
 }
 
-/// @return size bytes, not yet set, aligned to kBufferAlignment. Throws std::bad_alloc.
+/// @return size bytes, not initialised, aligned to kBufferAlignment. Throws std::bad_alloc.
 inline void* allocate_pages(std::size_t size) {
   void* memory = ::operator new(size, page_alignment(size));
 #if defined(__linux__)
-  // Advice: whether the system has such pages is its business.
+  // This is advice: the system need not have such pages.
   if (size >= kHugePage) ::madvise(memory, size / kHugePage * kHugePage, MADV_HUGEPAGE);
 #endif
   return memory;

@@ -1,5 +1,5 @@
 #pragma once
-/// Where numbers lie in node and leaf records, and messages about planes. Internal.
+/// The byte offsets of numbers in node and leaf records, and faults of planes. Internal.
 
 #include <hiprt_build/format/box.h>
 #include <hiprt_build/format/check.h>
@@ -40,10 +40,10 @@ inline std::span<const std::uint32_t> reserved_words(const QuantizedBoxNode& nod
 
 inline std::uint64_t float_bits(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-/// kind, with the plane's bits in @p here and in @p wanted; @p at the byte offset of the plane.
+/// Fails with @p kind: plane @p plane is that of @p here, but that of @p wanted was expected.
+/// @param at the byte offset of the plane in the file.
 inline Check fail_plane(FormatError kind, std::uint64_t at, unsigned plane, const Box& here, const Box& wanted) {
-  return fail(kind, at, float_bits(side_of(here, plane / 3, plane % 3)),
-              float_bits(side_of(wanted, plane / 3, plane % 3)));
+  return fail_float(kind, at, side_of(here, plane / 3, plane % 3), side_of(wanted, plane / 3, plane % 3));
 }
 
 /// Corners of a leaf's triangle in stored order: corner[c][axis].

@@ -18,7 +18,7 @@ using namespace format_detail;
 
 namespace {
 
-/// Bytes between the sections, and behind the last, are zero.
+/// Checks that bytes between the sections, and behind the last, are zero.
 Check check_padding(const BufferView& view) {
   const std::uint32_t count = view.header->section_count;
   const auto* table = reinterpret_cast<const SectionEntry*>(view.bytes.data() + sizeof(FileHeader));
@@ -37,10 +37,12 @@ Check check_padding(const BufferView& view) {
   return {};
 }
 
-/// The bit kMasks says what is there. kSplitReferences may be set though nothing is split: a builder that splits need
-/// not count. (Its absence is checked with the leaves, kTriangles and kCustom with the tree.)
+/// Checks that the bit kMasks matches the geometries.
+///
+/// kSplitReferences may be set though nothing is split: a builder that splits need not count. The check of leaves
+/// finds a missing kSplitReferences, and the check of the tree wrong kTriangles and kCustom.
 Check check_features(const BufferView& view) {
-  // Of instances and their objects: InstanceCheck.
+  // InstanceCheck checks the bits of instances and their objects.
   if (view.has_instances()) return {};
   const auto has_mask = [](const GeometryRecord& geometry) { return geometry.mask != 0xffffffffu; };
   FeatureMask expected = view.header->features & ~feature_bit(Feature::kMasks);
@@ -49,15 +51,15 @@ Check check_features(const BufferView& view) {
   return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), view.header->features, expected);
 }
 
-/// A tree of n nodes never needs more than 3 n entries: larger bounds are refused, because readers allocate by them.
-/// @param of_objects the part of the need that is not the tree's.
+/// A tree of n nodes never needs more than 3 n entries. Larger bounds are refused, because readers allocate by them.
+/// @param of_objects the part of the need that belongs to objects.
 Check check_stack_bound(const BufferView& view, std::uint32_t need, std::uint32_t of_objects) {
   const std::uint64_t most = view.nodes.count * (kBranching - 1) + of_objects, bound = view.header->stack_bound;
   if (bound >= need && bound <= most) return {};
   return fail(FormatError::kStackBound, offsetof(FileHeader, stack_bound), bound, bound < need ? need : most);
 }
 
-/// The outside of a JSON object: UTF-8 from '{' to '}' but for white space. What is between is for JSON parsers.
+/// Checks the outside of a JSON object: UTF-8 from '{' to '}', with white space around. JSON parsers check the rest.
 Check check_provenance(const BufferView& view) {
   if (view.provenance_entry.kind == 0) return {};
   const std::string_view text = view.provenance;
@@ -73,7 +75,8 @@ Check check_provenance(const BufferView& view) {
   return {};
 }
 
-/// @param objects that the file's instances may name, all of them valid; @param records of them.
+/// @param objects that the file's instances may name, all of them valid.
+/// @param records of the objects.
 tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& view, std::span<const BufferView> objects,
                                                             std::span<const ObjectRecord> records,
                                                             const ParallelLoop& loop) {
@@ -105,7 +108,8 @@ tl::expected<ValidateSummary, FormatIssue> validate_content(const BufferView& vi
                          .stack_need = need};
 }
 
-/// A whole file. @param objects see validate_content().
+/// Checks a whole file.
+/// @param objects, records see validate_content().
 tl::expected<ValidateSummary, FormatIssue> validate_file(const BufferView& view, std::span<const BufferView> objects,
                                                          std::span<const ObjectRecord> records,
                                                          const ParallelLoop& loop) {
@@ -116,7 +120,8 @@ tl::expected<ValidateSummary, FormatIssue> validate_file(const BufferView& view,
   return validate_content(view, objects, records, loop);
 }
 
-/// The objects of a scene. An object's instances are of those before it. Offsets in issues are the scene's.
+/// Checks the objects of a scene. An object has instances only of objects before it. Offsets in issues are the
+/// scene's.
 tl::expected<std::vector<BufferView>, FormatIssue> validate_objects(const BufferView& scene, const ParallelLoop& loop) {
   std::vector<BufferView> objects;
   const auto in_scene = [&](FormatIssue issue, std::size_t i) {

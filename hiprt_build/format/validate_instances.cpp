@@ -9,6 +9,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -18,15 +19,16 @@ namespace hiprt::format_detail {
 
 namespace {
 
-/// Instances of a file whose tree and leaves have been checked.
+/// Checks the instances of a file whose tree and leaves have been checked.
 /// @tparam Layout of the file and of all objects.
 template <class Layout> class InstanceCheck {
  public:
-  /// @param objects that the instances may name, all of them good.
+  /// @param objects that the instances may name, all of them valid.
   InstanceCheck(const BufferView& view, std::span<const BufferView> objects, std::span<const ObjectRecord> records)
       : view_(view), objects_(objects), records_(records) {}
 
-  /// @param stack_need of the file's own tree. @return that of a traversal with all objects.
+  /// @param stack_need of the file's own tree.
+  /// @return the stack entries of a traversal with all objects.
   tl::expected<std::uint32_t, FormatIssue> run(std::uint32_t stack_need, const ParallelLoop& loop) {
     if (view_.geometries.size() != 1 || view_.geometries[0].flags != custom_geometry_flags(0) ||
         view_.geometries[0].mask != 0xffffffffu)
@@ -37,8 +39,7 @@ template <class Layout> class InstanceCheck {
     const auto leaves = view_.records<CustomLeaf>(view_.leaves);
     if (auto checked = check_leaves(leaves, loop); !checked) return tl::unexpected(checked.error());
     if (view_.has_moving_boxes())
-      if (auto runs = for_each_leaf<Layout>(view_, [this](const LeafPlace& place) { return check_run_box(place); });
-          !runs)
+      if (auto runs = for_each_leaf<Layout>(view_, [this](const LeafVisit& run) { return check_run_box(run); }); !runs)
         return tl::unexpected(runs.error());
     if (auto parts = check_parts(leaves); !parts) return tl::unexpected(parts.error());
     if (auto header = check_header_fields(); !header) return tl::unexpected(header.error());
@@ -46,7 +47,8 @@ template <class Layout> class InstanceCheck {
   }
 
  private:
-  /// Boxes that are tight take a while each. @return what is wrong with the first leaf of those that are.
+  /// Checks leaves in parts, because tight boxes take long.
+  /// @return the fault of the first wrong leaf.
   Check check_leaves(std::span<const CustomLeaf> leaves, const ParallelLoop& loop) {
     struct Part {
       InstanceNeeds needs;
@@ -83,11 +85,11 @@ template <class Layout> class InstanceCheck {
                   object.header->root);
     for (unsigned i = 0; i < 12; ++i) {
       const float x = i < 9 ? record.linear[i / 3][i % 3] : record.translation[i - 9];
-      if (!std::isfinite(x)) return fail(FormatError::kBadInstance, record_at + 4 * i, float_bits(x), 0);
+      if (!std::isfinite(x))
+        return fail_float(FormatError::kBadInstance, record_at + 4 * i, x, std::numeric_limits<float>::max());
     }
     if (!LinearInverse(record).exists() || !(condition_of(record) <= double{kMaxCondition}))
-      return fail(FormatError::kBadInstance, record_at, std::bit_cast<std::uint64_t>(LinearInverse(record).determinant),
-                  0);
+      return fail_double(FormatError::kBadInstance, record_at, LinearInverse(record).determinant, 0.0);
     if (view_.motion_of(info.primitive[0]).empty())
       needs.add(record, records_[record.object]);
     else if (auto motion = add_motion(info.primitive[0], needs); !motion)
@@ -96,21 +98,19 @@ template <class Layout> class InstanceCheck {
         (object.has_moving_boxes() != view_.has_moving_boxes() ||
          float_bits(object.header->shutter_begin) != float_bits(view_.header->shutter_begin) ||
          float_bits(object.header->shutter_rate) != float_bits(view_.header->shutter_rate)))
-      return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), float_bits(view_.header->shutter_begin),
-                  float_bits(object.header->shutter_begin));
+      return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), view_.header->shutter_begin,
+                        object.header->shutter_begin);
     if (view_.has_moving_boxes()) return check_moving_box(object, leaf, at);
-    // Whatever is made by another compiler's arithmetic has its slack.
-    const InstancePlace place(view_, info.primitive[0], 0.0);
-    const Box content = InstanceBounder<Layout>(object, place)
+    // Boxes that another compiler's arithmetic has made have their own slack.
+    const InstanceMotionBounds to_scene(view_, info.primitive[0], 0.0);
+    const Box content = InstanceBounder<Layout>(object, to_scene)
                             .bounds(entered_ref(info), InstanceBounder<Layout>::kToPrimitives, leaf.box[0]);
     if (const unsigned outside = first_plane_outside(content, leaf.box[0]); outside != kNoPlane)
-      return fail(FormatError::kBoxNotContained, at + 4 * outside,
-                  float_bits(side_of(content, outside / 3, outside % 3)),
-                  float_bits(side_of(leaf.box[0], outside / 3, outside % 3)));
+      return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, content, leaf.box[0]);
     return {};
   }
 
-  /// The box holds at all times what the instance has, and there is room for the rounding of box_at().
+  /// Checks that the moving box contains the instance at all times, including the rounding of box_at().
   Check check_moving_box(const BufferView& object, const CustomLeaf& leaf, std::uint64_t at) const {
     for (unsigned k = 0; k < 2; ++k)
       if (const unsigned bad = first_bad_plane(leaf.box[k]); bad != kNoPlane)
@@ -118,31 +118,32 @@ template <class Layout> class InstanceCheck {
     const std::size_t i = leaf.info.primitive[0];
     const auto segments = view_.motion_of(i);
     const BoxDrift drift(leaf.box[0], leaf.box[1]);
-    const DriftingPlace place(view_.instances[i], segments, segments.empty() ? MotionKind{} : view_.motions[i].kind,
-                              {view_.header->shutter_begin, view_.header->shutter_rate}, drift, 0.0);
-    // What stands still by boxes that do so is not rounded.
-    Box room = leaf.box[0];
+    const InstanceDriftBounds to_scene(view_.instances[i], segments,
+                                       segments.empty() ? MotionKind{} : view_.motions[i].kind,
+                                       {view_.header->shutter_begin, view_.header->shutter_rate}, drift, 0.0);
+    // Planes that do not move are not rounded.
+    Box inner = leaf.box[0];
     for (unsigned axis = 0; axis < 3; ++axis) {
-      const double by = moving_box_room(leaf.box[0], drift, axis);
-      if (drift.min[axis] != 0.0) room.min[axis] = affine_detail::round_up(double{room.min[axis]} + by);
-      if (drift.max[axis] != 0.0) room.max[axis] = affine_detail::round_down(double{room.max[axis]} - by);
+      const double by = moving_box_slack(leaf.box[0], drift, axis);
+      if (drift.min[axis] != 0.0) inner.min[axis] = affine_detail::round_up(double{inner.min[axis]} + by);
+      if (drift.max[axis] != 0.0) inner.max[axis] = affine_detail::round_down(double{inner.max[axis]} - by);
     }
-    const Box content = InstanceBounder<Layout, DriftingPlace>(object, place)
-                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, room);
-    if (const unsigned outside = first_plane_outside(content, room); outside != kNoPlane)
-      return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, content, room);
+    const Box content = InstanceBounder<Layout, InstanceDriftBounds>(object, to_scene)
+                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, inner);
+    if (const unsigned outside = first_plane_outside(content, inner); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, content, inner);
     return {};
   }
 
-  /// With moving boxes the leaf's say nothing of all times: the run's holds what the instance has.
-  Check check_run_box(const LeafPlace& place) const {
-    const CustomLeaf& leaf = view_.records<CustomLeaf>(view_.leaves)[place.index];
-    const InstancePlace everywhere(view_, leaf.info.primitive[0], 0.0);
+  /// Checks that the run's box contains the instance at all times. With moving boxes the leaf's boxes do not.
+  Check check_run_box(const LeafVisit& run) const {
+    const CustomLeaf& leaf = view_.records<CustomLeaf>(view_.leaves)[run.index];
+    const InstanceMotionBounds everywhere(view_, leaf.info.primitive[0], 0.0);
     const Box content = InstanceBounder<Layout>(objects_[view_.instances[leaf.info.primitive[0]].object], everywhere)
-                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, place.box);
-    if (const unsigned outside = first_plane_outside(content, place.box); outside != kNoPlane)
-      return fail_plane(FormatError::kBoxNotContained, view_.leaves.offset + place.index * sizeof(CustomLeaf), outside,
-                        content, place.box);
+                            .bounds(entered_ref(leaf.info), InstanceBounder<Layout>::kToPrimitives, run.box);
+    if (const unsigned outside = first_plane_outside(content, run.box); outside != kNoPlane)
+      return fail_plane(FormatError::kBoxNotContained, view_.leaves.offset + run.index * sizeof(CustomLeaf), outside,
+                        content, run.box);
     return {};
   }
 
@@ -154,7 +155,7 @@ template <class Layout> class InstanceCheck {
     return {};
   }
 
-  /// The leaves of an instance together let rays into all of its object, each into a part of its own.
+  /// Checks that the leaves of an instance together lead into all of its object, each into a part of its own.
   Check check_parts(std::span<const CustomLeaf> leaves) const {
     std::vector<std::uint32_t> order(leaves.size());
     std::iota(order.begin(), order.end(), 0u);
@@ -198,7 +199,8 @@ template <class Layout> class InstanceCheck {
     return found == parts.size();
   }
 
-  /// A box node of the object, or a run's first leaf (or a later one: check_parts() knows).
+  /// Whether the reference is a box node or a leaf of the object. check_parts() checks that a leaf is the first of its
+  /// run.
   static bool may_be_part(const BufferView& object, NodeRef ref) {
     if (ref == object.header->root && ref != kInvalidRef) return true;
     const SectionEntry& section = is_box(ref) ? object.nodes : object.leaves;
@@ -207,7 +209,7 @@ template <class Layout> class InstanceCheck {
         (offset - section.offset) % section.stride != 0)
       return false;
     if (is_box(ref)) return ref_type(ref) == Layout::kBoxType;
-    // Which kind a leaf is: its id bytes say.
+    // The id bytes of a leaf say its kind.
     const auto& info = reinterpret_cast<const CustomLeaf*>(object.bytes.data() + offset)->info;
     return ref_type(ref) ==
            ((info.triangle_ids & TriangleId::kProcedural) != 0 ? NodeType::kProcedural : NodeType::kTriangle0);
@@ -215,18 +217,18 @@ template <class Layout> class InstanceCheck {
 
   Check check_header_fields() {
     const FileHeader& header = *view_.header;
-    // Groups of a scene that moves have the bit though nothing of theirs does.
+    // Groups in a scene with moving boxes have the bit even if none of their instances moves.
     needs_.features |= header.features & feature_bit(Feature::kMovingBoxes);
     if (header.features != needs_.features)
       return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features, needs_.features);
     if (header.levels != needs_.levels)
       return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, needs_.levels);
     if (!(double{header.condition} >= kBoundSlack * needs_.condition))
-      return fail(FormatError::kBadTransformBound, offsetof(FileHeader, condition), float_bits(header.condition),
-                  float_bits(static_cast<float>(needs_.condition)));
+      return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, condition), header.condition,
+                        static_cast<float>(needs_.condition));
     if (!(double{header.reach} >= kBoundSlack * needs_.reach))
-      return fail(FormatError::kBadTransformBound, offsetof(FileHeader, reach), float_bits(header.reach),
-                  float_bits(static_cast<float>(needs_.reach)));
+      return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, reach), header.reach,
+                        static_cast<float>(needs_.reach));
     return {};
   }
 

@@ -11,20 +11,21 @@
 
 namespace hiprt::format_detail {
 
-/// Every leaf of a file of instances is alone in its run.
+/// Checks that every leaf of a file of instances is alone in its run.
 Check check_instance_leaves(const BufferView& view);
 
-/// The instances of a file.
+/// Checks the instances of a file.
 /// @pre check_tree() and check_primitives() accepted the file.
-/// @param objects that the instances may name, all of them valid; @p records of them.
+/// @param objects that the instances may name, all of them valid.
+/// @param records of the objects.
 /// @param stack_need entries of the file's own tree.
 /// @return stack entries of a traversal that includes all objects.
 tl::expected<std::uint32_t, FormatIssue> check_instances(const BufferView& view, std::span<const BufferView> objects,
                                                          std::span<const ObjectRecord> records,
                                                          std::uint32_t stack_need, const ParallelLoop& loop);
 
-/// The record of object @p i says what its file does, and the scene says where its shapes are. Only zeros lie between
-/// the object files.
+/// Checks that the record of object @p i matches its file, and that the scene has the offset of its shapes. Only zeros
+/// may lie between the object files.
 Check check_object_record(const BufferView& scene, std::size_t i, const BufferView& object);
 
 }  // namespace hiprt::format_detail

@@ -14,8 +14,9 @@ namespace {
 constexpr unsigned kSegmentWords = sizeof(MotionSegment) / 4;
 using SegmentWords = std::array<std::uint32_t, kSegmentWords>;
 
-/// Rotations are unit quaternions, and neighbours are at a right angle (slerp) or at most that far apart (nlerp).
-/// Stretches keep their sign. @return the number of the first bad word, or kSegmentWords.
+/// Checks that rotations are unit quaternions and that stretches keep their sign. Neighbouring quaternions must be at
+/// a right angle (slerp), or at most at a right angle (nlerp).
+/// @return the number of the first bad word, or kSegmentWords.
 unsigned first_bad_turning_word(const TurningSegment& turning, MotionKind kind) {
   constexpr double kSlack = 0x1p-20;
   double dot = 0.0;
@@ -35,7 +36,7 @@ unsigned first_bad_turning_word(const TurningSegment& turning, MotionKind kind) 
   return kSegmentWords;
 }
 
-/// @param before the previous segment, whose end is the begin of this one, or nullptr.
+/// @param before the previous segment, which ends where this one begins, or nullptr.
 /// @return the number of the first word that is not allowed, or kSegmentWords.
 unsigned first_bad_word(const MotionSegment& segment, MotionKind kind, const MotionSegment* before) {
   const auto words = std::bit_cast<SegmentWords>(segment);
@@ -50,15 +51,15 @@ unsigned first_bad_word(const MotionSegment& segment, MotionKind kind, const Mot
   return turns ? first_bad_turning_word(segment.turning, kind) : kSegmentWords;
 }
 
-/// With moving boxes the shutter of the header covers every key.
+/// Checks that, with moving boxes, the shutter of the header covers every key.
 Check check_shutter(const FileHeader& header, const MotionSegment& segment) {
   const Shutter shutter{header.shutter_begin, header.shutter_rate};
-  if (!(shutter.place(segment.time[0]) >= 0.0))
-    return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), float_bits(header.shutter_begin),
-                float_bits(segment.time[0]));
-  if (!(shutter.place(segment.time[1]) <= 1.0 + 0x1p-40))
-    return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate), float_bits(header.shutter_rate),
-                float_bits(segment.time[1]));
+  if (!(shutter.fraction(segment.time[0]) >= 0.0))
+    return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), header.shutter_begin,
+                      segment.time[0]);
+  if (!(shutter.fraction(segment.time[1]) <= 1.0 + 0x1p-40))
+    return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate), header.shutter_rate,
+                      segment.time[1]);
   return {};
 }
 
@@ -67,15 +68,16 @@ Check check_segment(const BufferView& view, const MotionRecord& motion, std::spa
   const std::uint64_t at = motion.segments + i * sizeof(MotionSegment);
   const unsigned bad = first_bad_word(segments[i], motion.kind, i == 0 ? nullptr : &segments[i - 1]);
   if (bad < kSegmentWords)
-    return fail(FormatError::kBadMotion, at + 4 * bad, std::bit_cast<SegmentWords>(segments[i])[bad], 0);
+    return fail_float(FormatError::kBadMotion, at + 4 * bad,
+                      std::bit_cast<float>(std::bit_cast<SegmentWords>(segments[i])[bad]), 0.0f);
   if (view.has_moving_boxes())
     if (auto shutter = check_shutter(*view.header, segments[i]); !shutter) return shutter;
   if (const auto singular = magnify(magnification, segments[i], motion.kind))
-    return fail(FormatError::kBadMotion,
-                at + (motion.kind == MotionKind::kMatrix
-                          ? offsetof(MotionSegment, linear)
-                          : offsetof(MotionSegment, turning) + offsetof(TurningSegment, stretch)),
-                std::bit_cast<std::uint64_t>(singular->determinant), 0);
+    return fail_double(FormatError::kBadMotion,
+                       at + (motion.kind == MotionKind::kMatrix
+                                 ? offsetof(MotionSegment, linear)
+                                 : offsetof(MotionSegment, turning) + offsetof(TurningSegment, stretch)),
+                       singular->determinant, 0.0);
   return {};
 }
 
@@ -93,11 +95,11 @@ Check check_motion(const BufferView& view, std::size_t instance, MotionMagnifica
   for (std::size_t i = 0; i < segments.size(); ++i)
     if (auto segment = check_segment(view, motion, segments, i, magnification); !segment) return segment;
   if (!(double{motion.rounding} >= kBoundSlack * magnification.rounding))
-    return fail(FormatError::kBadMotion, at + offsetof(MotionRecord, rounding), float_bits(motion.rounding),
-                float_bits(static_cast<float>(magnification.rounding)));
+    return fail_float(FormatError::kBadMotion, at + offsetof(MotionRecord, rounding), motion.rounding,
+                      static_cast<float>(magnification.rounding));
   if (!(double{motion.farthest} >= kBoundSlack * magnification.farthest))
-    return fail(FormatError::kBadMotion, at + offsetof(MotionRecord, farthest), float_bits(motion.farthest),
-                float_bits(static_cast<float>(magnification.farthest)));
+    return fail_float(FormatError::kBadMotion, at + offsetof(MotionRecord, farthest), motion.farthest,
+                      static_cast<float>(magnification.farthest));
   return {};
 }
 

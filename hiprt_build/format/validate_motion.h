@@ -9,7 +9,7 @@
 
 namespace hiprt::format_detail {
 
-/// Bounds in a file may be this factor below ours: other compilers' doubles differ in their last bits.
+/// Bounds in a file may be smaller than ours by this factor: doubles of other compilers differ in their last bits.
 inline constexpr double kBoundSlack = 1.0 - 0x1p-20;
 
 /// Checks the record and the segments of an instance that moves.

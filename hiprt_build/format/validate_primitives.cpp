@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,7 +25,7 @@ template <class Layout> class PrimitiveCheck {
 
   tl::expected<PrimitiveSummary, FormatIssue> run() {
     auto leaves = for_each_leaf<Layout>(
-        view_, [this](const LeafPlace& place) { return place.custom ? check_custom_leaf(place) : check_leaf(place); });
+        view_, [this](const LeafVisit& visit) { return visit.custom ? check_custom_leaf(visit) : check_leaf(visit); });
     if (!leaves) return tl::unexpected(leaves.error());
     if (auto map = check_map(); !map) return tl::unexpected(map.error());
     if (splits_allowed_)
@@ -42,17 +43,18 @@ template <class Layout> class PrimitiveCheck {
     return view_.geometries[leaf.info.geometry_and_flags & kGeometryMask].first_primitive +
            leaf.info.primitive[triangle];
   }
-  /// Triangle or custom primitive. (A leaf of instances has one; its other number is entered_ref().)
+  /// Whether the leaf has a triangle or custom primitive @p which. A leaf of instances has one; its other number is
+  /// entered_ref().
   bool has_primitive(const Leaf& leaf, unsigned which) const {
     return which == 0 || (!view_.has_instances() && leaf.info.primitive[1] != kInvalidId);
   }
 
-  Check check_leaf(const LeafPlace& place) {
-    const auto& [index, custom, box] = place;
+  Check check_leaf(const LeafVisit& visit) {
+    const auto& [index, custom, box] = visit;
     if (auto ids = check_ids<false>(index); !ids) return ids;
     if (auto triangle_ids = check_triangle_ids<false>(index); !triangle_ids) return triangle_ids;
     if (auto vertices = check_vertices(index); !vertices) return vertices;
-    // Whether a triangle may leave the box is known only when all leaves have been seen: check_splits().
+    // Whether a triangle may leave the box is known only after all leaves have been visited: check_splits().
     if (!splits_allowed_)
       for (unsigned triangle = 0; triangle < 2; ++triangle)
         if (auto inside = check_inside(index, triangle, box); !inside) return inside;
@@ -61,29 +63,29 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  Check check_custom_leaf(const LeafPlace& place) {
-    if (auto ids = check_ids<true>(place.index); !ids) return ids;
-    if (auto id_bytes = check_triangle_ids<true>(place.index); !id_bytes) return id_bytes;
+  Check check_custom_leaf(const LeafVisit& visit) {
+    if (auto ids = check_ids<true>(visit.index); !ids) return ids;
+    if (auto id_bytes = check_triangle_ids<true>(visit.index); !id_bytes) return id_bytes;
     for (unsigned which = 0; which < 2; ++which)
-      if (auto box = check_custom_box(place, which); !box) return box;
+      if (auto box = check_custom_box(visit, which); !box) return box;
     for (unsigned which = 0; which < 2; ++which)
-      if (auto counted = count_reference<true>(place.index, which); !counted) return counted;
+      if (auto counted = count_reference<true>(visit.index, which); !counted) return counted;
     return {};
   }
 
-  /// A custom primitive's box: good, and inside what is stated for the run.
-  Check check_custom_box(const LeafPlace& place, unsigned which) const {
-    const bool present = has_primitive(leaves_[place.index], which);
-    const Box& box = custom_leaf(leaves_[place.index]).box[which];
-    const std::uint64_t at = leaf_offset(place.index) + offsetof(CustomLeaf, box) + sizeof(Box) * which;
-    // Where an instance is that moves: InstanceCheck.
+  /// Checks that a custom primitive's box is valid and inside the box that is stated for the run.
+  Check check_custom_box(const LeafVisit& visit, unsigned which) const {
+    const bool present = has_primitive(leaves_[visit.index], which);
+    const Box& box = custom_leaf(leaves_[visit.index]).box[which];
+    const std::uint64_t at = leaf_offset(visit.index) + offsetof(CustomLeaf, box) + sizeof(Box) * which;
+    // InstanceCheck checks moving boxes.
     if (view_.has_moving_boxes()) return {};
     const unsigned bad = present ? first_bad_plane(box) : first_different_plane(box, empty_box());
     if (bad != kNoPlane)
-      return fail_plane(FormatError::kBadBox, at + 4 * bad, bad, box, present ? place.box : empty_box());
-    const unsigned outside = present ? first_plane_outside(box, place.box) : kNoPlane;
+      return fail_plane(FormatError::kBadBox, at + 4 * bad, bad, box, present ? visit.box : empty_box());
+    const unsigned outside = present ? first_plane_outside(box, visit.box) : kNoPlane;
     if (outside == kNoPlane) return {};
-    return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, box, place.box);
+    return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, box, visit.box);
   }
 
   /// @tparam kCustom whether the leaf is a custom one.
@@ -91,7 +93,8 @@ template <class Layout> class PrimitiveCheck {
     const LeafInfo& info = leaves_[index].info;
     const std::uint64_t at = leaf_offset(index) + kInfo;
     const std::uint32_t unused = info.geometry_and_flags & ~(kLastInRun | kGeometryMask);
-    if (unused != 0) return fail(FormatError::kBadReservedField, at + 8, info.geometry_and_flags, 0);
+    if (unused != 0)
+      return fail(FormatError::kBadReservedField, at + 8, info.geometry_and_flags, kLastInRun | kGeometryMask);
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
     if (geometry >= view_.geometries.size())
       return fail(FormatError::kBadGeometryId, at + 8, geometry, view_.geometries.size());
@@ -124,10 +127,11 @@ template <class Layout> class PrimitiveCheck {
       for (unsigned axis = 0; axis < 3; ++axis) {
         const float here = Layout::coordinate(leaf, vertex, axis);
         const std::uint64_t at = leaf_offset(index) + coordinate_offset<Layout>(vertex, axis);
-        if (!std::isfinite(here)) return fail(FormatError::kBadVertex, at, float_bits(here), 0x7f7fffff);
-        const std::uint64_t v2 = float_bits(Layout::coordinate(leaf, 2, axis));
-        if (vertex == 3 && !has_primitive(leaf, 1) && float_bits(here) != v2)
-          return fail(FormatError::kBadVertex, at, float_bits(here), v2);
+        if (!std::isfinite(here))
+          return fail_float(FormatError::kBadVertex, at, here, std::numeric_limits<float>::max());
+        const float v2 = Layout::coordinate(leaf, 2, axis);
+        if (vertex == 3 && !has_primitive(leaf, 1) && float_bits(here) != float_bits(v2))
+          return fail_float(FormatError::kBadVertex, at, here, v2);
       }
     return {};
   }
@@ -138,8 +142,8 @@ template <class Layout> class PrimitiveCheck {
         const unsigned vertex = corner_vertex(triangle, corner);
         const float here = Layout::coordinate(leaves_[index], vertex, axis);
         if (box.min[axis] <= here && here <= box.max[axis]) continue;
-        return fail(FormatError::kBoxNotContained, leaf_offset(index) + coordinate_offset<Layout>(vertex, axis),
-                    float_bits(here), float_bits(here < box.min[axis] ? box.min[axis] : box.max[axis]));
+        return fail_float(FormatError::kBoxNotContained, leaf_offset(index) + coordinate_offset<Layout>(vertex, axis),
+                          here, here < box.min[axis] ? box.min[axis] : box.max[axis]);
       }
     return {};
   }
@@ -163,7 +167,7 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  /// The map names, for each reached primitive, one of its references, and calls the others dropped.
+  /// Checks the map: it names one of the references of each reached primitive, and says that the others are dropped.
   Check check_map() {
     for (std::uint64_t g = 0; g < view_.geometries.size(); ++g) {
       const GeometryRecord& geometry = view_.geometries[g];
@@ -183,13 +187,14 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  /// Whole primitives lie in their box; of split ones the boxes together cover the bounds, and all copies are equal.
+  /// Checks that whole primitives lie in their box. The boxes of a split primitive must cover it, and its copies be
+  /// equal.
   Check check_splits() {
     summary_.split = split_.count();
     split_.index();
     std::vector<Box> covered(static_cast<std::size_t>(summary_.split), empty_box());
-    auto visited = for_each_leaf<Layout>(view_, [&](const LeafPlace& place) -> Check {
-      const auto& [leaf, custom, box] = place;
+    auto visited = for_each_leaf<Layout>(view_, [&](const LeafVisit& visit) -> Check {
+      const auto& [leaf, custom, box] = visit;
       for (unsigned triangle = 0; triangle < 2 && !custom; ++triangle) {
         if (!has_primitive(leaves_[leaf], triangle)) continue;
         const std::uint64_t primitive = number(leaves_[leaf], triangle);
@@ -208,23 +213,24 @@ template <class Layout> class PrimitiveCheck {
     return {};
   }
 
-  /// Corners in the mesh's order, bit by bit, so that copies with different rotations compare equal.
-  static std::array<std::uint64_t, 9> mesh_bits(const Leaf& leaf, unsigned triangle) {
+  /// The corners in the mesh's order: copies with different rotations have the same.
+  static std::array<float, 9> mesh_corners(const Leaf& leaf, unsigned triangle) {
     const std::uint32_t id = leaf.info.triangle_ids >> (8 * triangle) & 0xffu;
     const unsigned source[3] = {3 - TriangleId::u_source(id) - TriangleId::v_source(id), TriangleId::u_source(id),
                                 TriangleId::v_source(id)};
     const Corners corners = leaf_triangle<Layout>(leaf, triangle);
-    std::array<std::uint64_t, 9> result{};
-    for (unsigned i = 0; i < 9; ++i) result[i] = float_bits(corners.corner[source[i / 3]][i % 3]);
+    std::array<float, 9> result{};
+    for (unsigned i = 0; i < 9; ++i) result[i] = corners.corner[source[i / 3]][i % 3];
     return result;
   }
 
   Check check_copy(std::uint64_t index, unsigned triangle) const {
     const std::uint32_t original = view_.primitive_map[number(leaves_[index], triangle)];
-    const auto here = mesh_bits(leaves_[index], triangle);
-    const auto there = mesh_bits(leaves_[original / 2], original % 2);
+    const auto here = mesh_corners(leaves_[index], triangle);
+    const auto there = mesh_corners(leaves_[original / 2], original % 2);
     for (unsigned i = 0; i < 9; ++i)
-      if (here[i] != there[i]) return fail(FormatError::kSplitDiffers, leaf_offset(index), here[i], there[i]);
+      if (float_bits(here[i]) != float_bits(there[i]))
+        return fail_float(FormatError::kSplitDiffers, leaf_offset(index), here[i], there[i]);
     return {};
   }
 

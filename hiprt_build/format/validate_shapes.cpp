@@ -2,13 +2,14 @@
 #include <hiprt_build/format/validate_shapes.h>
 
 #include <cstdint>
+#include <limits>
 #include <span>
 
 namespace hiprt::format_detail {
 
 namespace {
 
-/// Shapes of a file whose tree, leaves and primitive map have been checked.
+/// Checks the shapes of a file whose tree, leaves and primitive map have been checked.
 template <class Layout> class ShapeCheck {
  public:
   explicit ShapeCheck(const BufferView& view)
@@ -31,13 +32,13 @@ template <class Layout> class ShapeCheck {
       if (shape_detail::is_valid(point)) continue;
       unsigned bad = 0;
       while (bad < 3 && shape_detail::is_finite(point.position[bad])) ++bad;
-      return fail(FormatError::kBadShape, view_.shapes[geometry].points + i * sizeof(ShapePoint) + 4 * bad,
-                  float_bits(bad < 3 ? point.position[bad] : point.radius), 0x7f7fffff);
+      return fail_float(FormatError::kBadShape, view_.shapes[geometry].points + i * sizeof(ShapePoint) + 4 * bad,
+                        bad < 3 ? point.position[bad] : point.radius, std::numeric_limits<float>::max());
     }
     return {};
   }
 
-  /// The second point of each segment is one of the geometry's too.
+  /// Checks that the second point of each segment is a point of the geometry, too.
   Check check_segments(std::size_t geometry) const {
     const std::uint64_t points = view_.shapes[geometry].point_count;
     const auto segments = view_.segments_of(geometry);
@@ -48,22 +49,22 @@ template <class Layout> class ShapeCheck {
     return {};
   }
 
-  /// Each shape in a leaf lies in its box there.
+  /// Checks that each shape in a leaf lies in its box there.
   Check check_boxes(std::size_t geometry) const {
     const GeometryRecord& record = view_.geometries[geometry];
     const auto points = view_.points_of(geometry);
     const auto segments = view_.segments_of(geometry);
     if (view_.shapes[geometry].kind == ShapeKind::kNone) return {};
     for (std::size_t i = 0; i < record.primitive_count; ++i) {
-      const std::uint32_t place = view_.primitive_map[record.first_primitive + i];
-      if (place == kInvalidId) continue;
+      const std::uint32_t slot = view_.primitive_map[record.first_primitive + i];
+      if (slot == kInvalidId) continue;
       const Box shape = segments.empty() ? sphere_bounds(points[i])
                                          : curve_bounds(points[segments[i]], points[std::size_t{segments[i]} + 1]);
-      const Box& box = custom_leaf(leaves_[place / 2]).box[place % 2];
+      const Box& box = custom_leaf(leaves_[slot / 2]).box[slot % 2];
       const unsigned outside = is_empty(shape) ? kNoPlane : first_plane_outside(shape, box);
       if (outside == kNoPlane) continue;
-      const std::uint64_t at = view_.leaves.offset + std::uint64_t{place / 2} * sizeof(CustomLeaf) +
-                               offsetof(CustomLeaf, box) + sizeof(Box) * (place % 2) + 4 * outside;
+      const std::uint64_t at = view_.leaves.offset + std::uint64_t{slot / 2} * sizeof(CustomLeaf) +
+                               offsetof(CustomLeaf, box) + sizeof(Box) * (slot % 2) + 4 * outside;
       return fail_plane(FormatError::kBoxNotContained, at, outside, shape, box);
     }
     return {};

@@ -12,7 +12,7 @@ namespace hiprt::format_detail {
 
 namespace {
 
-/// What is below a child, in bits.
+/// Bits for the content below a child.
 constexpr std::uint32_t kTrianglesBelow = 1;
 constexpr std::uint32_t kCustomBelow = 2;
 
@@ -33,7 +33,7 @@ template <class Layout> class TreeCheck {
 
   tl::expected<TreeSummary, FormatIssue> run() {
     if (auto root = check_root(); !root) return tl::unexpected(root.error());
-    // A node's parent lies before it, so that at node i everything that can reach i was seen.
+    // A node's parent lies before it. So at node i all nodes that can reach i have been visited.
     for (std::uint64_t i = 0; i < nodes_.size(); ++i) {
       if (slot_[i] == kNotReached) return fail(FormatError::kUnreachable, node_offset(i), i, nodes_.size());
       if (auto node = check_node(i); !node) return tl::unexpected(node.error());
@@ -49,7 +49,7 @@ template <class Layout> class TreeCheck {
   }
 
  private:
-  /// slot_[i] = parent * 4 + child slot. References address fewer than 2^29 nodes, so the marks are no slots.
+  /// slot_[i] = parent * 4 + child slot. References address fewer than 2^29 nodes, so these marks are not slots.
   static constexpr std::uint32_t kNotReached = 0xffffffffu;
   static constexpr std::uint32_t kRoot = 0xfffffffeu;
   static constexpr std::uint32_t kMixed = kTrianglesBelow | kCustomBelow;
@@ -73,7 +73,7 @@ template <class Layout> class TreeCheck {
     return fail_plane(FormatError::kBadBounds, at, plane, view_.header->bounds, wanted);
   }
 
-  /// What each plane of a box is measured against when it is inverted.
+  /// The opposite plane of each plane of a box, for messages about inverted boxes.
   static Box opposite(const Box& box) {
     return {{box.max[0], box.max[1], box.max[2]}, {box.min[0], box.min[1], box.min[2]}};
   }
@@ -86,7 +86,8 @@ template <class Layout> class TreeCheck {
     return (offset - section.offset) / section.stride;
   }
 
-  /// @param first the smallest node index that may be named here; @p slot what to note for the node.
+  /// @param first the smallest node index that is allowed here.
+  /// @param slot the value to store for the node.
   Check enter_node(NodeRef ref, std::uint64_t at, std::uint64_t first, std::uint32_t slot) {
     const auto index = resolve(ref, at, view_.nodes);
     if (!index) return tl::unexpected(index.error());
@@ -96,7 +97,7 @@ template <class Layout> class TreeCheck {
     return {};
   }
 
-  /// The reference is of a type that the file's layout and features have.
+  /// Checks that the type of a reference fits the file's layout and features.
   Check check_type(NodeRef ref, std::uint64_t at) {
     const NodeType type = ref_type(ref);
     if (is_box(ref) ? type != Layout::kBoxType : type != NodeType::kTriangle0 && type != NodeType::kProcedural)
@@ -111,10 +112,10 @@ template <class Layout> class TreeCheck {
     return ref_type(ref) == NodeType::kProcedural ? kCustomBelow : kTrianglesBelow;
   }
 
-  /// kTriangles and kCustom say what runs there are.
+  /// Checks that kTriangles and kCustom match the runs.
   Check check_features() const {
     if (below_ == allowed_) return {};
-    // What instances are of: InstanceCheck.
+    // InstanceCheck checks the content of instances.
     if (view_.has_instances() && below_ == 0) return {};
     const FeatureMask kinds = feature_bit(Feature::kTriangles) | feature_bit(Feature::kCustom);
     FeatureMask expected = view_.header->features & ~kinds;
@@ -130,7 +131,7 @@ template <class Layout> class TreeCheck {
            ((features & feature_bit(Feature::kCustom)) != 0 ? kCustomBelow : 0u);
   }
 
-  /// The run of leaves that starts at @p ref: ends in the section and meets no leaf of another run.
+  /// Checks that the run of leaves at @p ref ends in the section and meets no leaf of another run.
   Check check_run(NodeRef ref, std::uint64_t at) {
     const auto first = resolve(ref, at, view_.leaves);
     if (!first) return tl::unexpected(first.error());
@@ -166,7 +167,8 @@ template <class Layout> class TreeCheck {
                                       reinterpret_cast<const std::byte*>(&node));
   }
 
-  /// What node i's parent states for it: its children's boxes have to lie inside. (The root's: check_node().)
+  /// The box that node i's parent states for it: the boxes of its children have to lie inside. check_node() checks the
+  /// root's.
   Box stated_box(std::uint64_t i) const {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     if (slot_[i] == kRoot) return {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
@@ -186,7 +188,7 @@ template <class Layout> class TreeCheck {
     const std::uint64_t at = node_offset(i) + offsetof(typename Layout::Node, child) + 4 * c;
     if (ref != kInvalidRef)
       if (auto type = check_type(ref, at); !type) return type;
-    // What is below a node is not known yet, unless there is but one kind: check_mixed_flags().
+    // The content below a node is not known yet, unless the file has only one kind: check_mixed_flags().
     if (allowed_ == kTrianglesBelow || allowed_ == kCustomBelow)
       if (auto flags = check_flags(i, c, ref == kInvalidRef ? 0u : child_flags_of(allowed_)); !flags) return flags;
     if (ref == kInvalidRef) return {};
@@ -207,7 +209,8 @@ template <class Layout> class TreeCheck {
     return {};
   }
 
-  /// The flags of a file with both kinds of leaves, from the last node to the first; reuses slot_ for what is below.
+  /// Checks the flags of a file with both kinds of leaves, from the last node to the first. slot_ stores what is
+  /// below.
   Check check_mixed_flags() {
     if (allowed_ != kMixed || !Layout::kHasChildFlags) return {};
     for (std::uint64_t i = nodes_.size(); i-- > 0;) {
@@ -225,8 +228,9 @@ template <class Layout> class TreeCheck {
 
   std::uint64_t node_index(NodeRef ref) const { return (ref_offset(ref) - view_.nodes.offset) / view_.nodes.stride; }
 
-  /// Computes a number per node from its children's largest (leaves: 0), last node first; reuses slot_ for them.
-  /// @return the root's.
+  /// Computes a number per node from the largest number of its children (leaves: 0), from the last node to the first.
+  /// slot_ stores the numbers.
+  /// @return the root's number.
   template <class Combine> std::uint32_t fold_upwards(Combine combine) {
     for (std::uint64_t i = nodes_.size(); i-- > 0;) {
       std::uint32_t largest = 0;
@@ -244,8 +248,8 @@ template <class Layout> class TreeCheck {
   const BufferView& view_;
   std::span<const typename Layout::Node> nodes_;
   std::span<const typename Layout::Leaf> leaves_;
-  std::uint32_t allowed_;    ///< Kinds of leaves that the header's features tell of.
-  std::uint32_t below_ = 0;  ///< Kinds that were met.
+  std::uint32_t allowed_;    ///< Kinds of leaves of the header's features.
+  std::uint32_t below_ = 0;  ///< Kinds of leaves that were found.
   std::vector<std::uint32_t> slot_;
   BitSet leaf_reached_;
   TreeSummary summary_;

@@ -14,8 +14,10 @@ struct TreeSummary {
   std::uint32_t stack_need = 0;
 };
 
-/// Checks every node reference and box. After a success every node and leaf is reached exactly once along references
-/// that lead forward, so walks over the tree are short loops without further checks.
+/// Checks every node reference and box.
+///
+/// After a success, every node and leaf is reached exactly once, along references that lead forward. So walks over the
+/// tree are short loops without further checks.
 tl::expected<TreeSummary, FormatIssue> check_tree(const BufferView& view);
 
 }  // namespace hiprt::format_detail

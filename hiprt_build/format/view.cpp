@@ -14,7 +14,7 @@ using namespace format_detail;
 
 namespace {
 
-/// Every kind that this version knows, with its record size.
+/// A section kind that this version knows, with its record size.
 struct KnownSection {
   SectionKind kind;
   std::uint64_t stride;  ///< 0: node_size() of the file's layout.
@@ -57,13 +57,14 @@ tl::expected<void, FormatIssue> check_header(std::span<const std::byte> bytes) {
   for (std::uint64_t i = 0; i < std::size(header.reserved); ++i)
     if (header.reserved[i] != 0)
       return fail(FormatError::kBadReservedField, offsetof(FileHeader, reserved) + 4 * i, header.reserved[i], 0);
-  const std::uint64_t room =
+  const std::uint64_t capacity =
       std::min<std::uint64_t>(kMaxSections, (bytes.size() - sizeof(FileHeader)) / sizeof(SectionEntry));
-  if (header.section_count > room) return fail(FormatError::kSectionTableRange, 40, header.section_count, room);
+  if (header.section_count > capacity) return fail(FormatError::kSectionTableRange, 40, header.section_count, capacity);
   return {};
 }
 
-/// Section i's place in the file, overflow-safe. @p table_end the first byte behind the section table.
+/// Checks the range of a section in the file, without overflow.
+/// @param table_end the first byte behind the section table.
 tl::expected<void, FormatIssue> check_range(const SectionEntry& entry, std::uint64_t at, std::uint64_t table_end,
                                             std::uint64_t size) {
   if (entry.offset % kSectionAlignment != 0)
@@ -81,7 +82,8 @@ bool overlap(const SectionEntry& a, const SectionEntry& b) {
   return a_size != 0 && b_size != 0 && a.offset < b.offset + b_size && b.offset < a.offset + a_size;
 }
 
-/// Files @p entry under its kind in @p view; @p seen bit i: kKnownSections[i] was met before.
+/// Stores @p entry under its kind in @p view.
+/// @param seen bit i: kKnownSections[i] was found before.
 tl::expected<void, FormatIssue> assign(BufferView& view, const SectionEntry& entry, std::uint64_t at,
                                        std::uint32_t& seen) {
   for (std::size_t k = 0; k < kKnownSections.size(); ++k) {
@@ -118,9 +120,10 @@ tl::expected<void, FormatIssue> check_geometries(const BufferView& view) {
   return {};
 }
 
-/// kInstances, the sections that go with it and the header's fields for it are there together, or not at all. The
-/// objects' files lie in their section. (An object's own file may do without the objects: those of the scene's file
-/// are meant.)
+/// Checks that kInstances, its sections and its header fields are all there, or none of them, and that the objects'
+/// files lie in their section.
+///
+/// The file of an object may be without objects: its instances are of the objects of the scene's file.
 tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) {
   const FileHeader& header = *view.header;
   const bool instances = (header.features & feature_bit(Feature::kInstances)) != 0;
@@ -135,20 +138,17 @@ tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) 
     return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
                 header.features & ~feature_bit(Feature::kMovingBoxes));
   if (moving_boxes ? !std::isfinite(header.shutter_begin) : header.shutter_begin != 0.0f)
-    return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin),
-                std::bit_cast<std::uint32_t>(header.shutter_begin), 0);
+    return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), header.shutter_begin, 0.0f);
   if (moving_boxes ? !(header.shutter_rate >= 0x1p-100f && header.shutter_rate <= 0x1p100f)
                    : header.shutter_rate != 0.0f)
-    return fail(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate),
-                std::bit_cast<std::uint32_t>(header.shutter_rate), 0);
+    return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate), header.shutter_rate, 0.0f);
   if ((header.levels != 0) != instances)
     return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, instances ? 1 : 0);
   if (instances ? !(header.condition >= 1.0f && header.condition <= kMaxCondition) : header.condition != 0.0f)
-    return fail(FormatError::kBadTransformBound, offsetof(FileHeader, condition),
-                std::bit_cast<std::uint32_t>(header.condition), 0);
+    return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, condition), header.condition,
+                      instances ? 1.0f : 0.0f);
   if (instances ? !(header.reach >= 0.0f && header.reach <= std::numeric_limits<float>::max()) : header.reach != 0.0f)
-    return fail(FormatError::kBadTransformBound, offsetof(FileHeader, reach),
-                std::bit_cast<std::uint32_t>(header.reach), 0);
+    return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, reach), header.reach, 0.0f);
   if ((view.object_entry.kind != 0) != (view.object_file_entry.kind != 0) ||
       (view.object_entry.kind != 0 && !instances))
     return fail(FormatError::kMissingSection, 40, static_cast<std::uint64_t>(SectionKind::kObjects), 1);
@@ -166,8 +166,8 @@ tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) 
   return {};
 }
 
-/// Both sections or none, a record per instance, and its segments in the section. (kMotion may be set for an object's
-/// own.)
+/// Checks that there are both sections of motion or none, a record per instance, and that its segments lie in the
+/// section. kMotion may be set for the motion of an object.
 tl::expected<void, FormatIssue> check_motion_sections(const BufferView& view) {
   const bool motions = view.motion_entry.kind != 0;
   if (motions != (view.segment_entry.kind != 0) || (motions && !view.has_instances()))
@@ -191,19 +191,20 @@ tl::expected<void, FormatIssue> check_motion_sections(const BufferView& view) {
   return {};
 }
 
-/// A range of @p count records at @p offset, in a section. @return kBadShape at the field at fault.
+/// Checks that @p count records at @p offset lie in a section.
+/// @return kBadShape at the wrong field.
 tl::expected<void, FormatIssue> check_shape_range(const SectionEntry& section, std::uint64_t offset,
                                                   std::uint64_t offset_at, std::uint64_t count,
                                                   std::uint64_t count_at) {
   const std::uint64_t end = section.offset + section.count * section.stride;
   if (offset < section.offset || offset > end || (offset - section.offset) % section.stride != 0)
     return fail(FormatError::kBadShape, offset_at, offset, section.offset);
-  const std::uint64_t room = (end - offset) / section.stride;
-  if (count > room) return fail(FormatError::kBadShape, count_at, count, room);
+  const std::uint64_t capacity = (end - offset) / section.stride;
+  if (count > capacity) return fail(FormatError::kBadShape, count_at, count, capacity);
   return {};
 }
 
-/// What one geometry's record says: of custom geometries only, in their sections, and as many as there are primitives.
+/// Checks the record of one geometry. Only custom geometries have shapes, in their sections, as many as primitives.
 tl::expected<void, FormatIssue> check_shape_record(const BufferView& view, std::size_t i) {
   const ShapeRecord& shape = view.shapes[i];
   const GeometryRecord& geometry = view.geometries[i];
@@ -230,8 +231,8 @@ tl::expected<void, FormatIssue> check_shape_record(const BufferView& view, std::
   return fail(FormatError::kBadShape, count_at, shape.point_count, geometry.primitive_count);
 }
 
-/// The three sections of shapes or none of them, and a record per geometry; or, of a scene of instances, a number per
-/// object.
+/// Checks that there are all three sections of shapes or none, and a record per geometry. A scene of instances has an
+/// offset per object instead.
 tl::expected<void, FormatIssue> check_shape_sections(const BufferView& view) {
   const bool shapes = view.shape_entry.kind != 0;
   if (shapes != (view.shape_point_entry.kind != 0) || shapes != (view.curve_segment_entry.kind != 0) ||

@@ -1,5 +1,6 @@
 #pragma once
-/// Typed view of a BVH file in memory: header and section table checked, content trusted. Host only.
+/// Typed view of a BVH file in memory. Header and section table are checked, content is trusted. Host only.
+///
 /// For bytes of unknown origin call validate() (validate.h) instead, which checks everything.
 
 #include <hiprt_build/export.h>
@@ -21,7 +22,7 @@
 
 namespace hiprt {
 
-/// The sections of a file. Spans point into the bytes it was made from and live as long as they do.
+/// The sections of a file. Spans point into the bytes of the file and live as long as these.
 struct BufferView {
   std::span<const std::byte> bytes;
   const FileHeader* header = nullptr;
@@ -35,33 +36,38 @@ struct BufferView {
   std::span<const ObjectRecord> objects;          ///< Empty if the file has none.
   std::span<const MotionRecord> motions;          ///< Empty if none of its instances moves.
   std::span<const MotionSegment> segments;        ///< Of all motions.
-  std::span<const ShapeRecord> shapes;            ///< Empty if the file does not say what its custom primitives are.
+  std::span<const ShapeRecord> shapes;            ///< Empty if the file does not define its custom primitives.
   std::span<const ShapePoint> shape_points;       ///< Of all shapes.
   std::span<const std::uint32_t> curve_segments;  ///< Of all curves.
-  std::span<const std::uint64_t> object_shapes;   ///< Per object its shapes' offset; empty if none has shapes.
+  std::span<const std::uint64_t> object_shapes;   ///< Per object the offset of its shapes; empty if no object has
+                                                  ///< shapes.
 
   bool has_instances() const { return instance_entry.kind != 0; }
   bool has_moving_boxes() const { return (header->features & feature_bit(Feature::kMovingBoxes)) != 0; }
-  /// Of an instance that moves; else empty. @pre open_buffer() accepted the file.
+  /// Segments of an instance; empty if it stands still.
+  /// @pre open_buffer() accepted the file.
   std::span<const MotionSegment> motion_of(std::size_t instance) const {
     if (motions.empty() || motions[instance].count == 0) return {};
     const std::uint64_t first = (motions[instance].segments - segment_entry.offset) / sizeof(MotionSegment);
     return segments.subspan(static_cast<std::size_t>(first), motions[instance].count);
   }
-  /// Points of a geometry; empty if it has no shapes. @pre open_buffer() accepted the file.
+  /// Points of a geometry; empty if it has no shapes.
+  /// @pre open_buffer() accepted the file.
   std::span<const ShapePoint> points_of(std::size_t geometry) const {
     if (shapes.empty() || shapes[geometry].kind == ShapeKind::kNone) return {};
     const std::uint64_t first = (shapes[geometry].points - shape_point_entry.offset) / sizeof(ShapePoint);
     return shape_points.subspan(static_cast<std::size_t>(first), shapes[geometry].point_count);
   }
-  /// First points of a geometry's segments; empty unless it is one of curves. @pre open_buffer() accepted the file.
+  /// First points of a geometry's segments; empty unless it has curves.
+  /// @pre open_buffer() accepted the file.
   std::span<const std::uint32_t> segments_of(std::size_t geometry) const {
     if (shapes.empty() || shapes[geometry].kind != ShapeKind::kCurves) return {};
     const std::uint64_t first = (shapes[geometry].segments - curve_segment_entry.offset) / sizeof(std::uint32_t);
     return curve_segments.subspan(static_cast<std::size_t>(first),
                                   static_cast<std::size_t>(geometries[geometry].primitive_count));
   }
-  /// The file of an object. @pre open_buffer() accepted this one.
+  /// The file of an object.
+  /// @pre open_buffer() accepted this file.
   std::span<const std::byte> object_file(const ObjectRecord& object) const {
     return bytes.subspan(static_cast<std::size_t>(object.offset), static_cast<std::size_t>(object.size));
   }
@@ -74,13 +80,13 @@ struct BufferView {
 
 /// Checks header, section table and geometry table, in time proportional to their sizes.
 /// @param bytes the whole file, aligned to 128 bytes (mapped, or read into an aligned buffer).
-/// @return the view, or the first thing that is wrong. Never reads outside @p bytes.
+/// @return the view, or the first fault. Never reads outside @p bytes.
 HIPRT_BUILD_API tl::expected<BufferView, FormatIssue> open_buffer(std::span<const std::byte> bytes);
 
-/// What a tracer needs of the file.
+/// The part of the file that a tracer needs.
 /// @param view of a file accepted by validate() or open_buffer(); from open_buffer() alone the content is trusted.
-/// @param device_base where a copy of the file lies in the memory of the processor that traces (aligned to 256 bytes);
-///        nullptr: the file is traced where it is.
+/// @param device_base address of a copy of the file in the memory of the processor that traces, aligned to 256 bytes.
+/// nullptr: the file is traced where it is.
 HIPRT_BUILD_API SceneView make_scene_view(const BufferView& view, const std::byte* device_base = nullptr);
 
 }  // namespace hiprt

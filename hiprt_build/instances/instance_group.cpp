@@ -158,13 +158,13 @@ class PartBoxes {
   Box box_of(const InstancePart& part) const {
     if (part.ref == kInvalidRef) return format_detail::empty_box();
     const std::size_t i = part.instance;
-    return box_of(part, format_detail::InstancePlace(group_.records[i], group_.motion_of(i), kind_of(i)));
+    return box_of(part, format_detail::InstanceMotionBounds(group_.records[i], group_.motion_of(i), kind_of(i)));
   }
-  template <class Place> Box box_of(const InstancePart& part, const Place& place) const {
+  template <class Transform> Box box_of(const InstancePart& part, const Transform& to_scene) const {
     const BufferView& object = object_of(part);
     return dispatch_layout(object.layout(), [&](auto layout) {
-      using Bounder = format_detail::InstanceBounder<decltype(layout), Place>;
-      return Bounder(object, place)
+      using Bounder = format_detail::InstanceBounder<decltype(layout), Transform>;
+      return Bounder(object, to_scene)
           .bounds(part.ref,
                   bounds_ == InstanceBounds::kPrimitives ? Bounder::kToPrimitives : static_cast<unsigned>(bounds_));
     });
@@ -176,11 +176,11 @@ class PartBoxes {
     const std::size_t i = part.instance;
     const auto segments = group_.motion_of(i);
     if (segments.empty() || part.ref == kInvalidRef) return {whole, whole};
-    const Box first = box_of(part, PlaceAtKey(segments, kind_of(i), false)),
-              last = box_of(part, PlaceAtKey(segments, kind_of(i), true));
+    const Box first = box_of(part, InstanceKeyBounds(segments, kind_of(i), false)),
+              last = box_of(part, InstanceKeyBounds(segments, kind_of(i), true));
     const BoxDrift drift(first, last);
-    const DriftingPlace place(group_.records[i], segments, kind_of(i), shutter, drift);
-    return moving_box(box_of(part, place), drift, whole);
+    const InstanceDriftBounds to_scene(group_.records[i], segments, kind_of(i), shutter, drift);
+    return moving_box(box_of(part, to_scene), drift, whole);
   }
 
   InstanceGroup& group_;

@@ -52,9 +52,9 @@ HIPRT_HD inline MadeInstance make_instance(const float (&to_scene)[3][4]) {
 template <class Layout>
 HIPRT_HD Box instance_box(const InstanceRecord& record, const ObjectRecord& object, const std::byte* file,
                           unsigned levels) {
-  const StillPlace place(record);
-  using Bounder = format_detail::InstanceBounder<Layout, StillPlace, format_detail::FewParts<2>>;
-  return Bounder(format_detail::BoundedObject(file, object), place).bounds(object.root, levels);
+  const StillInstanceBounds to_scene(record);
+  using Bounder = format_detail::InstanceBounder<Layout, StillInstanceBounds, format_detail::ShortPartStack<2>>;
+  return Bounder(format_detail::BoundedObject(file, object), to_scene).bounds(object.root, levels);
 }
 
 }  // namespace hiprt::build

@@ -1,6 +1,6 @@
 #pragma once
 /// 16-bit floats (IEEE 754 binary16) in integer arithmetic: exact widening, and narrowing to the neighbour on a chosen
-/// side. Subnormal halves are numbers like any other; the result is the same on every machine.
+/// side. Subnormal halves are ordinary numbers. The result is the same on every machine.
 
 #include <hiprt_device/format/portability.h>
 
@@ -23,7 +23,8 @@ HIPRT_HD constexpr std::uint32_t widen_magnitude(std::uint32_t half) {
   return (lead + 103) << 23 | (fraction << (23 - lead) & 0x7fffffu);
 }
 
-/// Half towards zero of the float with these bits: finite unless the float is infinite. @param bits at most 0x7f800000.
+/// The float with these bits, rounded towards zero to a half. It is finite unless the float is infinite.
+/// @param bits at most 0x7f800000.
 HIPRT_HD constexpr std::uint32_t truncate_magnitude(std::uint32_t bits) {
   constexpr std::uint32_t kInfinity = 0x7f800000u, kTooLarge = 0x47800000u, kNormal = 0x38800000u, kTiny = 0x33800000u;
   if (bits >= kInfinity) return kHalfInfinity;
@@ -41,7 +42,7 @@ HIPRT_HD constexpr float half_to_float(std::uint16_t half) {
   return std::bit_cast<float>(sign | half_detail::widen_magnitude(half & 0x7fffu));
 }
 
-/// The largest half that is not above @p value; -infinity below -65504. +infinity and NaN stay what they are.
+/// The largest half that is not above @p value; -infinity below -65504. +infinity and NaN stay the same.
 HIPRT_HD constexpr std::uint16_t half_below(float value) {
   const std::uint32_t bits = std::bit_cast<std::uint32_t>(value), magnitude = bits & 0x7fffffffu;
   if (magnitude > 0x7f800000u) return 0x7e00;
@@ -51,7 +52,7 @@ HIPRT_HD constexpr std::uint16_t half_below(float value) {
   return static_cast<std::uint16_t>(0x8000u | away);
 }
 
-/// The smallest half that is not below @p value; +infinity above 65504. -infinity and NaN stay what they are.
+/// The smallest half that is not below @p value; +infinity above 65504. -infinity and NaN stay the same.
 HIPRT_HD constexpr std::uint16_t half_above(float value) {
   const float negative = std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) ^ 0x80000000u);
   return static_cast<std::uint16_t>(half_below(negative) ^ 0x8000u);

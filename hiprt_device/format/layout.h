@@ -1,12 +1,14 @@
 #pragma once
-/// The node records of each layout behind one vocabulary, so that builder, validator and traversal are written once.
-/// A layout is a struct with
+/// The node records of each layout behind one interface, so that builder, validator and traversal are written once.
+///
+/// A layout is a struct with these members:
+///
 ///     kId, kBoxType                        as in the file header, and in the references to its nodes
 ///     Node, Leaf                           the records; Leaf is that of triangles (custom leaves: custom_leaf())
-///     box(node, child)                     what the node's planes mean; the empty box for an absent child
-///     set_boxes(node, boxes)               encodes all four boxes, rounding outwards; empty: the child is absent.
-///                                          false: the layout cannot hold them. References and flags stay
-///     child_flags, set_child_flags         no-ops where a layout has none (kHasChildFlags)
+///     box(node, child)                     the box that the node's planes encode; the empty box for an absent child
+///     set_boxes(node, boxes)               encodes all four boxes, rounding outwards; an empty box is an absent child.
+///                                          false: the layout cannot encode them. References and flags stay the same
+///     child_flags, set_child_flags         do nothing in a layout without child flags (kHasChildFlags)
 ///     coordinate, set_coordinate           of a triangle leaf
 
 #include <hiprt_device/format/half.h>
@@ -50,7 +52,7 @@ template <class NodeRecord> struct StoredChildFlags {
 
 }  // namespace layout_detail
 
-/// Boxes as they are computed, one after the other; as the ray instructions of AMD read them.
+/// Boxes of floats, one after the other, in the form that the ray instructions of AMD read.
 struct FloatLayout : layout_detail::FloatLeaves, layout_detail::StoredChildFlags<FloatBoxNode> {
   static constexpr NodeLayout kId = NodeLayout::kFloat;
   static constexpr NodeType kBoxType = NodeType::kBox32;
@@ -86,7 +88,7 @@ struct PlanesLayout : layout_detail::PlanesLeaves, layout_detail::StoredChildFla
   }
 };
 
-/// Coordinates beyond +-65504 become infinite planes.
+/// Boxes of half floats. Coordinates beyond +-65504 become infinite planes.
 struct HalfLayout : layout_detail::FloatLeaves {
   static constexpr NodeLayout kId = NodeLayout::kHalf;
   static constexpr NodeType kBoxType = NodeType::kBox16;
@@ -112,7 +114,7 @@ struct HalfLayout : layout_detail::FloatLeaves {
   HIPRT_HD static HIPRT_INLINE void set_child_flags(Node&, std::uint32_t) {}
 };
 
-/// An infinite plane of layout half stands for that side of the file's bounds.
+/// Replaces infinite planes, which layout half may have, by the planes of the file's bounds.
 HIPRT_HD HIPRT_INLINE Box bounded(Box box, const Box& bounds) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -122,7 +124,7 @@ HIPRT_HD HIPRT_INLINE Box bounded(Box box, const Box& bounds) {
   return box;
 }
 
-/// Boxes beyond +-kQuantizedLimit cannot be encoded.
+/// Boxes of bytes on a grid. Boxes beyond +-kQuantizedLimit cannot be encoded.
 struct QuantizedLayout : layout_detail::PlanesLeaves, layout_detail::StoredChildFlags<QuantizedBoxNode> {
   static constexpr NodeLayout kId = NodeLayout::kQuantized;
   static constexpr NodeType kBoxType = NodeType::kBox32;
@@ -135,13 +137,13 @@ struct QuantizedLayout : layout_detail::PlanesLeaves, layout_detail::StoredChild
     return Box{{dequantize(node, 0, 0, child), dequantize(node, 1, 0, child), dequantize(node, 2, 0, child)},
                {dequantize(node, 0, 1, child), dequantize(node, 1, 1, child), dequantize(node, 2, 1, child)}};
   }
-  /// Sets the bits of the slots in use and the order axis too.
+  /// Sets also the bits of the slots in use and the order axis.
   HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
     return quantize(node, boxes);
   }
 };
 
-/// A leaf of a run that a kProcedural reference names.
+/// A leaf of a run with a kProcedural reference.
 template <class Leaf> HIPRT_HD HIPRT_INLINE const CustomLeaf& custom_leaf(const Leaf& leaf) {
   static_assert(sizeof(Leaf) == sizeof(CustomLeaf) && alignof(Leaf) == alignof(CustomLeaf));
   return reinterpret_cast<const CustomLeaf&>(leaf);

@@ -1,41 +1,45 @@
 #pragma once
-/// Instances that move: where they are at which time. Normative text: hiprt_device/docs/FORMAT.md, why so:
+/// Motion of instances: their transforms at times. Normative text: hiprt_device/docs/FORMAT.md. Reasons:
 /// hiprt_device/docs/decisions/0015-motion.md.
 
 #include <hiprt_device/format/portability.h>
 
 namespace hiprt {
 
-/// How an instance goes from key to key.
+/// How an instance moves from key to key.
 enum class MotionKind : std::uint32_t {
-  kSlerp = 1,   ///< Translation, scale and shear linearly, the rotation along its arc with constant speed.
-  kNlerp = 2,   ///< The same, but the rotation linearly and normalised: the same arc, faster in its middle.
-  kMatrix = 3,  ///< The matrix linearly. What turns shrinks on its way.
+  kSlerp = 1,   ///< Translation, scale and shear move linearly, the rotation along its arc with constant speed.
+  kNlerp = 2,   ///< The same, but the rotation moves linearly and is normalised: the same arc, faster in its middle.
+  kMatrix = 3,  ///< The matrix moves linearly. A turning object shrinks between the keys.
 };
 
-/// The motion of one instance: record i is instance i's.
+/// The motion of one instance. Record i belongs to instance i.
 struct MotionRecord {
   std::uint64_t segments;  ///< Offset, in the file that has the instance, of its first MotionSegment.
-  std::uint32_t count;     ///< Segments, one after the other in time; 0: the instance stands still.
+  std::uint32_t count;     ///< Number of segments, in the order of time; 0: the instance stands still.
   MotionKind kind;         ///< 0 if it stands still.
-  float rounding;          ///< Of the transform at a time, as the device computes it, in units of 14 * 2^-24 (0015).
-  float farthest;          ///< Length of the longest translation of a key.
+  float rounding;  ///< Rounding of the transform at a time, as the device computes it, in units of 14 * 2^-24 (decision
+                   ///< 0015).
+  float farthest;  ///< Length of the longest translation of a key.
   std::uint32_t reserved[2];
 };
 
-/// What turns, of a key and the next. A point of the object is at R * U * p + translation.
+/// The turning part of a key and the next. A point of the object is at R * U * p + translation.
 struct TurningSegment {
-  /// Unit quaternions (x, y, z, w). kSlerp: the orientation at the first key, and the one at a right angle to it on
-  /// the arc to the second: q(s) = cos(s * angle) * rotation[0] + sin(s * angle) * rotation[1]. kNlerp: those of both
-  /// keys, q(s) = (1 - s) * rotation[0] + s * rotation[1].
+  /// Unit quaternions (x, y, z, w).
+  ///
+  /// kSlerp: the orientation at the first key, and the orientation at a right angle to it on the arc to the second
+  /// key. q(s) = cos(s * angle) * rotation[0] + sin(s * angle) * rotation[1].
+  ///
+  /// kNlerp: the orientations of both keys. q(s) = (1 - s) * rotation[0] + s * rotation[1].
   float rotation[2][4];
-  float angle;          ///< kSlerp: of the arc between the quaternions, half of the rotation's; in [0, pi / 2].
+  float angle;          ///< kSlerp: angle between the quaternions, half of the rotation's angle; in [0, pi / 2].
   float stretch[2][6];  ///< U, upper triangular: diagonal (scale), then xy, xz, yz (shear). Scales keep their signs.
 };
 
-/// From one key to the next. Before the first key and behind the last an instance stands still.
+/// The motion from one key to the next. Before the first key and after the last an instance stands still.
 struct alignas(128) MotionSegment {
-  float time[2];  ///< Of the keys; the second is later.
+  float time[2];  ///< Times of the keys; the second is later.
   float translation[2][3];
   union {
     TurningSegment turning;  ///< kSlerp, kNlerp.
@@ -56,7 +60,7 @@ static_assert(offsetof(TurningSegment, rotation) == 0 && offsetof(TurningSegment
 static_assert(offsetof(TurningSegment, stretch) == 36);
 #endif
 
-/// Transforms that magnify rounding more are refused on the way of a moving instance: they are inverted as it goes.
+/// The largest condition of a moving instance's transform at any time: it is inverted at the ray's time.
 inline constexpr float kMaxMotionCondition = 0x1p20f;
 
 }  // namespace hiprt

@@ -1,6 +1,7 @@
 #pragma once
-/// The records of a BVH file that a ray touches: node references, box nodes and leaves.
-/// Normative text: hiprt_device/docs/FORMAT.md; every offset here is asserted below and compared with it by a test.
+/// The records of a BVH file that a ray reads: node references, box nodes and leaves.
+///
+/// Normative text: hiprt_device/docs/FORMAT.md. Every offset is asserted below, and a test compares it with the text.
 /// Layouts `float` and `half` are bit-compatible with AMD's image_bvh_intersect_ray (RDNA2/RDNA3: box32, box16 and
 /// triangle nodes).
 
@@ -31,7 +32,8 @@ enum class NodeType : std::uint32_t {
 /// Node reference = (byte offset from the start of the file / 64) << 3 | NodeType.
 using NodeRef = std::uint32_t;
 
-/// No child, no id; and the bytes that a node reference counts in.
+/// The reference of an absent child, and the number of an absent primitive. Node references count in units of 64
+/// bytes.
 inline constexpr NodeRef kInvalidRef = 0xffffffffu;
 inline constexpr std::uint32_t kInvalidId = 0xffffffffu;
 inline constexpr std::uint64_t kNodeGranularity = 64;
@@ -56,7 +58,7 @@ struct Box {
   float max[3];
 };
 
-/// Bits of BoxNode::child_flags, one byte per child (as GPURT: what is below the child).
+/// Bits of child_flags, one byte per child, as in GPURT: what is below the child.
 inline constexpr std::uint32_t kChildOnlyOpaque = 1;
 inline constexpr std::uint32_t kChildOnlyNonOpaque = 2;
 inline constexpr std::uint32_t kChildOnlyTriangles = 4;
@@ -100,19 +102,20 @@ struct alignas(64) QuantizedBoxNode {
 };
 
 /// The part of a leaf that all layouts share (bytes 48-63).
-/// A triangle leaf holds triangle 0 = (v0, v1, v2) and, if primitive[1] != kInvalidId, triangle 1 = (v1, v3, v2), both
-/// of one geometry. A child reference names the first leaf of a run; the run ends at the leaf whose kLastInRun bit is
-/// set. All leaves of a run are of one kind: kTriangle0 names triangle leaves, kProcedural custom leaves.
+///
+/// A triangle leaf has triangle 0 = (v0, v1, v2) and, if primitive[1] != kInvalidId, triangle 1 = (v1, v3, v2). Both
+/// are of one geometry. A child reference names the first leaf of a run. The run ends at the leaf whose kLastInRun bit
+/// is set. All leaves of a run are of one kind: kTriangle0 names triangle leaves, kProcedural custom leaves.
 struct LeafInfo {
   std::uint32_t primitive[2];        ///< Index of the primitive in its geometry.
   std::uint32_t geometry_and_flags;  ///< Bits 0-27 geometry, bit 31 kLastInRun, others zero.
   std::uint32_t triangle_ids;        ///< One triangle-id byte per primitive (byte 0, byte 1); see TriangleId.
 };
 
-/// Of LeafInfo::geometry_and_flags.
+/// Parts of LeafInfo::geometry_and_flags.
 inline constexpr std::uint32_t kLastInRun = 0x80000000u;
 inline constexpr std::uint32_t kGeometryMask = 0x0fffffffu;
-/// Geometries a leaf can name.
+/// The number of geometries that a leaf can name.
 inline constexpr std::uint64_t kMaxGeometries = std::uint64_t{kGeometryMask} + 1;
 
 /// Leaf of layout `float`.
@@ -127,23 +130,28 @@ struct alignas(64) PlanesLeaf {
   LeafInfo info;
 };
 
-/// Leaf of one or two custom primitives of one geometry, the same in every layout. Without a second one primitive[1] is
-/// kInvalidId, box[1] the empty box and its id byte 0. Of an instance box[1] is the empty box too; with kMovingBoxes
-/// the boxes are where it is at the begin and the end of the shutter, and between these the planes go linearly.
+/// A leaf of one or two custom primitives of one geometry, the same in every layout.
+///
+/// Without a second primitive, primitive[1] is kInvalidId, box[1] is the empty box, and the second id byte is 0.
+///
+/// In a leaf of an instance box[1] is the empty box, too. With kMovingBoxes the boxes are those at the begin and at
+/// the end of the shutter, and the planes move linearly between them.
 struct alignas(64) CustomLeaf {
   Box box[2];
   LeafInfo info;
 };
 
-/// The triangle-id byte. Corners are counted in stored order: (v0, v1, v2) for triangle 0, (v1, v3, v2) for triangle 1.
-/// Bits 1:0 name the stored corner whose weight is u (the mesh's corner 1), bits 3:2 the one whose weight is v (corner
-/// 2).
+/// The triangle-id byte.
+///
+/// Corners are counted in stored order: (v0, v1, v2) for triangle 0, (v1, v3, v2) for triangle 1. Bits 1:0 name the
+/// stored corner whose weight is u: the mesh's corner 1. Bits 3:2 name the stored corner whose weight is v: the mesh's
+/// corner 2.
 struct TriangleId {
   static constexpr std::uint32_t kDoubleSided = 1u << 4;
   static constexpr std::uint32_t kFlip = 1u << 5;
   static constexpr std::uint32_t kProcedural = 1u << 6;
   static constexpr std::uint32_t kOpaque = 1u << 7;
-  /// The whole byte of a custom primitive.
+  /// The byte of a custom primitive.
   static constexpr std::uint32_t kCustom = kProcedural | kOpaque;
   /// Stored corner of the mesh's corner 0, 1 or 2.
   HIPRT_HD static constexpr unsigned u_source(std::uint32_t id) { return id & 3u; }
@@ -152,7 +160,7 @@ struct TriangleId {
   HIPRT_HD static constexpr std::uint32_t from_rotation(unsigned rotation) {
     return (4u - rotation) % 3u | (5u - rotation) % 3u << 2 | kOpaque;
   }
-  /// The rotation that the byte was made from.
+  /// The rotation from which the byte was made.
   HIPRT_HD static constexpr unsigned to_rotation(std::uint32_t id) { return (4u - u_source(id)) % 3u; }
 };
 

@@ -1,11 +1,12 @@
 #pragma once
-/// The few macros that let one text compile as plain C++, as HIP (hipcc) and as CUDA (nvcc). Nothing else in
-/// hiprt_device tests the compiler, except lanes.h (vector registers of the host) and vec.h (GLM).
+/// Macros with which one source compiles as plain C++, as HIP (hipcc) and as CUDA (nvcc).
+///
+/// Nothing else in hiprt_device tests the compiler, except lanes.h (vector registers of the host) and vec.h (GLM).
 
 #include <hiprt_device/format/standard.h>
 
-// nvcc's --use_fast_math cannot be seen here. It leaves the guarantees: what they need is written with operations that
-// it does not change (arithmetic.h), and subnormal numbers may be flushed.
+// The preprocessor cannot see nvcc's --use_fast_math. The guarantees hold under it: they rest on operations that it
+// does not change (arithmetic.h), and subnormal numbers may be flushed.
 #if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ != 0) || \
     defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__)
 #define HIPRT_FAST_MATH 1
@@ -13,8 +14,8 @@
 #define HIPRT_FAST_MATH 0
 #endif
 #if HIPRT_FAST_MATH && !defined(HIPRT_ALLOW_FAST_MATH)
-#error \
-    "hiprt: -ffast-math or a part of it breaks what these headers guarantee (no ray between neighbours, no hit behind a box that is missed, NaN never hit): compile without it, or define HIPRT_ALLOW_FAST_MATH and go without"
+// The guarantees that break: no ray passes between neighbours, no hit is behind a box that is missed, NaN is never hit.
+#error "hiprt: a part of -ffast-math breaks the guarantees: compile without it, or define HIPRT_ALLOW_FAST_MATH"
 #endif
 
 #if defined(__HIPCC__) || defined(__CUDACC__) || HIPRT_RUN_TIME_COMPILER
@@ -41,8 +42,8 @@
 #define HIPRT_DEVICE_CODE 0
 #endif
 
-/// HIPRT_INLINE_LAMBDA goes behind a lambda's parameters. With HIPRT_LEAVE_INLINING the compiler decides: sanitized
-/// code compiles several times as fast so.
+/// HIPRT_INLINE_LAMBDA comes after a lambda's parameters. With HIPRT_LEAVE_INLINING the compiler decides what to
+/// inline. Sanitized code then compiles several times as fast.
 #if defined(HIPRT_LEAVE_INLINING)
 #define HIPRT_INLINE inline
 #define HIPRT_INLINE_LAMBDA
@@ -57,22 +58,23 @@
 #define HIPRT_INLINE_LAMBDA
 #endif
 
-/// For what few rays come to, in the middle of what all do, and what needs many registers: NVIDIA's compiler spills
-/// what every ray uses if that is a part of the same function. (Of AMD's nothing could be measured.)
+/// For code that only some rays reach and that needs many registers. As a part of the same function, NVIDIA's compiler
+/// would spill data that every ray uses. On AMD GPUs the effect was not measured.
 #if defined(__CUDACC__) && !defined(__clang__)
 #define HIPRT_OUTLINE __noinline__ inline
 #else
 #define HIPRT_OUTLINE HIPRT_INLINE
 #endif
 
-/// Before a template with HIPRT_HD that calls what only hosts have when it is made for hosts: nvcc would refuse it.
+/// Stands before a template with HIPRT_HD that calls host functions when it is instantiated for hosts. nvcc would
+/// refuse it.
 #if defined(__CUDACC__) && !defined(__clang__)
 #define HIPRT_MAY_CALL_HOST _Pragma("nv_exec_check_disable")
 #else
 #define HIPRT_MAY_CALL_HOST
 #endif
 
-/// Before a loop that is rarely run: must stay small.
+/// Stands before a rarely executed loop whose code must stay small.
 #if defined(__CUDA_ARCH__) || defined(__clang__)
 #define HIPRT_NO_UNROLL _Pragma("unroll 1")
 #elif defined(__GNUC__) && !defined(__CUDACC__)
@@ -81,11 +83,13 @@
 #define HIPRT_NO_UNROLL
 #endif
 
-/// A program may hold the same kernels compiled for several x86-64 levels and choose at run time. The inline namespace
-/// keeps their symbols apart, so that the linker can never give AVX2 code to a machine without it: isa_ and a digit
-/// each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL. x86-64-v3 is isa_1111100; with
-/// HIPRT_ALLOW_FAST_MATH and what it is for isa_1111100_fast_math, so that the guarantees of others stay theirs. Under
-/// GPU compilers the name is isa_gpu in both passes, or a kernel would have two names.
+/// The name of the inline namespace for this instruction set.
+///
+/// A program may contain the same functions compiled for several x86-64 levels and choose at run time. The inline
+/// namespace keeps their symbols apart, so the linker never gives AVX2 code to a machine without it. The name is isa_
+/// and a digit each for SSE4.2, AVX, AVX2, FMA, BMI2, AVX-512 F and AVX-512 VL: x86-64-v3 is isa_1111100. Under
+/// fast-math with HIPRT_ALLOW_FAST_MATH it ends in _fast_math, so that code without guarantees replaces no code with
+/// guarantees. GPU compilers use isa_gpu in both passes; otherwise a kernel would have two names.
 #if defined(__SSE4_2__)
 #define HIPRT_ISA_SSE4_2 1
 #else

@@ -1,13 +1,14 @@
 #pragma once
-/// Boxes as bytes: the planes of a QuantizedBoxNode lie on a grid per axis, origin + q * scale with q = 0..255 and
-/// scale a power of two. Encoding rounds outwards; every plane that it makes is exactly a float, so that decoding is
-/// the same with one rounding or two, on every machine.
+/// Boxes as bytes: the planes of a QuantizedBoxNode lie on a grid per axis.
+///
+/// A plane is origin + q * scale with q = 0..255 and scale a power of two. Encoding rounds outwards. Every encoded
+/// plane is exactly a float, so decoding with one rounding or two gives the same result on every machine.
 
 #include <hiprt_device/format/node.h>
 
 namespace hiprt {
 
-/// The largest magnitude of a plane: the difference of any two is finite, and so is q * scale.
+/// The largest magnitude of a plane. So the difference of any two planes is finite, and so is q * scale.
 inline constexpr float kQuantizedLimit = 0x1p126f;
 inline constexpr std::uint8_t kQuantizedPlaneEnd = 255;
 
@@ -20,7 +21,7 @@ HIPRT_HD constexpr float quantized_scale(std::uint8_t exponent) {
 HIPRT_HD constexpr std::uint32_t children_mask(std::uint8_t children) { return children & 0xfu; }
 HIPRT_HD constexpr unsigned children_order_axis(std::uint8_t children) { return children >> 4 & 3u; }
 
-/// Whether no point is in it; true if a coordinate is NaN.
+/// Whether the box has no point; true if a coordinate is NaN.
 HIPRT_HD constexpr bool is_empty(const Box& box) {
   return !(box.min[0] <= box.max[0] && box.min[1] <= box.max[1] && box.min[2] <= box.max[2]);
 }
@@ -36,9 +37,10 @@ HIPRT_HD constexpr std::int32_t cell_below(float value, float scale) {
 }
 HIPRT_HD constexpr std::int32_t cell_above(float value, float scale) { return -cell_below(-value, scale); }
 
-/// Biased exponent of the smallest scale that can do: at least the distance between floats of the largest magnitude, so
-/// that all planes are floats, and at least 1/255 of the extent. (Rounding outwards may call for twice or four times
-/// it.)
+/// Biased exponent of the smallest possible scale.
+///
+/// The scale is at least the distance between floats of the largest magnitude, so that all planes are floats. It is at
+/// least 1/255 of the extent. Rounding outwards may need twice or four times this scale.
 HIPRT_HD constexpr std::uint32_t first_exponent(float low, float high) {
   const float magnitude = -low > high ? -low : high;
   const auto magnitude_exponent = static_cast<std::int32_t>(std::bit_cast<std::uint32_t>(magnitude) >> 23 & 0xffu);
@@ -48,7 +50,8 @@ HIPRT_HD constexpr std::uint32_t first_exponent(float low, float high) {
   return larger > 1 ? static_cast<std::uint32_t>(larger) : 1u;
 }
 
-/// Puts the planes of one axis on the grid of scale 2^(exponent - 127). @return whether they fit in 0..255.
+/// Puts the planes of one axis on the grid of scale 2^(exponent - 127).
+/// @return whether they fit in 0..255.
 HIPRT_HD constexpr bool try_axis(QuantizedBoxNode& node, const Box (&boxes)[kBranching], unsigned axis, float low,
                                  std::uint32_t exponent) {
   const float scale = quantized_scale(static_cast<std::uint8_t>(exponent));
@@ -84,10 +87,10 @@ HIPRT_HD constexpr bool quantize_axis(QuantizedBoxNode& node, const Box (&boxes)
 
 }  // namespace quantize_detail
 
-/// Finite boxes only: rounded, it may overflow to infinity beyond half of the largest float.
+/// Twice the center of a finite box. The rounded sum may overflow to infinity beyond half of the largest float.
 HIPRT_HD constexpr float twice_center(const Box& box, unsigned axis) { return box.min[axis] + box.max[axis]; }
 
-/// The axis along which the centres of the boxes that are not empty spread most; of equal ones the first.
+/// The axis along which the centers of the boxes that are not empty spread most; the first of equal axes.
 HIPRT_HD constexpr unsigned order_axis(const Box (&boxes)[kBranching]) {
   unsigned best = 0;
   float widest = -1.0f;
@@ -108,9 +111,9 @@ HIPRT_HD constexpr unsigned order_axis(const Box (&boxes)[kBranching]) {
   return best;
 }
 
-/// Sets origin, exponent, children and plane. References, flags and reserved stay.
-/// @param boxes empty where there is no child; else finite with min <= max.
-/// @return false if a plane is beyond kQuantizedLimit: the node is then of no use.
+/// Sets origin, exponent, children and plane. References, flags and reserved stay the same.
+/// @param boxes empty where there is no child; otherwise finite with min <= max.
+/// @return false if a plane is beyond kQuantizedLimit: the node is then not usable.
 HIPRT_HD constexpr bool quantize(QuantizedBoxNode& node, const Box (&boxes)[kBranching]) {
   std::uint32_t present = 0;
   for (unsigned c = 0; c < kBranching; ++c) present |= (is_empty(boxes[c]) ? 0u : 1u) << c;
@@ -120,7 +123,7 @@ HIPRT_HD constexpr bool quantize(QuantizedBoxNode& node, const Box (&boxes)[kBra
   return true;
 }
 
-/// A plane of a child that is present. Exact, so that compilers may fuse multiplication and addition or not.
+/// A plane of a child that is present. It is exact, so compilers may fuse multiplication and addition or not.
 /// @param side 0 minimum, 1 maximum.
 HIPRT_HD constexpr float dequantize(const QuantizedBoxNode& node, unsigned axis, unsigned side, unsigned child) {
   return node.origin[axis] + static_cast<float>(node.plane[axis][side][child]) * quantized_scale(node.exponent[axis]);

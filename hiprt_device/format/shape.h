@@ -1,14 +1,14 @@
 #pragma once
-/// Shapes: what custom primitives are, where the file says so. Normative text: hiprt_device/docs/FORMAT.md, why so:
-/// hiprt_device/docs/decisions/0016-shapes-in-files.md. How rays meet them: primitives/scene_shapes.h.
+/// Shapes: custom primitives that the file defines. Normative text: hiprt_device/docs/FORMAT.md. Reasons:
+/// hiprt_device/docs/decisions/0016-shapes-in-files.md. primitives/scene_shapes.h intersects them.
 
 #include <hiprt_device/format/node.h>
 
 namespace hiprt {
 
-/// What the primitives of a geometry are.
+/// The kind of a geometry's primitives.
 enum class ShapeKind : std::uint32_t {
-  kNone = 0,     ///< Triangles, or custom primitives of which only the program knows.
+  kNone = 0,     ///< Triangles, or custom primitives that only the program knows.
   kSpheres = 1,  ///< Primitive i is the sphere of point i.
   kCurves = 2,   ///< Primitive i is the round linear curve from point segment[i] to the next one.
 };
@@ -19,11 +19,11 @@ struct ShapePoint {
   float radius;       ///< Finite, at least 0.
 };
 
-/// Where the points of one geometry are: record i is geometry i's.
+/// The points of one geometry. Record i belongs to geometry i.
 struct ShapeRecord {
-  std::uint64_t points;       ///< Offset in the file of its first ShapePoint; 0: it has no shapes.
+  std::uint64_t points;       ///< Offset in the file of the geometry's first ShapePoint; 0: it has no shapes.
   std::uint64_t segments;     ///< kCurves: offset in the file of its first segment's number; else 0.
-  std::uint32_t point_count;  ///< Points, one after the other.
+  std::uint32_t point_count;  ///< Number of points, one after the other.
   ShapeKind kind;
   std::uint32_t reserved[2];
 };
@@ -38,13 +38,13 @@ static_assert(offsetof(ShapeRecord, reserved) == 24);
 
 namespace shape_detail {
 
-/// Comparisons of bits, which fast-math leaves alone.
+/// These functions compare bits, which fast-math does not change.
 HIPRT_HD HIPRT_INLINE bool is_finite(float a) { return (std::bit_cast<std::uint32_t>(a) & 0x7f800000u) != 0x7f800000u; }
 HIPRT_HD HIPRT_INLINE bool is_finite(const float (&a)[3]) {
   return is_finite(a[0]) && is_finite(a[1]) && is_finite(a[2]);
 }
 
-/// The float next to a finite one.
+/// The float next to a finite float.
 HIPRT_HD HIPRT_INLINE float next_after(float a, bool up) {
   if (a == 0.0f) return up ? 0x1p-149f : -0x1p-149f;
   const auto bits = std::bit_cast<std::uint32_t>(a);
@@ -62,19 +62,19 @@ HIPRT_HD HIPRT_INLINE float side(float center, float radius, bool up) {
   return (up ? error > 0.0f : error < 0.0f) ? next_after(sum, up) : sum;
 }
 
-/// The box of what is never hit.
+/// The box of a shape that is never hit.
 HIPRT_HD HIPRT_INLINE Box empty_box() {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
 }
 
-/// The smallest box of floats around a ball; infinite where floats end.
+/// The smallest box of floats around a ball; infinite beyond the largest float.
 HIPRT_HD HIPRT_INLINE Box ball_bounds(const float (&center)[3], float radius) {
   return {{side(center[0], radius, false), side(center[1], radius, false), side(center[2], radius, false)},
           {side(center[0], radius, true), side(center[1], radius, true), side(center[2], radius, true)}};
 }
 
-/// What a ShapePoint must be.
+/// Whether a ShapePoint is allowed.
 HIPRT_HD HIPRT_INLINE bool is_valid(const ShapePoint& point) {
   return is_finite(point.position) && point.radius >= 0.0f && is_finite(point.radius);
 }

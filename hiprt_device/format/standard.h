@@ -1,7 +1,9 @@
 #pragma once
-/// The parts of the standard library that hiprt_device uses. Run-time compilers (NVRTC, hipRTC) have no standard
-/// library: for them this header defines the same names in namespace hiprt::std, where the code of hiprt finds them
-/// first. A kernel that is compiled at run time writes hiprt::closest_hit, not `using namespace hiprt`.
+/// The parts of the standard library that hiprt_device uses.
+///
+/// Run-time compilers (NVRTC, hipRTC) have no standard library. For them this header defines the same names in
+/// namespace hiprt::std, where the code of hiprt finds them first. So a kernel that is compiled at run time writes
+/// hiprt::closest_hit, not `using namespace hiprt`.
 
 #if __cplusplus < 202002L
 #error "hiprt needs C++20: compile with -std=c++20"

@@ -1,17 +1,18 @@
 #pragma once
-/// Which instances lead from a scene to a primitive, and hits that say so.
+/// Paths: the instances that lead from a scene to a primitive. And hits that have a path.
 
 #include <hiprt_device/ray.h>
 
 namespace hiprt {
 
-/// The instances between a scene and a primitive, the outermost first. Numbers are indices of InstanceRecord in the
-/// file that has the instance (SceneView::instances for the first).
+/// The instances between a scene and a primitive, the outermost first.
+///
+/// Numbers are indices of InstanceRecord in the file that has the instance (SceneView::instances for the first).
 template <unsigned kLevels> struct InstancePath {
   std::uint32_t depth = 0;  ///< Number of instances; 0 in a scene without instances.
   std::uint32_t instance[kLevels] = {};
 
-  /// Ordered by the numbers; a path comes before the paths that it begins.
+  /// Orders paths by their numbers. A path comes before the paths that it begins.
   HIPRT_HD friend bool operator<(const InstancePath& a, const InstancePath& b) {
     for (unsigned i = 0; i < kLevels; ++i) {
       if (i >= a.depth || i >= b.depth) return a.depth < b.depth;
@@ -28,8 +29,8 @@ template <> struct InstancePath<0> {
   HIPRT_HD friend constexpr bool operator==(InstancePath, InstancePath) { return true; }
 };
 
-/// A hit in a scene of instances. Normal and error are the scene's; geometry and primitive are the object's at the end
-/// of the path; t, u and v are the same in both.
+/// A hit in a scene of instances. Normal and error are the scene's. Geometry and primitive are those of the object at
+/// the end of the path. t, u and v are the same in both.
 template <class Real, unsigned kLevels> struct BasicPathHit : BasicHit<Real> { InstancePath<kLevels> path{}; };
 template <unsigned kLevels> using PathHit = BasicPathHit<float, kLevels>;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Normal and error bound of a hit in an object, as the scene sees them.
+/// The normal and the error bound of a hit in an object, as the scene sees them.
 
 #include <hiprt_device/instances/levels.h>
 #include <hiprt_device/intersect/hit_surface.h>
@@ -9,58 +9,62 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace surface_detail {
 
-/// An instance on the way to a hit, and what its transform may be off by. Bounds too are the same bits everywhere.
+/// An instance on the path of a hit, with bounds of the errors of its transform. The bounds have the same bits on
+/// every machine.
 /// @tparam Real of the ray.
 template <bool kMoves, class Real> class EnteredInstance {
  public:
-  /// @param motion nullptr: it stands still. @param ray outside.
+  /// @param motion nullptr: the instance stands still.
+  /// @param ray outside the instance.
   HIPRT_HD void enter(const InstanceRecord& record, const MotionRecord* motion, const BasicRay<Real>& ray, Real t) {
     if constexpr (kMoves)
       record_ = record;
     else
       record_ = &record;
-    const auto way = [&](unsigned axis, Real origin, Real direction) {
+    const auto extent = [&](unsigned axis, Real origin, Real direction) {
       return absolute(origin - record.translation[axis]) + absolute(t * direction);
     };
-    const BasicVec3<Real> from(way(0, ray.origin.x, ray.direction.x), way(1, ray.origin.y, ray.direction.y),
-                               way(2, ray.origin.z, ray.direction.z));
+    const BasicVec3<Real> from(extent(0, ray.origin.x, ray.direction.x), extent(1, ray.origin.y, ray.direction.y),
+                               extent(2, ray.origin.z, ray.direction.z));
     Real most = 0;
     for (const float(&row)[3] : record.linear) {
       const Real x = absolute(row[0]), y = absolute(row[1]), z = absolute(row[2]);
       most = max_of(most, fused_multiply_add(x, from.x, fused_multiply_add(y, from.y, z * from.z)));
     }
     inside_ = to_bound(Real(10) * kUnit<Real> * most);
-    // What moves is placed in float, whatever the ray is.
+    // The transform of a moving instance is computed in float, whatever the precision of the ray.
     if constexpr (kMoves)
       if (motion != nullptr)
         outside_ = kUnit<float> * fused_multiply_add(14.0f * motion->rounding, to_bound(from.x + from.y + from.z),
                                                      6.0f * motion->farthest);
   }
-  /// As it is at the ray's time.
+  /// The instance at the ray's time.
   HIPRT_HD const InstanceRecord& record() const {
     if constexpr (kMoves)
       return record_;
     else
       return *record_;
   }
-  /// A bound of an error inside, with those of the transform.
+  /// Converts an error bound inside the instance to one outside, and adds the errors of the transform.
   HIPRT_HD float error_outside(float error) const {
     return fused_multiply_add(static_cast<float>(LinearInverse(record()).norm()), error + inside_, outside_);
   }
 
  private:
-  // What moves is nowhere in the file.
+  // The record of a moving instance is computed; it is not in the file.
   std::conditional_t<kMoves, InstanceRecord, const InstanceRecord*> record_{};
-  float inside_ = 0.0f;   ///< Of the ray's transform, in the object.
-  float outside_ = 0.0f;  ///< Of the place of what moves, outside.
+  float inside_ = 0.0f;   ///< Error of the ray's transform, in units of the object.
+  float outside_ = 0.0f;  ///< Error of the position of a moving instance, in units outside.
 };
 
 }  // namespace surface_detail
 
-/// The hit of an object's surface as the scene sees it: its normal, in any length, and its error bound, with what the
-/// transforms of the ray, and of one that starts there, may add (docs/proofs/instances.md).
-/// @param complete_in called with the ray as the object sees it, and the first byte of the object's file: sets both as
-/// the object sees them.
+/// Sets a hit's normal and error bound as the scene sees them. The normal may have any length.
+///
+/// The error bound includes the errors of transforming the ray, and of transforming a ray that starts there
+/// (docs/proofs/instances.md).
+/// @param complete_in called with the ray as the object sees it and the first byte of the object's file. It sets both
+/// as the object sees them.
 /// @tparam kMoves whether instances may move.
 template <bool kMoves, class Real, unsigned kLevels, class Complete>
 HIPRT_HD inline void complete_along(const SceneView& scene, BasicPathHit<Real, kLevels>& hit, const BasicRay<Real>& ray,
@@ -73,8 +77,8 @@ HIPRT_HD inline void complete_along(const SceneView& scene, BasicPathHit<Real, k
     entered[depth++].enter(record, motion, local, hit.t);
     local = ray_to_object(record, local);
   };
-  const ObjectPlace place = follow<kMoves>(scene, hit.path, ray.time, enter);
-  complete_in(local, place.base);
+  const ObjectView view = follow<kMoves>(scene, hit.path, ray.time, enter);
+  complete_in(local, view.base);
   while (depth-- > 0) {
     const InstanceRecord& record = entered[depth].record();
     const Real length = max_component(hit.normal);

@@ -1,5 +1,5 @@
 #pragma once
-/// What a ray in a scene of instances has to remember, in memory that its stack's Storage names.
+/// The memory of a ray for the instances that it is in. The stack's Storage points to it.
 
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/intersect/box_test.h>
@@ -14,39 +14,42 @@ template <class Real> struct EnteredObject {
   Real origin[3], direction[3];
 };
 
-/// Room for a ray. A BasicRay has initialisers, which variables in shared memory must not have.
-template <class Real> struct RoomForRay {
+/// Uninitialised storage of a ray. A BasicRay has initialisers, which variables in shared memory must not have.
+template <class Real> struct RayStorage {
   alignas(BasicRay<Real>) std::byte bytes[sizeof(BasicRay<Real>)];
   HIPRT_HD HIPRT_INLINE BasicRay<Real>& get() { return *reinterpret_cast<BasicRay<Real>*>(bytes); }
 };
 
-/// The ray of a query, and what makes its slabs outside of each instance that it is in, for the way out. Then what is
-/// on the ray's way, and three ways through instances: the ray's, the hit's, and that of the hit before.
+/// The memory of a ray in a scene of instances.
 ///
-/// A thread's own memory will do. In batches (trace_batch()) of rays that part ways, one level's are better in shared
-/// memory, 56 bytes per thread: NVIDIA's local memory is laid out for lanes that go together (decision 0014). On AMD,
-/// where accesses through this pointer find out the kind of memory at run time, nothing is measured.
+/// It has the ray of the query, the slabs outside each instance that the ray is in, the entered objects, and three
+/// paths of instances. The paths are those of the ray, of the hit, and of the hit before.
 ///
-///     __shared__ hiprt::LevelWays<1> ways[kBlock];
-///     Tracer::Stack::Storage storage(hiprt::PrivateStack<>::Storage(memory), ways[threadIdx.x]);
+/// It may be in the thread's own memory. In batches (trace_batch()) of divergent rays, the memory of one level is
+/// better in shared memory (56 bytes per thread). NVIDIA's local memory is laid out for coherent lanes
+/// (docs/decisions/0014-instances.md). AMD GPUs find out the kind of memory at each access through this pointer;
+/// nothing was measured there.
+///
+///     __shared__ hiprt::PathMemory<1> path_memory[kBlock];
+///     Tracer::Stack::Storage storage(hiprt::PrivateStack<>::Storage(memory), path_memory[threadIdx.x]);
 ///
 /// @tparam Real of the rays.
-template <unsigned kLevels, class Real = float> struct LevelWays {
-  RoomForRay<Real> ray;
-  KeptSlabs outside[kLevels];
+template <unsigned kLevels, class Real = float> struct PathMemory {
+  RayStorage<Real> ray;
+  SavedSlabs outside[kLevels];
   EnteredObject<Real> entered[kLevels];
   std::uint32_t instance[3 * kLevels];
 };
-/// One level needs no more than numbers for its ways.
-template <class Real> struct LevelWays<1, Real> {
-  RoomForRay<Real> ray;
-  KeptSlabs outside[1];
+/// With one level a path is one number, which the traversal has in registers.
+template <class Real> struct PathMemory<1, Real> {
+  RayStorage<Real> ray;
+  SavedSlabs outside[1];
 };
 
 namespace stack_detail {
 
-/// *pointer, by an index that NVIDIA's compiler does not know, so that what is there stays in memory. It would be kept
-/// in registers, and what every test of boxes uses would be spilled.
+/// *pointer, through an index that NVIDIA's compiler does not know. So the data stays in memory. Otherwise the
+/// compiler would keep it in registers and spill what every box test uses.
 template <class T> HIPRT_HD HIPRT_INLINE T& in_memory(T* pointer) {
   unsigned zero = 0;
 #if defined(__CUDA_ARCH__)

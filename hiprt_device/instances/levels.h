@@ -1,5 +1,5 @@
 #pragma once
-/// Where a ray is in a scene of instances: in the scene itself or in an object, and through which instances.
+/// The position of a ray in a scene of instances: in the scene itself or in an object, and through which instances.
 
 #include <hiprt_device/instances/level_memory.h>
 #include <hiprt_device/instances/object_view.h>
@@ -7,22 +7,25 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The ray of a query. Tracers of instances have it in the memory of the stack's Storage: they need it on the ways in
-/// and out only, and registers are what limits them.
-template <unsigned kLevels, class Real> class KeptRay {
+/// The ray of a query.
+///
+/// Tracers of instances have it in the memory of the stack's Storage. They need it only when they enter or leave an
+/// instance, and registers limit their occupancy.
+template <unsigned kLevels, class Real> class QueryRay {
  public:
   template <class Storage>
-  HIPRT_HD HIPRT_INLINE KeptRay(const BasicRay<Real>& ray, const Storage& storage) : ways_(storage.ways) {
-    stack_detail::in_memory(ways_).ray.get() = ray;
+  HIPRT_HD HIPRT_INLINE QueryRay(const BasicRay<Real>& ray, const Storage& storage)
+      : path_memory_(storage.path_memory) {
+    stack_detail::in_memory(path_memory_).ray.get() = ray;
   }
-  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return stack_detail::in_memory(ways_).ray.get(); }
+  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return stack_detail::in_memory(path_memory_).ray.get(); }
 
  private:
-  LevelWays<kLevels, Real>* ways_;
+  PathMemory<kLevels, Real>* path_memory_;
 };
-template <class Real> class KeptRay<0, Real> {
+template <class Real> class QueryRay<0, Real> {
  public:
-  template <class Storage> HIPRT_HD HIPRT_INLINE KeptRay(const BasicRay<Real>& ray, const Storage&) : ray_(ray) {}
+  template <class Storage> HIPRT_HD HIPRT_INLINE QueryRay(const BasicRay<Real>& ray, const Storage&) : ray_(ray) {}
   HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return ray_; }
 
  private:
@@ -31,18 +34,18 @@ template <class Real> class KeptRay<0, Real> {
 
 namespace levels_detail {
 
-/// More than one level: the path, and the ray as each object on it sees it, lie in memory of the stack's Storage
-/// (LevelStack). Following the path again would be a chain of dependent loads.
+/// State of more than one level. The path, and the ray as each object on it sees it, lie in memory of the stack's
+/// Storage (LevelStack). To follow the path again would be a chain of dependent loads.
 template <unsigned kLevels, class Real> struct LevelState {
   const std::byte* base;
   const ObjectRecord* object = nullptr;  ///< nullptr: the scene.
-  LevelWays<kLevels, Real>* ways;
+  PathMemory<kLevels, Real>* path_memory;
   std::uint32_t depth = 0;
 };
 /// One level needs one number.
 template <class Real> struct LevelState<1, Real> {
   const std::byte* base;
-  LevelWays<1, Real>* ways;
+  PathMemory<1, Real>* path_memory;
   std::uint32_t instance = kInvalidId;
 };
 template <class Real> struct LevelState<0, Real> {};
@@ -59,7 +62,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   HIPRT_HD HIPRT_INLINE Levels([[maybe_unused]] const SceneView& scene, [[maybe_unused]] const Storage& storage) {
     if constexpr (kLevels != 0) {
       state_.base = scene.base;
-      state_.ways = storage.ways;
+      state_.path_memory = storage.path_memory;
     }
   }
 
@@ -118,10 +121,10 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
                                                 const BasicRay<Real>& of_object) const {
     if constexpr (kLevels == 1) {
-      return ObjectPlace(scene).template ray_into<kMoves>(instance, of_object);
+      return ObjectView(scene).template ray_into<kMoves>(instance, of_object);
     } else {
-      const ObjectPlace place = state_.object == nullptr ? ObjectPlace(scene) : ObjectPlace(scene, *state_.object);
-      return place.template ray_into<kMoves>(instance, of_object);
+      const ObjectView view = state_.object == nullptr ? ObjectView(scene) : ObjectView(scene, *state_.object);
+      return view.template ray_into<kMoves>(instance, of_object);
     }
   }
 
@@ -133,7 +136,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     } else {
       InstancePath<kLevels> path;
       path.depth = state_.depth;
-      for (unsigned i = 0; i < state_.depth; ++i) path.instance[i] = state_.ways->instance[i];
+      for (unsigned i = 0; i < state_.depth; ++i) path.instance[i] = state_.path_memory->instance[i];
       return path;
     }
   }
@@ -149,9 +152,9 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     if constexpr (kLevels == 1)
       return state_.instance;
     else
-      return state_.ways->instance[level];
+      return state_.path_memory->instance[level];
   }
-  /// nullptr: the scene. (With one level always: the traversal does not ask.)
+  /// nullptr: the scene. With one level always nullptr: the traversal does not need it.
   HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const {
     if constexpr (kLevels <= 1)
       return nullptr;
@@ -172,11 +175,11 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     if constexpr (kLevels == 1) {
       return depth() != 0 && (scene.instances[state_.instance].flags & InstanceFlags::kNoFilter) != 0;
     } else {
-      ObjectPlace place(scene);
+      ObjectView view(scene);
       for (unsigned i = 0; i < state_.depth; ++i) {
-        const InstanceRecord& record = place.instances[state_.ways->instance[i]];
+        const InstanceRecord& record = view.instances[state_.path_memory->instance[i]];
         if ((record.flags & InstanceFlags::kNoFilter) != 0) return true;
-        place = ObjectPlace(scene, scene.objects[record.object]);
+        view = ObjectView(scene, scene.objects[record.object]);
       }
       return false;
     }
@@ -188,10 +191,10 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     if constexpr (kLevels == 1) {
       state_.instance = instance;
     } else {
-      state_.ways->instance[state_.depth] = instance;
-      state_.ways->entered[state_.depth++] = {&object,
-                                              {local.origin.x, local.origin.y, local.origin.z},
-                                              {local.direction.x, local.direction.y, local.direction.z}};
+      state_.path_memory->instance[state_.depth] = instance;
+      state_.path_memory->entered[state_.depth++] = {&object,
+                                                     {local.origin.x, local.origin.y, local.origin.z},
+                                                     {local.direction.x, local.direction.y, local.direction.z}};
       state_.object = &object;
     }
     state_.base = scene.base + object.offset;
@@ -201,7 +204,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
       restart(scene);
     } else {
       --state_.depth;
-      state_.object = state_.depth == 0 ? nullptr : state_.ways->entered[state_.depth - 1].object;
+      state_.object = state_.depth == 0 ? nullptr : state_.path_memory->entered[state_.depth - 1].object;
       state_.base = scene.base + (state_.depth == 0 ? 0 : state_.object->offset);
     }
   }
@@ -215,15 +218,15 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     state_.base = scene.base;
   }
   /// Where the ray's slabs are kept when it enters an instance, for when it leaves it.
-  HIPRT_HD HIPRT_INLINE KeptSlabs& slabs() const {
-    return stack_detail::in_memory(state_.ways).outside[kLevels == 1 ? 0 : depth()];
+  HIPRT_HD HIPRT_INLINE SavedSlabs& slabs() const {
+    return stack_detail::in_memory(state_.path_memory).outside[kLevels == 1 ? 0 : depth()];
   }
 
  private:
   HIPRT_HD HIPRT_INLINE BasicRay<Real> entered_ray(const BasicRay<Real>& of_scene) const {
     BasicRay<Real> ray = of_scene;
     if (state_.depth == 0) return ray;
-    const EnteredObject<Real>& at = state_.ways->entered[state_.depth - 1];
+    const EnteredObject<Real>& at = state_.path_memory->entered[state_.depth - 1];
     ray.origin = {at.origin[0], at.origin[1], at.origin[2]};
     ray.direction = {at.direction[0], at.direction[1], at.direction[2]};
     return ray;

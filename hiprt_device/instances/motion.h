@@ -1,5 +1,5 @@
 #pragma once
-/// Where a moving instance is at a time. The same bits on every machine.
+/// The transform of a moving instance at a time. It has the same bits on every machine.
 
 #include <hiprt_device/format/motion.h>
 #include <hiprt_device/math/affine.h>
@@ -10,7 +10,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace motion_detail {
 
-/// x in [0, pi / 2]: errors below 2^-23, of the sine relative. Interpolated in Chebyshev nodes.
+/// Sine of x in [0, pi / 2]: relative error below 2^-23. The cosine's is absolute. Polynomials through Chebyshev
+/// nodes.
 HIPRT_HD HIPRT_INLINE float sine(float x) {
   const float y = x * x;
   float p = fused_multiply_add(y, 2.6050929577697620e-6f, -1.98090110670521708e-4f);
@@ -27,7 +28,7 @@ HIPRT_HD HIPRT_INLINE float cosine(float x) {
   return fused_multiply_add(y, p, 1.0f);
 }
 
-/// Between a at s = 0 and b at s = 1, both exactly, with r = 1 - s.
+/// Interpolates between a at s = 0 and b at s = 1, both exact, with r = 1 - s.
 HIPRT_HD HIPRT_INLINE float between(float a, float b, float r, float s) { return fused_multiply_add(s, b, r * a); }
 
 /// The unit rows of the rotation's inverse, from a quaternion of any length.
@@ -71,7 +72,7 @@ HIPRT_HD HIPRT_INLINE void invert_turning(const TurningSegment& segment, MotionK
   }
 }
 
-/// The inverse of the matrix between, in double, rounded once.
+/// The inverse of the interpolated matrix, in double, rounded once.
 HIPRT_HD inline void invert_matrix(const MotionSegment& segment, float s, float (&linear)[3][3]) {
   double between[3][3];
   for (unsigned r = 0; r < 3; ++r)
@@ -86,8 +87,8 @@ HIPRT_HD inline void invert_matrix(const MotionSegment& segment, float s, float 
 
 }  // namespace motion_detail
 
-/// The last of a row of segments that begins no later than a time, or the first.
-/// @param begin_of of a segment, growing.
+/// The last segment that begins no later than a time, or the first segment.
+/// @param begin_of the begin of segment i; it grows with i.
 template <class BeginOf>
 HIPRT_HD HIPRT_INLINE std::uint32_t segment_at(std::uint32_t segments, float time, BeginOf&& begin_of) {
   std::uint32_t low = 0, high = segments;
@@ -101,14 +102,14 @@ HIPRT_HD HIPRT_INLINE std::uint32_t segment_at(std::uint32_t segments, float tim
   return low;
 }
 
-/// How far a time is from the begin of a segment to its end: from 0 to 1. NaN if it is NaN.
+/// The fraction of a segment that has passed at a time: from 0 to 1. NaN if the time is NaN.
 HIPRT_HD HIPRT_INLINE float part_of(float begin, float end, float time) {
   return time <= begin ? 0.0f : time >= end ? 1.0f : divided(time - begin, end - begin);
 }
 
-/// The instance as it is at a time: a record that stands still, good for all of instance.h.
-/// @param instance, of_motion, base in the file that has the instance: its records, and its first byte.
-/// @param time any, not NaN: before the first key and behind the last the instance is where it is there.
+/// The instance at a time, as a record that stands still (instance.h).
+/// @param instance, of_motion, base the instance's records and the first byte of the file that has them.
+/// @param time not NaN. Before the first key and after the last, the instance stands where the key says.
 HIPRT_HD HIPRT_OUTLINE InstanceRecord at_time(const InstanceRecord& instance, const MotionRecord& of_motion,
                                               const std::byte* base, float time) {
   const MotionRecord motion = load_record(of_motion);

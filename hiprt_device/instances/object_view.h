@@ -1,5 +1,5 @@
 #pragma once
-/// The files of a scene and of its objects, one by one and along a path of instances.
+/// The files of a scene and of its objects, single or along a path of instances.
 
 #include <hiprt_device/instances/instance_path.h>
 #include <hiprt_device/instances/motion.h>
@@ -9,22 +9,22 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The BVH that a ray is in, the scene's or an object's, with the tables of its file.
-struct ObjectPlace {
-  const std::byte* base;  ///< Of its file; node references count from here.
+/// The BVH that a ray is in, with the tables of its file: the scene's or an object's.
+struct ObjectView {
+  const std::byte* base;  ///< First byte of its file; node references count from there.
   const GeometryRecord* geometries;
-  const InstanceRecord* instances;  ///< nullptr: it has triangles and custom primitives.
-  const MotionRecord* motions;      ///< nullptr: no instance of its own moves.
+  const InstanceRecord* instances;  ///< nullptr: the file has triangles and custom primitives.
+  const MotionRecord* motions;      ///< nullptr: none of the file's instances moves.
 
-  HIPRT_HD HIPRT_INLINE explicit ObjectPlace(const SceneView& scene)
+  HIPRT_HD HIPRT_INLINE explicit ObjectView(const SceneView& scene)
       : base(scene.base), geometries(scene.geometries), instances(scene.instances), motions(scene.motions) {}
-  HIPRT_HD HIPRT_INLINE ObjectPlace(const SceneView& scene, const ObjectRecord& object)
+  HIPRT_HD HIPRT_INLINE ObjectView(const SceneView& scene, const ObjectRecord& object)
       : base(scene.base + object.offset),
         geometries(reinterpret_cast<const GeometryRecord*>(base + object.geometries)),
         instances(object.instances == 0 ? nullptr : reinterpret_cast<const InstanceRecord*>(base + object.instances)),
         motions(object.motions == 0 ? nullptr : reinterpret_cast<const MotionRecord*>(base + object.motions)) {}
 
-  /// Instance @p i, as it is at a time.
+  /// Instance @p i at a time.
   /// @tparam kMoves false: instances stand still, and the record is the file's.
   template <bool kMoves> HIPRT_HD HIPRT_INLINE decltype(auto) instance(std::uint32_t i, float time) const {
     if constexpr (kMoves)
@@ -32,7 +32,7 @@ struct ObjectPlace {
     else
       return (instances[i]);
   }
-  /// A ray, as instance @p i sees it.
+  /// A ray as instance @p i sees it.
   template <bool kMoves, class Real>
   HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(std::uint32_t i, const BasicRay<Real>& ray) const {
     if constexpr (kMoves)
@@ -40,29 +40,30 @@ struct ObjectPlace {
     else
       return ray_to_object(load_record(instances[i]), ray);
   }
-  /// Its motion; nullptr: it stands still.
+  /// The motion of instance @p i; nullptr: it stands still.
   template <bool kMoves> HIPRT_HD HIPRT_INLINE const MotionRecord* motion(std::uint32_t i) const {
     return kMoves && motions != nullptr && motions[i].count != 0 ? &motions[i] : nullptr;
   }
 };
 
-/// Calls visit(record, object, motion) for the instances of a path, from the scene inwards, as they are at a time.
-/// motion is nullptr for instances that do not move. @return the BVH at the end of the path.
+/// Calls visit(record, object, motion) for the instances of a path, the outermost first, at a time. motion is nullptr
+/// for instances that do not move.
+/// @return the BVH at the end of the path.
 /// @tparam kMoves false: for scenes where nothing moves.
 template <bool kMoves = true, unsigned kLevels, class Visit>
-HIPRT_HD HIPRT_INLINE ObjectPlace follow(const SceneView& scene, const InstancePath<kLevels>& path, float time,
-                                         Visit&& visit) {
-  ObjectPlace place(scene);
+HIPRT_HD HIPRT_INLINE ObjectView follow(const SceneView& scene, const InstancePath<kLevels>& path, float time,
+                                        Visit&& visit) {
+  ObjectView view(scene);
   if constexpr (kLevels != 0) {
     for (unsigned i = 0; i < path.depth; ++i) {
       const std::uint32_t instance = path.instance[i];
       // A path continues only where there are instances. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
-      const ObjectRecord& object = scene.objects[place.instances[instance].object];
-      visit(place.template instance<kMoves>(instance, time), object, place.template motion<kMoves>(instance));
-      place = ObjectPlace(scene, object);
+      const ObjectRecord& object = scene.objects[view.instances[instance].object];
+      visit(view.template instance<kMoves>(instance, time), object, view.template motion<kMoves>(instance));
+      view = ObjectView(scene, object);
     }
   }
-  return place;
+  return view;
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -1,16 +1,16 @@
 #pragma once
-/// Points, directions and normals between a scene and an object in it, through all instances on the way, with bounds of
-/// their errors.
+/// Transforms of points, directions and normals between a scene and an object in it, along a path of instances, with
+/// error bounds.
 ///
-///     const hiprt::PathTransform place(scene, hit.path, ray.time);
-///     const hiprt::Bounded corner = place.point_to_scene({vertex});
+///     const hiprt::PathTransform to_object(scene, hit.path, ray.time);
+///     const hiprt::Bounded corner = to_object.point_to_scene({vertex});
 
 #include <hiprt_device/instances/levels.h>
 #include <hiprt_device/intersect/box_test.h>
 
 namespace hiprt {
 
-/// A vector, and a bound per axis of how far it is from the exact one.
+/// A vector, and a bound per axis of its distance from the exact vector.
 struct Bounded {
   Vec3 value;
   float error = 0.0f;
@@ -18,12 +18,14 @@ struct Bounded {
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The transforms of a way at a time, still or moving. Exact is what the file's records say (FORMAT.md, Instances and
-/// Motion); derivation of the bounds: docs/proofs/instances.md and motion.md. Normals keep no length.
+/// The transforms of a path at a time, still or moving.
+///
+/// The exact transform is that of the file's records (FORMAT.md, Instances and Motion). docs/proofs/instances.md and
+/// docs/proofs/motion.md derive the bounds. Normals do not keep their length.
 template <unsigned kLevels> class PathTransform {
  public:
-  /// @param path of a hit in the scene, or any that ends where there are no more instances or earlier.
-  /// @param time of the ray; of no meaning where nothing moves.
+  /// @param path of a hit in the scene, or a path that ends earlier.
+  /// @param time of the ray; it has no effect where nothing moves.
   HIPRT_HD PathTransform(const SceneView& scene, const InstancePath<kLevels>& path, float time = 0.0f) {
     follow(scene, path, time, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord* motion) {
       steps_[depth_++] = {record, motion == nullptr ? 0.0f : 14.0f * kUnit * motion->rounding,
@@ -31,7 +33,7 @@ template <unsigned kLevels> class PathTransform {
     });
   }
 
-  /// Of the scene, as the object sees it.
+  /// From the scene to the object.
   HIPRT_HD Bounded point_to_object(Bounded p) const {
     for (unsigned i = 0; i < depth_; ++i) {
       const float(&t)[3] = steps_[i].record.translation;
@@ -58,7 +60,7 @@ template <unsigned kLevels> class PathTransform {
     return n;
   }
 
-  /// Of the object, as it is in the scene.
+  /// From the object to the scene.
   HIPRT_HD Bounded point_to_scene(Bounded p) const {
     for (unsigned i = depth_; i-- > 0;) {
       const LinearInverse inverse(steps_[i].record);
@@ -96,20 +98,20 @@ template <unsigned kLevels> class PathTransform {
 
  private:
   static constexpr float kUnit = 0x1p-24f;
-  /// An instance as it is at the time.
+  /// An instance at the time.
   struct Step {
     InstanceRecord record;
-    float turn;   ///< What its linear part is off by, relative to a vector outside.
-    float shift;  ///< What its translation is off by.
+    float turn;   ///< Error of the linear part, relative to a vector outside.
+    float shift;  ///< Error of the translation.
   };
 
   HIPRT_HD static float sum(const Vec3& v) { return absolute(v.x) + absolute(v.y) + absolute(v.z); }
-  /// Of a result that was rounded once.
+  /// Error of a result that was rounded once.
   HIPRT_HD static float rounded(const Vec3& v) { return kUnit * max_component(v); }
-  /// Room for the rounding of a bound itself.
+  /// Increases a bound by the rounding of its own computation.
   HIPRT_HD static float up(float bound) { return bound * (1.0f + 16.0f * kUnit); }
 
-  /// The error of linear * v, where v is off by @p outside and the product rounds.
+  /// The error of linear * v, where v has the error @p outside and the product rounds.
   HIPRT_HD static float into(const InstanceRecord& record, const Vec3& v, float outside) {
     float most = 0.0f, rows = 0.0f;
     for (const float(&row)[3] : record.linear) {
@@ -119,8 +121,9 @@ template <unsigned kLevels> class PathTransform {
     }
     return up(rows * outside + 5.0f * kUnit * most);
   }
-  /// The error of inverse * v (transposed: of transpose(inverse) * v), where v is off by @p error and the inverse by
-  /// what double precision leaves, as in StillPlace.
+  /// The error of inverse * v (transposed: of transpose(inverse) * v), where v has the error @p error.
+  ///
+  /// The inverse has the error that double precision leaves, as in StillInstanceBounds.
   HIPRT_HD static float back(const InstanceRecord& record, const LinearInverse& inverse, const Vec3& v, float error,
                              bool transposed) {
     double norm = 0.0, linear = 0.0;

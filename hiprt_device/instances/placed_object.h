@@ -1,6 +1,6 @@
 #pragma once
-/// A scene that is one instance, traced by policies without levels: rays go into the object before, and hits come back
-/// behind.
+/// A scene that is one instance, traced by policies without levels. Rays are transformed to the object, and hits back
+/// to the scene.
 
 #include <hiprt_device/instances/instance_surface.h>
 #include <hiprt_device/scene_view.h>
@@ -8,35 +8,39 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// An object and the one instance of it that a scene consists of. Kernels for flat scenes trace it as fast as the
-/// object alone, but for two transforms per ray; those of one level have code for all that other scenes may have.
+/// An object and the only instance of a scene.
+///
+/// Kernels for flat scenes trace it as fast as the object alone, plus two transforms per ray. Kernels with one level
+/// also have code for what other scenes may contain.
 ///
 ///     const auto placed = hiprt::only_instance(view);  // of the file
 ///     hiprt::Hit hit = hiprt::closest_hit<hiprt::Policies>(placed->object, placed->to_object(ray));
 ///     hiprt::PathHit<1> in_scene = placed->to_scene(hit, ray);
 ///
-/// The answers are those of Instanced<Policies>, bit by bit. Filters and custom primitives of a flat tracer see rays
+/// The results are those of Instanced<Policies>, bit by bit. Filters and custom primitives of a flat tracer see rays
 /// and hits as the object does.
 struct PlacedObject {
-  SceneView scene;         ///< What the instance is in.
-  SceneView object;        ///< Of triangles and custom primitives.
-  std::uint32_t instance;  ///< Of scene.instances.
+  SceneView scene;         ///< The scene that has the instance.
+  SceneView object;        ///< The object; it has triangles and custom primitives.
+  std::uint32_t instance;  ///< Index in scene.instances.
 
-  /// A ray that the instance's mask hides it from has no mask, and hits nothing.
+  /// The ray as the object sees it. If the instance's mask hides it from the ray, the result has mask 0 and hits
+  /// nothing.
   HIPRT_HD HIPRT_INLINE Ray to_object(const Ray& ray) const {
     const InstanceRecord record = load_record(scene.instances[instance]);
     Ray local = ray_to_object(record, ray);
     if ((record.mask & ray.mask) == 0) local.mask = 0;
     return local;
   }
-  /// An answer of object, with its way.
+  /// A hit in the object, with the path.
   HIPRT_HD HIPRT_INLINE PathHit<1> with_path(const Hit& hit) const {
     PathHit<1> result;
     static_cast<Hit&>(result) = hit;
     if (hit.found()) result.path = {1, {instance}};
     return result;
   }
-  /// The same with normal and error bound as the scene sees them. @param hit with those of the object (closest hits).
+  /// A hit in the object with the path, and with normal and error bound as the scene sees them.
+  /// @param hit with normal and error bound of the object (closest hits).
   /// @param ray the scene's.
   HIPRT_HD HIPRT_INLINE PathHit<1> to_scene(const Hit& hit, const Ray& ray) const {
     PathHit<1> result = with_path(hit);

@@ -17,13 +17,13 @@ template <> struct SavedPathState<0> {};
 
 }  // namespace levels_detail
 
-/// @tparam kLevels more than 1: the path is kept in memory of the stack's Storage.
+/// @tparam kLevels more than 1: the path lies in memory of the stack's Storage.
 template <unsigned kLevels> class SavedPath {
  public:
-  /// @param number 1 or 2: which of the paths in that memory.
+  /// @param number 1 or 2: the path's number in that memory.
   template <class Storage>
   HIPRT_HD HIPRT_INLINE SavedPath([[maybe_unused]] const Storage& storage, [[maybe_unused]] unsigned number) {
-    if constexpr (kLevels > 1) state_.instance = storage.ways->instance + number * kLevels;
+    if constexpr (kLevels > 1) state_.instance = storage.path_memory->instance + number * kLevels;
   }
 
   template <bool kMoves, class Real>
@@ -53,7 +53,7 @@ template <unsigned kLevels> class SavedPath {
     return path;
   }
 
-  /// Compares as paths do: negative if this one comes first, 0 if they are the same.
+  /// Compares in the order of paths: negative if this path comes first, 0 if both are the same.
   template <bool kMoves, class Real>
   HIPRT_HD HIPRT_INLINE int compare(const Levels<kLevels, kMoves, Real>& levels) const {
     static_assert(kLevels != 0);

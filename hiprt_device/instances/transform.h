@@ -1,5 +1,5 @@
 #pragma once
-/// Points, directions, normals and rays between a scene and an object that it has an instance of.
+/// Transforms of points, directions, normals and rays between a scene and an object that it has an instance of.
 
 #include <hiprt_device/math/affine.h>
 #include <hiprt_device/ray.h>
@@ -9,7 +9,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace instance_detail {
 
-/// A row times a vector, rounded alike by every machine.
+/// A row times a vector. Every machine rounds it alike.
 template <class Real> HIPRT_HD HIPRT_INLINE Real times(const float (&row)[3], const BasicVec3<Real>& v) {
   const Real x = row[0], y = row[1], z = row[2];
   return fused_multiply_add(x, v.x, fused_multiply_add(y, v.y, z * v.z));
@@ -17,21 +17,22 @@ template <class Real> HIPRT_HD HIPRT_INLINE Real times(const float (&row)[3], co
 
 }  // namespace instance_detail
 
-/// linear * v: a direction of the scene, seen from the object.
+/// linear * v: a direction of the scene as the object sees it.
 template <class Real>
 HIPRT_HD HIPRT_INLINE BasicVec3<Real> vector_to_object(const InstanceRecord& instance, const BasicVec3<Real>& v) {
   using instance_detail::times;
   return {times(instance.linear[0], v), times(instance.linear[1], v), times(instance.linear[2], v)};
 }
 
-/// linear * (p - translation). The difference comes first: far from the origin no more is lost than p has lost already.
+/// linear * (p - translation). The difference comes first: far from the origin it loses no more than p has lost
+/// already.
 template <class Real>
 HIPRT_HD HIPRT_INLINE BasicVec3<Real> point_to_object(const InstanceRecord& instance, const BasicVec3<Real>& p) {
   const float(&origin)[3] = instance.translation;
   return vector_to_object(instance, BasicVec3<Real>(p.x - origin[0], p.y - origin[1], p.z - origin[2]));
 }
 
-/// The ray as the object sees it: t, tmin, tmax and mask stay what they are, the direction's length changes.
+/// The ray as the object sees it. t, tmin, tmax and mask stay the same; the direction's length changes.
 template <class Real>
 HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_to_object(const InstanceRecord& instance, const BasicRay<Real>& ray) {
   BasicRay<Real> local = ray;
@@ -40,7 +41,7 @@ HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_to_object(const InstanceRecord& instanc
   return local;
 }
 
-/// transpose(linear) * n: a normal of the object's surface, seen from the scene. Lengths change.
+/// transpose(linear) * n: a normal of the object's surface as the scene sees it. Lengths change.
 template <class Real>
 HIPRT_HD HIPRT_INLINE BasicVec3<Real> normal_to_scene(const InstanceRecord& instance, const BasicVec3<Real>& n) {
   const float(&m)[3][3] = instance.linear;
@@ -48,7 +49,7 @@ HIPRT_HD HIPRT_INLINE BasicVec3<Real> normal_to_scene(const InstanceRecord& inst
   return {column(0), column(1), column(2)};
 }
 
-/// transpose(inverse(linear)) * n: the way back.
+/// transpose(inverse(linear)) * n: the inverse of normal_to_scene().
 HIPRT_HD inline Vec3 normal_to_object(const InstanceRecord& instance, const Vec3& n) {
   const LinearInverse inverse(instance);
   const auto column = [&](unsigned c) {
@@ -59,7 +60,7 @@ HIPRT_HD inline Vec3 normal_to_object(const InstanceRecord& instance, const Vec3
   return Vec3(column(0), column(1), column(2));
 }
 
-/// inverse(linear) * v: a direction of the object, seen from the scene. In double, rounded once.
+/// inverse(linear) * v: a direction of the object as the scene sees it. In double, rounded once.
 template <class Real>
 HIPRT_HD inline BasicVec3<Real> vector_to_scene(const InstanceRecord& instance, const BasicVec3<Real>& v) {
   const LinearInverse inverse(instance);

@@ -1,21 +1,21 @@
 #pragma once
-/// Box and triangle tests by the ray instruction of AMD's RDNA2 and RDNA3 GPUs (image_bvh_intersect_ray), as policies
-/// for scenes of layouts float and half.
+/// Box and triangle tests with the ray instruction of AMD's RDNA2 and RDNA3 GPUs (image_bvh_intersect_ray). They are
+/// policies for scenes of layouts float and half.
 ///
 ///     __global__ void trace(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits) {
 ///       if constexpr (hiprt::kHasRayInstruction)  // for sources that are compiled for other GPUs too
 ///         hits[threadIdx.x] = hiprt::closest_hit<hiprt::HardwarePolicies>(scene, rays[threadIdx.x]);
 ///     }
 ///
-/// A part of hiprt_device.h on every processor: sources for many GPUs ask kHasRayInstruction also where it is false,
-/// and templates that nobody names cost nothing. What the instruction does not guarantee:
-/// docs/decisions/0008-amd-ray-instruction.md.
+/// hiprt_device.h includes this header for every processor. Sources for many GPUs read kHasRayInstruction also where
+/// it is false, and templates that are not used cost nothing. docs/decisions/0008-amd-ray-instruction.md says what the
+/// instruction does not guarantee.
 
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/intersect/candidate.h>
 #include <hiprt_device/scene_view.h>
 
-/// 1 while code is generated for a GPU that has the instruction: gfx103x, gfx110x.
+/// 1 while the compiler generates code for a GPU that has the instruction: gfx103x, gfx110x.
 #if defined(__gfx1030__) || defined(__gfx1031__) || defined(__gfx1032__) || defined(__gfx1033__) || \
     defined(__gfx1034__) || defined(__gfx1035__) || defined(__gfx1036__) || defined(__gfx1100__) || \
     defined(__gfx1101__) || defined(__gfx1102__) || defined(__gfx1103__)
@@ -27,24 +27,27 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Whether the code that is being compiled may use the policies of this file. It differs between the passes over one
-/// source: for `if constexpr` in kernels, never for template arguments of a kernel, whose name it would change.
+/// Whether the code that is being compiled may use the policies of this file.
+///
+/// The value differs between the passes over one source. Use it for `if constexpr` in kernels. Never use it in a
+/// template argument of a kernel, whose name it would change.
 inline constexpr bool kHasRayInstruction = HIPRT_HAS_RAY_INSTRUCTION != 0;
 
 namespace ray_instruction_detail {
 
-/// hipcc looks at kernels in its host pass too, where nothing calls them.
+/// hipcc compiles kernels in its host pass too, where nothing calls them.
 #if HIPRT_GPU_COMPILER && !HIPRT_DEVICE_CODE
 inline constexpr bool kMayBeNamed = true;
 #else
 inline constexpr bool kMayBeNamed = kHasRayInstruction;
 #endif
 
-/// Which memory the instruction reads, and how: its 128-bit resource.
+/// The 128-bit resource of the instruction: which memory it reads, and how.
 struct Descriptor {
   std::uint32_t word[4];
 
-  /// Pointers count from base. @param base multiple of 256; nullptr: pointers are addresses.
+  /// Pointers count from base.
+  /// @param base multiple of 256; nullptr: pointers are addresses.
   /// @param units size in units of 64 bytes; 0: everything behind base.
   HIPRT_HD HIPRT_INLINE Descriptor(const std::byte* base, std::uint64_t units) {
     constexpr std::uint64_t kSizeMask = (std::uint64_t{1} << 42) - 1;
@@ -57,8 +60,8 @@ struct Descriptor {
   }
 
  private:
-  /// Units in the last place by which a box's exit distance grows: both distances of an interval are two roundings and
-  /// a reciprocal away from the truth. GPURT's and HIPRT's value.
+  /// Units in the last place by which a box's exit distance grows. Both distances of an interval have the error of two
+  /// roundings and a reciprocal. GPURT and HIPRT use the same value.
   static constexpr std::uint32_t kBoxGrowth = 6;
 };
 
@@ -71,7 +74,7 @@ template <class Lanes> HIPRT_HD HIPRT_INLINE Float4 inverse_direction(const RayS
   return {Lanes::value(slabs.rcp[0]), Lanes::value(slabs.rcp[1]), Lanes::value(slabs.rcp[2]), 0.0f};
 }
 
-/// For operands in scalar registers: without this the compiler emits a loop over the values that the lanes have.
+/// For operands in scalar registers. Without this the compiler emits a loop over the values of the lanes.
 HIPRT_HD HIPRT_INLINE std::uint32_t same_in_wave(std::uint32_t value) {
   return static_cast<std::uint32_t>(__builtin_amdgcn_readfirstlane(static_cast<int>(value)));
 }
@@ -80,7 +83,7 @@ HIPRT_HD HIPRT_INLINE Word4 resource(const Descriptor& descriptor) {
           same_in_wave(descriptor.word[3])};
 }
 
-/// @param node of the memory that the descriptor describes.
+/// @param node in the memory that the descriptor describes.
 template <class Lanes>
 HIPRT_HD HIPRT_INLINE Words intersect(const Descriptor& descriptor, NodeRef node, const Vec3& origin,
                                       const Vec3& direction, const RaySlabs<Lanes>& slabs, float extent) {
@@ -90,7 +93,7 @@ HIPRT_HD HIPRT_INLINE Words intersect(const Descriptor& descriptor, NodeRef node
   return {{result.x, result.y, result.z, result.w}};
 }
 
-/// @param record a multiple of 64, of a node of that type.
+/// @param record a node of that type; its address is a multiple of 64.
 template <class Lanes>
 HIPRT_HD HIPRT_INLINE Words intersect_at(const void* record, NodeType type, const Vec3& origin, const Vec3& direction,
                                          const RaySlabs<Lanes>& slabs, float extent) {
@@ -118,24 +121,28 @@ HIPRT_HD HIPRT_INLINE Words intersect_at(const void*, NodeType, const Vec3&, con
 #endif
 
 template <class Lanes> HIPRT_HD constexpr void require_instruction() {
-  static_assert(Lanes::kScalar && kMayBeNamed,
-                "hiprt: HardwareBoxes and HardwareTriangle need the ray instruction of gfx103x or gfx110x, which what "
-                "is being compiled for does not have; see kHasRayInstruction");
+  static_assert(
+      Lanes::kScalar && kMayBeNamed,
+      "hiprt: HardwareBoxes and HardwareTriangle need the ray instruction of gfx103x or gfx110x, and this code "
+      "is compiled for another processor; see kHasRayInstruction");
 }
 
 }  // namespace ray_instruction_detail
 
-/// Layouts whose box nodes the instruction reads.
+/// Layouts whose box nodes the instruction can read.
 template <class Layout>
 concept RayInstructionLayout = Layout::kId == NodeLayout::kFloat || Layout::kId == NodeLayout::kHalf;
 
-/// Box test policy: the instruction, which also sorts a node's children by distance but does not tell the distances, so
-/// the stack cannot drop what a nearer hit has put out of reach. Boxes of custom primitives are tested as by
-/// Conservative. Those of nodes are not widened by its margin: the watertight triangle test may find a hit up to
-/// 2^-24 * 19 * (farthest side of the scene's bounds) beyond its box, and such a hit can be lost.
+/// Box test policy: the ray instruction.
+///
+/// It sorts a node's children by distance but does not return the distances. So the stack cannot drop nodes that a
+/// nearer hit has put out of reach. Boxes of custom primitives are tested as by Conservative.
+///
+/// Boxes of nodes are not widened by its margin. The watertight triangle test may find a hit up to 2^-24 * 19 *
+/// (farthest side of the scene's bounds) outside its box. Such a hit can be lost.
 struct HardwareBoxes : Conservative {
   /// @param scene at an address that is a multiple of 256; the same for all lanes of a wave.
-  /// @param limit hits beyond do not count; boxes before tmin are visited, as the instruction knows no tmin.
+  /// @param limit hits beyond it do not count. Boxes before tmin are visited, because the instruction has no tmin.
   template <RayInstructionLayout Layout, class Lanes>
   HIPRT_HD static HIPRT_INLINE SortedChildren intersect(const SceneView& scene, NodeRef node, const Ray& ray,
                                                         const RaySlabs<Lanes>& slabs, float limit) {
@@ -146,8 +153,10 @@ struct HardwareBoxes : Conservative {
   }
 };
 
-/// Triangle test policy: the instruction. How it rounds is not published: no claim is made that rays do not slip
-/// between neighbours, and Hit::error (of the other tests) is no bound of its errors.
+/// Triangle test policy: the ray instruction.
+///
+/// Its rounding is not published. So there is no guarantee that rays do not pass between neighbours, and Hit::error is
+/// no bound of its errors.
 struct HardwareTriangle {
   template <class Lanes> struct PreparedRay {
     Vec3 origin, direction;

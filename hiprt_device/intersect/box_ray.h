@@ -1,12 +1,12 @@
 #pragma once
-/// Double rays as the boxes of a tree see them: in float, from a place near the boxes.
+/// The form of double rays that tests boxes: a float ray that starts near the boxes.
 
 #include <hiprt_device/intersect/box_test.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Whether the ray can hit anything at all; false for NaN and infinite components.
+/// Whether the ray can hit anything; false for NaN and infinite components.
 template <class Real> HIPRT_HD HIPRT_INLINE bool is_traceable(const BasicRay<Real>& ray) {
   constexpr Real kMax = std::numeric_limits<Real>::max(), kZero = 0;
   const Real length = max_component(ray.direction);
@@ -16,7 +16,7 @@ template <class Real> HIPRT_HD HIPRT_INLINE bool is_traceable(const BasicRay<Rea
   return sum == kZero && length > kZero && length <= kMax && ray.tmin <= ray.tmax && ray.tmax >= kZero && ray.mask != 0;
 }
 
-/// The ray that a tree's boxes are tested with, and the part of it that is left. Float rays are that ray themselves.
+/// The ray that tests a tree's boxes, and the part of it that is left. A float ray is that ray itself.
 template <class Real> class BoxRay {
  public:
   HIPRT_HD HIPRT_INLINE BoxRay(const Ray&, const Box&, float) {}
@@ -28,12 +28,14 @@ template <class Real> class BoxRay {
   HIPRT_HD static HIPRT_INLINE float t_at(float distance) { return distance; }
 };
 
-/// A double ray from `start` on, rounded: its direction times a power of two, so that any length fits. Between start
-/// and the point where the ray has left the boxes' bounds, and within those, the two rays are no further from each
-/// other than the margin allows (docs/proofs/double-rays.md). Distances are (t - start) * scale.
+/// A double ray from `start` on, rounded. Its direction is multiplied by a power of two, so that any length fits.
+///
+/// The two rays stay as close to each other as the margin allows (docs/proofs/double-rays.md). This holds within the
+/// boxes' bounds, and between start and the point where the ray has left them. Distances are (t - start) * scale.
 template <> class BoxRay<double> {
  public:
-  /// @param bounds of the boxes. @param limit the largest t.
+  /// @param bounds of the boxes.
+  /// @param limit the largest t.
   HIPRT_HD HIPRT_INLINE BoxRay(const RayD& ray, const Box& bounds, double limit) {
     const Vec3D center(middle(bounds, 0), middle(bounds, 1), middle(bounds, 2));
     const Vec3D to = center - ray.origin;
@@ -43,7 +45,7 @@ template <> class BoxRay<double> {
     const double unit = power_of_two_at_most(max_component(ray.direction));
     const Vec3D direction = ray.direction * (1.0 / unit);
     const double squared = dot(direction, direction), along = dot(to, direction);
-    // A ball around the bounds, twice as large as it must be. |direction| is between 1 and 2 sqrt(3).
+    // A ball around the bounds, twice as large as necessary. |direction| is between 1 and 2 sqrt(3).
     const double radius = 4.0 * extent + 0x1p-44 * away;
     const double entry = (along / squared - radius) / unit;
     start_ = max_of(ray.tmin, 0.0);
@@ -62,22 +64,23 @@ template <> class BoxRay<double> {
   }
 
   HIPRT_HD HIPRT_INLINE const Ray& ray(const RayD&) const { return ray_; }
-  /// How far boxes are widened. @param of_boxes what the box test asks for, with ray(). @param condition,
-  /// transform_reach as BoxTest::margin() has them; 0 without instances.
+  /// By how much boxes are widened.
+  /// @param of_boxes the margin of the box test with ray().
+  /// @param condition, transform_reach as those of BoxTest::margin(); 0 without instances.
   HIPRT_HD HIPRT_INLINE float margin(float of_boxes, float condition, float transform_reach) const {
     return of_boxes + near_slack_ + (1.0f + condition) * (far_slack_ + 0x1p-45f * transform_reach);
   }
-  /// No further than t.
+  /// A distance that is at most that of t.
   HIPRT_HD HIPRT_INLINE float near_end(double t) const {
     return larger(rounded((t - start_) * scale_) * (1.0f - 0x1p-22f), 0.0f);
   }
-  /// No nearer than the limit that was set last.
+  /// A distance that is at least that of the limit that was set last.
   HIPRT_HD HIPRT_INLINE float far_end(double) const { return far_; }
   HIPRT_HD HIPRT_INLINE void set_limit(double t) {
     far_ = larger(rounded((t - start_) * scale_) * (1.0f + 0x1p-22f), 0.0f);
   }
 
-  /// Of a distance, for observers.
+  /// t of a distance, for observers.
   HIPRT_HD HIPRT_INLINE float t_at(float distance) const { return rounded(start_ + distance / scale_); }
 
  private:
@@ -90,12 +93,12 @@ template <> class BoxRay<double> {
   HIPRT_HD static HIPRT_INLINE double dot(const Vec3D& a, const Vec3D& b) {
     return fused_multiply_add(a.x, b.x, fused_multiply_add(a.y, b.y, a.z * b.z));
   }
-  /// @param a positive and finite. A subnormal one counts as the smallest normal one.
+  /// @param a positive and finite. A subnormal number counts as the smallest normal one.
   HIPRT_HD static HIPRT_INLINE double power_of_two_at_most(double a) {
     const double power = std::bit_cast<double>(std::bit_cast<std::uint64_t>(a) & 0x7ff0000000000000u);
     return max_of(power, std::numeric_limits<double>::min());
   }
-  /// The nearest float, but never an infinite one.
+  /// The nearest finite float.
   HIPRT_HD static HIPRT_INLINE float rounded(double a) {
     constexpr double kMax = std::numeric_limits<float>::max();
     return static_cast<float>(a < -kMax ? -kMax : a > kMax ? kMax : a);

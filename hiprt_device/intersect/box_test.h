@@ -1,7 +1,8 @@
 #pragma once
-/// Ray against the four boxes of a node: slabs with one fused multiply-add per plane. The rounding of the box test and
-/// of the triangle test is covered by a margin in scene units that is computed once per ray, so a conservative test
-/// costs nothing per node. Proof of the constants: docs/proofs/conservative-boxes.md.
+/// The intersection of a ray and the four boxes of a node: slabs with one fused multiply-add per plane.
+///
+/// A margin in scene units covers the rounding of the box test and of the triangle test. It is computed once per ray,
+/// so a conservative test costs nothing per node. docs/proofs/conservative-boxes.md proves the constants.
 
 #include <hiprt_device/intersect/node_lanes.h>
 #include <hiprt_device/ray.h>
@@ -9,19 +10,19 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Children that a ray meets, in the order of their visits; then kInvalidRef.
+/// The children that a ray meets, in the order of visits; then kInvalidRef.
 struct SortedChildren {
   NodeRef child[kBranching];
 };
 
 /// Box test policy: every hit that the Watertight triangle test reports lies in boxes that pass. The default.
 struct Conservative {
-  /// @return how far every box is widened, in scene units.
+  /// @return by how much every box is widened, in scene units.
   HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds) {
     return margin(origin, bounds, 0.0f, 0.0f);
   }
-  /// The same for boxes of instances, whose transforms round too. @param condition, transform_reach of the file's
-  /// header. Proof of the constants: docs/proofs/instances.md.
+  /// The same for boxes of instances, whose transforms round too. docs/proofs/instances.md proves the constants.
+  /// @param condition, transform_reach of the file's header.
   HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds, float condition,
                                             float transform_reach) {
     float reach = 0.0f, magnitude = 0.0f;
@@ -35,27 +36,29 @@ struct Conservative {
     constexpr float kUnit = 0x1p-24f;
     magnitude += max_component(origin);
     const float own = 24.0f * reach + 4.0f * magnitude;
-    // Not 0 times what may be infinite.
+    // Not 0 times a number that may be infinite.
     if (!(condition > 0.0f)) return kUnit * own;
     return kUnit * (own + condition * (84.0f * reach + 25.0f * magnitude + 28.0f * transform_reach));
   }
 };
 
-/// Box test policy: slabs as they round. Loses hits near box faces.
+/// Box test policy: slabs without a margin. It loses hits near box faces.
 struct Plain {
   HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0.0f; }
   HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&, float, float) { return 0.0f; }
 };
 
-/// Overflow to infinity becomes the largest float. For rays outside the range of the guarantees (ray.h): an infinite
-/// offset would give inf - inf = NaN at the planes of absent children, which could then pass and be followed out of the
-/// file. A NaN becomes a number too.
+/// Replaces an infinity by the largest float, for rays outside the range of the guarantees (ray.h).
+///
+/// An infinite offset would give inf - inf = NaN at the planes of absent children. Those could then pass and lead out
+/// of the file. A NaN becomes a number too.
 HIPRT_HD HIPRT_INLINE float within_range(float a) {
   constexpr float kMax = std::numeric_limits<float>::max();
   return smaller(larger(a, -kMax), kMax);
 }
 
-/// 1 / a within one unit in the last place. Boxes only: machines differ. @pre a is 0 or normal
+/// 1 / a within one unit in the last place. For boxes only, because machines differ.
+/// @pre a is 0 or normal
 HIPRT_HD HIPRT_INLINE float reciprocal(float a) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return __builtin_amdgcn_rcpf(a);
@@ -68,28 +71,30 @@ HIPRT_HD HIPRT_INLINE float reciprocal(float a) {
 #endif
 }
 
-/// What makes RaySlabs anew without a division.
-struct KeptSlabs {
+/// The numbers from which RaySlabs are made again without a division.
+struct SavedSlabs {
   float rcp[3], margin;
 };
 
-/// A ray prepared for slabs: distance to a plane p of axis k = p * rcp[k] + offset[k].
+/// A ray prepared for slabs: the distance to a plane p of axis k is p * rcp[k] + offset[k].
 template <class Lanes> struct RaySlabs {
   typename Lanes::Uniform rcp[3];
   typename Lanes::Uniform near_offset[3];
   typename Lanes::Uniform far_offset[3];
 
-  /// Whether the ray meets the maximum first.
+  /// Whether the ray meets the maximum plane first.
   HIPRT_HD HIPRT_INLINE bool is_down(unsigned axis) const {
     return std::bit_cast<std::int32_t>(Lanes::value(rcp[axis])) < 0;
   }
-  /// Which plane the ray meets first: 0 minimum, 1 maximum.
+  /// The plane that the ray meets first: 0 minimum, 1 maximum.
   HIPRT_HD HIPRT_INLINE unsigned near_side(unsigned axis) const {
     return std::bit_cast<std::uint32_t>(Lanes::value(rcp[axis])) >> 31;
   }
 
-  /// Direction components below 2^-26 of the largest are raised to it, for boxes only: within [tmin, tmax] and the
-  /// scene the ray moves by less than the margin. So no reciprocal is infinite and no product is 0 * inf.
+  /// Raises direction components below 2^-26 of the largest to that value, for boxes only.
+  ///
+  /// The ray then moves by less than the margin within [tmin, tmax] and the scene. So no reciprocal is infinite and no
+  /// product is 0 * inf.
   HIPRT_HD HIPRT_INLINE RaySlabs(const Ray& ray, float margin) {
     const float floor = max_component(ray.direction) * 0x1p-26f;
     prepare(0, ray.origin.x, ray.direction.x, floor, margin);
@@ -97,18 +102,18 @@ template <class Lanes> struct RaySlabs {
     prepare(2, ray.origin.z, ray.direction.z, floor, margin);
   }
 
-  /// @param origin of the ray whose slabs were kept.
-  HIPRT_HD HIPRT_INLINE RaySlabs(const KeptSlabs& kept, const Vec3& origin) {
-    put(0, origin.x, kept.rcp[0], kept.margin);
-    put(1, origin.y, kept.rcp[1], kept.margin);
-    put(2, origin.z, kept.rcp[2], kept.margin);
+  /// @param origin of the ray whose slabs were saved.
+  HIPRT_HD HIPRT_INLINE RaySlabs(const SavedSlabs& saved, const Vec3& origin) {
+    put(0, origin.x, saved.rcp[0], saved.margin);
+    put(1, origin.y, saved.rcp[1], saved.margin);
+    put(2, origin.z, saved.rcp[2], saved.margin);
   }
-  /// @param margin that they were made with.
-  HIPRT_HD HIPRT_INLINE void keep(KeptSlabs& kept, float margin) const {
-    kept.rcp[0] = Lanes::value(rcp[0]);
-    kept.rcp[1] = Lanes::value(rcp[1]);
-    kept.rcp[2] = Lanes::value(rcp[2]);
-    kept.margin = margin;
+  /// @param margin with which the slabs were made.
+  HIPRT_HD HIPRT_INLINE void save(SavedSlabs& saved, float margin) const {
+    saved.rcp[0] = Lanes::value(rcp[0]);
+    saved.rcp[1] = Lanes::value(rcp[1]);
+    saved.rcp[2] = Lanes::value(rcp[2]);
+    saved.margin = margin;
   }
 
  private:
@@ -127,10 +132,10 @@ template <class Lanes> struct RaySlabs {
   }
 };
 
-/// Which children a ray meets and where it enters them.
+/// The children that a ray meets, and where it enters their boxes.
 template <class Lanes> struct BoxHits {
   std::uint32_t mask;           ///< Bit per child.
-  typename Lanes::Float enter;  ///< t of entry (at least tmin), where the bit is set.
+  typename Lanes::Float enter;  ///< t of entry (at least tmin) where the bit is set.
 
   HIPRT_HD HIPRT_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
                                 std::uint32_t present)
@@ -139,7 +144,7 @@ template <class Lanes> struct BoxHits {
   HIPRT_HD HIPRT_INLINE bool any() const { return mask != 0; }
 };
 
-/// The same as comparisons, which a GPU has in predicates.
+/// The same as comparisons, which a GPU keeps in predicates.
 template <class Lanes>
 requires(Lanes::kScalar) struct BoxHits<Lanes> {
   bool met[kBranching];
@@ -160,7 +165,7 @@ requires(Lanes::kScalar) struct BoxHits<Lanes> {
   }
 };
 
-/// A ray in the units of a node's planes: those of the scene, or of the node's own grid.
+/// A ray in the units of a node's planes: those of the scene, or those of the node's grid.
 template <class Lanes, class Node> struct NodeSlabs {
   const RaySlabs<Lanes>& ray;
   HIPRT_HD HIPRT_INLINE NodeSlabs(const Node&, const RaySlabs<Lanes>& of) : ray(of) {}
@@ -169,18 +174,20 @@ template <class Lanes, class Node> struct NodeSlabs {
   HIPRT_HD HIPRT_INLINE typename Lanes::Uniform far_offset(unsigned axis) const { return ray.far_offset[axis]; }
 };
 
-/// (origin + q * scale) * rcp + offset = q * (scale * rcp) + (origin * rcp + offset): the product with the power of two
-/// is exact, the sum in the second bracket is one more rounding for the margin to cover (0003).
+/// (origin + q * scale) * rcp + offset = q * (scale * rcp) + (origin * rcp + offset).
 ///
-/// Where bytes come with a bias (lanes.h), it goes into the second bracket, whose rounding is then up to 2^-9 of the
-/// grid's step: boxes grow by twice that.
+/// The product with the power of two is exact. The sum in the second bracket is one more rounding, which the margin
+/// covers (docs/decisions/0003-conservative-boxes.md).
+///
+/// Where bytes have a bias (lanes.h), the bias goes into the second bracket. Its rounding is then up to 2^-9 of the
+/// grid's step, and boxes grow by twice that.
 template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
   const RaySlabs<Lanes>& ray;
   Words grid;
   HIPRT_HD HIPRT_INLINE NodeSlabs(const QuantizedBoxNode& node, const RaySlabs<Lanes>& of)
       : ray(of), grid(load_words(node.origin)) {}
   HIPRT_HD HIPRT_INLINE typename Lanes::Uniform rcp(unsigned axis) const {
-    // The exponent's byte, moved to its place in a float.
+    // The exponent's byte, moved to the exponent of a float.
     const std::uint32_t bits = axis == 0   ? grid.word[3] << 23 & 0x7f800000u
                                : axis == 1 ? grid.word[3] << 15 & 0x7f800000u
                                            : grid.word[3] << 7 & 0x7f800000u;
@@ -202,7 +209,7 @@ template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
     return uniform_madd(Lanes::uniform(bias), rcp(axis), plain);
   }
   HIPRT_HD static HIPRT_INLINE float uniform_madd(float a, float b, float c) { return multiply_add(a, b, c); }
-  // Host only: vector registers.
+  // For hosts only: vector registers.
   template <class Vector> HIPRT_HD static HIPRT_INLINE Vector uniform_madd(Vector a, Vector b, Vector c) {
     return Lanes::madd(a, b, c);
   }
@@ -213,7 +220,7 @@ template <class Lanes, class Node>
 HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
                                                      typename Lanes::Uniform tmin, typename Lanes::Uniform tmax) {
   const NodeSlabs<Lanes, Node> slabs(node, ray);
-  // Not a loop over arrays: GCC keeps such a loop, and the arrays in memory.
+  // Not a loop over arrays: GCC would keep the loop, and the arrays in memory.
   const auto enter = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
     return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side(axis)), slabs.rcp(axis), slabs.near_offset(axis));
   };

@@ -1,19 +1,19 @@
 #pragma once
-/// Candidates for hits: where a ray's line meets a triangle of a leaf.
+/// Candidates for hits: crossings of a ray's line with triangles of a leaf.
 
 #include <hiprt_device/ray.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Where a line meets a triangle; u, v are weights of the mesh's corners 1 and 2.
+/// A crossing of a line with a triangle; u and v are the weights of the mesh's corners 1 and 2.
 template <class Real> struct BasicCandidate { Real t, u, v; };
 using Candidate = BasicCandidate<float>;
 
-/// Values, not variables: some compilers choose between addresses, which puts the variables into memory.
+/// Chooses between values. Some compilers would choose between addresses, which puts variables into memory.
 template <class T> HIPRT_HD HIPRT_INLINE T choose(bool condition, T a, T b) { return condition ? +a : +b; }
 
-/// A weight, depth or vertex per corner of the mesh's triangle, from values in stored order.
+/// Sorts values per corner (weights, depths or vertices) from stored order to the mesh's order.
 template <class T> HIPRT_HD HIPRT_INLINE void to_mesh_order(T (&value)[3], std::uint32_t triangle_id) {
   const unsigned one = TriangleId::u_source(triangle_id), two = TriangleId::v_source(triangle_id);
   const T a = value[0], b = value[1], c = value[2];

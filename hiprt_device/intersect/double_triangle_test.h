@@ -6,9 +6,10 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The Watertight test in double: a ray and vertices as they are, t, u and v with the rounding of double. A sign is
-/// decided by sheared vertices that are rounded once, the same for all triangles that share them: no ray passes
-/// between neighbours. A ray through a shared edge meets both.
+/// The Watertight test in double. The ray and the vertices are not rounded; t, u and v have the rounding of double.
+///
+/// Sheared vertices that are rounded once decide each sign. They are the same for all triangles that share the
+/// vertices, so no ray passes between neighbours. A ray through a shared edge meets both triangles.
 struct WatertightDouble : ShearedTriangleTest<WatertightDouble> {
   /// @tparam Lanes of the box test.
   template <class Lanes> struct PreparedRay : ShearedRay<DoubleLanes> {
@@ -27,8 +28,8 @@ struct WatertightDouble : ShearedTriangleTest<WatertightDouble> {
  private:
   friend ShearedTriangleTest;
 
-  /// In the range of double rays a sign is lost to underflow only where a vertex is within 2^-480 of the ray: then it
-  /// counts as on it.
+  /// In the range of double rays, underflow loses a sign only if a vertex is within 2^-480 of the ray. The vertex then
+  /// counts as on the ray.
   template <class Lanes, class Prepared>
   HIPRT_HD static constexpr double uncertainty(const ShearedVertices<Lanes>&, const Prepared&) {
     return 0.0;

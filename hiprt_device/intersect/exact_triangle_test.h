@@ -1,5 +1,5 @@
 #pragma once
-/// Triangle tests whose every decision is as if computed with real numbers.
+/// Triangle tests that decide as if computed with real numbers.
 
 #include <hiprt_device/intersect/watertight.h>
 #include <hiprt_device/math/exact.h>
@@ -9,19 +9,20 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace exact_detail {
 
-/// A line and a triangle, as vectors with numbers, and others to compute with.
+/// A line and a triangle as numbered vectors, with others to compute with.
 struct LineAndTriangle {
   static constexpr unsigned kOrigin = 0, kDirection = 1, kCorner = 2, kAxis = 5, kMinusOrigin = 8, kZero = 9;
   float vector[10][3];
 };
 
-/// The determinant of three differences of vectors, in twice the precision of double if the differences are exact in
-/// double (as they are unless one vector is 2^29 times the other).
+/// The determinant of three differences of vectors, in twice the precision of double.
+///
+/// The precision holds if the differences are exact in double. They are, unless one vector is 2^29 times the other.
 struct RoundedDeterminant {
   double value = 0.0,
-         error = 0.0;  ///< Where the exact one is: within the error of the value, but for its last rounding.
+         error = 0.0;  ///< The exact determinant is within error of value, except for value's last rounding.
 
-  /// Of the vectors with the numbers minuend[i] - subtrahend[i].
+  /// The determinant of the vectors minuend[i] - subtrahend[i], given by their numbers.
   HIPRT_HD HIPRT_INLINE RoundedDeterminant(const LineAndTriangle& of, const unsigned (&minuend)[3],
                                            const unsigned (&subtrahend)[3]) {
     double row[3][3];
@@ -55,11 +56,15 @@ struct RoundedDeterminant {
 
 enum class InDouble { kPasses, kMisses, kUndecided };
 
-/// Whether a line passes through a triangle, and where, in double. Undecided: the sign of an edge function, or t,
-/// unless it is negative, is not certain to be within 2^-26 of itself, or u and v within 2^-23 of 1. Result is set if
-/// it passes.
-/// @param uncertainty of the triangle's edge functions as Reference computes them. Those in double are off by
-/// less than 2^-26 of it, with the direction's last component as the scale instead of 1.
+/// Whether and where a line passes through a triangle, in double. Sets result if it passes.
+///
+/// The result is undecided if one of these is not certain:
+/// - the sign of an edge function,
+/// - t within 2^-26 of itself, unless it is negative,
+/// - u and v within 2^-23 of 1.
+///
+/// @param uncertainty of the triangle's edge functions as Reference computes them. The edge functions in double have
+/// an error of less than 2^-26 of it, with the direction's last component as the scale instead of 1.
 HIPRT_HD HIPRT_INLINE InDouble find_in_double(const LineAndTriangle& of, float uncertainty, Candidate& result) {
   const double d[3] = {of.vector[1][0], of.vector[1][1], of.vector[1][2]};
   double x[3], y[3], z[3];
@@ -81,11 +86,11 @@ HIPRT_HD HIPRT_INLINE InDouble find_in_double(const LineAndTriangle& of, float u
                least = 0x1p-26 * static_cast<double>(uncertainty) * (d[2] * d[2]);
   if ((w0 > least || w1 > least || w2 > least) && (w0 < -least || w1 < -least || w2 < -least)) return InDouble::kMisses;
   if (!(magnitude(w0) > least && magnitude(w1) > least && magnitude(w2) > least)) return InDouble::kUndecided;
-  // One division for both of its uses.
+  // One division serves both uses.
   const double sum = w0 + w1 + w2, inverse = 1.0 / (sum * d[2]), scale = inverse * d[2];
   const double slope1 = z[1] - z[0], slope2 = z[2] - z[0], spread = magnitude(slope1) + magnitude(slope2);
   const double depth = fused_multiply_add(fused_multiply_add(w1, slope1, w2 * slope2), scale, z[0]);
-  // A weight may be off by 4 times this.
+  // The error of a weight is at most 4 times this.
   const double off = least * magnitude(scale);
   const double error = fused_multiply_add(4.0 * off, spread, 0x1p-50 * (magnitude(z[0]) + spread));
   const bool behind = d[2] > 0.0 ? depth < -error : depth > error;
@@ -95,9 +100,11 @@ HIPRT_HD HIPRT_INLINE InDouble find_in_double(const LineAndTriangle& of, float u
   return InDouble::kPasses;
 }
 
-/// The exact decision whether a line passes through a triangle, and where. A line through an edge or a corner is taken
-/// for one that lies beside it: moved by e, e^2, e^3 along the axes, then turned by f, f^2, f^3, for an e that is small
-/// enough and an f much smaller (simulation of simplicity, Edelsbrunner and Muecke 1990).
+/// The exact decision whether and where a line passes through a triangle.
+///
+/// A line through an edge or a corner is treated as a line beside it. It is moved by e, e^2, e^3 along the axes, and
+/// then turned by f, f^2, f^3, where e is small enough and f much smaller (simulation of simplicity, Edelsbrunner and
+/// Muecke 1990).
 class ExactDecision {
  public:
   using Vectors = LineAndTriangle;
@@ -111,10 +118,11 @@ class ExactDecision {
     }
   }
 
-  /// @return false: it does not, or is parallel to the triangle. Else t, u and v are set, as rounded from what is
-  /// within 2^-28 of t and of 1.
+  /// @return false: the line does not pass, or it is parallel to the triangle. Otherwise t, u and v are set, rounded
+  /// from values within 2^-28 of t and of 1.
   HIPRT_HD HIPRT_INLINE bool passes(Candidate& result) {
-    // Edge functions opposite to corners 0, 1 and 2; along the normal; the plane's distance along the normal.
+    // Edge functions opposite to corners 0, 1 and 2; the product along the normal; the plane's distance along the
+    // normal.
     double value[5] = {};
     bool positive = false, negative = false;
     HIPRT_NO_UNROLL
@@ -122,7 +130,7 @@ class ExactDecision {
       const int sign = find(step, value[step]);
       positive = positive || (step < 3 && sign > 0);
       negative = negative || (step < 3 && sign < 0);
-      // An edge without length has no sign.
+      // An edge of length 0 has no sign.
       if ((positive && negative) || (step < 4 && sign == 0)) return false;
     }
     result = {static_cast<float>(value[4] / value[3]), static_cast<float>(value[1] / value[3]),
@@ -146,7 +154,7 @@ class ExactDecision {
                                     step < 3 ? origin : corner};
     const RoundedDeterminant rounded(of_, minuend, subtrahend);
     value = rounded.value;
-    // Not the sign alone must be certain: u, v and t are made of the values.
+    // Not only the sign must be certain: u, v and t are computed from the values.
     const double least = 0x1p30 * rounded.error;
     if (value > least) return 1;
     if (value < -least) return -1;
@@ -163,14 +171,14 @@ class ExactDecision {
     return sign;
   }
 
-  /// All are sums of determinants det[first, list k, list k + 1].
+  /// Each is a sum of determinants det[first, list k, list k + 1].
   HIPRT_HD HIPRT_INLINE void add_terms(ExactSum<48>& sum, unsigned step, unsigned attempt) const {
     unsigned first = Vectors::kDirection, list[3] = {Vectors::kCorner, Vectors::kCorner + 1, Vectors::kCorner + 2};
     unsigned count = 3;
     if (step < 3) {
-      // det[direction, a - origin, b - origin]; or, for a line that is moved by h, dot(h, cross(direction, b - a)); or,
-      // where that is 0 too, as direction and edge are parallel, and for a line that is turned by g, dot(g, cross(a -
-      // origin, b - origin) + cross(h, a - b)).
+      // First det[direction, a - origin, b - origin]. If it is 0, the line is moved by h: dot(h, cross(direction, b -
+      // a)). If that is 0 too, direction and edge are parallel and the line is turned by g: dot(g, cross(a - origin, b
+      // - origin) + cross(h, a - b)).
       list[0] = edge_from(step);
       list[1] = edge_to(step);
       list[2] = Vectors::kOrigin;
@@ -181,7 +189,7 @@ class ExactDecision {
         count = 2;
       }
     } else if (step == 4) {
-      first = Vectors::kMinusOrigin;  // And one more, behind the others.
+      first = Vectors::kMinusOrigin;  // One more vector, behind the others.
       count = 4;
     }
     HIPRT_NO_UNROLL
@@ -191,7 +199,7 @@ class ExactDecision {
     }
   }
 
-  /// Of cross(h, a - b) along an axis: of h's other components the first is the largest.
+  /// The sign of cross(h, a - b) along an axis: the first of h's other components is the largest.
   HIPRT_HD HIPRT_INLINE int sign_of_last(unsigned step, unsigned axis) const {
     const float* const a = of_.vector[edge_from(step)];
     const float* const b = of_.vector[edge_to(step)];
@@ -207,14 +215,16 @@ class ExactDecision {
 
 }  // namespace exact_detail
 
-/// Decides by the triangle and the ray themselves, exactly, for all finite floats; t is within one unit in its last
-/// place. A filter in float decides nearly always: the sheared edge functions with a bound of the shear's rounding, one
-/// per leaf. What it leaves open is decided in double, then exactly (docs/proofs/exact-decisions.md).
+/// Decides exactly by the triangle and the ray themselves, for all finite floats. t is within one unit in its last
+/// place.
 ///
-/// A line through an edge or a corner is decided as one that lies beside it by less than any float, always the same one
-/// for a ray. So of the triangles that share an edge the ray meets one where it passes through the surface, and none or
-/// two where it touches it: every ray from outside crosses a closed surface an even number of times, also counted by
-/// AllHits. A triangle without area, or seen exactly edge-on, is never hit.
+/// A filter in float decides nearly all cases: the sheared edge functions with a bound of the shear's rounding, one
+/// bound per leaf. The remaining cases are decided in double, and then exactly (docs/proofs/exact-decisions.md).
+///
+/// A line through an edge or a corner is decided as a line that lies beside it by less than any float. It is always
+/// the same line for a ray. Where a ray passes through the surface at a shared edge, it meets one of the triangles.
+/// Where it touches the surface, it meets none or two. So every ray from outside crosses a closed surface an even
+/// number of times, also counted by AllHits. A triangle without area, or seen exactly edge-on, is never hit.
 struct Reference : ShearedTriangleTest<Reference> {
   template <class Lanes> struct PreparedRay : ShearedRay<Lanes> {
     float dx, dy, dz;  ///< The direction, in the sheared space's axes.
@@ -234,16 +244,19 @@ struct Reference : ShearedTriangleTest<Reference> {
 
   struct Bounds;
 
-  /// As intersect(), of one triangle of the leaf. @param id its LeafInfo::triangle_ids.
+  /// As intersect(), for one triangle of the leaf.
+  /// @param id its part of LeafInfo::triangle_ids.
   template <class Lanes, class Leaf>
   HIPRT_HD static HIPRT_INLINE bool decide(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
                                            std::uint32_t id, Candidate& result) {
     return decide_by<Lanes, true>(leaf, ray, second, id, 0.0f, result);
   }
 
-  /// With u = 2^-24 and a shear of s or less, a sheared coordinate is within u (2 |x| + 3 s |z|) of the exact one, so
-  /// an edge function within 6 u R (T + 3 u R) for the largest R = |x| + |y| + s |z| and T = |x| + |y| of the leaf's
-  /// vertices (docs/proofs/exact-decisions.md).
+  /// Bound of the error of the leaf's edge functions (docs/proofs/exact-decisions.md).
+  ///
+  /// Let u = 2^-24 and the shear at most s. The error of a sheared coordinate is at most u (2 |x| + 3 s |z|). Let R be
+  /// the largest |x| + |y| + s |z| of the leaf's vertices, and T the largest |x| + |y|. The error of an edge function
+  /// is at most 6 u R (T + 3 u R).
   template <class Lanes, class Vertices>
   HIPRT_HD static HIPRT_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
     const auto beside = Lanes::add(Lanes::magnitude(at.x), Lanes::magnitude(at.y));
@@ -274,7 +287,7 @@ struct Reference : ShearedTriangleTest<Reference> {
     return of;
   }
 
-  /// As uncertainty(), of the triangle alone.
+  /// As uncertainty(), for the triangle alone.
   template <class Lanes>
   HIPRT_HD static HIPRT_INLINE float own_uncertainty(const exact_detail::LineAndTriangle& of,
                                                      const PreparedRay<Lanes>& ray) {
@@ -284,7 +297,7 @@ struct Reference : ShearedTriangleTest<Reference> {
       const float z = corner[2] - of.vector[0][2];
       const float beside = absolute(fused_multiply_add(-Lanes::value(ray.sx), z, corner[0] - of.vector[0][0])) +
                            absolute(fused_multiply_add(-Lanes::value(ray.sy), z, corner[1] - of.vector[0][1]));
-      // Where coordinates overflow the uncertainty is infinite, never NaN.
+      // Where coordinates overflow, the uncertainty is infinite, never NaN.
       constexpr float kInfinity = std::numeric_limits<float>::infinity();
       width = larger(width, smaller(beside, kInfinity));
       reach = larger(reach, smaller(fused_multiply_add(shear, absolute(z), beside), kInfinity));
@@ -301,7 +314,7 @@ struct Reference : ShearedTriangleTest<Reference> {
 
   HIPRT_HD static HIPRT_INLINE float uncertainty_of(float width, float reach) {
     constexpr float kUnit = 0x1p-24f;
-    // Fused: the same bits everywhere.
+    // Fused, so that the bits are the same everywhere.
     return fused_multiply_add(7.0f * kUnit * reach, fused_multiply_add(4.0f * kUnit, reach, width), kTiny);
   }
 
@@ -312,14 +325,15 @@ struct Reference : ShearedTriangleTest<Reference> {
     return decide_by<Lanes, false>(leaf, ray, second, id, corners.uncertainty * (1.0f + 0x1p-20f), result);
   }
 
-  /// @tparam kOwn by the uncertainty of the triangle alone. @param uncertainty else of the whole leaf.
+  /// @tparam kOwn whether to use the uncertainty of the triangle alone.
+  /// @param uncertainty otherwise, that of the whole leaf.
   template <class Lanes, bool kOwn, class Leaf>
   HIPRT_HD static HIPRT_INLINE bool decide_by(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
                                               std::uint32_t id, float uncertainty, Candidate& result) {
     using namespace exact_detail;
     const LineAndTriangle of = read<Lanes>(read_again(leaf), ray, second, id);
-    // What is enough with the uncertainty of the whole leaf is enough with the triangle's own. In the end the triangle
-    // alone counts: what is found does not depend on the leaf's other one.
+    // A decision with the uncertainty of the whole leaf also holds with the triangle's own. In the end only the
+    // triangle counts, so the result does not depend on the leaf's other triangle.
     if constexpr (kOwn) uncertainty = own_uncertainty<Lanes>(of, ray);
     for (bool own = kOwn;; own = true) {
       const InDouble decision = find_in_double(of, uncertainty, result);
@@ -330,13 +344,15 @@ struct Reference : ShearedTriangleTest<Reference> {
   }
 };
 
-/// Bounds of t, which are enough to choose between nearly all hits (DeferringTest).
+/// Bounds of t, which suffice to choose between nearly all hits (DeferringTest).
 ///
-/// t = sum(w_i z_i) / (s dz), s = sum(w_i). With all w_i of one certain sign, each off by e_i up to the uncertainty U,
-/// the depth is off by |sum(e_i (z_i - depth))| / |s| <= 2 U (max z - min z) / |s|, as the depth is one between the
-/// z_i. Roundings, in units u = 2^-24 of max |z|: 1 of z_i, 4 of w_i besides U, 3 of the sum of products, 5 of s, s dz,
-/// quotient and product. What decide() has is within 2 u of the exact t. The bounds are wider than all that; underflow
-/// moves a depth by less than 2^-122, also where subnormal numbers are flushed.
+/// t = sum(w_i z_i) / (s dz), s = sum(w_i). Let all w_i have one certain sign, and let the error e_i of each be at
+/// most the uncertainty U. The depth is between the z_i. So its error is |sum(e_i (z_i - depth))| / |s| <= 2 U (max z
+/// - min z) / |s|.
+///
+/// Roundings, in units u = 2^-24 of max |z|: 1 of z_i, 4 of w_i besides U, 3 of the sum of products, and 5 of s, s dz,
+/// quotient and product. The result of decide() is within 2 u of the exact t. The bounds are wider than the sum of all
+/// these. Underflow moves a depth by less than 2^-122, also where subnormal numbers are flushed.
 struct Reference::Bounds : ShearedTriangleTest<Bounds> {
   template <class Lanes> using PreparedRay = Reference::PreparedRay<Lanes>;
 
@@ -367,7 +383,7 @@ struct Reference::Bounds : ShearedTriangleTest<Bounds> {
         2.25f * corners.uncertainty, farthest - nearest,
         fused_multiply_add(16.0f * 0x1p-24f * larger(absolute(nearest), absolute(farthest)), absolute(sum), 0x1p-122f));
     const float error = fused_multiply_add(off, size, fused_multiply_add(absolute(t), 0x1p-21f, 0x1p-122f));
-    // Elsewhere products and quotient may have lost digits.
+    // Outside this range products and quotient may have lost digits.
     const bool is_good = corners.are_certain() & (size > 0x1p-100f) & (size < 0x1p100f) & (error < 0x1p126f);
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     result = {is_good ? t + error : kInfinity, is_good ? t - error : -kInfinity, 0.0f};

@@ -1,5 +1,5 @@
 #pragma once
-/// The triangle test of Moeller and Trumbore: the fast end of the trade between speed and accuracy.
+/// The triangle test of Moeller and Trumbore: fast, and not watertight.
 
 #include <hiprt_device/intersect/candidate.h>
 #include <hiprt_device/intersect/node_lanes.h>
@@ -8,8 +8,8 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Moeller & Trumbore 1997, in float, with whatever contraction the compiler likes: the fast end of the trade. Rays
-/// leak through shared edges and vertices.
+/// The test of Moeller and Trumbore 1997, in float. The compiler may contract operations. Rays leak through shared
+/// edges and vertices.
 struct Fast {
   template <class Lanes> struct PreparedRay {
     Vec3 origin, direction;

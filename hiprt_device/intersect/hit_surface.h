@@ -1,5 +1,5 @@
 #pragma once
-/// What a hit tells about the surface: normal and error bound, from the triangle's vertices.
+/// The surface at a hit: normal and error bound, from the triangle's vertices.
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/intersect/candidate.h>
@@ -10,7 +10,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace surface_detail {
 
-/// cross(edge1, edge2), times a power of two where a float could not hold it.
+/// cross(edge1, edge2), multiplied by a power of two where a float could not hold it.
 template <class Real>
 HIPRT_HD HIPRT_INLINE BasicVec3<Real> make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
   const double x = difference_of_products(edge1[1], edge2[2], edge1[2], edge2[1]);
@@ -27,15 +27,15 @@ HIPRT_HD HIPRT_INLINE BasicVec3<Real> make_normal(const double (&edge1)[3], cons
   return {static_cast<Real>(x * scale), static_cast<Real>(y * scale), static_cast<Real>(z * scale)};
 }
 
-/// The rounding of a number, relatively.
+/// Relative rounding error of a number.
 template <class Real> inline constexpr Real kUnit = std::numeric_limits<Real>::epsilon() / 2;
 
-/// A bound as hits have it. In double it is rounded up.
+/// An error bound as a float. Bounds in double are rounded up.
 HIPRT_HD HIPRT_INLINE float to_bound(float bound) { return bound; }
 HIPRT_HD HIPRT_INLINE float to_bound(double bound) {
   constexpr double kMax = std::numeric_limits<float>::max();
   const auto nearest = static_cast<float>((bound < kMax ? bound : kMax) * (1.0 - 0x1p-24));
-  // Fused: the same bits everywhere.
+  // Fused, so that the bits are the same everywhere.
   return fused_multiply_add(nearest, 1.0f + 0x1p-22f, 0x1p-149f);
 }
 

@@ -7,7 +7,7 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Bits 3-0: the children that exist; those of layouts whose absent children have the empty box are all set.
+/// Bits 3-0: the children that exist. In layouts whose absent children have the empty box, all bits are set.
 template <class Node> HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const Node&) { return 0xfu; }
 HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
   return load_words(node.origin).word[3] >> 24;
@@ -17,7 +17,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
 template <class Lanes>
 HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const PlanesBoxNode& node, unsigned axis, unsigned side) {
 #if defined(__CUDA_ARCH__)
-  // Nodes are aligned, so the side is a bit of the address: six sums of 64 bits less.
+  // Nodes are aligned, so the side is a bit of the address. This saves six 64-bit sums.
   static_assert(kNodeGranularity % (2 * sizeof(node.plane[0][0])) == 0);
   const std::uint64_t first = reinterpret_cast<std::uint64_t>(&node) | (side * sizeof(node.plane[0][0]));
   return Lanes::load(reinterpret_cast<const PlanesBoxNode*>(first)->plane[axis][0]);
@@ -62,12 +62,12 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const HalfBoxNode& node,
   }
 }
 
-/// In units of the node's grid.
+/// The planes in units of the node's grid.
 template <class Lanes>
 HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const QuantizedBoxNode& node, unsigned axis, unsigned side) {
   if constexpr (Lanes::kScalar) {
     const Words words = load_words(node.plane[axis < 2 ? 0 : 2][0]);
-    // Values, not elements: a choice of addresses would put the words into memory.
+    // Values, not elements: a choice between addresses would put the words into memory.
     const std::uint32_t minimum = words.word[axis == 1 ? 2 : 0], maximum = words.word[axis == 1 ? 3 : 1];
     return Lanes::from_bytes(side == 0 ? minimum : maximum);
   } else {
@@ -99,13 +99,14 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const FloatLeaf& le
   }
 }
 
-/// The same leaf of a scene: its coordinates are loaded anew rather than kept in registers until then.
+/// The same leaf of a scene. Its coordinates are loaded again, so that they need not stay in registers.
 template <class Leaf> HIPRT_HD HIPRT_INLINE const Leaf& read_again(const Leaf& leaf) { return *forget(&leaf); }
 
 /// Every leaf record ends with its LeafInfo.
 inline constexpr std::size_t kInfoOffset = sizeof(CustomLeaf) - sizeof(LeafInfo);
 
-/// The part that all leaves share. @param record first byte of a leaf.
+/// The part that all leaves share.
+/// @param record first byte of a leaf.
 HIPRT_HD HIPRT_INLINE LeafInfo load_info(const std::byte* record) {
   return std::bit_cast<LeafInfo>(load_words(record + kInfoOffset));
 }

@@ -1,6 +1,7 @@
 #pragma once
-/// The space in which triangles are tested: sheared so that the ray is the z axis (Woop, Benthin, Wald, "Watertight
-/// ray/triangle intersection", 2013). A triangle is hit where the signs of its three edge functions agree.
+/// The space in which triangles are tested. It is sheared so that the ray is the z axis (Woop, Benthin, Wald,
+/// "Watertight ray/triangle intersection", 2013). The ray hits a triangle if the signs of its three edge functions
+/// agree.
 
 #include <hiprt_device/intersect/candidate.h>
 #include <hiprt_device/intersect/node_lanes.h>
@@ -26,10 +27,10 @@ template <class Lanes> struct ShearedRay {
     oy = Lanes::uniform(component(ray.origin, y()));
     oz = Lanes::uniform(component(ray.origin, z));
   }
-  /// The other axes, 1, 2, 0 and 2, 0, 1 for z = 0, 1, 2: from two bits each.
+  /// The other axes, 1, 2, 0 and 2, 0, 1 for z = 0, 1, 2, with two bits each.
   HIPRT_HD HIPRT_INLINE unsigned x() const { return 0b00'10'01u >> 2 * z & 3u; }
   HIPRT_HD HIPRT_INLINE unsigned y() const { return 0b01'00'10u >> 2 * z & 3u; }
-  /// By selection: indexing a vector at run time would move it to memory on a GPU.
+  /// Selects a component. Indexing a vector at run time would move it to memory on a GPU.
   HIPRT_HD static HIPRT_INLINE Real component(const BasicVec3<Real>& v, unsigned axis) {
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
   }
@@ -76,7 +77,7 @@ template <class Lanes> class EdgeSigns {
     positive_ = Lanes::greater(around, least) | Lanes::greater(shared, least) << 4;
     negative_ = Lanes::greater(most, around) | Lanes::greater(most, shared) << 4;
   }
-  /// No edge function is certainly positive, or none certainly negative.
+  /// Whether no edge function is certainly positive, or none certainly negative.
   HIPRT_HD HIPRT_INLINE bool meets0() const { return (positive_ & kEdges0) == 0 || (negative_ & kEdges0) == 0; }
   HIPRT_HD HIPRT_INLINE bool meets1() const { return (positive_ & kEdges1) == 0 || (negative_ & kEdges1) == 0; }
 
@@ -85,7 +86,7 @@ template <class Lanes> class EdgeSigns {
   std::uint32_t positive_, negative_;
 };
 
-/// The same as comparisons: a GPU combines them as it makes them.
+/// The same as comparisons: a GPU combines them as it computes them.
 template <class Lanes>
 requires(Lanes::kScalar) class EdgeSigns<Lanes> {
  public:

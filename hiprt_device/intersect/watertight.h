@@ -1,21 +1,26 @@
 #pragma once
-/// The watertight triangle test, from top to bottom: shear the leaf's vertices, compute the edge functions of both
-/// triangles at once, compare their signs, and divide for t, u and v. What the steps are made of: sheared_space.h.
+/// The watertight triangle test.
+///
+/// From top to bottom: shear the leaf's vertices, compute the edge functions of both triangles at once, compare their
+/// signs, and divide for t, u and v. sheared_space.h has the parts of these steps.
 
 #include <hiprt_device/intersect/sheared_space.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Which triangles of a leaf a line meets, from the signs of edge functions in a space where the ray is the z axis
-/// (Woop, Benthin, Wald 2013). Edge functions are differences of products after Kahan with explicit fused
-/// multiply-adds, whose sign is exact as long as nothing underflows or overflows. Every vertex is sheared the same way
-/// in every triangle. Results do not depend on how triangles were paired, rotated or laid out.
-/// @tparam Test the policy: PreparedRay, a ShearedRay; uncertainty(sheared vertices, ray), up to which an edge
-/// function's sign may be another than the one to decide by; and finish(), which looks closer and makes the candidate.
+/// Finds the triangles of a leaf that a line meets, from the signs of edge functions in a space where the ray is the z
+/// axis (Woop, Benthin, Wald 2013).
+///
+/// Edge functions are differences of products after Kahan with explicit fused multiply-adds. Their sign is exact
+/// unless something underflows or overflows. Every vertex is sheared in the same way in every triangle. So results do
+/// not depend on how triangles are paired, rotated or laid out.
+/// @tparam Test the policy. It has PreparedRay, a ShearedRay. uncertainty(sheared vertices, ray) is the largest edge
+/// function whose sign may be wrong. finish() decides such cases and makes the candidate.
 template <class Test> struct ShearedTriangleTest {
-  /// Calls accept(candidate, triangle) for each of the leaf's triangles that the line meets, triangle 0 first;
-  /// stops when it returns false. @return false if it was stopped.
+  /// Calls accept(candidate, triangle) for each of the leaf's triangles that the line meets, triangle 0 first. Stops
+  /// when accept returns false.
+  /// @return false if it was stopped.
   /// @param info the leaf's.
   template <class Lanes, class Leaf, class Ray, class Accept>
   HIPRT_HD static HIPRT_INLINE bool meet(const Leaf& leaf, const LeafInfo& info, const Ray& ray, Accept&& accept) {
@@ -36,7 +41,8 @@ template <class Test> struct ShearedTriangleTest {
     const Real e0 = Lanes::get(around, 0), e1 = Lanes::get(around, 1), e2 = Lanes::get(around, 2),
                e3 = Lanes::get(around, 3), s0 = Lanes::get(shared, 0), s1 = Lanes::get(shared, 1);
     const Real z0 = Lanes::get(at.z, 0), z1 = Lanes::get(at.z, 1), z2 = Lanes::get(at.z, 2), z3 = Lanes::get(at.z, 3);
-    // One text for both triangles: the lanes of a wave do the first hit of their leaves together, whichever it is.
+    // One loop for both triangles: the lanes of a wave test the first hit of their leaves together, whichever triangle
+    // it is.
     for (bool second = !meets0, more = meets0 && meets1;; second = true, more = false) {
       const TriangleCorners<Real> corners{{choose(second, e2, s0), choose(second, s1, e3), choose(second, e1, e0)},
                                           {choose(second, z1, z0), choose(second, z3, z1), z2},
@@ -51,11 +57,11 @@ template <class Test> struct ShearedTriangleTest {
   }
 
  protected:
-  /// An edge function beyond this cannot have lost its sign to underflow: one of its products is beyond 2^-100, so
-  /// the error term of Kahan's method is exact.
+  /// A larger edge function has not lost its sign to underflow. One of its products is beyond 2^-100, so the error
+  /// term of Kahan's method is exact.
   static constexpr float kTiny = 0x1p-98f;
 
-  /// In the precision of the corners.
+  /// Computes in the precision of the corners.
   template <class Real>
   HIPRT_HD static HIPRT_INLINE void finish_quickly(TriangleCorners<Real> corners, std::uint32_t id, Real dz,
                                                    BasicCandidate<Real>& result) {
@@ -70,7 +76,8 @@ template <class Test> struct ShearedTriangleTest {
     result.t = divided(depth, dz);
   }
 
-  /// The triangle's corners in the mesh's order. @param of a value per vertex of the leaf.
+  /// The triangle's corners in the mesh's order.
+  /// @param of a value per vertex of the leaf.
   template <class Lanes>
   HIPRT_HD static HIPRT_INLINE void corners_of(const typename Lanes::Float& of, bool second, std::uint32_t id,
                                                typename Lanes::Scalar (&corner)[3]) {
@@ -83,9 +90,10 @@ template <class Test> struct ShearedTriangleTest {
   }
 };
 
-/// Decides by the sheared, rounded vertices, exactly: where a sign is not certain (an edge function is zero, or may
-/// have lost it to underflow) it is decided again in double precision, where products of floats are exact. So a ray
-/// cannot pass between neighbours. Triangles own their edges: a ray through a shared edge meets both.
+/// Decides exactly by the sheared, rounded vertices. So a ray cannot pass between neighbours.
+///
+/// A sign is not certain if an edge function is zero or may have underflowed. Such a sign is computed again in double
+/// precision, where products of floats are exact. Triangles own their edges: a ray through a shared edge meets both.
 struct Watertight : ShearedTriangleTest<Watertight> {
   template <class Lanes> struct PreparedRay : ShearedRay<Lanes> {
     float dz;

@@ -1,6 +1,6 @@
 #pragma once
-/// The way back from an object to the scene that has an instance of it, in double: inverses, bounds and how much a
-/// transform magnifies rounding.
+/// The inverse transform, from an object to the scene that has an instance of it, in double: inverses, bounds, and how
+/// much a transform magnifies rounding.
 
 #include <hiprt_device/format/instance.h>
 #include <hiprt_device/math/arithmetic.h>
@@ -22,7 +22,7 @@ struct LinearInverse {
       const double minus = static_cast<double>(m[r1][c2]) * static_cast<double>(m[r2][c1]);
       const double difference =
           fused_multiply_add(static_cast<double>(m[r1][c1]), static_cast<double>(m[r2][c2]), -minus);
-      // The products of floats are exact; of doubles, what was lost comes after (Kahan).
+      // Products of floats are exact. For doubles, Kahan's correction follows.
       if constexpr (sizeof(Number) == sizeof(float)) return difference;
       return difference + fused_multiply_add(-static_cast<double>(m[r1][c2]), static_cast<double>(m[r2][c1]), minus);
     };
@@ -42,7 +42,7 @@ struct LinearInverse {
   HIPRT_HD double times(unsigned k, double x, double y, double z) const {
     return fused_multiply_add(row[k][0], x, fused_multiply_add(row[k][1], y, row[k][2] * z));
   }
-  /// Of |row|, the largest sum: how much longer the largest component of a vector becomes at most.
+  /// The largest sum of a row's magnitudes. It is the largest factor by which a vector's largest component can grow.
   HIPRT_HD double norm() const {
     double largest = 0.0;
     for (unsigned k = 0; k < 3; ++k) {
@@ -59,14 +59,15 @@ namespace affine_detail {
 HIPRT_HD inline double larger(double a, double b) { return a < b ? b : a; }
 HIPRT_HD inline double smaller(double a, double b) { return b < a ? b : a; }
 
-/// The next float towards +infinity. @param x not +infinity or NaN.
+/// The next float towards +infinity.
+/// @param x not +infinity or NaN.
 HIPRT_HD inline float next_above(float x) {
   if (x == 0.0f) return 0x1p-149f;
   const auto bits = std::bit_cast<std::uint32_t>(x);
   return std::bit_cast<float>(x > 0.0f ? bits + 1 : bits - 1);
 }
 
-/// The nearest floats that are no larger, and no smaller.
+/// The smallest float that is not below x, and the largest float that is not above x.
 HIPRT_HD inline float round_up(double x) {
   const float nearest = nearest_float(x);
   return static_cast<double>(nearest) < x ? next_above(nearest) : nearest;
@@ -85,19 +86,20 @@ HIPRT_HD inline double norm(const float (&m)[3][3]) {
 
 }  // namespace affine_detail
 
-/// Where an instance stands: what boxes of its object become in the scene.
-class StillPlace {
+/// Bounds of an instance that stands still: transforms boxes of its object to the scene.
+class StillInstanceBounds {
  public:
-  /// @param record must live as long as this.
-  /// @param slack 1 for builders; less for who checks a box that another compiler's builder has made.
-  HIPRT_HD explicit StillPlace(const InstanceRecord& record, double slack = 1.0)
+  /// @param record must live as long as this object.
+  /// @param slack 1 for builders; less to check a box that another compiler's builder has made.
+  HIPRT_HD explicit StillInstanceBounds(const InstanceRecord& record, double slack = 1.0)
       : record_(record), inverse_(record), slack_(slack) {
     const double magnification = inverse_.norm();
-    // The inverse is off by a few units of 2^-53, times the condition; its products and sums by as much without it.
+    // The error of the inverse is a few units of 2^-53 times the condition. Its products and sums add as much without
+    // it.
     unit_ = 0x1p-48 * (1.0 + magnification * affine_detail::norm(record.linear)) * magnification;
   }
 
-  /// A box that holds all points whose images in the object lie in @p box.
+  /// A box that contains all points whose images in the object lie in @p box.
   HIPRT_HD Box bounds(const Box& box) const {
     using namespace affine_detail;
     double size = 0.0;
@@ -125,8 +127,10 @@ class StillPlace {
   double slack_, unit_;
 };
 
-/// The longest and the shortest image of a unit vector. The shorter one is off by about 2^-50 of itself times the
-/// condition number of the matrix with columns of length 1: down to 2^-20 of the longer it is good to 2^-30.
+/// The longest and the shortest image of a unit vector.
+///
+/// The relative error of the shorter one is about 2^-50 times the condition number of the matrix with columns of
+/// length 1. Down to 2^-20 of the longer it is accurate to 2^-30.
 struct Stretches {
   double longest, shortest;
 
@@ -138,7 +142,7 @@ struct Stretches {
     double column[3][3];
     for (unsigned r = 0; r < 3; ++r)
       for (unsigned c = 0; c < 3; ++c) column[c][r] = m[r][c] / scale;
-    // Columns are turned until they are at right angles: the singular values are their lengths (Hestenes 1958).
+    // Turns columns until they are at right angles. Their lengths are then the singular values (Hestenes 1958).
     bool turned = true;
     for (unsigned sweep = 0; sweep < 16 && turned; ++sweep) {
       turned = turn(column[0], column[1]);
@@ -151,16 +155,16 @@ struct Stretches {
   }
 
  private:
-  // Fused: the same bits everywhere.
+  // Fused, so that the bits are the same everywhere.
   HIPRT_HD static double dot(const double (&a)[3], const double (&b)[3]) {
     return fused_multiply_add(a[0], b[0], fused_multiply_add(a[1], b[1], a[2] * b[2]));
   }
-  /// By the angle that puts two columns at right angles, without trigonometry (Rutishauser 1966). @return whether they
-  /// were not as good as that already.
+  /// Turns two columns to a right angle, without trigonometry (Rutishauser 1966).
+  /// @return whether they were not accurate already.
   HIPRT_HD static bool turn(double (&p)[3], double (&q)[3]) {
     const double pp = dot(p, p), qq = dot(q, q), pq = dot(p, q);
     if (!(LinearInverse::size(pq) > 0x1p-50 * square_root(pp * qq))) return false;
-    const double cotangent = (qq - pp) / (2.0 * pq);  // Of twice the angle.
+    const double cotangent = (qq - pp) / (2.0 * pq);  // Cotangent of twice the angle.
     const double tangent =
         (cotangent < 0.0 ? -1.0 : 1.0) /
         (LinearInverse::size(cotangent) + square_root(fused_multiply_add(cotangent, cotangent, 1.0)));
@@ -182,7 +186,7 @@ HIPRT_HD inline double condition_of(const InstanceRecord& instance) {
     for (unsigned c = 0; c < 3; ++c) m[r][c] = instance.linear[r][c];
   const Stretches stretches(m);
   if (stretches.shortest > 0x1p-20 * stretches.longest) return stretches.longest / stretches.shortest;
-  // Then the norms, which are larger.
+  // Otherwise use the norms, which are larger.
   return 3.0 * LinearInverse(instance).norm() * affine_detail::norm(instance.linear);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Arithmetic that rounds the same whatever a compiler contracts.
+/// Arithmetic that rounds the same whether or not a compiler contracts operations.
 
 #include <hiprt_device/format/portability.h>
 
@@ -23,7 +23,7 @@ HIPRT_HD HIPRT_INLINE double fused_multiply_add(double a, double b, double c) {
 #endif
 }
 
-/// |a| by the processor's own instruction, a sign modifier on GPUs.
+/// |a| by the processor's instruction, which is a sign modifier on GPUs.
 HIPRT_HD HIPRT_INLINE float without_sign(float a) {
 #if HIPRT_DEVICE_CODE
   return fabsf(a);
@@ -39,8 +39,8 @@ HIPRT_HD HIPRT_INLINE double without_sign(double a) {
 #endif
 }
 
-/// Correctly rounded. Devices call the library's function: clang's builtin is the bare instruction on AMD, which is
-/// not.
+/// The correctly rounded square root. Devices call the library's function: on AMD clang's builtin is the bare
+/// instruction, which is not correctly rounded.
 HIPRT_HD HIPRT_INLINE double square_root(double a) {
 #if HIPRT_DEVICE_CODE
   return ::sqrt(a);
@@ -59,9 +59,11 @@ HIPRT_HD HIPRT_INLINE float divided(float a, float b) {
 }
 HIPRT_HD HIPRT_INLINE double divided(double a, double b) { return a / b; }
 
-/// The nearest float, for numbers that go on in double. A cast is not enough: g++ 12 (from -O2 on) forgets the rounding
-/// of neighbours that it makes floats, and doubles again, two at a time.
-/// @param nearest what a compiler may know to be made of a double.
+/// The nearest float, for numbers that are used in double again.
+///
+/// A cast is not enough. g++ 12 (from -O2 on) drops the rounding when it vectorises conversions to float and back, two
+/// at a time.
+/// @param nearest a value that the compiler may know to come from a double.
 HIPRT_HD HIPRT_INLINE float nearest_float(float nearest) {
 #if !HIPRT_DEVICE_CODE && defined(__GNUC__) && !defined(__clang__)
 #if defined(__SSE2__)

@@ -6,7 +6,8 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// *value += amount, in no order with other memory. @return the value before.
+/// *value += amount, without ordering of other memory.
+/// @return the value before.
 HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_t amount) {
 #if HIPRT_DEVICE_CODE
   return atomicAdd(value, amount);
@@ -15,7 +16,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_
 #endif
 }
 
-/// *value += amount. Who adds behind another thread can also read what that thread wrote before.
+/// *value += amount. A thread that adds after another thread can also read what that thread wrote before.
 /// @return the value before.
 HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add_ordered(std::uint32_t* value, std::uint32_t amount) {
 #if HIPRT_DEVICE_CODE
@@ -28,7 +29,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add_ordered(std::uint32_t* value, std:
 #endif
 }
 
-/// *value = max(*value, candidate), in no order with other memory.
+/// *value = max(*value, candidate), without ordering of other memory.
 HIPRT_HD HIPRT_INLINE void raise(std::uint64_t* value, std::uint64_t candidate) {
 #if HIPRT_DEVICE_CODE
   static_assert(sizeof(unsigned long long) == sizeof(std::uint64_t));
@@ -53,7 +54,7 @@ HIPRT_HD HIPRT_INLINE void raise(std::uint32_t* value, std::uint32_t candidate) 
 #endif
 }
 
-/// *value = min(*value, candidate), in no order with other memory.
+/// *value = min(*value, candidate), without ordering of other memory.
 HIPRT_HD HIPRT_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) {
 #if HIPRT_DEVICE_CODE
   atomicMin(value, candidate);
@@ -65,7 +66,7 @@ HIPRT_HD HIPRT_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) 
 #endif
 }
 
-/// *value = min(*value, candidate) in 64 bits, in no order with other memory.
+/// *value = min(*value, candidate) in 64 bits, without ordering of other memory.
 HIPRT_HD HIPRT_INLINE void lower(std::uint64_t* value, std::uint64_t candidate) {
 #if HIPRT_DEVICE_CODE
   atomicMin(reinterpret_cast<unsigned long long*>(value), static_cast<unsigned long long>(candidate));
@@ -77,7 +78,7 @@ HIPRT_HD HIPRT_INLINE void lower(std::uint64_t* value, std::uint64_t candidate) 
 #endif
 }
 
-/// *value |= bits, in no order with other memory.
+/// *value |= bits, without ordering of other memory.
 HIPRT_HD HIPRT_INLINE void set_bits(std::uint32_t* value, std::uint32_t bits) {
 #if HIPRT_DEVICE_CODE
   atomicOr(value, bits);
@@ -86,7 +87,8 @@ HIPRT_HD HIPRT_INLINE void set_bits(std::uint32_t* value, std::uint32_t bits) {
 #endif
 }
 
-/// *value = replacement if it is @p expected, in no order with other memory. @return the value before.
+/// *value = replacement if it is @p expected, without ordering of other memory.
+/// @return the value before.
 HIPRT_HD HIPRT_INLINE std::uint64_t compare_exchange(std::uint64_t* value, std::uint64_t expected,
                                                      std::uint64_t replacement) {
 #if HIPRT_DEVICE_CODE
@@ -98,8 +100,8 @@ HIPRT_HD HIPRT_INLINE std::uint64_t compare_exchange(std::uint64_t* value, std::
 #endif
 }
 
-/// The value as other threads of the device have left it, not as this one has seen it before; in no order with other
-/// memory.
+/// The value that other threads of the device have stored, not one that this thread has read before. Without ordering
+/// of other memory.
 template <class Integer> HIPRT_HD HIPRT_INLINE Integer load_shared(const Integer* value) {
   static_assert(sizeof(Integer) == 4 || sizeof(Integer) == 8);
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
@@ -111,7 +113,7 @@ template <class Integer> HIPRT_HD HIPRT_INLINE Integer load_shared(const Integer
 #endif
 }
 
-/// For load_shared() of other threads.
+/// Stores a value for load_shared() of other threads.
 template <class Integer> HIPRT_HD HIPRT_INLINE void store_shared(Integer* value, Integer replacement) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   __hip_atomic_store(value, replacement, __ATOMIC_RELAXED, __HIP_MEMORY_SCOPE_AGENT);
@@ -122,7 +124,7 @@ template <class Integer> HIPRT_HD HIPRT_INLINE void store_shared(Integer* value,
 #endif
 }
 
-/// *value = replacement. Who reads what another thread exchanged can also read what that thread wrote before.
+/// *value = replacement. A thread that reads an exchanged value can also read what that thread wrote before.
 /// @return the value before.
 HIPRT_HD HIPRT_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t replacement) {
 #if HIPRT_DEVICE_CODE
@@ -135,7 +137,8 @@ HIPRT_HD HIPRT_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t
 #endif
 }
 
-/// Takes the lock if it is free (0): what the last holder wrote can then be read. @return whether it did.
+/// Takes the lock if it is free (0). What the last holder wrote can then be read.
+/// @return whether it was taken.
 HIPRT_HD HIPRT_INLINE bool try_lock(std::uint32_t* lock) {
 #if HIPRT_DEVICE_CODE
   const bool taken = atomicCAS(lock, 0u, 1u) == 0u;
@@ -147,7 +150,7 @@ HIPRT_HD HIPRT_INLINE bool try_lock(std::uint32_t* lock) {
 #endif
 }
 
-/// What this thread has written is there before what it writes from now on, for every thread of the device.
+/// Orders writes for every thread of the device: earlier writes of this thread come before its later writes.
 HIPRT_HD HIPRT_INLINE void finish_writes() {
 #if HIPRT_DEVICE_CODE
   __threadfence();
@@ -156,7 +159,7 @@ HIPRT_HD HIPRT_INLINE void finish_writes() {
 #endif
 }
 
-/// What other threads wrote before a value that load_shared() gave is read as they wrote it from now on.
+/// Orders reads: later reads of this thread see what other threads wrote before a value that load_shared() gave.
 HIPRT_HD HIPRT_INLINE void see_writes() {
 #if HIPRT_DEVICE_CODE
   __threadfence();
@@ -165,7 +168,7 @@ HIPRT_HD HIPRT_INLINE void see_writes() {
 #endif
 }
 
-/// Gives back a lock that try_lock() took: what this thread wrote can then be read by the next holder.
+/// Releases a lock that try_lock() took. The next holder can then read what this thread wrote.
 HIPRT_HD HIPRT_INLINE void unlock(std::uint32_t* lock) {
 #if HIPRT_DEVICE_CODE
   __threadfence();

@@ -1,18 +1,20 @@
 #pragma once
-/// Exact arithmetic on floats for hosts and devices: sums of products that know their sign. Every finite float is
-/// taken, subnormal ones included; nothing here overflows or underflows. Slow, and meant for what a filter left
-/// undecided; small, and kept in memory, so that it costs the code around it no registers.
+/// Exact arithmetic on floats, for hosts and devices: signs of sums of products.
 ///
-/// A product of two floats is a double; one of three is two doubles. A sum of doubles is kept as an expansion, a list
-/// of doubles that do not overlap, in order of magnitude (Shewchuk, "Adaptive precision floating-point arithmetic and
-/// fast robust geometric predicates", 1997: grow-expansion with zero elimination).
+/// Every finite float is allowed, including subnormal ones; nothing overflows or underflows. The code is slow, and
+/// meant for the cases that a filter leaves undecided. It is small and works in memory, so that it costs the code
+/// around it no registers.
+///
+/// A product of two floats is a double; a product of three is two doubles. A sum of doubles is an expansion: a list of
+/// doubles that do not overlap, in the order of magnitude. The method is grow-expansion with zero elimination
+/// (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates", 1997).
 
 #include <hiprt_device/math/arithmetic.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// a * b, rounded before anything is added to it, whatever a compiler contracts.
+/// a * b, rounded before anything is added to it, whether or not a compiler contracts operations.
 HIPRT_HD HIPRT_INLINE double rounded_product(double a, double b) { return fused_multiply_add(a, b, 0.0); }
 
 /// a + b = sum + rest exactly (Knuth). @pre neither is a product that could be contracted with the sum.
@@ -28,15 +30,15 @@ struct TwoSum {
 template <unsigned kMost> class ExactSum {
  public:
   HIPRT_HD HIPRT_INLINE void add(double value) {
-    unsigned kept = 0;
+    unsigned count = 0;
     HIPRT_NO_UNROLL
     for (unsigned i = 0; i < count_; ++i) {
       const TwoSum both(value, part_[i]);
       value = both.sum;
-      if (both.rest != 0.0) part_[kept++] = both.rest;
+      if (both.rest != 0.0) part_[count++] = both.rest;
     }
-    if (value != 0.0) part_[kept++] = value;
-    count_ = kept;
+    if (value != 0.0) part_[count++] = value;
+    count_ = count;
   }
   /// det[a, b, c]: twelve doubles.
   HIPRT_HD HIPRT_INLINE void add_determinant(const float* a, const float* b, const float* c) {
@@ -53,7 +55,7 @@ template <unsigned kMost> class ExactSum {
 
   /// -1, 0 or 1.
   HIPRT_HD HIPRT_INLINE int sign() const { return count_ == 0 ? 0 : part_[count_ - 1] > 0.0 ? 1 : -1; }
-  /// Rounded: within 2^-51 of the sum, relatively.
+  /// The rounded sum; its relative error is at most 2^-51.
   HIPRT_HD HIPRT_INLINE double value() const {
     double sum = 0.0;
     HIPRT_NO_UNROLL

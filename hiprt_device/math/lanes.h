@@ -1,7 +1,8 @@
 #pragma once
-/// Four floats at a time: the one vocabulary in which box and triangle tests are written. `ArrayLanes` is plain C++ for
-/// every compiler and the device; `SimdLanes` uses the host's vector registers. Both give the same bits: every
-/// operation is a single IEEE rounding per lane.
+/// Four floats at a time: the types in which box and triangle tests are written.
+///
+/// `ArrayLanes` is plain C++ for every compiler and the device. `SimdLanes` uses the host's vector registers. Both
+/// give the same bits, because every operation is a single IEEE rounding per lane.
 
 #include <hiprt_device/format/half.h>
 #include <hiprt_device/math/memory.h>
@@ -10,7 +11,7 @@
 // A kernel's policies must have the same names in the host's and in the GPU's pass over a source.
 #if defined(__SSE2__) && !HIPRT_GPU_COMPILER
 #define HIPRT_SIMD_LANES 1
-// The header of all instruction sets is slow to compile: only where AVX or FMA is asked for.
+// The header of all instruction sets is slow to compile. It is included only for AVX or FMA.
 #if defined(__AVX__)
 #include <immintrin.h>
 #else
@@ -36,14 +37,15 @@ HIPRT_HD HIPRT_INLINE float widen_half(std::uint32_t bits) {
 #endif
 }
 
-/// The largest of four, none a NaN and d 0 or more, not -0: the bits of floats that are not negative order as integers
-/// do, below 0 is whatever is negative.
+/// The largest of four numbers. None is NaN; d is 0 or more, and not -0.
+///
+/// The bits of floats that are not negative have the order of integers. Negative floats are negative integers.
 HIPRT_HD HIPRT_INLINE float largest_by_bits(float a, float b, float c, float d) {
   const auto later = [](std::int32_t x, std::int32_t y) HIPRT_INLINE_LAMBDA { return x > y ? x : y; };
   const auto bits = [](float x) HIPRT_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
   return std::bit_cast<float>(later(later(later(bits(a), bits(b)), bits(c)), bits(d)));
 }
-/// The smallest of four, none a NaN; where some are negative (-0 counts), any of those.
+/// The smallest of four numbers, none NaN. If some are negative (-0 counts), the result is any of those.
 HIPRT_HD HIPRT_INLINE float smallest_by_bits(float a, float b, float c, float d) {
   const auto sooner = [](std::int32_t x, std::int32_t y) HIPRT_INLINE_LAMBDA { return x < y ? x : y; };
   const auto bits = [](float x) HIPRT_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
@@ -53,7 +55,7 @@ HIPRT_HD HIPRT_INLINE float smallest_by_bits(float a, float b, float c, float d)
 /// Four lanes in an array; loops over lanes are unrolled by the compiler.
 /// @tparam Real float; double for the triangle tests of double rays, which load floats too.
 template <class Real> struct BasicArrayLanes {
-  /// Choices between lanes are made without branches and arrays without indices that vary: for registers of GPUs.
+  /// Choices between lanes need no branches, and arrays no varying indices: for registers of GPUs.
   static constexpr bool kScalar = true;
   using Scalar = Real;
   struct Float {
@@ -74,12 +76,12 @@ template <class Real> struct BasicArrayLanes {
   }
   HIPRT_HD static HIPRT_INLINE Float set(Real a, Real b, Real c, Real d) { return {{a, b, c, d}}; }
   HIPRT_HD static HIPRT_INLINE Float all(Real a) { return {{a, a, a, a}}; }
-  /// From the low 16 bits of each.
+  /// From the low 16 bits of each argument.
   HIPRT_HD static HIPRT_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     return {{widen_half(a), widen_half(b), widen_half(c), widen_half(d)}};
   }
-  /// Lane i is byte i, 0 to 255, plus kByteBias. Devices put the byte into the middle of 32768's significand, which
-  /// costs one instruction, and where a conversion costs three.
+  /// Lane i is byte i, 0 to 255, plus kByteBias. Devices put the byte into the middle of 32768's significand. This
+  /// costs one `and` instruction; a conversion costs three.
   HIPRT_HD static HIPRT_INLINE Float from_bytes(std::uint32_t bytes) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
     return map([&](int i) HIPRT_INLINE_LAMBDA { return static_cast<float>(bytes >> (8 * i) & 0xffu); });
@@ -130,7 +132,7 @@ template <class Real> struct BasicArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float fms(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], -c.lane[i]); });
   }
-  /// One rounding or two.
+  /// a * b + c with one rounding or two.
   HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
   }
@@ -149,13 +151,14 @@ template <class Real> struct BasicArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float max(const Float& a, Uniform b) {
     return map([&](int i) HIPRT_INLINE_LAMBDA { return larger(a.lane[i], b); });
   }
-  /// Where a ray is in all of three slabs, from where it enters them and begins, and from where it leaves them and
-  /// ends.
-  /// begin and end are 0 or more, begin is not -0. first_in() <= last_in() is what it would be for exact largest and
-  /// smallest ones, unless the ray leaves at -0 exactly: then it may be true.
+  /// Where a ray has entered all of three slabs and begins (first_in()), and where it leaves one of them or ends
+  /// (last_in()).
+  ///
+  /// begin and end are 0 or more, and begin is not -0. first_in() <= last_in() has the result for exact maxima and
+  /// minima. There is one exception: if the ray leaves at -0 exactly, it may be true.
   HIPRT_HD static HIPRT_INLINE Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
-    // Hopper has one instruction for the largest of three integers.
+    // Hopper has an instruction for the largest of three integers.
     return map([&](int i) HIPRT_INLINE_LAMBDA { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });
 #else
     return max(max(a, b), max(c, begin));
@@ -171,7 +174,7 @@ template <class Real> struct BasicArrayLanes {
   HIPRT_HD static HIPRT_INLINE Float magnitude(const Float& a) {
     return map([&](int i) HIPRT_INLINE_LAMBDA { return without_sign(a.lane[i]); });
   }
-  /// A NaN does not hide other lanes: devices leave it out, hosts take it for infinity.
+  /// The largest lane. A NaN does not hide other lanes: devices skip it, hosts treat it as infinity.
   HIPRT_HD static HIPRT_INLINE Real largest(const Float& a) {
 #if HIPRT_DEVICE_CODE
     return larger(larger(a.lane[0], a.lane[1]), larger(a.lane[2], a.lane[3]));
@@ -270,7 +273,7 @@ struct SimdLanes {
   static HIPRT_INLINE float get(Float a, unsigned i) { return a[i]; }
 };
 
-/// What this machine is fastest with; the hits are those of every other.
+/// The fastest lanes on this machine. The hits are the same with all lanes.
 using DefaultLanes = SimdLanes;
 #else
 using DefaultLanes = ArrayLanes;

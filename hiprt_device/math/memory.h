@@ -1,6 +1,8 @@
 #pragma once
-/// Memory by its kind. A generic pointer, or a choice between pointers of two kinds, makes AMD's compiler emit accesses
-/// that find out the kind at run time (flat), so the kind is named where the access is.
+/// Memory accesses that name the kind of memory.
+///
+/// AMD's compiler emits flat accesses, which find out the kind at run time, for generic pointers. It does so for
+/// choices between pointers of two kinds, too.
 
 #include <hiprt_device/format/portability.h>
 
@@ -37,7 +39,7 @@ struct Words {
   HIPRT_HD HIPRT_INLINE float as_float(unsigned i) const { return std::bit_cast<float>(word[i]); }
 };
 
-/// @param address multiple of 16, in the scene, which no one writes meanwhile.
+/// @param address multiple of 16, in the scene, which nobody writes at the same time.
 HIPRT_HD HIPRT_INLINE Words load_words(const void* address) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   using Vector = std::uint32_t __attribute__((ext_vector_type(4)));
@@ -64,17 +66,16 @@ HIPRT_HD HIPRT_INLINE WordsOf<sizeof...(kPart)> load_parts(const void* address, 
 
 }  // namespace memory_detail
 
-/// A record in loads of 16 bytes, but for those of which nothing is used: lanes that read different records pay for
-/// every load.
-/// @param record in the scene, which no one writes meanwhile, at a multiple of 16 bytes.
+/// Loads a record in 16-byte words and skips words that are not used. Divergent lanes pay for every load.
+/// @param record in the scene, which nobody writes at the same time, at a multiple of 16 bytes.
 template <class Record> HIPRT_HD HIPRT_INLINE Record load_record(const Record& record) {
   static_assert(sizeof(Record) % sizeof(Words) == 0);
   return std::bit_cast<Record>(
       memory_detail::load_parts(&record, std::make_index_sequence<sizeof(Record) / sizeof(Words)>{}));
 }
 
-/// The same address, about which the compiler knows nothing: what is read and computed from it again need not be kept
-/// in registers until then.
+/// The same address, about which the compiler knows nothing. Data that is read or computed from it again need not stay
+/// in registers.
 template <class T> HIPRT_HD HIPRT_INLINE const T* forget(const T* address) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   asm volatile("" : "+v"(address));

@@ -15,7 +15,7 @@ HIPRT_HD HIPRT_INLINE float multiply_add(float a, float b, float c) {
 #endif
 }
 
-/// One instruction each: of a NaN and a number, devices take the number, hosts b.
+/// One instruction each. Of a NaN and a number, devices take the number and hosts take b.
 HIPRT_HD HIPRT_INLINE float smaller(float a, float b) {
 #if HIPRT_DEVICE_CODE
   return fminf(a, b);
@@ -31,7 +31,7 @@ HIPRT_HD HIPRT_INLINE float larger(float a, float b) {
 #endif
 }
 
-/// |a|, and the larger of two. For NaN see larger().
+/// |a|, and the larger of two numbers. For NaN see larger().
 HIPRT_HD HIPRT_INLINE float absolute(float a) {
   return std::bit_cast<float>(std::bit_cast<std::uint32_t>(a) << 1 >> 1);
 }
@@ -41,7 +41,7 @@ HIPRT_HD HIPRT_INLINE double absolute(double a) {
 HIPRT_HD HIPRT_INLINE float max_of(float a, float b) { return larger(a, b); }
 HIPRT_HD HIPRT_INLINE double max_of(double a, double b) { return a > b ? a : b; }
 
-/// a * d - b * c within 2 units of 2^-53, the same bits on every machine (Kahan; Jeannerod, Louvet, Muller 2013).
+/// a * d - b * c within 2 units of 2^-53, with the same bits on every machine (Kahan; Jeannerod, Louvet, Muller 2013).
 HIPRT_HD HIPRT_INLINE double difference_of_products(double a, double d, double b, double c) {
   const double product = b * c;
   return fused_multiply_add(a, d, -product) + fused_multiply_add(-b, c, product);

@@ -1,6 +1,6 @@
 #pragma once
-/// Small vectors. The only file that includes GLM; the rest of the library writes hiprt::Vec3. Programs that want
-/// glm::dot(), glm::cross() and others in device code include vec_functions.h.
+/// Small vectors. This is the only file that includes GLM; the rest of the library uses hiprt::Vec3. Programs that
+/// need glm::dot(), glm::cross() and others in device code include vec_functions.h.
 
 #include <hiprt_device/math/scalar.h>
 
@@ -24,7 +24,8 @@
 namespace hiprt {
 
 #if HIPRT_RUN_TIME_COMPILER
-/// GLM needs the standard library, which run-time compilers do not have. Same layout and operators.
+/// A vector with the layout and operators of GLM's. GLM needs the standard library, which run-time compilers do not
+/// have.
 template <class Real> struct BasicVec3 {
   Real x, y, z;
 
@@ -55,7 +56,7 @@ template <class Real> struct BasicVec3 {
   }
 };
 #else
-/// Three numbers x, y, z; also v[0] to v[2], which on a GPU moves to memory what it indexes at run time.
+/// Three numbers x, y, z; also v[0] to v[2]. An index that varies at run time moves the vector to memory on a GPU.
 template <class Real> using BasicVec3 = glm::vec<3, Real>;
 #endif
 using Vec3 = BasicVec3<float>;

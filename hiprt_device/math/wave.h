@@ -1,6 +1,7 @@
 #pragma once
-/// The lanes that run together: a wave (AMD, 32 or 64 lanes), a warp (NVIDIA, 32); on a host one lane.
-/// All functions look at the lanes that are active where they are called.
+/// The lanes that run together: a wave (AMD, 32 or 64 lanes), a warp (NVIDIA, 32 lanes), or one lane on a host.
+///
+/// All functions consider the lanes that are active where they are called.
 
 #include <hiprt_device/format/portability.h>
 
@@ -10,7 +11,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// Bit per lane.
 using LaneMask = std::uint64_t;
 
-/// Lanes of a wave.
+/// Number of lanes of a wave.
 HIPRT_HD HIPRT_INLINE unsigned wave_size() {
 #if HIPRT_DEVICE_CODE
   return static_cast<unsigned>(warpSize);
@@ -46,7 +47,7 @@ HIPRT_HD HIPRT_INLINE LaneMask wave_ballot(bool condition) {
 /// Every lane of a wave.
 inline constexpr LaneMask kWholeWave = ~LaneMask{0};
 
-/// Of these lanes, which all call this and are brought together by it, those for which the condition holds.
+/// Those of @p lanes for which the condition holds. All of @p lanes must call this; it brings them together.
 HIPRT_HD HIPRT_INLINE LaneMask group_ballot(LaneMask lanes, bool condition) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return __ballot(condition) & lanes;
@@ -64,7 +65,7 @@ HIPRT_HD HIPRT_INLINE bool group_any(LaneMask lanes, bool condition) {
 #endif
 }
 
-/// What these lanes, which all call this and are brought together by it, wrote can be read by all of them.
+/// Makes writes of @p lanes visible to all of them. All of @p lanes must call this; it brings them together.
 HIPRT_HD HIPRT_INLINE void group_sync(LaneMask lanes) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   static_cast<void>(lanes);
@@ -78,7 +79,8 @@ HIPRT_HD HIPRT_INLINE void group_sync(LaneMask lanes) {
 #endif
 }
 
-/// The value of one of these lanes, which all call this. @param lane its number in the wave.
+/// The value of one of @p lanes. All of them must call this.
+/// @param lane its number in the wave.
 HIPRT_HD HIPRT_INLINE std::uint32_t group_from(LaneMask lanes, std::uint32_t value, unsigned lane) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   static_cast<void>(lanes);
@@ -92,7 +94,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t group_from(LaneMask lanes, std::uint32_t val
 #endif
 }
 
-/// Bits that are set.
+/// Number of bits that are set.
 HIPRT_HD HIPRT_INLINE unsigned lane_count(LaneMask lanes) {
 #if HIPRT_DEVICE_CODE
   return static_cast<unsigned>(__popcll(lanes));
@@ -110,12 +112,13 @@ HIPRT_HD HIPRT_INLINE unsigned highest_bit(std::uint64_t mask) {
 #endif
 }
 
-/// How many of the lanes are before this one.
+/// Number of @p lanes before this one.
 HIPRT_HD HIPRT_INLINE unsigned lanes_before(LaneMask lanes) {
   return lane_count(lanes & ((LaneMask{1} << lane_index()) - 1));
 }
 
-/// The value of the lowest of the lanes. @pre all of them are active and call this.
+/// The value of the lowest of the lanes.
+/// @pre all of them are active and call this.
 HIPRT_HD HIPRT_INLINE std::uint32_t from_first_lane(LaneMask lanes, std::uint32_t value) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   static_cast<void>(lanes);

@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles that custom primitives compute, met by the tests that those of a scene's leaves are met by.
+/// Triangles that custom primitives compute. The tests of a scene's leaves intersect them.
 
 #include <hiprt_device/intersect/double_triangle_test.h>
 #include <hiprt_device/intersect/hit_surface.h>
@@ -9,7 +9,7 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 namespace primitive_detail {
 
-/// A leaf of one triangle: in registers, where those of a scene are in global memory.
+/// A leaf of one triangle in registers. The leaves of a scene are in global memory.
 /// @tparam Number of its coordinates.
 template <class Number> struct ComputedLeaf {
   Number vertex[3][3];
@@ -29,7 +29,7 @@ template <class Number> HIPRT_HD HIPRT_INLINE const ComputedLeaf<Number>& read_a
   return leaf;
 }
 
-/// What complete() asks of a layout.
+/// The part of a layout that complete() needs.
 template <class Number> struct ComputedLeaves {
   using Leaf = ComputedLeaf<Number>;
   HIPRT_HD static HIPRT_INLINE Number coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
@@ -37,7 +37,8 @@ template <class Number> struct ComputedLeaves {
   }
 };
 
-/// Reports the hit of the leaf's triangle, if it is in [tmin, tmax]. @param more of Hit::error.
+/// Reports the hit of the leaf's triangle if it is in [tmin, tmax].
+/// @param more added to Hit::error.
 /// @return false if report did.
 template <class Number, class Real, class Report>
 HIPRT_HD HIPRT_INLINE bool meet_computed(const ComputedLeaf<Number>& leaf, const BasicRay<Real>& ray, Real tmin,

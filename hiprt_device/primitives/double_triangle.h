@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles with vertices in double, as custom primitives: meshes with detail that floats cannot hold.
+/// Triangles with double vertices, as custom primitives: meshes with detail that floats cannot hold.
 
 #include <hiprt_device/primitives/computed_leaf.h>
 #include <hiprt_device/primitives/line.h>
@@ -16,17 +16,18 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// The payload of a geometry of triangles with double vertices, numbered as in the mesh.
 ///
-/// For double rays (DoubleRays) hits and misses are those of the WatertightDouble test on the vertices as they are:
-/// neighbours share what they share, no ray passes between. Float rays meet the same triangles at the same places, t, u
-/// and v rounded to floats. u, v, the normal and the error bound are those of a triangle of a mesh.
+/// Double rays (DoubleRays) find the hits and misses of the WatertightDouble test on the double vertices. No ray
+/// passes between neighbours, because they share vertices. Float rays meet the same triangles at the same points, with
+/// t, u and v rounded to floats. u, v, the normal and the error bound are those of a triangle of a mesh.
 ///
-/// Boxes are of floats: where the mesh is far from the origin they are as large as the spacing of floats there, and a
-/// ray tests all triangles in them. Then keep the vertices relative to a place near them (the difference of two doubles
-/// of about the same size is exact), and put the mesh there by an instance.
+/// Boxes are floats. Far from the origin they are as large as the spacing of floats there, and a ray tests all
+/// triangles in them. Then store the vertices relative to a point near them, and put the mesh there by an instance.
+/// (The difference of two doubles of about the same size is exact.)
 struct DoubleTriangleSet {
   MeshD mesh;
 
-  /// Calls report() where the ray meets triangle @p primitive inside [tmin, tmax]. @return false if report did.
+  /// Calls report() where the ray meets triangle @p primitive inside [tmin, tmax].
+  /// @return false if report did.
   template <class Real, class Report>
   HIPRT_HD bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin, std::type_identity_t<Real> tmax,
                           std::uint32_t primitive, Report&& report) const {
@@ -38,7 +39,7 @@ struct DoubleTriangleSet {
     if constexpr (std::is_same_v<Real, double>)
       return primitive_detail::meet_computed(leaf, wide, tmin, tmax, 0.0f, report);
     else
-      // t is rounded behind the test.
+      // t is rounded after the test.
       return primitive_detail::meet_computed(
           leaf, wide, -std::numeric_limits<double>::max(), std::numeric_limits<double>::max(), 0.0f,
           [&](const CustomHitD& hit) {

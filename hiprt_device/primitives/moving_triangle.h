@@ -7,13 +7,13 @@
 
 namespace hiprt {
 
-/// A mesh at several times, between which its vertices move linearly; before the first and behind the last it stands
+/// A mesh at several times. Vertices move linearly between the times; before the first and after the last they stand
 /// still.
 struct MovingMesh {
-  /// Key k's vertex i: x, y, z from 3 * (k * vertices + i). Finite: a triangle is missed at times for which a key with
-  /// a NaN corner counts, and has no box if a corner is infinite at any key.
+  /// Key k's vertex i: x, y, z from 3 * (k * vertices + i). Finite. A triangle with a NaN corner at a key is missed at
+  /// times that use this key. A triangle with an infinite corner at any key has no box.
   const float* positions;
-  const float* times;              ///< Of the keys, each later than the one before.
+  const float* times;              ///< Times of the keys, each later than the one before.
   const std::uint32_t* triangles;  ///< Three vertices each.
   std::uint32_t vertices;
   std::uint32_t keys;  ///< 1 or more.
@@ -23,10 +23,9 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// The payload of a geometry of moving triangles, numbered as in the mesh.
 ///
-/// At a ray's time hits and misses are those of the Watertight test on a mesh whose vertices are interpolated and
-/// rounded to floats, vertex by vertex: neighbours share what they share, no ray passes between. u, v and the normal
-/// are those of a triangle of a mesh; the error bound holds for the vertices before they were rounded
-/// (docs/decisions/0015-motion.md).
+/// At a ray's time, hits and misses are those of the Watertight test on a mesh of interpolated vertices, rounded to
+/// floats. No ray passes between neighbours, because they share vertices. u, v and the normal are those of a triangle
+/// of a mesh. The error bound holds for the vertices before they were rounded (docs/decisions/0015-motion.md).
 struct MovingTriangleSet {
   MovingMesh mesh;
 
@@ -58,10 +57,10 @@ struct MovingTriangleSet {
     for (std::uint32_t key = 0; key < mesh.keys; ++key)
       for (unsigned corner = 0; corner < 3; ++corner)
         for (unsigned axis = 0; axis < 3; ++axis) {
-          // Between two equal numbers a rounded one may be 2 units off.
-          const float at = coordinate(key, primitive, corner, axis), room = 0x1p-22f * absolute(at) + 0x1p-148f;
-          if (at - room < box.min[axis]) box.min[axis] = at - room;
-          if (at + room > box.max[axis]) box.max[axis] = at + room;
+          // An interpolated number between two equal ones may be off by 2 units.
+          const float at = coordinate(key, primitive, corner, axis), slack = 0x1p-22f * absolute(at) + 0x1p-148f;
+          if (at - slack < box.min[axis]) box.min[axis] = at - slack;
+          if (at + slack > box.max[axis]) box.max[axis] = at + slack;
         }
     return box;
   }

@@ -1,13 +1,12 @@
 #pragma once
-/// Custom primitives of a scene: functors by compile-time list, dispatched by comparisons that the compiler can inline;
-/// there are no function pointers.
+/// Custom primitives of a scene: a compile-time list of functors. The compiler can inline the dispatch; there are no
+/// function pointers.
 ///
 ///     using Hair = hiprt::PrimitiveList<hiprt::SphereSet, hiprt::RoundCurveSet>;  // custom types 0 and 1
 ///     Hair primitives{{spheres}, {vertices, first_vertex}};
 ///     hiprt::ClosestHit<P, hiprt::NoFilter, Hair> query(scene, ray, stack, {}, primitives);
 ///
-/// For several kinds of ray, PrimitiveTable has one list per kind: the table of types and ray types of HIPRT (HPG
-/// 2024).
+/// PrimitiveTable has one list per ray type: HIPRT's table of types and ray types (HPG 2024).
 
 #include <hiprt_device/filter.h>
 #include <hiprt_device/primitives/primitive.h>
@@ -15,9 +14,9 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Whose intersection is asked for.
+/// The primitive to intersect.
 struct PrimitiveId {
-  std::uint32_t geometry;             ///< Of the scene, or of the object that has it.
+  std::uint32_t geometry;             ///< Number of the geometry in the scene, or in the object that has it.
   std::uint32_t primitive;            ///< Within the geometry.
   std::uint32_t object = kInvalidId;  ///< In an instance: the object's number (InstanceRecord::object).
 };
@@ -38,24 +37,27 @@ concept TakesId = requires(const T& functor, const BasicRay<Real>& ray, Real t, 
 
 }  // namespace primitive_detail
 
-/// A functor with `bool intersect(ray, tmin, tmax, id, report) const`, id a PrimitiveId or, for a type with one
-/// geometry, the std::uint32_t number of the primitive. It calls report(CustomHit) for what the ray meets in
-/// [tmin, tmax], at the same t with the same bits whenever it is asked, and returns false as soon as report does. What
-/// it reports outside [tmin, tmax] is discarded. It may have `FilterAnswer filter(ray, hit) const`, an intersection
-/// filter (filter.h) for its type.
+/// A functor with `bool intersect(ray, tmin, tmax, id, report) const`.
 ///
-/// For DoubleRays it takes a RayD, tmin and tmax in double, and reports a CustomHitD: a template of Real serves both.
+/// id is a PrimitiveId. For a type with one geometry it may be the std::uint32_t number of the primitive. intersect()
+/// calls report(CustomHit) for each crossing of the ray in [tmin, tmax] and returns false as soon as report does.
+/// Every call must report the same crossing at the same t, with the same bits. The traversal discards hits outside
+/// [tmin, tmax].
+///
+/// The functor may have `FilterResult filter(ray, hit) const`, an intersection filter (filter.h) for its type.
+///
+/// For DoubleRays it takes a RayD, tmin and tmax in double, and reports a CustomHitD. A template of Real serves both.
 template <class T, class Real = float>
 concept CustomPrimitive = primitive_detail::TakesPrimitive<T, Real> || primitive_detail::TakesId<T, Real>;
 
-/// What a traversal asks of its custom primitives.
+/// The requirement of a traversal's custom primitives.
 /// @tparam Real of the rays.
 template <class T, class Real = float>
 concept PrimitiveSet = requires(const T& set, const BasicRay<Real>& ray, Real t, PrimitiveId id,
                                 const BasicHit<Real>& hit, primitive_detail::Report<Real> report) {
   { T::kCount } -> std::convertible_to<unsigned>;
   { set.intersect(0u, ray, t, t, id, report) } -> std::same_as<bool>;
-  { set.filter(0u, ray, hit) } -> std::same_as<FilterAnswer>;
+  { set.filter(0u, ray, hit) } -> std::same_as<FilterResult>;
 };
 
 /// Functor i is for custom type i (CustomGeometry::type). Primitives of other types are never hit.
@@ -69,20 +71,21 @@ template <> struct PrimitiveList<> {
     return true;
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
-    return FilterAnswer::kAccept;
+  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterResult::kAccept;
   }
 };
 
 template <class First, class... Others> struct PrimitiveList<First, Others...> {
   static_assert(CustomPrimitive<First> || CustomPrimitive<First, double>,
-                "PrimitiveList: a CustomPrimitive has bool intersect(ray, tmin, tmax, id, report) const");
+                "hiprt: PrimitiveList: a functor needs bool intersect(ray, tmin, tmax, id, report) const; see concept "
+                "CustomPrimitive");
   static constexpr unsigned kCount = 1 + sizeof...(Others);
   First first;
   PrimitiveList<Others...> others{};
 
   PrimitiveList() = default;
-  /// One functor per type, in their order.
+  /// One functor per type, in the order of types.
   HIPRT_HD constexpr PrimitiveList(const First& of_type_0, const Others&... of_next_types)
       : first(of_type_0), others(of_next_types...) {}
 
@@ -90,7 +93,7 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
   HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
                                        std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     static_assert(CustomPrimitive<First, Real>,
-                  "PrimitiveList: for this query's rays, float or double, a primitive has no intersect()");
+                  "hiprt: PrimitiveList: a primitive has no intersect() for this query's rays (float or double)");
     if (type != 0) return others.intersect(type - 1, ray, tmin, tmax, id, report);
     if constexpr (primitive_detail::TakesId<First, Real>)
       return first.intersect(ray, tmin, tmax, id, report);
@@ -98,13 +101,13 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
       return first.intersect(ray, tmin, tmax, id.primitive, report);
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
+  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
     if (type != 0) return others.filter(type - 1, ray, hit);
     if constexpr (requires { first.filter(ray, hit); }) return first.filter(ray, hit);
     static_assert(
         !requires { first.filter(Ray{}, Hit{}); } || std::is_same_v<Real, float>,
-        "PrimitiveList: a primitive's filter takes no double rays");
-    return FilterAnswer::kAccept;
+        "hiprt: PrimitiveList: a primitive's filter does not take double rays");
+    return FilterResult::kAccept;
   }
 };
 
@@ -124,18 +127,18 @@ template <> struct PrimitiveTable<> {
 };
 
 template <class Row, class... Others> struct PrimitiveTable<Row, Others...> {
-  static_assert(PrimitiveSet<Row>, "PrimitiveTable: its rows are PrimitiveLists (concept PrimitiveSet)");
+  static_assert(PrimitiveSet<Row>, "hiprt: PrimitiveTable: a row must be a PrimitiveList; see concept PrimitiveSet");
   static constexpr unsigned kCount =
       Row::kCount > PrimitiveTable<Others...>::kCount ? Row::kCount : PrimitiveTable<Others...>::kCount;
   Row row;
   PrimitiveTable<Others...> others{};
 
   PrimitiveTable() = default;
-  /// One list per ray type, in their order.
+  /// One list per ray type, in the order of ray types.
   HIPRT_HD constexpr PrimitiveTable(const Row& of_type_0, const Others&... of_next_types)
       : row(of_type_0), others(of_next_types...) {}
 
-  /// visit(row of the ray type).
+  /// Calls visit(row of the ray type).
   template <class Visit> HIPRT_HD HIPRT_INLINE auto with_row(unsigned ray_type, Visit&& visit) const {
     return ray_type == 0 ? visit(row) : others.with_row(ray_type - 1, visit);
   }
@@ -143,7 +146,7 @@ template <class Row, class... Others> struct PrimitiveTable<Row, Others...> {
 
 template <class... Rows> PrimitiveTable(const Rows&...) -> PrimitiveTable<Rows...>;
 
-/// A table as one ray sees it: the PrimitiveSet of a ray type chosen at run time.
+/// A table for one ray: the PrimitiveSet of a ray type that is chosen at run time.
 template <class Table> struct TableRow {
   static constexpr unsigned kCount = Table::kCount;
   Table table;
@@ -155,7 +158,7 @@ template <class Table> struct TableRow {
     return table.with_row(ray_type, [&](const auto& row) { return row.intersect(type, ray, tmin, tmax, id, report); });
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
+  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.filter(type, ray, hit); });
   }
 };

@@ -13,9 +13,10 @@ namespace primitive_detail {
 
 using shape_detail::is_valid;
 
-/// Certain that the ray's line misses the infinite cylinder around the segment. In float, because most segments of hair
-/// whose boxes a ray meets are missed, and the double precision of many GPUs is slow. Whether it answers in a case of
-/// doubt may depend on the compiler; what is found in the end does not.
+/// Whether the ray's line certainly misses the infinite cylinder around the segment.
+///
+/// The test is in float, because double precision is slow on many GPUs, and rays miss most segments of hair whose
+/// boxes they meet. In a case of doubt its result may depend on the compiler. The final hits do not.
 template <class Real>
 HIPRT_HD HIPRT_INLINE bool certainly_misses(const BasicRay<Real>& ray, const CurveVertex& a, const CurveVertex& b) {
   const Vec3 from(static_cast<float>(ray.origin.x - a.position[0]), static_cast<float>(ray.origin.y - a.position[1]),
@@ -27,7 +28,7 @@ HIPRT_HD HIPRT_INLINE bool certainly_misses(const BasicRay<Real>& ray, const Cur
   const Vec3 n(d.y * w.z - d.z * w.y, d.z * w.x - d.x * w.z, d.x * w.y - d.y * w.x);
   const float volume = from.x * n.x + from.y * n.y + from.z * n.z;
   // |volume| / |n| is the distance of the line from the axis. The volume is a sum of six products of three factors,
-  // each off by at most 11 * 2^-24; |n| <= 3 * width.
+  // each with an error of at most 11 * 2^-24. |n| <= 3 * width.
   const float radius = max_of(a.radius, b.radius), width = max_component(w);
   const float doubt = 0x1p-17f * max_component(from) * width;
   const float reach = radius * radius * (n.x * n.x + n.y * n.y + n.z * n.z) + doubt * (6.0f * radius * width + doubt);
@@ -37,7 +38,8 @@ HIPRT_HD HIPRT_INLINE bool certainly_misses(const BasicRay<Real>& ray, const Cur
   return in_range && volume * volume > max_of(1.0001f * reach, 0x1p-90f);
 }
 
-/// Makes the line and the cone, its first end the one that the line reaches first. @pre is_valid(a, b), k > 0
+/// Makes the line and the cone. The cone's first end is the one that the line reaches first.
+/// @pre is_valid(a, b), k > 0
 template <class Real>
 HIPRT_HD HIPRT_INLINE void set_line(const BasicRay<Real>& ray, const CurveVertex& a, const CurveVertex& b,
                                     const Double3& w, double k, ConeLine& line) {
@@ -54,7 +56,8 @@ HIPRT_HD HIPRT_INLINE void set_line(const BasicRay<Real>& ray, const CurveVertex
   line.prepare(k);
 }
 
-/// Reports the crossings of a round cone neither of whose balls holds the other.
+/// Reports the crossings of a round cone.
+/// @pre Neither of its balls contains the other.
 template <class Real, class Report>
 HIPRT_HD inline bool intersect_cone(const BasicRay<Real>& ray, Real tmin, Real tmax, const ConeLine& line,
                                     Report& report) {
@@ -70,27 +73,31 @@ HIPRT_HD inline bool intersect_cone(const BasicRay<Real>& ray, Real tmin, Real t
 
 }  // namespace primitive_detail
 
-/// The payload of a geometry of round linear curve segments: primitive i is the convex hull of the balls around
-/// vertices[first_vertex[i]] and the vertex behind it, ends capped by the balls.
+/// The payload of a geometry of round linear curve segments.
 ///
-/// A segment with a value that is not finite, a negative radius, or two radii of 0 is never hit; with one radius of 0
-/// it ends in a tip. Where one ball holds the other, the segment is the larger ball. Both crossings of a line with the
-/// closed surface are reported, the entry first: two or none, also through the seams between cone and caps. A line that
-/// touches the surface in one point crosses it twice there; one that lies in the surface may do so anywhere along it.
-/// Segments of one curve overlap at their joints, and crossings inside the neighbour are reported, too.
+/// Primitive i is the convex hull of two balls, around vertices[first_vertex[i]] and the vertex behind it. The balls
+/// cap its ends.
 ///
-/// Accuracy (docs/proofs/round-shapes.md), size = distance of the centers plus the larger radius: hits and
-/// misses are those of a line that is displaced by at most 2^-50 sizes, plus 2^-52 of the distance of the origin as for
-/// SphereSet. t is off by at most half a unit in the last place plus 2^-49 sizes over the cosine of the angle of
-/// incidence, except at tips.
+/// A segment with a value that is not finite, a negative radius, or two radii of 0 is never hit. With one radius of 0
+/// it ends in a tip. If one ball contains the other, the segment is the larger ball.
 ///
-/// u: the ball of the sweep that touches the surface at the hit has its center at (1 - u) * p0 + u * p1; 0 and 1 on the
-/// caps. v: 0. The normal has length 1; at a tip it points along the axis.
+/// Both crossings of a line with the closed surface are reported, the entry first. There are two or none, also through
+/// the seams between cone and caps. A line that touches the surface in one point crosses it twice there. A line that
+/// lies in the surface may cross it anywhere along the surface. Segments of one curve overlap at their joints;
+/// crossings inside the neighbour are reported, too.
+///
+/// Accuracy (docs/proofs/round-shapes.md): the size is the distance of the centers plus the larger radius. Hits and
+/// misses are those of a line that is displaced by at most 2^-50 sizes, plus 2^-52 of the distance of the origin as
+/// for SphereSet. Except at tips, the error of t is at most half a unit in the last place plus 2^-49 sizes over the
+/// cosine of the angle of incidence.
+///
+/// u: the ball of the sweep that touches the surface at the hit has its center at (1 - u) * p0 + u * p1. u is 0 or 1
+/// on the caps. v: 0. The normal has length 1; at a tip it points along the axis.
 struct RoundCurveSet {
   const CurveVertex* vertices;
   const std::uint32_t* first_vertex;
 
-  /// Calls report(CustomHit) for each crossing inside [tmin, tmax] of segment @p primitive; report returns false to
+  /// Calls report(CustomHit) for each crossing of segment @p primitive inside [tmin, tmax]. report returns false to
   /// stop.
   /// @return false if stopped.
   template <class Real, class Report>

@@ -1,5 +1,5 @@
 #pragma once
-/// Spheres and round linear curves as a scene's file has them.
+/// Spheres and round linear curves of a scene's file.
 
 #include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/primitives/round_curve.h>
@@ -9,15 +9,16 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The shapes of a scene's file and of its objects' files: a PrimitiveSet that needs nothing but the scene.
+/// The shapes of a scene's file and of its objects' files: a PrimitiveSet that needs only the scene.
 ///
 ///     hiprt::ClosestHit<P, hiprt::NoFilter, hiprt::SceneShapes> query(scene, ray, stack, {},
 ///     hiprt::SceneShapes(scene));
 ///
-/// It answers for all custom types. In a PrimitiveList it is the functor of one, beside functors of the program's own:
-/// PrimitiveList<SceneShapes, Grass>. Queries refuse a scene with custom primitives whose file has no shapes at all
-/// (Hit::failed()); custom geometries without shapes in a file that has some are never hit.
-/// What the hits are: SphereSet, RoundCurveSet.
+/// It handles all custom types. In a PrimitiveList it is the functor of one type, beside functors of the program:
+/// PrimitiveList<SceneShapes, Grass>.
+///
+/// Queries refuse a scene with custom primitives whose file has no shapes at all (Hit::failed()). If the file has
+/// some, custom geometries without shapes are never hit. SphereSet and RoundCurveSet describe the hits.
 class SceneShapes {
  public:
   static constexpr unsigned kCount = 256;
@@ -25,7 +26,7 @@ class SceneShapes {
   HIPRT_HD HIPRT_INLINE explicit SceneShapes(const SceneView& scene)
       : base_(scene.base), objects_(scene.objects), shapes_(scene.shapes) {}
 
-  /// Whether the file has what is asked for.
+  /// Whether the file has shapes, or the scene needs none.
   HIPRT_HD HIPRT_INLINE bool covers(const SceneView& scene) const {
     return shapes_ != 0 || (scene.features & feature_bit(Feature::kCustom)) == 0;
   }
@@ -37,8 +38,8 @@ class SceneShapes {
     return intersect(ray, tmin, tmax, id, report);
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterAnswer filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
-    return FilterAnswer::kAccept;
+  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+    return FilterResult::kAccept;
   }
 
   /// As a functor of a PrimitiveList.

@@ -5,7 +5,7 @@
 
 namespace hiprt {
 
-/// A sphere. One that is not finite, or whose radius is not positive, is never hit.
+/// A sphere. It is never hit if it is not finite, or if its radius is not positive.
 struct Sphere {
   float center[3];
   float radius;
@@ -19,7 +19,7 @@ HIPRT_HD HIPRT_INLINE bool is_valid(const Sphere& sphere) {
   return is_finite(sphere.center) && sphere.radius > 0.0f && is_finite(sphere.radius);
 }
 
-/// u and v from the normal, of any length: octahedral coordinates, both in [0, 1] (Meyer et al. 2010).
+/// Sets u and v from the normal, of any length: octahedral coordinates, both in [0, 1] (Meyer et al. 2010).
 HIPRT_HD HIPRT_INLINE void set_octahedral(Details& details) {
   const Double3& n = details.normal;
   const double sum = magnitude(n.x) + magnitude(n.y) + magnitude(n.z);
@@ -37,21 +37,21 @@ HIPRT_HD HIPRT_INLINE void set_octahedral(Details& details) {
 
 /// The payload of a geometry of spheres.
 ///
-/// Both crossings of a line are reported, the entry first. A line that touches the sphere in one point crosses it twice
-/// there, at the same t.
+/// Both crossings of a line are reported, the entry first. A line that touches the sphere in one point crosses it
+/// twice there, at the same t.
 ///
-/// Accuracy (docs/proofs/round-shapes.md): hits and misses are those of a line that is displaced by at
-/// most 2^-50 radii, plus 2^-52 of the distance from origin to center where the difference of their coordinates is not
-/// exact in double (exponents more than 29 apart). t is off by at most half a unit in the last place plus 2^-49 radii
-/// over the cosine of the angle of incidence.
+/// Accuracy (docs/proofs/round-shapes.md): hits and misses are those of a line that is displaced by at most 2^-50
+/// radii. The difference of origin and center may be inexact in double (exponents more than 29 apart). Then the
+/// displacement grows by 2^-52 of their distance. The error of t is at most half a unit in the last place plus 2^-49
+/// radii over the cosine of the angle of incidence.
 ///
-/// u, v: octahedral coordinates of the normal in [0, 1]^2, which need no trigonometry: the sphere is projected from its
-/// center to the octahedron |x| + |y| + |z| = 1, the half z >= 0 seen from above fills the rotated square in the
-/// middle, the half z < 0 the four corners. The normal has length 1.
+/// u, v: octahedral coordinates of the normal in [0, 1]^2, which need no trigonometry. The sphere is projected from
+/// its center to the octahedron |x| + |y| + |z| = 1. Seen from above, the half z >= 0 fills the rotated square in the
+/// middle, and the half z < 0 the four corners. The normal has length 1.
 struct SphereSet {
   const Sphere* spheres;
 
-  /// Calls report(CustomHit) for each crossing inside [tmin, tmax] of sphere @p primitive; report returns false to
+  /// Calls report(CustomHit) for each crossing of sphere @p primitive inside [tmin, tmax]. report returns false to
   /// stop.
   /// @return false if stopped.
   template <class Real, class Report>

@@ -1,5 +1,5 @@
 #pragma once
-/// Many rays through the lanes of a kernel whose grid stays: lanes that are done take new rays.
+/// Batches: many rays through the lanes of a persistent grid. Lanes that are done take new rays.
 
 #include <hiprt_device/math/atomic.h>
 #include <hiprt_device/math/wave.h>
@@ -7,14 +7,15 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Traces rays [0, count) with "persistent threads" and dynamic fetch (Aila and Laine 2009): with
-/// WholeWave<kFetchBelow> as the queries' schedule, idle lanes get new rays while the others are on their way. All
-/// lanes of a wave call it together; a grid that just fills the device is the right size.
+/// Traces rays [0, count) with persistent threads and dynamic fetch (Aila and Laine 2009).
+///
+/// The schedule of the queries is WholeWave<kFetchBelow>: idle lanes get new rays while the other lanes still trace.
+/// All lanes of a wave call this function together. The right size of the grid is one that just fills the device.
 /// @param count below 2^32 minus the threads of the grid.
-/// @param next 0 at first, in memory of the device; all waves of the batch count it up, to count plus as many as there
-///        are threads at most.
-/// @param make a query (ClosestHit or AnyHit) from the number of a ray.
-/// @param done called with the number and the query when its answer is there: query.hit().
+/// @param next in memory of the device, 0 at first. All waves of the batch count it up, at most to count plus the
+/// threads.
+/// @param make returns a query (ClosestHit or AnyHit) for the number of a ray.
+/// @param done is called with the number and the query when the result is ready: query.hit().
 template <class Make, class Done>
 HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next, Make&& make, Done&& done) {
   if (count == 0) return;
@@ -36,8 +37,8 @@ HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next,
       more = first + lane_count(lanes) < count;
     }
     if (!group_any(kWholeWave, !idle)) return;
-    const bool answered = query.advance_wave(more);
-    if (answered && !idle) {
+    const bool is_done = query.advance_wave(more);
+    if (is_done && !idle) {
       done(ray, query);
       query.cancel();
       idle = true;

@@ -1,18 +1,22 @@
 #pragma once
-/// Deferred decisions: a closest-hit search with a DeferringTest first knows triangles by bounds of t, and decides
-/// exactly only those that can still be the closest. Internal.
+/// Deferred decisions of closest-hit searches. Internal.
+///
+/// With a DeferringTest the search first computes only bounds of t. In the end it decides exactly for the triangles
+/// that can still be the closest.
 
 #include <hiprt_device/traverse/traverse.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Triangles (LeafHit::leaf) of which it is not yet known whether they are hit, or nearer.
+/// Triangles (LeafHit::leaf) that are not decided: whether they are hit, or whether they are nearer.
 template <class Real> struct OpenTriangles {
-  NodeRef at_start = kInvalidRef;  ///< Maybe before the search's range: what the ray starts on.
+  NodeRef at_start = kInvalidRef;  ///< A triangle that may lie before the search's range: the one on which the ray
+                                   ///< starts.
   NodeRef leaf = kInvalidRef, other = kInvalidRef;
-  Real low = -std::numeric_limits<Real>::infinity();  ///< t of leaf and other is not below.
+  Real low = -std::numeric_limits<Real>::infinity();  ///< Lower bound of t of leaf and other.
 
+  /// Adds a triangle.
   /// @return false: there are too many.
   HIPRT_HD HIPRT_INLINE bool take(NodeRef triangle, Real triangle_low, bool is_behind_start) {
     if (!is_behind_start && at_start == kInvalidRef) {
@@ -38,7 +42,7 @@ template <class Real> struct OpenTriangles {
   HIPRT_HD HIPRT_INLINE bool is_crowded() const { return other == kOverflowRef; }
 };
 
-/// Empty in a search that decides at once. Otherwise t of the hit at hand is in [low, the search's limit].
+/// Empty in a search that decides at once. Otherwise t of the current hit is in [low, the search's limit].
 template <bool kDefers, class Real> struct DeferredHits {};
 template <class Real> struct DeferredHits<true, Real> {
   Real low = Real(0);
@@ -50,7 +54,7 @@ template <bool kDefers, class Test> struct SearchTest { using Type = Test; };
 template <class Test> struct SearchTest<true, Test> { using Type = typename Test::Bounds; };
 }  // namespace deferred_detail
 
-/// The test that a search calls in the tree: the policy's, or its bounds.
+/// The test that a search calls in the tree: the policy's test, or its Bounds.
 template <bool kDefers, class Test> using SearchTest = typename deferred_detail::SearchTest<kDefers, Test>::Type;
 
 /// The steps of a HitSearch that defers its decisions.
@@ -61,8 +65,10 @@ template <class Search> class DeferredDecisions {
  public:
   HIPRT_HD HIPRT_INLINE explicit DeferredDecisions(Search& search) : search_(search) {}
 
-  /// Searches by bounds of t: afterwards limit_ and deferred_.low are those of the hit at hand. Triangles stay open if
-  /// the bounds do not tell whether they are hit, or nearer. If too many are open the search is crowded, and ends.
+  /// Searches with bounds of t. Afterwards limit_ and deferred_.low are the bounds of the current hit.
+  ///
+  /// Triangles stay open if the bounds do not tell whether they are hit, or nearer. If too many are open, the search
+  /// is crowded and ends.
   HIPRT_HD HIPRT_INLINE Outcome search(bool may_pause) {
     Search& s = search_;
     return s.traversal_.run(*s.scene_, s.ray_, s.limit_, s.primitives_, s.counter_, may_pause,
@@ -80,7 +86,7 @@ template <class Search> class DeferredDecisions {
                             });
   }
 
-  /// Decides the hit at hand and what is open, with the result of a search that decides at once.
+  /// Decides the current hit and the open triangles. The result is that of a search that decides at once.
   HIPRT_HD HIPRT_INLINE void decide_hits() {
     Search& s = search_;
     if (s.leaf_ != kInvalidRef) {
@@ -106,7 +112,8 @@ template <class Search> class DeferredDecisions {
     s.deferred_.open = {};
   }
 
-  /// Searches again with decisions at once, each ray by itself. This is very rare. @return true
+  /// Searches again with immediate decisions, each ray by itself. This is very rare.
+  /// @return true
   HIPRT_HD HIPRT_INLINE bool search_again() {
     Search& s = search_;
     Traversal<Alone, typename Search::OrderType, false> traversal(*s.scene_, s.ray_.get(), s.scene_->root, s.storage_);
@@ -120,7 +127,7 @@ template <class Search> class DeferredDecisions {
                     return true;
                   });
     s.hit_.t = s.limit_;
-    // The stack was large enough for the first traversal, as far as it came. If it is not for this one, say so.
+    // The stack was large enough for the first traversal, as far as it went. Report if it is too small for this one.
     if (traversal.overflowed()) s.traversal_.overflow();
     s.conclude(s.hit_.found() && !traversal.overflowed());
     return true;
@@ -131,7 +138,8 @@ template <class Search> class DeferredDecisions {
     using Schedule = Immediate;
   };
 
-  /// What the test says of a triangle. @param leaf LeafHit::leaf.
+  /// The test's decision for a triangle.
+  /// @param leaf LeafHit::leaf.
   HIPRT_HD HIPRT_INLINE bool decide(NodeRef leaf, const LeafInfo& info, BasicCandidate<Real>& at) const {
     const bool second = (leaf & 1u) != 0;
     return P::Triangle::template decide<typename P::Lanes>(

@@ -12,15 +12,17 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Policies for rays in double precision (RayD, HitD): exact differences from float geometry, so that t, u, v and the
-/// hit point have the rounding of double however far the origin is. Boxes are tested in float, from a place on the ray
-/// near the scene. Instances transform rays in double: Instanced<DoubleRays<>>.
+/// Policies for rays in double precision (RayD, HitD).
 ///
-/// Guarantees (docs/proofs/double-rays.md) hold while the largest coordinate of scene bounds is as in ray.h,
-/// the largest of the origin is below 2^200, and the largest direction component in [2^-200, 2^200].
+/// Differences from float geometry are exact. So t, u, v and the hit point have the rounding of double, however far
+/// away the origin is. Boxes are tested in float, from a point of the ray near the scene. Instances transform rays in
+/// double: Instanced<DoubleRays<>>.
+///
+/// Guarantees (docs/proofs/double-rays.md) need the following ranges. The largest coordinate of scene bounds is as in
+/// ray.h. The largest coordinate of the origin is below 2^200. The largest direction component is in [2^-200, 2^200].
 /// @tparam Base its triangle test is replaced by WatertightDouble.
 template <class Base = Policies> struct DoubleRays : Base {
-  static_assert(Base::kLevels == 0, "hiprt: DoubleRays: levels come around it: Instanced<DoubleRays<...>>");
+  static_assert(Base::kLevels == 0, "hiprt: DoubleRays must be inside Instanced: write Instanced<DoubleRays<...>>");
   using Real = double;
   using Triangle = WatertightDouble;
 };

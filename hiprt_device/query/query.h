@@ -1,5 +1,5 @@
 #pragma once
-/// The two questions a ray asks most, in one call each. What else there is: closest_hit.h, any_hit.h, all_hits.h.
+/// The two most frequent queries, in one call each. closest_hit.h, any_hit.h and all_hits.h have the others.
 
 #include <hiprt_device/query/all_hits.h>
 #include <hiprt_device/query/any_hit.h>
@@ -11,7 +11,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 // PolicyCheck in a signature makes its messages the first that a compiler prints.
 
 /// The closest hit in [tmin, tmax], or a miss.
-/// @param counter goes on from what it is: zero it for the work of one ray.
+/// @param counter its counts are continued: set it to zero to count the work of one ray.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
 HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray,
@@ -22,8 +22,8 @@ HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCh
   return hit;
 }
 
-/// Some hit in [tmin, tmax], without normal and error; which one depends on the tree. A miss if there is none.
-/// @param counter goes on from what it is: zero it for the work of one ray.
+/// Any hit in [tmin, tmax], without normal and error, or a miss. Which hit it is depends on the tree.
+/// @param counter its counts are continued: set it to zero to count the work of one ray.
 /// @param storage of the traversal's stack; one ray at a time may use it.
 template <class P>
 HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray,
@@ -48,47 +48,47 @@ HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<
   return AnyHit<P>(scene, ray, storage).next_hit();
 }
 
-/// A PrivateStack, which needs no storage of the caller's.
+/// A stack that needs no storage from the caller: a PrivateStack.
 template <class Stack>
 concept OwnedStack = std::constructible_from<typename Stack::Storage, typename Stack::Memory&>;
 
 /// The same with a stack of the function's own.
 template <class P> HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray) {
-  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
+  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it after the ray");
   typename P::Stack::Memory memory;
   return closest_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
 /// The same with a stack of the function's own.
 template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray) {
-  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it behind the ray");
+  static_assert(OwnedStack<typename P::Stack>, "hiprt: this stack needs storage: pass it after the ray");
   typename P::Stack::Memory memory;
   return any_hit<P>(scene, ray, typename P::Stack::Storage(memory));
 }
 
 namespace query_detail {
 
-/// ask(LayoutType{}) for the scene's layout.
-template <class Ask> HIPRT_HD HIPRT_INLINE Hit with_layout(const SceneView& scene, Ask&& ask) {
+/// Calls call(LayoutType{}) for the scene's layout.
+template <class Call> HIPRT_HD HIPRT_INLINE Hit with_layout(const SceneView& scene, Call&& call) {
   switch (scene.layout) {
     case NodeLayout::kFloat:
-      return ask(FloatLayout{});
+      return call(FloatLayout{});
     case NodeLayout::kPlanes:
-      return ask(PlanesLayout{});
+      return call(PlanesLayout{});
     case NodeLayout::kHalf:
-      return ask(HalfLayout{});
+      return call(HalfLayout{});
     case NodeLayout::kQuantized:
-      return ask(QuantizedLayout{});
+      return call(QuantizedLayout{});
   }
   return {};
 }
 
-struct AskClosest {
+struct ClosestInLayout {
   const SceneView& scene;
   const Ray& ray;
   template <class Layout> HIPRT_HD Hit operator()(Layout) const { return closest_hit<WithLayout<Layout>>(scene, ray); }
 };
-struct AskAny {
+struct AnyInLayout {
   const SceneView& scene;
   const Ray& ray;
   template <class Layout> HIPRT_HD Hit operator()(Layout) const { return any_hit<WithLayout<Layout>>(scene, ray); }
@@ -96,14 +96,14 @@ struct AskAny {
 
 }  // namespace query_detail
 
-/// With the accurate defaults, whatever the scene's layout.
+/// The closest hit with the default policies, for a scene of any layout.
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
-  return query_detail::with_layout(scene, query_detail::AskClosest{scene, ray});
+  return query_detail::with_layout(scene, query_detail::ClosestInLayout{scene, ray});
 }
 
-/// As closest_hit(); without normal and error.
+/// Any hit with the default policies, for a scene of any layout; without normal and error.
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
-  return query_detail::with_layout(scene, query_detail::AskAny{scene, ray});
+  return query_detail::with_layout(scene, query_detail::AnyInLayout{scene, ray});
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -1,6 +1,7 @@
 #pragma once
-/// What closest, any and all hits have in common: a traversal, a filter, and the hit at hand. Internal; the queries are
-/// in closest_hit.h, any_hit.h and all_hits.h.
+/// The common part of closest, any and all hits: a traversal, a filter, and the current hit.
+///
+/// Internal. closest_hit.h, any_hit.h and all_hits.h have the queries.
 
 #include <hiprt_device/instances/instance_surface.h>
 #include <hiprt_device/instances/saved_path.h>
@@ -9,21 +10,20 @@
 
 namespace hiprt {
 
-/// How far a query has come.
+/// The state of a query.
 enum class TraversalState {
-  kInit,           ///< Nothing was asked yet.
-  kHit,            ///< The last next_hit() found a hit; the next goes on behind it.
+  kInit,           ///< There was no next_hit() yet.
+  kHit,            ///< The last next_hit() found a hit; the next one continues behind it.
   kFinished,       ///< There are no more hits.
-  kStackOverflow,  ///< The stack was too small: parts of the tree were not visited, hits may be missing.
-  kRefused,  ///< The policies do not cover the scene (covers()), or it has custom primitives and the query has none
-             ///< (or a set whose own covers(scene) says no).
+  kStackOverflow,  ///< The stack was too small: parts of the tree were not visited, and hits may be missing.
+  kRefused,  ///< The policies do not cover the scene (covers()). Or the scene has custom primitives, and the query has
+             ///< none, or its set's covers(scene) is false.
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// A search for the hits of one ray.
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
-/// @tparam kResumable whether the search can go on in the middle of the tree (find_any() after a hit).
+/// @tparam kResumable whether the search can continue in the middle of the tree (find_any() after a hit).
 template <PolicySet P, class Order, bool kResumable, IntersectionFilter<typename P::Real> Filter,
           PrimitiveSet<typename P::Real> Primitives>
 class HitSearch {
@@ -33,7 +33,7 @@ class HitSearch {
   using Real = typename P::Real;
   using PolicyType = P;
   using OrderType = Order;
-  using Answer = HitOf<Real, P::kLevels>;
+  using Result = HitOf<Real, P::kLevels>;
 
   HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const BasicRay<Real>& ray, const Storage& storage,
                                   const Filter& filter, const Primitives& primitives, const Counter& counter)
@@ -54,16 +54,16 @@ class HitSearch {
 
   HIPRT_HD HIPRT_INLINE TraversalState state() const { return state_; }
   HIPRT_HD HIPRT_INLINE const Counter& counter() const { return counter_; }
-  /// The hit at hand, without what complete_hit() adds to a triangle's.
-  HIPRT_HD HIPRT_INLINE Answer hit() const {
-    Answer hit;
+  /// The current hit, without what complete_hit() adds to a triangle's.
+  HIPRT_HD HIPRT_INLINE Result hit() const {
+    Result hit;
     static_cast<BasicHit<Real>&>(hit) = hit_;
     if constexpr (P::kLevels != 0)
       if (hit_.found()) hit.path = hit_path_.path();
     return hit;
   }
 
-  /// Whether asking makes sense; if not, hit() is a miss, or says that the search failed.
+  /// Whether a search can find more. If not, hit() is a miss, or says that the search failed.
   HIPRT_HD HIPRT_INLINE bool can_go_on() {
     if (state_ == TraversalState::kHit && stopped_) state_ = TraversalState::kFinished;
     if (state_ == TraversalState::kInit || state_ == TraversalState::kHit) return true;
@@ -72,9 +72,9 @@ class HitSearch {
     return false;
   }
 
-  /// Prepares for the closest hit behind the one at hand, in the order of t, geometry, primitive.
+  /// Prepares the search of the closest hit behind the current one, in the order of t, geometry, primitive.
   HIPRT_HD HIPRT_INLINE void start_behind_hit() {
-    after_t_ = max_of(hit_.t, Real(0));  // Not -0, whose bits would come last in the order of entry distances.
+    after_t_ = max_of(hit_.t, Real(0));  // Not -0: its bits would come last in the order of entry distances.
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
     after_path_.save(hit_path_);
@@ -84,10 +84,11 @@ class HitSearch {
     traversal_.restart(*scene_, ray_.get(), after_t_, storage_);
   }
 
-  /// Looks for the closest hit behind the last. @return false: the wave pauses, call again.
+  /// Searches the closest hit behind the last.
+  /// @return false: the wave pauses; call again.
   HIPRT_HD HIPRT_INLINE bool find_closest(bool may_pause) {
     static_assert(!BacktrackingStack<typename P::Stack> || !std::same_as<Order, Unordered>,
-                  "hiprt: Unordered: a restart trail finds closest hits in the order of distance only");
+                  "hiprt: Unordered: a restart trail finds closest hits only in the order of distance");
     if constexpr (kDefers) {
       DeferredDecisions<HitSearch> decisions(*this);
       if (decisions.search(may_pause) == Outcome::kPaused) return false;
@@ -103,14 +104,15 @@ class HitSearch {
           });
       if (outcome == Outcome::kPaused) return false;
     }
-    // Limit and t are one register until here.
+    // Limit and t share a register until here.
     hit_.t = limit_;
-    // What was not visited may have been nearer.
+    // A node that was not visited may have a nearer hit.
     conclude(hit_.found() && (stopped_ || !traversal_.overflowed()));
     return true;
   }
 
-  /// Looks for one more hit, whichever comes first. @return as find_closest().
+  /// Searches one more hit, whichever comes first.
+  /// @return as find_closest().
   HIPRT_HD HIPRT_INLINE bool find_any(bool may_pause) {
     const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
                                            [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
@@ -122,7 +124,7 @@ class HitSearch {
     return true;
   }
 
-  /// Nothing is left to visit, and nothing is counted.
+  /// Leaves nothing to visit, and nothing to count.
   HIPRT_HD HIPRT_INLINE void cancel() { traversal_.cancel(); }
 
   HIPRT_HD HIPRT_INLINE void forget_hit() {
@@ -130,9 +132,9 @@ class HitSearch {
     leaf_ = kInvalidRef;
   }
 
-  /// The hit at hand with normal and error bound, if P::kSurface (a custom primitive has told its own).
-  HIPRT_HD HIPRT_INLINE Answer complete_hit() const {
-    Answer hit = this->hit();
+  /// The current hit with normal and error bound, if P::kSurface. A custom primitive has reported its own.
+  HIPRT_HD HIPRT_INLINE Result complete_hit() const {
+    Result hit = this->hit();
     if constexpr (!P::kSurface) return hit;
     using Leaf = typename P::Layout::Leaf;
     const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
@@ -155,14 +157,15 @@ class HitSearch {
     return covers<P>(*scene_) && (Primitives::kCount != 0 || (scene_->features & feature_bit(Feature::kCustom)) == 0);
   }
 
-  /// No number is larger, so that an overflow of t is a miss.
+  /// At most the largest finite number, so that an overflow of t is a miss.
   HIPRT_HD static HIPRT_INLINE Real finite(Real tmax) {
     constexpr Real kMax = std::numeric_limits<Real>::max();
     return tmax < kMax ? tmax : kMax;
   }
 
-  /// Of hits at the same t the one with the lowest geometry, then primitive number wins; those up to the last answer
-  /// are out.
+  /// Whether another hit at the same t comes first, or a query has reported this hit already.
+  ///
+  /// Of hits at the same t the one with the lowest geometry, then the lowest primitive number wins.
   HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit<Real>& found) const {
     const std::uint32_t geometry = found.geometry, primitive = found.primitive;
     bool loses = found.at.t == limit_ &&
@@ -170,7 +173,7 @@ class HitSearch {
     bool seen = found.at.t == after_t_ && after_primitive_ != kInvalidId &&
                 (geometry < after_geometry_ || (geometry == after_geometry_ && primitive <= after_primitive_));
     if constexpr (P::kLevels != 0) {
-      // Ways come first.
+      // Paths are compared first.
       if (found.at.t == limit_ && hit_.found())
         if (const int order = hit_path_.compare(traversal_.levels()); order != 0) loses = order < 0;
       if (found.at.t == after_t_ && after_primitive_ != kInvalidId)
@@ -183,40 +186,40 @@ class HitSearch {
     return found.at.t >= after_t_ && found.at.t <= limit_ && !loses_tie(found) && accept(found);
   }
 
-  /// Takes the hit unless mask or filter are against it.
+  /// Takes the hit unless a mask or a filter rejects it.
   HIPRT_HD HIPRT_INLINE bool accept(const LeafHit<Real>& found) {
     if (!is_visible<P>(*scene_, traversal_.levels(), ray_.get(), found.geometry)) return false;
-    Answer candidate;
+    Result candidate;
     static_cast<BasicHit<Real>&>(candidate) =
         BasicHit<Real>{found.at.t, found.at.u, found.at.v, found.geometry, found.primitive};
-    if constexpr (P::kLevels != 0 && kAsks) candidate.path = traversal_.levels().path();
+    if constexpr (P::kLevels != 0 && kFilters) candidate.path = traversal_.levels().path();
     if (found.custom != nullptr) {
       candidate.normal = found.custom->normal;
       candidate.error = found.custom->error;
     }
-    const FilterAnswer answer = ask_filters(found, candidate);
-    if (answer == FilterAnswer::kReject) return false;
-    stopped_ = answer == FilterAnswer::kAcceptAndStop;
+    const FilterResult result = call_filters(found, candidate);
+    if (result == FilterResult::kReject) return false;
+    stopped_ = result == FilterResult::kAcceptAndStop;
     hit_ = candidate;
     hit_path_.save(traversal_.levels());
     leaf_ = found.custom == nullptr ? found.leaf : kInvalidRef;
     return true;
   }
 
-  HIPRT_HD HIPRT_INLINE FilterAnswer ask_filters(const LeafHit<Real>& found, const Answer& candidate) const {
-    if constexpr (P::kLevels != 0 && kAsks)
-      if (traversal_.levels().without_filter(*scene_)) return FilterAnswer::kAccept;
+  HIPRT_HD HIPRT_INLINE FilterResult call_filters(const LeafHit<Real>& found, const Result& candidate) const {
+    if constexpr (P::kLevels != 0 && kFilters)
+      if (traversal_.levels().without_filter(*scene_)) return FilterResult::kAccept;
     bool stop = false;
     if constexpr (Primitives::kCount != 0) {
       if (found.custom != nullptr) {
         const unsigned type = custom_type(traversal_.levels().geometry(*scene_, candidate.geometry).flags);
-        const FilterAnswer answer = primitives_.filter(type, ray_.get(), candidate);
-        if (answer == FilterAnswer::kReject) return answer;
-        stop = answer == FilterAnswer::kAcceptAndStop;
+        const FilterResult result = primitives_.filter(type, ray_.get(), candidate);
+        if (result == FilterResult::kReject) return result;
+        stop = result == FilterResult::kAcceptAndStop;
       }
     }
-    const FilterAnswer answer = filter_(ray_.get(), candidate);
-    return answer == FilterAnswer::kAccept && stop ? FilterAnswer::kAcceptAndStop : answer;
+    const FilterResult result = filter_(ray_.get(), candidate);
+    return result == FilterResult::kAccept && stop ? FilterResult::kAcceptAndStop : result;
   }
 
   HIPRT_HD HIPRT_INLINE void conclude(bool found) {
@@ -229,21 +232,21 @@ class HitSearch {
       if (state_ == TraversalState::kStackOverflow) storage_.on_overflow();
   }
 
-  /// What it means that there is no hit.
+  /// The state of a search without a hit.
   HIPRT_HD HIPRT_INLINE TraversalState without_hit() const {
     if (!is_covered()) return TraversalState::kRefused;
     return traversal_.overflowed() ? TraversalState::kStackOverflow : TraversalState::kFinished;
   }
 
-  /// Whether somebody looks at hits on the way.
-  static constexpr bool kAsks = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
-  /// Whether decisions are deferred (deferred_hits.h). Not under WholeWave schedules, where the registers that it takes
-  /// cost more than it saves (docs/decisions/0018-exact-decisions.md).
-  static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kAsks &&
+  /// Whether filters are called for hits.
+  static constexpr bool kFilters = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
+  /// Whether decisions are deferred (deferred_hits.h). WholeWave schedules do not defer: the registers cost more than
+  /// it saves (docs/decisions/0018-exact-decisions.md).
+  static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kFilters &&
                                   !TraversalObserver<Counter> &&
                                   DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
   const SceneView* scene_;
-  KeptRay<P::kLevels, Real> ray_;
+  QueryRay<P::kLevels, Real> ray_;
   Storage storage_;
   Filter filter_;
   Primitives primitives_;
@@ -251,12 +254,12 @@ class HitSearch {
   Traversal<P, Order, kResumable, SearchTest<kDefers, typename P::Triangle>> traversal_;
   BasicHit<Real> hit_{};
   SavedPath<P::kLevels> hit_path_, after_path_;
-  Real after_t_;                               ///< Hits from here on.
-  std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ those behind this one; kInvalidId: all.
+  Real after_t_;                               ///< The search accepts hits from this t on.
+  std::uint32_t after_geometry_ = kInvalidId;  ///< At after_t_ only hits behind this one count; kInvalidId: all.
   std::uint32_t after_primitive_ = kInvalidId;
   Real limit_;
   DeferredHits<kDefers, Real> deferred_;
-  NodeRef leaf_ = kInvalidRef;  ///< Where the triangle of hit_ is (LeafHit::leaf).
+  NodeRef leaf_ = kInvalidRef;  ///< The leaf with the triangle of hit_ (LeafHit::leaf).
   bool stopped_ = false;        ///< The filter ended the search with the last hit.
   TraversalState state_ = TraversalState::kInit;
 };

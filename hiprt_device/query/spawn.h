@@ -1,5 +1,5 @@
 #pragma once
-/// Where to start a ray that leaves a surface.
+/// The origin of a ray that leaves a surface.
 
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/ray.h>
@@ -9,7 +9,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace spawn_detail {
 
-/// The same bits whatever a compiler contracts.
+/// Has the same bits whether or not a compiler contracts multiplications and additions.
 template <class Real>
 HIPRT_HD HIPRT_INLINE BasicVec3<Real> moved(const BasicVec3<Real>& from, Real distance,
                                             const BasicVec3<Real>& direction) {
@@ -23,13 +23,15 @@ template <class Real> HIPRT_HD HIPRT_INLINE Real dot(const BasicVec3<Real>& a, c
 
 }  // namespace spawn_detail
 
-/// The hit point, moved off the triangle along its normal to the side that @p direction points to, by no more than the
-/// hit's own error bound demands (after Pharr, Jakob, Humphreys, PBR 4th ed., 6.8.6): a ray from there with tmin = 0
-/// does not meet the same triangle again (docs/proofs/where-a-hit-is.md). A triangle without area has no
-/// normal: the point is moved along @p direction. Other surfaces that are nearer than the error bound (the far wall of
-/// a sharp crease) may be passed.
+/// The hit point, moved off the triangle along its normal to the side of @p direction.
+///
+/// The point moves by no more than the hit's error bound requires (after Pharr, Jakob, Humphreys, PBR 4th ed., 6.8.6).
+/// A ray from there with tmin = 0 does not hit the same triangle again (docs/proofs/where-a-hit-is.md). A triangle
+/// without area has no normal: its point moves along @p direction. The ray may miss another surface that is nearer
+/// than the error bound, such as the far wall of a sharp crease.
 /// @param hit of closest_hit(), found.
-/// @param direction of the new ray, any length but 0. In the plane of the triangle: to the side of the normal.
+/// @param direction of the new ray, any length but 0. In the plane of the triangle the point moves to the normal's
+/// side.
 template <class Real>
 HIPRT_HD inline BasicVec3<Real> spawn_origin(const BasicRay<Real>& ray, const BasicHit<Real>& hit,
                                              const BasicVec3<Real>& direction) {

@@ -1,6 +1,6 @@
 #pragma once
-/// In which order the children that a ray meets are visited: a policy that picks the next node and leaves the others to
-/// the way back (stack.h).
+/// Orders: policies that decide in which order a ray visits the children that it meets. An order returns the next node
+/// and pushes the others (stack.h).
 
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/traverse/stacks/stack.h>
@@ -11,7 +11,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 namespace order_detail {
 
 struct Child {
-  float enter;  ///< kMissed if the ray does not meet it.
+  float enter;  ///< t where the ray enters the box; kMissed if it does not meet the box.
   NodeRef ref;
 };
 
@@ -22,17 +22,17 @@ HIPRT_HD HIPRT_INLINE Child child_of(const NodeRef (&child)[kBranching], const B
   return Child{hits.hit(i) ? Lanes::get(hits.enter, i) : kMissed, child[i]};
 }
 
-template <class Way> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
+template <class Backtrack> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
   bool swap = b.enter < a.enter;
-  if constexpr (Way::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
+  if constexpr (Backtrack::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
   const Child low{swap ? b.enter : a.enter, swap ? b.ref : a.ref};
   b = Child{swap ? a.enter : b.enter, swap ? a.ref : b.ref};
   a = low;
 }
 
-// Functors in place of generic lambdas: NVRTC takes the latter for host code.
+// Functors, because NVRTC treats generic lambdas as host code.
 
-/// Calls later() for all children except the nearest, the farthest first.
+/// Calls later() for all met children except the nearest, the farthest first.
 struct EachLater {
   const Child &farthest, &middle, &nearer;
 
@@ -43,7 +43,7 @@ struct EachLater {
   }
 };
 
-/// Calls later() for all children that the ray meets except the first, the last first.
+/// Calls later() for all met children except the first, the last first.
 template <class Lanes> struct EachMet {
   const NodeRef (&child)[kBranching];
   const BoxHits<Lanes>& hits;
@@ -64,25 +64,27 @@ template <class Lanes> struct EachMet {
   }
 };
 
-template <class Way>
-HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer, Way& way) {
-  way.later_some(EachLater{farthest, middle, nearer});
+template <class Backtrack>
+HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer,
+                                 Backtrack& backtrack) {
+  backtrack.later_some(EachLater{farthest, middle, nearer});
 }
 
 }  // namespace order_detail
 
-/// Nearest child first, the others so that the nearer comes back earlier. For closest hits.
+/// Visits the nearest child first and pushes the others, the farthest first. For closest hits.
 struct NearFirst {
   using Entry = StackEntry;
 
   /// @pre hits.any()
-  template <class Lanes, class Way>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    if (!way.make_room()) return kOverflowRef;
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                            Backtrack& backtrack) {
+    if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar)
-      return next_by_network(child, hits, way);
+      return next_by_network(child, hits, backtrack);
     else
-      return next_by_count(child, hits, way);
+      return next_by_count(child, hits, backtrack);
   }
 
   HIPRT_HD static HIPRT_INLINE unsigned take(std::uint32_t& mask) {
@@ -92,10 +94,10 @@ struct NearFirst {
   }
 
  private:
-  /// As few comparisons as there are hits: one or two, mostly.
-  template <class Lanes, class Way>
+  /// Makes only as many comparisons as there are hits: mostly one or two.
+  template <class Lanes, class Backtrack>
   HIPRT_HD static HIPRT_INLINE NodeRef next_by_count(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                                     Way& way) {
+                                                     Backtrack& backtrack) {
     std::uint32_t mask = hits.mask;
     alignas(16) float enter[kBranching];
     Lanes::store(enter, hits.enter);
@@ -104,7 +106,7 @@ struct NearFirst {
       return make_entry(enter[i], child[i]);
     };
     StackEntry a = take_entry();
-    if (mask == 0) return way.follow(a);
+    if (mask == 0) return backtrack.follow(a);
     StackEntry b = take_entry();
     sort(a, b);
     if (mask != 0) {
@@ -116,12 +118,12 @@ struct NearFirst {
         sort(c, d);
         sort(b, c);
         sort(a, b);
-        way.later(d);
+        backtrack.later(d);
       }
-      way.later(c);
+      backtrack.later(c);
     }
-    way.later(b);
-    return way.follow(a);
+    backtrack.later(b);
+    return backtrack.follow(a);
   }
 
   HIPRT_HD static HIPRT_INLINE void sort(StackEntry& a, StackEntry& b) {
@@ -130,60 +132,63 @@ struct NearFirst {
     b = high;
   }
 
-  /// Five compare-exchanges whatever the number of hits: no branches but the pushes.
-  template <class Lanes, class Way>
+  /// Sorts with five compare-exchanges whatever the number of hits: only the pushes branch.
+  template <class Lanes, class Backtrack>
   HIPRT_HD static HIPRT_INLINE NodeRef next_by_network(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                                       Way& way) {
+                                                       Backtrack& backtrack) {
     using namespace order_detail;
     Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
           d = child_of(child, hits, 3);
-    order_detail::sort<Way>(a, c);
-    order_detail::sort<Way>(b, d);
-    order_detail::sort<Way>(a, b);
-    order_detail::sort<Way>(c, d);
-    order_detail::sort<Way>(b, c);
-    leave(d, c, b, way);
-    return way.follow(make_entry(a.enter, a.ref));
+    order_detail::sort<Backtrack>(a, c);
+    order_detail::sort<Backtrack>(b, d);
+    order_detail::sort<Backtrack>(a, b);
+    order_detail::sort<Backtrack>(c, d);
+    order_detail::sort<Backtrack>(b, c);
+    leave(d, c, b, backtrack);
+    return backtrack.follow(make_entry(a.enter, a.ref));
   }
 };
 
-/// Nearest child first, the others as they are stored: three compare-exchanges.
+/// Visits the nearest child first and pushes the others in stored order: three compare-exchanges.
 struct NearestFirst {
   using Entry = StackEntry;
 
   /// @pre hits.any()
-  template <class Lanes, class Way>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    static_assert(!Way::kNeedsStableOrder, "NearestFirst: a restart trail needs children in the order of distance");
-    if (!way.make_room()) return kOverflowRef;
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                            Backtrack& backtrack) {
+    static_assert(!Backtrack::kNeedsStableOrder,
+                  "hiprt: NearestFirst: a restart trail needs children in the order of distance");
+    if (!backtrack.reserve()) return kOverflowRef;
     using namespace order_detail;
     Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
           d = child_of(child, hits, 3);
-    order_detail::sort<Way>(a, b);
-    order_detail::sort<Way>(c, d);
-    order_detail::sort<Way>(a, c);
-    leave(d, c, b, way);
-    return way.follow(make_entry(a.enter, a.ref));
+    order_detail::sort<Backtrack>(a, b);
+    order_detail::sort<Backtrack>(c, d);
+    order_detail::sort<Backtrack>(a, c);
+    leave(d, c, b, backtrack);
+    return backtrack.follow(make_entry(a.enter, a.ref));
   }
 };
 
-/// Children as they are stored. For any hit, where the first hit ends the search whatever its distance.
+/// Visits children in stored order. For any hit, where the first hit ends the search whatever its distance.
 struct Unordered {
   using Entry = NodeRef;
 
   /// @pre hits.any()
-  template <class Lanes, class Way>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, Way& way) {
-    if (!way.make_room()) return kOverflowRef;
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                            Backtrack& backtrack) {
+    if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar) {
       NodeRef first = kInvalidRef;
-      way.later_some(order_detail::EachMet<Lanes>{child, hits, first});
-      return way.follow(first);
+      backtrack.later_some(order_detail::EachMet<Lanes>{child, hits, first});
+      return backtrack.follow(first);
     } else {
       std::uint32_t mask = hits.mask;
       const unsigned first = NearFirst::take(mask);
-      while (mask != 0) way.later(child[take_last(mask)]);
-      return way.follow(child[first]);
+      while (mask != 0) backtrack.later(child[take_last(mask)]);
+      return backtrack.follow(child[first]);
     }
   }
 
@@ -195,40 +200,43 @@ struct Unordered {
   }
 };
 
-/// Children as a box test that sorts (SortingBoxTest) has left them. It tells no distances.
+/// Visits children as a box test that sorts (SortingBoxTest) has left them. Their distances are not known.
 struct AsTested {
   using Entry = NodeRef;
 
   /// @pre sorted.child[0] != kInvalidRef
-  template <class Way> HIPRT_HD static HIPRT_INLINE NodeRef next(const SortedChildren& sorted, Way& way) {
-    static_assert(!Way::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children whose order is known");
-    if (!way.make_room()) return kOverflowRef;
+  template <class Backtrack>
+  HIPRT_HD static HIPRT_INLINE NodeRef next(const SortedChildren& sorted, Backtrack& backtrack) {
+    static_assert(!Backtrack::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children in a known order");
+    if (!backtrack.reserve()) return kOverflowRef;
     for (unsigned i = kBranching - 1; i > 0; --i)
-      if (sorted.child[i] != kInvalidRef) way.later(sorted.child[i]);
-    return way.follow(sorted.child[0]);
+      if (sorted.child[i] != kInvalidRef) backtrack.later(sorted.child[i]);
+    return backtrack.follow(sorted.child[0]);
   }
 };
 
-/// Says what it leaves on the stack: entries with a distance or bare node references.
+/// An order says what it pushes: entries with a distance, or bare node references.
 template <class T>
 concept LeavesEntries = std::same_as<typename T::Entry, StackEntry> || std::same_as<typename T::Entry, NodeRef>;
 
-/// An order that compares the distances of a box test. next(): where to go on below a node, one of whose children the
-/// ray meets at least; kOverflowRef if the stack has no room for the others.
+/// An order that compares the distances of a box test.
+///
+/// next() returns the node to visit next, below a node with at least one met child. It returns
+/// kOverflowRef if the stack has no room for the other children.
 template <class T, class Stack, class Lanes>
 concept DistanceOrder = LeavesEntries<T> && requires(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                                     BacktrackOf<Stack, typename T::Entry>& way) {
-  { T::next(child, hits, way) } -> std::same_as<NodeRef>;
+                                                     BacktrackOf<Stack, typename T::Entry>& backtrack) {
+  { T::next(child, hits, backtrack) } -> std::same_as<NodeRef>;
 };
 
-/// An order of children that the box test has sorted. next() as that of a DistanceOrder.
+/// An order of children that the box test has sorted. next() is like that of a DistanceOrder.
 template <class T, class Stack>
 concept SortedOrder = LeavesEntries<T> &&
-    requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& way) {
-  { T::next(sorted, way) } -> std::same_as<NodeRef>;
+    requires(const SortedChildren& sorted, BacktrackOf<Stack, typename T::Entry>& backtrack) {
+  { T::next(sorted, backtrack) } -> std::same_as<NodeRef>;
 };
 
-/// What Policies::ClosestOrder and AnyOrder must be: one of the above.
+/// The requirement of Policies::ClosestOrder and Policies::AnyOrder.
 template <class T, class Stack, class Lanes>
 concept TraversalOrder = DistanceOrder<T, Stack, Lanes> || SortedOrder<T, Stack>;
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Counting the work of a ray, or seeing all of it: a policy that costs nothing when it is off.
+/// Counters: policies that count the work of a ray, or observe every step of it.
 
 #include <hiprt_device/format/node.h>
 
@@ -12,8 +12,10 @@ struct NoCounter {
   HIPRT_HD HIPRT_INLINE void on_leaf(unsigned) {}
 };
 
-/// Counts four-box tests, leaf tests, the triangles (one or two per leaf) in those, and the instances that a ray came
-/// to (those that move: about where they are at its time), seen by it or not.
+/// Counts tests of four boxes, leaf tests, tested triangles (one or two per leaf), and instances that a ray came to.
+///
+/// An instance counts even if the ray's mask hides it. An instance that moves counts if the ray comes to its box at
+/// the ray's time.
 struct WorkCounter {
   std::uint32_t box_tests = 0;
   std::uint32_t leaf_tests = 0;
@@ -29,14 +31,14 @@ struct WorkCounter {
 
 /// A visit to a box node, as observers see it.
 struct NodeVisit {
-  const std::byte* base;  ///< The file that has it, the scene's or that of an object in it: its first byte.
+  const std::byte* base;  ///< First byte of the file that has the node: the scene's, or an object's.
   NodeRef node;
   bool met[kBranching];     ///< The children whose boxes the ray meets.
-  float enter[kBranching];  ///< Where it enters those; at least tmin.
+  float enter[kBranching];  ///< t where the ray enters those boxes; at least tmin.
 };
 
-/// A counter that is told of every step, in their order: where one ray goes, for debugging and teaching. Not with box
-/// tests that sort.
+/// A counter that is called for every step of one ray, in order. For debugging and teaching. Box tests that sort
+/// cannot have one.
 template <class T>
 concept TraversalObserver = requires(T observer, const NodeVisit& visit, const std::byte* base, NodeRef leaf) {
   observer.on_node(visit);

@@ -1,5 +1,5 @@
 #pragma once
-/// Checks policies before anything else is compiled, so that the first message names the member and what it needs.
+/// Checks policies before anything else is compiled. So the first message names the wrong member and its requirement.
 
 #include <hiprt_device/filter.h>
 #include <hiprt_device/primitives/primitive_table.h>
@@ -66,11 +66,12 @@ template <class P> struct PolicyCheck {
   using Storage = typename P::Stack::Storage;
 };
 
-/// What a query is made of. @tparam Filter and @tparam Primitives as of ClosestHit.
+/// Checks the template arguments of a query.
+/// @tparam Filter, Primitives as those of ClosestHit.
 template <class P, class Filter, class Primitives> struct QueryCheck {
   static_assert(PolicyCheck<P>::kChecked);
   static_assert(IntersectionFilter<Filter, typename P::Real>,
-                "hiprt: a filter needs FilterAnswer operator()(ray, hit) const for the rays' Real; see concept "
+                "hiprt: a filter needs FilterResult operator()(ray, hit) const for the rays' Real; see concept "
                 "IntersectionFilter");
   static_assert(PrimitiveSet<Primitives, typename P::Real>,
                 "hiprt: custom primitives must be a PrimitiveList, a TableRow or SceneShapes for the rays' Real; see "

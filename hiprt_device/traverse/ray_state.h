@@ -1,6 +1,8 @@
 #pragma once
-/// What a traversal knows between two steps: the ray as its tests need it, the node and the leaf at hand, the nodes to
-/// visit later, and the instances that the ray is in.
+/// The state of a traversal between two steps.
+///
+/// The state has the ray in the form that the tests need, and the instances that the ray is in. It has the next node,
+/// the current leaf, and the nodes to visit later.
 
 #include <hiprt_device/instances/levels.h>
 #include <hiprt_device/instances/moving_box.h>
@@ -11,31 +13,31 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// @tparam P, Order, Test as of Traversal.
+/// @tparam P, Order, Test as those of Traversal.
 template <PolicySet P, class Order, class Test> class RayState {
  public:
   using Real = typename P::Real;
   using Lanes = typename P::Lanes;
   using Layout = typename P::Layout;
   using Storage = typename P::Stack::Storage;
-  using Kept = KeptRay<P::kLevels, Real>;  ///< The ray of the query.
+  using QueryRay = hiprt::QueryRay<P::kLevels, Real>;  ///< The ray of the query.
 
-  /// @param root the scene's, or kInvalidRef: nothing will be visited.
+  /// @param root the scene's root, or kInvalidRef: then nothing is visited.
   /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
   HIPRT_HD HIPRT_INLINE RayState(const SceneView& scene, const BasicRay<Real>& ray, NodeRef root,
                                  const Storage& storage)
       : levels_(scene, storage),
         boxes_(ray, scene.bounds, ray.tmax),
         slabs_(boxes_.ray(ray), margin(scene, ray)),
-        // Outside of instances only boxes are tested: any ray will do.
+        // Outside instances the traversal tests only boxes, so any prepared ray will do.
         prepared_(kHasLevels && scene.instances != nullptr ? PreparedRay(BasicRay<Real>{}) : PreparedRay(ray)),
         tmin_(max_of(ray.tmin, Real(0))),
         backtrack_(storage, root),
         node_(root) {
-    keep_slabs(scene.instances != nullptr, margin(scene, ray));
+    save_slabs(scene.instances != nullptr, margin(scene, ray));
   }
 
-  /// Starts again at the root, for the part of the ray from tmin on.
+  /// Starts again at the root, for the part of the ray from @p tmin on.
   HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const BasicRay<Real>& ray, Real tmin,
                                      const Storage& storage) {
     tmin_ = tmin;
@@ -43,7 +45,7 @@ template <PolicySet P, class Order, class Test> class RayState {
       levels_.restart(scene);
       boxes_ = BoxRay<Real>(ray, scene.bounds, ray.tmax);
       prepare(ray, margin(scene, ray));
-      keep_slabs(scene.instances != nullptr, margin(scene, ray));
+      save_slabs(scene.instances != nullptr, margin(scene, ray));
     }
     backtrack_ = Backtrack(storage, scene.root);
     node_ = scene.root;
@@ -51,21 +53,22 @@ template <PolicySet P, class Order, class Test> class RayState {
     skip_ = 0;
   }
 
-  /// Whether the stack was too small, so that parts of the tree were not visited. @pre run() returned kFinished
+  /// Whether the stack was too small, so that parts of the tree were not visited.
+  /// @pre run() returned kFinished
   HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
 
-  /// The ray as the test has it.
+  /// The ray as the triangle test uses it.
   HIPRT_HD HIPRT_INLINE const auto& prepared_ray() const { return prepared_; }
 
   /// The instances that the ray is in.
   HIPRT_HD HIPRT_INLINE const Levels<P::kLevels, P::kMoves, Real>& levels() const { return levels_; }
 
-  /// Makes overflowed() true, and leaves nothing to visit.
+  /// Makes overflowed() true and leaves nothing to visit.
   HIPRT_HD HIPRT_INLINE void overflow() {
     node_ = kInvalidRef;
     leaf_ = kOverflowRef;
   }
-  /// Nothing is left to visit.
+  /// Leaves nothing to visit.
   HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
 
  protected:
@@ -74,15 +77,15 @@ template <PolicySet P, class Order, class Test> class RayState {
   static constexpr bool kTestSorts = SortingBoxTest<typename P::Boxes, Layout, Lanes>;
   static constexpr bool kHasLevels = P::kLevels != 0;
   static constexpr bool kObserved = TraversalObserver<typename P::Counter>;
-  static_assert(!kObserved || !kTestSorts, "hiprt: an observer's tracer cannot have a box test that sorts");
+  static_assert(!kObserved || !kTestSorts, "hiprt: an observer cannot be used with a box test that sorts");
   static_assert(!kHasLevels || (!kTestSorts && !BacktrackingStack<typename P::Stack>),
-                "hiprt: Instanced: not with a restart trail or a box test that sorts");
+                "hiprt: Instanced cannot be used with a restart trail or a box test that sorts");
 
   template <class Primitives> HIPRT_HD static constexpr bool has_custom() {
     return Primitives::kCount != 0 && (P::kFeatures & feature_bit(Feature::kCustom)) != 0;
   }
 
-  /// Whether the leaf at hand is that of an instance.
+  /// Whether the current leaf is that of an instance.
   template <class Primitives> HIPRT_HD HIPRT_INLINE bool is_at_instance(const SceneView& scene) const {
     if constexpr (!kHasLevels)
       return false;
@@ -92,10 +95,11 @@ template <PolicySet P, class Order, class Test> class RayState {
       return ref_type(leaf_) == NodeType::kProcedural && levels_.instances(scene) != nullptr;
   }
 
-  /// Continues in the object of the instance at hand, if there is one and the ray sees it. The leaf of an instance has
-  /// one primitive, the instance or a part of it, and is alone in its run.
+  /// Enters the object of the current leaf's instance, if there is one and the ray sees it.
+  ///
+  /// The leaf of an instance is alone in its run. It has one primitive: the instance, or a part of it.
   template <class Primitives>
-  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const Kept& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const QueryRay& ray, Real limit,
                                             typename P::Counter& counter) {
     if (is_end(leaf_) || !is_at_instance<Primitives>(scene)) return;
     const CustomLeaf leaf = load_record(*reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_)));
@@ -108,7 +112,7 @@ template <PolicySet P, class Order, class Test> class RayState {
     if ((record.mask & ray.get().mask) == 0 || node_ == kOverflowRef) return;
     const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray_before(scene, ray.get()));
     if (!is_traceable(local)) return;
-    if (!backtrack_.make_room()) {
+    if (!backtrack_.reserve()) {
       node_ = leaf_ = kOverflowRef;
       return;
     }
@@ -118,17 +122,18 @@ template <PolicySet P, class Order, class Test> class RayState {
     if constexpr (kObserved) counter.on_enter(instance);
     levels_.enter(scene, instance, in_file, local);
     boxes_ = BoxRay<Real>(local, object.bounds, limit);
-    // In a group of instances no triangle is tested.
+    // A group of instances has no triangles: only its boxes are tested.
     if (P::kLevels > 1 && object.instances != 0) {
       slabs_ = RaySlabs<Lanes>(boxes_.ray(local), margin(object, local));
-      keep_slabs(true, margin(object, local));
+      save_slabs(true, margin(object, local));
     } else {
       prepare(local, margin(object, local));
     }
   }
 
-  /// Leaves the instances that end here. @pre node_ is kExitRef, and no leaf is at hand, which would be the instance's.
-  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const Kept& ray, Real limit,
+  /// Leaves the instances that have no more nodes to visit.
+  /// @pre node_ is kExitRef, and there is no current leaf. A leaf would be the instance's.
+  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const QueryRay& ray, Real limit,
                                              typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       do {
@@ -141,7 +146,7 @@ template <PolicySet P, class Order, class Test> class RayState {
         }
         node_ = backtrack_.pop(boxes_.far_end(limit));
       } while (node_ == kExitRef);
-      // Outside there are instances only: no triangle is tested.
+      // Outside there are only instances: no triangle is tested.
       if (!is_end(node_)) slabs_ = RaySlabs<Lanes>(levels_.slabs(), boxes_.ray(levels_.ray(scene, ray.get())).origin);
     }
   }
@@ -159,10 +164,10 @@ template <PolicySet P, class Order, class Test> class RayState {
     prepared_ = PreparedRay(ray);
   }
 
-  /// Keeps what leave_instances() needs.
-  HIPRT_HD HIPRT_INLINE void keep_slabs(bool has_instances, float margin) {
+  /// Saves the slabs that leave_instances() restores.
+  HIPRT_HD HIPRT_INLINE void save_slabs(bool has_instances, float margin) {
     if constexpr (kHasLevels)
-      if (has_instances) slabs_.keep(levels_.slabs(), margin);
+      if (has_instances) slabs_.save(levels_.slabs(), margin);
   }
 
   HIPRT_HD HIPRT_INLINE float margin(const ObjectRecord& object, const BasicRay<Real>& local) const {
@@ -170,22 +175,24 @@ template <PolicySet P, class Order, class Test> class RayState {
                          object.condition, object.reach);
   }
 
-  /// With layouts that round, and with boxes that move, the box of the run is larger than the leaf's. Otherwise the ray
-  /// is known to meet it.
-  HIPRT_HD HIPRT_INLINE bool meets_instance_box(const SceneView& scene, const Kept& ray, const CustomLeaf& leaf,
+  /// Whether the ray meets the leaf's own box.
+  ///
+  /// The box of the run is larger than the leaf's box in layouts that round and where boxes move. Otherwise the ray is
+  /// known to meet the leaf's box.
+  HIPRT_HD HIPRT_INLINE bool meets_instance_box(const SceneView& scene, const QueryRay& ray, const CustomLeaf& leaf,
                                                 Real limit) const {
     constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
     if constexpr (P::kMoves || kRounded) {
       const bool moves = P::kMoves && (scene.features & feature_bit(Feature::kMovingBoxes)) != 0;
       if (moves || kRounded) {
-        const Box box = moves ? box_at(leaf.box, place_in_shutter(scene, ray.get().time)) : leaf.box[0];
+        const Box box = moves ? box_at(leaf.box, shutter_fraction(scene, ray.get().time)) : leaf.box[0];
         return meets_box<Lanes>(box, slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit));
       }
     }
     return true;
   }
 
-  /// Puts the way out on the stack, if nodes outside are left to visit, and continues at @p root of an object.
+  /// Pushes kExitRef if nodes outside are left to visit, and continues at @p root of an object.
   HIPRT_HD HIPRT_INLINE void go_below(NodeRef root) {
     if (P::Schedule::kTogether && !is_end(node_)) backtrack_.later(entry_of(node_));
     if (kObserved || !backtrack_.empty()) backtrack_.later(entry_of(kExitRef));
@@ -210,9 +217,10 @@ template <PolicySet P, class Order, class Test> class RayState {
   PreparedRay prepared_;
   Real tmin_;
   Backtrack backtrack_;
-  NodeRef node_;                ///< To visit next; kInvalidRef at the end.
-  NodeRef leaf_ = kInvalidRef;  ///< Record to test, or none. Without postponing: then node_ is stale.
-  unsigned skip_ = 0;           ///< Hits of the record that the visitor saw before it stopped.
+  NodeRef node_;                ///< The node to visit next; kInvalidRef at the end.
+  NodeRef leaf_ = kInvalidRef;  ///< The leaf to test, or none. With Immediate schedules node_ is stale while there is
+                                ///< one.
+  unsigned skip_ = 0;           ///< Number of hits of this leaf that the visitor saw before it stopped.
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

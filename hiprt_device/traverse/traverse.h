@@ -1,5 +1,5 @@
 #pragma once
-/// The traversal loop: one text for every query, layout, test, stack and machine.
+/// The traversal loop: one function for every query, layout, test, stack and machine.
 
 #include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/traverse/ray_state.h>
@@ -7,19 +7,19 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Where the ray's line meets a primitive of a leaf.
+/// A point where the ray's line meets a primitive of a leaf.
 template <class Real> struct LeafHit {
   BasicCandidate<Real> at;
   const BasicCustomHit<Real>* custom;  ///< nullptr: a triangle.
   std::uint32_t geometry, primitive;
-  NodeRef leaf;  ///< The record; for triangles its type, kTriangle0 or kTriangle1, tells which.
+  NodeRef leaf;  ///< The leaf's record. For triangles its type, kTriangle0 or kTriangle1, names the triangle.
 };
 
 /// Why a traversal returned.
 enum class Outcome {
   kFinished,  ///< Nothing is left to visit.
-  kStopped,   ///< The visitor returned false; run() goes on behind that hit.
-  kPaused,    ///< The wave leaves the loop for a while (WholeWave); run() goes on.
+  kStopped,   ///< The visitor returned false; run() continues behind that hit.
+  kPaused,    ///< The wave leaves the loop to fetch rays (WholeWave); run() continues.
 };
 
 /// The traversal of a tree by one ray. It can stop at a hit and continue.
@@ -36,19 +36,20 @@ class Traversal : public RayState<P, Order, Test> {
 
  public:
   using State::cancel, State::State;
-  using typename State::Kept, typename State::Lanes, typename State::Layout, typename State::Real;
+  using typename State::QueryRay, typename State::Lanes, typename State::Layout, typename State::Real;
 
   /// Visits the leaves whose boxes the ray meets in [tmin, limit], in the order of Order.
   /// @param scene, ray those of the constructor.
   /// @param limit read before every test: the visitor may lower it.
-  /// @param may_pause for WholeWave schedules.
-  /// @param visit bool(const LeafHit&): false stops. (Under a WholeWave schedule the search cannot continue then.)
+  /// @param may_pause whether a WholeWave schedule may return kPaused.
+  /// @param visit bool(const LeafHit&): false stops. Under a WholeWave schedule the search cannot continue after that.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                     const Primitives& primitives, typename P::Counter& counter,
                                     [[maybe_unused]] bool may_pause, Visit&& visit) {
-    static_assert(kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
-                  "hiprt: the order AsTested and a box test that sorts (of this layout) go together only");
+    static_assert(
+        kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
+        "hiprt: the order AsTested needs a box test that sorts (for this layout), and such a test needs AsTested");
     if constexpr (P::Schedule::kTogether)
       return run_together(scene, ray, limit, primitives, counter, may_pause, visit);
     else
@@ -59,9 +60,9 @@ class Traversal : public RayState<P, Order, Test> {
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
 
-  /// One ray for itself: search a leaf, test it, go back to the next node.
+  /// Traces one ray by itself: it finds a leaf, tests it, and pops the next node.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run_alone(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE Outcome run_alone(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                           const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
     boxes_.set_limit(limit);
     for (;;) {
@@ -79,11 +80,13 @@ class Traversal : public RayState<P, Order, Test> {
     }
   }
 
-  /// The lanes of a group together: all search leaves until the schedule says so, then all test theirs, then all enter
-  /// instances. In one-level batches lanes enter instances before the search, so that newly fetched rays do not idle
-  /// (with more levels that makes no difference: docs/decisions/0014-instances.md).
+  /// Traces the rays of a group of lanes together. All lanes search leaves until the schedule ends the search. Then
+  /// all lanes test their leaves, and then all enter their instances.
+  ///
+  /// In one-level batches lanes enter instances before the search, so that newly fetched rays do not idle. With more
+  /// levels this makes no difference (docs/decisions/0014-instances.md).
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run_together(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE Outcome run_together(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                              const Primitives& primitives, typename P::Counter& counter, bool may_pause,
                                              Visit&& visit) {
     using Schedule = typename P::Schedule;
@@ -116,8 +119,8 @@ class Traversal : public RayState<P, Order, Test> {
     }
   }
 
-  /// Visits box nodes until the next run of leaves, or the end.
-  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const Kept& ray, Real limit,
+  /// Visits box nodes until it comes to a run of leaves, or to the end.
+  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
                                        typename P::Counter& counter) {
     while (is_box(node_)) {
       node_ = visit_boxes(scene, ray, limit, counter);
@@ -126,10 +129,11 @@ class Traversal : public RayState<P, Order, Test> {
     leaf_ = node_;
   }
 
-  /// The same for a group. A lane that has a leaf continues to search as long as the schedule lets the others search.
-  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const Kept& ray, Real limit,
+  /// find_leaf() for a group. A lane that has a leaf continues to search while the schedule lets the other lanes
+  /// search.
+  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const QueryRay& ray, Real limit,
                                                   typename P::Counter& counter, LaneMask group) {
-    // One step at least, whatever the schedule says of few searching lanes: others may have no leaf to test either.
+    // At least one step, even if few lanes search: the other lanes may have no leaf to test either.
     for (bool go_on = group_any(group, is_end(leaf_) && is_box(node_)); go_on;) {
       if (is_box(node_)) {
         node_ = visit_boxes(scene, ray, limit, counter);
@@ -139,8 +143,9 @@ class Traversal : public RayState<P, Order, Test> {
     }
   }
 
-  /// @pre !is_box(node_), and no leaf is at hand.
-  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const Kept& ray, Real limit,
+  /// Makes node_ the current leaf and pops the next node.
+  /// @pre !is_box(node_), and there is no current leaf.
+  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
                                        typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       if (node_ == kExitRef) {
@@ -153,7 +158,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   /// Tests the boxes of node_. @return the node to visit next.
-  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const Kept& ray, Real limit,
+  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const QueryRay& ray, Real limit,
                                             typename P::Counter& counter) {
     counter.on_boxes();
     const float far_end = boxes_.far_end(limit);
@@ -185,10 +190,11 @@ class Traversal : public RayState<P, Order, Test> {
       return Order::next(node.child, hits, backtrack_);
   }
 
-  /// Tests the leaf at hand, which is not an instance's, and steps to the next leaf of its run.
+  /// Tests the current leaf and steps to the next leaf of its run.
+  /// @pre the leaf is not an instance's.
   /// @return false if the visitor stopped.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
     const std::byte* record = levels_.base(scene) + ref_offset(leaf_);
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
@@ -222,7 +228,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   template <class Primitives, class Offer>
-  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const Kept& ray, const Real& limit,
+  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                          const Primitives& primitives, const CustomLeaf& leaf, const LeafInfo& info,
                                          Offer&& offer) {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;

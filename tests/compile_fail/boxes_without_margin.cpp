@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::Boxes needs
-// A triangle test where the box test belongs.
+// A triangle test in place of the box test.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,5 @@
-// expect: levels come around it
-// Levels of instances inside of double rays: their stack would hold float rays.
+// expect: hiprt: DoubleRays must be inside Instanced
+// Levels of instances inside double rays: their stack would hold float rays.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,5 @@
 // expect: HIPRT_ALLOW_FAST_MATH
-// As -ffast-math defines it; without the fault: by one who knows what that costs.
+// -ffast-math defines this macro. Without the fault the program accepts fast-math.
 
 #if !HIPRT_FAULT
 #define HIPRT_ALLOW_FAST_MATH

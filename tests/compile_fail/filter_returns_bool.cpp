@@ -1,16 +1,16 @@
-// expect: hiprt: a filter needs FilterAnswer
-// A filter that answers with a bool.
+// expect: hiprt: a filter needs FilterResult
+// A filter that returns a bool.
 
 #include <hiprt_device/hiprt_device.h>
 
 #if HIPRT_FAULT
-using Answer = bool;
+using Result = bool;
 #else
-using Answer = hiprt::FilterAnswer;
+using Result = hiprt::FilterResult;
 #endif
 
 struct Filter {
-  Answer operator()(const hiprt::Ray&, const hiprt::Hit&) const { return Answer{}; }
+  Result operator()(const hiprt::Ray&, const hiprt::Hit&) const { return Result{}; }
 };
 
 hiprt::Hit trace(const hiprt::SceneView& scene, const hiprt::Ray& ray) {

@@ -1,5 +1,5 @@
-// expect: for this query's rays, float or double, a primitive has no intersect
-// A primitive that takes float rays only, asked by double rays.
+// expect: hiprt: PrimitiveList: a primitive has no intersect.. for this query's rays
+// A primitive for float rays only, in a query of double rays.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::Lanes must be
-// A number where the lanes belong.
+// A number in place of the lanes.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::Layout must be
-// A layout id where the layout belongs.
+// A layout id in place of the layout.
 
 #include <hiprt_device/hiprt_device.h>
 

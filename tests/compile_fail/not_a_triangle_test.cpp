@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::Triangle needs
-// A box test where the triangle test belongs.
+// A box test in place of the triangle test.
 
 #include <hiprt_device/hiprt_device.h>
 

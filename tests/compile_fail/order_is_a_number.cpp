@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::ClosestOrder needs
-// A number where the order of closest hits belongs.
+// A number in place of the order of closest hits.
 
 #include <hiprt_device/hiprt_device.h>
 

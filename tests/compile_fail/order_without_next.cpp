@@ -1,14 +1,14 @@
 // expect: hiprt: Policies::AnyOrder needs
-// An order of any hits that does not tell where to go on.
+// An order of any hits without a next node.
 
 #include <hiprt_device/hiprt_device.h>
 
 struct LastFirst {
   using Entry = hiprt::NodeRef;
 #if !HIPRT_FAULT
-  template <class Hits, class Way>
-  static hiprt::NodeRef next(const hiprt::NodeRef (&child)[hiprt::kBranching], const Hits& hits, Way& way) {
-    return hiprt::Unordered::next(child, hits, way);
+  template <class Hits, class Backtrack>
+  static hiprt::NodeRef next(const hiprt::NodeRef (&child)[hiprt::kBranching], const Hits& hits, Backtrack& backtrack) {
+    return hiprt::Unordered::next(child, hits, backtrack);
   }
 #endif
 };

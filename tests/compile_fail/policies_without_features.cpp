@@ -1,5 +1,5 @@
 // expect: hiprt: policies need kFeatures
-// Features that are no number.
+// Features that are not a number.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,5 @@
 // expect: hiprt: custom primitives must be a PrimitiveList
-// A functor where a list of functors belongs.
+// A functor in place of a list of functors.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,4 +1,4 @@
-// expect: NearestFirst: a restart trail needs
+// expect: hiprt: NearestFirst: a restart trail needs
 // A restart trail under an order that it cannot follow.
 
 #include <hiprt_device/hiprt_device.h>

@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::Schedule needs
-// A schedule that does not say which lanes it is for.
+// A schedule that does not say which lanes belong together.
 
 #include <hiprt_device/hiprt_device.h>
 

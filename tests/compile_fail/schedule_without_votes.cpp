@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::Schedule needs
-// A schedule whose lanes wait for each other, but do not agree for what.
+// A schedule whose lanes wait for each other, but do not vote.
 
 #include <hiprt_device/hiprt_device.h>
 

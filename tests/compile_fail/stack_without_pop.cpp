@@ -1,5 +1,5 @@
 // expect: hiprt: Policies::Stack needs
-// A stack that nothing can be taken from.
+// A stack without pop().
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,5 @@
 // expect: this stack needs storage
-// One call with a stack in shared memory, and no word of where that is.
+// A call with a stack in shared memory, without its storage.
 
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/traverse/stacks/rolling.h>

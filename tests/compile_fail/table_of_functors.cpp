@@ -1,5 +1,5 @@
-// expect: PrimitiveTable: its rows are PrimitiveLists
-// A functor in a table, where a list of them belongs.
+// expect: hiprt: PrimitiveTable: a row must be a PrimitiveList
+// A functor in a table, in place of a list of functors.
 
 #include <hiprt_device/hiprt_device.h>
 

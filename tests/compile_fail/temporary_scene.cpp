@@ -1,5 +1,5 @@
 // expect: deleted
-// A query over a scene that is gone when the query runs.
+// A query of a temporary scene, which ends before the query runs.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -1,5 +1,5 @@
 // expect: WholeWave schedule is for trace_batch
-// A schedule of whole waves where one ray asks for itself.
+// A schedule of whole waves for a single ray.
 
 #include <hiprt_device/hiprt_device.h>
 

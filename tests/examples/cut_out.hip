@@ -9,14 +9,14 @@ struct CutOut {
   const float* alpha;              ///< size * size texels.
   unsigned size;
 
-  HIPRT_HD hiprt::FilterAnswer operator()(const hiprt::Ray&, const hiprt::Hit& hit) const {
-    if (hit.geometry != 0) return hiprt::FilterAnswer::kAccept;
+  HIPRT_HD hiprt::FilterResult operator()(const hiprt::Ray&, const hiprt::Hit& hit) const {
+    if (hit.geometry != 0) return hiprt::FilterResult::kAccept;
     const auto [a, b, c] = triangles[hit.primitive];
     const float x = (1 - hit.u - hit.v) * uv[a][0] + hit.u * uv[b][0] + hit.v * uv[c][0];
     const float y = (1 - hit.u - hit.v) * uv[a][1] + hit.u * uv[b][1] + hit.v * uv[c][1];
     const float size_float = static_cast<float>(size);
     const unsigned texel = static_cast<unsigned>(y * size_float) * size + static_cast<unsigned>(x * size_float);
-    return alpha[texel] < 0.5f ? hiprt::FilterAnswer::kReject : hiprt::FilterAnswer::kAccept;
+    return alpha[texel] < 0.5f ? hiprt::FilterResult::kReject : hiprt::FilterResult::kAccept;
   }
 };
 

@@ -150,7 +150,7 @@ TEST_CASE("the example of a cut-out", "[examples]") {
   unsigned behind = 0;
   for (unsigned i = 0; i < kCount; ++i) {
     const auto left = kept(every_hit(world.meshes, world.rays[i]),
-                           [&](const Hit& hit) { return filter(world.rays[i], hit) == FilterAnswer::kAccept; });
+                           [&](const Hit& hit) { return filter(world.rays[i], hit) == FilterResult::kAccept; });
     if (!left.empty()) expected[i] = left[0];
     behind += same_hit(expected[i], world.expected[i]) ? 0 : 1;
   }
@@ -372,7 +372,7 @@ TEST_CASE("the example of blockers", "[examples]") {
   for (unsigned i = 0; i < kCount; ++i) {
     const ExceptPrimitive except{world.expected[i].geometry, world.expected[i].primitive};
     const auto all = every_hit(world.meshes, rays[i]);
-    const auto others = kept(all, [&](const Hit& hit) { return except(rays[i], hit) == FilterAnswer::kAccept; });
+    const auto others = kept(all, [&](const Hit& hit) { return except(rays[i], hit) == FilterResult::kAccept; });
     REQUIRE(blockers[i] == std::min<std::size_t>(kMostBlockers, others.size()));
     ++of_number[blockers[i]];
     starts_met += all.size() != others.size() ? 1 : 0;

@@ -59,7 +59,7 @@ BasicPathHit<typename P::Real, 1> try_all_instances(const SceneView& scene, cons
                                                     const BasicRay<typename P::Real>& ray) {
   BasicPathHit<typename P::Real, 1> best;
   for (std::uint32_t i = 0; i < instances; ++i) {
-    const InstanceRecord record = ObjectPlace(scene).template instance<P::kMoves>(i, ray.time);
+    const InstanceRecord record = ObjectView(scene).template instance<P::kMoves>(i, ray.time);
     const auto hit = try_all<typename P::Triangle>(mesh, ray_to_object(record, ray));
     if (!hit.found() || (best.found() && hit.t >= best.t)) continue;
     static_cast<BasicHit<typename P::Real>&>(best) = hit;

@@ -88,7 +88,7 @@ template <class P> unsigned boxes_on_the_way(const std::string& name) {
     check.on_hit(hit);
     if (!hit.found()) continue;
     const std::uint32_t instance = hit.path.instance[0];
-    const Box box = format_detail::InstancePlace(*file, instance).bounds(scene.view.objects[0].bounds);
+    const Box box = format_detail::InstanceMotionBounds(*file, instance).bounds(scene.view.objects[0].bounds);
     const auto at = exact_point(ray, hit.t);
     const long double error = hit.error;
     for (unsigned axis = 0; axis < 3; ++axis)
@@ -151,8 +151,8 @@ inline void expect_held(Check& check, unsigned number, const MovingScene& scene,
   const SceneView& view = scene.view;
   const auto file = open_buffer(scene.whole.buffer.bytes()), object = open_buffer(scene.object.buffer.bytes());
   const MotionRecord& record = view.motions[0];
-  const format_detail::InstancePlace place(*file, 0);
-  format_detail::InstanceBounder<PlanesLayout> bounder(format_detail::BoundedObject(*object), place);
+  const format_detail::InstanceMotionBounds to_scene(*file, 0);
+  format_detail::InstanceBounder<PlanesLayout> bounder(format_detail::BoundedObject(*object), to_scene);
   const Bounds all_bounds[] = {{"the library", view.bounds},
                                {"this program", bounder.bounds(object->header->root, bounder.kToPrimitives)}};
   const bool has_judge = !has_half_turn(scene.motions[0]);

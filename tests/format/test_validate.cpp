@@ -216,5 +216,7 @@ TEST_CASE("reports read well") {
   const BadFile bad = patched(row_scene(NodeLayout::kFloat), 52, 3u);
   const auto result = validate(bad.file.bytes());
   REQUIRE_FALSE(result);
-  CHECK(to_string(result.error()) == "3 geometries; expected are 2 (byte 52, GeometryCount)");
+  CHECK(to_string(result.error()) ==
+        "3 geometries; expected 2 (a scene of instances has one custom geometry of type 0 that every ray sees) "
+        "(byte 52, GeometryCount)");
 }

@@ -56,8 +56,8 @@ template <class Layout, class StackPolicy, class SchedulePolicy = Immediate> str
 };
 
 struct RejectThird {
-  HIPRT_HD FilterAnswer operator()(const Ray&, const Hit& hit) const {
-    return hit.primitive % 3 == 0 ? FilterAnswer::kReject : FilterAnswer::kAccept;
+  HIPRT_HD FilterResult operator()(const Ray&, const Hit& hit) const {
+    return hit.primitive % 3 == 0 ? FilterResult::kReject : FilterResult::kAccept;
   }
 };
 

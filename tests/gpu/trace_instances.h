@@ -17,7 +17,7 @@ struct InstanceAnswer {
   friend bool operator==(const InstanceAnswer&, const InstanceAnswer&) = default;
 };
 
-/// Where a ray's stack and ways (LevelWays) are.
+/// Where a ray's stack and ways (PathMemory) are.
 enum class MemoryOfStacks {
   kThread,
   kShared,  ///< A rolling stack's ring, and the ways.

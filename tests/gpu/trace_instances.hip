@@ -34,11 +34,11 @@ __global__ void trace(const gpu::InstanceReport* report, const Ray* rays, Instan
 __global__ void trace_on_chip(const gpu::InstanceReport* report, const Ray* rays, InstanceAnswer* answers,
                               unsigned count, StackEntry* spill) {
   __shared__ StackEntry ring[kBlock * Rolling::Stack::kEntriesPerThread];
-  __shared__ LevelWays<2> ways[kBlock];
+  __shared__ PathMemory<2> path_memory[kBlock];
   const unsigned i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= count) return;
   const RollingTracer::Stack::Storage storage({ring, threadIdx.x, kBlock, grid_spill(spill, count, kSpillEntries, i)},
-                                              ways[threadIdx.x]);
+                                              path_memory[threadIdx.x]);
   answers[i] = to_answer(closest_hit<RollingTracer>(report->view, rays[i], storage));
 }
 

@@ -43,15 +43,15 @@ HIPRT_HD inline std::uint64_t digest_of(const Hit& hit) {
 }
 
 struct AcceptAll {
-  HIPRT_HD FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kAccept; }
+  HIPRT_HD FilterResult operator()(const Ray&, const Hit&) const { return FilterResult::kAccept; }
 };
 struct RejectThird {
-  HIPRT_HD FilterAnswer operator()(const Ray&, const Hit& hit) const {
-    return hit.primitive % 3 == 0 ? FilterAnswer::kReject : FilterAnswer::kAccept;
+  HIPRT_HD FilterResult operator()(const Ray&, const Hit& hit) const {
+    return hit.primitive % 3 == 0 ? FilterResult::kReject : FilterResult::kAccept;
   }
 };
 struct StopAtOnce {
-  HIPRT_HD FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kAcceptAndStop; }
+  HIPRT_HD FilterResult operator()(const Ray&, const Hit&) const { return FilterResult::kAcceptAndStop; }
 };
 
 /// Types 0 and 1.

@@ -58,8 +58,8 @@ struct MiddlePlane {
     }
     return report(CustomHit{t, 0, 1, Vec3(0, 0, 2), 0.5f});
   }
-  FilterAnswer filter(const Ray&, const Hit& hit) const {
-    return rejects && hit.primitive % 3 == 0 ? FilterAnswer::kReject : FilterAnswer::kAccept;
+  FilterResult filter(const Ray&, const Hit& hit) const {
+    return rejects && hit.primitive % 3 == 0 ? FilterResult::kReject : FilterResult::kAccept;
   }
 };
 
@@ -136,7 +136,7 @@ struct CustomWorld {
         primitives.intersect(
             customs[c].type, ray, effective_tmin(ray), ray.tmax, PrimitiveId{geometry, i}, [&](const CustomHit& found) {
               const Hit hit{found.t, found.u, found.v, geometry, i, found.normal, found.error};
-              if (in_range(ray, hit.t) && primitives.filter(customs[c].type, ray, hit) != FilterAnswer::kReject)
+              if (in_range(ray, hit.t) && primitives.filter(customs[c].type, ray, hit) != FilterResult::kReject)
                 hits.push_back(hit);
               return true;
             });

@@ -126,7 +126,7 @@ template <class P> class EveryInstance {
 
  private:
   void search(std::size_t group, const BasicRay<Real>& local, const BasicRay<Real>& ray) {
-    const ObjectPlace place =
+    const ObjectView place =
         follow(view_, path_, ray.time, [](const InstanceRecord&, const ObjectRecord&, const MotionRecord*) {});
     for (std::uint32_t i = 0; i < scene_.groups[group].size(); ++i) {
       const Instance& instance = scene_.groups[group][i];

@@ -40,15 +40,15 @@ struct Recorded {
     return at_time(instance, record, reinterpret_cast<const std::byte*>(parts.segments.data()), time);
   }
   Box bounds(const Box& box) const {
-    return format_detail::InstancePlace(instance, parts.segments, record.kind).bounds(box);
+    return format_detail::InstanceMotionBounds(instance, parts.segments, record.kind).bounds(box);
   }
   /// At the begin and the end of a shutter.
   std::array<Box, 2> moving_box(const Box& box, const format_detail::Shutter& shutter) const {
     using namespace format_detail;
-    const BoxDrift drift(PlaceAtKey(parts.segments, record.kind, false).bounds(box),
-                         PlaceAtKey(parts.segments, record.kind, true).bounds(box));
-    const DriftingPlace place(instance, parts.segments, record.kind, shutter, drift);
-    const auto [begin, end] = format_detail::moving_box(place.bounds(box), drift, bounds(box));
+    const BoxDrift drift(InstanceKeyBounds(parts.segments, record.kind, false).bounds(box),
+                         InstanceKeyBounds(parts.segments, record.kind, true).bounds(box));
+    const InstanceDriftBounds to_scene(instance, parts.segments, record.kind, shutter, drift);
+    const auto [begin, end] = format_detail::moving_box(to_scene.bounds(box), drift, bounds(box));
     return {begin, end};
   }
   /// A coordinate of a point where at_time() is at a time, but for its rounding beside that of s.

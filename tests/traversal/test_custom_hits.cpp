@@ -171,8 +171,8 @@ TEST_CASE("filters of a type and of the query meet both", "[custom]") {
   const Shapes shapes = shapes_of(world);
   const Scene scene = world.scene({});
   struct EvenOnly {
-    FilterAnswer operator()(const Ray&, const Hit& hit) const {
-      return hit.primitive % 2 == 0 ? FilterAnswer::kAccept : FilterAnswer::kReject;
+    FilterResult operator()(const Ray&, const Hit& hit) const {
+      return hit.primitive % 2 == 0 ? FilterResult::kAccept : FilterResult::kReject;
     }
   };
   const Queries<Tried<PlanesLayout>, EvenOnly, Shapes> queries{scene.traced, {}, shapes};
@@ -192,10 +192,10 @@ namespace {
 
 /// Ends the search at every primitive.
 struct Stopping : BoxSurface {
-  FilterAnswer filter(const Ray&, const Hit&) const { return FilterAnswer::kAcceptAndStop; }
+  FilterResult filter(const Ray&, const Hit&) const { return FilterResult::kAcceptAndStop; }
 };
 struct RejectAll {
-  FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kReject; }
+  FilterResult operator()(const Ray&, const Hit&) const { return FilterResult::kReject; }
 };
 
 template <class P, class Primitives>

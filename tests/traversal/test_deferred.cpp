@@ -67,8 +67,8 @@ template <class Lanes> void check_bounds(const Case& it, BoundsSeen& seen) {
 
 /// Asks for everything, so that every decision is made at once.
 struct Everything {
-  template <class AnyHit> HIPRT_HD FilterAnswer operator()(const Ray&, const AnyHit&) const {
-    return FilterAnswer::kAccept;
+  template <class AnyHit> HIPRT_HD FilterResult operator()(const Ray&, const AnyHit&) const {
+    return FilterResult::kAccept;
   }
 };
 

@@ -134,7 +134,7 @@ TEST_CASE("all hits of a scene that is not split are one traversal", "[queries]"
   const Scene scene = make_scene(meshes);
   REQUIRE_FALSE(is_split(scene.traced));
   struct RejectAll {
-    FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kReject; }
+    FilterResult operator()(const Ray&, const Hit&) const { return FilterResult::kReject; }
   };
   using P = Tried<PlanesLayout>;
   Random random(kSeed);

@@ -50,20 +50,20 @@ Textured textured_soup() {
 
 struct CutOut {
   const Textured* texture;
-  FilterAnswer operator()(const Ray&, const Hit& hit) const {
+  FilterResult operator()(const Ray&, const Hit& hit) const {
     const Uv uv = texture->at(hit);
-    return Textured::alpha(uv[0], uv[1]) < 0 ? FilterAnswer::kReject : FilterAnswer::kAccept;
+    return Textured::alpha(uv[0], uv[1]) < 0 ? FilterResult::kReject : FilterResult::kAccept;
   }
 };
 
 /// Records the candidates that it is called with, and returns the given value.
 struct Witness {
   std::vector<Hit>* seen;
-  FilterAnswer answer = FilterAnswer::kAccept;
+  FilterResult answer = FilterResult::kAccept;
   std::uint32_t stop_at = kInvalidId;  ///< Hits of this geometry are the last.
-  FilterAnswer operator()(const Ray&, const Hit& hit) const {
+  FilterResult operator()(const Ray&, const Hit& hit) const {
     seen->push_back(hit);
-    return hit.geometry == stop_at ? FilterAnswer::kAcceptAndStop : answer;
+    return hit.geometry == stop_at ? FilterResult::kAcceptAndStop : answer;
   }
 };
 
@@ -86,7 +86,7 @@ template <class P> void check_cut_outs(const Textured& textured, const Scene& sc
   for (unsigned i = 0; i < trials(300); ++i) {
     const Ray ray = random_ray(random);
     const std::vector<Hit> all = every_hit(textured.meshes, ray);
-    const auto expected = kept(all, [&](const Hit& hit) { return cut_out(ray, hit) == FilterAnswer::kAccept; });
+    const auto expected = kept(all, [&](const Hit& hit) { return cut_out(ray, hit) == FilterResult::kAccept; });
     hits += expected.size();
     cut += all.size() - expected.size();
     INFO(scene.name << ", " << where(i, ray));
@@ -225,7 +225,7 @@ template <class P> void check_witness(const std::vector<Mesh>& meshes, const Sce
       REQUIRE(sorted(all ? accept.all(ray).hits : accept.any(ray).hits).size() == expected.size());
       REQUIRE(same_hits(sorted(seen), bare));
     }
-    const Queries<P, Witness> reject{scene.traced, {&seen, FilterAnswer::kReject}};
+    const Queries<P, Witness> reject{scene.traced, {&seen, FilterResult::kReject}};
     for (const int query : {0, 1, 2}) {
       seen.clear();
       const Drained drained = query == 0 ? reject.closest(ray) : query == 1 ? reject.any(ray) : reject.all(ray);
@@ -262,7 +262,7 @@ template <class P> void check_first_stop(const std::vector<Mesh>& meshes, const 
     const std::vector<Hit> all = every_hit(meshes, ray);
     INFO(scene.name << ", " << where(i, ray));
     std::vector<Hit> seen;
-    const Queries<P, Witness> queries{scene.traced, {&seen, FilterAnswer::kAcceptAndStop}};
+    const Queries<P, Witness> queries{scene.traced, {&seen, FilterResult::kAcceptAndStop}};
     for (const int query : {0, 1, 2}) {
       seen.clear();
       const Drained drained = query == 0 ? queries.closest(ray) : query == 1 ? queries.any(ray) : queries.all(ray);
@@ -284,7 +284,7 @@ template <class P> void check_late_stop(const std::vector<Mesh>& meshes, const S
     const auto of_1 = kept(all, [](const Hit& hit) { return hit.geometry == 1; });
     INFO(scene.name << ", " << where(i, ray));
     std::vector<Hit> seen;
-    const Queries<P, Witness> queries{scene.traced, {&seen, FilterAnswer::kAccept, 1}};
+    const Queries<P, Witness> queries{scene.traced, {&seen, FilterResult::kAccept, 1}};
     for (const int query : {0, 1, 2}) {
       const Drained drained = query == 0 ? queries.closest(ray) : query == 1 ? queries.any(ray) : queries.all(ray);
       REQUIRE(drained.wrong == "");

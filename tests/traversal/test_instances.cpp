@@ -78,12 +78,12 @@ TEST_CASE("boxes from primitives hold all corners, and no more") {
   const BufferView view = *open_buffer(scene.file.bytes());
   for (const CustomLeaf& leaf : view.records<CustomLeaf>(view.leaves)) {
     CAPTURE(leaf.info.primitive[0]);
-    const StillPlace place(view.instances[leaf.info.primitive[0]]);
+    const StillInstanceBounds to_scene(view.instances[leaf.info.primitive[0]]);
     Box all = format_detail::empty_box();
     for (const auto& triangle : mesh.triangles)
       for (const std::uint32_t corner : triangle) {
         const auto& p = mesh.positions[corner];
-        format_detail::grow(all, place.bounds({{p[0], p[1], p[2]}, {p[0], p[1], p[2]}}));
+        format_detail::grow(all, to_scene.bounds({{p[0], p[1], p[2]}, {p[0], p[1], p[2]}}));
       }
     for (unsigned axis = 0; axis < 3; ++axis) {
       // Parts of triangles end at boxes, which are rounded.

@@ -23,7 +23,7 @@ Box traced_box(const std::array<Box, 2>& box, const format_detail::Shutter& shut
   scene.shutter_begin = shutter.begin;
   scene.shutter_rate = shutter.rate;
   const Box both[2] = {box[0], box[1]};
-  return box_at(both, place_in_shutter(scene, time));
+  return box_at(both, shutter_fraction(scene, time));
 }
 
 double half_area(const Box& box) {

@@ -50,7 +50,7 @@ template <class P> std::vector<PathHit<P::kLevels>> all_hits(const SceneView& sc
 }
 
 struct RejectAll {
-  HIPRT_HD FilterAnswer operator()(const Ray&, const Hit&) const { return FilterAnswer::kReject; }
+  HIPRT_HD FilterResult operator()(const Ray&, const Hit&) const { return FilterResult::kReject; }
 };
 
 }  // namespace

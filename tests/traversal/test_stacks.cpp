@@ -171,31 +171,31 @@ template <class Entry> Entry entry_of(unsigned i) {
 
 /// @param place of a stack with a bottom and seven entries.
 template <class Stack, class Entry> void check_bottom(const typename Stack::Storage& place) {
-  StackBacktrack<Stack, Entry> way(place, kInvalidRef);
+  StackBacktrack<Stack, Entry> backtrack(place, kInvalidRef);
   const float infinity = std::numeric_limits<float>::infinity();
   for (const float limit : {infinity, 1.0f, 0.0f, -0.0f, std::numeric_limits<float>::quiet_NaN(), -1.0f}) {
     CAPTURE(limit);
-    CHECK(way.empty());
-    CHECK(way.pop(limit) == kInvalidRef);
-    CHECK(way.pop(limit) == kInvalidRef);
-    CHECK(way.empty());
+    CHECK(backtrack.empty());
+    CHECK(backtrack.pop(limit) == kInvalidRef);
+    CHECK(backtrack.pop(limit) == kInvalidRef);
+    CHECK(backtrack.empty());
   }
   // Full, and empty again.
   for (unsigned round = 0; round < 2; ++round) {
     for (unsigned i = 0; i < 7; ++i) {
-      CHECK(way.make_room() == (i + kMostPushed <= 7));
-      way.later(entry_of<Entry>(i));
+      CHECK(backtrack.reserve() == (i + kMostPushed <= 7));
+      backtrack.later(entry_of<Entry>(i));
     }
-    for (unsigned i = 7; i-- > 0;) CHECK(way.pop(infinity) == entry_ref(entry_of<Entry>(i)));
-    CHECK(way.pop(infinity) == kInvalidRef);
+    for (unsigned i = 7; i-- > 0;) CHECK(backtrack.pop(infinity) == entry_ref(entry_of<Entry>(i)));
+    CHECK(backtrack.pop(infinity) == kInvalidRef);
   }
   // Some at once, as a node leaves them.
   for (unsigned i = 0; i < 6; i += 3)
-    way.later_some([&](auto&& later) {
+    backtrack.later_some([&](auto&& later) {
       for (unsigned k = 0; k < 3; ++k) later(entry_of<Entry>(i + k));
     });
-  for (unsigned i = 6; i-- > 0;) CHECK(way.pop(infinity) == entry_ref(entry_of<Entry>(i)));
-  CHECK(way.empty());
+  for (unsigned i = 6; i-- > 0;) CHECK(backtrack.pop(infinity) == entry_ref(entry_of<Entry>(i)));
+  CHECK(backtrack.empty());
 }
 
 template <unsigned kShared, class Entry> void check_tiered_bottom() {

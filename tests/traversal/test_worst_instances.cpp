@@ -49,10 +49,10 @@ template <class Test, class Real> double instance_margin_share(const Genes& gene
   const auto& [it, record, ray, local] = *placed;
   const auto hit = hit_of<Test>(it.corners, local);
   if (!hit || !(hit->t <= std::numeric_limits<Real>::max())) return -1.0;
-  const StillPlace place(record);
+  const StillInstanceBounds to_scene(record);
   Box around = format_detail::empty_box();
   for (const Position& p : {it.corners.p0, it.corners.p1, it.corners.p2}) {
-    const Box corner = place.bounds({{p[0], p[1], p[2]}, {p[0], p[1], p[2]}});
+    const Box corner = to_scene.bounds({{p[0], p[1], p[2]}, {p[0], p[1], p[2]}});
     for (std::size_t k = 0; k < 3; ++k) {
       around.min[k] = std::min(around.min[k], corner.min[k]);
       around.max[k] = std::max(around.max[k], corner.max[k]);

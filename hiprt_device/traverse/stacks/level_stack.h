@@ -1,5 +1,5 @@
 #pragma once
-/// A traversal's stack together with what a ray of a scene of instances has to remember.
+/// A traversal stack together with the memory for the levels of instances.
 
 #include <hiprt_device/instances/level_memory.h>
 #include <hiprt_device/traverse/stacks/stack.h>
@@ -15,30 +15,30 @@ requires requires { typename Stack::Memory; }
 struct LevelMemory<Stack, kLevels, Real> {
   struct Type {
     typename Stack::Memory stack;
-    LevelWays<kLevels, Real> ways;
+    PathMemory<kLevels, Real> path_memory;
   };
 };
 
 }  // namespace stack_detail
 
-/// Any other stack, and memory for @p kLevels levels. What Instanced<P, kLevels> makes of P's stack.
+/// Another stack, with memory for @p kLevels levels. Instanced<P, kLevels> makes it from P's stack.
 ///
 ///     using Stack = hiprt::LevelStack<hiprt::RollingStack<8>, 4>;
-///     hiprt::LevelWays<4> ways;  // of the thread
-///     Stack::Storage storage({ring, threadIdx.x, kBlock, spill}, ways);
+///     hiprt::PathMemory<4> path_memory;  // of the thread
+///     Stack::Storage storage({ring, threadIdx.x, kBlock, spill}, path_memory);
 template <class Stack, unsigned kLevels, class Real = float> struct LevelStack : Stack {
-  /// Of a stack in the thread's own memory; else void.
+  /// Memory of a stack in the thread's own memory; void for other stacks.
   using Memory = typename stack_detail::LevelMemory<Stack, kLevels, Real>::Type;
 
   struct Storage : Stack::Storage {
-    LevelWays<kLevels, Real>* ways;
+    PathMemory<kLevels, Real>* path_memory;
 
-    HIPRT_HD HIPRT_INLINE Storage(const typename Stack::Storage& stack, LevelWays<kLevels, Real>& memory)
-        : Stack::Storage(stack), ways(&memory) {}
+    HIPRT_HD HIPRT_INLINE Storage(const typename Stack::Storage& stack, PathMemory<kLevels, Real>& memory)
+        : Stack::Storage(stack), path_memory(&memory) {}
     template <class OwnMemory>
     requires std::same_as<OwnMemory, Memory> HIPRT_HD HIPRT_INLINE Storage(OwnMemory& memory,
                                                                            std::uint32_t* overflowed = nullptr)
-        : Storage(typename Stack::Storage(memory.stack, overflowed), memory.ways) {}
+        : Storage(typename Stack::Storage(memory.stack, overflowed), memory.path_memory) {}
   };
 };
 

@@ -1,27 +1,28 @@
 #pragma once
-/// Stack in the thread's own memory: the processor's stack on a host, scratch or local memory on a GPU.
+/// A stack in the thread's own memory: the processor's stack on a host, scratch or local memory on a GPU.
 
 #include <hiprt_device/traverse/stacks/stack.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// A stack in the thread's own memory.
 /// @tparam kEntries capacity. The builders' trees never need more than 180 + kMostPushed (FileHeader::stack_bound).
 ///
 ///     hiprt::PrivateStack<>::Memory memory;
 ///     hiprt::ClosestHit<> query(scene, ray, memory);
 ///
-/// The entries are a variable of their own, because indices into them vary: as a part of the traversal they would keep
-/// all of it out of registers.
+/// The entries are a separate variable because their indices vary. As members of the traversal they would keep all of
+/// it out of registers.
 template <unsigned kEntries = 192> struct PrivateStack {
   struct Memory {
-    StackEntry entries[kEntries + 1];  ///< The bottom first.
+    StackEntry entries[kEntries + 1];  ///< The bottom entry is the first.
   };
 
   struct Storage : OverflowCount {
     StackEntry* entries;
 
-    /// @param memory lives as long as the traversal.
+    /// @param memory must live as long as the traversal.
     HIPRT_HD HIPRT_INLINE Storage(Memory& memory, std::uint32_t* overflowed = nullptr)
         : OverflowCount{overflowed}, entries(memory.entries) {}
   };
@@ -44,7 +45,7 @@ template <unsigned kEntries = 192> struct PrivateStack {
 
    private:
     StackEntry* entries_;
-    unsigned size_ = 1;  ///< With the bottom.
+    unsigned size_ = 1;  ///< Includes the bottom entry.
   };
 };
 

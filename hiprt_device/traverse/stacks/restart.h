@@ -1,5 +1,5 @@
 #pragma once
-/// A short stack in registers with a restart trail: no memory at all.
+/// A short stack in registers with a restart trail. It uses no memory.
 
 #include <hiprt_device/math/wave.h>
 #include <hiprt_device/traverse/stacks/stack.h>
@@ -7,16 +7,18 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Keeps the topmost entries; what falls off the bottom is found again from the root along the trail, which says for
-/// each level of the tree which of the children the ray has come to (Laine, "Restart trail for stackless BVH
-/// traversal", 2010; for wide trees Vaidyanathan, Woop, Benthin, "Wide BVH traversal with a short stack", 2019).
-/// @tparam kEntries held; 0 to 8. More are fewer restarts and more registers.
+/// Keeps the topmost entries in registers and finds lost entries again from the root.
 ///
-/// It relies on children coming in the same order at every visit, with those that an earlier hit has put out of reach
-/// missing only at the far end: orders sort by distance, then reference, or not at all (then no hit shortens the ray).
-/// Trees of more than 64 levels overflow it.
+/// A full stack loses its bottom entry. The restart trail says for each level of the tree which child the ray has come
+/// to (Laine, "Restart trail for stackless BVH traversal", 2010). For wide trees see Vaidyanathan, Woop, Benthin,
+/// "Wide BVH traversal with a short stack", 2019.
+/// @tparam kEntries number of entries, 0 to 8. More entries mean fewer restarts and more registers.
+///
+/// The trail relies on children that come in the same order at every visit of their node. Children that an earlier hit
+/// has put out of reach may be missing only at the far end. So orders must sort by distance, then by reference. They
+/// need not sort if no hit shortens the ray. Trees of more than 64 levels overflow this stack.
 template <unsigned kEntries = 4> struct RestartStack {
-  static_assert(kEntries <= 8, "RestartStack: entries live in registers");
+  static_assert(kEntries <= 8, "hiprt: RestartStack: kEntries must be at most 8, because entries are in registers");
   struct Storage : OverflowCount {};
 
   template <class Entry> class Backtrack {
@@ -25,8 +27,8 @@ template <unsigned kEntries = 4> struct RestartStack {
 
     HIPRT_HD HIPRT_INLINE Backtrack(const Storage&, NodeRef root) : root_(root) {}
 
-    /// Whether the tree is not too deep for the trail.
-    HIPRT_HD HIPRT_INLINE bool make_room() const { return level_ < kLevels; }
+    /// Whether the trail has a level left for the children of the current node.
+    HIPRT_HD HIPRT_INLINE bool reserve() const { return level_ < kLevels; }
 
     HIPRT_HD HIPRT_INLINE void later(Entry entry) {
       passed_[2] = passed_[1];
@@ -41,7 +43,7 @@ template <unsigned kEntries = 4> struct RestartStack {
     HIPRT_HD HIPRT_INLINE NodeRef follow(Entry nearest) {
       const unsigned done = child_index(level_), count = passed_count_ + 1;
       passed_count_ = 0;
-      // After a restart the child on the trail, and so all behind it, may be out of reach.
+      // After a restart, the child on the trail and all children behind it may be out of reach.
       if (done >= count) return pop_at_any_distance();
       const auto push = [&](unsigned i) HIPRT_INLINE_LAMBDA {
         if (i > done && i < count) push_entry(passed_[i - 1], i + 1 == count);
@@ -88,7 +90,7 @@ template <unsigned kEntries = 4> struct RestartStack {
     HIPRT_HD HIPRT_INLINE unsigned child_index(unsigned level) const {
       return static_cast<unsigned>(index_[0] >> level & 1u) | static_cast<unsigned>(index_[1] >> level & 1u) << 1;
     }
-    /// The next child at this level; nothing is known of the levels below any more.
+    /// Steps to the next child at this level and forgets the levels below.
     HIPRT_HD HIPRT_INLINE void step_at(unsigned level) {
       const std::uint64_t keep = below(level + 1), bit = std::uint64_t{1} << level;
       index_[1] = (index_[1] ^ (index_[0] & bit)) & keep;
@@ -115,13 +117,14 @@ template <unsigned kEntries = 4> struct RestartStack {
     }
 
     NodeRef root_;
-    unsigned level_ = 0;           ///< Of the node at hand; the root's is 0.
-    std::uint64_t index_[2] = {};  ///< Bits 0 and 1 of the number, in visiting order, of the child on the way.
-    std::uint64_t more_ = 0;       ///< Levels with children to come behind that one.
-    Entry passed_[3] = {};         ///< later() since the last follow(), the nearest first.
+    unsigned level_ = 0;           ///< Level of the current node; the root's is 0.
+    std::uint64_t index_[2] = {};  ///< Per level: bits 0 and 1 of the visiting number (0 to 3) of the child on the
+                                   ///< trail.
+    std::uint64_t more_ = 0;       ///< Bit per level: children behind that one are still to be visited.
+    Entry passed_[3] = {};         ///< Entries of later() since the last follow(), the nearest first.
     unsigned passed_count_ = 0;
     Entry held_entries_[kEntries == 0 ? 1 : kEntries] = {};  ///< The top of the stack first.
-    std::uint32_t last_ = 0;  ///< Bit i: entry i is its node's last child in reach when it was pushed.
+    std::uint32_t last_ = 0;  ///< Bit i: entry i was the last child in reach of its node when it was pushed.
     unsigned held_ = 0;
   };
 };

@@ -1,6 +1,6 @@
 #pragma once
-/// The rolling stack of HIPRT (HPG 2024): a ring of the topmost entries in shared memory, over the others in global
-/// memory. And the same without the ring.
+/// The rolling stack of HIPRT (HPG 2024): a ring of the topmost entries in shared memory, the others in global memory.
+/// And a stack with all entries in global memory.
 
 #include <hiprt_device/math/memory.h>
 #include <hiprt_device/traverse/stacks/spill.h>
@@ -8,18 +8,22 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Most pushes and pops stay in shared memory; a full ring moves its oldest entry to global memory, an empty one reads
-/// from there. The tools' stack on AMD GPUs, and on others for trees that a PrivateStack is too small for; the default
-/// of Policies is a PrivateStack, the faster one on an NVIDIA GPU (docs/decisions/0010-traversal-on-gpus.md).
+/// A ring of the topmost entries in shared memory, the others in global memory.
+///
+/// Most pushes and pops stay in shared memory. A full ring moves its oldest entry to global memory; an empty ring
+/// reads from there. The tools use this stack on AMD GPUs. On other GPUs they use it for trees that are too large for
+/// a PrivateStack. The default of Policies is a PrivateStack, which is faster on NVIDIA GPUs
+/// (docs/decisions/0010-traversal-on-gpus.md).
 /// @tparam kRing entries in shared memory; a power of two.
 ///
 ///     __shared__ hiprt::StackEntry ring[kBlock * hiprt::RollingStack<8>::kEntriesPerThread];
 ///     hiprt::RollingStack<8>::Storage storage(ring, threadIdx.x, kBlock, hiprt::grid_spill(memory, ...));
 template <unsigned kRing = 8> struct RollingStack {
-  static_assert(kRing != 0 && (kRing & (kRing - 1)) == 0, "RollingStack: the ring's size is a power of two");
+  static_assert(kRing != 0 && (kRing & (kRing - 1)) == 0, "hiprt: RollingStack: kRing must be a power of two");
   static constexpr unsigned kEntriesPerThread = kRing;
 
-  /// Entries per thread of global memory for a scene. @param stack_bound of the scene (SceneView::stack_bound).
+  /// Entries of global memory per thread for a scene.
+  /// @param stack_bound SceneView::stack_bound.
   HIPRT_HD static constexpr std::uint32_t spill_entries(std::uint32_t stack_bound) {
     return stack_bound + kMostPushed > kRing ? stack_bound + kMostPushed - kRing : 0;
   }
@@ -27,7 +31,7 @@ template <unsigned kRing = 8> struct RollingStack {
   struct Storage : OverflowCount {
     StackEntry* block;  ///< kEntriesPerThread * threads entries of shared memory.
     unsigned thread;    ///< This thread's number in its block.
-    unsigned threads;   ///< Of the block.
+    unsigned threads;   ///< Number of threads of the block.
     Spill spill;
 
     HIPRT_HD HIPRT_INLINE Storage(StackEntry* block_ring, unsigned block_thread, unsigned block_threads,
@@ -48,21 +52,21 @@ template <unsigned kRing = 8> struct RollingStack {
     HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kRing + spill_.capacity; }
     HIPRT_HD HIPRT_INLINE void push(Entry entry) {
       if (size_ - spilled_ == kRing) {
-        store_spilled(spill_, spilled_, load_shared(ring_, place(spilled_)));
+        store_spilled(spill_, spilled_, load_shared(ring_, slot(spilled_)));
         ++spilled_;
       }
-      store_shared(ring_, place(size_++), entry);
+      store_shared(ring_, slot(size_++), entry);
     }
     HIPRT_HD HIPRT_INLINE Entry pop() {
       --size_;
-      if (size_ >= spilled_) return load_shared(ring_, place(size_));
+      if (size_ >= spilled_) return load_shared(ring_, slot(size_));
       spilled_ = size_;
       return load_spilled<Entry>(spill_, size_);
     }
     HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
 
    private:
-    HIPRT_HD HIPRT_INLINE unsigned place(unsigned i) const { return (i & (kRing - 1)) * threads_; }
+    HIPRT_HD HIPRT_INLINE unsigned slot(unsigned i) const { return (i & (kRing - 1)) * threads_; }
 
     Entry* ring_;
     unsigned threads_;
@@ -72,8 +76,10 @@ template <unsigned kRing = 8> struct RollingStack {
   };
 };
 
-/// All entries in global memory. With the slots of a SpillPool (WaveSlot) the memory does not grow with the grid: the
-/// dynamic global stack.
+/// A stack with all entries in global memory.
+///
+/// With the slots of a SpillPool (WaveSlot) the memory does not grow with the grid. HIPRT calls that the dynamic
+/// global stack.
 struct GlobalStack {
   struct Storage : OverflowCount {
     Spill spill;

@@ -1,5 +1,5 @@
 #pragma once
-/// Stack in a block's shared memory (LDS), interleaved so that lanes meet no bank conflicts.
+/// A stack in a block's shared memory (LDS). Entries are interleaved so that lanes have no bank conflicts.
 
 #include <hiprt_device/math/memory.h>
 #include <hiprt_device/traverse/stacks/stack.h>
@@ -17,7 +17,7 @@ template <unsigned kEntries = 16> struct SharedStack {
   struct Storage : OverflowCount {
     StackEntry* block;  ///< kEntriesPerThread * threads entries of shared memory.
     unsigned thread;    ///< This thread's number in its block.
-    unsigned threads;   ///< Of the block.
+    unsigned threads;   ///< Number of threads of the block.
 
     HIPRT_HD HIPRT_INLINE Storage(StackEntry* block_entries, unsigned block_thread, unsigned block_threads,
                                   std::uint32_t* overflowed = nullptr)

@@ -1,5 +1,5 @@
 #pragma once
-/// What a traversal stack is, and how the traversal uses one. The stacks themselves: stacks/*.h.
+/// What a traversal stack is, and how the traversal uses one. stacks/*.h has the stacks.
 
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/math/atomic.h>
@@ -7,15 +7,17 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// Bits of the entry distance (not negative, so its bits order as it does) above the node reference: sorting entries
-/// sorts by distance, ties by reference. Orders without distances keep bare node references on the stack.
+/// The bits of the entry distance above the node reference.
+///
+/// The distance is not negative, so its bits have its order. Sorting entries sorts by distance, then by reference.
+/// Orders without distances push bare node references.
 using StackEntry = std::uint64_t;
 
-/// @param enter t at which the ray enters the node's box: 0 or more, and not -0.
+/// @param enter t where the ray enters the node's box: 0 or more, and not -0.
 HIPRT_HD HIPRT_INLINE StackEntry make_entry(float enter, NodeRef ref) {
   return static_cast<StackEntry>(std::bit_cast<std::uint32_t>(enter)) << 32 | ref;
 }
-/// What an entry was made from.
+/// The distance from which the entry was made.
 HIPRT_HD HIPRT_INLINE float entry_distance(StackEntry entry) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32));
 }
@@ -24,16 +26,17 @@ HIPRT_HD HIPRT_INLINE NodeRef entry_ref(StackEntry entry) { return static_cast<N
 HIPRT_HD HIPRT_INLINE float entry_distance(NodeRef) { return 0.0f; }
 HIPRT_HD HIPRT_INLINE NodeRef entry_ref(NodeRef entry) { return entry; }
 
-/// Stands for the next node when the stack is too small for it. In the slot of kInvalidRef, where no node can be.
+/// The next node of a traversal whose stack is too small. Its address is that of kInvalidRef, where no node can be.
 inline constexpr NodeRef kOverflowRef = kInvalidRef - 1;
-/// Stands on the stack below the nodes of an instance: the way out of it. In the same slot; no box node, no leaf.
+/// The stack entry below the nodes of an instance: the traversal leaves the instance there. It has the same address,
+/// and is neither a box node nor a leaf.
 inline constexpr NodeRef kExitRef = make_ref(kAddressLimit, NodeType::kTriangle3);
 static_assert(!is_box(kExitRef) && kExitRef < kOverflowRef);
-/// Neither node nor leaf: kInvalidRef or kOverflowRef.
+/// Whether the reference is neither node nor leaf: kInvalidRef or kOverflowRef.
 HIPRT_HD constexpr bool is_end(NodeRef ref) { return ref >= kOverflowRef; }
 
-/// What an empty stack pops that has a bottom (kHasBottom): the end, never too far. So pop() need not ask whether there
-/// is anything.
+/// The entry that an empty stack with a bottom (kHasBottom) pops: the end, which is never too far. So pop() need not
+/// check whether the stack is empty.
 template <class Entry> HIPRT_HD HIPRT_INLINE Entry bottom_entry() {
   if constexpr (std::same_as<Entry, NodeRef>)
     return kInvalidRef;
@@ -41,13 +44,14 @@ template <class Entry> HIPRT_HD HIPRT_INLINE Entry bottom_entry() {
     return make_entry(-std::numeric_limits<float>::infinity(), kInvalidRef);
 }
 
-/// Children that a node may leave on the stack.
+/// The number of children that a node may push.
 inline constexpr unsigned kMostPushed = kBranching - 1;
 
-/// A stack of one kind of entry (StackEntry or NodeRef), as a ray uses it. has_room(): whether kMostPushed more entries
-/// fit; asked once per node, before push(). pop() needs !empty(), unless the stack says kHasBottom: then it gives
-/// bottom_entry() as often as it is asked. So a stack never overflows whose capacity is at least
-/// the scene's stack bound + kMostPushed.
+/// A stack of one kind of entry, StackEntry or NodeRef, as one ray uses it.
+///
+/// has_room() says whether kMostPushed more entries fit. The traversal calls it once per node, before push(). pop()
+/// requires !empty(). If the stack says kHasBottom, an empty stack pops bottom_entry() any number of times. A stack
+/// never overflows if its capacity is at least the scene's stack bound + kMostPushed.
 template <class T, class Entry, class Storage>
 concept StackOf = requires(T stack, const T& constant, Entry entry, const Storage& storage) {
   T(storage);
@@ -57,9 +61,9 @@ concept StackOf = requires(T stack, const T& constant, Entry entry, const Storag
   { constant.empty() } -> std::same_as<bool>;
 };
 
-/// The part of a Storage that tells the host about stacks that were too small.
+/// The part of a Storage that counts overflows for the host.
 struct OverflowCount {
-  /// Rays whose stack was too small are added here; nullptr: not counted. In memory that the host can read.
+  /// Counts the rays whose stack was too small. nullptr: not counted. The memory must be readable by the host.
   std::uint32_t* overflowed_rays = nullptr;
 
   HIPRT_HD HIPRT_INLINE void on_overflow() const {
@@ -67,18 +71,21 @@ struct OverflowCount {
   }
 };
 
-/// A stack policy: `Storage`, a small value that says where the entries of one ray lie (for stacks in the thread's own
-/// memory an empty struct), and `Of<Entry>`, which is made from it anew for every ray. Storage::on_overflow(), if there
-/// is one, is called once per ray whose stack was too small.
+/// A stack policy has two members, `Storage` and `Of<Entry>`.
+///
+/// `Storage` is a small value that says where the entries of one ray lie. `Of<Entry>` is constructed from it for every
+/// ray. Storage::on_overflow(), if there is one, is called once per ray whose stack was too small.
 template <class T>
 concept PlainStack = StackOf < typename T::template Of<StackEntry>,
         StackEntry,
 typename T::Storage > &&StackOf<typename T::template Of<NodeRef>, NodeRef, typename T::Storage>;
 
-/// How a traversal comes back to the children that it passed by: make_room() (false: an overflow, which ends
-/// the traversal), later() or later_some() for the children to visit later, the farthest first, then follow() for the
-/// nearest, which returns where to go on; pop() when a branch is done: the next node no farther than limit, or
-/// kInvalidRef at the end. This is the usual way, on a PlainStack.
+/// Backtracking: how a traversal comes back to children that it passed by. This class does it on a PlainStack.
+///
+/// - reserve(): false is an overflow, which ends the traversal.
+/// - later() or later_some(): for the children to visit later, the farthest first.
+/// - follow(): for the nearest child. It returns the node to visit next.
+/// - pop(): when a branch is done. It returns the next node no farther than limit, or kInvalidRef at the end.
 template <class Stack, class Entry> class StackBacktrack {
  public:
   /// Whether children at the same distance must come in the same order at every visit of their node.
@@ -86,11 +93,11 @@ template <class Stack, class Entry> class StackBacktrack {
 
   HIPRT_HD HIPRT_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
 
-  HIPRT_HD HIPRT_INLINE bool make_room() const { return stack_.has_room(); }
+  HIPRT_HD HIPRT_INLINE bool reserve() const { return stack_.has_room(); }
   HIPRT_HD HIPRT_INLINE bool empty() const { return stack_.empty(); }
   HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
-  /// later() for what @p each calls its argument with: kMostPushed entries at most. Stacks with a push_some() are asked
-  /// once for all of them.
+  /// Calls later() for each entry that @p each passes to its argument: at most kMostPushed entries. Stacks with a
+  /// push_some() are called once for all of them.
   template <class Each> HIPRT_HD HIPRT_INLINE void later_some(Each&& each) {
     if constexpr (requires { stack_.push_some(each); })
       stack_.push_some(each);
@@ -99,7 +106,7 @@ template <class Stack, class Entry> class StackBacktrack {
   }
   HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
   HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
-    // The bottom is not too far, whatever the limit is.
+    // The bottom is not too far, whatever the limit.
     while (kHasBottom || !stack_.empty()) {
       const Entry entry = stack_.pop();
       if (kHasBottom ? kNoDistances || !(entry_distance(entry) > limit) : entry_distance(entry) <= limit)
@@ -115,26 +122,27 @@ template <class Stack, class Entry> class StackBacktrack {
 };
 
 namespace stack_detail {
-/// What later_some() takes, for the concept.
+/// An argument of later_some(), for the concept.
 struct NoEntries {
   template <class Later> HIPRT_HD void operator()(Later&&) const {}
 };
 }  // namespace stack_detail
 
-/// A policy that brings a way back of its own (stacks/restart.h).
+/// A stack policy with a backtracking class of its own (stacks/restart.h).
 template <class T>
-concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> way, StackEntry entry, float limit) {
+concept BacktrackingStack = requires(typename T::template Backtrack<StackEntry> backtrack, StackEntry entry,
+                                     float limit) {
   requires std::constructible_from < typename T::template Backtrack<StackEntry>,
   const typename T::Storage&, NodeRef > ;
-  { way.make_room() } -> std::same_as<bool>;
-  way.later(entry);
-  way.later_some(stack_detail::NoEntries{});
-  { way.follow(entry) } -> std::same_as<NodeRef>;
-  { way.pop(limit) } -> std::same_as<NodeRef>;
+  { backtrack.reserve() } -> std::same_as<bool>;
+  backtrack.later(entry);
+  backtrack.later_some(stack_detail::NoEntries{});
+  { backtrack.follow(entry) } -> std::same_as<NodeRef>;
+  { backtrack.pop(limit) } -> std::same_as<NodeRef>;
   { T::template Backtrack<StackEntry>::kNeedsStableOrder } -> std::convertible_to<bool>;
 };
 
-/// What Policies::Stack must be.
+/// The requirement of Policies::Stack.
 template <class T>
 concept TraversalStack = PlainStack<T> || BacktrackingStack<T>;
 

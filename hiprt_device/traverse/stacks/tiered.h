@@ -1,5 +1,6 @@
 #pragma once
-/// Stack whose first entries are in a block's shared memory (LDS), and the others in the thread's own.
+/// A stack whose first entries are in a block's shared memory (LDS) and whose other entries are in the thread's own
+/// memory.
 
 #include <hiprt_device/math/memory.h>
 #include <hiprt_device/traverse/stacks/stack.h>
@@ -7,17 +8,20 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// For rays that part ways, on NVIDIA: local memory is laid out for lanes that go together, their words side by side.
-/// Lanes whose stacks differ in size use four bytes of every sector of 32 that they move, and the L1 cache is full of
-/// stacks. In scenes of many instances 1.02 to 1.14 times as fast as a PrivateStack; where lanes go together it is the
-/// slower one, by up to 5 % (docs/decisions/0010-traversal-on-gpus.md). On AMD nothing is measured.
-/// @tparam kShared entries in shared memory: those that a ray leaves first. @tparam kEntries capacity.
+/// A stack for divergent rays on NVIDIA GPUs.
+///
+/// NVIDIA's local memory puts the same word of all lanes side by side. Lanes whose stacks differ in size use four
+/// bytes of every 32-byte sector that they move, and the stacks fill the L1 cache. In scenes of many instances this
+/// stack is faster than a PrivateStack; with coherent rays it is slower. docs/decisions/0010-traversal-on-gpus.md has
+/// the numbers. On AMD GPUs it was not measured.
+/// @tparam kShared entries in shared memory: those at the bottom of the stack.
+/// @tparam kEntries capacity.
 ///
 ///     __shared__ hiprt::StackEntry entries[kBlock * hiprt::TieredStack<16>::kEntriesPerThread];
 ///     hiprt::TieredStack<16>::Memory memory;
 ///     hiprt::TieredStack<16>::Storage storage(entries, threadIdx.x, kBlock, memory);
 template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
-  static_assert(kShared >= 1 && kShared < kEntries, "TieredStack: one entry at least is shared, and fewer than all");
+  static_assert(kShared >= 1 && kShared < kEntries, "hiprt: TieredStack: kShared must be from 1 to kEntries - 1");
   static constexpr unsigned kEntriesPerThread = kShared;
 
   struct Memory {
@@ -27,10 +31,10 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
   struct Storage : OverflowCount {
     StackEntry* block;  ///< kEntriesPerThread * threads entries of shared memory.
     unsigned thread;    ///< This thread's number in its block.
-    unsigned threads;   ///< Of the block.
+    unsigned threads;   ///< Number of threads of the block.
     StackEntry* own;
 
-    /// @param memory lives as long as the traversal.
+    /// @param memory must live as long as the traversal.
     HIPRT_HD HIPRT_INLINE Storage(StackEntry* block_entries, unsigned block_thread, unsigned block_threads,
                                   Memory& memory, std::uint32_t* overflowed = nullptr)
         : OverflowCount{overflowed},
@@ -58,7 +62,7 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
         own_[size_ - kShared] = entry;
       ++size_;
     }
-    /// One question for all entries of a node: mostly they find room in shared memory.
+    /// Checks once for all entries of a node: mostly they fit in shared memory.
     template <class Each> HIPRT_HD HIPRT_INLINE void push_some(Each&& each) {
       if (size_ + kMostPushed <= kShared)
         each([&](Entry entry) HIPRT_INLINE_LAMBDA { store_shared(shared_, size_++ * threads_, entry); });
@@ -77,7 +81,7 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
     Entry* shared_;
     unsigned threads_;
     StackEntry* own_;
-    unsigned size_ = 1;  ///< With the bottom.
+    unsigned size_ = 1;  ///< Includes the bottom entry.
   };
 };
 

@@ -92,7 +92,7 @@ class LightFinder {
     shines_.assign(file_.objects.size(), 0);
     for (std::size_t i = 0; i < shines_.size(); ++i) shines_[i] = object_shines(i) ? 1 : 0;
     if (file_.has_instances()) {
-      if (auto placed = collect_below(ObjectPlace(view_), file_.instances.size()); !placed) return placed;
+      if (auto placed = collect_below(ObjectView(view_), file_.instances.size()); !placed) return placed;
     } else if (first_.size() == 2 && first_[1] > 0) {
       add_light_instance(0);
     }
@@ -143,12 +143,12 @@ class LightFinder {
   bool is_own(std::size_t object) const { return instances_[object] == 0; }
   bool object_shines(std::size_t object) const {
     if (is_own(object)) return first_[object + 1] > first_[object];
-    const ObjectPlace group(view_, file_.objects[object]);
+    const ObjectView group(view_, file_.objects[object]);
     for (std::size_t i = 0; i < instances_[object]; ++i)
       if (shines_[group.instances[i].object] != 0) return true;
     return false;
   }
-  build::Result<void> collect_below(const ObjectPlace& group, std::size_t count) {
+  build::Result<void> collect_below(const ObjectView& group, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t object = group.instances[i].object;
       if (shines_[object] == 0) continue;
@@ -158,7 +158,7 @@ class LightFinder {
           return tl::unexpected(build::Error{build::ErrorCode::kTooLarge,
                                              "more than " + std::to_string(kMostLights) + " triangles that emit"});
         add_light_instance(object);
-      } else if (auto placed = collect_below(ObjectPlace(view_, file_.objects[object]), instances_[object]); !placed) {
+      } else if (auto placed = collect_below(ObjectView(view_, file_.objects[object]), instances_[object]); !placed) {
         return placed;
       }
       path_.pop_back();

@@ -209,8 +209,8 @@ HIPRT_HD inline PathSurface surface_at(const PathScene& scene, const Ray& ray, c
 struct AlphaCutout {
   const PathScene* scene = nullptr;  ///< nullptr: every hit is accepted.
 
-  template <class AnyHit> HIPRT_HD FilterAnswer operator()(const Ray&, const AnyHit& hit) const {
-    if (scene == nullptr) return FilterAnswer::kAccept;
+  template <class AnyHit> HIPRT_HD FilterResult operator()(const Ray&, const AnyHit& hit) const {
+    if (scene == nullptr) return FilterResult::kAccept;
     std::uint32_t object = 0;
     if constexpr (requires { hit.path; })
       follow<false>(
@@ -218,11 +218,11 @@ struct AlphaCutout {
           [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) { object = record.object; });
     const PathTriangle triangle(*scene, object, hit.geometry, hit.primitive);
     const PathMaterial& material = scene->arrays.materials.data[triangle.material];
-    if (!(material.alpha_cutoff > 0.0f)) return FilterAnswer::kAccept;
+    if (!(material.alpha_cutoff > 0.0f)) return FilterResult::kAccept;
     float alpha = material.alpha;
     if (has_texture(material.base_color_texture))
       alpha *= sample(*scene, material.base_color_texture, triangle.coordinates(*scene, hit.u, hit.v), true).channel[3];
-    return alpha < material.alpha_cutoff ? FilterAnswer::kReject : FilterAnswer::kAccept;
+    return alpha < material.alpha_cutoff ? FilterResult::kReject : FilterResult::kAccept;
   }
 };
 static_assert(IntersectionFilter<AlphaCutout>);

@@ -28,7 +28,7 @@ struct GpuPolicy {
   GpuStack stack;
   GpuSchedule schedule;
   GpuSchedule schedule_of_levels;  ///< Where there is more than one level of instances, and no motion.
-  /// Whether one level's LevelWays are in shared memory; else in the thread's own.
+  /// Whether one level's PathMemory are in shared memory; else in the thread's own.
   bool shared_ways;
   unsigned block;  ///< Threads of a block, a multiple of 64: waves are whole.
   /// Entries of a TieredStack in shared memory: of one level, and of more.

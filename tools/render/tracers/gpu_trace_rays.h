@@ -127,7 +127,7 @@ __device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Se
       [&](std::uint32_t i, const Search& search) HIPRT_INLINE_LAMBDA {
         const auto hit = search.hit();
         job.hits[i] = hit;
-        if constexpr (!std::is_same_v<typename Search::Answer, Hit>)
+        if constexpr (!std::is_same_v<typename Search::Result, Hit>)
           if (job.paths != nullptr) store_path(hit, job.paths + std::size_t{i} * job.scene.levels, job.scene.levels);
       });
 }
@@ -145,11 +145,11 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Ki
     if constexpr (Kind::kPlaced) {
       trace_placed<Search, kQuery>(job, stack);
     } else if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_ways) {
-      __shared__ LevelWays<1> ways[kGpuPolicies[kPolicy].block];
-      trace_all<Kind, Search>(job, {stack, ways[threadIdx.x]});
+      __shared__ PathMemory<1> path_memory[kGpuPolicies[kPolicy].block];
+      trace_all<Kind, Search>(job, {stack, path_memory[threadIdx.x]});
     } else if constexpr (Kind::kLevels != 0) {
-      LevelWays<Kind::kLevels> ways;
-      trace_all<Kind, Search>(job, {stack, ways});
+      PathMemory<Kind::kLevels> path_memory;
+      trace_all<Kind, Search>(job, {stack, path_memory});
     } else {
       trace_all<Kind, Search>(job, stack);
     }
