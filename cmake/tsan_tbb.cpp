@@ -1,8 +1,8 @@
 /// Tells the thread sanitizer what oneTBB guarantees. Linked into every program of the tsan preset, nowhere else.
 ///
-/// Debian's libtbb.so is not instrumented. The sanitizer does not see that a task starts after its spawn, and that a wait
-/// returns after the work. It would report every parallel loop. These functions replace libtbb's entry points in the
-/// program: they tell the sanitizer that order and call the library. They state only the guarantees of oneTBB. Two
+/// Debian's libtbb.so is not instrumented. The sanitizer does not see that a task starts after its spawn, and that a
+/// wait returns after the work. It would report every parallel loop. These functions replace libtbb's entry points in
+/// the program: they tell the sanitizer that order and call the library. They state only the guarantees of oneTBB. Two
 /// bodies of one loop stay unordered, so the sanitizer still reports races between them.
 
 #include <dlfcn.h>
