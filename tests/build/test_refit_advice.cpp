@@ -1,5 +1,6 @@
 // The quality figures of a refit, and when it advises a rebuild.
 
+#include <hiprt_build/format/checksum.h>
 #include <hiprt_build/statistics.h>
 #include <tests/build/refit_file.h>
 #include <tests/oracle/meshes.h>

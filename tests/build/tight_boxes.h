@@ -2,6 +2,7 @@
 /// Checks node by node that the boxes of a file are as small as its layout allows.
 
 #include <hiprt_build/format/box.h>
+#include <hiprt_build/format/record_checks.h>
 #include <hiprt_build/format/view.h>
 
 #include <catch2/catch.hpp>
