@@ -1,8 +1,7 @@
-# Generates the kernels of bench_variants as .hip files, one per layout and stack.
+# Chooses the kernels of bench_variants and generates their .hip files, one file per layout and stack.
 #
-# A selection is "axis=value,value ...". It stands for the cross product of its values, with the default (below) for
-# each axis that it does not name. "*" stands for all values of an axis. Invalid combinations (hiprt_can_be()) are left
-# out.
+# A selection is "axis=value,value ...": the cross product of its values, with the default (below) for each axis that it does
+# not name. "*" means all values of an axis. hiprt_can_be() filters out impossible combinations.
 
 set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
   "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combinations of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
@@ -12,11 +11,10 @@ set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
-set(hiprt_values_stacks private=PrivateStorage shared-ways=SharedPathStorage tiered=TieredStorage<16>
-  tiered22=TieredStorage<22>
-  tiered-ways=TieredPathStorage<16> tiered22-ways=TieredPathStorage<22> shared=SharedStorage rolling=RollingStorage
-  rolling-pool=RollingPoolStorage global=GlobalStorage restart=RestartStorage)
-# batchN has the default kSearchAbove; batchNvM has kSearchAbove = M lanes.
+set(hiprt_values_stacks private=PrivatePlace shared-ways=SharedWaysPlace tiered=TieredPlace<16> tiered22=TieredPlace<22>
+  tiered-ways=TieredWaysPlace<16> tiered22-ways=TieredWaysPlace<22> shared=SharedPlace rolling=RollingPlace
+  rolling-pool=RollingPoolPlace global=GlobalPlace restart=RestartPlace)
+# batchN has the default kSearchAbove; batchNvM sets it to M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
   batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)
 # Triangle and box test; 'hardware' stands for AMD's ray instruction.
@@ -33,7 +31,7 @@ set(hiprt_values_features triangles=TrianglesOnly splits=WithSplits masks=WithMa
   levels32=WithLevels<32> moving1=WithMotion<1> moving2=WithMotion<2> moving8=WithMotion<8>)
 set(hiprt_values_blocks 64x1 64x8 64x10 64x12 64x14 64x16 128x7 128x8)
 
-# Values of axes that a selection does not name.
+# The value of an axis that a selection does not name.
 set(hiprt_default_queries closest any)
 set(hiprt_default_layouts planes)
 set(hiprt_default_stacks private)
@@ -123,7 +121,7 @@ macro(hiprt_read_selection text)
   endforeach()
 endmacro()
 
-# hiprt_usual_order(<variable>): the library's default child order for the caller's values query, tests and features.
+# hiprt_usual_order(<variable>): the library's order for the values query, tests and features of the caller.
 function(hiprt_usual_order variable)
   if(tests MATCHES "hardware$")
     set(${variable} tested PARENT_SCOPE)
@@ -138,7 +136,7 @@ endfunction()
 # valid combination.
 function(hiprt_can_be variable)
   set(${variable} FALSE PARENT_SCOPE)
-  # trace_batch() supports queries with one result per ray.
+  # trace_batch() finds one hit per ray.
   if(query STREQUAL "all" AND schedule MATCHES "^batch")
     return()
   endif()
@@ -166,8 +164,8 @@ function(hiprt_can_be variable)
   set(${variable} TRUE PARENT_SCOPE)
 endfunction()
 
-# hiprt_variant_line(<variable>): the C++ line for the caller's values query, layout, stack, schedule, tests, order,
-# features and blocks; empty for invalid combinations.
+# hiprt_variant_line(<variable>): the C++ line for the values query, layout, stack, schedule, tests, order, features and
+# blocks of the caller; empty for an impossible combination.
 function(hiprt_variant_line variable)
   set(${variable} "" PARENT_SCOPE)
   if(order STREQUAL "usual")

@@ -24,7 +24,7 @@ endif()
 if(HIPRT_BUILD_LIBRARY)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT build
     FILES_MATCHING PATTERN "*.h" REGEX "/hiprt_build/[a-z_]+$" EXCLUDE)
-  # The GPU runtime, and the header that makes it CUDA's: -I <prefix>/lib/cmake/hiprt/hip_nvidia for nvcc.
+  # The GPU runtime, and the header that maps it to CUDA: -I <prefix>/lib/cmake/hiprt/hip_nvidia for nvcc.
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/gpu
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT build FILES_MATCHING PATTERN "*.h")
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/cmake/hip_nvidia DESTINATION ${hiprt_cmake_dir} COMPONENT build)

@@ -1,8 +1,8 @@
 #!/bin/bash
 # hip_device_libs.sh FOLDER: makes a folder for hipcc's --rocm-device-lib-path that knows gfx1100.
 #
-# Debian 12's device library is older than gfx11: it lacks one file, which holds one constant. This makes it from
-# gfx1030's, and links the distribution's other files beside it. Prints the folder.
+# Debian 12's device library is older than gfx11 and lacks one file with one constant. This script makes that file from
+# gfx1030's and links the distribution's other files beside it. It prints the folder.
 # Exit status: 0, or 77 with the reason on stdout when there is no device library or no llvm-dis and llvm-as.
 set -euo pipefail
 

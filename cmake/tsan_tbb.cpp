@@ -1,9 +1,9 @@
 /// Tells the thread sanitizer what oneTBB guarantees. Linked into every program of the tsan preset, nowhere else.
 ///
-/// Debian's libtbb.so is not instrumented, so the sanitizer does not see that a task starts after it was spawned and
-/// that a wait returns after the work it waits for; it would report every parallel loop. These functions take the place
-/// of libtbb's entry points in the program, say so to the sanitizer, and call the library's. What they state is only
-/// what oneTBB promises; two bodies of one loop stay unordered, and races between them are reported.
+/// Debian's libtbb.so is not instrumented. The sanitizer does not see that a task starts after its spawn, and that a
+/// wait returns after the work. It would report every parallel loop. These functions replace libtbb's entry points in
+/// the program: they tell the sanitizer that order and call the library. They state only the guarantees of oneTBB. Two
+/// bodies of one loop stay unordered, so the sanitizer still reports races between them.
 
 #include <dlfcn.h>
 #include <oneapi/tbb/task_arena.h>
@@ -22,7 +22,7 @@ template <class Function> Function* next(const char* name) {
   return function;
 }
 
-/// Stands for a spawned task until it is run.
+/// Represents a spawned task until it runs.
 class Announced final : public d1::task {
  public:
   explicit Announced(d1::task& original) : original_(&original) {}
@@ -41,7 +41,7 @@ class Announced final : public d1::task {
   d1::task* original_;
 };
 
-/// From here on another thread may run the task: all that this one wrote before is to be seen there.
+/// From here on another thread may run the task and sees everything that this thread wrote before.
 d1::task& announce(d1::task& original) {
   auto* announced = new Announced(original);
   __tsan_release(announced);

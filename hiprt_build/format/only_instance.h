@@ -3,6 +3,7 @@
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/instances/placed_object.h>
+#include <hiprt_device/traverse/stacks/stack.h>
 
 #include <optional>
 

@@ -313,7 +313,7 @@ TEST_CASE("rounds of locally-ordered clustering are few, however few pairs they 
 }
 
 TEST_CASE("subtrees that are too deep are halved") {
-  // Boxes that double: the nearest of each is the one before, all the way.
+  // Boxes whose size doubles: the nearest neighbour of each is the previous one.
   Machine machine;
   const std::uint32_t count = 250;
   std::vector<Box> boxes;

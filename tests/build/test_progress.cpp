@@ -101,7 +101,7 @@ TEST_CASE("builders ask at least every 50 ms of work whether to go on") {
   const Mesh mesh = soup(300000 / kShare, 0.01, 1);
   for (const auto& [word, builder] : tools::kBuilders) {
     CAPTURE(word);
-    // Embree asks once per cut, by far often enough: with fewer of them the test is faster.
+    // Embree calls back once per pre-split, far more often than necessary. With fewer pre-splits the test is faster.
     const double budget = builder == build::Builder::kEmbreeHigh ? 1.0 : 1.5;
     check_build(mesh, {.builder = builder, .split_budget = budget, .reinsertion_rounds = 2});
   }
@@ -162,7 +162,7 @@ TEST_CASE("a build stops at once wherever it is told to, and leaves nothing behi
         const build::BuildOptions options{.builder = builder, .reinsertion_rounds = 1};
         const build::SceneInput scene{views,
                                       with_customs ? std::span(customs) : std::span<const build::CustomGeometry>{}};
-        // How often it asked before it ended or was told to stop, which is at the stop-th time.
+        // The number of calls before the build ended, or before the stop-th call cancelled it.
         const auto asked_until = [&](unsigned stop) {
           unsigned asked = 0;
           const build::ProgressCallback callback = [&](const build::Progress&) { return ++asked < stop; };

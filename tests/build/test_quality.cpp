@@ -82,7 +82,7 @@ TEST_CASE(
     std::printf("%-12s %8.2f %8.2f %8.2f %8.2f %8.2f %8.2f %8.2f %6.2f\n", name, ours.cost, lbvh.cost, ploc.cost,
                 hploc.cost, low.cost, medium.cost, high.cost, ours.peak);
     CHECK(ours.cost <= 1.05 * medium.cost);
-    // On regular grids joining the nearest first is the worst of all ways: "plane".
+    // "plane": on regular grids, joining the nearest boxes first gives the worst tree.
     CHECK(hploc.cost <= 1.15 * medium.cost);
     CHECK(hploc.cost <= 1.05 * ploc.cost);
     CHECK(lbvh.cost <= 1.25 * medium.cost);

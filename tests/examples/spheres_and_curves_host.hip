@@ -18,7 +18,7 @@ hiprt::build::Result<hiprt::build::Bvh> build_spheres_and_curves(std::span<const
   return hiprt::build::build(hiprt::build::SceneInput{{}, geometries});
 }
 
-/// All pointers are the device's: copies of what the boxes were made of.
+/// All pointers are the device's: copies of the data from which the boxes were made.
 void launch_spheres_and_curves(const hiprt::SceneView& scene, const hiprt::Ray* rays, hiprt::Hit* hits, unsigned count,
                                const hiprt::Sphere* spheres, const hiprt::CurveVertex* vertices,
                                const std::uint32_t* first_vertex) {

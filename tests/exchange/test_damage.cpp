@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint64_t kSeed = 99;
 constexpr unsigned kTrees = 4000;
 
-/// A number that is wrong in a way that could pass: small, near the old one, or anything.
+/// A wrong number that a check could miss: small, near the old one, or arbitrary.
 std::uint32_t damaged(std::uint32_t value, Random& random) {
   switch (random.below(5)) {
     case 0:

@@ -82,11 +82,11 @@ class Check {
     hits_ += hit.found() ? 1 : 0;
     outputs_.add(hit);
   }
-  /// Something else that goes in, or that comes out and has to be the same bits.
+  /// Another input, or an output that must have the same bits.
   template <class Value> void put_in(const Value& value) { inputs_.add(value); }
   template <class Value> void put_out(const Value& value) { outputs_.add(value); }
 
-  /// Counts a fault unless @p holds, and says what it is of the first few.
+  /// Counts a fault unless @p holds, and describes the first few.
   [[gnu::format(printf, 3, 4)]] bool expect(bool holds, const char* format, ...) {
     if (holds) return true;
     if (++faults_ > kTold) return false;

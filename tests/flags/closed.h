@@ -11,7 +11,7 @@
 
 namespace hiprt::flags {
 
-/// @param scene of the closed mesh alone, at the end of one way of instances if there are any, still or moving.
+/// @param scene the closed mesh alone, or at the end of one path of still or moving instances.
 template <class P>
 unsigned closed_meshes(const std::string& name, const SceneView& scene, const Mesh& mesh, unsigned rays = 20000) {
   using Real = typename P::Real;

@@ -128,7 +128,7 @@ inline build::Motion lattice_motion(Random& random, MotionKind kind, unsigned ke
   return motion;
 }
 
-/// Whether some turn is by 180 degrees exactly: either way is the shorter one.
+/// Whether some turn is by exactly 180 degrees: both directions are equally short.
 inline bool has_half_turn(const build::Motion& motion) {
   for (std::size_t k = 1; k < motion.keys.size(); ++k) {
     float dot = 0;
@@ -138,7 +138,7 @@ inline bool has_half_turn(const build::Motion& motion) {
   return false;
 }
 
-/// Where the scene has a point of the object at the end of a way.
+/// A point of the object at the end of an instance path, in scene space.
 template <unsigned kLevels>
 [[gnu::noinline]] Vec3D to_scene_in_double(const SceneView& scene, const InstancePath<kLevels>& path, float time,
                                            const Vec3& point) {
@@ -156,7 +156,7 @@ Vec3 to_scene(const SceneView& scene, const InstancePath<kLevels>& path, float t
   return Vec3(nearest_float(p.x), nearest_float(p.y), nearest_float(p.z));
 }
 
-/// The way to the scene's one object through first instances.
+/// The instance path to the scene's one object, through first instances.
 template <unsigned kLevels> InstancePath<kLevels> only_path(const SceneView& scene) {
   InstancePath<kLevels> path;
   if constexpr (kLevels != 0) path.depth = scene.levels;

@@ -119,8 +119,8 @@ struct Bounds {
   Box box;
 };
 
-/// Where the textbook has a vertex at a time: at_time() puts it there within what the record says, and bounds hold it
-/// but for what floats of the record lack.
+/// The textbook position of a vertex at a time: at_time() agrees within the recorded error, and bounds contain it,
+/// up to the rounding of the record's floats.
 inline void expect_as_textbook(Check& check, unsigned number, const MotionRecord& record, const InstanceRecord& placed,
                                const textbook::Real3& there, const Vec3D& where, std::span<const Bounds> all_bounds) {
   long double from = 0, miss = 0, size = 4;

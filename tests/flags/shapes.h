@@ -256,7 +256,7 @@ class ShapeScene {
   build::Bvh file_, instanced_;
 };
 
-/// Trees over shapes hide nothing. @param scene of the shapes, or of one instance of them.
+/// Trees over shapes hide no hit. @param scene the shapes, or one instance of them.
 template <class P> unsigned scene_of_shapes(const std::string& name, const ShapeScene& shapes, const SceneView& scene) {
   using Real = typename P::Real;
   constexpr unsigned kRays = 1000;

@@ -31,8 +31,8 @@ inline double distance(const std::array<long double, 3>& at, const Vec3D& from) 
   return static_cast<double>(std::sqrt(squared));
 }
 
-/// How far a point is from the plane of three corners, in units of what a box of half width 1 reaches along the normal.
-/// No area: infinitely far.
+/// The distance of a point from the plane of three corners, in units of the extent of a box of half width 1 along the
+/// normal. No area: infinitely far.
 inline double distance_from_plane(const std::array<long double, 3>& at, const Vec3D (&corner)[3]) {
   const auto edge = [&](unsigned to, int k) {
     return static_cast<long double>(corner[to][k]) - static_cast<long double>(corner[0][k]);
@@ -47,7 +47,7 @@ inline double distance_from_plane(const std::array<long double, 3>& at, const Ve
   return static_cast<double>(std::fabs(along) / sum);
 }
 
-/// A way off a triangle: anywhere, back or on, along the normal, along an edge of it, or nearly along one.
+/// A direction away from a triangle: any, back or onward, along the normal, along an edge, or nearly along one.
 template <class Real>
 BasicVec3<Real> way_off(const BasicRay<Real>& ray, const BasicHit<Real>& hit, const Vec3& edge, Random& random) {
   const std::uint32_t kind = random.below(6);
@@ -64,7 +64,7 @@ BasicVec3<Real> way_off(const BasicRay<Real>& ray, const BasicHit<Real>& hit, co
   return way * Real(length);
 }
 
-/// The ray as the object at the end of a way sees it.
+/// The ray in the space of the object at the end of an instance path.
 template <unsigned kLevels, class Real>
 BasicRay<Real> seen_from(const SceneView& scene, const InstancePath<kLevels>& path, BasicRay<Real> ray) {
   follow(scene, path, ray.time, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {

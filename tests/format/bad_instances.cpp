@@ -73,7 +73,7 @@ auto moving_file_with_group(float shutter_begin, float shutter_rate, FeatureMask
   };
 }
 
-/// An instance that slides, whose box lacks two thirds of the room that it has at one side.
+/// A sliding instance whose box is two thirds too short on one side of its motion.
 BadFile sliding_file_with_less_room(NodeLayout layout) {
   const TestFile object = root_leaf_scene(layout).write();
   const std::span<const std::byte> files[] = {object.bytes()};

@@ -16,7 +16,7 @@ class SafeWalk {
  public:
   explicit SafeWalk(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-  /// @return what a traversal of all children, in either order, stumbles over; "" if nothing.
+  /// @return the fault that a traversal of all children, in either order, meets; "" if none.
   std::string run() {
     read_table();
     for (const bool backward : {false, true})

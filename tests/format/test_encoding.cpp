@@ -26,7 +26,7 @@ struct Boxes {
   Box box[kBranching];
 };
 
-/// A way to draw a coordinate; each box takes two per axis.
+/// Draws a coordinate; each box takes two per axis.
 struct Source {
   const char* name;
   std::function<float(Random&, unsigned axis)> draw;

@@ -5,6 +5,7 @@
 #include "random.h"
 
 #include <hiprt_build/format/box.h>
+#include <hiprt_build/format/record_checks.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
 

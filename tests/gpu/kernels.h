@@ -24,7 +24,7 @@ __global__ void small_blocks(unsigned* out);
 /// *size = scene.size.
 __global__ void write_scene_size(SceneView scene, std::uint64_t* size);
 
-/// Without launch bounds: what the compiler and the device allow.
+/// Without launch bounds: limited by compiler and device.
 __global__ void nothing();
 
 }  // namespace hiprt::checks

@@ -55,11 +55,11 @@ std::vector<DeviceInstance> on_device(const std::vector<Instance>& instances) {
   return result;
 }
 
-/// A scene on the device with capacity for others over its objects.
+/// A scene on the device with memory for more scenes over its objects.
 class Stage {
  public:
   /// @param scene its file is made of one instance.
-  /// @param slots scenes that there is capacity for.
+  /// @param slots number of scenes that fit.
   Stage(InstanceScene& scene, std::uint32_t most, const gpu::InstanceOptions& options = {}, unsigned slots = 1)
       : options_(options) {
     scene.groups.push_back({{.object = 0}});
@@ -74,7 +74,7 @@ class Stage {
     REQUIRE(hipDeviceSynchronize() == hipSuccess);
   }
 
-  /// Poisons what the build is to write first.
+  /// First fills the output of the build with a poison pattern.
   const gpu::InstanceReport* enqueue(const std::vector<DeviceInstance>& instances, unsigned slot = 0) {
     const std::vector<std::byte> poison(static_cast<std::size_t>(sizes_.output), std::byte{0xa5});
     must(scene_->buffer.upload(poison, nullptr, static_cast<std::size_t>(slot * sizes_.output)));

@@ -173,7 +173,7 @@ TEST_CASE("scenes that cannot be refitted stay as they were") {
   CHECK(status() == RefitStatus::kBadIndex);
   scene.meshes()[0].triangles.pop_back();
   CHECK(status() == RefitStatus::kOtherScene);
-  // Corners of their own for every triangle, and one of them moves.
+  // Every triangle has its own corners, and one corner moves.
   oracle::Mesh apart;
   for (const build::Triangle& t : good[1].triangles)
     oracle::append(apart, good[1].positions[t[0]], good[1].positions[t[1]], good[1].positions[t[2]]);

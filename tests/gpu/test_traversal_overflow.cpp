@@ -17,7 +17,8 @@ namespace {
 constexpr std::uint64_t kRaySeed = 32;
 constexpr unsigned kRays = 32 * kBlock;
 
-/// What failed and what did not are told apart, counted by the host as by the stacks, and the rest is true.
+/// Failed and complete rays differ in their results, host and stacks count the same failures, and complete rays are
+/// right.
 void check_failures(const char* name, const Variant& variant, const Run& run, const HostAnswers& reference) {
   std::uint32_t failed = 0, wrong = 0, untold = 0;
   for (std::size_t i = 0; i < reference.rays.size(); ++i) {

@@ -17,10 +17,10 @@ struct InstanceAnswer {
   friend bool operator==(const InstanceAnswer&, const InstanceAnswer&) = default;
 };
 
-/// Where a ray's stack and ways (PathMemory) are.
+/// The memory of a ray's stack and instance paths (PathMemory).
 enum class MemoryOfStacks {
   kThread,
-  kShared,  ///< A rolling stack's ring, and the ways.
+  kShared,  ///< A rolling stack's ring, and the instance paths.
 };
 
 /// Default policies with another stack, two levels of instances, layout kPlanes.

@@ -30,7 +30,7 @@ __global__ void trace(const gpu::InstanceReport* report, const Ray* rays, Instan
   if (i < count) answers[i] = to_answer(closest_hit<Tracer>(report->view, rays[i]));
 }
 
-/// A ring and the ways in shared memory.
+/// A ring and the instance paths in shared memory.
 __global__ void trace_on_chip(const gpu::InstanceReport* report, const Ray* rays, InstanceAnswer* answers,
                               unsigned count, StackEntry* spill) {
   __shared__ StackEntry ring[kBlock * Rolling::Stack::kEntriesPerThread];

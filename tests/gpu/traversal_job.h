@@ -88,7 +88,7 @@ struct Variant {
   bool exact = true;  ///< Hits have the host's bits.
 };
 
-/// By the axis of which every value is tried, against the defaults of the others.
+/// Grouped by the axis whose values are all tried, with the defaults of the other axes.
 std::span<const Variant> layout_variants();
 std::span<const Variant> default_call_variants();
 std::span<const Variant> stack_variants();

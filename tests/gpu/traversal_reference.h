@@ -13,7 +13,7 @@ struct Expected {
   Hit closest;
   std::uint32_t near_count = 0;   ///< Of the first kDepth hits.
   std::uint64_t near_digest = 0;  ///< Sum of their digests.
-  std::vector<Hit> all;           ///< With what the policies report: normal, error.
+  std::vector<Hit> all;           ///< With the fields that the policies report: normal, error.
   std::uint64_t all_digest = 0;
 };
 

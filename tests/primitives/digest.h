@@ -9,7 +9,7 @@
 
 namespace hiprt::checks {
 
-/// Digest of cases 0 to kDigestCases - 1; tests/primitives/digest.hip prints what a GPU makes of them.
+/// Digest of cases 0 to kDigestCases - 1; tests/primitives/digest.hip prints a GPU's digest.
 inline constexpr std::uint32_t kDigestCases = 1u << 18;
 inline constexpr std::uint64_t kDigest = 0xedb81e0aa1173ebb;
 

@@ -122,7 +122,7 @@ TEST_CASE("a mesh that deforms is hit as the mesh of that time is, bit by bit") 
 }
 
 TEST_CASE("corners that are no numbers: their triangles are missed while a key has them, the others hit") {
-  // Builders drop triangles of a still mesh that are not finite: the mesh of that time has those that can be hit.
+  // Builders drop non-finite triangles of a still mesh, so the mesh of that time has only triangles that can be hit.
   INFO("seed " << kSeed);
   constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
   Random random(kSeed);

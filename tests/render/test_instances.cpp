@@ -46,7 +46,7 @@ struct Source {
     scene.add_file(meshes, layout);
   }
 
-  /// @param way the instances outside, the innermost first.
+  /// @param way the instance path: enclosing instances, the innermost first.
   void flatten(std::size_t group, std::vector<const build::Instance*>& way, std::uint32_t outermost,
                FlatScene& flat) const {
     for (std::uint32_t i = 0; i < scene.groups[group].size(); ++i) {

@@ -79,7 +79,7 @@ inline tools::SceneSurfaces surfaces_of(const TempFolder& folder, const GltfBuil
   return surfaces_of(command);
 }
 
-/// How a file is refused that has what a BVH needs.
+/// The error for a file without the data that a BVH needs.
 inline std::string surface_fault(const TempFolder& folder, const GltfBuilder& b) {
   tools::BuildCommand command;
   command.inputs = {folder.write("a.glb", b.glb()).string()};

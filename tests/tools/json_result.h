@@ -9,7 +9,7 @@
 
 namespace hiprt::test {
 
-/// @return what a run that went well printed, parsed.
+/// @return the parsed output of a successful run.
 inline nlohmann::json json_of(const CommandResult& result) {
   INFO(result.err);
   REQUIRE(result.status == 0);

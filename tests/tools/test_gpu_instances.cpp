@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint64_t kSeed = 417;
 
 /// Groups of instances of earlier objects, @p levels deep.
-/// @param moves whether every third of them does.
+/// @param moves whether every third instance moves.
 InstanceScene random_scene(NodeLayout layout, unsigned levels, bool moves = false) {
   static const build::Motion kMotion{.keys = {{.time = 0, .translation = {1, 0, 2}},
                                               {.time = 0.4f, .rotation = {0, 0.6f, 0.8f, 1}, .scale = {1, 2, 1}},

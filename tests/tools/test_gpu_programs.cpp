@@ -58,7 +58,7 @@ TEST_CASE("bvhbuild: a GPU builds what its words say; auto is the GPU for its bu
   std::string text;
   for (int i = 0; i < 40; ++i)
     text += "v " + std::to_string(i) + " 0 0\nv " + std::to_string(i) + " 1 " + std::to_string(i % 3) + "\n";
-  // Every other one turned round, so that all face one way.
+  // Every other one is turned round, so that all face the same direction.
   for (int i = 1; i < 78; ++i)
     text += "f " + std::to_string(i + i % 2) + " " + std::to_string(i + 1 - i % 2) + " " + std::to_string(i + 2) + "\n";
   const std::string mesh = folder.write("strip.obj", text), file = folder / "a.bvh";

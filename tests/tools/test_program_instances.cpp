@@ -110,7 +110,7 @@ Traced trace(const TempFolder& folder, const std::string& scene, const std::vect
 
 using Path = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
-/// Number and id of the instances on the way to a hit.
+/// Number and id of the instances on the path to a hit.
 Path path_of(const Traced& traced, std::size_t ray) {
   Path path;
   for (std::size_t k = 0; k < traced.paths.levels; ++k) {

@@ -50,7 +50,7 @@ struct Files {
   }
 };
 
-/// Bytes, and the view of them if they are all right.
+/// Bytes, and their view if they are valid.
 struct OpenFile {
   build::Buffer buffer;
   BufferView view;

@@ -61,7 +61,7 @@ inline Double3 target_point(const Mesh& mesh, Random& random) {
 }
 
 /// A ray from inside at target_point(); directions of many lengths, some of them exactly through a vertex.
-/// @param stretch directions are the way to the target times a number in [1 / stretch, stretch].
+/// @param stretch directions are the vector to the target times a number in [1 / stretch, stretch].
 inline Ray aimed_ray(const Closed& closed, Random& random, double stretch) {
   const auto center_count = static_cast<std::uint32_t>(closed.centers.size());
   Double3 from = closed.centers[random.below(center_count)];

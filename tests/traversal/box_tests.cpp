@@ -14,7 +14,7 @@ template <class Layout> bool round(NodeBoxes& boxes) {
   return true;
 }
 
-/// The way of GPUs that have one instruction for the largest of three integers.
+/// For GPUs that have one instruction for the largest of three integers.
 struct BitLanes : ArrayLanes {
   static Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
     return map([&](int i) { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });

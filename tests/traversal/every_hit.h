@@ -101,7 +101,7 @@ struct Tried : Policies {
   static constexpr FeatureMask kFeatures = kFeatureSet;
 };
 
-/// A stack of one ray, in whatever way the policy wants its memory.
+/// The stack of one ray, with memory as the policy requires.
 template <class Stack> struct Place {
   typename Stack::Storage storage() const { return {}; }
 };

@@ -113,7 +113,7 @@ inline std::vector<Closed> small_closed_meshes() {
   return result;
 }
 
-/// Any 32 bits, or what a ray may well have.
+/// Any 32 bits, or a plausible value of a ray.
 inline float any_bits(Random& random, double scale) {
   if (random.below(3) == 0) return std::bit_cast<float>(random.below(0xffffffffu));
   return random.uniform_float(-scale, scale);

@@ -78,7 +78,7 @@ struct InstanceScene {
 
   SceneView view() const { return make_scene_view(*open_buffer(file.bytes())); }
 
-  /// visit(file, the ray as it sees it) for every way of two levels at most to a file.
+  /// Calls visit(file, the ray in its space) for every instance path of at most two levels to a file.
   template <class Visit> void for_each_way(const SceneView& of, const Ray& ray, Visit&& visit) const {
     follow_all(of, groups.size() - 1, {}, ray, visit);
   }

@@ -57,7 +57,7 @@ struct ShapeObject {
     return std::move(bvh->buffer);
   }
 
-  /// The closest shape that a ray meets, each of them asked; geometry 0 is the mesh, which others ask.
+  /// The closest shape that a ray hits, by a loop over all shapes. Geometry 0 is the mesh, which others test.
   void search(const Ray& ray, Hit& best) const {
     const auto take = [&](std::uint32_t geometry, std::uint32_t i) {
       return [&best, geometry, i](const CustomHit& hit) {
@@ -102,7 +102,7 @@ struct ShapeScene : InstanceScene {
     InstanceScene::build();
   }
 
-  /// The closest of all ways; t, geometry and primitive count.
+  /// The closest hit of all instance paths. Only t, geometry and primitive matter.
   Hit closest_of_all(const SceneView& view, const Ray& ray) const {
     Hit best;
     for_each_way(view, ray, [&](std::uint32_t object, const Ray& local) {

@@ -56,7 +56,7 @@ struct SphereScene : InstanceScene {
     build();
   }
 
-  /// The closest hit, every sphere of every way tried; the normal as the object has it.
+  /// The closest hit by a loop over all spheres on all instance paths; the normal in object space.
   Hit closest(const SceneView& view, const Ray& ray) const {
     Hit best;
     for_each_way(view, ray, [&](std::uint32_t object, const Ray& local) {

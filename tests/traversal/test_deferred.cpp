@@ -99,7 +99,7 @@ template <class Policies, class Filter> using Closest = ClosestHit<Policies, Fil
 template <class Policies, class Filter> using Any = AnyHit<Policies, Filter>;
 template <class Policies, class Filter> using All = AllHits<Policies, Filter>;
 
-/// Copies of a mesh that are moved by up to two floats, some of them by none.
+/// Copies of a mesh, moved by at most two floats, some not at all.
 std::vector<Mesh> layers(const Mesh& mesh, unsigned count, Random& random) {
   std::vector<Mesh> result;
   for (unsigned i = 0; i < count; ++i) {

@@ -187,7 +187,7 @@ TEST_CASE("both ends of a double ray belong to it, and hits come in their order"
 
 namespace {
 
-/// Where the ray enters boxes, and what it is told of candidates.
+/// Where the ray enters boxes, and the reports of candidates.
 struct Watcher : NoCounter {
   std::vector<float>* entered;
   std::vector<float>* candidates;
@@ -256,7 +256,7 @@ TEST_CASE("an object of millimetres ten million units away", "[double]") {
       // The point is on the sphere's surface, to far below a millimetre.
       const Vec3D point = (ray.origin - vec(centre)) + hit.t * ray.direction;
       const double distance = std::abs(glm::length(point) - 0.01);
-      CHECK(distance < 2e-4 + 1e-8);  // what the mesh is off by
+      CHECK(distance < 2e-4 + 1e-8);  // the error of the mesh
       CHECK(double{hit.error} < 1e-6);
       const double off_by = off_plane(local, hit, corners(mesh, hit.primitive));
       worst = std::max(worst, off_by);

@@ -58,7 +58,7 @@ struct Deforming {
   }
 };
 
-/// Decision 0003's roundings of a triangle test, and those of the vertices. Embree's the same, but for its time.
+/// The roundings of a triangle test (decision 0003) and of the vertices. Embree's are the same, plus its time's.
 Tolerances tolerances_of(const std::array<Real3, 3>& corners, const Ray& ray, double magnitude) {
   double farthest = 0.0;
   for (const Real3& p : corners) farthest = std::max(farthest, static_cast<double>(length(p - real3(ray.origin))));

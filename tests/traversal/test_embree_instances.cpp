@@ -164,7 +164,7 @@ Ray ray_in(const Both& both, Random& random) {
 }
 
 /// Random rays at random times.
-/// @param number of an answer of ours among the instances of the judge.
+/// @param number of our hit's instance among the judge's instances.
 void compare(
     const char* name, const Both& both, unsigned rays,
     const std::function<std::uint32_t(const InstancePath<2>&)>& number = [](const InstancePath<2>& path) {
@@ -228,7 +228,7 @@ void add_moving(Both& both, const std::vector<build::MotionKey>& keys, MotionKin
       {.at = [of_judge](Real time) { return place_at(of_judge, time); }, .turning = kind != MotionKind::kMatrix});
 }
 
-/// Instances that move in one way.
+/// Instances with one kind of motion.
 /// @param change of the keys that were made at random.
 void compare_moving(const char* name, MotionKind kind, double spread,
                     const std::function<void(Random&, std::vector<build::MotionKey>&)>& change = {},
@@ -247,7 +247,7 @@ void compare_moving(const char* name, MotionKind kind, double spread,
   compare(name, both, 6000);
 }
 
-/// The same axis all the way, and so much from key to key.
+/// The same axis for all keys, and the same turn from key to key.
 void turn_by(Random& random, std::vector<build::MotionKey>& keys, double angle) {
   const auto axis = random.on_sphere();
   for (std::size_t k = 0; k < keys.size(); ++k) {

@@ -201,7 +201,7 @@ TEST_CASE("ExceptPrimitive: a ray that starts on a triangle does not meet it, bu
 
 namespace {
 
-/// Whether what a filter has seen are hits of the list, without normal and error.
+/// Whether the candidates of a filter are hits of the list, apart from normal and error.
 bool all_among(const std::vector<Hit>& seen, const std::vector<Hit>& hits) {
   return std::all_of(seen.begin(), seen.end(), [&](const Hit& hit) {
     return std::any_of(hits.begin(), hits.end(), [&](const Hit& other) { return same_hit(hit, other); });

@@ -72,7 +72,7 @@ ExactHit exact_hit(const std::vector<const InstanceRecord*>& way, const oracle::
   return best;
 }
 
-/// One instance in the other, @p levels of them, each this far from its scene's origin.
+/// @p levels nested instances, each this far from its scene's origin.
 InstanceScene chain(std::uint64_t seed, unsigned levels, double translation, double stretch = 1.0) {
   Random random(seed);
   InstanceScene scene;

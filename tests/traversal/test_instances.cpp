@@ -1,5 +1,7 @@
 // Scenes of instances: hits do not depend on the top-level trees, with any number of levels.
 
+#include <hiprt_build/format/box.h>
+#include <hiprt_build/format/checksum.h>
 #include <hiprt_build/format/view.h>
 #include <tests/traversal/instance_scenes.h>
 

@@ -31,7 +31,7 @@ InstanceScene merged_scene(InstanceScene& from, const build::MergedLevels& merge
   return result;
 }
 
-/// A way in the merged scene as the scene before had it.
+/// An instance path of the merged scene, as the original scene had it.
 template <unsigned kLevels>
 std::vector<std::uint32_t> way_before(const build::MergedLevels& merged, std::size_t files,
                                       const InstancePath<kLevels>& path) {
@@ -66,7 +66,7 @@ InstanceScene random_scene(Random& random, unsigned levels) {
   return scene;
 }
 
-/// The product of the matrices on a way, entry by entry in long double.
+/// The product of the matrices on an instance path, entry by entry in long double.
 void check_product(const InstanceScene& scene, const std::vector<std::uint32_t>& way, const Instance& merged) {
   long double product[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
   long double size[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
@@ -234,7 +234,7 @@ TEST_CASE("what moves stays an instance of its own, and so does what one mask ca
   const auto place = [&](std::uint32_t object) {
     return Instance{.object = object, .to_scene = random_affine(random, 3)};
   };
-  // Group 0 (object 1): balls. Group 1 (2): of group 0, one of them in motion. Group 2 (3): of group 0, still.
+  // Group 0 (object 1): balls. Group 1 (2): instances of group 0, one moving. Group 2 (3): still instances of group 0.
   scene.groups.push_back({place(0), place(0)});
   scene.groups.push_back({place(1), place(1)});
   scene.groups[1][1].motion = &motion;
@@ -303,7 +303,7 @@ TEST_CASE("merge_levels refuses what cannot be") {
                                std::string("group 0, instance 1: object 1, those before the group are 1")));
   scene.groups[0][1].object = 0;
   CHECK(message({.levels = 0}) == std::pair(ErrorCode::kInvalidInput, std::string("levels is 0, 1 or more expected")));
-  // Two of two of two ...: 2^64 and more, told at once.
+  // Groups of two nested deep: 2^64 instances and more, which the function reports at once.
   for (std::uint32_t g = 1; g < 70; ++g) scene.groups.push_back({Instance{.object = g}, Instance{.object = g}});
   CHECK(message() == std::pair(ErrorCode::kTooLarge,
                                std::string("merged, the groups have 2^64 instances or more, the limit is 134217728")));

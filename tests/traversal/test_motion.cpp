@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint64_t kSeed = 20261122;
 Real length(const Real3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/// How far the transform at a time takes the place where p is to p, in the scene; and what the record allows.
+/// The distance in the scene between p and the transformed point of p at a time, and the error that the record allows.
 struct Error {
   double is, allowed;
 };
@@ -107,7 +107,7 @@ TEST_CASE("nothing that moves leaves its bounds, which are tight") {
       for (const build::MotionKey& key : motion.keys) sample(key.time);
       for (unsigned axis = 0; axis < 3; ++axis) {
         INFO("seed " << kSeed << ", " << name_of(kind) << " motion " << i << ", axis " << axis);
-        // The keys' floats are not quite what the textbook makes of the program's.
+        // The floats of the keys differ slightly from the textbook's values of the program's keys.
         const double slack = 0x1p-22 * static_cast<double>(std::fabs(low[axis]) + std::fabs(high[axis]) + 4);
         REQUIRE(double{bounds.min[axis]} <= static_cast<double>(low[axis]) + slack);
         REQUIRE(double{bounds.max[axis]} >= static_cast<double>(high[axis]) - slack);

@@ -112,7 +112,7 @@ TEST_CASE("no search finds a point outside of the box of its motion") {
                                     {kKinds[0], true},
                                     {kKinds[1], true},
                                     {kKinds[2], true}}) {
-    // How much of the way from the middle of the box to its side is used up: more than 1 is outside.
+    // The distance from the middle of the box, as a share of the half width: more than 1 is outside.
     const auto score = [&, kind = kind, along = along](const oracle::Genes& genes) {
       for (const float gene : genes)
         if (!(std::abs(gene) < 0x1p30f)) return -1.0;

@@ -91,7 +91,7 @@ TEST_CASE("before the first key and behind the last an instance stands still; at
 }
 
 TEST_CASE("a ray enters only what is about where it is at its time") {
-  // Ten spheres that cross the same room, one after the other.
+  // Ten spheres that cross the same region, one after the other.
   std::vector<std::unique_ptr<build::Motion>> motions;
   InstanceScene scene;
   scene.add_file({oracle::icosphere(1)}, NodeLayout::kPlanes);

@@ -20,7 +20,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Validates every variant's file and holds its stack bound against what the traversal has.
+/// Validates every variant's file and compares its stack bound with the traversal's stack.
 void require_valid(const std::vector<Scene>& scenes) {
   for (const Scene& scene : scenes) {
     CAPTURE(scene.name);

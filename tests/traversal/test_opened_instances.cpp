@@ -1,6 +1,7 @@
 // Opened instances: the same hits and instance paths with any number of leaves per instance. Also the flags of
 // instances.
 
+#include <hiprt_build/format/checksum.h>
 #include <hiprt_build/format/view.h>
 #include <tests/traversal/moving_scenes.h>
 
@@ -114,12 +115,13 @@ TEST_CASE("filters are not asked about instances without them") {
   for (Instance& instance : scene.groups[1]) instance.without_filter = instance.object == 0;
   scene.build();
   using P = Moving<Instanced<Policies, 2>>;
+  const SceneView view = scene.view();
   Random random(kSeed);
   unsigned hits = 0;
   for (unsigned i = 0; i < 300; ++i) {
     const Ray ray = random_ray(random, 6.0);
     P::Stack::Memory memory;
-    const auto hit = ClosestHit<P, RejectAll>(scene.view(), ray, P::Stack::Storage(memory)).next_hit();
+    const auto hit = ClosestHit<P, RejectAll>(view, ray, P::Stack::Storage(memory)).next_hit();
     if (!hit.found()) continue;
     ++hits;
     REQUIRE(scene.groups[1][hit.path.instance[0]].without_filter);

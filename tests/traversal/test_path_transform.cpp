@@ -21,7 +21,7 @@ Real3 cross(const Real3& a, const Real3& b) {
 Real dot3(const Real3& a, const Real3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 Real3 real(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
 
-/// One instance in the other; the way is 0, 0, ...
+/// One instance inside the other; the instance path is 0, 0, ...
 struct Chain : InstanceScene {
   std::vector<std::unique_ptr<build::Motion>> motions;
 

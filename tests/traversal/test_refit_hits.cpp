@@ -149,7 +149,7 @@ std::vector<Motion> motions_of(const Mesh& whole) {
   return result;
 }
 
-/// From points of triangles that are taken at random, in all directions: what a renderer's bounces are like.
+/// From random points of triangles in all directions, as bounces of a renderer.
 std::vector<Ray> bounces(const Mesh& mesh, unsigned count) {
   Random random(kSeed);
   std::vector<Ray> rays(count);

@@ -36,7 +36,7 @@ template <class Set> struct OutOfLine {
 
 using Round = PrimitiveList<OutOfLine<SphereSet>, OutOfLine<RoundCurveSet>>;
 
-/// Strands of hair, whose segments meet in a ball that both report; spheres, each of them twice; a mesh between them.
+/// Strands of hair whose segments share a ball that both report; spheres, each twice; a mesh between them.
 struct RoundWorld {
   double size;
   std::vector<Sphere> spheres;

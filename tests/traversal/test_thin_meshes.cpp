@@ -34,7 +34,7 @@ Mesh double_pyramid(unsigned sides, const Vec3D& axis) {
   return mesh;
 }
 
-/// A ball of which one corner in four stands at 1, the others at 1 / kAspect: around every spike there are needles.
+/// A ball with one corner in four at radius 1 and the others at 1 / kAspect: needles surround every spike.
 /// Star-shaped around the origin.
 Mesh hedgehog(unsigned levels, std::uint64_t seed) {
   Random random(seed);

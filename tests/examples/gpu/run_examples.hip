@@ -114,7 +114,7 @@ int report(const char* name, unsigned found, unsigned differ, unsigned may_diffe
 
 bool same(const Hit& a, const Hit& b) { return std::memcmp(&a, &b, sizeof(Hit)) == 0; }
 
-/// The same triangle, t but for rounding.
+/// The same triangle, and t within rounding.
 bool nearly_same(const Hit& a, const Hit& b) {
   if (a.geometry != b.geometry || a.primitive != b.primitive) return false;
   return !a.found() || std::abs(a.t - b.t) <= 1e-4f * (1.0f + std::abs(b.t));
