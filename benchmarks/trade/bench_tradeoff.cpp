@@ -12,6 +12,7 @@
 
 #include <hiprt_build/file.h>
 #include <tests/oracle/meshes.h>
+#include <tools/base/interrupt.h>
 #include <tools/cli/progress.h>
 
 #include <algorithm>
