@@ -25,15 +25,13 @@ using namespace hiprt::tools;
 constexpr ToolInfo kInfo{
     "bvhinfo",
     "Describes a BVH file: header, sections, geometries, statistics of the tree, provenance.\n"
-    "For a scene of instances it also counts each level, and the memory of each part. The statistics of the tree, "
-    "--dump\n"
-    "and --export are then about the scene's own tree over instances.\n"
+    "For a scene of instances it also counts each level, and the memory of each part. The statistics of the tree,\n"
+    "--dump and --export are then about the scene's own tree over instances.\n"
     "\n"
-    "Header and section table are always checked: if they are wrong, the exit status is 1. Statistics that need a "
-    "walk\n"
-    "through the tree (depth, fill, SAH cost, overlap) need content that passes validation. Otherwise they are "
-    "missing,\n"
-    "and a warning says why. With --validate, --dump or --export invalid content is an error with exit status 1.",
+    "Header and section table are always checked: if they are wrong, the exit status is 1. Statistics that need a\n"
+    "walk through the tree (depth, fill, SAH cost, overlap) need content that passes validation. Otherwise they are\n"
+    "missing, and a warning says why. With --validate, --dump or --export invalid content is an error with exit\n"
+    "status 1.",
     "  bvhinfo scene.bvh                              # describe a file\n"
     "  bvhinfo --validate scene.bvh && echo valid     # check a file\n"
     "  bvhinfo --json scene.bvh | jq .tree.sah_cost   # one number for a script\n"

@@ -43,12 +43,10 @@ constexpr ToolInfo kInfo{
     "  hits   count x {float32 t (inf: a miss), u32 primitive (0xffffffff: a miss)}\n"
     "  paths  u32 count, u32 levels, count x levels x {u32 instance, u32 id}\n"
     "Primitives are numbered over all geometries in order. In scenes of instances they are numbered in the file of\n"
-    "their object. A path lists the instances from the outermost one to the object: the index in the file that has "
-    "the\n"
-    "instance, and the id that the program gave it. Unused entries are 0xffffffff.\n"
-    "Rays that are not finite, have no direction or have an empty range miss. With --query any the result is the "
-    "first\n"
-    "hit that was found.\n"
+    "their object. A path lists the instances from the outermost one to the object: the index in the file that has\n"
+    "the instance, and the id that the program gave it. Unused entries are 0xffffffff.\n"
+    "Rays that are not finite, have no direction or have an empty range miss. With --query any the result is the\n"
+    "first hit that was found.\n"
     "\n"
     "--explain N prints the traversal of ray N (counted from 0) instead: the nodes and leaves that it visits, the\n"
     "children whose boxes it meets, and the primitives and instances with what happens to them.",
@@ -58,8 +56,7 @@ constexpr ToolInfo kInfo{
     "  bvhtrace scene.bvh --rays primary.rays --hits out.hits --threads 1 --repeat 9    # measure one CPU thread\n"
     "  bvhtrace forest.bvh --rays primary.rays --hits out.hits --paths out.paths        # which instances were hit\n"
     "  bvhtrace wheel.bvh --rays primary.rays --hits out.hits --time 0.5                # a scene that moves\n"
-    "  bvhtrace scene.bvh --rays primary.rays --explain 1234                            # why a ray hits what it "
-    "hits\n"};
+    "  bvhtrace scene.bvh --rays primary.rays --explain 1234                            # why a ray misses\n"};
 
 /// Rays per task: enough to hide the cost of scheduling, few enough to balance the load.
 constexpr std::size_t kBatch = 4096;

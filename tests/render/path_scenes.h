@@ -6,6 +6,7 @@
 #include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
 #include <tests/oracle/meshes.h>
+#include <tools/render/image/image.h>
 #include <tools/render/path/path_trace.h>
 
 #include <catch2/catch.hpp>

@@ -129,13 +129,13 @@ TEST_CASE("the octahedral square holds every direction once") {
     for (unsigned x = 0; x < kSide; ++x) {
       const Vec3 d = Octahedral::direction(2.0f * (static_cast<float>(x) + 0.5f) / kSide - 1.0f,
                                            2.0f * (static_cast<float>(y) + 0.5f) / kSide - 1.0f);
-      covered += static_cast<double>(Octahedral::place(d).stretch) * 4.0 / (kSide * kSide);
+      covered += static_cast<double>(Octahedral::project(d).stretch) * 4.0 / (kSide * kSide);
     }
   CHECK(covered == Approx(4.0 * 3.14159265358979323846).epsilon(1e-4));
   for (unsigned i = 0; i < 20000; ++i) {
     const auto p = random.on_sphere();
     const Vec3 d(static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]));
-    const Octahedral::Place at = Octahedral::place(d);
+    const Octahedral::Projection at = Octahedral::project(d);
     INFO("seed " << kSeed << ", " << i);
     REQUIRE(glm::length(Octahedral::direction(at.x, at.y) - d) < 1e-6f);
   }

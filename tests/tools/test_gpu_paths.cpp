@@ -3,6 +3,7 @@
 #include <hiprt_build/format/view.h>
 #include <tests/render/path_scenes.h>
 #include <tests/traversal/shape_scenes.h>
+#include <tools/render/path/gpu_path_tracer.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
 using namespace hiprt;

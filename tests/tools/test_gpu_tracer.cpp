@@ -4,8 +4,8 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
 #include <tests/gpu/random_scene.h>
-#include <tools/cli/build_names.h>
 #include <tools/base/interrupt.h>
+#include <tools/cli/build_names.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
 #include <catch2/catch.hpp>

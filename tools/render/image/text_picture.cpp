@@ -2,12 +2,12 @@
 
 #include <tools/render/image/font.h>
 
-#include <ft2build.h>
-#include FT_FREETYPE_H
+#include <freetype/freetype.h>
 
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
+#include <string>
 
 namespace hiprt::tools {
 namespace {

@@ -135,7 +135,7 @@ build::Result<TreeBoxes> boxes_of_level(const BufferView& file, unsigned level, 
   if (!boxes)
     return tl::unexpected(
         build::Error{build::ErrorCode::kTooLarge, "level " + std::to_string(level) + " of the tree has more than " +
-                                                      std::to_string(kMostTreeBoxes) + " boxes: a lower one, please"});
+                                                      std::to_string(kMostTreeBoxes) + " boxes: use a lower --level"});
   if (boxes->count() == 0)
     return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, "the tree is empty: it has no boxes"});
   return std::move(*boxes);
