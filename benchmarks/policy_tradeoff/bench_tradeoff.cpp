@@ -6,7 +6,7 @@
 #include <benchmarks/common/program.h>
 
 #include <hiprt_build/file.h>
-#include <tools/cli/progress.h>
+#include <tools/base/interrupt.h>
 
 #include <algorithm>
 #include <ctime>
