@@ -7,7 +7,6 @@
 
 #include <hiprt_build/file.h>
 #include <tools/base/interrupt.h>
-#include <tools/cli/progress.h>
 
 #include <algorithm>
 #include <ctime>
