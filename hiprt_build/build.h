@@ -21,7 +21,7 @@
 
 namespace hiprt {
 
-struct SceneView;
+struct SceneView;  ///< hiprt_device/scene_view.h
 
 }  // namespace hiprt
 

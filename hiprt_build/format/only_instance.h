@@ -3,7 +3,6 @@
 
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/instances/placed_object.h>
-#include <hiprt_device/traverse/stacks/stack.h>
 
 #include <optional>
 
@@ -15,7 +14,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// @return nothing unless the scene is one whole instance that stands still, of an object without instances.
 inline std::optional<PlacedObject> only_instance(const BufferView& view, const std::byte* device_base = nullptr) {
   const NodeRef root = view.header->root;
-  if (!view.has_instances() || is_box(root) || is_end(root) || view.header->levels != 1) return std::nullopt;
+  if (!view.has_instances() || is_box(root) || root == kInvalidRef || view.header->levels != 1) return std::nullopt;
   if ((view.header->features & (feature_bit(Feature::kMotion) | feature_bit(Feature::kMovingBoxes))) != 0)
     return std::nullopt;
   const LeafInfo& info = reinterpret_cast<const CustomLeaf*>(view.bytes.data() + ref_offset(root))->info;
