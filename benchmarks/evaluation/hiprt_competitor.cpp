@@ -8,8 +8,8 @@
 #include <hiprt_build/statistics.h>
 #include <tools/build/gpu_builder.h>
 #include <tools/cli/build_names.h>
-#include <tools/render/tracers/gpu_tracer.h>
 #include <tools/render/scene/trace_limits.h>
+#include <tools/render/tracers/gpu_tracer.h>
 
 #include <utility>
 

@@ -2,8 +2,8 @@
 /// Traces rays on all threads of the CPU.
 
 #include <hiprt_device/scene_view.h>
-#include <tools/render/tracers/tracer.h>
 #include <tools/base/parallel.h>
+#include <tools/render/tracers/tracer.h>
 
 #include <functional>
 #include <span>

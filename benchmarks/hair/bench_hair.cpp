@@ -11,9 +11,9 @@
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
+#include <tools/base/parallel.h>
 #include <tools/cli/build_names.h>
 #include <tools/render/tracers/tracer.h>
-#include <tools/base/parallel.h>
 
 #include <algorithm>
 #include <array>

@@ -13,9 +13,9 @@
 #include "../common/stadium.h"
 
 #include <hiprt_build/file.h>
+#include <tools/base/text.h>
 #include <tools/scene_io/scene/scene_binary.h>
 #include <tools/scene_io/shapes/shape_import.h>
-#include <tools/base/text.h>
 
 #include <nlohmann/json.hpp>
 

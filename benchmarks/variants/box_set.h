@@ -13,8 +13,8 @@ struct BoxSet {
   const Box* boxes = nullptr;
 
   template <class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive,
-                                       Report&& report) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive,
+                                             Report&& report) const {
     const Box& box = boxes[primitive];
     float enter = -std::numeric_limits<float>::infinity(), leave = -enter;
     unsigned enter_axis = 0, leave_axis = 0;
@@ -40,7 +40,7 @@ struct BoxSet {
   }
 
  private:
-  HIPRT_HD static HIPRT_INLINE Vec3 normal(const Ray& ray, unsigned axis, bool outside) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Vec3 normal(const Ray& ray, unsigned axis, bool outside) {
     Vec3 result(0.0f);
     const int i = static_cast<int>(axis);
     result[i] = (ray.direction[i] < 0.0f) == outside ? 1.0f : -1.0f;

@@ -57,7 +57,7 @@ struct PrivateStorage {
   using Stack = PrivateStack<192>;
   static constexpr SpillUse kSpill = SpillUse::kNone;
   static constexpr std::uint32_t kOnChip = 192;
-  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+  template <unsigned kBlock, class Use> static __device__ HIPRT_FORCE_INLINE void with(const GpuJob& job, Use&& use) {
     Stack::Memory memory;
     use(Stack::Storage(memory, job.overflowed));
   }
@@ -71,7 +71,7 @@ template <unsigned kShared> struct TieredStorage {
   using Stack = TieredStack<kShared>;
   static constexpr SpillUse kSpill = SpillUse::kNone;
   static constexpr std::uint32_t kOnChip = 192;
-  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+  template <unsigned kBlock, class Use> static __device__ HIPRT_FORCE_INLINE void with(const GpuJob& job, Use&& use) {
     __shared__ StackEntry entries[kBlock * Stack::kEntriesPerThread];
     typename Stack::Memory memory;
     use(typename Stack::Storage(entries, threadIdx.x, kBlock, memory, job.overflowed));
@@ -86,13 +86,13 @@ struct SharedStorage {
   using Stack = SharedStack<24>;
   static constexpr SpillUse kSpill = SpillUse::kNone;
   static constexpr std::uint32_t kOnChip = 24;
-  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+  template <unsigned kBlock, class Use> static __device__ HIPRT_FORCE_INLINE void with(const GpuJob& job, Use&& use) {
     __shared__ StackEntry entries[kBlock * Stack::kEntriesPerThread];
     use(Stack::Storage(entries, threadIdx.x, kBlock, job.overflowed));
   }
 };
 
-template <unsigned kBlock> __device__ HIPRT_INLINE Spill own_spill(const GpuJob& job) {
+template <unsigned kBlock> __device__ HIPRT_FORCE_INLINE Spill own_spill(const GpuJob& job) {
   return grid_spill(job.spill, job.spill_threads, job.spill_entries, blockIdx.x * kBlock + threadIdx.x);
 }
 
@@ -100,7 +100,7 @@ struct RollingStorage {
   using Stack = RollingStack<8>;
   static constexpr SpillUse kSpill = SpillUse::kGrid;
   static constexpr std::uint32_t kOnChip = 8;
-  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+  template <unsigned kBlock, class Use> static __device__ HIPRT_FORCE_INLINE void with(const GpuJob& job, Use&& use) {
     __shared__ StackEntry ring[kBlock * Stack::kEntriesPerThread];
     use(Stack::Storage(ring, threadIdx.x, kBlock, own_spill<kBlock>(job), job.overflowed));
   }
@@ -111,7 +111,7 @@ struct RollingPoolStorage {
   using Stack = RollingStack<8>;
   static constexpr SpillUse kSpill = SpillUse::kPool;
   static constexpr std::uint32_t kOnChip = 8;
-  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+  template <unsigned kBlock, class Use> static __device__ HIPRT_FORCE_INLINE void with(const GpuJob& job, Use&& use) {
     __shared__ StackEntry ring[kBlock * Stack::kEntriesPerThread];
     const WaveSlot slot(job.pool, blockIdx.x);
     use(Stack::Storage(ring, threadIdx.x, kBlock, slot.spill(), job.overflowed));
@@ -122,7 +122,7 @@ struct GlobalStorage {
   using Stack = GlobalStack;
   static constexpr SpillUse kSpill = SpillUse::kGrid;
   static constexpr std::uint32_t kOnChip = 0;
-  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+  template <unsigned kBlock, class Use> static __device__ HIPRT_FORCE_INLINE void with(const GpuJob& job, Use&& use) {
     use(Stack::Storage(own_spill<kBlock>(job), job.overflowed));
   }
 };
@@ -131,7 +131,7 @@ struct RestartStorage {
   using Stack = RestartStack<4>;
   static constexpr SpillUse kSpill = SpillUse::kNone;
   static constexpr std::uint32_t kOnChip = 192;
-  template <unsigned kBlock, class Use> static __device__ HIPRT_INLINE void with(const GpuJob& job, Use&& use) {
+  template <unsigned kBlock, class Use> static __device__ HIPRT_FORCE_INLINE void with(const GpuJob& job, Use&& use) {
     Stack::Storage storage;
     storage.overflowed_rays = job.overflowed;
     use(storage);
@@ -155,7 +155,7 @@ struct VariantPolicies : Policies {
   using Stack = std::conditional_t<kLevels != 0, LevelStack<typename Storage::Stack, kLevels>, typename Storage::Stack>;
 };
 
-__device__ HIPRT_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
+__device__ HIPRT_FORCE_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
   const std::byte* record = static_cast<const std::byte*>(job.rays) + std::size_t{32} * i;
   const Words a = load_words(record), b = load_words(record + 16);
   return {{a.as_float(0), a.as_float(1), a.as_float(2)},
@@ -166,14 +166,14 @@ __device__ HIPRT_INLINE Ray load_ray(const GpuJob& job, std::uint32_t i) {
           ray_time(i)};
 }
 
-template <class Choice> __device__ HIPRT_INLINE typename Choice::Filter make_filter(const GpuJob& job) {
+template <class Choice> __device__ HIPRT_FORCE_INLINE typename Choice::Filter make_filter(const GpuJob& job) {
   if constexpr (std::is_same_v<typename Choice::Filter, ExceptPrimitive>)
     return job.filter;
   else
     return {};
 }
 
-template <class Choice> __device__ HIPRT_INLINE typename Choice::Primitives make_primitives(const GpuJob& job) {
+template <class Choice> __device__ HIPRT_FORCE_INLINE typename Choice::Primitives make_primitives(const GpuJob& job) {
   if constexpr (Choice::Primitives::kCount != 0)
     return {BoxSet{job.boxes}};
   else
@@ -202,7 +202,7 @@ template <class P, class Filter, class Primitives> struct QueryOf<Query::kAll, P
   using Type = AllHits<P, Filter, Primitives>;
 };
 
-template <Query kQuery, class QueryType> __device__ HIPRT_INLINE RayResult run_query(QueryType& query) {
+template <Query kQuery, class QueryType> __device__ HIPRT_FORCE_INLINE RayResult run_query(QueryType& query) {
   if constexpr (kQuery == Query::kAll) {
     return sum_of_hits(query);
   } else {
@@ -215,7 +215,8 @@ template <class Storage> inline constexpr bool kSharesPath = std::is_same_v<Stor
 template <unsigned kShared> inline constexpr bool kSharesPath<TieredPathStorage<kShared>> = true;
 
 /// Calls use(storage of P's stack).
-template <class P, unsigned kBlock, class Use> __device__ HIPRT_INLINE void with_storage(const GpuJob& job, Use&& use) {
+template <class P, unsigned kBlock, class Use>
+__device__ HIPRT_FORCE_INLINE void with_storage(const GpuJob& job, Use&& use) {
   P::StackStorage::template with<kBlock>(job, [&](const auto& storage) {
     if constexpr (kSharesPath<typename P::StackStorage>) {
       __shared__ PathMemory<P::kLevels> path_memory[kBlock];
@@ -230,7 +231,7 @@ template <class P, unsigned kBlock, class Use> __device__ HIPRT_INLINE void with
 }
 
 /// Traces the rays of one thread.
-template <class P, Query kQuery, unsigned kBlock> __device__ HIPRT_INLINE void trace(const GpuJob& job) {
+template <class P, Query kQuery, unsigned kBlock> __device__ HIPRT_FORCE_INLINE void trace(const GpuJob& job) {
   using Choice = typename P::FeatureChoice;
   using QueryType = typename QueryOf<kQuery, P, typename Choice::Filter, typename Choice::Primitives>::Type;
   with_storage<P, kBlock>(job, [&](const auto& storage) {

@@ -24,31 +24,35 @@ inline constexpr std::uint32_t kPrimitiveBits = 0xffff0000u;
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Time of ray i in [0, 1). Neighbours have different times, as in motion blur.
-HIPRT_HD HIPRT_INLINE float ray_time(std::uint32_t i) { return static_cast<float>(i * 0x9e3779b1u >> 8) * 0x1p-24f; }
+HIPRT_HD HIPRT_FORCE_INLINE float ray_time(std::uint32_t i) {
+  return static_cast<float>(i * 0x9e3779b1u >> 8) * 0x1p-24f;
+}
 
-HIPRT_HD HIPRT_INLINE std::uint32_t id_of(const Hit& hit) { return hit.primitive + hit.geometry * 0x9e3779b1u; }
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t id_of(const Hit& hit) { return hit.primitive + hit.geometry * 0x9e3779b1u; }
 
-HIPRT_HD HIPRT_INLINE RayResult make_result(const Hit& hit) { return {hit.t, hit.found() ? id_of(hit) : kInvalidId}; }
+HIPRT_HD HIPRT_FORCE_INLINE RayResult make_result(const Hit& hit) {
+  return {hit.t, hit.found() ? id_of(hit) : kInvalidId};
+}
 
 /// All hits of a ray as one result that does not depend on their order: their number, 16 bits of a hash of the
 /// primitives, and 16 bits of a hash of the primitives with their distances.
 class HitSum {
  public:
-  HIPRT_HD HIPRT_INLINE void add(const Hit& hit) {
+  HIPRT_HD HIPRT_FORCE_INLINE void add(const Hit& hit) {
     const std::uint32_t primitive = mix(id_of(hit));
     ++count_;
     primitives_ += primitive;
     distances_ += mix(primitive ^ std::bit_cast<std::uint32_t>(hit.t));
   }
   /// @param last the query's last return value: a miss, or a failure.
-  HIPRT_HD HIPRT_INLINE RayResult result(const Hit& last) const {
+  HIPRT_HD HIPRT_FORCE_INLINE RayResult result(const Hit& last) const {
     if (last.failed()) return {last.t, kInvalidId};
     return {static_cast<float>(count_), (primitives_ & kPrimitiveBits) | distances_ >> 16};
   }
 
  private:
   /// The finaliser of MurmurHash3: every bit of the input changes half of the output.
-  HIPRT_HD static HIPRT_INLINE std::uint32_t mix(std::uint32_t v) {
+  HIPRT_HD static HIPRT_FORCE_INLINE std::uint32_t mix(std::uint32_t v) {
     v = (v ^ v >> 16) * 0x85ebca6bu;
     v = (v ^ v >> 13) * 0xc2b2ae35u;
     return v ^ v >> 16;
@@ -58,7 +62,7 @@ class HitSum {
 };
 
 /// @param query an AllHits that has returned no hit yet.
-template <class AllHitsQuery> HIPRT_HD HIPRT_INLINE RayResult sum_of_hits(AllHitsQuery& query) {
+template <class AllHitsQuery> HIPRT_HD HIPRT_FORCE_INLINE RayResult sum_of_hits(AllHitsQuery& query) {
   HitSum sum;
   for (;;) {
     const Hit hit = query.next_hit();

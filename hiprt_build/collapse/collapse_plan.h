@@ -65,8 +65,8 @@ struct CollapsePlan {
 static_assert(sizeof(CollapsePlan) == 24);
 
 /// @param half_area of the leaf's box. @param primitives 1 or 2.
-HIPRT_HD HIPRT_INLINE CollapsePlan plan_leaf(float half_area, unsigned primitives, bool custom,
-                                             const CollapseCosts& costs) {
+HIPRT_HD HIPRT_FORCE_INLINE CollapsePlan plan_leaf(float half_area, unsigned primitives, bool custom,
+                                                   const CollapseCosts& costs) {
   const float cost = half_area * (custom ? costs.custom : costs.leaf);
   CollapsePlan plan{};
   plan.cost[0] = plan.cost[1] = plan.cost[2] = cost;
@@ -85,26 +85,26 @@ struct Share {
   unsigned from_left;
 };
 
-HIPRT_HD HIPRT_INLINE Share cheaper(const Share& best, const CollapsePlan& left, const CollapsePlan& right,
-                                    unsigned slots, unsigned k) {
+HIPRT_HD HIPRT_FORCE_INLINE Share cheaper(const Share& best, const CollapsePlan& left, const CollapsePlan& right,
+                                          unsigned slots, unsigned k) {
   const Share other{left.form_cost(k - 1) + right.form_cost(slots - k - 1), k};
   return other.cost < best.cost ? other : best;
 }
 
-HIPRT_HD HIPRT_INLINE std::uint32_t larger(std::uint32_t a, std::uint32_t b) { return a > b ? a : b; }
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t larger(std::uint32_t a, std::uint32_t b) { return a > b ? a : b; }
 
-HIPRT_HD HIPRT_INLINE std::uint32_t split_nodes(const CollapsePlan& left, const CollapsePlan& right, unsigned slots,
-                                                unsigned k) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t split_nodes(const CollapsePlan& left, const CollapsePlan& right,
+                                                      unsigned slots, unsigned k) {
   return left.form_nodes(k - 1) + right.form_nodes(slots - k - 1);
 }
-HIPRT_HD HIPRT_INLINE std::uint32_t split_need(const CollapsePlan& left, const CollapsePlan& right, unsigned slots,
-                                               unsigned k) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t split_need(const CollapsePlan& left, const CollapsePlan& right,
+                                                     unsigned slots, unsigned k) {
   return larger(left.form_need(k - 1), right.form_need(slots - k - 1));
 }
 
 /// Form 0 as a wide node.
-HIPRT_HD HIPRT_INLINE void plan_node(const CollapsePlan& left, const CollapsePlan& right, float half_area,
-                                     const CollapseCosts& costs, CollapsePlan& plan) {
+HIPRT_HD HIPRT_FORCE_INLINE void plan_node(const CollapsePlan& left, const CollapsePlan& right, float half_area,
+                                           const CollapseCosts& costs, CollapsePlan& plan) {
   // Where costs are infinite or no numbers, two from either side.
   Share best{left.cost[1] + right.cost[1], 2};
   best = cheaper(best, left, right, 4, 1);
@@ -124,8 +124,8 @@ HIPRT_HD HIPRT_INLINE void plan_node(const CollapsePlan& left, const CollapsePla
 }
 
 /// Form 0 as a run, if it may be one and that is cheaper.
-HIPRT_HD HIPRT_INLINE void plan_run(const CollapsePlan& left, const CollapsePlan& right, float half_area,
-                                    const CollapseCosts& costs, CollapsePlan& plan) {
+HIPRT_HD HIPRT_FORCE_INLINE void plan_run(const CollapsePlan& left, const CollapsePlan& right, float half_area,
+                                          const CollapseCosts& costs, CollapsePlan& plan) {
   const std::uint32_t sum = left.primitives + right.primitives;
   const bool may_run = sum <= costs.max_primitives && left.kind == right.kind;
   plan.primitives = (may_run ? sum : CollapsePlan::kManyPrimitives) & CollapsePlan::kManyPrimitives;
@@ -139,13 +139,13 @@ HIPRT_HD HIPRT_INLINE void plan_run(const CollapsePlan& left, const CollapsePlan
 }
 
 /// Of a form's wide nodes, less those of form 0: false if it cannot be written down.
-HIPRT_HD HIPRT_INLINE bool set_form_nodes(std::uint32_t nodes, const CollapsePlan& plan, std::uint32_t& biased) {
+HIPRT_HD HIPRT_FORCE_INLINE bool set_form_nodes(std::uint32_t nodes, const CollapsePlan& plan, std::uint32_t& biased) {
   biased = nodes - plan.nodes + CollapsePlan::kBias;
   return biased < 2 * CollapsePlan::kBias;
 }
 
 /// Form 1: one from either side, or as form 0.
-HIPRT_HD HIPRT_INLINE void plan_two(const CollapsePlan& left, const CollapsePlan& right, CollapsePlan& plan) {
+HIPRT_HD HIPRT_FORCE_INLINE void plan_two(const CollapsePlan& left, const CollapsePlan& right, CollapsePlan& plan) {
   const float cost = left.cost[0] + right.cost[0];
   std::uint32_t nodes = 0;
   const bool split = set_form_nodes(left.nodes + right.nodes, plan, nodes) && cost < plan.cost[0];
@@ -156,7 +156,7 @@ HIPRT_HD HIPRT_INLINE void plan_two(const CollapsePlan& left, const CollapsePlan
 }
 
 /// Form 2: one from one side, two from the other, or as form 1.
-HIPRT_HD HIPRT_INLINE void plan_three(const CollapsePlan& left, const CollapsePlan& right, CollapsePlan& plan) {
+HIPRT_HD HIPRT_FORCE_INLINE void plan_three(const CollapsePlan& left, const CollapsePlan& right, CollapsePlan& plan) {
   const Share best = cheaper({left.cost[0] + right.cost[1], 1}, left, right, 3, 2);
   std::uint32_t nodes = 0;
   const bool fits = set_form_nodes(split_nodes(left, right, 3, best.from_left), plan, nodes);
@@ -170,8 +170,8 @@ HIPRT_HD HIPRT_INLINE void plan_three(const CollapsePlan& left, const CollapsePl
 }  // namespace collapse_detail
 
 /// The plan of an inner node. @param half_area of its box.
-HIPRT_HD HIPRT_INLINE CollapsePlan plan_inner(const CollapsePlan& left, const CollapsePlan& right, float half_area,
-                                              const CollapseCosts& costs) {
+HIPRT_HD HIPRT_FORCE_INLINE CollapsePlan plan_inner(const CollapsePlan& left, const CollapsePlan& right,
+                                                    float half_area, const CollapseCosts& costs) {
   CollapsePlan plan{};
   plan.leaves = (left.leaves + right.leaves) & (kMaxPlannedLeaves - 1);
   plan.kind = (left.kind | right.kind) & 3u;
@@ -188,7 +188,7 @@ struct WideSplit {
 };
 
 /// @pre !plan.is_run()
-HIPRT_HD HIPRT_INLINE WideSplit wide_split(const CollapsePlan& plan) {
+HIPRT_HD HIPRT_FORCE_INLINE WideSplit wide_split(const CollapsePlan& plan) {
   if (plan.narrow != 0) return {1, 1};
   return {plan.choice0, kBranching - plan.choice0};
 }

@@ -17,7 +17,7 @@ struct WideChild {
 
 /// Absent children last, the others by ascending box centre along the axis where they spread most, equal ones in the
 /// order in which they come: what readers of quantized nodes like.
-HIPRT_HD HIPRT_INLINE void arrange(WideChild (&children)[kBranching]) {
+HIPRT_HD HIPRT_FORCE_INLINE void arrange(WideChild (&children)[kBranching]) {
   const Box boxes[kBranching] = {children[0].box, children[1].box, children[2].box, children[3].box};
   const unsigned axis = order_axis(boxes);
   const auto before = [axis](const WideChild& a, const WideChild& b) {
@@ -33,7 +33,7 @@ HIPRT_HD HIPRT_INLINE void arrange(WideChild (&children)[kBranching]) {
 }
 
 /// The boxes of a node as one: of what its bytes decode to.
-template <class Layout> HIPRT_HD HIPRT_INLINE Box node_box(const typename Layout::Node& node) {
+template <class Layout> HIPRT_HD HIPRT_FORCE_INLINE Box node_box(const typename Layout::Node& node) {
   Box box = empty_box();
   for (unsigned i = 0; i < kBranching; ++i) grow(box, Layout::box(node, i));
   return box;
@@ -41,7 +41,7 @@ template <class Layout> HIPRT_HD HIPRT_INLINE Box node_box(const typename Layout
 
 /// What a node of a file with these bounds states for a child.
 template <class Layout>
-HIPRT_HD HIPRT_INLINE Box stated_box(const typename Layout::Node& node, unsigned child, const Box& bounds) {
+HIPRT_HD HIPRT_FORCE_INLINE Box stated_box(const typename Layout::Node& node, unsigned child, const Box& bounds) {
   const Box box = Layout::box(node, child);
   return Layout::kId == NodeLayout::kHalf ? bounded(box, bounds) : box;
 }
@@ -53,7 +53,7 @@ HIPRT_HD HIPRT_INLINE Box stated_box(const typename Layout::Node& node, unsigned
 }
 
 /// Debug builds on a host stop where the encoding does not hold a box.
-HIPRT_HD HIPRT_INLINE void check_encoding([[maybe_unused]] bool holds) {
+HIPRT_HD HIPRT_FORCE_INLINE void check_encoding([[maybe_unused]] bool holds) {
 #if !HIPRT_DEVICE_CODE
   assert(holds);
 #endif
@@ -61,7 +61,7 @@ HIPRT_HD HIPRT_INLINE void check_encoding([[maybe_unused]] bool holds) {
 
 /// @param children in any slots, at least one; rearranged for layout quantized. Layout quantized: within
 /// kQuantizedLimit.
-template <class Layout> HIPRT_HD HIPRT_INLINE typename Layout::Node make_node(WideChild (&children)[kBranching]) {
+template <class Layout> HIPRT_HD HIPRT_FORCE_INLINE typename Layout::Node make_node(WideChild (&children)[kBranching]) {
   if constexpr (Layout::kId == NodeLayout::kQuantized) arrange(children);
   typename Layout::Node node{};
   std::uint32_t flags = 0;

@@ -17,12 +17,12 @@ struct PlanSums {
   const Reference* references;
   CollapseCosts costs;
 
-  HIPRT_HD HIPRT_INLINE CollapsePlan plan(LinkedRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE CollapsePlan plan(LinkedRef ref) const {
     if ((ref & kLinkedLeaf) == 0) return plans[ref];
     const Reference& leaf = references[ref & ~kLinkedLeaf];
     return plan_leaf(half_area(leaf.box), leaf.contents.is_pair() ? 2 : 1, leaf.contents.is_custom(), costs);
   }
-  HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
+  HIPRT_HD HIPRT_FORCE_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
     plans[node] = plan_inner(plan(left), plan(right), half_area(box), costs);
   }
 };
@@ -39,13 +39,13 @@ struct WideTask {
 struct WideQueue {
   CollapsePlan* plans;
 
-  HIPRT_HD HIPRT_INLINE std::uint32_t* entry(std::uint32_t i) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t* entry(std::uint32_t i) const {
     return reinterpret_cast<std::uint32_t*>(&plans[i + 1].cost[0]);
   }
-  HIPRT_HD HIPRT_INLINE void clear(std::uint32_t i) const { *entry(i) = kInvalidId; }
+  HIPRT_HD HIPRT_FORCE_INLINE void clear(std::uint32_t i) const { *entry(i) = kInvalidId; }
   /// @return kInvalidId if nothing is there yet.
-  HIPRT_HD HIPRT_INLINE std::uint32_t read(std::uint32_t i) const { return load_shared(entry(i)); }
-  HIPRT_HD HIPRT_INLINE void write(std::uint32_t i, std::uint32_t node) const { store_shared(entry(i), node); }
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t read(std::uint32_t i) const { return load_shared(entry(i)); }
+  HIPRT_HD HIPRT_FORCE_INLINE void write(std::uint32_t i, std::uint32_t node) const { store_shared(entry(i), node); }
 };
 
 /// A linked tree with its plans, as WideChildren reads it.
@@ -56,7 +56,9 @@ struct PlannedNodes {
   HIPRT_HD static bool is_leaf(LinkedRef ref) { return (ref & kLinkedLeaf) != 0; }
   HIPRT_HD LinkedRef child(LinkedRef ref, unsigned side) const { return tree[ref].child[side]; }
   HIPRT_HD const CollapsePlan& plan(LinkedRef ref) const { return plans[ref]; }
-  HIPRT_HD HIPRT_INLINE std::uint32_t leaf_count(LinkedRef ref) const { return is_leaf(ref) ? 1u : plans[ref].leaves; }
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t leaf_count(LinkedRef ref) const {
+    return is_leaf(ref) ? 1u : plans[ref].leaves;
+  }
 };
 
 /// Writes wide nodes and leaves, each by itself.
@@ -80,19 +82,23 @@ template <class Layout> struct WideWriter {
   const Reference* parts = nullptr;
   Box* leaf_boxes = nullptr;  ///< Per leaf record; becomes what RefitFile needs. nullptr: not wanted.
 
-  HIPRT_HD HIPRT_INLINE bool is_run(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 || plans[ref].is_run(); }
-  HIPRT_HD HIPRT_INLINE NodeRef node_ref(std::uint32_t i) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_run(LinkedRef ref) const {
+    return (ref & kLinkedLeaf) != 0 || plans[ref].is_run();
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef node_ref(std::uint32_t i) const {
     return make_ref(nodes_offset + std::uint64_t{i} * sizeof(Node), Layout::kBoxType);
   }
 
-  HIPRT_HD HIPRT_INLINE static std::uint64_t* task_words(Node* node) { return reinterpret_cast<std::uint64_t*>(node); }
-  HIPRT_HD HIPRT_INLINE void post_task(std::uint32_t i, LinkedRef ref, std::uint32_t next, std::uint32_t first,
-                                       std::uint32_t need) const {
+  HIPRT_HD HIPRT_FORCE_INLINE static std::uint64_t* task_words(Node* node) {
+    return reinterpret_cast<std::uint64_t*>(node);
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE void post_task(std::uint32_t i, LinkedRef ref, std::uint32_t next, std::uint32_t first,
+                                             std::uint32_t need) const {
     store_shared(task_words(nodes + i), std::uint64_t{next} << 32 | ref);
     store_shared(task_words(nodes + i) + 1, std::uint64_t{need} << 32 | first);
   }
   /// @pre the node is in the queue. All lanes of the team have it before any of them goes on to overwrite it.
-  template <class Team> HIPRT_HD HIPRT_INLINE WideTask read_task(const Team& team, std::uint32_t i) const {
+  template <class Team> HIPRT_HD HIPRT_FORCE_INLINE WideTask read_task(const Team& team, std::uint32_t i) const {
     see_writes();
     const unsigned half = team.lane() & 1u;
     const std::uint64_t word = load_shared(task_words(nodes + i) + half);
@@ -154,9 +160,9 @@ template <class Layout> struct WideWriter {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE PlannedNodes planned() const { return {tree, plans}; }
+  HIPRT_HD HIPRT_FORCE_INLINE PlannedNodes planned() const { return {tree, plans}; }
 
-  HIPRT_HD HIPRT_INLINE std::uint32_t child_flags(LinkedRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t child_flags(LinkedRef ref) const {
     std::uint32_t kind = 0;
     if ((ref & kLinkedLeaf) != 0)
       kind = primitives[ref & ~kLinkedLeaf].contents.is_custom() ? kHasCustoms : kHasTriangles;
@@ -201,7 +207,7 @@ template <class Layout> struct WideWriter {
     return leaf.contents.is_custom();
   }
   /// Keeps the first of a primitive's leaves.
-  HIPRT_HD HIPRT_INLINE void put(std::uint32_t& entry, std::uint32_t at) const {
+  HIPRT_HD HIPRT_FORCE_INLINE void put(std::uint32_t& entry, std::uint32_t at) const {
     if (parts != nullptr)
       lower(&entry, at);
     else

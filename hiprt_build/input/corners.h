@@ -9,7 +9,7 @@ struct Point {
   float x[3];
 };
 
-HIPRT_HD HIPRT_INLINE void grow(Box& box, const Point& point) {
+HIPRT_HD HIPRT_FORCE_INLINE void grow(Box& box, const Point& point) {
   for (unsigned axis = 0; axis < 3; ++axis) {
     box.min[axis] = point.x[axis] < box.min[axis] ? point.x[axis] : box.min[axis];
     box.max[axis] = point.x[axis] > box.max[axis] ? point.x[axis] : box.max[axis];
@@ -17,7 +17,7 @@ HIPRT_HD HIPRT_INLINE void grow(Box& box, const Point& point) {
 }
 
 /// @return split_position() on all axes.
-HIPRT_HD HIPRT_INLINE Point split_point(const Box& box) {
+HIPRT_HD HIPRT_FORCE_INLINE Point split_point(const Box& box) {
   return Point{{split_position(box, 0), split_position(box, 1), split_position(box, 2)}};
 }
 

@@ -8,7 +8,7 @@
 namespace hiprt::build {
 
 /// Equal as numbers: 0 and -0 are.
-HIPRT_HD HIPRT_INLINE bool same_position(const float* a, const float* b) {
+HIPRT_HD HIPRT_FORCE_INLINE bool same_position(const float* a, const float* b) {
   return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
@@ -16,7 +16,7 @@ HIPRT_HD HIPRT_INLINE bool same_position(const float* a, const float* b) {
 enum DropReason : std::uint8_t { kKept = 0, kNotFinite = 1, kDegenerate = 2, kBadIndex = 3 };
 
 /// @return false for NaN.
-HIPRT_HD HIPRT_INLINE bool is_within(const float* position, float limit) {
+HIPRT_HD HIPRT_FORCE_INLINE bool is_within(const float* position, float limit) {
   bool within = true;
   for (unsigned axis = 0; axis < 3; ++axis) within = within && position[axis] > -limit && position[axis] < limit;
   return within;
@@ -25,13 +25,13 @@ HIPRT_HD HIPRT_INLINE bool is_within(const float* position, float limit) {
 inline constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
 /// Degenerate: two corners at the same position.
-HIPRT_HD HIPRT_INLINE DropReason drop_reason(const float* a, const float* b, const float* c) {
+HIPRT_HD HIPRT_FORCE_INLINE DropReason drop_reason(const float* a, const float* b, const float* c) {
   if (!is_within(a, kNoLimit) || !is_within(b, kNoLimit) || !is_within(c, kNoLimit)) return kNotFinite;
   return same_position(a, b) || same_position(b, c) || same_position(c, a) ? kDegenerate : kKept;
 }
 
 /// Degenerate: inverted.
-HIPRT_HD HIPRT_INLINE DropReason drop_reason(const Box& box) {
+HIPRT_HD HIPRT_FORCE_INLINE DropReason drop_reason(const Box& box) {
   if (!is_within(box.min, kNoLimit) || !is_within(box.max, kNoLimit)) return kNotFinite;
   bool ordered = true;
   for (unsigned axis = 0; axis < 3; ++axis) ordered = ordered && box.min[axis] <= box.max[axis];

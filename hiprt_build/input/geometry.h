@@ -29,10 +29,12 @@ struct GeometryTable {
   std::uint32_t count;
   std::uint32_t primitive_count;  ///< Of all geometries.
 
-  HIPRT_HD HIPRT_INLINE const GeometryView& operator[](std::uint32_t geometry) const { return geometries[geometry]; }
+  HIPRT_HD HIPRT_FORCE_INLINE const GeometryView& operator[](std::uint32_t geometry) const {
+    return geometries[geometry];
+  }
 
   /// @return the geometry of a primitive.
-  HIPRT_HD HIPRT_INLINE std::uint32_t find(std::uint32_t primitive) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t find(std::uint32_t primitive) const {
     std::uint32_t low = 0, high = count;
     while (high - low > 1) {
       const std::uint32_t middle = low + (high - low) / 2;
@@ -42,7 +44,7 @@ struct GeometryTable {
   }
 };
 
-HIPRT_HD HIPRT_INLINE Point corner(const GeometryView& mesh, std::uint32_t triangle, unsigned k) {
+HIPRT_HD HIPRT_FORCE_INLINE Point corner(const GeometryView& mesh, std::uint32_t triangle, unsigned k) {
   const std::array<float, 3>& position = mesh.positions[mesh.triangles[triangle][k]];
   return Point{{position[0], position[1], position[2]}};
 }
@@ -52,8 +54,8 @@ struct TriangleCorners {
 };
 
 /// @param corners are written unless an index is bad.
-HIPRT_HD HIPRT_INLINE DropReason load_triangle(const GeometryView& mesh, std::uint32_t triangle,
-                                               TriangleCorners& corners) {
+HIPRT_HD HIPRT_FORCE_INLINE DropReason load_triangle(const GeometryView& mesh, std::uint32_t triangle,
+                                                     TriangleCorners& corners) {
   const std::array<std::uint32_t, 3> index = mesh.triangles[triangle];
   if (index[0] >= mesh.position_count || index[1] >= mesh.position_count || index[2] >= mesh.position_count)
     return kBadIndex;

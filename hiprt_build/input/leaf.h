@@ -46,7 +46,7 @@ struct alignas(32) Reference {
 static_assert(sizeof(Reference) == 32);
 
 /// @return a part of what @p whole holds.
-HIPRT_HD HIPRT_INLINE Reference part_of(const Reference& whole, const Box& box) {
+HIPRT_HD HIPRT_FORCE_INLINE Reference part_of(const Reference& whole, const Box& box) {
   return Reference{box, whole.contents, whole.primitive};
 }
 
@@ -60,10 +60,11 @@ template <class Record> SimdBox simd_box(const Record& record) {
   return box;
 }
 
-HIPRT_HD HIPRT_INLINE Float4 to_float4(const Point& p) { return Float4{p.x[0], p.x[1], p.x[2], 0.0f}; }
+HIPRT_HD HIPRT_FORCE_INLINE Float4 to_float4(const Point& p) { return Float4{p.x[0], p.x[1], p.x[2], 0.0f}; }
 
 /// @param first the lower triangle, in its mesh.
-HIPRT_HD HIPRT_INLINE LeafCorners leaf_corners(const GeometryView& mesh, std::uint32_t first, LeafContents contents) {
+HIPRT_HD HIPRT_FORCE_INLINE LeafCorners leaf_corners(const GeometryView& mesh, std::uint32_t first,
+                                                     LeafContents contents) {
   LeafCorners corners;
   for (unsigned k = 0; k < 3; ++k) corners.v[k] = corner(mesh, first, (k + contents.rotation0()) % 3);
   corners.v[3] =
@@ -73,13 +74,13 @@ HIPRT_HD HIPRT_INLINE LeafCorners leaf_corners(const GeometryView& mesh, std::ui
 
 /// @param leaf LeafPrimitives or Reference. @pre triangles.
 template <class Leaf>
-HIPRT_HD HIPRT_INLINE LeafCorners leaf_corners(const GeometryTable& geometries, const Leaf& leaf) {
+HIPRT_HD HIPRT_FORCE_INLINE LeafCorners leaf_corners(const GeometryTable& geometries, const Leaf& leaf) {
   const GeometryView& mesh = geometries[geometries.find(leaf.primitive)];
   return leaf_corners(mesh, leaf.primitive - mesh.first, leaf.contents);
 }
 
 /// The box of a leaf's primitives. @param first the lower one, in its geometry.
-HIPRT_HD HIPRT_INLINE Box leaf_box(const GeometryView& geometry, std::uint32_t first, LeafContents contents) {
+HIPRT_HD HIPRT_FORCE_INLINE Box leaf_box(const GeometryView& geometry, std::uint32_t first, LeafContents contents) {
   if (geometry.is_custom()) {
     const Box box = geometry.boxes[first];
     return contents.is_pair() ? unite(box, geometry.boxes[first + contents.distance()]) : box;

@@ -25,8 +25,8 @@ struct Climb {
   /// @return the boundary, or kInvalidId if the other half is not there yet: it will go on, and can read what this
   ///         thread has written.
   template <class Arrive>
-  HIPRT_HD HIPRT_INLINE std::uint32_t up(std::uint32_t leaves, const std::uint8_t* levels, std::uint32_t* met,
-                                         Arrive&& arrive) {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t up(std::uint32_t leaves, const std::uint8_t* levels, std::uint32_t* met,
+                                               Arrive&& arrive) {
     const bool left_half = first == 0 || (last != leaves - 1 && levels[last] < levels[first - 1]);
     const std::uint32_t boundary = left_half ? last : first - 1;
     arrive(boundary, left_half);

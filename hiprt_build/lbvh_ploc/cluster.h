@@ -17,13 +17,14 @@ struct alignas(32) Cluster {
 };
 static_assert(sizeof(Cluster) == 32);
 
-HIPRT_HD HIPRT_INLINE Cluster leaf_cluster(const Box& box, std::uint32_t leaf) {
+HIPRT_HD HIPRT_FORCE_INLINE Cluster leaf_cluster(const Box& box, std::uint32_t leaf) {
   return Cluster{box, leaf | kLinkedLeaf, leaf};
 }
 
 /// A new node over both. It is numbered from 1 on: leaf 0 stays free.
 /// @param left comes before @p right in the order of clusters.
-template <class Tree> HIPRT_HD HIPRT_INLINE Cluster join(const Tree& tree, const Cluster& left, const Cluster& right) {
+template <class Tree>
+HIPRT_HD HIPRT_FORCE_INLINE Cluster join(const Tree& tree, const Cluster& left, const Cluster& right) {
   const Box box = unite(left.box, right.box);
   tree.join(right.free, left.ref, right.ref, box);
   return Cluster{box, right.free, left.free};
@@ -31,7 +32,7 @@ template <class Tree> HIPRT_HD HIPRT_INLINE Cluster join(const Tree& tree, const
 
 /// Half the area of both together. Devices have one instruction for the smaller or larger of two numbers; of two zeros
 /// it may be the other one than unite()'s, which changes no more than the area's sign. @pre no number is NaN.
-HIPRT_HD HIPRT_INLINE float joint_half_area(const Box& a, const Box& b) {
+HIPRT_HD HIPRT_FORCE_INLINE float joint_half_area(const Box& a, const Box& b) {
 #if HIPRT_DEVICE_CODE
   float edges[3];
   for (unsigned axis = 0; axis < 3; ++axis)
@@ -45,14 +46,14 @@ HIPRT_HD HIPRT_INLINE float joint_half_area(const Box& a, const Box& b) {
 /// How near the clusters at positions @p i and @p j are: by their joint area, ties by i ^ j, which joins equal boxes
 /// evenly. The number is the same from both sides, and the low bits are i ^ j: so of all clusters the nearest two
 /// choose each other.
-HIPRT_HD HIPRT_INLINE std::uint64_t nearness(const Box& a, const Box& b, std::uint32_t i, std::uint32_t j) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint64_t nearness(const Box& a, const Box& b, std::uint32_t i, std::uint32_t j) {
   // The sign is 0; an area that is not a number comes last.
   const std::uint32_t area = std::bit_cast<std::uint32_t>(joint_half_area(a, b)) & 0x7fffffffu;
   return std::uint64_t{area} << 32 | (i ^ j);
 }
 
 /// The same in 32 bits, for positions below 32: 19 bits of the area's fraction are kept.
-HIPRT_HD HIPRT_INLINE std::uint32_t short_nearness(const Box& a, const Box& b, std::uint32_t i, std::uint32_t j) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t short_nearness(const Box& a, const Box& b, std::uint32_t i, std::uint32_t j) {
   const std::uint64_t exact = nearness(a, b, i, j);
   return static_cast<std::uint32_t>(exact >> 36) << 5 | (i ^ j);
 }

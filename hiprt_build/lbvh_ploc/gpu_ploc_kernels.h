@@ -23,7 +23,7 @@ inline constexpr unsigned kPlocSmallRadius = 16;
 struct PlocLeaves {
   const Reference* references;
 
-  HIPRT_HD HIPRT_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
+  HIPRT_HD HIPRT_FORCE_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
 };
 
 /// A round that a launch makes.
@@ -40,12 +40,12 @@ struct PlocJob {
   std::uint32_t radius;
 
   /// The i-th cluster before a round.
-  HIPRT_HD HIPRT_INLINE Cluster cluster(const PlocProgress& now, std::uint32_t i) const {
+  HIPRT_HD HIPRT_FORCE_INLINE Cluster cluster(const PlocProgress& now, std::uint32_t i) const {
     if (now.rounds == 0) return leaf_cluster(tree.leaves.box(i), i);
     return now.rounds % 2 != 0 ? even[i] : odd[i];
   }
   /// Where a round writes.
-  HIPRT_HD HIPRT_INLINE Cluster* next(const PlocProgress& now) const { return now.rounds % 2 == 0 ? even : odd; }
+  HIPRT_HD HIPRT_FORCE_INLINE Cluster* next(const PlocProgress& now) const { return now.rounds % 2 == 0 ? even : odd; }
 };
 
 /// How a block of @p kBlock threads works on its tile, by a radius up to @p kMostRadius. Clusters are named by their

@@ -59,7 +59,7 @@ struct MortonGrid {
 /// How far apart neighbours in a sorted list of codes are: 0 to 31 by their positions where the codes are equal (which
 /// keeps runs of equal codes balanced), else 32 + the number of the highest bit that differs. Of all boundaries inside
 /// a node's range one has the largest value: there it is cut (Karras 2012; Apetrei 2014).
-HIPRT_HD HIPRT_INLINE std::uint8_t boundary_level(std::uint64_t code, std::uint64_t next, std::uint32_t index) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint8_t boundary_level(std::uint64_t code, std::uint64_t next, std::uint32_t index) {
   const unsigned level = code == next ? highest_bit(index ^ (index + 1)) : 32 + highest_bit(code ^ next);
   return static_cast<std::uint8_t>(level);
 }

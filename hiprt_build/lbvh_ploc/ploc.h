@@ -44,7 +44,7 @@ void emit_ploc(Engine& engine, const Tree& tree, std::size_t count, std::uint32_
     clusters[i] = leaf_cluster(tree.leaves.box(leaf), leaf);
   });
   for (auto progress = PlocProgress::start(static_cast<std::uint32_t>(count)); progress.count > 1;) {
-    const auto box_at = [&](std::uint32_t i) HIPRT_INLINE_LAMBDA -> const Box& { return clusters[i].box; };
+    const auto box_at = [&](std::uint32_t i) HIPRT_FORCE_INLINE_LAMBDA -> const Box& { return clusters[i].box; };
     engine.for_each(progress.count, [&](std::size_t i) {
       const auto index = static_cast<std::uint32_t>(i);
       nearest[i] = progress.neighbours != 0 ? ploc_neighbour(index, progress.count)

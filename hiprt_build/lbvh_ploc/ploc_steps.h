@@ -35,13 +35,13 @@ struct PlocProgress {
 /// @return the position of the cluster nearest to the i-th of @p count, at most @p radius positions away.
 /// @param box_at the box of the cluster at a position. @pre count > 1
 template <class BoxAt>
-HIPRT_HD HIPRT_INLINE std::uint32_t ploc_nearest(std::uint32_t i, std::uint32_t count, std::uint32_t radius,
-                                                 const BoxAt& box_at) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t ploc_nearest(std::uint32_t i, std::uint32_t count, std::uint32_t radius,
+                                                       const BoxAt& box_at) {
   const Box box = box_at(i);
   const std::uint32_t begin = i > radius ? i - radius : 0;
   const std::uint32_t end = count - i > radius ? i + radius + 1 : count;
   std::uint64_t best = ~std::uint64_t{0};
-  const auto look = [&](std::uint32_t j) HIPRT_INLINE_LAMBDA {
+  const auto look = [&](std::uint32_t j) HIPRT_FORCE_INLINE_LAMBDA {
     const std::uint64_t key = nearness(box, box_at(j), i, j);
     best = key < best ? key : best;
   };
@@ -51,7 +51,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t ploc_nearest(std::uint32_t i, std::uint32_t 
 }
 
 /// As ploc_nearest(), without looking: 0 and 1, 2 and 3, ...; the last of an odd number is nobody's neighbour.
-HIPRT_HD HIPRT_INLINE std::uint32_t ploc_neighbour(std::uint32_t i, std::uint32_t count) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t ploc_neighbour(std::uint32_t i, std::uint32_t count) {
   const std::uint32_t other = i ^ 1u;
   return other < count ? other : i;
 }
@@ -64,7 +64,8 @@ enum class PlocAction : std::uint32_t {
 };
 
 /// Of the i-th. @param nearest_of the position nearest to a position.
-template <class NearestOf> HIPRT_HD HIPRT_INLINE PlocAction ploc_action(std::uint32_t i, const NearestOf& nearest_of) {
+template <class NearestOf>
+HIPRT_HD HIPRT_FORCE_INLINE PlocAction ploc_action(std::uint32_t i, const NearestOf& nearest_of) {
   const std::uint32_t j = nearest_of(i);
   if (j == i || nearest_of(j) != i) return PlocAction::kStays;
   return i < j ? PlocAction::kJoins : PlocAction::kGoes;

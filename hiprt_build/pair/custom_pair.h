@@ -12,7 +12,7 @@ namespace hiprt::build {
 inline constexpr float kCustomPairArea = 1.25f;
 
 /// @pre both are kept (drop_reason()).
-HIPRT_HD HIPRT_INLINE bool share_leaf(const Box& a, const Box& b) {
+HIPRT_HD HIPRT_FORCE_INLINE bool share_leaf(const Box& a, const Box& b) {
   return half_area(unite(a, b)) <= kCustomPairArea * (half_area(a) + half_area(b));
 }
 

@@ -16,16 +16,16 @@ struct SplitBounds {
 namespace clip_detail {
 
 /// As std::nextafter(x, infinity).
-HIPRT_HD HIPRT_INLINE float next_above(float x) {
+HIPRT_HD HIPRT_FORCE_INLINE float next_above(float x) {
   if (!(x < SimdBox::kInfinity)) return x;
   const auto bits = std::bit_cast<std::uint32_t>(x);
   return std::bit_cast<float>(x == 0.0f ? 1u : x > 0.0f ? bits + 1 : bits - 1);
 }
-HIPRT_HD HIPRT_INLINE float next_below(float x) { return -next_above(-x); }
+HIPRT_HD HIPRT_FORCE_INLINE float next_below(float x) { return -next_above(-x); }
 
 /// Adds the point of edge a b in the plane, rounded outwards on the other axes.
-HIPRT_HD HIPRT_INLINE void add_crossing(const Point& a, const Point& b, unsigned axis, float plane,
-                                        SplitBounds& result) {
+HIPRT_HD HIPRT_FORCE_INLINE void add_crossing(const Point& a, const Point& b, unsigned axis, float plane,
+                                              SplitBounds& result) {
   const double start = static_cast<double>(a.x[axis]);
   const double part = (static_cast<double>(plane) - start) / (static_cast<double>(b.x[axis]) - start);
   Float4 low{}, high{};
@@ -41,7 +41,7 @@ HIPRT_HD HIPRT_INLINE void add_crossing(const Point& a, const Point& b, unsigned
   result.right.add(high);
 }
 
-HIPRT_HD HIPRT_INLINE void add_triangle(const Point (&v)[3], unsigned axis, float plane, SplitBounds& result) {
+HIPRT_HD HIPRT_FORCE_INLINE void add_triangle(const Point (&v)[3], unsigned axis, float plane, SplitBounds& result) {
   for (unsigned k = 0; k < 3; ++k) {
     const Point &a = v[k], &b = v[(k + 1) % 3];
     if (a.x[axis] <= plane) result.left.add(to_float4(a));
@@ -52,7 +52,7 @@ HIPRT_HD HIPRT_INLINE void add_triangle(const Point (&v)[3], unsigned axis, floa
 }
 
 /// The common part; an axis without any keeps the limit's.
-HIPRT_HD HIPRT_INLINE SimdBox intersect(SimdBox box, const SimdBox& limit) {
+HIPRT_HD HIPRT_FORCE_INLINE SimdBox intersect(SimdBox box, const SimdBox& limit) {
   box.min = max4(box.min, limit.min);
   box.max = min4(box.max, limit.max);
   for (int axis = 0; axis < 3; ++axis)
@@ -64,8 +64,8 @@ HIPRT_HD HIPRT_INLINE SimdBox intersect(SimdBox box, const SimdBox& limit) {
 
 /// @param pair whether there are two triangles.
 /// @param box bounds of the part of them that is to be split: the results stay inside.
-HIPRT_HD HIPRT_INLINE SplitBounds split_bounds(const LeafCorners& corners, bool pair, const SimdBox& box, unsigned axis,
-                                               float plane) {
+HIPRT_HD HIPRT_FORCE_INLINE SplitBounds split_bounds(const LeafCorners& corners, bool pair, const SimdBox& box,
+                                                     unsigned axis, float plane) {
   const Point(&v)[4] = corners.v;
   SplitBounds result;
   clip_detail::add_triangle({v[0], v[1], v[2]}, axis, plane, result);
@@ -77,8 +77,8 @@ HIPRT_HD HIPRT_INLINE SplitBounds split_bounds(const LeafCorners& corners, bool 
 
 /// @param leaf LeafPrimitives or Reference. @pre triangles.
 template <class Leaf>
-HIPRT_HD HIPRT_INLINE SplitBounds split_bounds(const GeometryTable& geometries, const Leaf& leaf, const SimdBox& box,
-                                               unsigned axis, float plane) {
+HIPRT_HD HIPRT_FORCE_INLINE SplitBounds split_bounds(const GeometryTable& geometries, const Leaf& leaf,
+                                                     const SimdBox& box, unsigned axis, float plane) {
   return split_bounds(leaf_corners(geometries, leaf), leaf.contents.is_pair(), box, axis, plane);
 }
 

@@ -34,7 +34,7 @@ class SplitPlanes {
     }
   }
 
-  HIPRT_HD HIPRT_INLINE static float longest_edge(const Box& box) {
+  HIPRT_HD HIPRT_FORCE_INLINE static float longest_edge(const Box& box) {
     float longest = box.max[0] - box.min[0];
     for (unsigned axis = 1; axis < 3; ++axis) {
       const float edge = box.max[axis] - box.min[axis];
@@ -79,14 +79,14 @@ class SplitPlanes {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE std::uint32_t cell(float x, float low) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t cell(float x, float low) const {
     const float position = (x - low) * cells_per_unit_;
     // No number where the scene's extent overflows: there is no grid then.
     if (!(position > 0.0f)) return 0;
     constexpr auto kLast = static_cast<float>((1u << kBits) - 1);
     return static_cast<std::uint32_t>(position < kLast ? position : kLast);
   }
-  HIPRT_HD HIPRT_INLINE unsigned coarseness(const Box& box, unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE unsigned coarseness(const Box& box, unsigned axis) const {
     const std::uint32_t differ = cell(box.min[axis], low_[axis]) ^ cell(box.max[axis], low_[axis]);
     return differ == 0 ? 0 : highest_bit(std::uint64_t{differ}) + 1;
   }
@@ -102,7 +102,7 @@ namespace presplit_detail {
 inline constexpr float kFilled = 3.0f;
 
 /// Area that boxes around ever smaller parts of a triangle come down to: as half_area().
-HIPRT_HD HIPRT_INLINE float least_area(const Point& a, const Point& b, const Point& c) {
+HIPRT_HD HIPRT_FORCE_INLINE float least_area(const Point& a, const Point& b, const Point& c) {
   float sum = 0.0f;
   for (unsigned axis = 0; axis < 3; ++axis) {
     const unsigned k = (axis + 1) % 3, m = (axis + 2) % 3;
@@ -113,7 +113,7 @@ HIPRT_HD HIPRT_INLINE float least_area(const Point& a, const Point& b, const Poi
 }
 
 /// The same on all processors. @param x positive and finite.
-HIPRT_HD HIPRT_INLINE float cube_root(float x) {
+HIPRT_HD HIPRT_FORCE_INLINE float cube_root(float x) {
   const auto wanted = static_cast<double>(x);
   // A third of the exponent: within 6 % of the root of a normal double, and each step squares the error.
   double root = std::bit_cast<double>(std::bit_cast<std::uint64_t>(wanted) / 3 + 0x2a9f789300000000ull);
@@ -122,14 +122,14 @@ HIPRT_HD HIPRT_INLINE float cube_root(float x) {
 }
 
 /// 2^-n. @param n up to 126.
-HIPRT_HD HIPRT_INLINE float negative_power(unsigned n) { return std::bit_cast<float>((127u - n) << 23); }
+HIPRT_HD HIPRT_FORCE_INLINE float negative_power(unsigned n) { return std::bit_cast<float>((127u - n) << 23); }
 
 }  // namespace presplit_detail
 
 /// In proportion to the splits that a reference should have.
 /// @param box of the reference. @param corners,pair its triangles.
-HIPRT_HD HIPRT_INLINE float split_weight(const SplitPlanes& planes, const Box& box, const LeafCorners& corners,
-                                         bool pair) {
+HIPRT_HD HIPRT_FORCE_INLINE float split_weight(const SplitPlanes& planes, const Box& box, const LeafCorners& corners,
+                                               bool pair) {
   using namespace presplit_detail;
   const Point(&v)[4] = corners.v;
   const unsigned coarse = planes.coarseness(box);
@@ -141,7 +141,7 @@ HIPRT_HD HIPRT_INLINE float split_weight(const SplitPlanes& planes, const Box& b
 }
 
 /// How often a reference is split.
-HIPRT_HD HIPRT_INLINE std::uint32_t split_count(float weight, float scale) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t split_count(float weight, float scale) {
   const float wanted = weight * scale;
   return wanted < static_cast<float>(kMaxSplits) ? static_cast<std::uint32_t>(wanted) : kMaxSplits;
 }

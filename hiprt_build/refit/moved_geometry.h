@@ -11,9 +11,9 @@ struct MovedGeometry {
   const std::uint32_t* triangles = nullptr;  ///< Three vertices per triangle.
   const Box* boxes = nullptr;                ///< Of custom primitives; of meshes null.
 
-  HIPRT_HD HIPRT_INLINE bool is_custom() const { return boxes != nullptr; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_custom() const { return boxes != nullptr; }
   /// @pre a mesh. @param k 0 to 2.
-  HIPRT_HD HIPRT_INLINE const float* corner(std::uint32_t triangle, unsigned k) const {
+  HIPRT_HD HIPRT_FORCE_INLINE const float* corner(std::uint32_t triangle, unsigned k) const {
     return positions + std::uint64_t{3} * triangles[std::uint64_t{3} * triangle + k];
   }
 };
@@ -32,19 +32,22 @@ struct StoredTriangle {
   const float* corner[3];
 
   /// @param triangle_id its byte.
-  HIPRT_HD HIPRT_INLINE StoredTriangle(const MovedGeometry& mesh, std::uint32_t triangle, std::uint32_t triangle_id) {
+  HIPRT_HD HIPRT_FORCE_INLINE StoredTriangle(const MovedGeometry& mesh, std::uint32_t triangle,
+                                             std::uint32_t triangle_id) {
     const unsigned rotation = TriangleId::to_rotation(triangle_id);
     for (unsigned k = 0; k < 3; ++k) corner[k] = mesh.corner(triangle, (k + rotation) % 3);
   }
 };
 
 /// Triangle 0 or 1 of a triangle leaf. @pre it has it.
-HIPRT_HD HIPRT_INLINE StoredTriangle stored_triangle(const MovedGeometry& mesh, const LeafInfo& info, unsigned which) {
+HIPRT_HD HIPRT_FORCE_INLINE StoredTriangle stored_triangle(const MovedGeometry& mesh, const LeafInfo& info,
+                                                           unsigned which) {
   return StoredTriangle(mesh, info.primitive[which], info.triangle_ids >> (8 * which) & 0xffu);
 }
 
 /// @param limit that coordinates must stay below in magnitude; kNoLimit.
-HIPRT_HD HIPRT_INLINE MoveFault primitive_fault(const MovedGeometry& geometry, std::uint32_t primitive, float limit) {
+HIPRT_HD HIPRT_FORCE_INLINE MoveFault primitive_fault(const MovedGeometry& geometry, std::uint32_t primitive,
+                                                      float limit) {
   const bool custom = geometry.is_custom();
   if (custom && drop_reason(geometry.boxes[primitive]) == kDegenerate) return MoveFault::kInverted;
   for (unsigned k = 0; k < (custom ? 2u : 3u); ++k) {
@@ -58,7 +61,7 @@ HIPRT_HD HIPRT_INLINE MoveFault primitive_fault(const MovedGeometry& geometry, s
 }
 
 /// @pre indices are good.
-HIPRT_HD HIPRT_INLINE MoveFault leaf_fault(const MovedGeometry* geometries, const LeafInfo& info, float limit) {
+HIPRT_HD HIPRT_FORCE_INLINE MoveFault leaf_fault(const MovedGeometry* geometries, const LeafInfo& info, float limit) {
   const MovedGeometry& geometry = geometries[info.geometry_and_flags & kGeometryMask];
   const MoveFault first = primitive_fault(geometry, info.primitive[0], limit);
   if (first != MoveFault::kNone || info.primitive[1] == kInvalidId) return first;
@@ -70,7 +73,7 @@ HIPRT_HD HIPRT_INLINE MoveFault leaf_fault(const MovedGeometry* geometries, cons
 }
 
 /// Whether a builder would keep the primitive. @pre indices are good.
-HIPRT_HD HIPRT_INLINE bool would_be_kept(const MovedGeometry& geometry, std::uint32_t primitive) {
+HIPRT_HD HIPRT_FORCE_INLINE bool would_be_kept(const MovedGeometry& geometry, std::uint32_t primitive) {
   if (geometry.is_custom()) return drop_reason(geometry.boxes[primitive]) == kKept;
   return drop_reason(geometry.corner(primitive, 0), geometry.corner(primitive, 1), geometry.corner(primitive, 2)) ==
          kKept;

@@ -19,14 +19,14 @@ namespace hiprt::build {
 struct OuterPlanes {
   std::uint64_t bits[6];
 
-  HIPRT_HD HIPRT_INLINE void add(const Box& box) {
+  HIPRT_HD HIPRT_FORCE_INLINE void add(const Box& box) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       if (half_above(-box.min[axis]) == kHalfInfinity) raise(&bits[axis], std::bit_cast<std::uint32_t>(-box.min[axis]));
       if (half_above(box.max[axis]) == kHalfInfinity)
         raise(&bits[3 + axis], std::bit_cast<std::uint32_t>(box.max[axis]));
     }
   }
-  HIPRT_HD HIPRT_INLINE Box box() const {
+  HIPRT_HD HIPRT_FORCE_INLINE Box box() const {
     Box box{};
     for (unsigned axis = 0; axis < 3; ++axis) {
       box.min[axis] = -std::bit_cast<float>(static_cast<std::uint32_t>(bits[axis]));
@@ -54,19 +54,19 @@ template <class Layout> struct RefitFile {
   /// Of leaves that hold but a part of their triangles: their boxes. Else nullptr: the boxes of the triangles.
   const Box* leaf_boxes = nullptr;
 
-  HIPRT_HD HIPRT_INLINE std::uint32_t node(NodeRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t node(NodeRef ref) const {
     return static_cast<std::uint32_t>((ref_offset(ref) - first_node) / sizeof(Node));
   }
-  HIPRT_HD HIPRT_INLINE std::uint32_t leaf(NodeRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t leaf(NodeRef ref) const {
     return static_cast<std::uint32_t>((ref_offset(ref) - first_leaf) / sizeof(Leaf));
   }
-  HIPRT_HD HIPRT_INLINE unsigned box_children(std::uint32_t node) const {
+  HIPRT_HD HIPRT_FORCE_INLINE unsigned box_children(std::uint32_t node) const {
     unsigned count = 0;
     for (const NodeRef ref : nodes[node].child) count += ref != kInvalidRef && is_box(ref) ? 1 : 0;
     return count;
   }
 
-  HIPRT_HD HIPRT_INLINE static Box leaf_box(const Leaf& leaf, bool custom) {
+  HIPRT_HD HIPRT_FORCE_INLINE static Box leaf_box(const Leaf& leaf, bool custom) {
     if (custom) return unite(custom_leaf(leaf).box[0], custom_leaf(leaf).box[1]);
     Box box = empty_box();
     for (unsigned v = 0; v < 4; ++v) {
@@ -78,7 +78,7 @@ template <class Layout> struct RefitFile {
   }
 
   /// Of what is below a reference. @pre it is done.
-  HIPRT_HD HIPRT_INLINE Box box_below(NodeRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE Box box_below(NodeRef ref) const {
     if (is_box(ref)) return node_box<Layout>(nodes[node(ref)]);
     Box box = empty_box();
     const bool custom = ref_type(ref) == NodeType::kProcedural;
@@ -117,11 +117,11 @@ template <class Layout> struct MoveLeafStep {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE static void move_boxes(CustomLeaf& leaf, const Box* boxes) {
+  HIPRT_HD HIPRT_FORCE_INLINE static void move_boxes(CustomLeaf& leaf, const Box* boxes) {
     for (unsigned k = 0; k < 2; ++k)
       if (leaf.info.primitive[k] != kInvalidId) leaf.box[k] = boxes[leaf.info.primitive[k]];
   }
-  HIPRT_HD HIPRT_INLINE static void move_vertices(typename Layout::Leaf& leaf, const MovedGeometry& mesh) {
+  HIPRT_HD HIPRT_FORCE_INLINE static void move_vertices(typename Layout::Leaf& leaf, const MovedGeometry& mesh) {
     const StoredTriangle first = stored_triangle(mesh, leaf.info, 0);
     const bool pair = leaf.info.primitive[1] != kInvalidId;
     const float* v3 = pair ? stored_triangle(mesh, leaf.info, 1).corner[1] : first.corner[2];

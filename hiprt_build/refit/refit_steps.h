@@ -12,16 +12,16 @@ template <class Tree> struct ParentedTree {
   std::uint32_t leaves;
   std::uint32_t* parents;  ///< Of inner node k: [k]; of leaf k: [leaves + k]. kInvalidId for the root.
 
-  HIPRT_HD HIPRT_INLINE std::uint32_t& parent(LinkedRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t& parent(LinkedRef ref) const {
     return parents[(ref & kLinkedLeaf) != 0 ? leaves + (ref & ~kLinkedLeaf) : ref];
   }
   /// @pre ref is not the root.
-  HIPRT_HD HIPRT_INLINE LinkedRef sibling(LinkedRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE LinkedRef sibling(LinkedRef ref) const {
     const LinkedNode& above = tree.nodes[parent(ref)];
     return above.child[0] == ref ? above.child[1] : above.child[0];
   }
   /// One child of a node becomes another.
-  HIPRT_HD HIPRT_INLINE void replace_child(std::uint32_t node, LinkedRef before, LinkedRef after) const {
+  HIPRT_HD HIPRT_FORCE_INLINE void replace_child(std::uint32_t node, LinkedRef before, LinkedRef after) const {
     LinkedRef* child = tree.nodes[node].child;
     child[child[0] == before ? 0 : 1] = after;
     parent(after) = node;

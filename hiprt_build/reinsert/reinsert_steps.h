@@ -120,7 +120,7 @@ struct ReinsertionBids {
 };
 
 /// A bid: the gain's bits, which order as gains do, then the subtree's number. 0: it does not want to move.
-HIPRT_HD HIPRT_INLINE std::uint64_t reinsertion_bid(const Reinsertion& move, std::uint32_t number) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint64_t reinsertion_bid(const Reinsertion& move, std::uint32_t number) {
   return move.gain > 0.0f ? std::uint64_t{std::bit_cast<std::uint32_t>(move.gain)} << 32 | number : 0;
 }
 
@@ -134,7 +134,7 @@ template <class Tree> struct ReinsertionWay {
     return (ref & kLinkedLeaf) != 0 ? tree.leaves + (ref & ~kLinkedLeaf) : ref;
   }
   /// visit(number) of every subtree whose links change.
-  template <class Visit> HIPRT_HD HIPRT_INLINE void visit_changed(Visit&& visit) const {
+  template <class Visit> HIPRT_HD HIPRT_FORCE_INLINE void visit_changed(Visit&& visit) const {
     const std::uint32_t parent = tree.parent(moving);
     visit(number(moving));
     visit(parent);
@@ -144,7 +144,7 @@ template <class Tree> struct ReinsertionWay {
     visit(number(move.beside));
   }
   /// visit(number) of every subtree on the way down.
-  template <class Visit> HIPRT_HD HIPRT_INLINE void visit_passed(Visit&& visit) const {
+  template <class Visit> HIPRT_HD HIPRT_FORCE_INLINE void visit_passed(Visit&& visit) const {
     for (LinkedRef ref = move.beside; ref != move.meet; ref = tree.parent(ref)) visit(number(ref));
   }
 };
@@ -188,7 +188,7 @@ template <class Tree> struct GrantReinsertionStep {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE std::uint64_t bid_of(std::uint32_t number) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint64_t bid_of(std::uint32_t number) const {
     return lookers.includes(number) ? reinsertion_bid(found[lookers.looker(number)], number) : 0;
   }
 };

@@ -10,17 +10,17 @@
 namespace hiprt::build {
 
 /// Half the centre of a box: halved again so that sums and extents stay finite for every finite box.
-HIPRT_HD HIPRT_INLINE Float4 split_position(const SimdBox& box) { return 0.25f * box.min + 0.25f * box.max; }
+HIPRT_HD HIPRT_FORCE_INLINE Float4 split_position(const SimdBox& box) { return 0.25f * box.min + 0.25f * box.max; }
 
 /// Boxes of a range of references and of their split positions.
 struct RangeBounds {
   SimdBox box, centers;
 
-  HIPRT_HD HIPRT_INLINE void add(const SimdBox& reference) {
+  HIPRT_HD HIPRT_FORCE_INLINE void add(const SimdBox& reference) {
     box.add(reference);
     centers.add(split_position(reference));
   }
-  HIPRT_HD HIPRT_INLINE void add(const RangeBounds& other) {
+  HIPRT_HD HIPRT_FORCE_INLINE void add(const RangeBounds& other) {
     box.add(other.box);
     centers.add(other.centers);
   }
@@ -33,27 +33,27 @@ struct BinMapping {
   Float4 base, scale;
   int bins;
 
-  HIPRT_HD HIPRT_INLINE BinMapping(const SimdBox& centers, std::size_t count)
+  HIPRT_HD HIPRT_FORCE_INLINE BinMapping(const SimdBox& centers, std::size_t count)
       : base(centers.min), scale{}, bins(count < 16 * (kMaxBins - 4) ? static_cast<int>(4 + count / 16) : kMaxBins) {
     const Float4 extent = centers.max - centers.min;
     for (int axis = 0; axis < 3; ++axis)
       // Slightly less than bins / extent, so that the largest centre falls into the last bin.
       scale[axis] = extent[axis] > 0x1p-120f ? 0.99999f * static_cast<float>(bins) / extent[axis] : 0.0f;
   }
-  HIPRT_HD HIPRT_INLINE std::array<int, 3> operator()(const SimdBox& box) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::array<int, 3> operator()(const SimdBox& box) const {
     const Float4 position = (split_position(box) - base) * scale;
     return {within(position[0]), within(position[1]), within(position[2])};
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE int within(float position) const {
+  HIPRT_HD HIPRT_FORCE_INLINE int within(float position) const {
     const int bin = static_cast<int>(position);
     return bin < 0 ? 0 : bin < bins ? bin : bins - 1;
   }
 };
 
 /// @return the cost of one side of a split, in the unit of Split::cost.
-HIPRT_HD HIPRT_INLINE float side_cost(const SimdBox& box, std::uint32_t count) {
+HIPRT_HD HIPRT_FORCE_INLINE float side_cost(const SimdBox& box, std::uint32_t count) {
   return half_area(box) * static_cast<float>(count);
 }
 

@@ -13,7 +13,8 @@ inline constexpr int kSpatialBins = 16;
 inline constexpr float kLeastOverlap = 1e-5f;
 
 /// What the left half of a range gets of the capacity for references that cuts will make.
-HIPRT_HD HIPRT_INLINE std::size_t left_capacity(std::size_t capacity, std::size_t left_count, std::size_t right_count) {
+HIPRT_HD HIPRT_FORCE_INLINE std::size_t left_capacity(std::size_t capacity, std::size_t left_count,
+                                                      std::size_t right_count) {
   const double share = static_cast<double>(left_count) / static_cast<double>(left_count + right_count);
   const auto wanted = static_cast<std::size_t>(static_cast<double>(capacity) * share);
   return wanted < capacity ? wanted : capacity;
@@ -26,7 +27,7 @@ struct TriangleEdges {
   int axis;
   bool pair;
 
-  HIPRT_HD HIPRT_INLINE TriangleEdges(const LeafCorners& corners, bool is_pair, int along)
+  HIPRT_HD HIPRT_FORCE_INLINE TriangleEdges(const LeafCorners& corners, bool is_pair, int along)
       : corner{to_float4(corners.v[0]), to_float4(corners.v[1]), to_float4(corners.v[2]), to_float4(corners.v[3])},
         inverse{},
         axis(along),
@@ -41,7 +42,7 @@ struct TriangleEdges {
   HIPRT_HD static constexpr int last(int edge) { return edge < 3 ? (edge + 1) % 3 : edge == 3 ? 3 : 2; }
 
   /// Of the parts between two planes; may be empty. The corners of such a part lie on edges.
-  HIPRT_HD HIPRT_INLINE SimdBox between(float low, float high) const {
+  HIPRT_HD HIPRT_FORCE_INLINE SimdBox between(float low, float high) const {
     SimdBox part;
     for (int edge = 0; edge < 5; ++edge) {
       if (edge > 2 && !pair) break;
@@ -56,7 +57,7 @@ struct TriangleEdges {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE static float within_edge(float share) {
+  HIPRT_HD HIPRT_FORCE_INLINE static float within_edge(float share) {
     return share > 0.0f ? (share < 1.0f ? share : 1.0f) : 0.0f;
   }
 };
@@ -65,38 +66,38 @@ struct TriangleEdges {
 struct SlabPlanes {
   float plane[3][kSpatialBins + 1];  ///< [i]: between slabs i - 1 and i; never decreasing.
 
-  HIPRT_HD HIPRT_INLINE static SlabPlanes over(const SimdBox& box) {
+  HIPRT_HD HIPRT_FORCE_INLINE static SlabPlanes over(const SimdBox& box) {
     SlabPlanes planes;
     for (int axis = 0; axis < 3; ++axis)
       for (int i = 0; i <= kSpatialBins; ++i) planes.plane[axis][i] = at(box.min[axis], box.max[axis], i);
     return planes;
   }
   /// Plane @p i of an axis on which the box is so long.
-  HIPRT_HD HIPRT_INLINE static float at(float min, float max, int i) {
+  HIPRT_HD HIPRT_FORCE_INLINE static float at(float min, float max, int i) {
     const float share = static_cast<float>(i) / kSpatialBins;
     return (1.0f - share) * min + share * max;
   }
   /// The slab in which a reference that begins at @p x begins: of two it is the upper.
-  HIPRT_HD HIPRT_INLINE int first(float x, int axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE int first(float x, int axis) const {
     return find(axis, [x](float p) { return p <= x; });
   }
   /// The slab in which one that ends at @p x ends: of two it is the lower.
-  HIPRT_HD HIPRT_INLINE int last(float x, int axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE int last(float x, int axis) const {
     return find(axis, [x](float p) { return p < x; });
   }
   /// visit(slab, box of the part there) for the slabs of an axis that a reference is in, in their order.
   /// @param whole its box.
   template <class Visit>
-  HIPRT_HD HIPRT_INLINE void visit(const LeafCorners& corners, bool pair, const SimdBox& whole, int axis,
-                                   Visit&& visit) const {
+  HIPRT_HD HIPRT_FORCE_INLINE void visit(const LeafCorners& corners, bool pair, const SimdBox& whole, int axis,
+                                         Visit&& visit) const {
     const int begin = first(whole.min[axis], axis), end = last(whole.max[axis], axis);
     cut(plane[axis], begin, end, corners, pair, whole, axis, visit);
   }
   /// The same for one in slabs @p begin to @p end between the planes of a row, which lie across @p axis of the corners.
   /// Boxes of parts are good enough to choose a cut by: they are not rounded outwards.
   template <class Visit>
-  HIPRT_HD HIPRT_INLINE static void cut(const float* row, int begin, int end, const LeafCorners& corners, bool pair,
-                                        const SimdBox& whole, int axis, Visit&& visit) {
+  HIPRT_HD HIPRT_FORCE_INLINE static void cut(const float* row, int begin, int end, const LeafCorners& corners,
+                                              bool pair, const SimdBox& whole, int axis, Visit&& visit) {
     if (begin >= end) return visit(begin, whole);
     const TriangleEdges edges(corners, pair, axis);
     for (int i = begin; i <= end; ++i) visit(i, clip_detail::intersect(edges.between(row[i], row[i + 1]), whole));
@@ -104,7 +105,7 @@ struct SlabPlanes {
 
  private:
   /// The number of inner planes for which below() holds: those before the others.
-  template <class Below> HIPRT_HD HIPRT_INLINE int find(int axis, const Below& below) const {
+  template <class Below> HIPRT_HD HIPRT_FORCE_INLINE int find(int axis, const Below& below) const {
     int low = 0, high = kSpatialBins - 1;
     while (low < high) {
       const int middle = (low + high + 1) / 2;
@@ -131,7 +132,7 @@ enum class SplitSide : std::uint8_t { kBoth, kLeft, kRight };
 
 /// @return one side if it is cheaper not to split the reference ("unsplitting", Stich et al. 2009, section 4.4).
 /// @param whole the reference's box.
-HIPRT_HD HIPRT_INLINE SplitSide cheapest_side(const SpatialSplit& split, const SimdBox& whole) {
+HIPRT_HD HIPRT_FORCE_INLINE SplitSide cheapest_side(const SpatialSplit& split, const SimdBox& whole) {
   SimdBox larger_left = split.left, larger_right = split.right;
   larger_left.add(whole);
   larger_right.add(whole);

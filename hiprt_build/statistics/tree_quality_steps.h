@@ -44,19 +44,19 @@ template <class Layout> struct TreeQuality {
   SahCosts costs;
 
   /// What a node states for a child.
-  HIPRT_HD HIPRT_INLINE Box stated_box(const Node& node, unsigned child) const {
+  HIPRT_HD HIPRT_FORCE_INLINE Box stated_box(const Node& node, unsigned child) const {
     return build::stated_box<Layout>(node, child, header->bounds);
   }
-  HIPRT_HD HIPRT_INLINE const Node& node(NodeRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE const Node& node(NodeRef ref) const {
     return nodes[(ref_offset(ref) - first_node) / sizeof(Node)];
   }
   /// The first leaf of a run.
-  HIPRT_HD HIPRT_INLINE const Leaf* run(NodeRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE const Leaf* run(NodeRef ref) const {
     return leaves + (ref_offset(ref) - first_leaf) / sizeof(Leaf);
   }
 
   /// Of a node without what is below it, or of all leaves of a run.
-  HIPRT_HD HIPRT_INLINE double own_cost(NodeRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE double own_cost(NodeRef ref) const {
     if (is_box(ref)) return static_cast<double>(costs.box_node);
     unsigned count = 1;
     for (const Leaf* at = run(ref); (at->info.geometry_and_flags & kLastInRun) == 0; ++at) ++count;
@@ -64,14 +64,14 @@ template <class Layout> struct TreeQuality {
   }
 
   /// TreeStatistics::sah_cost. A scene in one point or on one line: every ray that meets the root meets everything.
-  HIPRT_HD HIPRT_INLINE double sah_cost(const QualitySums& all) const {
+  HIPRT_HD HIPRT_FORCE_INLINE double sah_cost(const QualitySums& all) const {
     if (header->root == kInvalidRef) return 0;
     const double area = exact_half_area(header->bounds);
     return own_cost(header->root) + (area > 0 ? all.area_costs / area : all.costs);
   }
 
   /// Of node i's children.
-  HIPRT_HD HIPRT_INLINE QualitySums operator()(std::size_t i) const {
+  HIPRT_HD HIPRT_FORCE_INLINE QualitySums operator()(std::size_t i) const {
     const Node& parent = nodes[i];
     Box boxes[kBranching];
     for (unsigned c = 0; c < kBranching; ++c) boxes[c] = stated_box(parent, c);
@@ -91,8 +91,8 @@ template <class Layout> struct TreeQuality {
  private:
   /// Of child c, a node, after exchanging one of its children for another child of the parent, or nothing.
   /// @param area before.
-  HIPRT_HD HIPRT_INLINE double least_area(const Node& parent, const Box (&boxes)[kBranching], unsigned c,
-                                          double area) const {
+  HIPRT_HD HIPRT_FORCE_INLINE double least_area(const Node& parent, const Box (&boxes)[kBranching], unsigned c,
+                                                double area) const {
     const Node& child = node(parent.child[c]);
     Box below[kBranching];
     for (unsigned g = 0; g < kBranching; ++g) below[g] = stated_box(child, g);

@@ -32,22 +32,24 @@ static_assert(sizeof(LinkedNode) == 32);
 struct LeafCounts {
   std::uint32_t* counts;  ///< Leaves below each inner node.
 
-  HIPRT_HD HIPRT_INLINE std::uint32_t count(LinkedRef ref) const { return (ref & kLinkedLeaf) != 0 ? 1u : counts[ref]; }
-  HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box&) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t count(LinkedRef ref) const {
+    return (ref & kLinkedLeaf) != 0 ? 1u : counts[ref];
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box&) const {
     counts[node] = count(left) + count(right);
   }
 };
 
 /// Subtree sums: none.
 struct NoSums {
-  HIPRT_HD HIPRT_INLINE void join(std::uint32_t, LinkedRef, LinkedRef, const Box&) const {}
+  HIPRT_HD HIPRT_FORCE_INLINE void join(std::uint32_t, LinkedRef, LinkedRef, const Box&) const {}
 };
 
 /// Leaves of a linked tree: references by number.
 struct ReferenceLeaves {
   const Reference* references;
 
-  HIPRT_HD HIPRT_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
+  HIPRT_HD HIPRT_FORCE_INLINE Box box(std::uint32_t leaf) const { return references[leaf].box; }
 };
 
 /// A tree while it grows. The thread that joins two subtrees has seen both: climb.h says in which order of memory.
@@ -59,11 +61,11 @@ template <class LeafBoxes, class SubtreeSums = LeafCounts> struct LinkedTree {
   SubtreeSums sums;
   LinkedRef* root;
 
-  HIPRT_HD HIPRT_INLINE Box box(LinkedRef ref) const {
+  HIPRT_HD HIPRT_FORCE_INLINE Box box(LinkedRef ref) const {
     return (ref & kLinkedLeaf) != 0 ? leaves.box(ref & ~kLinkedLeaf) : nodes[ref].box;
   }
   /// Writes inner node @p node over two subtrees. @param box of both.
-  HIPRT_HD HIPRT_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
+  HIPRT_HD HIPRT_FORCE_INLINE void join(std::uint32_t node, LinkedRef left, LinkedRef right, const Box& box) const {
     nodes[node] = LinkedNode{box, {left, right}};
     sums.join(node, left, right, box);
   }

@@ -47,24 +47,24 @@ inline namespace cuda_vectors {
 struct alignas(16) Float4 {
   float v[4];
 
-  HIPRT_HD HIPRT_INLINE float& operator[](int i) { return v[i]; }
-  HIPRT_HD HIPRT_INLINE float operator[](int i) const { return v[i]; }
+  HIPRT_HD HIPRT_FORCE_INLINE float& operator[](int i) { return v[i]; }
+  HIPRT_HD HIPRT_FORCE_INLINE float operator[](int i) const { return v[i]; }
 };
-HIPRT_HD HIPRT_INLINE Float4 operator+(Float4 a, Float4 b) {
+HIPRT_HD HIPRT_FORCE_INLINE Float4 operator+(Float4 a, Float4 b) {
   return Float4{{a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]}};
 }
-HIPRT_HD HIPRT_INLINE Float4 operator-(Float4 a, Float4 b) {
+HIPRT_HD HIPRT_FORCE_INLINE Float4 operator-(Float4 a, Float4 b) {
   return Float4{{a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3]}};
 }
-HIPRT_HD HIPRT_INLINE Float4 operator*(Float4 a, Float4 b) {
+HIPRT_HD HIPRT_FORCE_INLINE Float4 operator*(Float4 a, Float4 b) {
   return Float4{{a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3]}};
 }
-HIPRT_HD HIPRT_INLINE Float4 operator*(float a, Float4 b) { return Float4{{a, a, a, a}} * b; }
-HIPRT_HD HIPRT_INLINE Float4 min4(Float4 a, Float4 b) {
+HIPRT_HD HIPRT_FORCE_INLINE Float4 operator*(float a, Float4 b) { return Float4{{a, a, a, a}} * b; }
+HIPRT_HD HIPRT_FORCE_INLINE Float4 min4(Float4 a, Float4 b) {
   for (int i = 0; i < 4; ++i) a[i] = a[i] < b[i] ? a[i] : b[i];
   return a;
 }
-HIPRT_HD HIPRT_INLINE Float4 max4(Float4 a, Float4 b) {
+HIPRT_HD HIPRT_FORCE_INLINE Float4 max4(Float4 a, Float4 b) {
   for (int i = 0; i < 4; ++i) a[i] = a[i] > b[i] ? a[i] : b[i];
   return a;
 }
@@ -72,8 +72,8 @@ HIPRT_HD HIPRT_INLINE Float4 max4(Float4 a, Float4 b) {
 /// Four floats in the compiler's vector type. The fourth is ignored.
 typedef float Float4 __attribute__((vector_size(16)));
 
-HIPRT_HD HIPRT_INLINE Float4 min4(Float4 a, Float4 b) { return a < b ? a : b; }
-HIPRT_HD HIPRT_INLINE Float4 max4(Float4 a, Float4 b) { return a > b ? a : b; }
+HIPRT_HD HIPRT_FORCE_INLINE Float4 min4(Float4 a, Float4 b) { return a < b ? a : b; }
+HIPRT_HD HIPRT_FORCE_INLINE Float4 max4(Float4 a, Float4 b) { return a > b ? a : b; }
 #endif
 
 /// A box in vector registers. Of two equal corners add() takes the new one and grow() keeps the old one: the sign of a
@@ -84,15 +84,15 @@ struct SimdBox {
   Float4 min = {kInfinity, kInfinity, kInfinity, kInfinity};
   Float4 max = {-kInfinity, -kInfinity, -kInfinity, -kInfinity};
 
-  HIPRT_HD HIPRT_INLINE void add(const SimdBox& other) {
+  HIPRT_HD HIPRT_FORCE_INLINE void add(const SimdBox& other) {
     min = min4(min, other.min);
     max = max4(max, other.max);
   }
-  HIPRT_HD HIPRT_INLINE void add(Float4 point) {
+  HIPRT_HD HIPRT_FORCE_INLINE void add(Float4 point) {
     min = min4(min, point);
     max = max4(max, point);
   }
-  HIPRT_HD HIPRT_INLINE bool empty() const { return !(min[0] <= max[0]); }
+  HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return !(min[0] <= max[0]); }
 };
 
 #if defined(__CUDACC__)
@@ -100,16 +100,16 @@ struct SimdBox {
 #endif
 
 /// Half the surface area; 0 for the empty box. Halved edges keep sums of areas finite up to coordinates of 2^62.
-HIPRT_HD HIPRT_INLINE float half_area(const SimdBox& box) {
+HIPRT_HD HIPRT_FORCE_INLINE float half_area(const SimdBox& box) {
   const Float4 d = box.max - box.min;
   return box.empty() ? 0.0f : d[0] * (d[1] + d[2]) + d[1] * d[2];
 }
 
-HIPRT_HD HIPRT_INLINE SimdBox to_simd(const Box& box) {
+HIPRT_HD HIPRT_FORCE_INLINE SimdBox to_simd(const Box& box) {
   return SimdBox{Float4{box.min[0], box.min[1], box.min[2], 0.0f}, Float4{box.max[0], box.max[1], box.max[2], 0.0f}};
 }
 
-HIPRT_HD HIPRT_INLINE Box to_box(const SimdBox& box) {
+HIPRT_HD HIPRT_FORCE_INLINE Box to_box(const SimdBox& box) {
   return Box{{box.min[0], box.min[1], box.min[2]}, {box.max[0], box.max[1], box.max[2]}};
 }
 

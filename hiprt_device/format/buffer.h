@@ -72,10 +72,10 @@ enum class SectionKind : std::uint32_t {
   kLeaves = 2,        ///< Leaves of the file's layout.
   kPrimitiveMap = 3,  ///< uint32 per primitive, geometry by geometry: leaf number * 2 + its index in the leaf, or
                       ///< kInvalidId if dropped.
-  kGeometries = 4,   ///< GeometryRecord
-  kProvenance = 5,   ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
-  kInstances = 6,    ///< InstanceRecord; custom primitive i stands for record i.
-  kObjects = 7,      ///< ObjectRecord
+  kGeometries = 4,    ///< GeometryRecord
+  kProvenance = 5,    ///< UTF-8 JSON: tool, version, builder, options, hash of the input, statistics.
+  kInstances = 6,     ///< InstanceRecord; custom primitive i stands for record i.
+  kObjects = 7,       ///< ObjectRecord
   kObjectFiles = 8,  ///< The objects' files, each at a multiple of kBufferAlignment from the start of the scene's file.
   kMotions = 9,      ///< MotionRecord; record i belongs to instance i.
   kMotionSegments = 10,  ///< MotionSegment

@@ -23,10 +23,10 @@ namespace layout_detail {
 struct FloatLeaves {
   using Leaf = FloatLeaf;
 
-  HIPRT_HD static HIPRT_INLINE float coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
     return leaf.vertex[vertex][axis];
   }
-  HIPRT_HD static HIPRT_INLINE void set_coordinate(Leaf& leaf, unsigned vertex, unsigned axis, float value) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void set_coordinate(Leaf& leaf, unsigned vertex, unsigned axis, float value) {
     leaf.vertex[vertex][axis] = value;
   }
 };
@@ -35,10 +35,10 @@ struct FloatLeaves {
 struct PlanesLeaves {
   using Leaf = PlanesLeaf;
 
-  HIPRT_HD static HIPRT_INLINE float coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
     return leaf.coordinate[axis][vertex];
   }
-  HIPRT_HD static HIPRT_INLINE void set_coordinate(Leaf& leaf, unsigned vertex, unsigned axis, float value) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void set_coordinate(Leaf& leaf, unsigned vertex, unsigned axis, float value) {
     leaf.coordinate[axis][vertex] = value;
   }
 };
@@ -46,8 +46,10 @@ struct PlanesLeaves {
 template <class NodeRecord> struct StoredChildFlags {
   static constexpr bool kHasChildFlags = true;
 
-  HIPRT_HD static HIPRT_INLINE std::uint32_t child_flags(const NodeRecord& node) { return node.child_flags; }
-  HIPRT_HD static HIPRT_INLINE void set_child_flags(NodeRecord& node, std::uint32_t flags) { node.child_flags = flags; }
+  HIPRT_HD static HIPRT_FORCE_INLINE std::uint32_t child_flags(const NodeRecord& node) { return node.child_flags; }
+  HIPRT_HD static HIPRT_FORCE_INLINE void set_child_flags(NodeRecord& node, std::uint32_t flags) {
+    node.child_flags = flags;
+  }
 };
 
 }  // namespace layout_detail
@@ -58,9 +60,9 @@ struct FloatLayout : layout_detail::FloatLeaves, layout_detail::StoredChildFlags
   static constexpr NodeType kBoxType = NodeType::kBox32;
   using Node = FloatBoxNode;
 
-  HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) { return node.box[child]; }
-  HIPRT_HD static HIPRT_INLINE void set_box(Node& node, unsigned child, const Box& box) { node.box[child] = box; }
-  HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Box box(const Node& node, unsigned child) { return node.box[child]; }
+  HIPRT_HD static HIPRT_FORCE_INLINE void set_box(Node& node, unsigned child, const Box& box) { node.box[child] = box; }
+  HIPRT_HD static HIPRT_FORCE_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
     for (unsigned child = 0; child < kBranching; ++child) set_box(node, child, boxes[child]);
     return true;
   }
@@ -72,17 +74,17 @@ struct PlanesLayout : layout_detail::PlanesLeaves, layout_detail::StoredChildFla
   static constexpr NodeType kBoxType = NodeType::kBox32;
   using Node = PlanesBoxNode;
 
-  HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Box box(const Node& node, unsigned child) {
     return Box{{node.plane[0][0][child], node.plane[1][0][child], node.plane[2][0][child]},
                {node.plane[0][1][child], node.plane[1][1][child], node.plane[2][1][child]}};
   }
-  HIPRT_HD static HIPRT_INLINE void set_box(Node& node, unsigned child, const Box& box) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void set_box(Node& node, unsigned child, const Box& box) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       node.plane[axis][0][child] = box.min[axis];
       node.plane[axis][1][child] = box.max[axis];
     }
   }
-  HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
     for (unsigned child = 0; child < kBranching; ++child) set_box(node, child, boxes[child]);
     return true;
   }
@@ -95,27 +97,27 @@ struct HalfLayout : layout_detail::FloatLeaves {
   static constexpr bool kHasChildFlags = false;
   using Node = HalfBoxNode;
 
-  HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Box box(const Node& node, unsigned child) {
     const Node::HalfBox& half = node.box[child];
     return Box{{half_to_float(half.min[0]), half_to_float(half.min[1]), half_to_float(half.min[2])},
                {half_to_float(half.max[0]), half_to_float(half.max[1]), half_to_float(half.max[2])}};
   }
-  HIPRT_HD static HIPRT_INLINE void set_box(Node& node, unsigned child, const Box& box) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void set_box(Node& node, unsigned child, const Box& box) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       node.box[child].min[axis] = half_below(box.min[axis]);
       node.box[child].max[axis] = half_above(box.max[axis]);
     }
   }
-  HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
     for (unsigned child = 0; child < kBranching; ++child) set_box(node, child, boxes[child]);
     return true;
   }
-  HIPRT_HD static HIPRT_INLINE std::uint32_t child_flags(const Node&) { return 0; }
-  HIPRT_HD static HIPRT_INLINE void set_child_flags(Node&, std::uint32_t) {}
+  HIPRT_HD static HIPRT_FORCE_INLINE std::uint32_t child_flags(const Node&) { return 0; }
+  HIPRT_HD static HIPRT_FORCE_INLINE void set_child_flags(Node&, std::uint32_t) {}
 };
 
 /// Replaces infinite planes, which layout half may have, by the planes of the file's bounds.
-HIPRT_HD HIPRT_INLINE Box bounded(Box box, const Box& bounds) {
+HIPRT_HD HIPRT_FORCE_INLINE Box bounded(Box box, const Box& bounds) {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   for (unsigned axis = 0; axis < 3; ++axis) {
     if (box.min[axis] == -kInfinity) box.min[axis] = bounds.min[axis];
@@ -130,7 +132,7 @@ struct QuantizedLayout : layout_detail::PlanesLeaves, layout_detail::StoredChild
   static constexpr NodeType kBoxType = NodeType::kBox32;
   using Node = QuantizedBoxNode;
 
-  HIPRT_HD static HIPRT_INLINE Box box(const Node& node, unsigned child) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Box box(const Node& node, unsigned child) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     if ((node.children >> child & 1u) == 0)
       return Box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
@@ -138,13 +140,13 @@ struct QuantizedLayout : layout_detail::PlanesLeaves, layout_detail::StoredChild
                {dequantize(node, 0, 1, child), dequantize(node, 1, 1, child), dequantize(node, 2, 1, child)}};
   }
   /// Sets also the bits of the slots in use and the order axis.
-  HIPRT_HD static HIPRT_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool set_boxes(Node& node, const Box (&boxes)[kBranching]) {
     return quantize(node, boxes);
   }
 };
 
 /// A leaf of a run with a kProcedural reference.
-template <class Leaf> HIPRT_HD HIPRT_INLINE const CustomLeaf& custom_leaf(const Leaf& leaf) {
+template <class Leaf> HIPRT_HD HIPRT_FORCE_INLINE const CustomLeaf& custom_leaf(const Leaf& leaf) {
   static_assert(sizeof(Leaf) == sizeof(CustomLeaf) && alignof(Leaf) == alignof(CustomLeaf));
   return reinterpret_cast<const CustomLeaf&>(leaf);
 }

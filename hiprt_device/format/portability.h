@@ -42,20 +42,20 @@
 #define HIPRT_DEVICE_CODE 0
 #endif
 
-/// HIPRT_INLINE_LAMBDA comes after a lambda's parameters. With HIPRT_LEAVE_INLINING the compiler decides what to
+/// HIPRT_FORCE_INLINE_LAMBDA comes after a lambda's parameters. With HIPRT_LEAVE_INLINING the compiler decides what to
 /// inline. Sanitized code then compiles several times as fast.
 #if defined(HIPRT_LEAVE_INLINING)
-#define HIPRT_INLINE inline
-#define HIPRT_INLINE_LAMBDA
+#define HIPRT_FORCE_INLINE inline
+#define HIPRT_FORCE_INLINE_LAMBDA
 #elif defined(__CUDACC__) && !defined(__clang__)
-#define HIPRT_INLINE __forceinline__
-#define HIPRT_INLINE_LAMBDA
+#define HIPRT_FORCE_INLINE __forceinline__
+#define HIPRT_FORCE_INLINE_LAMBDA
 #elif defined(__GNUC__) || defined(__clang__)
-#define HIPRT_INLINE inline __attribute__((always_inline))
-#define HIPRT_INLINE_LAMBDA __attribute__((always_inline))
+#define HIPRT_FORCE_INLINE inline __attribute__((always_inline))
+#define HIPRT_FORCE_INLINE_LAMBDA __attribute__((always_inline))
 #else
-#define HIPRT_INLINE inline
-#define HIPRT_INLINE_LAMBDA
+#define HIPRT_FORCE_INLINE inline
+#define HIPRT_FORCE_INLINE_LAMBDA
 #endif
 
 /// For code that only some rays reach and that needs many registers. As a part of the same function, NVIDIA's compiler
@@ -63,7 +63,7 @@
 #if defined(__CUDACC__) && !defined(__clang__)
 #define HIPRT_OUTLINE __noinline__ inline
 #else
-#define HIPRT_OUTLINE HIPRT_INLINE
+#define HIPRT_OUTLINE HIPRT_FORCE_INLINE
 #endif
 
 /// Stands before a template with HIPRT_HD that calls host functions when it is instantiated for hosts. nvcc would

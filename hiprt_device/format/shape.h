@@ -39,20 +39,22 @@ static_assert(offsetof(ShapeRecord, reserved) == 24);
 namespace shape_detail {
 
 /// These functions compare bits, which fast-math does not change.
-HIPRT_HD HIPRT_INLINE bool is_finite(float a) { return (std::bit_cast<std::uint32_t>(a) & 0x7f800000u) != 0x7f800000u; }
-HIPRT_HD HIPRT_INLINE bool is_finite(const float (&a)[3]) {
+HIPRT_HD HIPRT_FORCE_INLINE bool is_finite(float a) {
+  return (std::bit_cast<std::uint32_t>(a) & 0x7f800000u) != 0x7f800000u;
+}
+HIPRT_HD HIPRT_FORCE_INLINE bool is_finite(const float (&a)[3]) {
   return is_finite(a[0]) && is_finite(a[1]) && is_finite(a[2]);
 }
 
 /// The float next to a finite float.
-HIPRT_HD HIPRT_INLINE float next_after(float a, bool up) {
+HIPRT_HD HIPRT_FORCE_INLINE float next_after(float a, bool up) {
   if (a == 0.0f) return up ? 0x1p-149f : -0x1p-149f;
   const auto bits = std::bit_cast<std::uint32_t>(a);
   return std::bit_cast<float>((a > 0.0f) == up ? bits + 1u : bits - 1u);
 }
 
 /// center - radius rounded down, or center + radius rounded up.
-HIPRT_HD HIPRT_INLINE float side(float center, float radius, bool up) {
+HIPRT_HD HIPRT_FORCE_INLINE float side(float center, float radius, bool up) {
   const float step = up ? radius : -radius;
   const float sum = center + step;
   if (!is_finite(sum)) return sum;
@@ -63,37 +65,37 @@ HIPRT_HD HIPRT_INLINE float side(float center, float radius, bool up) {
 }
 
 /// The box of a shape that is never hit.
-HIPRT_HD HIPRT_INLINE Box empty_box() {
+HIPRT_HD HIPRT_FORCE_INLINE Box empty_box() {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
 }
 
 /// The smallest box of floats around a ball; infinite beyond the largest float.
-HIPRT_HD HIPRT_INLINE Box ball_bounds(const float (&center)[3], float radius) {
+HIPRT_HD HIPRT_FORCE_INLINE Box ball_bounds(const float (&center)[3], float radius) {
   return {{side(center[0], radius, false), side(center[1], radius, false), side(center[2], radius, false)},
           {side(center[0], radius, true), side(center[1], radius, true), side(center[2], radius, true)}};
 }
 
 /// Whether a ShapePoint is allowed.
-HIPRT_HD HIPRT_INLINE bool is_valid(const ShapePoint& point) {
+HIPRT_HD HIPRT_FORCE_INLINE bool is_valid(const ShapePoint& point) {
   return is_finite(point.position) && point.radius >= 0.0f && is_finite(point.radius);
 }
 
 /// Whether a curve between two points is ever hit.
-HIPRT_HD HIPRT_INLINE bool is_valid(const ShapePoint& a, const ShapePoint& b) {
+HIPRT_HD HIPRT_FORCE_INLINE bool is_valid(const ShapePoint& a, const ShapePoint& b) {
   return is_valid(a) && is_valid(b) && (a.radius > 0.0f || b.radius > 0.0f);
 }
 
 }  // namespace shape_detail
 
 /// The smallest box of floats around a sphere; empty for one that is never hit, as its radius is 0.
-HIPRT_HD HIPRT_INLINE Box sphere_bounds(const ShapePoint& point) {
+HIPRT_HD HIPRT_FORCE_INLINE Box sphere_bounds(const ShapePoint& point) {
   using namespace shape_detail;
   return is_valid(point) && point.radius > 0.0f ? ball_bounds(point.position, point.radius) : empty_box();
 }
 
 /// The smallest box of floats around a round linear curve; empty for one that is never hit, as both radii are 0.
-HIPRT_HD HIPRT_INLINE Box curve_bounds(const ShapePoint& a, const ShapePoint& b) {
+HIPRT_HD HIPRT_FORCE_INLINE Box curve_bounds(const ShapePoint& a, const ShapePoint& b) {
   using namespace shape_detail;
   if (!is_valid(a, b)) return empty_box();
   Box box = ball_bounds(a.position, a.radius);

@@ -17,7 +17,7 @@ template <class Real> struct EnteredObject {
 /// Uninitialised storage of a ray. A BasicRay has initialisers, which variables in shared memory must not have.
 template <class Real> struct RayStorage {
   alignas(BasicRay<Real>) std::byte bytes[sizeof(BasicRay<Real>)];
-  HIPRT_HD HIPRT_INLINE BasicRay<Real>& get() { return *reinterpret_cast<BasicRay<Real>*>(bytes); }
+  HIPRT_HD HIPRT_FORCE_INLINE BasicRay<Real>& get() { return *reinterpret_cast<BasicRay<Real>*>(bytes); }
 };
 
 /// The memory of a ray in a scene of instances.
@@ -50,7 +50,7 @@ namespace stack_detail {
 
 /// *pointer, through an index that NVIDIA's compiler does not know. So the data stays in memory. Otherwise the
 /// compiler would keep it in registers and spill what every box test uses.
-template <class T> HIPRT_HD HIPRT_INLINE T& in_memory(T* pointer) {
+template <class T> HIPRT_HD HIPRT_FORCE_INLINE T& in_memory(T* pointer) {
   unsigned zero = 0;
 #if defined(__CUDA_ARCH__)
   asm volatile("mov.u32 %0, 0;" : "=r"(zero));

@@ -14,19 +14,22 @@ inline namespace HIPRT_ISA_NAMESPACE {
 template <unsigned kLevels, class Real> class QueryRay {
  public:
   template <class Storage>
-  HIPRT_HD HIPRT_INLINE QueryRay(const BasicRay<Real>& ray, const Storage& storage)
+  HIPRT_HD HIPRT_FORCE_INLINE QueryRay(const BasicRay<Real>& ray, const Storage& storage)
       : path_memory_(storage.path_memory) {
     stack_detail::in_memory(path_memory_).ray.get() = ray;
   }
-  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return stack_detail::in_memory(path_memory_).ray.get(); }
+  HIPRT_HD HIPRT_FORCE_INLINE const BasicRay<Real>& get() const {
+    return stack_detail::in_memory(path_memory_).ray.get();
+  }
 
  private:
   PathMemory<kLevels, Real>* path_memory_;
 };
 template <class Real> class QueryRay<0, Real> {
  public:
-  template <class Storage> HIPRT_HD HIPRT_INLINE QueryRay(const BasicRay<Real>& ray, const Storage&) : ray_(ray) {}
-  HIPRT_HD HIPRT_INLINE const BasicRay<Real>& get() const { return ray_; }
+  template <class Storage>
+  HIPRT_HD HIPRT_FORCE_INLINE QueryRay(const BasicRay<Real>& ray, const Storage&) : ray_(ray) {}
+  HIPRT_HD HIPRT_FORCE_INLINE const BasicRay<Real>& get() const { return ray_; }
 
  private:
   BasicRay<Real> ray_;
@@ -59,7 +62,7 @@ template <class Real> struct LevelState<0, Real> {};
 template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
  public:
   template <class Storage>
-  HIPRT_HD HIPRT_INLINE Levels([[maybe_unused]] const SceneView& scene, [[maybe_unused]] const Storage& storage) {
+  HIPRT_HD HIPRT_FORCE_INLINE Levels([[maybe_unused]] const SceneView& scene, [[maybe_unused]] const Storage& storage) {
     if constexpr (kLevels != 0) {
       state_.base = scene.base;
       state_.path_memory = storage.path_memory;
@@ -67,14 +70,14 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   }
 
   /// First byte of the file that the ray is in.
-  HIPRT_HD HIPRT_INLINE const std::byte* base([[maybe_unused]] const SceneView& scene) const {
+  HIPRT_HD HIPRT_FORCE_INLINE const std::byte* base([[maybe_unused]] const SceneView& scene) const {
     if constexpr (kLevels == 0)
       return scene.base;
     else
       return state_.base;
   }
   /// nullptr: the ray is in an object of triangles and custom primitives.
-  HIPRT_HD HIPRT_INLINE const InstanceRecord* instances(const SceneView& scene) const {
+  HIPRT_HD HIPRT_FORCE_INLINE const InstanceRecord* instances(const SceneView& scene) const {
     if constexpr (kLevels == 0) {
       return nullptr;
     } else if constexpr (kLevels == 1) {
@@ -86,7 +89,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
                  : reinterpret_cast<const InstanceRecord*>(state_.base + state_.object->instances);
     }
   }
-  HIPRT_HD HIPRT_INLINE const GeometryRecord& geometry(const SceneView& scene, std::uint32_t i) const {
+  HIPRT_HD HIPRT_FORCE_INLINE const GeometryRecord& geometry(const SceneView& scene, std::uint32_t i) const {
     if constexpr (kLevels == 0) {
       return scene.geometries[i];
     } else if constexpr (kLevels == 1) {
@@ -101,8 +104,8 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   }
 
   /// The ray as the object sees it.
-  HIPRT_HD HIPRT_INLINE decltype(auto) ray([[maybe_unused]] const SceneView& scene,
-                                           const BasicRay<Real>& of_scene) const {
+  HIPRT_HD HIPRT_FORCE_INLINE decltype(auto) ray([[maybe_unused]] const SceneView& scene,
+                                                 const BasicRay<Real>& of_scene) const {
     if constexpr (kLevels == 0)
       return (of_scene);
     else if constexpr (kLevels == 1)
@@ -111,15 +114,15 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
       return entered_ray(of_scene);
   }
   /// The same before the ray enters an instance.
-  HIPRT_HD HIPRT_INLINE decltype(auto) ray_before(const SceneView&, const BasicRay<Real>& of_scene) const {
+  HIPRT_HD HIPRT_FORCE_INLINE decltype(auto) ray_before(const SceneView&, const BasicRay<Real>& of_scene) const {
     if constexpr (kLevels <= 1)  // Only the scene itself has instances.
       return (of_scene);
     else
       return entered_ray(of_scene);
   }
   /// A ray of the object at hand, as an instance of it sees it.
-  HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
-                                                const BasicRay<Real>& of_object) const {
+  HIPRT_HD HIPRT_FORCE_INLINE BasicRay<Real> ray_into(const SceneView& scene, std::uint32_t instance,
+                                                      const BasicRay<Real>& of_object) const {
     if constexpr (kLevels == 1) {
       return ObjectView(scene).template ray_into<kMoves>(instance, of_object);
     } else {
@@ -128,7 +131,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     }
   }
 
-  HIPRT_HD HIPRT_INLINE InstancePath<kLevels> path() const {
+  HIPRT_HD HIPRT_FORCE_INLINE InstancePath<kLevels> path() const {
     if constexpr (kLevels == 0) {
       return {};
     } else if constexpr (kLevels == 1) {
@@ -140,7 +143,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
       return path;
     }
   }
-  HIPRT_HD HIPRT_INLINE std::uint32_t depth() const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t depth() const {
     if constexpr (kLevels == 0)
       return 0;
     else if constexpr (kLevels == 1)
@@ -148,21 +151,21 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     else
       return state_.depth;
   }
-  HIPRT_HD HIPRT_INLINE std::uint32_t instance([[maybe_unused]] unsigned level) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t instance([[maybe_unused]] unsigned level) const {
     if constexpr (kLevels == 1)
       return state_.instance;
     else
       return state_.path_memory->instance[level];
   }
   /// nullptr: the scene. With one level always nullptr: the traversal does not need it.
-  HIPRT_HD HIPRT_INLINE const ObjectRecord* object() const {
+  HIPRT_HD HIPRT_FORCE_INLINE const ObjectRecord* object() const {
     if constexpr (kLevels <= 1)
       return nullptr;
     else
       return state_.object;
   }
   /// In the scene's table; kInvalidId: the scene.
-  HIPRT_HD HIPRT_INLINE std::uint32_t object_number([[maybe_unused]] const SceneView& scene) const {
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t object_number([[maybe_unused]] const SceneView& scene) const {
     if constexpr (kLevels == 0)
       return kInvalidId;
     else if constexpr (kLevels == 1)
@@ -171,7 +174,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
       return state_.object == nullptr ? kInvalidId : static_cast<std::uint32_t>(state_.object - scene.objects);
   }
   /// An instance of the path has InstanceFlags::kNoFilter.
-  HIPRT_HD HIPRT_INLINE bool without_filter(const SceneView& scene) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool without_filter(const SceneView& scene) const {
     if constexpr (kLevels == 1) {
       return depth() != 0 && (scene.instances[state_.instance].flags & InstanceFlags::kNoFilter) != 0;
     } else {
@@ -186,8 +189,8 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
   }
 
   /// @param local the ray as the object sees it.
-  HIPRT_HD HIPRT_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object,
-                                   [[maybe_unused]] const BasicRay<Real>& local) {
+  HIPRT_HD HIPRT_FORCE_INLINE void enter(const SceneView& scene, std::uint32_t instance, const ObjectRecord& object,
+                                         [[maybe_unused]] const BasicRay<Real>& local) {
     if constexpr (kLevels == 1) {
       state_.instance = instance;
     } else {
@@ -199,7 +202,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     }
     state_.base = scene.base + object.offset;
   }
-  HIPRT_HD HIPRT_INLINE void leave(const SceneView& scene) {
+  HIPRT_HD HIPRT_FORCE_INLINE void leave(const SceneView& scene) {
     if constexpr (kLevels == 1) {
       restart(scene);
     } else {
@@ -208,7 +211,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
       state_.base = scene.base + (state_.depth == 0 ? 0 : state_.object->offset);
     }
   }
-  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene) {
+  HIPRT_HD HIPRT_FORCE_INLINE void restart(const SceneView& scene) {
     if constexpr (kLevels == 1) {
       state_.instance = kInvalidId;
     } else {
@@ -218,12 +221,12 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     state_.base = scene.base;
   }
   /// Where the ray's slabs are kept when it enters an instance, for when it leaves it.
-  HIPRT_HD HIPRT_INLINE SavedSlabs& slabs() const {
+  HIPRT_HD HIPRT_FORCE_INLINE SavedSlabs& slabs() const {
     return stack_detail::in_memory(state_.path_memory).outside[kLevels == 1 ? 0 : depth()];
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE BasicRay<Real> entered_ray(const BasicRay<Real>& of_scene) const {
+  HIPRT_HD HIPRT_FORCE_INLINE BasicRay<Real> entered_ray(const BasicRay<Real>& of_scene) const {
     BasicRay<Real> ray = of_scene;
     if (state_.depth == 0) return ray;
     const EnteredObject<Real>& at = state_.path_memory->entered[state_.depth - 1];
@@ -237,9 +240,9 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
 
 /// Whether a ray sees a geometry of the file that it is in.
 template <class P>
-HIPRT_HD HIPRT_INLINE bool is_visible(const SceneView& scene,
-                                      const Levels<P::kLevels, P::kMoves, typename P::Real>& levels,
-                                      const BasicRay<typename P::Real>& ray, std::uint32_t geometry) {
+HIPRT_HD HIPRT_FORCE_INLINE bool is_visible(const SceneView& scene,
+                                            const Levels<P::kLevels, P::kMoves, typename P::Real>& levels,
+                                            const BasicRay<typename P::Real>& ray, std::uint32_t geometry) {
   if constexpr ((P::kFeatures & feature_bit(Feature::kMasks)) != 0)
     return (scene.features & feature_bit(Feature::kMasks)) == 0 ||
            (levels.geometry(scene, geometry).mask & ray.mask) != 0;

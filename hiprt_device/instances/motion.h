@@ -12,14 +12,14 @@ namespace motion_detail {
 
 /// Sine of x in [0, pi / 2]: relative error below 2^-23. The cosine's is absolute. Polynomials through Chebyshev
 /// nodes.
-HIPRT_HD HIPRT_INLINE float sine(float x) {
+HIPRT_HD HIPRT_FORCE_INLINE float sine(float x) {
   const float y = x * x;
   float p = fused_multiply_add(y, 2.6050929577697620e-6f, -1.98090110670521708e-4f);
   p = fused_multiply_add(y, p, 8.3330500867789368e-3f);
   p = fused_multiply_add(y, p, -0.166666579443922146f);
   return fused_multiply_add(x * y, p, x);
 }
-HIPRT_HD HIPRT_INLINE float cosine(float x) {
+HIPRT_HD HIPRT_FORCE_INLINE float cosine(float x) {
   const float y = x * x;
   float p = fused_multiply_add(y, -2.6050510636020650e-7f, 2.47601015166303569e-5f);
   p = fused_multiply_add(y, p, -1.388836012778982544e-3f);
@@ -29,13 +29,15 @@ HIPRT_HD HIPRT_INLINE float cosine(float x) {
 }
 
 /// Interpolates between a at s = 0 and b at s = 1, both exact, with r = 1 - s.
-HIPRT_HD HIPRT_INLINE float between(float a, float b, float r, float s) { return fused_multiply_add(s, b, r * a); }
+HIPRT_HD HIPRT_FORCE_INLINE float between(float a, float b, float r, float s) {
+  return fused_multiply_add(s, b, r * a);
+}
 
 /// The unit rows of the rotation's inverse, from a quaternion of any length.
 struct InverseRotation {
   float row[3][3];
 
-  HIPRT_HD HIPRT_INLINE explicit InverseRotation(const float (&q)[4]) {
+  HIPRT_HD HIPRT_FORCE_INLINE explicit InverseRotation(const float (&q)[4]) {
     const auto [x, y, z, w] = q;
     const float squared = fused_multiply_add(x, x, fused_multiply_add(y, y, fused_multiply_add(z, z, w * w)));
     const float two = divided(2.0f, squared), tx = two * x, ty = two * y, tz = two * z;
@@ -53,8 +55,8 @@ struct InverseRotation {
 };
 
 /// inverse(U) * inverse(R), by back substitution.
-HIPRT_HD HIPRT_INLINE void invert_turning(const TurningSegment& segment, MotionKind kind, float s,
-                                          float (&linear)[3][3]) {
+HIPRT_HD HIPRT_FORCE_INLINE void invert_turning(const TurningSegment& segment, MotionKind kind, float s,
+                                                float (&linear)[3][3]) {
   const float r = 1.0f - s;
   const float turn = s * segment.angle;
   const bool arc = kind == MotionKind::kSlerp;
@@ -90,7 +92,7 @@ HIPRT_HD inline void invert_matrix(const MotionSegment& segment, float s, float 
 /// The last segment that begins no later than a time, or the first segment.
 /// @param begin_of the begin of segment i; it grows with i.
 template <class BeginOf>
-HIPRT_HD HIPRT_INLINE std::uint32_t segment_at(std::uint32_t segments, float time, BeginOf&& begin_of) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t segment_at(std::uint32_t segments, float time, BeginOf&& begin_of) {
   std::uint32_t low = 0, high = segments;
   while (high - low > 1) {
     const std::uint32_t middle = low + (high - low) / 2;
@@ -103,7 +105,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t segment_at(std::uint32_t segments, float tim
 }
 
 /// The fraction of a segment that has passed at a time: from 0 to 1. NaN if the time is NaN.
-HIPRT_HD HIPRT_INLINE float part_of(float begin, float end, float time) {
+HIPRT_HD HIPRT_FORCE_INLINE float part_of(float begin, float end, float time) {
   return time <= begin ? 0.0f : time >= end ? 1.0f : divided(time - begin, end - begin);
 }
 

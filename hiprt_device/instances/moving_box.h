@@ -11,14 +11,14 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// The fraction of the scene's shutter that has passed.
 /// @return 0 at the begin of the shutter and before, 1 at its end and after.
 /// @param time may be infinite.
-HIPRT_HD HIPRT_INLINE float shutter_fraction(const SceneView& scene, float time) {
+HIPRT_HD HIPRT_FORCE_INLINE float shutter_fraction(const SceneView& scene, float time) {
   const float fraction = (time - scene.shutter_begin) * scene.shutter_rate;
   return fraction > 0.0f ? (fraction < 1.0f ? fraction : 1.0f) : 0.0f;
 }
 
 /// The box of a leaf at a fraction of the shutter.
 /// @param box of the leaf at the begin and at the end.
-HIPRT_HD HIPRT_INLINE Box box_at(const Box (&box)[2], float fraction) {
+HIPRT_HD HIPRT_FORCE_INLINE Box box_at(const Box (&box)[2], float fraction) {
   Box result;
   for (unsigned axis = 0; axis < 3; ++axis) {
     result.min[axis] = multiply_add(fraction, box[1].min[axis] - box[0].min[axis], box[0].min[axis]);

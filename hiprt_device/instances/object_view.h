@@ -16,9 +16,9 @@ struct ObjectView {
   const InstanceRecord* instances;  ///< nullptr: the file has triangles and custom primitives.
   const MotionRecord* motions;      ///< nullptr: none of the file's instances moves.
 
-  HIPRT_HD HIPRT_INLINE explicit ObjectView(const SceneView& scene)
+  HIPRT_HD HIPRT_FORCE_INLINE explicit ObjectView(const SceneView& scene)
       : base(scene.base), geometries(scene.geometries), instances(scene.instances), motions(scene.motions) {}
-  HIPRT_HD HIPRT_INLINE ObjectView(const SceneView& scene, const ObjectRecord& object)
+  HIPRT_HD HIPRT_FORCE_INLINE ObjectView(const SceneView& scene, const ObjectRecord& object)
       : base(scene.base + object.offset),
         geometries(reinterpret_cast<const GeometryRecord*>(base + object.geometries)),
         instances(object.instances == 0 ? nullptr : reinterpret_cast<const InstanceRecord*>(base + object.instances)),
@@ -26,7 +26,7 @@ struct ObjectView {
 
   /// Instance @p i at a time.
   /// @tparam kMoves false: instances stand still, and the record is the file's.
-  template <bool kMoves> HIPRT_HD HIPRT_INLINE decltype(auto) instance(std::uint32_t i, float time) const {
+  template <bool kMoves> HIPRT_HD HIPRT_FORCE_INLINE decltype(auto) instance(std::uint32_t i, float time) const {
     if constexpr (kMoves)
       return motions == nullptr ? instances[i] : at_time(instances[i], motions[i], base, time);
     else
@@ -34,14 +34,14 @@ struct ObjectView {
   }
   /// A ray as instance @p i sees it.
   template <bool kMoves, class Real>
-  HIPRT_HD HIPRT_INLINE BasicRay<Real> ray_into(std::uint32_t i, const BasicRay<Real>& ray) const {
+  HIPRT_HD HIPRT_FORCE_INLINE BasicRay<Real> ray_into(std::uint32_t i, const BasicRay<Real>& ray) const {
     if constexpr (kMoves)
       return ray_to_object(instance<kMoves>(i, ray.time), ray);
     else
       return ray_to_object(load_record(instances[i]), ray);
   }
   /// The motion of instance @p i; nullptr: it stands still.
-  template <bool kMoves> HIPRT_HD HIPRT_INLINE const MotionRecord* motion(std::uint32_t i) const {
+  template <bool kMoves> HIPRT_HD HIPRT_FORCE_INLINE const MotionRecord* motion(std::uint32_t i) const {
     return kMoves && motions != nullptr && motions[i].count != 0 ? &motions[i] : nullptr;
   }
 };
@@ -51,8 +51,8 @@ struct ObjectView {
 /// @return the BVH at the end of the path.
 /// @tparam kMoves false: for scenes where nothing moves.
 template <bool kMoves = true, unsigned kLevels, class Visit>
-HIPRT_HD HIPRT_INLINE ObjectView follow(const SceneView& scene, const InstancePath<kLevels>& path, float time,
-                                        Visit&& visit) {
+HIPRT_HD HIPRT_FORCE_INLINE ObjectView follow(const SceneView& scene, const InstancePath<kLevels>& path, float time,
+                                              Visit&& visit) {
   ObjectView view(scene);
   if constexpr (kLevels != 0) {
     for (unsigned i = 0; i < path.depth; ++i) {

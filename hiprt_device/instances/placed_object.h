@@ -26,14 +26,14 @@ struct PlacedObject {
 
   /// The ray as the object sees it. If the instance's mask hides it from the ray, the result has mask 0 and hits
   /// nothing.
-  HIPRT_HD HIPRT_INLINE Ray to_object(const Ray& ray) const {
+  HIPRT_HD HIPRT_FORCE_INLINE Ray to_object(const Ray& ray) const {
     const InstanceRecord record = load_record(scene.instances[instance]);
     Ray local = ray_to_object(record, ray);
     if ((record.mask & ray.mask) == 0) local.mask = 0;
     return local;
   }
   /// A hit in the object, with the path.
-  HIPRT_HD HIPRT_INLINE PathHit<1> with_path(const Hit& hit) const {
+  HIPRT_HD HIPRT_FORCE_INLINE PathHit<1> with_path(const Hit& hit) const {
     PathHit<1> result;
     static_cast<Hit&>(result) = hit;
     if (hit.found()) result.path = {1, {instance}};
@@ -42,7 +42,7 @@ struct PlacedObject {
   /// A hit in the object with the path, and with normal and error bound as the scene sees them.
   /// @param hit with normal and error bound of the object (closest hits).
   /// @param ray the scene's.
-  HIPRT_HD HIPRT_INLINE PathHit<1> to_scene(const Hit& hit, const Ray& ray) const {
+  HIPRT_HD HIPRT_FORCE_INLINE PathHit<1> to_scene(const Hit& hit, const Ray& ray) const {
     PathHit<1> result = with_path(hit);
     if (hit.found()) complete_along<false>(scene, result, ray, [](const Ray&, const std::byte*) {});
     return result;

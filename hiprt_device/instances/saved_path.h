@@ -22,19 +22,19 @@ template <unsigned kLevels> class SavedPath {
  public:
   /// @param number 1 or 2: the path's number in that memory.
   template <class Storage>
-  HIPRT_HD HIPRT_INLINE SavedPath([[maybe_unused]] const Storage& storage, [[maybe_unused]] unsigned number) {
+  HIPRT_HD HIPRT_FORCE_INLINE SavedPath([[maybe_unused]] const Storage& storage, [[maybe_unused]] unsigned number) {
     if constexpr (kLevels > 1) state_.instance = storage.path_memory->instance + number * kLevels;
   }
 
   template <bool kMoves, class Real>
-  HIPRT_HD HIPRT_INLINE void save([[maybe_unused]] const Levels<kLevels, kMoves, Real>& levels) {
+  HIPRT_HD HIPRT_FORCE_INLINE void save([[maybe_unused]] const Levels<kLevels, kMoves, Real>& levels) {
     if constexpr (kLevels == 1) state_.instance = levels.instance(0);
     if constexpr (kLevels > 1) {
       state_.depth = levels.depth();
       for (unsigned i = 0; i < state_.depth; ++i) state_.instance[i] = levels.instance(i);
     }
   }
-  HIPRT_HD HIPRT_INLINE void save([[maybe_unused]] const SavedPath& other) {
+  HIPRT_HD HIPRT_FORCE_INLINE void save([[maybe_unused]] const SavedPath& other) {
     if constexpr (kLevels == 1) state_.instance = other.state_.instance;
     if constexpr (kLevels > 1) {
       state_.depth = other.state_.depth;
@@ -42,7 +42,7 @@ template <unsigned kLevels> class SavedPath {
     }
   }
 
-  HIPRT_HD HIPRT_INLINE InstancePath<kLevels> path() const {
+  HIPRT_HD HIPRT_FORCE_INLINE InstancePath<kLevels> path() const {
     InstancePath<kLevels> path;
     if constexpr (kLevels == 1)
       if (state_.instance != kInvalidId) path = {1, {state_.instance}};
@@ -55,7 +55,7 @@ template <unsigned kLevels> class SavedPath {
 
   /// Compares in the order of paths: negative if this path comes first, 0 if both are the same.
   template <bool kMoves, class Real>
-  HIPRT_HD HIPRT_INLINE int compare(const Levels<kLevels, kMoves, Real>& levels) const {
+  HIPRT_HD HIPRT_FORCE_INLINE int compare(const Levels<kLevels, kMoves, Real>& levels) const {
     static_assert(kLevels != 0);
     if constexpr (kLevels == 1) {
       const std::uint32_t other = levels.instance(0);

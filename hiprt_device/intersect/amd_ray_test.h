@@ -49,7 +49,7 @@ struct Descriptor {
   /// Pointers count from base.
   /// @param base multiple of 256; nullptr: pointers are addresses.
   /// @param units size in units of 64 bytes; 0: everything behind base.
-  HIPRT_HD HIPRT_INLINE Descriptor(const std::byte* base, std::uint64_t units) {
+  HIPRT_HD HIPRT_FORCE_INLINE Descriptor(const std::byte* base, std::uint64_t units) {
     constexpr std::uint64_t kSizeMask = (std::uint64_t{1} << 42) - 1;
     constexpr std::uint32_t kSort = 1u << 31, kBarycentrics = 1u << 24, kRayResource = 8u << 28;
     const std::uint64_t origin = reinterpret_cast<std::uintptr_t>(base) >> 8, last = (units - 1) & kSizeMask;
@@ -70,23 +70,23 @@ struct Descriptor {
 using Float4 = float __attribute__((ext_vector_type(4)));
 using Word4 = std::uint32_t __attribute__((ext_vector_type(4)));
 
-template <class Lanes> HIPRT_HD HIPRT_INLINE Float4 inverse_direction(const RaySlabs<Lanes>& slabs) {
+template <class Lanes> HIPRT_HD HIPRT_FORCE_INLINE Float4 inverse_direction(const RaySlabs<Lanes>& slabs) {
   return {Lanes::value(slabs.rcp[0]), Lanes::value(slabs.rcp[1]), Lanes::value(slabs.rcp[2]), 0.0f};
 }
 
 /// For operands in scalar registers. Without this the compiler emits a loop over the values of the lanes.
-HIPRT_HD HIPRT_INLINE std::uint32_t same_in_wave(std::uint32_t value) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t same_in_wave(std::uint32_t value) {
   return static_cast<std::uint32_t>(__builtin_amdgcn_readfirstlane(static_cast<int>(value)));
 }
-HIPRT_HD HIPRT_INLINE Word4 resource(const Descriptor& descriptor) {
+HIPRT_HD HIPRT_FORCE_INLINE Word4 resource(const Descriptor& descriptor) {
   return {same_in_wave(descriptor.word[0]), same_in_wave(descriptor.word[1]), same_in_wave(descriptor.word[2]),
           same_in_wave(descriptor.word[3])};
 }
 
 /// @param node in the memory that the descriptor describes.
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE Words intersect(const Descriptor& descriptor, NodeRef node, const Vec3& origin,
-                                      const Vec3& direction, const RaySlabs<Lanes>& slabs, float extent) {
+HIPRT_HD HIPRT_FORCE_INLINE Words intersect(const Descriptor& descriptor, NodeRef node, const Vec3& origin,
+                                            const Vec3& direction, const RaySlabs<Lanes>& slabs, float extent) {
   const Word4 result = __builtin_amdgcn_image_bvh_intersect_ray(
       node, extent, Float4{origin.x, origin.y, origin.z, 0.0f}, Float4{direction.x, direction.y, direction.z, 0.0f},
       inverse_direction(slabs), resource(descriptor));
@@ -95,8 +95,8 @@ HIPRT_HD HIPRT_INLINE Words intersect(const Descriptor& descriptor, NodeRef node
 
 /// @param record a node of that type; its address is a multiple of 64.
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE Words intersect_at(const void* record, NodeType type, const Vec3& origin, const Vec3& direction,
-                                         const RaySlabs<Lanes>& slabs, float extent) {
+HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(const void* record, NodeType type, const Vec3& origin,
+                                               const Vec3& direction, const RaySlabs<Lanes>& slabs, float extent) {
   const Descriptor descriptor(nullptr, 0);
   const std::uint64_t pointer = (reinterpret_cast<std::uintptr_t>(record) >> 3) | static_cast<std::uint64_t>(type);
   const Word4 result = __builtin_amdgcn_image_bvh_intersect_ray_l(
@@ -108,13 +108,13 @@ HIPRT_HD HIPRT_INLINE Words intersect_at(const void* record, NodeType type, cons
 #else
 
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE Words intersect(const Descriptor&, NodeRef, const Vec3&, const Vec3&, const RaySlabs<Lanes>&,
-                                      float) {
+HIPRT_HD HIPRT_FORCE_INLINE Words intersect(const Descriptor&, NodeRef, const Vec3&, const Vec3&,
+                                            const RaySlabs<Lanes>&, float) {
   __builtin_trap();
 }
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE Words intersect_at(const void*, NodeType, const Vec3&, const Vec3&, const RaySlabs<Lanes>&,
-                                         float) {
+HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(const void*, NodeType, const Vec3&, const Vec3&, const RaySlabs<Lanes>&,
+                                               float) {
   __builtin_trap();
 }
 
@@ -144,8 +144,8 @@ struct HardwareBoxes : Conservative {
   /// @param scene at an address that is a multiple of 256; the same for all lanes of a wave.
   /// @param limit hits beyond it do not count. Boxes before tmin are visited, because the instruction has no tmin.
   template <RayInstructionLayout Layout, class Lanes>
-  HIPRT_HD static HIPRT_INLINE SortedChildren intersect(const SceneView& scene, NodeRef node, const Ray& ray,
-                                                        const RaySlabs<Lanes>& slabs, float limit) {
+  HIPRT_HD static HIPRT_FORCE_INLINE SortedChildren intersect(const SceneView& scene, NodeRef node, const Ray& ray,
+                                                              const RaySlabs<Lanes>& slabs, float limit) {
     ray_instruction_detail::require_instruction<Lanes>();
     const ray_instruction_detail::Descriptor descriptor(scene.base, scene.size / kNodeGranularity);
     const Words met = ray_instruction_detail::intersect(descriptor, node, ray.origin, ray.direction, slabs, limit);
@@ -161,13 +161,13 @@ struct HardwareTriangle {
   template <class Lanes> struct PreparedRay {
     Vec3 origin, direction;
     RaySlabs<Lanes> slabs;  ///< For the inverse direction.
-    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray)
+    HIPRT_HD HIPRT_FORCE_INLINE explicit PreparedRay(const Ray& ray)
         : origin(ray.origin), direction(ray.direction), slabs(ray, 0.0f) {}
   };
 
   template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
-                                              Accept&& accept) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info,
+                                                    const PreparedRay<Lanes>& ray, Accept&& accept) {
     static_assert(std::same_as<Leaf, FloatLeaf>, "hiprt: HardwareTriangle needs layout float or half");
     ray_instruction_detail::require_instruction<Lanes>();
     constexpr float kMax = std::numeric_limits<float>::max();

@@ -7,7 +7,7 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Whether the ray can hit anything; false for NaN and infinite components.
-template <class Real> HIPRT_HD HIPRT_INLINE bool is_traceable(const BasicRay<Real>& ray) {
+template <class Real> HIPRT_HD HIPRT_FORCE_INLINE bool is_traceable(const BasicRay<Real>& ray) {
   constexpr Real kMax = std::numeric_limits<Real>::max(), kZero = 0;
   const Real length = max_component(ray.direction);
   const Real sum = absolute(ray.direction.x) * kZero + absolute(ray.direction.y) * kZero +
@@ -19,13 +19,13 @@ template <class Real> HIPRT_HD HIPRT_INLINE bool is_traceable(const BasicRay<Rea
 /// The ray that tests a tree's boxes, and the part of it that is left. A float ray is that ray itself.
 template <class Real> class BoxRay {
  public:
-  HIPRT_HD HIPRT_INLINE BoxRay(const Ray&, const Box&, float) {}
-  HIPRT_HD static HIPRT_INLINE const Ray& ray(const Ray& of_query) { return of_query; }
-  HIPRT_HD static HIPRT_INLINE float margin(float of_boxes, float, float) { return of_boxes; }
-  HIPRT_HD static HIPRT_INLINE float near_end(float tmin) { return tmin; }
-  HIPRT_HD static HIPRT_INLINE float far_end(float limit) { return limit; }
-  HIPRT_HD static HIPRT_INLINE void set_limit(float) {}
-  HIPRT_HD static HIPRT_INLINE float t_at(float distance) { return distance; }
+  HIPRT_HD HIPRT_FORCE_INLINE BoxRay(const Ray&, const Box&, float) {}
+  HIPRT_HD static HIPRT_FORCE_INLINE const Ray& ray(const Ray& of_query) { return of_query; }
+  HIPRT_HD static HIPRT_FORCE_INLINE float margin(float of_boxes, float, float) { return of_boxes; }
+  HIPRT_HD static HIPRT_FORCE_INLINE float near_end(float tmin) { return tmin; }
+  HIPRT_HD static HIPRT_FORCE_INLINE float far_end(float limit) { return limit; }
+  HIPRT_HD static HIPRT_FORCE_INLINE void set_limit(float) {}
+  HIPRT_HD static HIPRT_FORCE_INLINE float t_at(float distance) { return distance; }
 };
 
 /// A double ray from `start` on, rounded. Its direction is multiplied by a power of two, so that any length fits.
@@ -36,7 +36,7 @@ template <> class BoxRay<double> {
  public:
   /// @param bounds of the boxes.
   /// @param limit the largest t.
-  HIPRT_HD HIPRT_INLINE BoxRay(const RayD& ray, const Box& bounds, double limit) {
+  HIPRT_HD HIPRT_FORCE_INLINE BoxRay(const RayD& ray, const Box& bounds, double limit) {
     const Vec3D center(middle(bounds, 0), middle(bounds, 1), middle(bounds, 2));
     const Vec3D to = center - ray.origin;
     const double extent = max_of(max_of(half(bounds, 0), half(bounds, 1)), half(bounds, 2));
@@ -63,43 +63,43 @@ template <> class BoxRay<double> {
     set_limit(limit);
   }
 
-  HIPRT_HD HIPRT_INLINE const Ray& ray(const RayD&) const { return ray_; }
+  HIPRT_HD HIPRT_FORCE_INLINE const Ray& ray(const RayD&) const { return ray_; }
   /// By how much boxes are widened.
   /// @param of_boxes the margin of the box test with ray().
   /// @param condition, transform_reach as those of BoxTest::margin(); 0 without instances.
-  HIPRT_HD HIPRT_INLINE float margin(float of_boxes, float condition, float transform_reach) const {
+  HIPRT_HD HIPRT_FORCE_INLINE float margin(float of_boxes, float condition, float transform_reach) const {
     return of_boxes + near_slack_ + (1.0f + condition) * (far_slack_ + 0x1p-45f * transform_reach);
   }
   /// A distance that is at most that of t.
-  HIPRT_HD HIPRT_INLINE float near_end(double t) const {
+  HIPRT_HD HIPRT_FORCE_INLINE float near_end(double t) const {
     return larger(rounded((t - start_) * scale_) * (1.0f - 0x1p-22f), 0.0f);
   }
   /// A distance that is at least that of the limit that was set last.
-  HIPRT_HD HIPRT_INLINE float far_end(double) const { return far_; }
-  HIPRT_HD HIPRT_INLINE void set_limit(double t) {
+  HIPRT_HD HIPRT_FORCE_INLINE float far_end(double) const { return far_; }
+  HIPRT_HD HIPRT_FORCE_INLINE void set_limit(double t) {
     far_ = larger(rounded((t - start_) * scale_) * (1.0f + 0x1p-22f), 0.0f);
   }
 
   /// t of a distance, for observers.
-  HIPRT_HD HIPRT_INLINE float t_at(float distance) const { return rounded(start_ + distance / scale_); }
+  HIPRT_HD HIPRT_FORCE_INLINE float t_at(float distance) const { return rounded(start_ + distance / scale_); }
 
  private:
-  HIPRT_HD static HIPRT_INLINE double middle(const Box& box, unsigned axis) {
+  HIPRT_HD static HIPRT_FORCE_INLINE double middle(const Box& box, unsigned axis) {
     return 0.5 * (static_cast<double>(box.min[axis]) + static_cast<double>(box.max[axis]));
   }
-  HIPRT_HD static HIPRT_INLINE double half(const Box& box, unsigned axis) {
+  HIPRT_HD static HIPRT_FORCE_INLINE double half(const Box& box, unsigned axis) {
     return 0.5 * (static_cast<double>(box.max[axis]) - static_cast<double>(box.min[axis]));
   }
-  HIPRT_HD static HIPRT_INLINE double dot(const Vec3D& a, const Vec3D& b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE double dot(const Vec3D& a, const Vec3D& b) {
     return fused_multiply_add(a.x, b.x, fused_multiply_add(a.y, b.y, a.z * b.z));
   }
   /// @param a positive and finite. A subnormal number counts as the smallest normal one.
-  HIPRT_HD static HIPRT_INLINE double power_of_two_at_most(double a) {
+  HIPRT_HD static HIPRT_FORCE_INLINE double power_of_two_at_most(double a) {
     const double power = std::bit_cast<double>(std::bit_cast<std::uint64_t>(a) & 0x7ff0000000000000u);
     return max_of(power, std::numeric_limits<double>::min());
   }
   /// The nearest finite float.
-  HIPRT_HD static HIPRT_INLINE float rounded(double a) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float rounded(double a) {
     constexpr double kMax = std::numeric_limits<float>::max();
     return static_cast<float>(a < -kMax ? -kMax : a > kMax ? kMax : a);
   }

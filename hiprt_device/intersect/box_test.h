@@ -18,13 +18,13 @@ struct SortedChildren {
 /// Box test policy: every hit that the Watertight triangle test reports lies in boxes that pass. The default.
 struct Conservative {
   /// @return by how much every box is widened, in scene units.
-  HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float margin(const Vec3& origin, const Box& bounds) {
     return margin(origin, bounds, 0.0f, 0.0f);
   }
   /// The same for boxes of instances, whose transforms round too. docs/proofs/instances.md proves the constants.
   /// @param condition, transform_reach of the file's header.
-  HIPRT_HD static HIPRT_INLINE float margin(const Vec3& origin, const Box& bounds, float condition,
-                                            float transform_reach) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float margin(const Vec3& origin, const Box& bounds, float condition,
+                                                  float transform_reach) {
     float reach = 0.0f, magnitude = 0.0f;
     const auto read = [&](unsigned axis, float from) {
       reach = max_of(reach, max_of(bounds.max[axis] - from, from - bounds.min[axis]));
@@ -44,22 +44,22 @@ struct Conservative {
 
 /// Box test policy: slabs without a margin. It loses hits near box faces.
 struct Plain {
-  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0.0f; }
-  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&, float, float) { return 0.0f; }
+  HIPRT_HD static HIPRT_FORCE_INLINE float margin(const Vec3&, const Box&) { return 0.0f; }
+  HIPRT_HD static HIPRT_FORCE_INLINE float margin(const Vec3&, const Box&, float, float) { return 0.0f; }
 };
 
 /// Replaces an infinity by the largest float, for rays outside the range of the guarantees (ray.h).
 ///
 /// An infinite offset would give inf - inf = NaN at the planes of absent children. Those could then pass and lead out
 /// of the file. A NaN becomes a number too.
-HIPRT_HD HIPRT_INLINE float within_range(float a) {
+HIPRT_HD HIPRT_FORCE_INLINE float within_range(float a) {
   constexpr float kMax = std::numeric_limits<float>::max();
   return smaller(larger(a, -kMax), kMax);
 }
 
 /// 1 / a within one unit in the last place. For boxes only, because machines differ.
 /// @pre a is 0 or normal
-HIPRT_HD HIPRT_INLINE float reciprocal(float a) {
+HIPRT_HD HIPRT_FORCE_INLINE float reciprocal(float a) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return __builtin_amdgcn_rcpf(a);
 #elif HIPRT_DEVICE_CODE
@@ -83,11 +83,11 @@ template <class Lanes> struct RaySlabs {
   typename Lanes::Uniform far_offset[3];
 
   /// Whether the ray meets the maximum plane first.
-  HIPRT_HD HIPRT_INLINE bool is_down(unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_down(unsigned axis) const {
     return std::bit_cast<std::int32_t>(Lanes::value(rcp[axis])) < 0;
   }
   /// The plane that the ray meets first: 0 minimum, 1 maximum.
-  HIPRT_HD HIPRT_INLINE unsigned near_side(unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE unsigned near_side(unsigned axis) const {
     return std::bit_cast<std::uint32_t>(Lanes::value(rcp[axis])) >> 31;
   }
 
@@ -95,7 +95,7 @@ template <class Lanes> struct RaySlabs {
   ///
   /// The ray then moves by less than the margin within [tmin, tmax] and the scene. So no reciprocal is infinite and no
   /// product is 0 * inf.
-  HIPRT_HD HIPRT_INLINE RaySlabs(const Ray& ray, float margin) {
+  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs(const Ray& ray, float margin) {
     const float floor = max_component(ray.direction) * 0x1p-26f;
     prepare(0, ray.origin.x, ray.direction.x, floor, margin);
     prepare(1, ray.origin.y, ray.direction.y, floor, margin);
@@ -103,13 +103,13 @@ template <class Lanes> struct RaySlabs {
   }
 
   /// @param origin of the ray whose slabs were saved.
-  HIPRT_HD HIPRT_INLINE RaySlabs(const SavedSlabs& saved, const Vec3& origin) {
+  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs(const SavedSlabs& saved, const Vec3& origin) {
     put(0, origin.x, saved.rcp[0], saved.margin);
     put(1, origin.y, saved.rcp[1], saved.margin);
     put(2, origin.z, saved.rcp[2], saved.margin);
   }
   /// @param margin with which the slabs were made.
-  HIPRT_HD HIPRT_INLINE void save(SavedSlabs& saved, float margin) const {
+  HIPRT_HD HIPRT_FORCE_INLINE void save(SavedSlabs& saved, float margin) const {
     saved.rcp[0] = Lanes::value(rcp[0]);
     saved.rcp[1] = Lanes::value(rcp[1]);
     saved.rcp[2] = Lanes::value(rcp[2]);
@@ -117,13 +117,13 @@ template <class Lanes> struct RaySlabs {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin) {
+  HIPRT_HD HIPRT_FORCE_INLINE void prepare(unsigned axis, float origin, float direction, float floor, float margin) {
     const bool down = std::bit_cast<std::int32_t>(direction) < 0;
     const float length = max_of(absolute(direction), floor);
     const float magnitude = within_range(max_of(reciprocal(length), std::numeric_limits<float>::min()));
     put(axis, origin, down ? -magnitude : magnitude, margin);
   }
-  HIPRT_HD HIPRT_INLINE void put(unsigned axis, float origin, float signed_rcp, float margin) {
+  HIPRT_HD HIPRT_FORCE_INLINE void put(unsigned axis, float origin, float signed_rcp, float margin) {
     const float widening = margin * absolute(signed_rcp);
     const float offset = -origin * signed_rcp;
     rcp[axis] = Lanes::uniform(signed_rcp);
@@ -137,11 +137,11 @@ template <class Lanes> struct BoxHits {
   std::uint32_t mask;           ///< Bit per child.
   typename Lanes::Float enter;  ///< t of entry (at least tmin) where the bit is set.
 
-  HIPRT_HD HIPRT_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
-                                std::uint32_t present)
+  HIPRT_HD HIPRT_FORCE_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                      std::uint32_t present)
       : mask(Lanes::less_equal(first, last) & present), enter(first) {}
-  HIPRT_HD HIPRT_INLINE bool hit(unsigned child) const { return (mask >> child & 1u) != 0; }
-  HIPRT_HD HIPRT_INLINE bool any() const { return mask != 0; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool hit(unsigned child) const { return (mask >> child & 1u) != 0; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool any() const { return mask != 0; }
 };
 
 /// The same as comparisons, which a GPU keeps in predicates.
@@ -150,17 +150,17 @@ requires(Lanes::kScalar) struct BoxHits<Lanes> {
   bool met[kBranching];
   typename Lanes::Float enter;
 
-  HIPRT_HD HIPRT_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
-                                std::uint32_t present)
+  HIPRT_HD HIPRT_FORCE_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                      std::uint32_t present)
       : met{meets(first, last, present, 0), meets(first, last, present, 1), meets(first, last, present, 2),
             meets(first, last, present, 3)},
         enter(first) {}
-  HIPRT_HD HIPRT_INLINE bool hit(unsigned child) const { return met[child]; }
-  HIPRT_HD HIPRT_INLINE bool any() const { return met[0] | met[1] | met[2] | met[3]; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool hit(unsigned child) const { return met[child]; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool any() const { return met[0] | met[1] | met[2] | met[3]; }
 
  private:
-  HIPRT_HD static HIPRT_INLINE bool meets(const typename Lanes::Float& first, const typename Lanes::Float& last,
-                                          std::uint32_t present, unsigned child) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool meets(const typename Lanes::Float& first, const typename Lanes::Float& last,
+                                                std::uint32_t present, unsigned child) {
     return Lanes::get(first, child) <= Lanes::get(last, child) && (present & (1u << child)) != 0;
   }
 };
@@ -168,10 +168,10 @@ requires(Lanes::kScalar) struct BoxHits<Lanes> {
 /// A ray in the units of a node's planes: those of the scene, or those of the node's grid.
 template <class Lanes, class Node> struct NodeSlabs {
   const RaySlabs<Lanes>& ray;
-  HIPRT_HD HIPRT_INLINE NodeSlabs(const Node&, const RaySlabs<Lanes>& of) : ray(of) {}
-  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform rcp(unsigned axis) const { return ray.rcp[axis]; }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform near_offset(unsigned axis) const { return ray.near_offset[axis]; }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform far_offset(unsigned axis) const { return ray.far_offset[axis]; }
+  HIPRT_HD HIPRT_FORCE_INLINE NodeSlabs(const Node&, const RaySlabs<Lanes>& of) : ray(of) {}
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Uniform rcp(unsigned axis) const { return ray.rcp[axis]; }
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Uniform near_offset(unsigned axis) const { return ray.near_offset[axis]; }
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Uniform far_offset(unsigned axis) const { return ray.far_offset[axis]; }
 };
 
 /// (origin + q * scale) * rcp + offset = q * (scale * rcp) + (origin * rcp + offset).
@@ -184,47 +184,48 @@ template <class Lanes, class Node> struct NodeSlabs {
 template <class Lanes> struct NodeSlabs<Lanes, QuantizedBoxNode> {
   const RaySlabs<Lanes>& ray;
   Words grid;
-  HIPRT_HD HIPRT_INLINE NodeSlabs(const QuantizedBoxNode& node, const RaySlabs<Lanes>& of)
+  HIPRT_HD HIPRT_FORCE_INLINE NodeSlabs(const QuantizedBoxNode& node, const RaySlabs<Lanes>& of)
       : ray(of), grid(load_words(node.origin)) {}
-  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform rcp(unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Uniform rcp(unsigned axis) const {
     // The exponent's byte, moved to the exponent of a float.
     const std::uint32_t bits = axis == 0   ? grid.word[3] << 23 & 0x7f800000u
                                : axis == 1 ? grid.word[3] << 15 & 0x7f800000u
                                            : grid.word[3] << 7 & 0x7f800000u;
     return Lanes::uniform(std::bit_cast<float>(bits)) * ray.rcp[axis];
   }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform near_offset(unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Uniform near_offset(unsigned axis) const {
     return biased(axis, ray.near_offset[axis], !ray.is_down(axis));
   }
-  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform far_offset(unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Uniform far_offset(unsigned axis) const {
     return biased(axis, ray.far_offset[axis], ray.is_down(axis));
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE typename Lanes::Uniform biased(unsigned axis, typename Lanes::Uniform offset, bool more) const {
+  HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Uniform biased(unsigned axis, typename Lanes::Uniform offset,
+                                                             bool more) const {
     const auto plain = uniform_madd(Lanes::uniform(grid.as_float(axis)), ray.rcp[axis], offset);
     if constexpr (Lanes::kByteBias == 0.0f) return plain;
     constexpr float kStep = 0x1p-8f;
     const float bias = more ? -(Lanes::kByteBias + kStep) : -(Lanes::kByteBias - kStep);
     return uniform_madd(Lanes::uniform(bias), rcp(axis), plain);
   }
-  HIPRT_HD static HIPRT_INLINE float uniform_madd(float a, float b, float c) { return multiply_add(a, b, c); }
+  HIPRT_HD static HIPRT_FORCE_INLINE float uniform_madd(float a, float b, float c) { return multiply_add(a, b, c); }
   // For hosts only: vector registers.
-  template <class Vector> HIPRT_HD static HIPRT_INLINE Vector uniform_madd(Vector a, Vector b, Vector c) {
+  template <class Vector> HIPRT_HD static HIPRT_FORCE_INLINE Vector uniform_madd(Vector a, Vector b, Vector c) {
     return Lanes::madd(a, b, c);
   }
 };
 
 /// Tests the part [tmin, tmax] of the ray. Absent children are never hit.
 template <class Lanes, class Node>
-HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
-                                                     typename Lanes::Uniform tmin, typename Lanes::Uniform tmax) {
+HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const RaySlabs<Lanes>& ray,
+                                                           typename Lanes::Uniform tmin, typename Lanes::Uniform tmax) {
   const NodeSlabs<Lanes, Node> slabs(node, ray);
   // Not a loop over arrays: GCC would keep the loop, and the arrays in memory.
-  const auto enter = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+  const auto enter = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
     return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side(axis)), slabs.rcp(axis), slabs.near_offset(axis));
   };
-  const auto leave = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+  const auto leave = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
     return Lanes::madd(load_planes<Lanes>(node, axis, ray.near_side(axis) ^ 1u), slabs.rcp(axis),
                        slabs.far_offset(axis));
   };
@@ -235,9 +236,9 @@ HIPRT_HD HIPRT_INLINE BoxHits<Lanes> intersect_boxes(const Node& node, const Ray
 
 /// Whether the part [tmin, tmax] of the ray meets one box.
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE bool meets_box(const Box& box, const RaySlabs<Lanes>& ray, float tmin, float tmax) {
+HIPRT_HD HIPRT_FORCE_INLINE bool meets_box(const Box& box, const RaySlabs<Lanes>& ray, float tmin, float tmax) {
   float first = tmin, last = tmax;
-  const auto clip = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+  const auto clip = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
     const bool down = ray.is_down(axis);
     const float near_plane = down ? box.max[axis] : box.min[axis], far_plane = down ? box.min[axis] : box.max[axis];
     const float rcp = Lanes::value(ray.rcp[axis]);

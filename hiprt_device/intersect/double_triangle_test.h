@@ -14,14 +14,14 @@ struct WatertightDouble : ShearedTriangleTest<WatertightDouble> {
   /// @tparam Lanes of the box test.
   template <class Lanes> struct PreparedRay : ShearedRay<DoubleLanes> {
     double dz;
-    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const RayD& ray)
+    HIPRT_HD HIPRT_FORCE_INLINE explicit PreparedRay(const RayD& ray)
         : ShearedRay<DoubleLanes>(ray), dz(component(ray.direction, z)) {}
   };
 
   /// See ShearedTriangleTest::meet().
   template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
-                                              Accept&& accept) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info,
+                                                    const PreparedRay<Lanes>& ray, Accept&& accept) {
     return meet<DoubleLanes>(leaf, info, ray, accept);
   }
 
@@ -36,8 +36,9 @@ struct WatertightDouble : ShearedTriangleTest<WatertightDouble> {
   }
 
   template <class Lanes, class Leaf, class Prepared>
-  HIPRT_HD static HIPRT_INLINE bool finish(const TriangleCorners<double>& corners, const Leaf&, const Prepared& ray,
-                                           bool, std::uint32_t id, BasicCandidate<double>& result) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool finish(const TriangleCorners<double>& corners, const Leaf&,
+                                                 const Prepared& ray, bool, std::uint32_t id,
+                                                 BasicCandidate<double>& result) {
     if (!(corners.weight[0] + corners.weight[1] + corners.weight[2] != 0.0)) return false;
     finish_quickly(corners, id, ray.dz, result);
     return true;

@@ -23,8 +23,8 @@ struct RoundedDeterminant {
          error = 0.0;  ///< The exact determinant is within error of value, except for value's last rounding.
 
   /// The determinant of the vectors minuend[i] - subtrahend[i], given by their numbers.
-  HIPRT_HD HIPRT_INLINE RoundedDeterminant(const LineAndTriangle& of, const unsigned (&minuend)[3],
-                                           const unsigned (&subtrahend)[3]) {
+  HIPRT_HD HIPRT_FORCE_INLINE RoundedDeterminant(const LineAndTriangle& of, const unsigned (&minuend)[3],
+                                                 const unsigned (&subtrahend)[3]) {
     double row[3][3];
     bool exact = true;
     HIPRT_NO_UNROLL
@@ -65,11 +65,11 @@ enum class InDouble { kPasses, kMisses, kUndecided };
 ///
 /// @param uncertainty of the triangle's edge functions as Reference computes them. The edge functions in double have
 /// an error of less than 2^-26 of it, with the direction's last component as the scale instead of 1.
-HIPRT_HD HIPRT_INLINE InDouble find_in_double(const LineAndTriangle& of, float uncertainty, Candidate& result) {
+HIPRT_HD HIPRT_FORCE_INLINE InDouble find_in_double(const LineAndTriangle& of, float uncertainty, Candidate& result) {
   const double d[3] = {of.vector[1][0], of.vector[1][1], of.vector[1][2]};
   double x[3], y[3], z[3];
-  const auto shear = [&](unsigned i) HIPRT_INLINE_LAMBDA {
-    const auto from = [&](unsigned axis) HIPRT_INLINE_LAMBDA {
+  const auto shear = [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA {
+    const auto from = [&](unsigned axis) HIPRT_FORCE_INLINE_LAMBDA {
       return static_cast<double>(of.vector[2 + i][axis]) - static_cast<double>(of.vector[0][axis]);
     };
     z[i] = from(2);
@@ -80,8 +80,8 @@ HIPRT_HD HIPRT_INLINE InDouble find_in_double(const LineAndTriangle& of, float u
   shear(1);
   shear(2);
   const auto edge = [&](unsigned i, unsigned j)
-                        HIPRT_INLINE_LAMBDA { return fused_multiply_add(x[i], y[j], -(y[i] * x[j])); };
-  const auto magnitude = [](double a) HIPRT_INLINE_LAMBDA { return a < 0.0 ? -a : a; };
+                        HIPRT_FORCE_INLINE_LAMBDA { return fused_multiply_add(x[i], y[j], -(y[i] * x[j])); };
+  const auto magnitude = [](double a) HIPRT_FORCE_INLINE_LAMBDA { return a < 0.0 ? -a : a; };
   const double w0 = edge(1, 2), w1 = edge(2, 0), w2 = edge(0, 1),
                least = 0x1p-26 * static_cast<double>(uncertainty) * (d[2] * d[2]);
   if ((w0 > least || w1 > least || w2 > least) && (w0 < -least || w1 < -least || w2 < -least)) return InDouble::kMisses;
@@ -110,7 +110,7 @@ class ExactDecision {
   using Vectors = LineAndTriangle;
 
   /// @param of origin, direction and corners.
-  HIPRT_HD HIPRT_INLINE explicit ExactDecision(const LineAndTriangle& of) : of_(of) {
+  HIPRT_HD HIPRT_FORCE_INLINE explicit ExactDecision(const LineAndTriangle& of) : of_(of) {
     for (unsigned i = 0; i < 3; ++i) {
       for (unsigned k = 0; k < 3; ++k) of_.vector[Vectors::kAxis + i][k] = i == k ? 1.0f : 0.0f;
       of_.vector[Vectors::kMinusOrigin][i] = -of_.vector[Vectors::kOrigin][i];
@@ -120,7 +120,7 @@ class ExactDecision {
 
   /// @return false: the line does not pass, or it is parallel to the triangle. Otherwise t, u and v are set, rounded
   /// from values within 2^-28 of t and of 1.
-  HIPRT_HD HIPRT_INLINE bool passes(Candidate& result) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool passes(Candidate& result) {
     // Edge functions opposite to corners 0, 1 and 2; the product along the normal; the plane's distance along the
     // normal.
     double value[5] = {};
@@ -140,13 +140,15 @@ class ExactDecision {
 
  private:
   /// Numbers of the two corners of an edge.
-  HIPRT_HD static HIPRT_INLINE unsigned edge_from(unsigned step) {
+  HIPRT_HD static HIPRT_FORCE_INLINE unsigned edge_from(unsigned step) {
     return Vectors::kCorner + (step == 2 ? 0 : step + 1);
   }
-  HIPRT_HD static HIPRT_INLINE unsigned edge_to(unsigned step) { return Vectors::kCorner + (step == 0 ? 2 : step - 1); }
+  HIPRT_HD static HIPRT_FORCE_INLINE unsigned edge_to(unsigned step) {
+    return Vectors::kCorner + (step == 0 ? 2 : step - 1);
+  }
 
   /// A value and its sign.
-  HIPRT_HD HIPRT_INLINE int find(unsigned step, double& value) const {
+  HIPRT_HD HIPRT_FORCE_INLINE int find(unsigned step, double& value) const {
     const unsigned corner = Vectors::kCorner, origin = Vectors::kOrigin;
     const unsigned minuend[3] = {step == 4 ? corner : Vectors::kDirection, step < 3 ? edge_from(step) : corner + 1,
                                  step < 3 ? edge_to(step) : corner + 2};
@@ -172,7 +174,7 @@ class ExactDecision {
   }
 
   /// Each is a sum of determinants det[first, list k, list k + 1].
-  HIPRT_HD HIPRT_INLINE void add_terms(ExactSum<48>& sum, unsigned step, unsigned attempt) const {
+  HIPRT_HD HIPRT_FORCE_INLINE void add_terms(ExactSum<48>& sum, unsigned step, unsigned attempt) const {
     unsigned first = Vectors::kDirection, list[3] = {Vectors::kCorner, Vectors::kCorner + 1, Vectors::kCorner + 2};
     unsigned count = 3;
     if (step < 3) {
@@ -200,7 +202,7 @@ class ExactDecision {
   }
 
   /// The sign of cross(h, a - b) along an axis: the first of h's other components is the largest.
-  HIPRT_HD HIPRT_INLINE int sign_of_last(unsigned step, unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE int sign_of_last(unsigned step, unsigned axis) const {
     const float* const a = of_.vector[edge_from(step)];
     const float* const b = of_.vector[edge_to(step)];
     const unsigned after = axis == 2 ? 0 : axis + 1, before = axis == 0 ? 2 : axis - 1;
@@ -228,7 +230,7 @@ class ExactDecision {
 struct Reference : ShearedTriangleTest<Reference> {
   template <class Lanes> struct PreparedRay : ShearedRay<Lanes> {
     float dx, dy, dz;  ///< The direction, in the sheared space's axes.
-    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray)
+    HIPRT_HD HIPRT_FORCE_INLINE explicit PreparedRay(const Ray& ray)
         : ShearedRay<Lanes>(ray),
           dx(this->component(ray.direction, this->x())),
           dy(this->component(ray.direction, this->y())),
@@ -237,8 +239,8 @@ struct Reference : ShearedTriangleTest<Reference> {
 
   /// See ShearedTriangleTest::meet().
   template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
-                                              Accept&& accept) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info,
+                                                    const PreparedRay<Lanes>& ray, Accept&& accept) {
     return meet<Lanes>(leaf, info, ray, accept);
   }
 
@@ -247,8 +249,8 @@ struct Reference : ShearedTriangleTest<Reference> {
   /// As intersect(), for one triangle of the leaf.
   /// @param id its part of LeafInfo::triangle_ids.
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool decide(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
-                                           std::uint32_t id, Candidate& result) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool decide(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
+                                                 std::uint32_t id, Candidate& result) {
     return decide_by<Lanes, true>(leaf, ray, second, id, 0.0f, result);
   }
 
@@ -258,7 +260,7 @@ struct Reference : ShearedTriangleTest<Reference> {
   /// the largest |x| + |y| + s |z| of the leaf's vertices, and T the largest |x| + |y|. The error of an edge function
   /// is at most 6 u R (T + 3 u R).
   template <class Lanes, class Vertices>
-  HIPRT_HD static HIPRT_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
     const auto beside = Lanes::add(Lanes::magnitude(at.x), Lanes::magnitude(at.y));
     const auto far = Lanes::madd(Lanes::magnitude(at.z), Lanes::all(most_shear<Lanes>(ray)), beside);
     return uncertainty_of(Lanes::largest(beside), Lanes::largest(far));
@@ -269,10 +271,10 @@ struct Reference : ShearedTriangleTest<Reference> {
 
   /// The triangle in the sheared space's axes, corners in the mesh's order.
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE exact_detail::LineAndTriangle read(const Leaf& leaf, const PreparedRay<Lanes>& ray,
-                                                                  bool second, std::uint32_t id) {
+  HIPRT_HD static HIPRT_FORCE_INLINE exact_detail::LineAndTriangle read(const Leaf& leaf, const PreparedRay<Lanes>& ray,
+                                                                        bool second, std::uint32_t id) {
     exact_detail::LineAndTriangle of;
-    const auto read_axis = [&](unsigned axis, unsigned from, float origin, float direction) HIPRT_INLINE_LAMBDA {
+    const auto read_axis = [&](unsigned axis, unsigned from, float origin, float direction) HIPRT_FORCE_INLINE_LAMBDA {
       float corner[3];
       corners_of<Lanes>(load_coordinates<Lanes>(leaf, from), second, id, corner);
       of.vector[0][axis] = origin;
@@ -289,11 +291,11 @@ struct Reference : ShearedTriangleTest<Reference> {
 
   /// As uncertainty(), for the triangle alone.
   template <class Lanes>
-  HIPRT_HD static HIPRT_INLINE float own_uncertainty(const exact_detail::LineAndTriangle& of,
-                                                     const PreparedRay<Lanes>& ray) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float own_uncertainty(const exact_detail::LineAndTriangle& of,
+                                                           const PreparedRay<Lanes>& ray) {
     const float shear = most_shear<Lanes>(ray);
     float width = 0.0f, reach = 0.0f;
-    const auto read = [&](const float(&corner)[3]) HIPRT_INLINE_LAMBDA {
+    const auto read = [&](const float(&corner)[3]) HIPRT_FORCE_INLINE_LAMBDA {
       const float z = corner[2] - of.vector[0][2];
       const float beside = absolute(fused_multiply_add(-Lanes::value(ray.sx), z, corner[0] - of.vector[0][0])) +
                            absolute(fused_multiply_add(-Lanes::value(ray.sy), z, corner[1] - of.vector[0][1]));
@@ -308,28 +310,28 @@ struct Reference : ShearedTriangleTest<Reference> {
     return uncertainty_of(width, reach);
   }
 
-  template <class Lanes> HIPRT_HD static HIPRT_INLINE float most_shear(const PreparedRay<Lanes>& ray) {
+  template <class Lanes> HIPRT_HD static HIPRT_FORCE_INLINE float most_shear(const PreparedRay<Lanes>& ray) {
     return larger(absolute(Lanes::value(ray.sx)), absolute(Lanes::value(ray.sy)));
   }
 
-  HIPRT_HD static HIPRT_INLINE float uncertainty_of(float width, float reach) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float uncertainty_of(float width, float reach) {
     constexpr float kUnit = 0x1p-24f;
     // Fused, so that the bits are the same everywhere.
     return fused_multiply_add(7.0f * kUnit * reach, fused_multiply_add(4.0f * kUnit, reach, width), kTiny);
   }
 
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool finish(const TriangleCorners<float>& corners, const Leaf& leaf,
-                                           const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
-                                           Candidate& result) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool finish(const TriangleCorners<float>& corners, const Leaf& leaf,
+                                                 const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
+                                                 Candidate& result) {
     return decide_by<Lanes, false>(leaf, ray, second, id, corners.uncertainty * (1.0f + 0x1p-20f), result);
   }
 
   /// @tparam kOwn whether to use the uncertainty of the triangle alone.
   /// @param uncertainty otherwise, that of the whole leaf.
   template <class Lanes, bool kOwn, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool decide_by(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
-                                              std::uint32_t id, float uncertainty, Candidate& result) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool decide_by(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
+                                                    std::uint32_t id, float uncertainty, Candidate& result) {
     using namespace exact_detail;
     const LineAndTriangle of = read<Lanes>(read_again(leaf), ray, second, id);
     // A decision with the uncertainty of the whole leaf also holds with the triangle's own. In the end only the
@@ -357,8 +359,8 @@ struct Reference::Bounds : ShearedTriangleTest<Bounds> {
   template <class Lanes> using PreparedRay = Reference::PreparedRay<Lanes>;
 
   template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
-                                              Accept&& accept) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info,
+                                                    const PreparedRay<Lanes>& ray, Accept&& accept) {
     return Bounds::template meet<Lanes>(leaf, info, ray, accept);
   }
 
@@ -366,13 +368,14 @@ struct Reference::Bounds : ShearedTriangleTest<Bounds> {
   friend ShearedTriangleTest<Bounds>;
 
   template <class Lanes, class Vertices>
-  HIPRT_HD static HIPRT_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
+  HIPRT_HD static HIPRT_FORCE_INLINE float uncertainty(const Vertices& at, const PreparedRay<Lanes>& ray) {
     return Reference::uncertainty<Lanes>(at, ray);
   }
 
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool finish(const TriangleCorners<float>& corners, const Leaf&,
-                                           const PreparedRay<Lanes>& ray, bool, std::uint32_t, Candidate& result) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool finish(const TriangleCorners<float>& corners, const Leaf&,
+                                                 const PreparedRay<Lanes>& ray, bool, std::uint32_t,
+                                                 Candidate& result) {
     const float(&w)[3] = corners.weight;
     const float(&z)[3] = corners.z;
     const float dz = ray.dz;

@@ -13,12 +13,12 @@ inline namespace HIPRT_ISA_NAMESPACE {
 struct Fast {
   template <class Lanes> struct PreparedRay {
     Vec3 origin, direction;
-    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray) : origin(ray.origin), direction(ray.direction) {}
+    HIPRT_HD HIPRT_FORCE_INLINE explicit PreparedRay(const Ray& ray) : origin(ray.origin), direction(ray.direction) {}
   };
 
   template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
-                                              Accept&& accept) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info,
+                                                    const PreparedRay<Lanes>& ray, Accept&& accept) {
     using Float = typename Lanes::Float;
     // Lanes 0 and 1 are triangles 0 and 1: corners (v0, v1, v2) and (v1, v3, v2).
     const Vec<Lanes> vertex{load_coordinates<Lanes>(leaf, 0), load_coordinates<Lanes>(leaf, 1),
@@ -51,22 +51,22 @@ struct Fast {
   template <class Lanes> struct Vec {
     typename Lanes::Float x, y, z;
 
-    HIPRT_HD HIPRT_INLINE friend Vec sub(const Vec& a, const Vec& b) {
+    HIPRT_HD HIPRT_FORCE_INLINE friend Vec sub(const Vec& a, const Vec& b) {
       return {Lanes::sub(a.x, b.x), Lanes::sub(a.y, b.y), Lanes::sub(a.z, b.z)};
     }
-    HIPRT_HD HIPRT_INLINE friend Vec cross(const Vec& a, const Vec& b) {
+    HIPRT_HD HIPRT_FORCE_INLINE friend Vec cross(const Vec& a, const Vec& b) {
       return {Lanes::sub(Lanes::mul(a.y, b.z), Lanes::mul(a.z, b.y)),
               Lanes::sub(Lanes::mul(a.z, b.x), Lanes::mul(a.x, b.z)),
               Lanes::sub(Lanes::mul(a.x, b.y), Lanes::mul(a.y, b.x))};
     }
-    HIPRT_HD HIPRT_INLINE friend typename Lanes::Float dot(const Vec& a, const Vec& b) {
+    HIPRT_HD HIPRT_FORCE_INLINE friend typename Lanes::Float dot(const Vec& a, const Vec& b) {
       return Lanes::madd(a.x, b.x, Lanes::madd(a.y, b.y, Lanes::mul(a.z, b.z)));
     }
   };
-  template <class Lanes> HIPRT_HD static HIPRT_INLINE Vec<Lanes> all(const Vec3& a) {
+  template <class Lanes> HIPRT_HD static HIPRT_FORCE_INLINE Vec<Lanes> all(const Vec3& a) {
     return {Lanes::all(a.x), Lanes::all(a.y), Lanes::all(a.z)};
   }
-  template <class Lanes, int A, int B> HIPRT_HD static HIPRT_INLINE Vec<Lanes> shuffle(const Vec<Lanes>& a) {
+  template <class Lanes, int A, int B> HIPRT_HD static HIPRT_FORCE_INLINE Vec<Lanes> shuffle(const Vec<Lanes>& a) {
     return {Lanes::template shuffle<A, B, A, B>(a.x), Lanes::template shuffle<A, B, A, B>(a.y),
             Lanes::template shuffle<A, B, A, B>(a.z)};
   }

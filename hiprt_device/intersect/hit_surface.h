@@ -12,7 +12,7 @@ namespace surface_detail {
 
 /// cross(edge1, edge2), multiplied by a power of two where a float could not hold it.
 template <class Real>
-HIPRT_HD HIPRT_INLINE BasicVec3<Real> make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
+HIPRT_HD HIPRT_FORCE_INLINE BasicVec3<Real> make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
   const double x = difference_of_products(edge1[1], edge2[2], edge1[2], edge2[1]);
   const double y = difference_of_products(edge1[2], edge2[0], edge1[0], edge2[2]);
   const double z = difference_of_products(edge1[0], edge2[1], edge1[1], edge2[0]);
@@ -31,8 +31,8 @@ HIPRT_HD HIPRT_INLINE BasicVec3<Real> make_normal(const double (&edge1)[3], cons
 template <class Real> inline constexpr Real kUnit = std::numeric_limits<Real>::epsilon() / 2;
 
 /// An error bound as a float. Bounds in double are rounded up.
-HIPRT_HD HIPRT_INLINE float to_bound(float bound) { return bound; }
-HIPRT_HD HIPRT_INLINE float to_bound(double bound) {
+HIPRT_HD HIPRT_FORCE_INLINE float to_bound(float bound) { return bound; }
+HIPRT_HD HIPRT_FORCE_INLINE float to_bound(double bound) {
   constexpr double kMax = std::numeric_limits<float>::max();
   const auto nearest = static_cast<float>((bound < kMax ? bound : kMax) * (1.0 - 0x1p-24));
   // Fused, so that the bits are the same everywhere.

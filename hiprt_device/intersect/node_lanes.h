@@ -8,14 +8,14 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Bits 3-0: the children that exist. In layouts whose absent children have the empty box, all bits are set.
-template <class Node> HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const Node&) { return 0xfu; }
-HIPRT_HD HIPRT_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
+template <class Node> HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(const Node&) { return 0xfu; }
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
   return load_words(node.origin).word[3] >> 24;
 }
 
 /// The four children's planes of one axis. @param side 0 minimum, 1 maximum.
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const PlanesBoxNode& node, unsigned axis, unsigned side) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const PlanesBoxNode& node, unsigned axis, unsigned side) {
 #if defined(__CUDA_ARCH__)
   // Nodes are aligned, so the side is a bit of the address. This saves six 64-bit sums.
   static_assert(kNodeGranularity % (2 * sizeof(node.plane[0][0])) == 0);
@@ -27,12 +27,12 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const PlanesBoxNode& nod
 }
 
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const FloatBoxNode& node, unsigned axis, unsigned side) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const FloatBoxNode& node, unsigned axis, unsigned side) {
   if constexpr (Lanes::kScalar) {
     const Words words[6] = {load_words(&node.box[0].min[0]),      load_words(&node.box[0].min[0] + 4),
                             load_words(&node.box[0].min[0] + 8),  load_words(&node.box[0].min[0] + 12),
                             load_words(&node.box[0].min[0] + 16), load_words(&node.box[0].min[0] + 20)};
-    const auto plane = [&](unsigned child) HIPRT_INLINE_LAMBDA {
+    const auto plane = [&](unsigned child) HIPRT_FORCE_INLINE_LAMBDA {
       const unsigned low = 6 * child + axis, high = low + 3;
       const float minimum = words[low / 4].as_float(low % 4), maximum = words[high / 4].as_float(high % 4);
       return side == 0 ? minimum : maximum;
@@ -45,13 +45,14 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const FloatBoxNode& node
 }
 
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const HalfBoxNode& node, unsigned axis, unsigned side) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const HalfBoxNode& node, unsigned axis, unsigned side) {
   if constexpr (Lanes::kScalar) {
     const std::uint16_t* first = node.box[0].min;
     const Words words[3] = {load_words(first), load_words(first + 8), load_words(first + 16)};
-    const auto plane = [&](unsigned child) HIPRT_INLINE_LAMBDA {
-      const auto half = [&](unsigned i)
-                            HIPRT_INLINE_LAMBDA { return words[i / 8].word[i / 2 % 4] >> (16 * (i % 2)) & 0xffffu; };
+    const auto plane = [&](unsigned child) HIPRT_FORCE_INLINE_LAMBDA {
+      const auto half = [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA {
+        return words[i / 8].word[i / 2 % 4] >> (16 * (i % 2)) & 0xffffu;
+      };
       const std::uint32_t minimum = half(6 * child + axis), maximum = half(6 * child + 3 + axis);
       return side == 0 ? minimum : maximum;
     };
@@ -64,7 +65,8 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const HalfBoxNode& node,
 
 /// The planes in units of the node's grid.
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const QuantizedBoxNode& node, unsigned axis, unsigned side) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const QuantizedBoxNode& node, unsigned axis,
+                                                              unsigned side) {
   if constexpr (Lanes::kScalar) {
     const Words words = load_words(node.plane[axis < 2 ? 0 : 2][0]);
     // Values, not elements: a choice between addresses would put the words into memory.
@@ -79,17 +81,17 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_planes(const QuantizedBoxNode& 
 
 /// One coordinate of a leaf's four vertices.
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const PlanesLeaf& leaf, unsigned axis) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_coordinates(const PlanesLeaf& leaf, unsigned axis) {
   return Lanes::load(leaf.coordinate[axis]);
 }
 
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const FloatLeaf& leaf, unsigned axis) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_coordinates(const FloatLeaf& leaf, unsigned axis) {
   if constexpr (Lanes::kScalar) {
     const float* first = leaf.vertex[0];
     const Words words[3] = {load_words(first), load_words(first + 4), load_words(first + 8)};
-    const auto coordinate = [&](unsigned vertex) HIPRT_INLINE_LAMBDA {
-      const auto of = [&](unsigned i) HIPRT_INLINE_LAMBDA { return words[i / 4].as_float(i % 4); };
+    const auto coordinate = [&](unsigned vertex) HIPRT_FORCE_INLINE_LAMBDA {
+      const auto of = [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA { return words[i / 4].as_float(i % 4); };
       const float x = of(3 * vertex), y = of(3 * vertex + 1), z = of(3 * vertex + 2);
       return axis == 0 ? x : axis == 1 ? y : z;
     };
@@ -100,14 +102,14 @@ HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const FloatLeaf& le
 }
 
 /// The same leaf of a scene. Its coordinates are loaded again, so that they need not stay in registers.
-template <class Leaf> HIPRT_HD HIPRT_INLINE const Leaf& read_again(const Leaf& leaf) { return *forget(&leaf); }
+template <class Leaf> HIPRT_HD HIPRT_FORCE_INLINE const Leaf& read_again(const Leaf& leaf) { return *forget(&leaf); }
 
 /// Every leaf record ends with its LeafInfo.
 inline constexpr std::size_t kInfoOffset = sizeof(CustomLeaf) - sizeof(LeafInfo);
 
 /// The part that all leaves share.
 /// @param record first byte of a leaf.
-HIPRT_HD HIPRT_INLINE LeafInfo load_info(const std::byte* record) {
+HIPRT_HD HIPRT_FORCE_INLINE LeafInfo load_info(const std::byte* record) {
   return std::bit_cast<LeafInfo>(load_words(record + kInfoOffset));
 }
 

@@ -17,7 +17,7 @@ template <class Lanes> struct ShearedRay {
 
   using Real = typename Lanes::Scalar;
 
-  HIPRT_HD HIPRT_INLINE explicit ShearedRay(const BasicRay<Real>& ray) {
+  HIPRT_HD HIPRT_FORCE_INLINE explicit ShearedRay(const BasicRay<Real>& ray) {
     const Real ax = absolute(ray.direction.x), ay = absolute(ray.direction.y), az = absolute(ray.direction.z);
     z = ax > ay ? (ax > az ? 0u : 2u) : (ay > az ? 1u : 2u);
     const Real dz = component(ray.direction, z);
@@ -28,10 +28,10 @@ template <class Lanes> struct ShearedRay {
     oz = Lanes::uniform(component(ray.origin, z));
   }
   /// The other axes, 1, 2, 0 and 2, 0, 1 for z = 0, 1, 2, with two bits each.
-  HIPRT_HD HIPRT_INLINE unsigned x() const { return 0b00'10'01u >> 2 * z & 3u; }
-  HIPRT_HD HIPRT_INLINE unsigned y() const { return 0b01'00'10u >> 2 * z & 3u; }
+  HIPRT_HD HIPRT_FORCE_INLINE unsigned x() const { return 0b00'10'01u >> 2 * z & 3u; }
+  HIPRT_HD HIPRT_FORCE_INLINE unsigned y() const { return 0b01'00'10u >> 2 * z & 3u; }
   /// Selects a component. Indexing a vector at run time would move it to memory on a GPU.
-  HIPRT_HD static HIPRT_INLINE Real component(const BasicVec3<Real>& v, unsigned axis) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Real component(const BasicVec3<Real>& v, unsigned axis) {
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
   }
 };
@@ -40,7 +40,7 @@ template <class Lanes> struct ShearedRay {
 template <class Lanes> struct ShearedVertices {
   typename Lanes::Float x, y, z;
   template <class Leaf, class Ray>
-  HIPRT_HD HIPRT_INLINE ShearedVertices(const Leaf& leaf, const Ray& ray)
+  HIPRT_HD HIPRT_FORCE_INLINE ShearedVertices(const Leaf& leaf, const Ray& ray)
       : z(Lanes::sub(load_coordinates<Lanes>(leaf, ray.z), ray.oz)) {
     x = Lanes::fnma(ray.sx, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.x()), ray.ox));
     y = Lanes::fnma(ray.sy, z, Lanes::sub(load_coordinates<Lanes>(leaf, ray.y()), ray.oy));
@@ -49,10 +49,10 @@ template <class Lanes> struct ShearedVertices {
 
 /// a * d - b * c within 2 units of 2^-24 (in double 2^-53), sign exact (Kahan; Jeannerod, Louvet, Muller 2013).
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float difference_of_products(const typename Lanes::Float& a,
-                                                                   const typename Lanes::Float& d,
-                                                                   const typename Lanes::Float& b,
-                                                                   const typename Lanes::Float& c) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float difference_of_products(const typename Lanes::Float& a,
+                                                                         const typename Lanes::Float& d,
+                                                                         const typename Lanes::Float& b,
+                                                                         const typename Lanes::Float& c) {
   const auto product = Lanes::mul(b, c);
   return Lanes::add(Lanes::fms(a, d, product), Lanes::fnma(b, c, product));
 }
@@ -63,7 +63,7 @@ template <class Real> struct TriangleCorners {
   Real z[3];
   Real uncertainty;
 
-  HIPRT_HD HIPRT_INLINE bool are_certain() const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool are_certain() const {
     return absolute(weight[0]) > uncertainty && absolute(weight[1]) > uncertainty && absolute(weight[2]) > uncertainty;
   }
 };
@@ -71,15 +71,15 @@ template <class Real> struct TriangleCorners {
 /// The signs of both triangles' edge functions, as bits: edges around the leaf, then the shared edge and back.
 template <class Lanes> class EdgeSigns {
  public:
-  HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared,
-                                  typename Lanes::Scalar uncertainty) {
+  HIPRT_HD HIPRT_FORCE_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared,
+                                        typename Lanes::Scalar uncertainty) {
     const auto least = Lanes::all(uncertainty), most = Lanes::all(-uncertainty);
     positive_ = Lanes::greater(around, least) | Lanes::greater(shared, least) << 4;
     negative_ = Lanes::greater(most, around) | Lanes::greater(most, shared) << 4;
   }
   /// Whether no edge function is certainly positive, or none certainly negative.
-  HIPRT_HD HIPRT_INLINE bool meets0() const { return (positive_ & kEdges0) == 0 || (negative_ & kEdges0) == 0; }
-  HIPRT_HD HIPRT_INLINE bool meets1() const { return (positive_ & kEdges1) == 0 || (negative_ & kEdges1) == 0; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool meets0() const { return (positive_ & kEdges0) == 0 || (negative_ & kEdges0) == 0; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool meets1() const { return (positive_ & kEdges1) == 0 || (negative_ & kEdges1) == 0; }
 
  private:
   static constexpr std::uint32_t kEdges0 = 0b01'1001, kEdges1 = 0b10'0110;
@@ -90,17 +90,17 @@ template <class Lanes> class EdgeSigns {
 template <class Lanes>
 requires(Lanes::kScalar) class EdgeSigns<Lanes> {
  public:
-  HIPRT_HD HIPRT_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared,
-                                  typename Lanes::Scalar uncertainty)
+  HIPRT_HD HIPRT_FORCE_INLINE EdgeSigns(const typename Lanes::Float& around, const typename Lanes::Float& shared,
+                                        typename Lanes::Scalar uncertainty)
       : first_{Lanes::get(around, 0), Lanes::get(around, 3), Lanes::get(shared, 0)},
         second_{Lanes::get(around, 1), Lanes::get(around, 2), Lanes::get(shared, 1)},
         uncertainty_(uncertainty) {}
-  HIPRT_HD HIPRT_INLINE bool meets0() const { return meets(first_); }
-  HIPRT_HD HIPRT_INLINE bool meets1() const { return meets(second_); }
+  HIPRT_HD HIPRT_FORCE_INLINE bool meets0() const { return meets(first_); }
+  HIPRT_HD HIPRT_FORCE_INLINE bool meets1() const { return meets(second_); }
 
  private:
   using Real = typename Lanes::Scalar;
-  HIPRT_HD HIPRT_INLINE bool meets(const Real (&edge)[3]) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool meets(const Real (&edge)[3]) const {
     const Real least = uncertainty_, most = -uncertainty_;
     const bool positive = (edge[0] > least) | (edge[1] > least) | (edge[2] > least);
     const bool negative = (edge[0] < most) | (edge[1] < most) | (edge[2] < most);

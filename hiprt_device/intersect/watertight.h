@@ -23,7 +23,8 @@ template <class Test> struct ShearedTriangleTest {
   /// @return false if it was stopped.
   /// @param info the leaf's.
   template <class Lanes, class Leaf, class Ray, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool meet(const Leaf& leaf, const LeafInfo& info, const Ray& ray, Accept&& accept) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool meet(const Leaf& leaf, const LeafInfo& info, const Ray& ray,
+                                               Accept&& accept) {
     using Float = typename Lanes::Float;
     using Real = typename Lanes::Scalar;
     const ShearedVertices<Lanes> at(leaf, ray);
@@ -63,8 +64,8 @@ template <class Test> struct ShearedTriangleTest {
 
   /// Computes in the precision of the corners.
   template <class Real>
-  HIPRT_HD static HIPRT_INLINE void finish_quickly(TriangleCorners<Real> corners, std::uint32_t id, Real dz,
-                                                   BasicCandidate<Real>& result) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void finish_quickly(TriangleCorners<Real> corners, std::uint32_t id, Real dz,
+                                                         BasicCandidate<Real>& result) {
     to_mesh_order(corners.weight, id);
     to_mesh_order(corners.z, id);
     const Real(&w)[3] = corners.weight;
@@ -79,8 +80,8 @@ template <class Test> struct ShearedTriangleTest {
   /// The triangle's corners in the mesh's order.
   /// @param of a value per vertex of the leaf.
   template <class Lanes>
-  HIPRT_HD static HIPRT_INLINE void corners_of(const typename Lanes::Float& of, bool second, std::uint32_t id,
-                                               typename Lanes::Scalar (&corner)[3]) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void corners_of(const typename Lanes::Float& of, bool second, std::uint32_t id,
+                                                     typename Lanes::Scalar (&corner)[3]) {
     const typename Lanes::Scalar v0 = Lanes::get(of, 0), v1 = Lanes::get(of, 1), v2 = Lanes::get(of, 2),
                                  v3 = Lanes::get(of, 3);
     corner[0] = choose(second, v1, v0);
@@ -97,14 +98,14 @@ template <class Test> struct ShearedTriangleTest {
 struct Watertight : ShearedTriangleTest<Watertight> {
   template <class Lanes> struct PreparedRay : ShearedRay<Lanes> {
     float dz;
-    HIPRT_HD HIPRT_INLINE explicit PreparedRay(const Ray& ray)
+    HIPRT_HD HIPRT_FORCE_INLINE explicit PreparedRay(const Ray& ray)
         : ShearedRay<Lanes>(ray), dz(this->component(ray.direction, this->z)) {}
   };
 
   /// See ShearedTriangleTest::meet().
   template <class Lanes, class Leaf, class Accept>
-  HIPRT_HD static HIPRT_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info, const PreparedRay<Lanes>& ray,
-                                              Accept&& accept) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool intersect(const Leaf& leaf, const LeafInfo& info,
+                                                    const PreparedRay<Lanes>& ray, Accept&& accept) {
     return meet<Lanes>(leaf, info, ray, accept);
   }
 
@@ -118,9 +119,9 @@ struct Watertight : ShearedTriangleTest<Watertight> {
 
   /// @param corners by value: a reference costs five registers on AMD (clang 14).
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool finish(TriangleCorners<float> corners, const Leaf& leaf,
-                                           const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
-                                           Candidate& result) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool finish(TriangleCorners<float> corners, const Leaf& leaf,
+                                                 const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
+                                                 Candidate& result) {
     if (!corners.are_certain() || !(absolute(corners.weight[0] + corners.weight[1] + corners.weight[2]) < 0x1p126f))
       return finish_in_double<Lanes>(read_again(leaf), ray, second, id, result);
     finish_quickly(corners, id, ray.dz, result);
@@ -129,15 +130,15 @@ struct Watertight : ShearedTriangleTest<Watertight> {
 
   /// The same decision with exact signs for all finite sheared coordinates.
   template <class Lanes, class Leaf>
-  HIPRT_HD static HIPRT_INLINE bool finish_in_double(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
-                                                     std::uint32_t id, Candidate& result) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool finish_in_double(const Leaf& leaf, const PreparedRay<Lanes>& ray, bool second,
+                                                           std::uint32_t id, Candidate& result) {
     const ShearedVertices<Lanes> at(leaf, ray);
     float x[3], y[3], z[3];
     corners_of<Lanes>(at.x, second, id, x);
     corners_of<Lanes>(at.y, second, id, y);
     corners_of<Lanes>(at.z, second, id, z);
     // Products of floats are exact in double, so each difference is rounded once.
-    const auto edge = [&](int j, int k) HIPRT_INLINE_LAMBDA {
+    const auto edge = [&](int j, int k) HIPRT_FORCE_INLINE_LAMBDA {
       const double product = static_cast<double>(y[j]) * static_cast<double>(x[k]);
       return fused_multiply_add(static_cast<double>(x[j]), static_cast<double>(y[k]), -product);
     };

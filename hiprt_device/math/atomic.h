@@ -8,7 +8,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// *value += amount, without ordering of other memory.
 /// @return the value before.
-HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_t amount) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_t amount) {
 #if HIPRT_DEVICE_CODE
   return atomicAdd(value, amount);
 #else
@@ -18,7 +18,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add(std::uint32_t* value, std::uint32_
 
 /// *value += amount. A thread that adds after another thread can also read what that thread wrote before.
 /// @return the value before.
-HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add_ordered(std::uint32_t* value, std::uint32_t amount) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t fetch_add_ordered(std::uint32_t* value, std::uint32_t amount) {
 #if HIPRT_DEVICE_CODE
   __threadfence();
   const std::uint32_t before = atomicAdd(value, amount);
@@ -30,7 +30,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t fetch_add_ordered(std::uint32_t* value, std:
 }
 
 /// *value = max(*value, candidate), without ordering of other memory.
-HIPRT_HD HIPRT_INLINE void raise(std::uint64_t* value, std::uint64_t candidate) {
+HIPRT_HD HIPRT_FORCE_INLINE void raise(std::uint64_t* value, std::uint64_t candidate) {
 #if HIPRT_DEVICE_CODE
   static_assert(sizeof(unsigned long long) == sizeof(std::uint64_t));
   atomicMax(reinterpret_cast<unsigned long long*>(value), static_cast<unsigned long long>(candidate));
@@ -43,7 +43,7 @@ HIPRT_HD HIPRT_INLINE void raise(std::uint64_t* value, std::uint64_t candidate) 
 }
 
 /// The same in 32 bits.
-HIPRT_HD HIPRT_INLINE void raise(std::uint32_t* value, std::uint32_t candidate) {
+HIPRT_HD HIPRT_FORCE_INLINE void raise(std::uint32_t* value, std::uint32_t candidate) {
 #if HIPRT_DEVICE_CODE
   atomicMax(value, candidate);
 #else
@@ -55,7 +55,7 @@ HIPRT_HD HIPRT_INLINE void raise(std::uint32_t* value, std::uint32_t candidate) 
 }
 
 /// *value = min(*value, candidate), without ordering of other memory.
-HIPRT_HD HIPRT_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) {
+HIPRT_HD HIPRT_FORCE_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) {
 #if HIPRT_DEVICE_CODE
   atomicMin(value, candidate);
 #else
@@ -67,7 +67,7 @@ HIPRT_HD HIPRT_INLINE void lower(std::uint32_t* value, std::uint32_t candidate) 
 }
 
 /// *value = min(*value, candidate) in 64 bits, without ordering of other memory.
-HIPRT_HD HIPRT_INLINE void lower(std::uint64_t* value, std::uint64_t candidate) {
+HIPRT_HD HIPRT_FORCE_INLINE void lower(std::uint64_t* value, std::uint64_t candidate) {
 #if HIPRT_DEVICE_CODE
   atomicMin(reinterpret_cast<unsigned long long*>(value), static_cast<unsigned long long>(candidate));
 #else
@@ -79,7 +79,7 @@ HIPRT_HD HIPRT_INLINE void lower(std::uint64_t* value, std::uint64_t candidate) 
 }
 
 /// *value |= bits, without ordering of other memory.
-HIPRT_HD HIPRT_INLINE void set_bits(std::uint32_t* value, std::uint32_t bits) {
+HIPRT_HD HIPRT_FORCE_INLINE void set_bits(std::uint32_t* value, std::uint32_t bits) {
 #if HIPRT_DEVICE_CODE
   atomicOr(value, bits);
 #else
@@ -89,8 +89,8 @@ HIPRT_HD HIPRT_INLINE void set_bits(std::uint32_t* value, std::uint32_t bits) {
 
 /// *value = replacement if it is @p expected, without ordering of other memory.
 /// @return the value before.
-HIPRT_HD HIPRT_INLINE std::uint64_t compare_exchange(std::uint64_t* value, std::uint64_t expected,
-                                                     std::uint64_t replacement) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint64_t compare_exchange(std::uint64_t* value, std::uint64_t expected,
+                                                           std::uint64_t replacement) {
 #if HIPRT_DEVICE_CODE
   return atomicCAS(reinterpret_cast<unsigned long long*>(value), static_cast<unsigned long long>(expected),
                    static_cast<unsigned long long>(replacement));
@@ -102,7 +102,7 @@ HIPRT_HD HIPRT_INLINE std::uint64_t compare_exchange(std::uint64_t* value, std::
 
 /// The value that other threads of the device have stored, not one that this thread has read before. Without ordering
 /// of other memory.
-template <class Integer> HIPRT_HD HIPRT_INLINE Integer load_shared(const Integer* value) {
+template <class Integer> HIPRT_HD HIPRT_FORCE_INLINE Integer load_shared(const Integer* value) {
   static_assert(sizeof(Integer) == 4 || sizeof(Integer) == 8);
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return __hip_atomic_load(value, __ATOMIC_RELAXED, __HIP_MEMORY_SCOPE_AGENT);
@@ -114,7 +114,7 @@ template <class Integer> HIPRT_HD HIPRT_INLINE Integer load_shared(const Integer
 }
 
 /// Stores a value for load_shared() of other threads.
-template <class Integer> HIPRT_HD HIPRT_INLINE void store_shared(Integer* value, Integer replacement) {
+template <class Integer> HIPRT_HD HIPRT_FORCE_INLINE void store_shared(Integer* value, Integer replacement) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   __hip_atomic_store(value, replacement, __ATOMIC_RELAXED, __HIP_MEMORY_SCOPE_AGENT);
 #elif HIPRT_DEVICE_CODE
@@ -126,7 +126,7 @@ template <class Integer> HIPRT_HD HIPRT_INLINE void store_shared(Integer* value,
 
 /// *value = replacement. A thread that reads an exchanged value can also read what that thread wrote before.
 /// @return the value before.
-HIPRT_HD HIPRT_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t replacement) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t replacement) {
 #if HIPRT_DEVICE_CODE
   __threadfence();
   const std::uint32_t before = atomicExch(value, replacement);
@@ -139,7 +139,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t exchange(std::uint32_t* value, std::uint32_t
 
 /// Takes the lock if it is free (0). What the last holder wrote can then be read.
 /// @return whether it was taken.
-HIPRT_HD HIPRT_INLINE bool try_lock(std::uint32_t* lock) {
+HIPRT_HD HIPRT_FORCE_INLINE bool try_lock(std::uint32_t* lock) {
 #if HIPRT_DEVICE_CODE
   const bool taken = atomicCAS(lock, 0u, 1u) == 0u;
   __threadfence();
@@ -151,7 +151,7 @@ HIPRT_HD HIPRT_INLINE bool try_lock(std::uint32_t* lock) {
 }
 
 /// Orders writes for every thread of the device: earlier writes of this thread come before its later writes.
-HIPRT_HD HIPRT_INLINE void finish_writes() {
+HIPRT_HD HIPRT_FORCE_INLINE void finish_writes() {
 #if HIPRT_DEVICE_CODE
   __threadfence();
 #else
@@ -160,7 +160,7 @@ HIPRT_HD HIPRT_INLINE void finish_writes() {
 }
 
 /// Orders reads: later reads of this thread see what other threads wrote before a value that load_shared() gave.
-HIPRT_HD HIPRT_INLINE void see_writes() {
+HIPRT_HD HIPRT_FORCE_INLINE void see_writes() {
 #if HIPRT_DEVICE_CODE
   __threadfence();
 #else
@@ -169,7 +169,7 @@ HIPRT_HD HIPRT_INLINE void see_writes() {
 }
 
 /// Releases a lock that try_lock() took. The next holder can then read what this thread wrote.
-HIPRT_HD HIPRT_INLINE void unlock(std::uint32_t* lock) {
+HIPRT_HD HIPRT_FORCE_INLINE void unlock(std::uint32_t* lock) {
 #if HIPRT_DEVICE_CODE
   __threadfence();
   atomicExch(lock, 0u);

@@ -15,12 +15,12 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// a * b, rounded before anything is added to it, whether or not a compiler contracts operations.
-HIPRT_HD HIPRT_INLINE double rounded_product(double a, double b) { return fused_multiply_add(a, b, 0.0); }
+HIPRT_HD HIPRT_FORCE_INLINE double rounded_product(double a, double b) { return fused_multiply_add(a, b, 0.0); }
 
 /// a + b = sum + rest exactly (Knuth). @pre neither is a product that could be contracted with the sum.
 struct TwoSum {
   double sum, rest;
-  HIPRT_HD HIPRT_INLINE TwoSum(double a, double b) : sum(a + b) {
+  HIPRT_HD HIPRT_FORCE_INLINE TwoSum(double a, double b) : sum(a + b) {
     const double taken = sum - a;
     rest = (a - (sum - taken)) + (b - taken);
   }
@@ -29,7 +29,7 @@ struct TwoSum {
 /// The exact sum of at most kMost doubles, each 0 or between 2^-1000 and 2^1000.
 template <unsigned kMost> class ExactSum {
  public:
-  HIPRT_HD HIPRT_INLINE void add(double value) {
+  HIPRT_HD HIPRT_FORCE_INLINE void add(double value) {
     unsigned count = 0;
     HIPRT_NO_UNROLL
     for (unsigned i = 0; i < count_; ++i) {
@@ -41,7 +41,7 @@ template <unsigned kMost> class ExactSum {
     count_ = count;
   }
   /// det[a, b, c]: twelve doubles.
-  HIPRT_HD HIPRT_INLINE void add_determinant(const float* a, const float* b, const float* c) {
+  HIPRT_HD HIPRT_FORCE_INLINE void add_determinant(const float* a, const float* b, const float* c) {
     HIPRT_NO_UNROLL
     for (unsigned term = 0; term < 12; ++term) {
       const unsigned i = term >> 2, after = i == 2 ? 0 : i + 1, before = i == 0 ? 2 : i - 1;
@@ -54,9 +54,9 @@ template <unsigned kMost> class ExactSum {
   }
 
   /// -1, 0 or 1.
-  HIPRT_HD HIPRT_INLINE int sign() const { return count_ == 0 ? 0 : part_[count_ - 1] > 0.0 ? 1 : -1; }
+  HIPRT_HD HIPRT_FORCE_INLINE int sign() const { return count_ == 0 ? 0 : part_[count_ - 1] > 0.0 ? 1 : -1; }
   /// The rounded sum; its relative error is at most 2^-51.
-  HIPRT_HD HIPRT_INLINE double value() const {
+  HIPRT_HD HIPRT_FORCE_INLINE double value() const {
     double sum = 0.0;
     HIPRT_NO_UNROLL
     for (unsigned i = 0; i < count_; ++i) sum += part_[i];

@@ -25,7 +25,7 @@ namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// The value of a half, from its bits; exact.
-HIPRT_HD HIPRT_INLINE float widen_half(std::uint32_t bits) {
+HIPRT_HD HIPRT_FORCE_INLINE float widen_half(std::uint32_t bits) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return static_cast<float>(std::bit_cast<_Float16>(static_cast<std::uint16_t>(bits)));
 #elif HIPRT_DEVICE_CODE
@@ -40,15 +40,15 @@ HIPRT_HD HIPRT_INLINE float widen_half(std::uint32_t bits) {
 /// The largest of four numbers. None is NaN; d is 0 or more, and not -0.
 ///
 /// The bits of floats that are not negative have the order of integers. Negative floats are negative integers.
-HIPRT_HD HIPRT_INLINE float largest_by_bits(float a, float b, float c, float d) {
-  const auto later = [](std::int32_t x, std::int32_t y) HIPRT_INLINE_LAMBDA { return x > y ? x : y; };
-  const auto bits = [](float x) HIPRT_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
+HIPRT_HD HIPRT_FORCE_INLINE float largest_by_bits(float a, float b, float c, float d) {
+  const auto later = [](std::int32_t x, std::int32_t y) HIPRT_FORCE_INLINE_LAMBDA { return x > y ? x : y; };
+  const auto bits = [](float x) HIPRT_FORCE_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
   return std::bit_cast<float>(later(later(later(bits(a), bits(b)), bits(c)), bits(d)));
 }
 /// The smallest of four numbers, none NaN. If some are negative (-0 counts), the result is any of those.
-HIPRT_HD HIPRT_INLINE float smallest_by_bits(float a, float b, float c, float d) {
-  const auto sooner = [](std::int32_t x, std::int32_t y) HIPRT_INLINE_LAMBDA { return x < y ? x : y; };
-  const auto bits = [](float x) HIPRT_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
+HIPRT_HD HIPRT_FORCE_INLINE float smallest_by_bits(float a, float b, float c, float d) {
+  const auto sooner = [](std::int32_t x, std::int32_t y) HIPRT_FORCE_INLINE_LAMBDA { return x < y ? x : y; };
+  const auto bits = [](float x) HIPRT_FORCE_INLINE_LAMBDA { return std::bit_cast<std::int32_t>(x); };
   return std::bit_cast<float>(sooner(sooner(sooner(bits(a), bits(b)), bits(c)), bits(d)));
 }
 
@@ -63,28 +63,29 @@ template <class Real> struct BasicArrayLanes {
   };
   /// A value that is the same in all lanes.
   using Uniform = Real;
-  HIPRT_HD static HIPRT_INLINE Uniform uniform(Real a) { return a; }
-  HIPRT_HD static HIPRT_INLINE Real value(Uniform a) { return a; }
+  HIPRT_HD static HIPRT_FORCE_INLINE Uniform uniform(Real a) { return a; }
+  HIPRT_HD static HIPRT_FORCE_INLINE Real value(Uniform a) { return a; }
 
   /// @param p multiple of 16 bytes, in the scene.
-  HIPRT_HD static HIPRT_INLINE Float load(const float* p) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float load(const float* p) {
     const Words words = load_words(p);
     return {{words.as_float(0), words.as_float(1), words.as_float(2), words.as_float(3)}};
   }
-  HIPRT_HD static HIPRT_INLINE void store(Real* p, const Float& a) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void store(Real* p, const Float& a) {
     for (int i = 0; i < 4; ++i) p[i] = a.lane[i];
   }
-  HIPRT_HD static HIPRT_INLINE Float set(Real a, Real b, Real c, Real d) { return {{a, b, c, d}}; }
-  HIPRT_HD static HIPRT_INLINE Float all(Real a) { return {{a, a, a, a}}; }
+  HIPRT_HD static HIPRT_FORCE_INLINE Float set(Real a, Real b, Real c, Real d) { return {{a, b, c, d}}; }
+  HIPRT_HD static HIPRT_FORCE_INLINE Float all(Real a) { return {{a, a, a, a}}; }
   /// From the low 16 bits of each argument.
-  HIPRT_HD static HIPRT_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c,
+                                                       std::uint32_t d) {
     return {{widen_half(a), widen_half(b), widen_half(c), widen_half(d)}};
   }
   /// Lane i is byte i, 0 to 255, plus kByteBias. Devices put the byte into the middle of 32768's significand. This
   /// costs one `and` instruction; a conversion costs three.
-  HIPRT_HD static HIPRT_INLINE Float from_bytes(std::uint32_t bytes) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float from_bytes(std::uint32_t bytes) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return static_cast<float>(bytes >> (8 * i) & 0xffu); });
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return static_cast<float>(bytes >> (8 * i) & 0xffu); });
 #elif HIPRT_DEVICE_CODE
     return {{std::bit_cast<float>(__byte_perm(bytes, 0x47000000u, 0x7604)),
              std::bit_cast<float>(__byte_perm(bytes, 0x47000000u, 0x7614)),
@@ -99,83 +100,84 @@ template <class Real> struct BasicArrayLanes {
 #else
   static constexpr float kByteBias = 0.0f;
 #endif
-  template <class Operation> HIPRT_HD static HIPRT_INLINE Float map(Operation operation) {
+  template <class Operation> HIPRT_HD static HIPRT_FORCE_INLINE Float map(Operation operation) {
     return {{operation(0), operation(1), operation(2), operation(3)}};
   }
-  HIPRT_HD static HIPRT_INLINE Float add(const Float& a, const Float& b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float add(const Float& a, const Float& b) {
     return map([&](int i) { return a.lane[i] + b.lane[i]; });
   }
-  HIPRT_HD static HIPRT_INLINE Float sub(const Float& a, const Float& b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float sub(const Float& a, const Float& b) {
     return map([&](int i) { return a.lane[i] - b.lane[i]; });
   }
-  HIPRT_HD static HIPRT_INLINE Float sub(const Float& a, Uniform b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float sub(const Float& a, Uniform b) {
     return map([&](int i) { return a.lane[i] - b; });
   }
-  HIPRT_HD static HIPRT_INLINE Float mul(const Float& a, const Float& b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float mul(const Float& a, const Float& b) {
     return map([&](int i) { return a.lane[i] * b.lane[i]; });
   }
-  HIPRT_HD static HIPRT_INLINE Float div(const Float& a, const Float& b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float div(const Float& a, const Float& b) {
     return map([&](int i) { return a.lane[i] / b.lane[i]; });
   }
   /// Correctly rounded a * b + c.
-  HIPRT_HD static HIPRT_INLINE Float fma(const Float& a, const Float& b, const Float& c) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float fma(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
   }
   /// Correctly rounded c - a * b.
-  HIPRT_HD static HIPRT_INLINE Float fnma(const Float& a, const Float& b, const Float& c) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float fnma(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return fused_multiply_add(-a.lane[i], b.lane[i], c.lane[i]); });
   }
-  HIPRT_HD static HIPRT_INLINE Float fnma(Uniform a, const Float& b, const Float& c) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float fnma(Uniform a, const Float& b, const Float& c) {
     return map([&](int i) { return fused_multiply_add(-a, b.lane[i], c.lane[i]); });
   }
   /// a * b - c, correctly rounded.
-  HIPRT_HD static HIPRT_INLINE Float fms(const Float& a, const Float& b, const Float& c) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float fms(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return fused_multiply_add(a.lane[i], b.lane[i], -c.lane[i]); });
   }
   /// a * b + c with one rounding or two.
-  HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, const Float& b, const Float& c) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float madd(const Float& a, const Float& b, const Float& c) {
     return map([&](int i) { return multiply_add(a.lane[i], b.lane[i], c.lane[i]); });
   }
-  HIPRT_HD static HIPRT_INLINE Float madd(const Float& a, Uniform b, Uniform c) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float madd(const Float& a, Uniform b, Uniform c) {
     return map([&](int i) { return multiply_add(a.lane[i], b, c); });
   }
-  HIPRT_HD static HIPRT_INLINE Float min(const Float& a, const Float& b) {
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return smaller(a.lane[i], b.lane[i]); });
+  HIPRT_HD static HIPRT_FORCE_INLINE Float min(const Float& a, const Float& b) {
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return smaller(a.lane[i], b.lane[i]); });
   }
-  HIPRT_HD static HIPRT_INLINE Float max(const Float& a, const Float& b) {
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return larger(a.lane[i], b.lane[i]); });
+  HIPRT_HD static HIPRT_FORCE_INLINE Float max(const Float& a, const Float& b) {
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return larger(a.lane[i], b.lane[i]); });
   }
-  HIPRT_HD static HIPRT_INLINE Float min(const Float& a, Uniform b) {
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return smaller(a.lane[i], b); });
+  HIPRT_HD static HIPRT_FORCE_INLINE Float min(const Float& a, Uniform b) {
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return smaller(a.lane[i], b); });
   }
-  HIPRT_HD static HIPRT_INLINE Float max(const Float& a, Uniform b) {
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return larger(a.lane[i], b); });
+  HIPRT_HD static HIPRT_FORCE_INLINE Float max(const Float& a, Uniform b) {
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return larger(a.lane[i], b); });
   }
   /// Where a ray has entered all of three slabs and begins (first_in()), and where it leaves one of them or ends
   /// (last_in()).
   ///
   /// begin and end are 0 or more, and begin is not -0. first_in() <= last_in() has the result for exact maxima and
   /// minima. There is one exception: if the ray leaves at -0 exactly, it may be true.
-  HIPRT_HD static HIPRT_INLINE Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
     // Hopper has an instruction for the largest of three integers.
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });
+    return map([&](int i)
+                   HIPRT_FORCE_INLINE_LAMBDA { return largest_by_bits(a.lane[i], b.lane[i], c.lane[i], begin); });
 #else
     return max(max(a, b), max(c, begin));
 #endif
   }
-  HIPRT_HD static HIPRT_INLINE Float last_in(const Float& a, const Float& b, const Float& c, Uniform end) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Float last_in(const Float& a, const Float& b, const Float& c, Uniform end) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return smallest_by_bits(a.lane[i], b.lane[i], c.lane[i], end); });
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return smallest_by_bits(a.lane[i], b.lane[i], c.lane[i], end); });
 #else
     return min(min(a, b), min(c, end));
 #endif
   }
-  HIPRT_HD static HIPRT_INLINE Float magnitude(const Float& a) {
-    return map([&](int i) HIPRT_INLINE_LAMBDA { return without_sign(a.lane[i]); });
+  HIPRT_HD static HIPRT_FORCE_INLINE Float magnitude(const Float& a) {
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return without_sign(a.lane[i]); });
   }
   /// The largest lane. A NaN does not hide other lanes: devices skip it, hosts treat it as infinity.
-  HIPRT_HD static HIPRT_INLINE Real largest(const Float& a) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Real largest(const Float& a) {
 #if HIPRT_DEVICE_CODE
     return larger(larger(a.lane[0], a.lane[1]), larger(a.lane[2], a.lane[3]));
 #else
@@ -183,21 +185,21 @@ template <class Real> struct BasicArrayLanes {
     return larger(larger(at(0), at(1)), larger(at(2), at(3)));
 #endif
   }
-  template <int A, int B, int C, int D> HIPRT_HD static HIPRT_INLINE Float shuffle(const Float& a) {
+  template <int A, int B, int C, int D> HIPRT_HD static HIPRT_FORCE_INLINE Float shuffle(const Float& a) {
     return {{a.lane[A], a.lane[B], a.lane[C], a.lane[D]}};
   }
   /// Bit i: a[i] > b[i] (false for NaN).
-  HIPRT_HD static HIPRT_INLINE std::uint32_t greater(const Float& a, const Float& b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE std::uint32_t greater(const Float& a, const Float& b) {
     return bits([&](int i) { return a.lane[i] > b.lane[i]; });
   }
   /// Bit i: a[i] <= b[i] (false for NaN).
-  HIPRT_HD static HIPRT_INLINE std::uint32_t less_equal(const Float& a, const Float& b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE std::uint32_t less_equal(const Float& a, const Float& b) {
     return bits([&](int i) { return a.lane[i] <= b.lane[i]; });
   }
-  HIPRT_HD static HIPRT_INLINE Real get(const Float& a, unsigned i) { return a.lane[i]; }
+  HIPRT_HD static HIPRT_FORCE_INLINE Real get(const Float& a, unsigned i) { return a.lane[i]; }
 
  private:
-  template <class Predicate> HIPRT_HD static HIPRT_INLINE std::uint32_t bits(Predicate predicate) {
+  template <class Predicate> HIPRT_HD static HIPRT_FORCE_INLINE std::uint32_t bits(Predicate predicate) {
     std::uint32_t result = 0;
     for (int i = 0; i < 4; ++i) result |= predicate(i) ? 1u << i : 0u;
     return result;
@@ -218,59 +220,63 @@ struct SimdLanes {
   static constexpr float kByteBias = 0.0f;
   using Float = __m128;
   using Uniform = __m128;
-  static HIPRT_INLINE Uniform uniform(float a) { return _mm_set1_ps(a); }
-  static HIPRT_INLINE float value(Uniform a) { return a[0]; }
+  static HIPRT_FORCE_INLINE Uniform uniform(float a) { return _mm_set1_ps(a); }
+  static HIPRT_FORCE_INLINE float value(Uniform a) { return a[0]; }
 
-  static HIPRT_INLINE Float load(const float* p) { return _mm_loadu_ps(p); }
-  static HIPRT_INLINE void store(float* p, Float a) { _mm_storeu_ps(p, a); }
-  static HIPRT_INLINE Float set(float a, float b, float c, float d) { return _mm_setr_ps(a, b, c, d); }
-  static HIPRT_INLINE Float all(float a) { return _mm_set1_ps(a); }
-  static HIPRT_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  static HIPRT_FORCE_INLINE Float load(const float* p) { return _mm_loadu_ps(p); }
+  static HIPRT_FORCE_INLINE void store(float* p, Float a) { _mm_storeu_ps(p, a); }
+  static HIPRT_FORCE_INLINE Float set(float a, float b, float c, float d) { return _mm_setr_ps(a, b, c, d); }
+  static HIPRT_FORCE_INLINE Float all(float a) { return _mm_set1_ps(a); }
+  static HIPRT_FORCE_INLINE Float from_halves(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     return set(widen_half(a), widen_half(b), widen_half(c), widen_half(d));
   }
-  static HIPRT_INLINE Float from_bytes(std::uint32_t bytes) {
+  static HIPRT_FORCE_INLINE Float from_bytes(std::uint32_t bytes) {
     const __m128i zero = _mm_setzero_si128();
     const __m128i shorts = _mm_unpacklo_epi8(_mm_cvtsi32_si128(static_cast<int>(bytes)), zero);
     return _mm_cvtepi32_ps(_mm_unpacklo_epi16(shorts, zero));
   }
-  static HIPRT_INLINE Float add(Float a, Float b) { return a + b; }
-  static HIPRT_INLINE Float sub(Float a, Float b) { return a - b; }
-  static HIPRT_INLINE Float mul(Float a, Float b) { return a * b; }
-  static HIPRT_INLINE Float div(Float a, Float b) { return a / b; }
+  static HIPRT_FORCE_INLINE Float add(Float a, Float b) { return a + b; }
+  static HIPRT_FORCE_INLINE Float sub(Float a, Float b) { return a - b; }
+  static HIPRT_FORCE_INLINE Float mul(Float a, Float b) { return a * b; }
+  static HIPRT_FORCE_INLINE Float div(Float a, Float b) { return a / b; }
 #if defined(__FMA__)
-  static HIPRT_INLINE Float fma(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
-  static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return _mm_fnmadd_ps(a, b, c); }
-  static HIPRT_INLINE Float fms(Float a, Float b, Float c) { return _mm_fmsub_ps(a, b, c); }
-  static HIPRT_INLINE Float madd(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
+  static HIPRT_FORCE_INLINE Float fma(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
+  static HIPRT_FORCE_INLINE Float fnma(Float a, Float b, Float c) { return _mm_fnmadd_ps(a, b, c); }
+  static HIPRT_FORCE_INLINE Float fms(Float a, Float b, Float c) { return _mm_fmsub_ps(a, b, c); }
+  static HIPRT_FORCE_INLINE Float madd(Float a, Float b, Float c) { return _mm_fmadd_ps(a, b, c); }
 #else
-  static HIPRT_INLINE Float fma(Float a, Float b, Float c) {
+  static HIPRT_FORCE_INLINE Float fma(Float a, Float b, Float c) {
     return set(__builtin_fmaf(a[0], b[0], c[0]), __builtin_fmaf(a[1], b[1], c[1]), __builtin_fmaf(a[2], b[2], c[2]),
                __builtin_fmaf(a[3], b[3], c[3]));
   }
-  static HIPRT_INLINE Float fnma(Float a, Float b, Float c) { return fma(-a, b, c); }
-  static HIPRT_INLINE Float fms(Float a, Float b, Float c) { return fma(a, b, -c); }
-  static HIPRT_INLINE Float madd(Float a, Float b, Float c) { return a * b + c; }
+  static HIPRT_FORCE_INLINE Float fnma(Float a, Float b, Float c) { return fma(-a, b, c); }
+  static HIPRT_FORCE_INLINE Float fms(Float a, Float b, Float c) { return fma(a, b, -c); }
+  static HIPRT_FORCE_INLINE Float madd(Float a, Float b, Float c) { return a * b + c; }
 #endif
-  static HIPRT_INLINE Float min(Float a, Float b) { return _mm_min_ps(a, b); }
-  static HIPRT_INLINE Float max(Float a, Float b) { return _mm_max_ps(a, b); }
-  static HIPRT_INLINE Float first_in(Float a, Float b, Float c, Uniform begin) { return max(max(a, b), max(c, begin)); }
-  static HIPRT_INLINE Float last_in(Float a, Float b, Float c, Uniform end) { return min(min(a, b), min(c, end)); }
-  static HIPRT_INLINE Float magnitude(Float a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
-  static HIPRT_INLINE float largest(Float a) {
+  static HIPRT_FORCE_INLINE Float min(Float a, Float b) { return _mm_min_ps(a, b); }
+  static HIPRT_FORCE_INLINE Float max(Float a, Float b) { return _mm_max_ps(a, b); }
+  static HIPRT_FORCE_INLINE Float first_in(Float a, Float b, Float c, Uniform begin) {
+    return max(max(a, b), max(c, begin));
+  }
+  static HIPRT_FORCE_INLINE Float last_in(Float a, Float b, Float c, Uniform end) {
+    return min(min(a, b), min(c, end));
+  }
+  static HIPRT_FORCE_INLINE Float magnitude(Float a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
+  static HIPRT_FORCE_INLINE float largest(Float a) {
     const Float no_nan = _mm_min_ps(a, _mm_set1_ps(std::numeric_limits<float>::infinity()));
     const Float two = _mm_max_ps(no_nan, _mm_movehl_ps(no_nan, no_nan));
     return _mm_cvtss_f32(_mm_max_ss(two, shuffle<1, 1, 1, 1>(two)));
   }
-  template <int A, int B, int C, int D> static HIPRT_INLINE Float shuffle(Float a) {
+  template <int A, int B, int C, int D> static HIPRT_FORCE_INLINE Float shuffle(Float a) {
     return _mm_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
   }
-  static HIPRT_INLINE std::uint32_t greater(Float a, Float b) {
+  static HIPRT_FORCE_INLINE std::uint32_t greater(Float a, Float b) {
     return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmpgt_ps(a, b)));
   }
-  static HIPRT_INLINE std::uint32_t less_equal(Float a, Float b) {
+  static HIPRT_FORCE_INLINE std::uint32_t less_equal(Float a, Float b) {
     return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmple_ps(a, b)));
   }
-  static HIPRT_INLINE float get(Float a, unsigned i) { return a[i]; }
+  static HIPRT_FORCE_INLINE float get(Float a, unsigned i) { return a[i]; }
 };
 
 /// The fastest lanes on this machine. The hits are the same with all lanes.

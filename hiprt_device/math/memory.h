@@ -18,29 +18,29 @@ inline namespace HIPRT_ISA_NAMESPACE {
 #endif
 
 /// An element of an array in global memory (host: any memory).
-template <class T> HIPRT_HD HIPRT_INLINE T load_global(const T* array, std::size_t i) {
+template <class T> HIPRT_HD HIPRT_FORCE_INLINE T load_global(const T* array, std::size_t i) {
   return ((const HIPRT_GLOBAL_MEMORY T*)array)[i];
 }
-template <class T> HIPRT_HD HIPRT_INLINE void store_global(T* array, std::size_t i, T value) {
+template <class T> HIPRT_HD HIPRT_FORCE_INLINE void store_global(T* array, std::size_t i, T value) {
   ((HIPRT_GLOBAL_MEMORY T*)array)[i] = value;
 }
 
 /// An element of an array in the block's shared memory (host: any memory).
-template <class T> HIPRT_HD HIPRT_INLINE T load_shared(const T* array, unsigned i) {
+template <class T> HIPRT_HD HIPRT_FORCE_INLINE T load_shared(const T* array, unsigned i) {
   return ((const HIPRT_SHARED_MEMORY T*)array)[i];
 }
-template <class T> HIPRT_HD HIPRT_INLINE void store_shared(T* array, unsigned i, T value) {
+template <class T> HIPRT_HD HIPRT_FORCE_INLINE void store_shared(T* array, unsigned i, T value) {
   ((HIPRT_SHARED_MEMORY T*)array)[i] = value;
 }
 
 /// 16 bytes as four words.
 struct Words {
   std::uint32_t word[4];
-  HIPRT_HD HIPRT_INLINE float as_float(unsigned i) const { return std::bit_cast<float>(word[i]); }
+  HIPRT_HD HIPRT_FORCE_INLINE float as_float(unsigned i) const { return std::bit_cast<float>(word[i]); }
 };
 
 /// @param address multiple of 16, in the scene, which nobody writes at the same time.
-HIPRT_HD HIPRT_INLINE Words load_words(const void* address) {
+HIPRT_HD HIPRT_FORCE_INLINE Words load_words(const void* address) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   using Vector = std::uint32_t __attribute__((ext_vector_type(4)));
   const Vector v = *(const HIPRT_GLOBAL_MEMORY Vector*)address;
@@ -60,7 +60,7 @@ namespace memory_detail {
 template <std::size_t kCount> struct WordsOf { Words part[kCount]; };
 
 template <std::size_t... kPart>
-HIPRT_HD HIPRT_INLINE WordsOf<sizeof...(kPart)> load_parts(const void* address, std::index_sequence<kPart...>) {
+HIPRT_HD HIPRT_FORCE_INLINE WordsOf<sizeof...(kPart)> load_parts(const void* address, std::index_sequence<kPart...>) {
   return {{load_words(static_cast<const std::byte*>(address) + kPart * sizeof(Words))...}};
 }
 
@@ -68,7 +68,7 @@ HIPRT_HD HIPRT_INLINE WordsOf<sizeof...(kPart)> load_parts(const void* address, 
 
 /// Loads a record in 16-byte words and skips words that are not used. Divergent lanes pay for every load.
 /// @param record in the scene, which nobody writes at the same time, at a multiple of 16 bytes.
-template <class Record> HIPRT_HD HIPRT_INLINE Record load_record(const Record& record) {
+template <class Record> HIPRT_HD HIPRT_FORCE_INLINE Record load_record(const Record& record) {
   static_assert(sizeof(Record) % sizeof(Words) == 0);
   return std::bit_cast<Record>(
       memory_detail::load_parts(&record, std::make_index_sequence<sizeof(Record) / sizeof(Words)>{}));
@@ -76,7 +76,7 @@ template <class Record> HIPRT_HD HIPRT_INLINE Record load_record(const Record& r
 
 /// The same address, about which the compiler knows nothing. Data that is read or computed from it again need not stay
 /// in registers.
-template <class T> HIPRT_HD HIPRT_INLINE const T* forget(const T* address) {
+template <class T> HIPRT_HD HIPRT_FORCE_INLINE const T* forget(const T* address) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   asm volatile("" : "+v"(address));
 #elif HIPRT_DEVICE_CODE

@@ -65,12 +65,12 @@ using Vec3D = BasicVec3<double>;
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Each component correctly rounded, whatever a compiler's flags.
-template <class Real> HIPRT_HD HIPRT_INLINE BasicVec3<Real> divided(const BasicVec3<Real>& a, Real b) {
+template <class Real> HIPRT_HD HIPRT_FORCE_INLINE BasicVec3<Real> divided(const BasicVec3<Real>& a, Real b) {
   return {divided(a.x, b), divided(a.y, b), divided(a.z, b)};
 }
 
 /// The largest magnitude of the components.
-template <class Real> HIPRT_HD HIPRT_INLINE Real max_component(const BasicVec3<Real>& a) {
+template <class Real> HIPRT_HD HIPRT_FORCE_INLINE Real max_component(const BasicVec3<Real>& a) {
   return max_of(max_of(absolute(a.x), absolute(a.y)), absolute(a.z));
 }
 

@@ -12,7 +12,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 using LaneMask = std::uint64_t;
 
 /// Number of lanes of a wave.
-HIPRT_HD HIPRT_INLINE unsigned wave_size() {
+HIPRT_HD HIPRT_FORCE_INLINE unsigned wave_size() {
 #if HIPRT_DEVICE_CODE
   return static_cast<unsigned>(warpSize);
 #else
@@ -21,7 +21,7 @@ HIPRT_HD HIPRT_INLINE unsigned wave_size() {
 }
 
 /// This lane's number in its wave, below wave_size().
-HIPRT_HD HIPRT_INLINE unsigned lane_index() {
+HIPRT_HD HIPRT_FORCE_INLINE unsigned lane_index() {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return static_cast<unsigned>(__lane_id());
 #elif HIPRT_DEVICE_CODE
@@ -34,7 +34,7 @@ HIPRT_HD HIPRT_INLINE unsigned lane_index() {
 }
 
 /// The active lanes for which the condition holds.
-HIPRT_HD HIPRT_INLINE LaneMask wave_ballot(bool condition) {
+HIPRT_HD HIPRT_FORCE_INLINE LaneMask wave_ballot(bool condition) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return __ballot(condition);
 #elif HIPRT_DEVICE_CODE
@@ -48,7 +48,7 @@ HIPRT_HD HIPRT_INLINE LaneMask wave_ballot(bool condition) {
 inline constexpr LaneMask kWholeWave = ~LaneMask{0};
 
 /// Those of @p lanes for which the condition holds. All of @p lanes must call this; it brings them together.
-HIPRT_HD HIPRT_INLINE LaneMask group_ballot(LaneMask lanes, bool condition) {
+HIPRT_HD HIPRT_FORCE_INLINE LaneMask group_ballot(LaneMask lanes, bool condition) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   return __ballot(condition) & lanes;
 #elif HIPRT_DEVICE_CODE
@@ -57,7 +57,7 @@ HIPRT_HD HIPRT_INLINE LaneMask group_ballot(LaneMask lanes, bool condition) {
   return condition ? lanes & 1u : 0u;
 #endif
 }
-HIPRT_HD HIPRT_INLINE bool group_any(LaneMask lanes, bool condition) {
+HIPRT_HD HIPRT_FORCE_INLINE bool group_any(LaneMask lanes, bool condition) {
 #if HIPRT_DEVICE_CODE && !defined(__HIP_DEVICE_COMPILE__)
   return __any_sync(static_cast<unsigned>(lanes), condition);
 #else
@@ -66,7 +66,7 @@ HIPRT_HD HIPRT_INLINE bool group_any(LaneMask lanes, bool condition) {
 }
 
 /// Makes writes of @p lanes visible to all of them. All of @p lanes must call this; it brings them together.
-HIPRT_HD HIPRT_INLINE void group_sync(LaneMask lanes) {
+HIPRT_HD HIPRT_FORCE_INLINE void group_sync(LaneMask lanes) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   static_cast<void>(lanes);
   __builtin_amdgcn_fence(__ATOMIC_ACQ_REL, "wavefront");
@@ -81,7 +81,7 @@ HIPRT_HD HIPRT_INLINE void group_sync(LaneMask lanes) {
 
 /// The value of one of @p lanes. All of them must call this.
 /// @param lane its number in the wave.
-HIPRT_HD HIPRT_INLINE std::uint32_t group_from(LaneMask lanes, std::uint32_t value, unsigned lane) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t group_from(LaneMask lanes, std::uint32_t value, unsigned lane) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   static_cast<void>(lanes);
   return static_cast<std::uint32_t>(__builtin_amdgcn_ds_bpermute(static_cast<int>(lane * 4), static_cast<int>(value)));
@@ -95,7 +95,7 @@ HIPRT_HD HIPRT_INLINE std::uint32_t group_from(LaneMask lanes, std::uint32_t val
 }
 
 /// Number of bits that are set.
-HIPRT_HD HIPRT_INLINE unsigned lane_count(LaneMask lanes) {
+HIPRT_HD HIPRT_FORCE_INLINE unsigned lane_count(LaneMask lanes) {
 #if HIPRT_DEVICE_CODE
   return static_cast<unsigned>(__popcll(lanes));
 #else
@@ -104,7 +104,7 @@ HIPRT_HD HIPRT_INLINE unsigned lane_count(LaneMask lanes) {
 }
 
 /// Number of the highest bit that is set. @pre mask != 0
-HIPRT_HD HIPRT_INLINE unsigned highest_bit(std::uint64_t mask) {
+HIPRT_HD HIPRT_FORCE_INLINE unsigned highest_bit(std::uint64_t mask) {
 #if HIPRT_DEVICE_CODE
   return 63u - static_cast<unsigned>(__clzll(static_cast<long long>(mask)));
 #else
@@ -113,13 +113,13 @@ HIPRT_HD HIPRT_INLINE unsigned highest_bit(std::uint64_t mask) {
 }
 
 /// Number of @p lanes before this one.
-HIPRT_HD HIPRT_INLINE unsigned lanes_before(LaneMask lanes) {
+HIPRT_HD HIPRT_FORCE_INLINE unsigned lanes_before(LaneMask lanes) {
   return lane_count(lanes & ((LaneMask{1} << lane_index()) - 1));
 }
 
 /// The value of the lowest of the lanes.
 /// @pre all of them are active and call this.
-HIPRT_HD HIPRT_INLINE std::uint32_t from_first_lane(LaneMask lanes, std::uint32_t value) {
+HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t from_first_lane(LaneMask lanes, std::uint32_t value) {
 #if HIPRT_DEVICE_CODE && defined(__HIP_DEVICE_COMPILE__)
   static_cast<void>(lanes);
   return static_cast<std::uint32_t>(__builtin_amdgcn_readfirstlane(static_cast<int>(value)));

@@ -17,22 +17,23 @@ template <class Number> struct ComputedLeaf {
 };
 
 template <class Lanes, class Number>
-HIPRT_HD HIPRT_INLINE typename Lanes::Float load_coordinates(const ComputedLeaf<Number>& leaf, unsigned axis) {
-  const auto of = [&](const Number(&vertex)[3]) HIPRT_INLINE_LAMBDA {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_coordinates(const ComputedLeaf<Number>& leaf, unsigned axis) {
+  const auto of = [&](const Number(&vertex)[3]) HIPRT_FORCE_INLINE_LAMBDA {
     const Number x = vertex[0], y = vertex[1], z = vertex[2];
     return axis == 0 ? x : axis == 1 ? y : z;
   };
   const Number last = of(leaf.vertex[2]);
   return Lanes::set(of(leaf.vertex[0]), of(leaf.vertex[1]), last, last);
 }
-template <class Number> HIPRT_HD HIPRT_INLINE const ComputedLeaf<Number>& read_again(const ComputedLeaf<Number>& leaf) {
+template <class Number>
+HIPRT_HD HIPRT_FORCE_INLINE const ComputedLeaf<Number>& read_again(const ComputedLeaf<Number>& leaf) {
   return leaf;
 }
 
 /// The part of a layout that complete() needs.
 template <class Number> struct ComputedLeaves {
   using Leaf = ComputedLeaf<Number>;
-  HIPRT_HD static HIPRT_INLINE Number coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Number coordinate(const Leaf& leaf, unsigned vertex, unsigned axis) {
     return leaf.vertex[vertex][axis];
   }
 };
@@ -41,8 +42,8 @@ template <class Number> struct ComputedLeaves {
 /// @param more added to Hit::error.
 /// @return false if report did.
 template <class Number, class Real, class Report>
-HIPRT_HD HIPRT_INLINE bool meet_computed(const ComputedLeaf<Number>& leaf, const BasicRay<Real>& ray, Real tmin,
-                                         Real tmax, float more, Report&& report) {
+HIPRT_HD HIPRT_FORCE_INLINE bool meet_computed(const ComputedLeaf<Number>& leaf, const BasicRay<Real>& ray, Real tmin,
+                                               Real tmax, float more, Report&& report) {
   using Test = std::conditional_t<std::is_same_v<Real, float>, Watertight, WatertightDouble>;
   const typename Test::template PreparedRay<ArrayLanes> prepared(ray);
   return Test::template intersect<ArrayLanes>(

@@ -67,7 +67,7 @@ struct DoubleTriangleSet {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE double coordinate(std::uint32_t primitive, unsigned corner, unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE double coordinate(std::uint32_t primitive, unsigned corner, unsigned axis) const {
     const std::uint64_t vertex = mesh.triangles[3 * static_cast<std::uint64_t>(primitive) + corner];
     return mesh.positions[3 * vertex + axis];
   }

@@ -19,36 +19,36 @@ struct Double3 {
   double x, y, z;
 };
 
-template <class Real> HIPRT_HD HIPRT_INLINE Double3 widen(const BasicVec3<Real>& a) { return {a.x, a.y, a.z}; }
-HIPRT_HD HIPRT_INLINE Double3 widen(const float (&a)[3]) { return {a[0], a[1], a[2]}; }
-HIPRT_HD HIPRT_INLINE Double3 operator-(const Double3& a, const Double3& b) {
+template <class Real> HIPRT_HD HIPRT_FORCE_INLINE Double3 widen(const BasicVec3<Real>& a) { return {a.x, a.y, a.z}; }
+HIPRT_HD HIPRT_FORCE_INLINE Double3 widen(const float (&a)[3]) { return {a[0], a[1], a[2]}; }
+HIPRT_HD HIPRT_FORCE_INLINE Double3 operator-(const Double3& a, const Double3& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-HIPRT_HD HIPRT_INLINE Double3 operator-(const Double3& a) { return {-a.x, -a.y, -a.z}; }
-HIPRT_HD HIPRT_INLINE Double3 scaled(double s, const Double3& a) { return {s * a.x, s * a.y, s * a.z}; }
+HIPRT_HD HIPRT_FORCE_INLINE Double3 operator-(const Double3& a) { return {-a.x, -a.y, -a.z}; }
+HIPRT_HD HIPRT_FORCE_INLINE Double3 scaled(double s, const Double3& a) { return {s * a.x, s * a.y, s * a.z}; }
 /// from + t * direction, each component rounded once.
-HIPRT_HD HIPRT_INLINE Double3 along(const Double3& from, double t, const Double3& direction) {
+HIPRT_HD HIPRT_FORCE_INLINE Double3 along(const Double3& from, double t, const Double3& direction) {
   return {fused_multiply_add(t, direction.x, from.x), fused_multiply_add(t, direction.y, from.y),
           fused_multiply_add(t, direction.z, from.z)};
 }
-HIPRT_HD HIPRT_INLINE double dot(const Double3& a, const Double3& b) {
+HIPRT_HD HIPRT_FORCE_INLINE double dot(const Double3& a, const Double3& b) {
   return fused_multiply_add(a.x, b.x, fused_multiply_add(a.y, b.y, a.z * b.z));
 }
-HIPRT_HD HIPRT_INLINE Double3 cross(const Double3& a, const Double3& b) {
+HIPRT_HD HIPRT_FORCE_INLINE Double3 cross(const Double3& a, const Double3& b) {
   return {difference_of_products(a.y, b.z, a.z, b.y), difference_of_products(a.z, b.x, a.x, b.z),
           difference_of_products(a.x, b.y, a.y, b.x)};
 }
-HIPRT_HD HIPRT_INLINE double larger(double a, double b) { return a > b ? a : b; }
-HIPRT_HD HIPRT_INLINE double magnitude(double a) { return without_sign(a); }
-HIPRT_HD HIPRT_INLINE double largest(const Double3& a) {
+HIPRT_HD HIPRT_FORCE_INLINE double larger(double a, double b) { return a > b ? a : b; }
+HIPRT_HD HIPRT_FORCE_INLINE double magnitude(double a) { return without_sign(a); }
+HIPRT_HD HIPRT_FORCE_INLINE double largest(const Double3& a) {
   return larger(larger(magnitude(a.x), magnitude(a.y)), magnitude(a.z));
 }
 
 /// a * b for a later + or -. No compiler may drop the addition of 0, so it finds no product to contract.
-HIPRT_HD HIPRT_INLINE double multiplied(double a, double b) { return fused_multiply_add(a, b, 0.0); }
+HIPRT_HD HIPRT_FORCE_INLINE double multiplied(double a, double b) { return fused_multiply_add(a, b, 0.0); }
 
-HIPRT_HD HIPRT_INLINE bool is_finite(float a) { return absolute(a) <= std::numeric_limits<float>::max(); }
-HIPRT_HD HIPRT_INLINE bool is_finite(const float (&a)[3]) {
+HIPRT_HD HIPRT_FORCE_INLINE bool is_finite(float a) { return absolute(a) <= std::numeric_limits<float>::max(); }
+HIPRT_HD HIPRT_FORCE_INLINE bool is_finite(const float (&a)[3]) {
   return is_finite(a[0]) && is_finite(a[1]) && is_finite(a[2]);
 }
 
@@ -66,7 +66,8 @@ struct Approach {
 /// difference `from`. That difference is exact for floats whose exponents are within 29, however far the origin is.
 /// @param from the line's origin minus the point.
 /// @param inverse 1 / |direction|^2.
-HIPRT_HD HIPRT_INLINE Approach approach(const Double3& from, const Double3& direction, double inverse, double radius) {
+HIPRT_HD HIPRT_FORCE_INLINE Approach approach(const Double3& from, const Double3& direction, double inverse,
+                                              double radius) {
   Approach result;
   result.t = multiplied(dot(from, direction), -inverse);
   const Double3 near = along(from, result.t, direction);
@@ -89,8 +90,8 @@ struct Details {
 /// its product with the direction there.
 /// @tparam Real of t.
 template <class Real>
-HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& direction, double t, double size,
-                                        double flat) {
+HIPRT_HD HIPRT_FORCE_INLINE float error_bound(const Double3& origin, const Double3& direction, double t, double size,
+                                              double flat) {
   if constexpr (std::is_same_v<Real, double>) {
     // The line is displaced by up to 2^-52 of the distance to the primitive.
     const double extent = fused_multiply_add(magnitude(t), largest(direction), largest(origin));
@@ -118,8 +119,8 @@ HIPRT_HD HIPRT_INLINE float error_bound(const Double3& origin, const Double3& di
 /// @param details called for the Details of a crossing that is reported.
 /// @return false to stop.
 template <class Real, class MakeDetails, class Report>
-HIPRT_HD HIPRT_INLINE bool report_crossing(const BasicRay<Real>& ray, Real tmin, Real tmax, double t, double size,
-                                           double flat, const MakeDetails& details, Report& report) {
+HIPRT_HD HIPRT_FORCE_INLINE bool report_crossing(const BasicRay<Real>& ray, Real tmin, Real tmax, double t, double size,
+                                                 double flat, const MakeDetails& details, Report& report) {
   BasicCustomHit<Real> hit;
   hit.t = static_cast<Real>(t);
   if (!(t >= static_cast<double>(tmin) && hit.t <= tmax && hit.t <= std::numeric_limits<Real>::max())) return true;
@@ -136,8 +137,9 @@ HIPRT_HD HIPRT_INLINE bool report_crossing(const BasicRay<Real>& ray, Real tmin,
 /// Reports the crossings of a ball's surface, the entry first.
 /// @param set_parameters called with the Details of a crossing, to set u and v; the normal is as long as the radius.
 template <class Real, class SetParameters, class Report>
-HIPRT_HD HIPRT_INLINE bool intersect_ball(const BasicRay<Real>& ray, Real tmin, Real tmax, const float (&center)[3],
-                                          float radius, const SetParameters& set_parameters, Report& report) {
+HIPRT_HD HIPRT_FORCE_INLINE bool intersect_ball(const BasicRay<Real>& ray, Real tmin, Real tmax,
+                                                const float (&center)[3], float radius,
+                                                const SetParameters& set_parameters, Report& report) {
   const Double3 direction = widen(ray.direction);
   const double inverse = 1.0 / dot(direction, direction), r = radius;
   const Approach near = approach(widen(ray.origin) - widen(center), direction, inverse, r);

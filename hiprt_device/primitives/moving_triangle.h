@@ -66,8 +66,8 @@ struct MovingTriangleSet {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE float coordinate(std::uint32_t key, std::uint32_t primitive, unsigned corner,
-                                         unsigned axis) const {
+  HIPRT_HD HIPRT_FORCE_INLINE float coordinate(std::uint32_t key, std::uint32_t primitive, unsigned corner,
+                                               unsigned axis) const {
     const std::uint64_t vertex = mesh.triangles[3 * static_cast<std::uint64_t>(primitive) + corner];
     return mesh.positions[3 * (static_cast<std::uint64_t>(key) * mesh.vertices + vertex) + axis];
   }

@@ -66,12 +66,12 @@ template <class... Functors> struct PrimitiveList;
 template <> struct PrimitiveList<> {
   static constexpr unsigned kCount = 0;
   template <class Real, class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const BasicRay<Real>&, std::type_identity_t<Real>,
-                                       std::type_identity_t<Real>, PrimitiveId, Report&&) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool intersect(unsigned, const BasicRay<Real>&, std::type_identity_t<Real>,
+                                             std::type_identity_t<Real>, PrimitiveId, Report&&) const {
     return true;
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
     return FilterResult::kAccept;
   }
 };
@@ -90,8 +90,8 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
       : first(of_type_0), others(of_next_types...) {}
 
   template <class Real, class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
-                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                             std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     static_assert(CustomPrimitive<First, Real>,
                   "hiprt: PrimitiveList: a primitive has no intersect() for this query's rays (float or double)");
     if (type != 0) return others.intersect(type - 1, ray, tmin, tmax, id, report);
@@ -101,7 +101,8 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
       return first.intersect(ray, tmin, tmax, id.primitive, report);
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
+  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray,
+                                                  const BasicHit<Real>& hit) const {
     if (type != 0) return others.filter(type - 1, ray, hit);
     if constexpr (requires { first.filter(ray, hit); }) return first.filter(ray, hit);
     static_assert(
@@ -121,7 +122,7 @@ template <class... Rows> struct PrimitiveTable;
 
 template <> struct PrimitiveTable<> {
   static constexpr unsigned kCount = 0;
-  template <class Visit> HIPRT_HD HIPRT_INLINE auto with_row(unsigned, Visit&& visit) const {
+  template <class Visit> HIPRT_HD HIPRT_FORCE_INLINE auto with_row(unsigned, Visit&& visit) const {
     return visit(NoPrimitives{});
   }
 };
@@ -139,7 +140,7 @@ template <class Row, class... Others> struct PrimitiveTable<Row, Others...> {
       : row(of_type_0), others(of_next_types...) {}
 
   /// Calls visit(row of the ray type).
-  template <class Visit> HIPRT_HD HIPRT_INLINE auto with_row(unsigned ray_type, Visit&& visit) const {
+  template <class Visit> HIPRT_HD HIPRT_FORCE_INLINE auto with_row(unsigned ray_type, Visit&& visit) const {
     return ray_type == 0 ? visit(row) : others.with_row(ray_type - 1, visit);
   }
 };
@@ -153,12 +154,13 @@ template <class Table> struct TableRow {
   unsigned ray_type = 0;  ///< Row of the table. Rays of a type beyond the last meet no custom primitive.
 
   template <class Real, class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
-                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                             std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.intersect(type, ray, tmin, tmax, id, report); });
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const BasicHit<Real>& hit) const {
+  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray,
+                                                  const BasicHit<Real>& hit) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.filter(type, ray, hit); });
   }
 };

@@ -25,7 +25,7 @@ namespace primitive_detail {
 
 /// |a|^2 - b^2 with one relative error of about 2^-53, as if computed in twice the precision (Dot2 of Ogita, Rump,
 /// Oishi 2005).
-HIPRT_HD HIPRT_INLINE double squares_difference(const Double3& a, double b) {
+HIPRT_HD HIPRT_FORCE_INLINE double squares_difference(const Double3& a, double b) {
   const double factor[4] = {a.x, a.y, a.z, b};
   double sum = 0.0, rest = 0.0;
   for (int i = 0; i < 4; ++i) {
@@ -62,7 +62,7 @@ struct ConeLine {
   Double3 across;  ///< direction x w / L
 
   /// @pre k > 0, direction.w >= 0 for w = last - first
-  HIPRT_HD HIPRT_INLINE void prepare(double k) {
+  HIPRT_HD HIPRT_FORCE_INLINE void prepare(double k) {
     const double squared = dot(w, w);
     length = square_root(squared);
     inverse_length = 1.0 / length;
@@ -79,7 +79,7 @@ struct ConeLine {
 
   /// Whether the line crosses the plane of the end's seam inside the solid. There the solid is a disk of radius c *
   /// radius.
-  HIPRT_HD HIPRT_INLINE bool is_inside_seam(const ConeEnd& end) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_inside_seam(const ConeEnd& end) const {
     // across + t * this->across at t = -beyond / climb, times climb.
     const Double3 at{fused_multiply_add(climb, end.across.x, -(end.beyond * across.x)),
                      fused_multiply_add(climb, end.across.y, -(end.beyond * across.y)),
@@ -88,12 +88,12 @@ struct ConeLine {
     return dot(at, at) < limit * limit;
   }
 
-  HIPRT_HD HIPRT_INLINE double seam(const ConeEnd& end) const {
+  HIPRT_HD HIPRT_FORCE_INLINE double seam(const ConeEnd& end) const {
     return end.near.t + (end.near.rest - end.beyond / climb);
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE void prepare(ConeEnd& end) const {
+  HIPRT_HD HIPRT_FORCE_INLINE void prepare(ConeEnd& end) const {
     end.near = approach(origin - end.center, direction, inverse, end.radius);
     end.across = scaled(inverse_length, cross(end.near.offset, w));
     end.beyond = fused_multiply_add(end.radius, sigma, dot(end.near.offset, w) * inverse_length);
@@ -111,7 +111,7 @@ struct ConeRoots {
 };
 
 /// Returns low for NaN.
-HIPRT_HD HIPRT_INLINE double clamped(double a, double low, double high) {
+HIPRT_HD HIPRT_FORCE_INLINE double clamped(double a, double low, double high) {
   return a > low ? (a < high ? a : high) : low;
 }
 
@@ -123,7 +123,7 @@ struct ConeForm {
   double a, b, constant;
 
   /// @param offset of the point from the first center.
-  HIPRT_HD HIPRT_INLINE ConeForm(const ConeLine& line, const Double3& offset)
+  HIPRT_HD HIPRT_FORCE_INLINE ConeForm(const ConeLine& line, const Double3& offset)
       : p(scaled(line.inverse_length, cross(offset, line.w))),
         q(line.across),
         z(dot(offset, line.w) * line.inverse_length),
@@ -137,7 +137,7 @@ struct ConeForm {
   ///
   /// The form is evaluated at the minimum. The sign of root()'s operand does not help for lines along the cone, where
   /// a and b cancel.
-  HIPRT_HD HIPRT_INLINE bool dips(const ConeLine& line) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool dips(const ConeLine& line) const {
     const double beyond_seam = fused_multiply_add(line.sigma, line.first.radius, z);
     const double lowest_beyond = fused_multiply_add(beyond_seam, a, -(line.climb * b));  // Times a.
     // A line in a seam's plane must not pass between ball and cone. It may count as crossing either.
@@ -152,7 +152,7 @@ struct ConeForm {
 
   /// sqrt(b^2 - a * constant), as a difference of squares that cancels only for tangents (Lagrange's identity in the
   /// metric of the form). 0 where rounding makes it imaginary.
-  HIPRT_HD HIPRT_INLINE double root(const ConeLine& line) const {
+  HIPRT_HD HIPRT_FORCE_INLINE double root(const ConeLine& line) const {
     const Double3 v{difference_of_products(radius, q.x, growth, p.x), difference_of_products(radius, q.y, growth, p.y),
                     difference_of_products(radius, q.z, growth, p.z)};
     const Double3 pq = cross(p, q);
@@ -185,8 +185,8 @@ HIPRT_HD inline bool cone_roots(const ConeLine& line, double low, double high, b
   return true;
 }
 
-HIPRT_HD HIPRT_INLINE double selected(bool first, double a, double b) { return first ? a : b; }
-HIPRT_HD HIPRT_INLINE Double3 selected(bool first, const Double3& a, const Double3& b) {
+HIPRT_HD HIPRT_FORCE_INLINE double selected(bool first, double a, double b) { return first ? a : b; }
+HIPRT_HD HIPRT_FORCE_INLINE Double3 selected(bool first, const Double3& a, const Double3& b) {
   return {first ? a.x : b.x, first ? a.y : b.y, first ? a.z : b.z};
 }
 
@@ -199,7 +199,7 @@ struct ConeCrossing {
   bool is_last;   ///< Whether it is the last ball.
   bool on_cone;   ///< Whether the crossing is on the cone. Then the offset is from the first center.
 
-  HIPRT_HD HIPRT_INLINE void set_ball(const ConeLine& line, bool last, bool exit) {
+  HIPRT_HD HIPRT_FORCE_INLINE void set_ball(const ConeLine& line, bool last, bool exit) {
     const Approach &a = line.last.near, &b = line.first.near;
     // The line may miss the ball by a rounding error.
     const double half_chord = square_root(larger(selected(last, a.discriminant, b.discriminant), 0.0) * line.inverse);
@@ -211,7 +211,7 @@ struct ConeCrossing {
     t = selected(last, a.t, b.t) + (selected(last, a.rest, b.rest) + step);
   }
 
-  HIPRT_HD HIPRT_INLINE void set_cone(const ConeRoots& roots, bool exit) {
+  HIPRT_HD HIPRT_FORCE_INLINE void set_cone(const ConeRoots& roots, bool exit) {
     on_cone = true;
     is_last = false;
     radius = 0.0;
@@ -220,7 +220,7 @@ struct ConeCrossing {
     t = roots.at + step;
   }
 
-  HIPRT_HD HIPRT_INLINE Details details(const ConeLine& line) const {
+  HIPRT_HD HIPRT_FORCE_INLINE Details details(const ConeLine& line) const {
     const Double3 axis = scaled(line.inverse_length, line.w), y = along(offset, step, line.direction);
     if (!on_cone) {
       const Double3 outward = is_last ? axis : -axis;
@@ -243,7 +243,7 @@ struct ConeCrossings {
   ConeCrossing enter{}, exit{};
 
   /// @return false if the line misses.
-  HIPRT_HD HIPRT_INLINE bool find(const ConeLine& line) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool find(const ConeLine& line) {
     const ConeEnd &first = line.first, &last = line.last;
     const bool through_first = line.is_inside_seam(first), through_last = line.is_inside_seam(last);
     const bool neither = !through_first && !through_last;

@@ -18,7 +18,8 @@ using shape_detail::is_valid;
 /// The test is in float, because double precision is slow on many GPUs, and rays miss most segments of hair whose
 /// boxes they meet. In a case of doubt its result may depend on the compiler. The final hits do not.
 template <class Real>
-HIPRT_HD HIPRT_INLINE bool certainly_misses(const BasicRay<Real>& ray, const CurveVertex& a, const CurveVertex& b) {
+HIPRT_HD HIPRT_FORCE_INLINE bool certainly_misses(const BasicRay<Real>& ray, const CurveVertex& a,
+                                                  const CurveVertex& b) {
   const Vec3 from(static_cast<float>(ray.origin.x - a.position[0]), static_cast<float>(ray.origin.y - a.position[1]),
                   static_cast<float>(ray.origin.z - a.position[2]));
   const Vec3 w(b.position[0] - a.position[0], b.position[1] - a.position[1], b.position[2] - a.position[2]);
@@ -41,8 +42,8 @@ HIPRT_HD HIPRT_INLINE bool certainly_misses(const BasicRay<Real>& ray, const Cur
 /// Makes the line and the cone. The cone's first end is the one that the line reaches first.
 /// @pre is_valid(a, b), k > 0
 template <class Real>
-HIPRT_HD HIPRT_INLINE void set_line(const BasicRay<Real>& ray, const CurveVertex& a, const CurveVertex& b,
-                                    const Double3& w, double k, ConeLine& line) {
+HIPRT_HD HIPRT_FORCE_INLINE void set_line(const BasicRay<Real>& ray, const CurveVertex& a, const CurveVertex& b,
+                                          const Double3& w, double k, ConeLine& line) {
   line.origin = widen(ray.origin);
   line.direction = widen(ray.direction);
   line.flipped = dot(line.direction, w) < 0.0;

@@ -23,29 +23,29 @@ class SceneShapes {
  public:
   static constexpr unsigned kCount = 256;
 
-  HIPRT_HD HIPRT_INLINE explicit SceneShapes(const SceneView& scene)
+  HIPRT_HD HIPRT_FORCE_INLINE explicit SceneShapes(const SceneView& scene)
       : base_(scene.base), objects_(scene.objects), shapes_(scene.shapes) {}
 
   /// Whether the file has shapes, or the scene needs none.
-  HIPRT_HD HIPRT_INLINE bool covers(const SceneView& scene) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool covers(const SceneView& scene) const {
     return shapes_ != 0 || (scene.features & feature_bit(Feature::kCustom)) == 0;
   }
 
   /// As a PrimitiveSet.
   template <class Real, class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(unsigned, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
-                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool intersect(unsigned, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                             std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     return intersect(ray, tmin, tmax, id, report);
   }
   template <class Real>
-  HIPRT_HD HIPRT_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
     return FilterResult::kAccept;
   }
 
   /// As a functor of a PrimitiveList.
   template <class Real, class Report>
-  HIPRT_HD HIPRT_INLINE bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
-                                       std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool intersect(const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
+                                             std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
     if (shapes_ == 0) return true;
     const std::byte* file = base_;
     std::uint64_t records = shapes_;

@@ -15,12 +15,12 @@ static_assert(sizeof(Sphere) == 16);
 inline namespace HIPRT_ISA_NAMESPACE {
 namespace primitive_detail {
 
-HIPRT_HD HIPRT_INLINE bool is_valid(const Sphere& sphere) {
+HIPRT_HD HIPRT_FORCE_INLINE bool is_valid(const Sphere& sphere) {
   return is_finite(sphere.center) && sphere.radius > 0.0f && is_finite(sphere.radius);
 }
 
 /// Sets u and v from the normal, of any length: octahedral coordinates, both in [0, 1] (Meyer et al. 2010).
-HIPRT_HD HIPRT_INLINE void set_octahedral(Details& details) {
+HIPRT_HD HIPRT_FORCE_INLINE void set_octahedral(Details& details) {
   const Double3& n = details.normal;
   const double sum = magnitude(n.x) + magnitude(n.y) + magnitude(n.z);
   double x = n.x / sum, y = n.y / sum;

@@ -38,16 +38,16 @@ class AllHits {
   /// @param scene must live as long as the query.
   /// @param storage of the stack; one traversal at a time may use it.
   /// @param counter its counts are continued.
-  HIPRT_HD HIPRT_INLINE AllHits(const SceneView& scene, const BasicRay<typename P::Real>& ray, const Storage& storage,
-                                const Filter& filter = {}, const Primitives& primitives = {},
-                                const typename P::Counter& counter = {})
+  HIPRT_HD HIPRT_FORCE_INLINE AllHits(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                      const Storage& storage, const Filter& filter = {},
+                                      const Primitives& primitives = {}, const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter),
         sorts_(kMaySort && (scene.features & feature_bit(Feature::kSplitReferences)) != 0) {}
   /// Deleted: a query reads the scene until its end, and a temporary would be gone by then.
   template <class... Others> AllHits(const SceneView&&, Others&&...) = delete;
 
   /// @return one more hit; a miss at the end; failed() if nodes could not be visited (see state()).
-  HIPRT_HD HIPRT_INLINE Result next_hit() {
+  HIPRT_HD HIPRT_FORCE_INLINE Result next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     if (!search_.can_go_on()) return search_.hit();
     if constexpr (kMaySort) {
@@ -57,12 +57,12 @@ class AllHits {
     return search_.complete_hit();
   }
 
-  HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
+  HIPRT_HD HIPRT_FORCE_INLINE TraversalState state() const { return search_.state(); }
   /// What P::Counter counted, over all calls.
-  HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
+  HIPRT_HD HIPRT_FORCE_INLINE const typename P::Counter& counter() const { return search_.counter(); }
 
  private:
-  HIPRT_HD HIPRT_INLINE Result next_behind() {
+  HIPRT_HD HIPRT_FORCE_INLINE Result next_behind() {
     if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
     search_.find_closest(false);
     return search_.complete_hit();

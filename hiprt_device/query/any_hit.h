@@ -24,35 +24,35 @@ template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrim
   /// @param scene must live as long as the query.
   /// @param storage of the stack; one traversal at a time may use it.
   /// @param counter its counts are continued.
-  HIPRT_HD HIPRT_INLINE AnyHit(const SceneView& scene, const BasicRay<typename P::Real>& ray, const Storage& storage,
-                               const Filter& filter = {}, const Primitives& primitives = {},
-                               const typename P::Counter& counter = {})
+  HIPRT_HD HIPRT_FORCE_INLINE AnyHit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                     const Storage& storage, const Filter& filter = {},
+                                     const Primitives& primitives = {}, const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter) {}
   /// Deleted: a query reads the scene until its end, and a temporary would be gone by then.
   template <class... Others> AnyHit(const SceneView&&, Others&&...) = delete;
 
   /// @return one more hit in [tmin, tmax]; a miss at the end; failed() if nodes could not be visited (see state()).
-  HIPRT_HD HIPRT_INLINE Result next_hit() {
+  HIPRT_HD HIPRT_FORCE_INLINE Result next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     advance();
     return hit();
   }
 
   /// The result of the last next_hit() or advance().
-  HIPRT_HD HIPRT_INLINE Result hit() const { return search_.hit(); }
+  HIPRT_HD HIPRT_FORCE_INLINE Result hit() const { return search_.hit(); }
 
   /// next_hit() without its result: hit() returns that.
-  HIPRT_HD HIPRT_INLINE void advance() {
+  HIPRT_HD HIPRT_FORCE_INLINE void advance() {
     if (search_.can_go_on()) search_.find_any(false);
   }
 
   /// As the functions of ClosestHit.
-  HIPRT_HD HIPRT_INLINE bool advance_wave(bool may_pause) { return search_.find_any(may_pause); }
-  HIPRT_HD HIPRT_INLINE void cancel() { search_.cancel(); }
+  HIPRT_HD HIPRT_FORCE_INLINE bool advance_wave(bool may_pause) { return search_.find_any(may_pause); }
+  HIPRT_HD HIPRT_FORCE_INLINE void cancel() { search_.cancel(); }
 
-  HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
+  HIPRT_HD HIPRT_FORCE_INLINE TraversalState state() const { return search_.state(); }
   /// What P::Counter counted, over all calls.
-  HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
+  HIPRT_HD HIPRT_FORCE_INLINE const typename P::Counter& counter() const { return search_.counter(); }
 
  private:
   Search search_;

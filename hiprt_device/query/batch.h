@@ -17,7 +17,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// @param make returns a query (ClosestHit or AnyHit) for the number of a ray.
 /// @param done is called with the number and the query when the result is ready: query.hit().
 template <class Make, class Done>
-HIPRT_HD HIPRT_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next, Make&& make, Done&& done) {
+HIPRT_HD HIPRT_FORCE_INLINE void trace_batch(std::uint32_t count, std::uint32_t* next, Make&& make, Done&& done) {
   if (count == 0) return;
   auto query = make(0);
   query.cancel();

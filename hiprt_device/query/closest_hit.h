@@ -25,26 +25,26 @@ template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrim
   /// @param scene must live as long as the query.
   /// @param storage of the stack; one traversal at a time may use it.
   /// @param counter its counts are continued.
-  HIPRT_HD HIPRT_INLINE ClosestHit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
-                                   const Storage& storage, const Filter& filter = {}, const Primitives& primitives = {},
-                                   const typename P::Counter& counter = {})
+  HIPRT_HD HIPRT_FORCE_INLINE ClosestHit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                         const Storage& storage, const Filter& filter = {},
+                                         const Primitives& primitives = {}, const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter) {}
   /// Deleted: a query reads the scene until its end, and a temporary would be gone by then.
   template <class... Others> ClosestHit(const SceneView&&, Others&&...) = delete;
 
   /// @return the closest hit in [tmin, tmax] behind the last one, with normal and error. A miss at the end. failed()
   /// if the hit cannot be known (see state()).
-  HIPRT_HD HIPRT_INLINE Result next_hit() {
+  HIPRT_HD HIPRT_FORCE_INLINE Result next_hit() {
     static_assert(!P::Schedule::kBatchOnly, "hiprt: a WholeWave schedule is for trace_batch()");
     advance();
     return hit();
   }
 
   /// The result of the last next_hit(), advance() or advance_wave().
-  HIPRT_HD HIPRT_INLINE Result hit() const { return search_.complete_hit(); }
+  HIPRT_HD HIPRT_FORCE_INLINE Result hit() const { return search_.complete_hit(); }
 
   /// next_hit() without its result: hit() returns that.
-  HIPRT_HD HIPRT_INLINE void advance() {
+  HIPRT_HD HIPRT_FORCE_INLINE void advance() {
     if (!search_.can_go_on()) return;
     if (search_.state() == TraversalState::kHit) search_.start_behind_hit();
     search_.find_closest(false);
@@ -53,13 +53,13 @@ template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrim
   /// Traces a part of the first hit's traversal, for trace_batch() with a WholeWave schedule. All lanes of the wave
   /// call it.
   /// @return whether the result is ready: hit().
-  HIPRT_HD HIPRT_INLINE bool advance_wave(bool may_pause) { return search_.find_closest(may_pause); }
+  HIPRT_HD HIPRT_FORCE_INLINE bool advance_wave(bool may_pause) { return search_.find_closest(may_pause); }
   /// Leaves nothing to visit, for lanes without a ray.
-  HIPRT_HD HIPRT_INLINE void cancel() { search_.cancel(); }
+  HIPRT_HD HIPRT_FORCE_INLINE void cancel() { search_.cancel(); }
 
-  HIPRT_HD HIPRT_INLINE TraversalState state() const { return search_.state(); }
+  HIPRT_HD HIPRT_FORCE_INLINE TraversalState state() const { return search_.state(); }
   /// What P::Counter counted, over all calls.
-  HIPRT_HD HIPRT_INLINE const typename P::Counter& counter() const { return search_.counter(); }
+  HIPRT_HD HIPRT_FORCE_INLINE const typename P::Counter& counter() const { return search_.counter(); }
 
  private:
   Search search_;

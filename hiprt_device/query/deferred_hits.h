@@ -18,7 +18,7 @@ template <class Real> struct OpenTriangles {
 
   /// Adds a triangle.
   /// @return false: there are too many.
-  HIPRT_HD HIPRT_INLINE bool take(NodeRef triangle, Real triangle_low, bool is_behind_start) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool take(NodeRef triangle, Real triangle_low, bool is_behind_start) {
     if (!is_behind_start && at_start == kInvalidRef) {
       at_start = triangle;
       return true;
@@ -34,12 +34,12 @@ template <class Real> struct OpenTriangles {
     return has_room;
   }
   /// Forgets the triangles behind the start.
-  HIPRT_HD HIPRT_INLINE void forget() {
+  HIPRT_HD HIPRT_FORCE_INLINE void forget() {
     leaf = other = kInvalidRef;
     low = -std::numeric_limits<Real>::infinity();
   }
-  HIPRT_HD HIPRT_INLINE bool is_empty() const { return at_start == kInvalidRef && leaf == kInvalidRef; }
-  HIPRT_HD HIPRT_INLINE bool is_crowded() const { return other == kOverflowRef; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_empty() const { return at_start == kInvalidRef && leaf == kInvalidRef; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_crowded() const { return other == kOverflowRef; }
 };
 
 /// Empty in a search that decides at once. Otherwise t of the current hit is in [low, the search's limit].
@@ -63,16 +63,16 @@ template <class Search> class DeferredDecisions {
   using Real = typename P::Real;
 
  public:
-  HIPRT_HD HIPRT_INLINE explicit DeferredDecisions(Search& search) : search_(search) {}
+  HIPRT_HD HIPRT_FORCE_INLINE explicit DeferredDecisions(Search& search) : search_(search) {}
 
   /// Searches with bounds of t. Afterwards limit_ and deferred_.low are the bounds of the current hit.
   ///
   /// Triangles stay open if the bounds do not tell whether they are hit, or nearer. If too many are open, the search
   /// is crowded and ends.
-  HIPRT_HD HIPRT_INLINE Outcome search(bool may_pause) {
+  HIPRT_HD HIPRT_FORCE_INLINE Outcome search(bool may_pause) {
     Search& s = search_;
     return s.traversal_.run(*s.scene_, s.ray_, s.limit_, s.primitives_, s.counter_, may_pause,
-                            [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                            [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
                               const Real high = found.at.t, low = found.at.u;
                               if (high < s.after_t_ || low > s.limit_) return true;
                               if (low > s.after_t_ && high < s.deferred_.low) {
@@ -87,7 +87,7 @@ template <class Search> class DeferredDecisions {
   }
 
   /// Decides the current hit and the open triangles. The result is that of a search that decides at once.
-  HIPRT_HD HIPRT_INLINE void decide_hits() {
+  HIPRT_HD HIPRT_FORCE_INLINE void decide_hits() {
     Search& s = search_;
     if (s.leaf_ != kInvalidRef) {
       BasicCandidate<Real> at{};
@@ -114,7 +114,7 @@ template <class Search> class DeferredDecisions {
 
   /// Searches again with immediate decisions, each ray by itself. This is very rare.
   /// @return true
-  HIPRT_HD HIPRT_INLINE bool search_again() {
+  HIPRT_HD HIPRT_FORCE_INLINE bool search_again() {
     Search& s = search_;
     Traversal<Alone, typename Search::OrderType, false> traversal(*s.scene_, s.ray_.get(), s.scene_->root, s.storage_);
     traversal.restart(*s.scene_, s.ray_.get(), s.after_t_, s.storage_);
@@ -122,7 +122,7 @@ template <class Search> class DeferredDecisions {
     s.forget_hit();
     s.deferred_.open = {};
     traversal.run(*s.scene_, s.ray_, s.limit_, s.primitives_, s.counter_, false,
-                  [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                  [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
                     if (s.take_closest(found)) s.limit_ = found.at.t;
                     return true;
                   });
@@ -140,7 +140,7 @@ template <class Search> class DeferredDecisions {
 
   /// The test's decision for a triangle.
   /// @param leaf LeafHit::leaf.
-  HIPRT_HD HIPRT_INLINE bool decide(NodeRef leaf, const LeafInfo& info, BasicCandidate<Real>& at) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool decide(NodeRef leaf, const LeafInfo& info, BasicCandidate<Real>& at) const {
     const bool second = (leaf & 1u) != 0;
     return P::Triangle::template decide<typename P::Lanes>(
         *reinterpret_cast<const typename P::Layout::Leaf*>(search_.scene_->base + ref_offset(leaf)),

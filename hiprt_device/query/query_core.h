@@ -35,8 +35,8 @@ class HitSearch {
   using OrderType = Order;
   using Result = HitOf<Real, P::kLevels>;
 
-  HIPRT_HD HIPRT_INLINE HitSearch(const SceneView& scene, const BasicRay<Real>& ray, const Storage& storage,
-                                  const Filter& filter, const Primitives& primitives, const Counter& counter)
+  HIPRT_HD HIPRT_FORCE_INLINE HitSearch(const SceneView& scene, const BasicRay<Real>& ray, const Storage& storage,
+                                        const Filter& filter, const Primitives& primitives, const Counter& counter)
       : scene_(&scene),
         ray_(ray, storage),
         storage_(storage),
@@ -52,10 +52,10 @@ class HitSearch {
     if (!is_covered()) state_ = TraversalState::kRefused;
   }
 
-  HIPRT_HD HIPRT_INLINE TraversalState state() const { return state_; }
-  HIPRT_HD HIPRT_INLINE const Counter& counter() const { return counter_; }
+  HIPRT_HD HIPRT_FORCE_INLINE TraversalState state() const { return state_; }
+  HIPRT_HD HIPRT_FORCE_INLINE const Counter& counter() const { return counter_; }
   /// The current hit, without what complete_hit() adds to a triangle's.
-  HIPRT_HD HIPRT_INLINE Result hit() const {
+  HIPRT_HD HIPRT_FORCE_INLINE Result hit() const {
     Result hit;
     static_cast<BasicHit<Real>&>(hit) = hit_;
     if constexpr (P::kLevels != 0)
@@ -64,7 +64,7 @@ class HitSearch {
   }
 
   /// Whether a search can find more. If not, hit() is a miss, or says that the search failed.
-  HIPRT_HD HIPRT_INLINE bool can_go_on() {
+  HIPRT_HD HIPRT_FORCE_INLINE bool can_go_on() {
     if (state_ == TraversalState::kHit && stopped_) state_ = TraversalState::kFinished;
     if (state_ == TraversalState::kInit || state_ == TraversalState::kHit) return true;
     forget_hit();
@@ -73,7 +73,7 @@ class HitSearch {
   }
 
   /// Prepares the search of the closest hit behind the current one, in the order of t, geometry, primitive.
-  HIPRT_HD HIPRT_INLINE void start_behind_hit() {
+  HIPRT_HD HIPRT_FORCE_INLINE void start_behind_hit() {
     after_t_ = max_of(hit_.t, Real(0));  // Not -0: its bits would come last in the order of entry distances.
     after_geometry_ = hit_.geometry;
     after_primitive_ = hit_.primitive;
@@ -86,7 +86,7 @@ class HitSearch {
 
   /// Searches the closest hit behind the last.
   /// @return false: the wave pauses; call again.
-  HIPRT_HD HIPRT_INLINE bool find_closest(bool may_pause) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool find_closest(bool may_pause) {
     static_assert(!BacktrackingStack<typename P::Stack> || !std::same_as<Order, Unordered>,
                   "hiprt: Unordered: a restart trail finds closest hits only in the order of distance");
     if constexpr (kDefers) {
@@ -95,13 +95,14 @@ class HitSearch {
       if (deferred_.open.is_crowded()) return decisions.search_again();
       decisions.decide_hits();
     } else {
-      const Outcome outcome = traversal_.run(
-          *scene_, ray_, limit_, primitives_, counter_, may_pause, [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
-            if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)) return true;
-            if (!accept(found)) return true;
-            limit_ = found.at.t;
-            return !stopped_;
-          });
+      const Outcome outcome =
+          traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
+                         [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
+                           if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)) return true;
+                           if (!accept(found)) return true;
+                           limit_ = found.at.t;
+                           return !stopped_;
+                         });
       if (outcome == Outcome::kPaused) return false;
     }
     // Limit and t share a register until here.
@@ -113,9 +114,9 @@ class HitSearch {
 
   /// Searches one more hit, whichever comes first.
   /// @return as find_closest().
-  HIPRT_HD HIPRT_INLINE bool find_any(bool may_pause) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool find_any(bool may_pause) {
     const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                                           [&](const LeafHit<Real>& found) HIPRT_INLINE_LAMBDA {
+                                           [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
                                              if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
                                              return !accept(found);
                                            });
@@ -125,19 +126,19 @@ class HitSearch {
   }
 
   /// Leaves nothing to visit, and nothing to count.
-  HIPRT_HD HIPRT_INLINE void cancel() { traversal_.cancel(); }
+  HIPRT_HD HIPRT_FORCE_INLINE void cancel() { traversal_.cancel(); }
 
-  HIPRT_HD HIPRT_INLINE void forget_hit() {
+  HIPRT_HD HIPRT_FORCE_INLINE void forget_hit() {
     hit_ = BasicHit<Real>{};
     leaf_ = kInvalidRef;
   }
 
   /// The current hit with normal and error bound, if P::kSurface. A custom primitive has reported its own.
-  HIPRT_HD HIPRT_INLINE Result complete_hit() const {
+  HIPRT_HD HIPRT_FORCE_INLINE Result complete_hit() const {
     Result hit = this->hit();
     if constexpr (!P::kSurface) return hit;
     using Leaf = typename P::Layout::Leaf;
-    const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_INLINE_LAMBDA {
+    const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_FORCE_INLINE_LAMBDA {
       if (leaf_ != kInvalidRef)
         complete<typename P::Layout>(hit, ray, *reinterpret_cast<const Leaf*>(base + ref_offset(leaf_)), leaf_ & 1u);
     };
@@ -151,14 +152,14 @@ class HitSearch {
  private:
   friend DeferredDecisions<HitSearch>;
 
-  HIPRT_HD HIPRT_INLINE bool is_covered() const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_covered() const {
     if constexpr (requires { primitives_.covers(*scene_); })
       if (!primitives_.covers(*scene_)) return false;
     return covers<P>(*scene_) && (Primitives::kCount != 0 || (scene_->features & feature_bit(Feature::kCustom)) == 0);
   }
 
   /// At most the largest finite number, so that an overflow of t is a miss.
-  HIPRT_HD static HIPRT_INLINE Real finite(Real tmax) {
+  HIPRT_HD static HIPRT_FORCE_INLINE Real finite(Real tmax) {
     constexpr Real kMax = std::numeric_limits<Real>::max();
     return tmax < kMax ? tmax : kMax;
   }
@@ -166,7 +167,7 @@ class HitSearch {
   /// Whether another hit at the same t comes first, or a query has reported this hit already.
   ///
   /// Of hits at the same t the one with the lowest geometry, then the lowest primitive number wins.
-  HIPRT_HD HIPRT_INLINE bool loses_tie(const LeafHit<Real>& found) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool loses_tie(const LeafHit<Real>& found) const {
     const std::uint32_t geometry = found.geometry, primitive = found.primitive;
     bool loses = found.at.t == limit_ &&
                  (geometry > hit_.geometry || (geometry == hit_.geometry && primitive >= hit_.primitive));
@@ -182,12 +183,12 @@ class HitSearch {
     return loses || seen;
   }
 
-  HIPRT_HD HIPRT_INLINE bool take_closest(const LeafHit<Real>& found) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool take_closest(const LeafHit<Real>& found) {
     return found.at.t >= after_t_ && found.at.t <= limit_ && !loses_tie(found) && accept(found);
   }
 
   /// Takes the hit unless a mask or a filter rejects it.
-  HIPRT_HD HIPRT_INLINE bool accept(const LeafHit<Real>& found) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool accept(const LeafHit<Real>& found) {
     if (!is_visible<P>(*scene_, traversal_.levels(), ray_.get(), found.geometry)) return false;
     Result candidate;
     static_cast<BasicHit<Real>&>(candidate) =
@@ -206,7 +207,7 @@ class HitSearch {
     return true;
   }
 
-  HIPRT_HD HIPRT_INLINE FilterResult call_filters(const LeafHit<Real>& found, const Result& candidate) const {
+  HIPRT_HD HIPRT_FORCE_INLINE FilterResult call_filters(const LeafHit<Real>& found, const Result& candidate) const {
     if constexpr (P::kLevels != 0 && kFilters)
       if (traversal_.levels().without_filter(*scene_)) return FilterResult::kAccept;
     bool stop = false;
@@ -222,7 +223,7 @@ class HitSearch {
     return result == FilterResult::kAccept && stop ? FilterResult::kAcceptAndStop : result;
   }
 
-  HIPRT_HD HIPRT_INLINE void conclude(bool found) {
+  HIPRT_HD HIPRT_FORCE_INLINE void conclude(bool found) {
     state_ = found ? TraversalState::kHit : without_hit();
     if (found) return;
     forget_hit();
@@ -233,7 +234,7 @@ class HitSearch {
   }
 
   /// The state of a search without a hit.
-  HIPRT_HD HIPRT_INLINE TraversalState without_hit() const {
+  HIPRT_HD HIPRT_FORCE_INLINE TraversalState without_hit() const {
     if (!is_covered()) return TraversalState::kRefused;
     return traversal_.overflowed() ? TraversalState::kStackOverflow : TraversalState::kFinished;
   }

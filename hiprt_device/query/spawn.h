@@ -11,13 +11,13 @@ namespace spawn_detail {
 
 /// Has the same bits whether or not a compiler contracts multiplications and additions.
 template <class Real>
-HIPRT_HD HIPRT_INLINE BasicVec3<Real> moved(const BasicVec3<Real>& from, Real distance,
-                                            const BasicVec3<Real>& direction) {
+HIPRT_HD HIPRT_FORCE_INLINE BasicVec3<Real> moved(const BasicVec3<Real>& from, Real distance,
+                                                  const BasicVec3<Real>& direction) {
   return {fused_multiply_add(distance, direction.x, from.x), fused_multiply_add(distance, direction.y, from.y),
           fused_multiply_add(distance, direction.z, from.z)};
 }
 
-template <class Real> HIPRT_HD HIPRT_INLINE Real dot(const BasicVec3<Real>& a, const BasicVec3<Real>& b) {
+template <class Real> HIPRT_HD HIPRT_FORCE_INLINE Real dot(const BasicVec3<Real>& a, const BasicVec3<Real>& b) {
   return fused_multiply_add(a.x, b.x, fused_multiply_add(a.y, b.y, a.z * b.z));
 }
 

@@ -18,11 +18,11 @@ struct Child {
 inline constexpr float kMissed = std::numeric_limits<float>::infinity();
 
 template <class Lanes>
-HIPRT_HD HIPRT_INLINE Child child_of(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, unsigned i) {
+HIPRT_HD HIPRT_FORCE_INLINE Child child_of(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits, unsigned i) {
   return Child{hits.hit(i) ? Lanes::get(hits.enter, i) : kMissed, child[i]};
 }
 
-template <class Backtrack> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
+template <class Backtrack> HIPRT_HD HIPRT_FORCE_INLINE void sort(Child& a, Child& b) {
   bool swap = b.enter < a.enter;
   if constexpr (Backtrack::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
   const Child low{swap ? b.enter : a.enter, swap ? b.ref : a.ref};
@@ -36,7 +36,7 @@ template <class Backtrack> HIPRT_HD HIPRT_INLINE void sort(Child& a, Child& b) {
 struct EachLater {
   const Child &farthest, &middle, &nearer;
 
-  template <class Later> HIPRT_HD HIPRT_INLINE void operator()(Later&& later) const {
+  template <class Later> HIPRT_HD HIPRT_FORCE_INLINE void operator()(Later&& later) const {
     if (farthest.enter < kMissed) later(make_entry(farthest.enter, farthest.ref));
     if (middle.enter < kMissed) later(make_entry(middle.enter, middle.ref));
     if (nearer.enter < kMissed) later(make_entry(nearer.enter, nearer.ref));
@@ -49,7 +49,7 @@ template <class Lanes> struct EachMet {
   const BoxHits<Lanes>& hits;
   NodeRef& first;
 
-  template <class Later> HIPRT_HD HIPRT_INLINE void operator()(Later&& later) const {
+  template <class Later> HIPRT_HD HIPRT_FORCE_INLINE void operator()(Later&& later) const {
     add(3, later);
     add(2, later);
     add(1, later);
@@ -57,7 +57,7 @@ template <class Lanes> struct EachMet {
   }
 
  private:
-  template <class Later> HIPRT_HD HIPRT_INLINE void add(unsigned i, Later&& later) const {
+  template <class Later> HIPRT_HD HIPRT_FORCE_INLINE void add(unsigned i, Later&& later) const {
     if (!hits.hit(i)) return;
     if (first != kInvalidRef) later(first);
     first = child[i];
@@ -65,8 +65,8 @@ template <class Lanes> struct EachMet {
 };
 
 template <class Backtrack>
-HIPRT_HD HIPRT_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer,
-                                 Backtrack& backtrack) {
+HIPRT_HD HIPRT_FORCE_INLINE void leave(const Child& farthest, const Child& middle, const Child& nearer,
+                                       Backtrack& backtrack) {
   backtrack.later_some(EachLater{farthest, middle, nearer});
 }
 
@@ -78,8 +78,8 @@ struct NearFirst {
 
   /// @pre hits.any()
   template <class Lanes, class Backtrack>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                            Backtrack& backtrack) {
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                                  Backtrack& backtrack) {
     if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar)
       return next_by_network(child, hits, backtrack);
@@ -87,7 +87,7 @@ struct NearFirst {
       return next_by_count(child, hits, backtrack);
   }
 
-  HIPRT_HD static HIPRT_INLINE unsigned take(std::uint32_t& mask) {
+  HIPRT_HD static HIPRT_FORCE_INLINE unsigned take(std::uint32_t& mask) {
     const unsigned lowest = static_cast<unsigned>(std::countr_zero(mask));
     mask &= mask - 1;
     return lowest;
@@ -96,8 +96,8 @@ struct NearFirst {
  private:
   /// Makes only as many comparisons as there are hits: mostly one or two.
   template <class Lanes, class Backtrack>
-  HIPRT_HD static HIPRT_INLINE NodeRef next_by_count(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                                     Backtrack& backtrack) {
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next_by_count(const NodeRef (&child)[kBranching],
+                                                           const BoxHits<Lanes>& hits, Backtrack& backtrack) {
     std::uint32_t mask = hits.mask;
     alignas(16) float enter[kBranching];
     Lanes::store(enter, hits.enter);
@@ -126,7 +126,7 @@ struct NearFirst {
     return backtrack.follow(a);
   }
 
-  HIPRT_HD static HIPRT_INLINE void sort(StackEntry& a, StackEntry& b) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void sort(StackEntry& a, StackEntry& b) {
     const StackEntry low = a < b ? a : b, high = a < b ? b : a;
     a = low;
     b = high;
@@ -134,8 +134,8 @@ struct NearFirst {
 
   /// Sorts with five compare-exchanges whatever the number of hits: only the pushes branch.
   template <class Lanes, class Backtrack>
-  HIPRT_HD static HIPRT_INLINE NodeRef next_by_network(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                                       Backtrack& backtrack) {
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next_by_network(const NodeRef (&child)[kBranching],
+                                                             const BoxHits<Lanes>& hits, Backtrack& backtrack) {
     using namespace order_detail;
     Child a = child_of(child, hits, 0), b = child_of(child, hits, 1), c = child_of(child, hits, 2),
           d = child_of(child, hits, 3);
@@ -155,8 +155,8 @@ struct NearestFirst {
 
   /// @pre hits.any()
   template <class Lanes, class Backtrack>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                            Backtrack& backtrack) {
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                                  Backtrack& backtrack) {
     static_assert(!Backtrack::kNeedsStableOrder,
                   "hiprt: NearestFirst: a restart trail needs children in the order of distance");
     if (!backtrack.reserve()) return kOverflowRef;
@@ -177,8 +177,8 @@ struct Unordered {
 
   /// @pre hits.any()
   template <class Lanes, class Backtrack>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
-                                            Backtrack& backtrack) {
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
+                                                  Backtrack& backtrack) {
     if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar) {
       NodeRef first = kInvalidRef;
@@ -193,7 +193,7 @@ struct Unordered {
   }
 
  private:
-  HIPRT_HD static HIPRT_INLINE unsigned take_last(std::uint32_t& mask) {
+  HIPRT_HD static HIPRT_FORCE_INLINE unsigned take_last(std::uint32_t& mask) {
     const unsigned highest = static_cast<unsigned>(std::bit_width(mask)) - 1;
     mask ^= 1u << highest;
     return highest;
@@ -206,7 +206,7 @@ struct AsTested {
 
   /// @pre sorted.child[0] != kInvalidRef
   template <class Backtrack>
-  HIPRT_HD static HIPRT_INLINE NodeRef next(const SortedChildren& sorted, Backtrack& backtrack) {
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const SortedChildren& sorted, Backtrack& backtrack) {
     static_assert(!Backtrack::kNeedsStableOrder, "hiprt: AsTested: a restart trail needs children in a known order");
     if (!backtrack.reserve()) return kOverflowRef;
     for (unsigned i = kBranching - 1; i > 0; --i)

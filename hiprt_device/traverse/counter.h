@@ -8,8 +8,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Counts nothing, at no cost.
 struct NoCounter {
-  HIPRT_HD HIPRT_INLINE void on_boxes() {}
-  HIPRT_HD HIPRT_INLINE void on_leaf(unsigned) {}
+  HIPRT_HD HIPRT_FORCE_INLINE void on_boxes() {}
+  HIPRT_HD HIPRT_FORCE_INLINE void on_leaf(unsigned) {}
 };
 
 /// Counts tests of four boxes, leaf tests, tested triangles (one or two per leaf), and instances that a ray came to.
@@ -21,12 +21,12 @@ struct WorkCounter {
   std::uint32_t leaf_tests = 0;
   std::uint32_t triangle_tests = 0;
   std::uint32_t instance_tests = 0;
-  HIPRT_HD HIPRT_INLINE void on_boxes() { ++box_tests; }
-  HIPRT_HD HIPRT_INLINE void on_leaf(unsigned triangles) {
+  HIPRT_HD HIPRT_FORCE_INLINE void on_boxes() { ++box_tests; }
+  HIPRT_HD HIPRT_FORCE_INLINE void on_leaf(unsigned triangles) {
     ++leaf_tests;
     triangle_tests += triangles;
   }
-  HIPRT_HD HIPRT_INLINE void on_instance() { ++instance_tests; }
+  HIPRT_HD HIPRT_FORCE_INLINE void on_instance() { ++instance_tests; }
 };
 
 /// A visit to a box node, as observers see it.

@@ -24,8 +24,8 @@ template <PolicySet P, class Order, class Test> class RayState {
 
   /// @param root the scene's root, or kInvalidRef: then nothing is visited.
   /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
-  HIPRT_HD HIPRT_INLINE RayState(const SceneView& scene, const BasicRay<Real>& ray, NodeRef root,
-                                 const Storage& storage)
+  HIPRT_HD HIPRT_FORCE_INLINE RayState(const SceneView& scene, const BasicRay<Real>& ray, NodeRef root,
+                                       const Storage& storage)
       : levels_(scene, storage),
         boxes_(ray, scene.bounds, ray.tmax),
         slabs_(boxes_.ray(ray), margin(scene, ray)),
@@ -38,8 +38,8 @@ template <PolicySet P, class Order, class Test> class RayState {
   }
 
   /// Starts again at the root, for the part of the ray from @p tmin on.
-  HIPRT_HD HIPRT_INLINE void restart(const SceneView& scene, const BasicRay<Real>& ray, Real tmin,
-                                     const Storage& storage) {
+  HIPRT_HD HIPRT_FORCE_INLINE void restart(const SceneView& scene, const BasicRay<Real>& ray, Real tmin,
+                                           const Storage& storage) {
     tmin_ = tmin;
     if constexpr (kHasLevels) {
       levels_.restart(scene);
@@ -55,21 +55,21 @@ template <PolicySet P, class Order, class Test> class RayState {
 
   /// Whether the stack was too small, so that parts of the tree were not visited.
   /// @pre run() returned kFinished
-  HIPRT_HD HIPRT_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
+  HIPRT_HD HIPRT_FORCE_INLINE bool overflowed() const { return leaf_ == kOverflowRef || node_ == kOverflowRef; }
 
   /// The ray as the triangle test uses it.
-  HIPRT_HD HIPRT_INLINE const auto& prepared_ray() const { return prepared_; }
+  HIPRT_HD HIPRT_FORCE_INLINE const auto& prepared_ray() const { return prepared_; }
 
   /// The instances that the ray is in.
-  HIPRT_HD HIPRT_INLINE const Levels<P::kLevels, P::kMoves, Real>& levels() const { return levels_; }
+  HIPRT_HD HIPRT_FORCE_INLINE const Levels<P::kLevels, P::kMoves, Real>& levels() const { return levels_; }
 
   /// Makes overflowed() true and leaves nothing to visit.
-  HIPRT_HD HIPRT_INLINE void overflow() {
+  HIPRT_HD HIPRT_FORCE_INLINE void overflow() {
     node_ = kInvalidRef;
     leaf_ = kOverflowRef;
   }
   /// Leaves nothing to visit.
-  HIPRT_HD HIPRT_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
+  HIPRT_HD HIPRT_FORCE_INLINE void cancel() { node_ = leaf_ = kInvalidRef; }
 
  protected:
   using Backtrack = BacktrackOf<typename P::Stack, typename Order::Entry>;
@@ -86,7 +86,7 @@ template <PolicySet P, class Order, class Test> class RayState {
   }
 
   /// Whether the current leaf is that of an instance.
-  template <class Primitives> HIPRT_HD HIPRT_INLINE bool is_at_instance(const SceneView& scene) const {
+  template <class Primitives> HIPRT_HD HIPRT_FORCE_INLINE bool is_at_instance(const SceneView& scene) const {
     if constexpr (!kHasLevels)
       return false;
     else if constexpr (!has_custom<Primitives>())
@@ -99,8 +99,8 @@ template <PolicySet P, class Order, class Test> class RayState {
   ///
   /// The leaf of an instance is alone in its run. It has one primitive: the instance, or a part of it.
   template <class Primitives>
-  HIPRT_HD HIPRT_INLINE void enter_instance(const SceneView& scene, const QueryRay& ray, Real limit,
-                                            typename P::Counter& counter) {
+  HIPRT_HD HIPRT_FORCE_INLINE void enter_instance(const SceneView& scene, const QueryRay& ray, Real limit,
+                                                  typename P::Counter& counter) {
     if (is_end(leaf_) || !is_at_instance<Primitives>(scene)) return;
     const CustomLeaf leaf = load_record(*reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_)));
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
@@ -133,8 +133,8 @@ template <PolicySet P, class Order, class Test> class RayState {
 
   /// Leaves the instances that have no more nodes to visit.
   /// @pre node_ is kExitRef, and there is no current leaf. A leaf would be the instance's.
-  HIPRT_HD HIPRT_INLINE void leave_instances(const SceneView& scene, const QueryRay& ray, Real limit,
-                                             typename P::Counter& counter) {
+  HIPRT_HD HIPRT_FORCE_INLINE void leave_instances(const SceneView& scene, const QueryRay& ray, Real limit,
+                                                   typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       do {
         if constexpr (kObserved) counter.on_exit();
@@ -152,25 +152,25 @@ template <PolicySet P, class Order, class Test> class RayState {
   }
 
  private:
-  HIPRT_HD HIPRT_INLINE float margin(const SceneView& scene, const BasicRay<Real>& ray) const {
+  HIPRT_HD HIPRT_FORCE_INLINE float margin(const SceneView& scene, const BasicRay<Real>& ray) const {
     const Vec3& origin = boxes_.ray(ray).origin;
     if constexpr (kHasLevels)
       return boxes_.margin(P::Boxes::margin(origin, scene.bounds, scene.condition, scene.reach), scene.condition,
                            scene.reach);
     return boxes_.margin(P::Boxes::margin(origin, scene.bounds), 0.0f, 0.0f);
   }
-  HIPRT_HD HIPRT_INLINE void prepare(const BasicRay<Real>& ray, float margin) {
+  HIPRT_HD HIPRT_FORCE_INLINE void prepare(const BasicRay<Real>& ray, float margin) {
     slabs_ = RaySlabs<Lanes>(boxes_.ray(ray), margin);
     prepared_ = PreparedRay(ray);
   }
 
   /// Saves the slabs that leave_instances() restores.
-  HIPRT_HD HIPRT_INLINE void save_slabs(bool has_instances, float margin) {
+  HIPRT_HD HIPRT_FORCE_INLINE void save_slabs(bool has_instances, float margin) {
     if constexpr (kHasLevels)
       if (has_instances) slabs_.save(levels_.slabs(), margin);
   }
 
-  HIPRT_HD HIPRT_INLINE float margin(const ObjectRecord& object, const BasicRay<Real>& local) const {
+  HIPRT_HD HIPRT_FORCE_INLINE float margin(const ObjectRecord& object, const BasicRay<Real>& local) const {
     return boxes_.margin(P::Boxes::margin(boxes_.ray(local).origin, object.bounds, object.condition, object.reach),
                          object.condition, object.reach);
   }
@@ -179,8 +179,8 @@ template <PolicySet P, class Order, class Test> class RayState {
   ///
   /// The box of the run is larger than the leaf's box in layouts that round and where boxes move. Otherwise the ray is
   /// known to meet the leaf's box.
-  HIPRT_HD HIPRT_INLINE bool meets_instance_box(const SceneView& scene, const QueryRay& ray, const CustomLeaf& leaf,
-                                                Real limit) const {
+  HIPRT_HD HIPRT_FORCE_INLINE bool meets_instance_box(const SceneView& scene, const QueryRay& ray,
+                                                      const CustomLeaf& leaf, Real limit) const {
     constexpr bool kRounded = Layout::kId == NodeLayout::kHalf || Layout::kId == NodeLayout::kQuantized;
     if constexpr (P::kMoves || kRounded) {
       const bool moves = P::kMoves && (scene.features & feature_bit(Feature::kMovingBoxes)) != 0;
@@ -193,7 +193,7 @@ template <PolicySet P, class Order, class Test> class RayState {
   }
 
   /// Pushes kExitRef if nodes outside are left to visit, and continues at @p root of an object.
-  HIPRT_HD HIPRT_INLINE void go_below(NodeRef root) {
+  HIPRT_HD HIPRT_FORCE_INLINE void go_below(NodeRef root) {
     if (P::Schedule::kTogether && !is_end(node_)) backtrack_.later(entry_of(node_));
     if (kObserved || !backtrack_.empty()) backtrack_.later(entry_of(kExitRef));
     if constexpr (P::Schedule::kTogether)
@@ -203,7 +203,7 @@ template <PolicySet P, class Order, class Test> class RayState {
   }
 
   /// The stack entry of a node that is visited whatever its distance.
-  HIPRT_HD static HIPRT_INLINE typename Order::Entry entry_of(NodeRef ref) {
+  HIPRT_HD static HIPRT_FORCE_INLINE typename Order::Entry entry_of(NodeRef ref) {
     if constexpr (std::is_same_v<typename Order::Entry, NodeRef>)
       return ref;
     else

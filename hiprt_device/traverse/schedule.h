@@ -22,9 +22,11 @@ struct Immediate {
 struct Postponed {
   static constexpr bool kTogether = true;
   static constexpr bool kBatchOnly = false;
-  HIPRT_HD static HIPRT_INLINE LaneMask group() { return wave_ballot(true); }
-  HIPRT_HD static HIPRT_INLINE bool search_on(LaneMask group, bool searches) { return group_any(group, searches); }
-  HIPRT_HD static HIPRT_INLINE bool leaves(LaneMask group, bool busy, bool) { return !group_any(group, busy); }
+  HIPRT_HD static HIPRT_FORCE_INLINE LaneMask group() { return wave_ballot(true); }
+  HIPRT_HD static HIPRT_FORCE_INLINE bool search_on(LaneMask group, bool searches) {
+    return group_any(group, searches);
+  }
+  HIPRT_HD static HIPRT_FORCE_INLINE bool leaves(LaneMask group, bool busy, bool) { return !group_any(group, busy); }
 };
 
 /// Postpones leaf tests in batches (trace_batch()), where all lanes of a wave trace from beginning to end.
@@ -42,12 +44,12 @@ template <unsigned kFetchBelow = 12, unsigned kSearchAbove = 4> struct WholeWave
   HIPRT_HD static constexpr LaneMask group() { return kWholeWave; }
   /// Whether to continue through box nodes.
   /// @param searches whether this lane searches a leaf.
-  HIPRT_HD static HIPRT_INLINE bool search_on(LaneMask group, bool searches) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool search_on(LaneMask group, bool searches) {
     if constexpr (kSearchAbove == 0) return group_any(group, searches);
     return lane_count(group_ballot(group, searches)) > kSearchAbove * wave_size() / 32;
   }
   /// @param may_pause whether there are rays to fetch. It is the same for all lanes, as is the result.
-  HIPRT_HD static HIPRT_INLINE bool leaves(LaneMask group, bool busy, bool may_pause) {
+  HIPRT_HD static HIPRT_FORCE_INLINE bool leaves(LaneMask group, bool busy, bool may_pause) {
     const unsigned lanes = lane_count(group_ballot(group, busy));
     return lanes == 0 || (may_pause && lanes < (kFetchBelow * wave_size() + 31) / 32);
   }

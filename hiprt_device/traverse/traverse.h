@@ -44,9 +44,9 @@ class Traversal : public RayState<P, Order, Test> {
   /// @param may_pause whether a WholeWave schedule may return kPaused.
   /// @param visit bool(const LeafHit&): false stops. Under a WholeWave schedule the search cannot continue after that.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                    const Primitives& primitives, typename P::Counter& counter,
-                                    [[maybe_unused]] bool may_pause, Visit&& visit) {
+  HIPRT_HD HIPRT_FORCE_INLINE Outcome run(const SceneView& scene, const QueryRay& ray, const Real& limit,
+                                          const Primitives& primitives, typename P::Counter& counter,
+                                          [[maybe_unused]] bool may_pause, Visit&& visit) {
     static_assert(
         kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
         "hiprt: the order AsTested needs a box test that sorts (for this layout), and such a test needs AsTested");
@@ -62,8 +62,9 @@ class Traversal : public RayState<P, Order, Test> {
 
   /// Traces one ray by itself: it finds a leaf, tests it, and pops the next node.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run_alone(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                          const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
+  HIPRT_HD HIPRT_FORCE_INLINE Outcome run_alone(const SceneView& scene, const QueryRay& ray, const Real& limit,
+                                                const Primitives& primitives, typename P::Counter& counter,
+                                                Visit&& visit) {
     boxes_.set_limit(limit);
     for (;;) {
       if (is_end(leaf_)) find_leaf(scene, ray, limit, counter);
@@ -86,9 +87,9 @@ class Traversal : public RayState<P, Order, Test> {
   /// In one-level batches lanes enter instances before the search, so that newly fetched rays do not idle. With more
   /// levels this makes no difference (docs/decisions/0014-instances.md).
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE Outcome run_together(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                             const Primitives& primitives, typename P::Counter& counter, bool may_pause,
-                                             Visit&& visit) {
+  HIPRT_HD HIPRT_FORCE_INLINE Outcome run_together(const SceneView& scene, const QueryRay& ray, const Real& limit,
+                                                   const Primitives& primitives, typename P::Counter& counter,
+                                                   bool may_pause, Visit&& visit) {
     using Schedule = typename P::Schedule;
     constexpr bool kEntersFirst = Schedule::kBatchOnly && P::kLevels == 1;
     const LaneMask group = Schedule::group();
@@ -120,8 +121,8 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   /// Visits box nodes until it comes to a run of leaves, or to the end.
-  HIPRT_HD HIPRT_INLINE void find_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
-                                       typename P::Counter& counter) {
+  HIPRT_HD HIPRT_FORCE_INLINE void find_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
+                                             typename P::Counter& counter) {
     while (is_box(node_)) {
       node_ = visit_boxes(scene, ray, limit, counter);
       if (kHasLevels && node_ == kExitRef) this->leave_instances(scene, ray, limit, counter);
@@ -131,8 +132,8 @@ class Traversal : public RayState<P, Order, Test> {
 
   /// find_leaf() for a group. A lane that has a leaf continues to search while the schedule lets the other lanes
   /// search.
-  HIPRT_HD HIPRT_INLINE void find_leaves_together(const SceneView& scene, const QueryRay& ray, Real limit,
-                                                  typename P::Counter& counter, LaneMask group) {
+  HIPRT_HD HIPRT_FORCE_INLINE void find_leaves_together(const SceneView& scene, const QueryRay& ray, Real limit,
+                                                        typename P::Counter& counter, LaneMask group) {
     // At least one step, even if few lanes search: the other lanes may have no leaf to test either.
     for (bool go_on = group_any(group, is_end(leaf_) && is_box(node_)); go_on;) {
       if (is_box(node_)) {
@@ -145,8 +146,8 @@ class Traversal : public RayState<P, Order, Test> {
 
   /// Makes node_ the current leaf and pops the next node.
   /// @pre !is_box(node_), and there is no current leaf.
-  HIPRT_HD HIPRT_INLINE void take_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
-                                       typename P::Counter& counter) {
+  HIPRT_HD HIPRT_FORCE_INLINE void take_leaf(const SceneView& scene, const QueryRay& ray, Real limit,
+                                             typename P::Counter& counter) {
     if constexpr (kHasLevels) {
       if (node_ == kExitRef) {
         this->leave_instances(scene, ray, limit, counter);
@@ -158,8 +159,8 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   /// Tests the boxes of node_. @return the node to visit next.
-  HIPRT_HD HIPRT_INLINE NodeRef visit_boxes(const SceneView& scene, const QueryRay& ray, Real limit,
-                                            typename P::Counter& counter) {
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_boxes(const SceneView& scene, const QueryRay& ray, Real limit,
+                                                  typename P::Counter& counter) {
     counter.on_boxes();
     const float far_end = boxes_.far_end(limit);
     if constexpr (kTestSorts) {
@@ -171,7 +172,7 @@ class Traversal : public RayState<P, Order, Test> {
     }
   }
 
-  HIPRT_HD HIPRT_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
     const Node& node = *reinterpret_cast<const Node*>(levels_.base(scene) + ref_offset(node_));
     const BoxHits<Lanes> hits =
         intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(boxes_.near_end(tmin_)), Lanes::uniform(limit));
@@ -194,14 +195,15 @@ class Traversal : public RayState<P, Order, Test> {
   /// @pre the leaf is not an instance's.
   /// @return false if the visitor stopped.
   template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_INLINE bool test_leaf(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                       const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool test_leaf(const SceneView& scene, const QueryRay& ray, const Real& limit,
+                                             const Primitives& primitives, typename P::Counter& counter,
+                                             Visit&& visit) {
     const std::byte* record = levels_.base(scene) + ref_offset(leaf_);
     if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
     const LeafInfo info = load_info(record);
     unsigned met = 0;
     const auto offer = [&](const BasicCandidate<Real>& at, unsigned slot,
-                           const BasicCustomHit<Real>* custom) HIPRT_INLINE_LAMBDA {
+                           const BasicCustomHit<Real>* custom) HIPRT_FORCE_INLINE_LAMBDA {
       if constexpr (kObserved) counter.on_candidate(slot, static_cast<float>(at.t));
       if constexpr (kResumable)
         if (met++ < skip_) return true;
@@ -218,7 +220,7 @@ class Traversal : public RayState<P, Order, Test> {
       counter.on_leaf(info.primitive[1] == kInvalidId ? 1u : 2u);
       go_on = Test::template intersect<Lanes>(*reinterpret_cast<const Leaf*>(record), info, prepared_,
                                               [&](const BasicCandidate<Real>& at, unsigned slot)
-                                                  HIPRT_INLINE_LAMBDA { return offer(at, slot, nullptr); });
+                                                  HIPRT_FORCE_INLINE_LAMBDA { return offer(at, slot, nullptr); });
     }
     if (!go_on) return false;
     boxes_.set_limit(limit);
@@ -228,9 +230,9 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   template <class Primitives, class Offer>
-  HIPRT_HD HIPRT_INLINE bool test_custom(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                         const Primitives& primitives, const CustomLeaf& leaf, const LeafInfo& info,
-                                         Offer&& offer) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool test_custom(const SceneView& scene, const QueryRay& ray, const Real& limit,
+                                               const Primitives& primitives, const CustomLeaf& leaf,
+                                               const LeafInfo& info, Offer&& offer) {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
     const unsigned type = custom_type(levels_.geometry(scene, geometry).flags);
     for (unsigned slot = 0; slot < 2; ++slot) {
@@ -238,7 +240,7 @@ class Traversal : public RayState<P, Order, Test> {
       if (primitive == kInvalidId ||
           !meets_box<Lanes>(leaf.box[slot], slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit)))
         continue;
-      const auto report = [&](const BasicCustomHit<Real>& hit) HIPRT_INLINE_LAMBDA {
+      const auto report = [&](const BasicCustomHit<Real>& hit) HIPRT_FORCE_INLINE_LAMBDA {
         return offer(BasicCandidate<Real>{hit.t, hit.u, hit.v}, slot, &hit);
       };
       if (!primitives.intersect(type, levels_.ray(scene, ray.get()), max_of(ray.get().tmin, Real(0)), limit,
@@ -248,7 +250,7 @@ class Traversal : public RayState<P, Order, Test> {
     return true;
   }
 
-  HIPRT_HD static HIPRT_INLINE NodeRef next_record(NodeRef leaf) {
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next_record(NodeRef leaf) {
     static_assert(sizeof(Leaf) == kNodeGranularity && sizeof(CustomLeaf) == kNodeGranularity);
     return leaf + make_ref(kNodeGranularity, NodeType::kTriangle0);
   }

@@ -107,7 +107,7 @@ template <class Layout, class Stack> __global__ void __launch_bounds__(kBlock) a
 }
 
 /// The tools' kernels.
-template <class P, class Query> __device__ HIPRT_INLINE void trace_all(const Arguments& arguments) {
+template <class P, class Query> __device__ HIPRT_FORCE_INLINE void trace_all(const Arguments& arguments) {
   with_storage<typename P::Stack>(arguments, [&](const auto& storage) {
     trace_batch(
         arguments.count, arguments.next,

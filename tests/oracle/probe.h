@@ -60,8 +60,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Lets every ray into every box: the margin is beyond all scenes.
 struct EveryBox {
-  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&) { return 0x1p100f; }
-  HIPRT_HD static HIPRT_INLINE float margin(const Vec3&, const Box&, float, float) { return 0x1p100f; }
+  HIPRT_HD static HIPRT_FORCE_INLINE float margin(const Vec3&, const Box&) { return 0x1p100f; }
+  HIPRT_HD static HIPRT_FORCE_INLINE float margin(const Vec3&, const Box&, float, float) { return 0x1p100f; }
 };
 
 namespace probe_detail {

@@ -5,10 +5,10 @@
 
 #include <tests/oracle/random.h>
 #include <tools/render/image/color.h>
+#include <tools/render/image/color_map.h>
 #include <tools/render/image/flip_color.h>
 #include <tools/render/image/flip_filters.h>
 #include <tools/render/image/image_compare.h>
-#include <tools/render/image/color_map.h>
 
 #include <catch2/catch.hpp>
 

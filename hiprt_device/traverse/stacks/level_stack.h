@@ -33,11 +33,11 @@ template <class Stack, unsigned kLevels, class Real = float> struct LevelStack :
   struct Storage : Stack::Storage {
     PathMemory<kLevels, Real>* path_memory;
 
-    HIPRT_HD HIPRT_INLINE Storage(const typename Stack::Storage& stack, PathMemory<kLevels, Real>& memory)
+    HIPRT_HD HIPRT_FORCE_INLINE Storage(const typename Stack::Storage& stack, PathMemory<kLevels, Real>& memory)
         : Stack::Storage(stack), path_memory(&memory) {}
     template <class OwnMemory>
-    requires std::same_as<OwnMemory, Memory> HIPRT_HD HIPRT_INLINE Storage(OwnMemory& memory,
-                                                                           std::uint32_t* overflowed = nullptr)
+    requires std::same_as<OwnMemory, Memory> HIPRT_HD HIPRT_FORCE_INLINE Storage(OwnMemory& memory,
+                                                                                 std::uint32_t* overflowed = nullptr)
         : Storage(typename Stack::Storage(memory.stack, overflowed), memory.path_memory) {}
   };
 };

@@ -23,7 +23,7 @@ template <unsigned kEntries = 192> struct PrivateStack {
     StackEntry* entries;
 
     /// @param memory must live as long as the traversal.
-    HIPRT_HD HIPRT_INLINE Storage(Memory& memory, std::uint32_t* overflowed = nullptr)
+    HIPRT_HD HIPRT_FORCE_INLINE Storage(Memory& memory, std::uint32_t* overflowed = nullptr)
         : OverflowCount{overflowed}, entries(memory.entries) {}
   };
 
@@ -31,17 +31,17 @@ template <unsigned kEntries = 192> struct PrivateStack {
    public:
     static constexpr bool kHasBottom = true;
 
-    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {
+    HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {
       entries_[0] = bottom_entry<Entry>();
     }
-    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
-    HIPRT_HD HIPRT_INLINE void push(Entry entry) { entries_[size_++] = entry; }
-    HIPRT_HD HIPRT_INLINE Entry pop() {
+    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
+    HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) { entries_[size_++] = entry; }
+    HIPRT_HD HIPRT_FORCE_INLINE Entry pop() {
       const unsigned top = size_ - 1;
       size_ = top > 1 ? top : 1;
       return static_cast<Entry>(entries_[top]);
     }
-    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 1; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 1; }
 
    private:
     StackEntry* entries_;

@@ -25,27 +25,27 @@ template <unsigned kEntries = 4> struct RestartStack {
    public:
     static constexpr bool kNeedsStableOrder = true;
 
-    HIPRT_HD HIPRT_INLINE Backtrack(const Storage&, NodeRef root) : root_(root) {}
+    HIPRT_HD HIPRT_FORCE_INLINE Backtrack(const Storage&, NodeRef root) : root_(root) {}
 
     /// Whether the trail has a level left for the children of the current node.
-    HIPRT_HD HIPRT_INLINE bool reserve() const { return level_ < kLevels; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool reserve() const { return level_ < kLevels; }
 
-    HIPRT_HD HIPRT_INLINE void later(Entry entry) {
+    HIPRT_HD HIPRT_FORCE_INLINE void later(Entry entry) {
       passed_[2] = passed_[1];
       passed_[1] = passed_[0];
       passed_[0] = entry;
       ++passed_count_;
     }
-    template <class Each> HIPRT_HD HIPRT_INLINE void later_some(Each&& each) {
-      each([&](Entry entry) HIPRT_INLINE_LAMBDA { later(entry); });
+    template <class Each> HIPRT_HD HIPRT_FORCE_INLINE void later_some(Each&& each) {
+      each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { later(entry); });
     }
 
-    HIPRT_HD HIPRT_INLINE NodeRef follow(Entry nearest) {
+    HIPRT_HD HIPRT_FORCE_INLINE NodeRef follow(Entry nearest) {
       const unsigned done = child_index(level_), count = passed_count_ + 1;
       passed_count_ = 0;
       // After a restart, the child on the trail and all children behind it may be out of reach.
       if (done >= count) return pop_at_any_distance();
-      const auto push = [&](unsigned i) HIPRT_INLINE_LAMBDA {
+      const auto push = [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA {
         if (i > done && i < count) push_entry(passed_[i - 1], i + 1 == count);
       };
       push(3);
@@ -56,7 +56,7 @@ template <unsigned kEntries = 4> struct RestartStack {
       return entry_ref(done == 0 ? nearest : done == 1 ? passed_[0] : done == 2 ? passed_[1] : passed_[2]);
     }
 
-    HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
+    HIPRT_HD HIPRT_FORCE_INLINE NodeRef pop(float limit) {
       for (;;) {
         const std::uint64_t pending = more_ & below(level_);
         if (pending == 0) return kInvalidRef;
@@ -77,28 +77,28 @@ template <unsigned kEntries = 4> struct RestartStack {
    private:
     static constexpr unsigned kLevels = 64;
 
-    HIPRT_HD HIPRT_INLINE NodeRef pop_at_any_distance() { return pop(std::numeric_limits<float>::infinity()); }
+    HIPRT_HD HIPRT_FORCE_INLINE NodeRef pop_at_any_distance() { return pop(std::numeric_limits<float>::infinity()); }
 
     /// Bits [0, level).
-    HIPRT_HD static HIPRT_INLINE std::uint64_t below(unsigned level) {
+    HIPRT_HD static HIPRT_FORCE_INLINE std::uint64_t below(unsigned level) {
       return level >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << level) - 1;
     }
-    HIPRT_HD HIPRT_INLINE void set_more(unsigned level, bool more) {
+    HIPRT_HD HIPRT_FORCE_INLINE void set_more(unsigned level, bool more) {
       const std::uint64_t bit = std::uint64_t{1} << level;
       more_ = more ? more_ | bit : more_ & ~bit;
     }
-    HIPRT_HD HIPRT_INLINE unsigned child_index(unsigned level) const {
+    HIPRT_HD HIPRT_FORCE_INLINE unsigned child_index(unsigned level) const {
       return static_cast<unsigned>(index_[0] >> level & 1u) | static_cast<unsigned>(index_[1] >> level & 1u) << 1;
     }
     /// Steps to the next child at this level and forgets the levels below.
-    HIPRT_HD HIPRT_INLINE void step_at(unsigned level) {
+    HIPRT_HD HIPRT_FORCE_INLINE void step_at(unsigned level) {
       const std::uint64_t keep = below(level + 1), bit = std::uint64_t{1} << level;
       index_[1] = (index_[1] ^ (index_[0] & bit)) & keep;
       index_[0] = (index_[0] ^ bit) & keep;
       more_ &= keep;
     }
 
-    HIPRT_HD HIPRT_INLINE void push_entry(Entry entry, bool last) {
+    HIPRT_HD HIPRT_FORCE_INLINE void push_entry(Entry entry, bool last) {
       if constexpr (kEntries != 0) {
         for (unsigned i = kEntries - 1; i > 0; --i) held_entries_[i] = held_entries_[i - 1];
         held_entries_[0] = entry;
@@ -106,7 +106,7 @@ template <unsigned kEntries = 4> struct RestartStack {
         held_ = held_ < kEntries ? held_ + 1 : kEntries;
       }
     }
-    HIPRT_HD HIPRT_INLINE Entry pop_entry(bool& last) {
+    HIPRT_HD HIPRT_FORCE_INLINE Entry pop_entry(bool& last) {
       const Entry top = held_entries_[0];
       if constexpr (kEntries > 1)
         for (unsigned i = 0; i + 1 < kEntries; ++i) held_entries_[i] = held_entries_[i + 1];

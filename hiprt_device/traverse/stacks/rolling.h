@@ -34,8 +34,8 @@ template <unsigned kRing = 8> struct RollingStack {
     unsigned threads;   ///< Number of threads of the block.
     Spill spill;
 
-    HIPRT_HD HIPRT_INLINE Storage(StackEntry* block_ring, unsigned block_thread, unsigned block_threads,
-                                  const Spill& spill_memory, std::uint32_t* overflowed = nullptr)
+    HIPRT_HD HIPRT_FORCE_INLINE Storage(StackEntry* block_ring, unsigned block_thread, unsigned block_threads,
+                                        const Spill& spill_memory, std::uint32_t* overflowed = nullptr)
         : OverflowCount{overflowed},
           block(block_ring),
           thread(block_thread),
@@ -45,28 +45,28 @@ template <unsigned kRing = 8> struct RollingStack {
 
   template <class Entry> class Of {
    public:
-    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage)
+    HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage)
         : ring_(reinterpret_cast<Entry*>(storage.block) + storage.thread),
           threads_(storage.threads),
           spill_(storage.spill) {}
-    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kRing + spill_.capacity; }
-    HIPRT_HD HIPRT_INLINE void push(Entry entry) {
+    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= kRing + spill_.capacity; }
+    HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) {
       if (size_ - spilled_ == kRing) {
         store_spilled(spill_, spilled_, load_shared(ring_, slot(spilled_)));
         ++spilled_;
       }
       store_shared(ring_, slot(size_++), entry);
     }
-    HIPRT_HD HIPRT_INLINE Entry pop() {
+    HIPRT_HD HIPRT_FORCE_INLINE Entry pop() {
       --size_;
       if (size_ >= spilled_) return load_shared(ring_, slot(size_));
       spilled_ = size_;
       return load_spilled<Entry>(spill_, size_);
     }
-    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 0; }
 
    private:
-    HIPRT_HD HIPRT_INLINE unsigned slot(unsigned i) const { return (i & (kRing - 1)) * threads_; }
+    HIPRT_HD HIPRT_FORCE_INLINE unsigned slot(unsigned i) const { return (i & (kRing - 1)) * threads_; }
 
     Entry* ring_;
     unsigned threads_;
@@ -84,17 +84,17 @@ struct GlobalStack {
   struct Storage : OverflowCount {
     Spill spill;
 
-    HIPRT_HD HIPRT_INLINE explicit Storage(const Spill& spill_memory, std::uint32_t* overflowed = nullptr)
+    HIPRT_HD HIPRT_FORCE_INLINE explicit Storage(const Spill& spill_memory, std::uint32_t* overflowed = nullptr)
         : OverflowCount{overflowed}, spill(spill_memory) {}
   };
 
   template <class Entry> class Of {
    public:
-    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage) : spill_(storage.spill) {}
-    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= spill_.capacity; }
-    HIPRT_HD HIPRT_INLINE void push(Entry entry) { store_spilled(spill_, size_++, entry); }
-    HIPRT_HD HIPRT_INLINE Entry pop() { return load_spilled<Entry>(spill_, --size_); }
-    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
+    HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage) : spill_(storage.spill) {}
+    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= spill_.capacity; }
+    HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) { store_spilled(spill_, size_++, entry); }
+    HIPRT_HD HIPRT_FORCE_INLINE Entry pop() { return load_spilled<Entry>(spill_, --size_); }
+    HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 0; }
 
    private:
     Spill spill_;

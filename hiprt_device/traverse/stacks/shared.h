@@ -19,19 +19,19 @@ template <unsigned kEntries = 16> struct SharedStack {
     unsigned thread;    ///< This thread's number in its block.
     unsigned threads;   ///< Number of threads of the block.
 
-    HIPRT_HD HIPRT_INLINE Storage(StackEntry* block_entries, unsigned block_thread, unsigned block_threads,
-                                  std::uint32_t* overflowed = nullptr)
+    HIPRT_HD HIPRT_FORCE_INLINE Storage(StackEntry* block_entries, unsigned block_thread, unsigned block_threads,
+                                        std::uint32_t* overflowed = nullptr)
         : OverflowCount{overflowed}, block(block_entries), thread(block_thread), threads(block_threads) {}
   };
 
   template <class Entry> class Of {
    public:
-    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage)
+    HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage)
         : entries_(reinterpret_cast<Entry*>(storage.block) + storage.thread), threads_(storage.threads) {}
-    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries; }
-    HIPRT_HD HIPRT_INLINE void push(Entry entry) { store_shared(entries_, size_++ * threads_, entry); }
-    HIPRT_HD HIPRT_INLINE Entry pop() { return load_shared(entries_, --size_ * threads_); }
-    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 0; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries; }
+    HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) { store_shared(entries_, size_++ * threads_, entry); }
+    HIPRT_HD HIPRT_FORCE_INLINE Entry pop() { return load_shared(entries_, --size_ * threads_); }
+    HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 0; }
 
    private:
     Entry* entries_;

@@ -16,10 +16,10 @@ struct Spill {
 };
 
 /// Entries of any kind take as many bytes as a StackEntry.
-template <class Entry> HIPRT_HD HIPRT_INLINE Entry load_spilled(const Spill& spill, std::uint32_t i) {
+template <class Entry> HIPRT_HD HIPRT_FORCE_INLINE Entry load_spilled(const Spill& spill, std::uint32_t i) {
   return static_cast<Entry>(load_global(spill.first, static_cast<std::size_t>(i) * spill.stride));
 }
-HIPRT_HD HIPRT_INLINE void store_spilled(const Spill& spill, std::uint32_t i, StackEntry entry) {
+HIPRT_HD HIPRT_FORCE_INLINE void store_spilled(const Spill& spill, std::uint32_t i, StackEntry entry) {
   store_global(spill.first, static_cast<std::size_t>(i) * spill.stride, entry);
 }
 
@@ -30,8 +30,8 @@ HIPRT_HD constexpr std::size_t grid_spill_bytes(std::size_t threads, std::uint32
 
 /// @param memory grid_spill_bytes(threads, entries) bytes.
 /// @param thread this thread's number in the grid.
-HIPRT_HD HIPRT_INLINE Spill grid_spill(StackEntry* memory, std::uint32_t threads, std::uint32_t entries,
-                                       std::uint32_t thread) {
+HIPRT_HD HIPRT_FORCE_INLINE Spill grid_spill(StackEntry* memory, std::uint32_t threads, std::uint32_t entries,
+                                             std::uint32_t thread) {
   return {memory + thread, threads, entries};
 }
 
@@ -58,13 +58,13 @@ HIPRT_HD constexpr std::size_t pool_spill_bytes(std::uint32_t slots, std::uint32
 class WaveSlot {
  public:
   /// @param first_try the slot to try first, for example the block's number. It spreads the waves over the pool.
-  HIPRT_HD HIPRT_INLINE WaveSlot(const SpillPool& pool, std::uint32_t first_try) : pool_(pool) {
+  HIPRT_HD HIPRT_FORCE_INLINE WaveSlot(const SpillPool& pool, std::uint32_t first_try) : pool_(pool) {
     std::uint32_t slot = first_try % pool.slots;
     if (lanes_before(lanes_) == 0)
       while (!try_lock(pool.locks + slot)) slot = slot + 1 == pool.slots ? 0 : slot + 1;
     slot_ = from_first_lane(lanes_, slot);
   }
-  HIPRT_HD HIPRT_INLINE ~WaveSlot() {
+  HIPRT_HD HIPRT_FORCE_INLINE ~WaveSlot() {
     // The lanes arrive from their traversals one by one. All must be done with the slot.
     finish_writes();
     group_ballot(lanes_, true);
@@ -74,7 +74,7 @@ class WaveSlot {
   WaveSlot& operator=(const WaveSlot&) = delete;
 
   /// The entries of this lane.
-  HIPRT_HD HIPRT_INLINE Spill spill() const {
+  HIPRT_HD HIPRT_FORCE_INLINE Spill spill() const {
     const std::size_t first = static_cast<std::size_t>(slot_) * pool_.entries * wave_size() + lane_index();
     return {pool_.memory + first, wave_size(), pool_.entries};
   }

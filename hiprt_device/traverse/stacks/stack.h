@@ -14,17 +14,17 @@ inline namespace HIPRT_ISA_NAMESPACE {
 using StackEntry = std::uint64_t;
 
 /// @param enter t where the ray enters the node's box: 0 or more, and not -0.
-HIPRT_HD HIPRT_INLINE StackEntry make_entry(float enter, NodeRef ref) {
+HIPRT_HD HIPRT_FORCE_INLINE StackEntry make_entry(float enter, NodeRef ref) {
   return static_cast<StackEntry>(std::bit_cast<std::uint32_t>(enter)) << 32 | ref;
 }
 /// The distance from which the entry was made.
-HIPRT_HD HIPRT_INLINE float entry_distance(StackEntry entry) {
+HIPRT_HD HIPRT_FORCE_INLINE float entry_distance(StackEntry entry) {
   return std::bit_cast<float>(static_cast<std::uint32_t>(entry >> 32));
 }
-HIPRT_HD HIPRT_INLINE NodeRef entry_ref(StackEntry entry) { return static_cast<NodeRef>(entry); }
+HIPRT_HD HIPRT_FORCE_INLINE NodeRef entry_ref(StackEntry entry) { return static_cast<NodeRef>(entry); }
 /// An entry without a distance is never too far.
-HIPRT_HD HIPRT_INLINE float entry_distance(NodeRef) { return 0.0f; }
-HIPRT_HD HIPRT_INLINE NodeRef entry_ref(NodeRef entry) { return entry; }
+HIPRT_HD HIPRT_FORCE_INLINE float entry_distance(NodeRef) { return 0.0f; }
+HIPRT_HD HIPRT_FORCE_INLINE NodeRef entry_ref(NodeRef entry) { return entry; }
 
 /// The next node of a traversal whose stack is too small. Its address is that of kInvalidRef, where no node can be.
 inline constexpr NodeRef kOverflowRef = kInvalidRef - 1;
@@ -37,7 +37,7 @@ HIPRT_HD constexpr bool is_end(NodeRef ref) { return ref >= kOverflowRef; }
 
 /// The entry that an empty stack with a bottom (kHasBottom) pops: the end, which is never too far. So pop() need not
 /// check whether the stack is empty.
-template <class Entry> HIPRT_HD HIPRT_INLINE Entry bottom_entry() {
+template <class Entry> HIPRT_HD HIPRT_FORCE_INLINE Entry bottom_entry() {
   if constexpr (std::same_as<Entry, NodeRef>)
     return kInvalidRef;
   else
@@ -66,7 +66,7 @@ struct OverflowCount {
   /// Counts the rays whose stack was too small. nullptr: not counted. The memory must be readable by the host.
   std::uint32_t* overflowed_rays = nullptr;
 
-  HIPRT_HD HIPRT_INLINE void on_overflow() const {
+  HIPRT_HD HIPRT_FORCE_INLINE void on_overflow() const {
     if (overflowed_rays != nullptr) fetch_add(overflowed_rays, 1);
   }
 };
@@ -91,21 +91,21 @@ template <class Stack, class Entry> class StackBacktrack {
   /// Whether children at the same distance must come in the same order at every visit of their node.
   static constexpr bool kNeedsStableOrder = false;
 
-  HIPRT_HD HIPRT_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
+  HIPRT_HD HIPRT_FORCE_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
 
-  HIPRT_HD HIPRT_INLINE bool reserve() const { return stack_.has_room(); }
-  HIPRT_HD HIPRT_INLINE bool empty() const { return stack_.empty(); }
-  HIPRT_HD HIPRT_INLINE void later(Entry entry) { stack_.push(entry); }
+  HIPRT_HD HIPRT_FORCE_INLINE bool reserve() const { return stack_.has_room(); }
+  HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return stack_.empty(); }
+  HIPRT_HD HIPRT_FORCE_INLINE void later(Entry entry) { stack_.push(entry); }
   /// Calls later() for each entry that @p each passes to its argument: at most kMostPushed entries. Stacks with a
   /// push_some() are called once for all of them.
-  template <class Each> HIPRT_HD HIPRT_INLINE void later_some(Each&& each) {
+  template <class Each> HIPRT_HD HIPRT_FORCE_INLINE void later_some(Each&& each) {
     if constexpr (requires { stack_.push_some(each); })
       stack_.push_some(each);
     else
-      each([&](Entry entry) HIPRT_INLINE_LAMBDA { stack_.push(entry); });
+      each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { stack_.push(entry); });
   }
-  HIPRT_HD HIPRT_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
-  HIPRT_HD HIPRT_INLINE NodeRef pop(float limit) {
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef follow(Entry entry) { return entry_ref(entry); }
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef pop(float limit) {
     // The bottom is not too far, whatever the limit.
     while (kHasBottom || !stack_.empty()) {
       const Entry entry = stack_.pop();

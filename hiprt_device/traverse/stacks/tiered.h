@@ -35,8 +35,8 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
     StackEntry* own;
 
     /// @param memory must live as long as the traversal.
-    HIPRT_HD HIPRT_INLINE Storage(StackEntry* block_entries, unsigned block_thread, unsigned block_threads,
-                                  Memory& memory, std::uint32_t* overflowed = nullptr)
+    HIPRT_HD HIPRT_FORCE_INLINE Storage(StackEntry* block_entries, unsigned block_thread, unsigned block_threads,
+                                        Memory& memory, std::uint32_t* overflowed = nullptr)
         : OverflowCount{overflowed},
           block(block_entries),
           thread(block_thread),
@@ -48,14 +48,14 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
    public:
     static constexpr bool kHasBottom = true;
 
-    HIPRT_HD HIPRT_INLINE explicit Of(const Storage& storage)
+    HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage)
         : shared_(reinterpret_cast<Entry*>(storage.block) + storage.thread),
           threads_(storage.threads),
           own_(storage.own) {
       store_shared(shared_, 0, bottom_entry<Entry>());
     }
-    HIPRT_HD HIPRT_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
-    HIPRT_HD HIPRT_INLINE void push(Entry entry) {
+    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
+    HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) {
       if (size_ < kShared)
         store_shared(shared_, size_ * threads_, entry);
       else
@@ -63,19 +63,19 @@ template <unsigned kShared = 16, unsigned kEntries = 192> struct TieredStack {
       ++size_;
     }
     /// Checks once for all entries of a node: mostly they fit in shared memory.
-    template <class Each> HIPRT_HD HIPRT_INLINE void push_some(Each&& each) {
+    template <class Each> HIPRT_HD HIPRT_FORCE_INLINE void push_some(Each&& each) {
       if (size_ + kMostPushed <= kShared)
-        each([&](Entry entry) HIPRT_INLINE_LAMBDA { store_shared(shared_, size_++ * threads_, entry); });
+        each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { store_shared(shared_, size_++ * threads_, entry); });
       else
-        each([&](Entry entry) HIPRT_INLINE_LAMBDA { push(entry); });
+        each([&](Entry entry) HIPRT_FORCE_INLINE_LAMBDA { push(entry); });
     }
-    HIPRT_HD HIPRT_INLINE Entry pop() {
+    HIPRT_HD HIPRT_FORCE_INLINE Entry pop() {
       const unsigned top = size_ - 1;
       size_ = top > 1 ? top : 1;
       if (top < kShared) return load_shared(shared_, top * threads_);
       return static_cast<Entry>(own_[top - kShared]);
     }
-    HIPRT_HD HIPRT_INLINE bool empty() const { return size_ == 1; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 1; }
 
    private:
     Entry* shared_;

@@ -15,7 +15,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// @param to array of @p levels entries, at least as many as the path has.
 template <unsigned kLevels>
-HIPRT_HD HIPRT_INLINE void store_path(const PathHit<kLevels>& hit, std::uint32_t* to, std::uint32_t levels) {
+HIPRT_HD HIPRT_FORCE_INLINE void store_path(const PathHit<kLevels>& hit, std::uint32_t* to, std::uint32_t levels) {
   const std::uint32_t depth = hit.found() ? hit.path.depth : 0;
   for (std::uint32_t k = 0; k < levels; ++k) to[k] = k < depth ? hit.path.instance[k] : kInvalidId;
 }

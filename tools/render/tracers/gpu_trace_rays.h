@@ -62,14 +62,14 @@ template <unsigned kLevels, class Flat> struct PoliciesOfLevels<kLevels, true, F
 };
 template <class Flat> struct PoliciesOfLevels<0, false, Flat> { using Type = Flat; };
 
-template <class Filter> __device__ HIPRT_INLINE Filter make_filter(const GpuTraceJob& job) {
+template <class Filter> __device__ HIPRT_FORCE_INLINE Filter make_filter(const GpuTraceJob& job) {
   if constexpr (std::is_same_v<Filter, NoFilter>)
     return {};
   else
     return {job.cutout_scene};
 }
 
-template <class Primitives> __device__ HIPRT_INLINE Primitives make_primitives(const SceneView& scene) {
+template <class Primitives> __device__ HIPRT_FORCE_INLINE Primitives make_primitives(const SceneView& scene) {
   if constexpr (std::is_same_v<Primitives, NoPrimitives>)
     return {};
   else
@@ -83,7 +83,7 @@ template <class Kind> constexpr unsigned least_resident(const GpuPolicy& policy)
 
 /// Calls use(storage) with the storage of this lane's stack, without the memory of the levels.
 template <class Kind, std::size_t kPolicy, class Use>
-__device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
+__device__ HIPRT_FORCE_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
   using Stack = StackOfPolicy<Kind, kPolicy>;
   constexpr unsigned kBlock = kGpuPolicies[kPolicy].block;
   if constexpr (std::is_same_v<Stack, PrivateStack<kGpuPrivateStack>>) {
@@ -102,12 +102,13 @@ __device__ HIPRT_INLINE void with_stack(const GpuTraceJob& job, Use&& use) {
 
 /// @param storage of this lane's stack.
 template <class Search, Query kQuery>
-__device__ HIPRT_INLINE void trace_placed(const GpuTraceJob& job, const typename Search::Storage& storage) {
+__device__ HIPRT_FORCE_INLINE void trace_placed(const GpuTraceJob& job, const typename Search::Storage& storage) {
   const PlacedObject placed{job.scene, job.object, job.instance};
   trace_batch(
       job.count, &job.counts->next_ray,
-      [&](std::uint32_t i) HIPRT_INLINE_LAMBDA { return Search(job.object, placed.to_object(job.rays[i]), storage); },
-      [&](std::uint32_t i, const Search& search) HIPRT_INLINE_LAMBDA {
+      [&](std::uint32_t i)
+          HIPRT_FORCE_INLINE_LAMBDA { return Search(job.object, placed.to_object(job.rays[i]), storage); },
+      [&](std::uint32_t i, const Search& search) HIPRT_FORCE_INLINE_LAMBDA {
         const auto hit =
             kQuery == Query::kClosest ? placed.to_scene(search.hit(), job.rays[i]) : placed.with_path(search.hit());
         job.hits[i] = hit;
@@ -117,14 +118,14 @@ __device__ HIPRT_INLINE void trace_placed(const GpuTraceJob& job, const typename
 
 /// @param storage of this lane's stack.
 template <class Kind, class Search>
-__device__ HIPRT_INLINE void trace_all(const GpuTraceJob& job, const typename Search::Storage& storage) {
+__device__ HIPRT_FORCE_INLINE void trace_all(const GpuTraceJob& job, const typename Search::Storage& storage) {
   trace_batch(
       job.count, &job.counts->next_ray,
-      [&](std::uint32_t i) HIPRT_INLINE_LAMBDA {
+      [&](std::uint32_t i) HIPRT_FORCE_INLINE_LAMBDA {
         return Search(job.scene, job.rays[i], storage, make_filter<typename Kind::Filter>(job),
                       make_primitives<typename Kind::Primitives>(job.scene));
       },
-      [&](std::uint32_t i, const Search& search) HIPRT_INLINE_LAMBDA {
+      [&](std::uint32_t i, const Search& search) HIPRT_FORCE_INLINE_LAMBDA {
         const auto hit = search.hit();
         job.hits[i] = hit;
         if constexpr (!std::is_same_v<typename Search::Result, Hit>)
@@ -141,7 +142,7 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Ki
   using Primitives = typename Kind::Primitives;
   using Search =
       std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, AnyHit<P, Filter, Primitives>>;
-  with_stack<Kind, kPolicy>(job, [&](const auto& stack) HIPRT_INLINE_LAMBDA {
+  with_stack<Kind, kPolicy>(job, [&](const auto& stack) HIPRT_FORCE_INLINE_LAMBDA {
     if constexpr (Kind::kPlaced) {
       trace_placed<Search, kQuery>(job, stack);
     } else if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_ways) {

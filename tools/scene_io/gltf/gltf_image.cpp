@@ -5,8 +5,8 @@
 
 #include <hiprt_build/file.h>
 
-#include <nlohmann/json.hpp>
 #include <tiny_gltf.h>
+#include <nlohmann/json.hpp>
 
 #include <utility>
 

@@ -9,8 +9,8 @@
 #include <tools/scene_io/gltf/gltf_scene.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 
-#include <nlohmann/json.hpp>
 #include <tiny_gltf.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>

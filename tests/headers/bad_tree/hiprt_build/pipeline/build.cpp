@@ -2,5 +2,5 @@
 #include <hip/hip_runtime.h>  // expect
 #include <hiprt_build/build.h>
 #include <hiprt_build/gpu/launch.h>  // expect
-#include <tools/cli/options.h>           // expect
+#include <tools/cli/options.h>       // expect
 #include "../../hiprt_device/ray.h"  // expect

@@ -4,7 +4,7 @@
 #include <hiprt_build/build.h>      // expect
 #include <hiprt_device/math/vec.h>  // expect
 #include <hiprt_device/ray.h>       // expect
-#include <tools/cli/options.h>          // expect
+#include <tools/cli/options.h>      // expect
 
 #include <cstdint>  // expect
 /* #include <hiprt_device/ray.h> in a comment is none */
