@@ -1,7 +1,6 @@
 // The first program of README.md: one triangle, one ray.
 
 #include <hiprt_build/build.h>
-#include <hiprt_build/format/view.h>
 #include <hiprt_device/hiprt_device.h>
 
 #include <cstdio>
@@ -13,7 +12,6 @@ int main() {
   const std::vector<hiprt::build::TriangleMesh> meshes{{positions, triangles}};
   const auto bvh = hiprt::build::build(meshes);
   if (!bvh) return std::puts(bvh.error().message.c_str());
-  const hiprt::SceneView scene = hiprt::make_scene_view(*hiprt::open_buffer(bvh->buffer.bytes()));
-  const hiprt::Hit hit = hiprt::closest_hit(scene, {.origin = {0.2f, 0.3f, 2}, .direction = {0, 0, -1}});
+  const hiprt::Hit hit = hiprt::closest_hit(bvh->scene(), {.origin = {0.2f, 0.3f, 2}, .direction = {0, 0, -1}});
   std::printf("t = %g, primitive %u\n", static_cast<double>(hit.t), hit.primitive);
 }
