@@ -12,8 +12,9 @@ template <class Layout> struct LeafWriter {
   GeometryTable geometries;
   Leaf* leaves;
 
-  /// Writes record @p at. @param last whether it ends a run. @return the box of the primitives.
-  HIPRT_HD Box write(std::uint32_t at, const LeafPrimitives& leaf, bool last) const {
+  /// Writes record @p at. @param last whether it ends a run. @param box becomes the box of the primitives. (As a
+  /// result it would take more registers.)
+  HIPRT_HD void write(std::uint32_t at, const LeafPrimitives& leaf, bool last, Box& box) const {
     const std::uint32_t g = geometries.find(leaf.primitive);
     const GeometryView& geometry = geometries[g];
     const std::uint32_t first = leaf.primitive - geometry.first;
@@ -24,12 +25,11 @@ template <class Layout> struct LeafWriter {
                             ? TriangleId::kCustom * (contents.is_pair() ? 0x101u : 1u)
                             : TriangleId::from_rotation(contents.rotation0()) |
                                   (contents.is_pair() ? TriangleId::from_rotation(contents.rotation1()) << 8 : 0u)};
-    Box box = empty_box();
+    box = empty_box();
     if (contents.is_custom())
       write_custom(at, geometry, info, box);
     else
       write_triangles(at, leaf_corners(geometry, first, contents), info, box);
-    return box;
   }
 
  private:

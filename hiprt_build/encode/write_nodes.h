@@ -55,7 +55,8 @@ template <class Layout> class NodeWriter {
   void write_leaf(std::uint32_t i) {
     const Reference& reference = input_.tree.references[i];
     const LeafPrimitives leaf{reference.primitive, reference.contents};
-    leaf_writer_.write(i, leaf, false);
+    Box box;
+    leaf_writer_.write(i, leaf, false, box);
     lower(&map_[leaf.primitive], 2 * i);
     if (leaf.contents.is_pair()) lower(&map_[leaf.primitive + leaf.contents.distance()], 2 * i + 1);
   }

@@ -198,7 +198,8 @@ template <class Layout> struct WideWriter {
   /// @param box grows. @return whether it is a leaf of custom primitives.
   HIPRT_HD bool write_leaf(std::uint32_t at, std::uint32_t number, bool last, Box& box) const {
     const LeafPrimitives leaf = primitives[number];
-    const Box whole = LeafWriter<Layout>{geometries, leaves}.write(at, leaf, last);
+    Box whole;
+    LeafWriter<Layout>{geometries, leaves}.write(at, leaf, last, whole);
     grow(box, parts != nullptr ? parts[number].box : whole);
     if (leaf_boxes != nullptr) leaf_boxes[at] = parts[number].box;
     if (map == nullptr) return leaf.contents.is_custom();
