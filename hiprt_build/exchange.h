@@ -1,6 +1,6 @@
 #pragma once
-/// Imports trees of other programs and exports trees of BVH files, in a plain form: nodes with two to four children,
-/// which lie side by side, as in madmann91/bvh.
+/// Imports trees of other programs and exports trees of BVH files, in a plain form as in madmann91/bvh. A node has two
+/// to four children, which lie side by side.
 ///
 ///     hiprt::build::ExchangeBvh tree = ...;  // Of a builder of yours.
 ///     auto bvh = hiprt::build::import_tree({.meshes = meshes}, tree);

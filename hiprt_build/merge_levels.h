@@ -33,7 +33,7 @@ struct MergedPath {
 
 /// Groups with fewer levels, and where their instances were.
 struct MergedLevels {
-  /// Those that are still used, in the order that they had; the last is the scene.
+  /// The groups that are still used, in their order. The last is the scene.
   std::vector<std::vector<Instance>> groups;
   std::vector<std::size_t> group_before;  ///< Which each of them was: index of InstancedScene::groups.
   unsigned levels = 0;  ///< Of the scene now: more than MergeOptions::levels where groups had to stay.

@@ -20,8 +20,8 @@ struct RefitOptions {
   /// At least 0: a rebuild is advised when the exchange slack (statistics.h) has grown by more than this since the
   /// build. 0.05: when a fresh tree would save half of a ray's work or more (decision 0012).
   double rebuild_slack = 0.05;
-  /// At least 1: for trees with split references, which exchanges do not see through, a rebuild is advised also when
-  /// the SAH cost has grown by more than this factor.
+  /// At least 1: for trees with split references a rebuild is also advised when the SAH cost has grown by more than
+  /// this factor. Exchange slack does not see the cost of split references.
   double rebuild_ratio = 1.5;
   ProgressCallback progress{};
 };
@@ -53,9 +53,9 @@ struct RefitStatistics {
 /// there: no ray hits it.
 /// @return kCancelled, kOutOfMemory, or kInvalidInput with the geometry and primitive, where only a build helps:
 /// - @p file is no BVH file, or @p moved is another scene, or an index is past the vertices;
-/// - a primitive of the tree is no longer finite, has an inverted box, or is too large for layout quantized;
-/// - a primitive that was dropped would be kept now;
-/// - the two triangles of a leaf have no common edge any more.
+/// - a primitive of the tree is not finite, has an inverted box, or is too large for layout quantized;
+/// - a dropped primitive would be kept by a new build;
+/// - the two triangles of a leaf have lost their common edge.
 /// After an error @p file is unchanged. Once writing has begun, the callback cannot cancel (and must not throw).
 HIPRT_BUILD_API Result<RefitStatistics> refit(std::span<std::byte> file, const SceneInput& moved,
                                               const RefitOptions& options = {});

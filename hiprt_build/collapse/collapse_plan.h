@@ -1,7 +1,8 @@
 #pragma once
-/// Finds the four-wide tree of lowest surface area cost over a binary tree, by dynamic programming from the leaves to
-/// the root (Ylitie, Karras, Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", 2017,
-/// section 3.2): a node's plan is made of its children's. Internal.
+/// Finds the four-wide tree of lowest surface area cost over a binary tree. Dynamic programming from the leaves to the
+/// root: a node's plan is made of its children's plans. Internal.
+///
+/// Ylitie, Karras, Laine, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", 2017, section 3.2.
 
 #include <hiprt_device/format/node.h>
 
@@ -24,9 +25,9 @@ inline constexpr std::uint32_t kMaxPlannedNodes = (1u << 28) - 1;
 /// What is below a node: bit set of CollapsePlan::kind.
 inline constexpr std::uint32_t kHasTriangles = 1, kHasCustoms = 2;
 
-/// Where a subtree would need more stack entries than this, its root becomes a node of two children, which adds one:
-/// no tree of 60 levels, nor one of Morton codes (95 levels: 40 of them three entries each, the others one) passes the
-/// limit of a file.
+/// If a subtree needs more stack entries than this, its root becomes a node of two children, which adds only one entry.
+/// So no tree of 60 levels exceeds the limit of a file. Nor does a tree of Morton codes: of its 95 levels at most 40
+/// need three entries.
 inline constexpr std::uint32_t kWideStackNeed = 120;
 
 /// How the subtree of a binary node is best shown as one, two or three children of a wide node. "Form i": as at most

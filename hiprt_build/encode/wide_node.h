@@ -15,8 +15,8 @@ struct WideChild {
   Box box = empty_box();    ///< The node must hold this box or a larger one.
 };
 
-/// Absent children last, the others by ascending box centre along the axis where they spread most, equal ones in the
-/// order in which they come: what readers of quantized nodes like.
+/// Sorts children by box centre along the axis where they spread most, absent children last. The sort is stable.
+/// Readers of quantized nodes profit from this order.
 HIPRT_HD HIPRT_FORCE_INLINE void arrange(WideChild (&children)[kBranching]) {
   const Box boxes[kBranching] = {children[0].box, children[1].box, children[2].box, children[3].box};
   const unsigned axis = order_axis(boxes);

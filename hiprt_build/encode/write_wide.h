@@ -27,15 +27,15 @@ struct PlanSums {
   }
 };
 
-/// A wide node that is to be written, and where its subtree's parts begin. It waits in the first bytes of the node's
-/// place; who is to write next stands in a queue, so that nodes near the root come first.
+/// A wide node still to be written, and where its subtree begins. The task is stored in the first bytes of the node. A
+/// queue holds the numbers of such nodes, so that nodes near the root come first.
 struct WideTask {
   std::uint64_t tree;    ///< Linked node, next wide node << 32: the node's subtree is there and behind.
   std::uint64_t leaves;  ///< First leaf record, stack entries on the way to the node << 32.
 };
 
-/// Numbers of wide nodes in the order in which they are to be written, in the costs of the plans: those are not read
-/// any more, and there are as many.
+/// Numbers of wide nodes in the order in which they are written. They overwrite the costs of the plans, which are not
+/// read after planning.
 struct WideQueue {
   CollapsePlan* plans;
 
@@ -114,7 +114,7 @@ template <class Layout> struct WideWriter {
     bool exists;
   };
 
-  /// Finds a node's children, lane c child c, and posts tasks for those that are nodes.
+  /// Finds a node's children, lane c child c, and posts a task for each child node.
   /// @tparam Team as many lanes as a node has children (LaneTeam): all call this together.
   template <class Team> HIPRT_HD Part open(const Team& team, const WideTask& task) const {
     static_assert(Team::kLanes == kBranching);

@@ -77,7 +77,7 @@ Sorted sort_by_leaf(CpuEngine& engine, std::size_t nodes, const AssignedReferenc
   engine.exclusive_scan(sorted.first.span());
   for (std::size_t i = 0; i < assigned.count; ++i)
     sorted.references[sorted.first[assigned.leaf[i]]++] = assigned.references[i];
-  // Every node's place is now where the next one's was.
+  // The loop has moved every first to that of the next node.
   std::copy_backward(sorted.first.data(), sorted.first.data() + nodes, sorted.first.data() + nodes + 1);
   sorted.first[0] = 0;
   return sorted;

@@ -1,6 +1,7 @@
 #pragma once
-/// Sorting 64-bit keys with 32-bit values on the device: by CUB on NVIDIA; on AMD by our own text, because Debian's
-/// rocPRIM does not know gfx1100. Equal keys keep their order. Nothing is allocated. Internal.
+/// Sorts 64-bit keys with 32-bit values on the device. Equal keys keep their order. Nothing is allocated. Internal.
+///
+/// NVIDIA: CUB. AMD: our own radix sort, because Debian's rocPRIM does not know gfx1100.
 
 #include <hiprt_build/gpu/error.h>
 

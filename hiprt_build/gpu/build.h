@@ -83,8 +83,8 @@ static_assert(sizeof(BuildReport) == sizeof(SceneView) + 10 * sizeof(std::uint32
 /// @return kInvalidInput or kTooLarge with the number and its limit, or the runtime's error.
 Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options = {});
 
-/// Starts a build on the stream and returns: no allocation, no wait (unless options.progress is set), no copy from or
-/// to the host; it can be captured in a graph. The geometries themselves are read before the call returns.
+/// Starts a build on the stream and returns. It allocates nothing, copies nothing from or to the host, and waits only
+/// if options.progress is set. It can be captured in a graph. The array @p geometries is read before the call returns.
 /// @param output sizes.output bytes on the device, aligned to 256; becomes the scene: a BVH file with gaps between its
 ///        sections, without provenance and checksum.
 /// @param scratch sizes.scratch bytes on the device, aligned to 256.

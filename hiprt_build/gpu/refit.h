@@ -34,7 +34,7 @@ enum class RefitStatus : std::uint32_t {
   kNotFinite = 3,
   kInverted = 4,   ///< A custom primitive's box.
   kTooLarge = 5,   ///< A coordinate is beyond what layout quantized holds.
-  kComeApart = 6,  ///< Two triangles of one leaf have their edge in common no longer.
+  kComeApart = 6,  ///< Two triangles of one leaf have lost their common edge.
 };
 
 /// In device memory, written when the stream passes the work.

@@ -82,7 +82,7 @@ Result<std::vector<Box>> shape_boxes(const Shapes& shapes, unsigned threads) {
     std::vector<Box> boxes(shapes.size());
     engine.for_each(boxes.size(), [&](std::size_t i) {
       const Box box = shapes.bounds(i);
-      // Finite, so that build() does not count it with those that floats cannot hold.
+      // Finite, so that build() counts it as degenerate and not as infinite.
       boxes[i] = box.min[0] <= box.max[0] ? box : Box{{1, 1, 1}, {-1, -1, -1}};
     });
     return boxes;

@@ -30,8 +30,9 @@ HIPRT_HD HIPRT_FORCE_INLINE Cluster join(const Tree& tree, const Cluster& left, 
   return Cluster{box, right.free, left.free};
 }
 
-/// Half the area of both together. Devices have one instruction for the smaller or larger of two numbers; of two zeros
-/// it may be the other one than unite()'s, which changes no more than the area's sign. @pre no number is NaN.
+/// Half the area of both together. @pre no number is NaN.
+/// Devices have one instruction for the smaller or larger of two numbers. Of two zeros it may choose another one than
+/// unite(), which only changes the sign of a zero area.
 HIPRT_HD HIPRT_FORCE_INLINE float joint_half_area(const Box& a, const Box& b) {
 #if HIPRT_DEVICE_CODE
   float edges[3];

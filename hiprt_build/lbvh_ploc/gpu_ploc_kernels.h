@@ -1,8 +1,8 @@
 #pragma once
 /// Rounds of locally-ordered clustering on the device. Internal.
 ///
-/// A block takes a tile of clusters and those up to twice the radius to either side into its shared memory: from there
-/// on it knows the nearest of all that a cluster of the tile may join. Clusters that stay close up in their order.
+/// A block loads a tile of clusters into shared memory, with neighbours up to twice the radius on either side. So it
+/// knows the nearest of all clusters that a cluster of the tile may join. Clusters that stay close up in their order.
 
 #include <hiprt_build/exec/gpu_scan.h>
 #include <hiprt_build/input/geometry.h>

@@ -1,10 +1,9 @@
 #pragma once
-/// Clusters that merge on the way up the hierarchy of Morton codes (Benthin, Meister, Barczak, Mehalwal, Tsakok,
-/// Kensler, "H-PLOC: Hierarchical parallel locally-ordered clustering for bounding volume hierarchy construction",
-/// 2024). Internal.
+/// Merges clusters while climbing the hierarchy of Morton codes. Internal.
 ///
-/// A node of the hierarchy with more than 16 leaves brings up to 16 clusters from either half together, and joins the
-/// nearest of them until 16 are left; the root joins all.
+/// Benthin, Meister, Barczak, Mehalwal, Tsakok, Kensler, "H-PLOC: Hierarchical parallel locally-ordered clustering for
+/// bounding volume hierarchy construction", 2024. A node of the hierarchy with more than 16 leaves takes up to 16
+/// clusters of either half and joins the nearest of them until 16 are left. The root joins all.
 
 #include <hiprt_build/lbvh_ploc/climb.h>
 #include <hiprt_build/lbvh_ploc/cluster.h>
@@ -106,7 +105,7 @@ template <class Group, class Tree> struct Hploc {
     group.sync();
   }
 
-  /// Joins those that chose each other. @return how many clusters are left.
+  /// Joins clusters that chose each other. @return how many clusters are left.
   HIPRT_HD unsigned join(const Group& group, Shared& shared, unsigned count) const {
     const unsigned left = group.compact(count, shared.clusters, [&](unsigned i, Cluster& cluster) {
       const unsigned j = i ^ (shared.nearest[i] & (kHplocClusters - 1));

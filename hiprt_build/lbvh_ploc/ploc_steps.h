@@ -6,13 +6,12 @@
 
 namespace hiprt::build {
 
-/// A round that joins fewer than one of so many clusters is followed by one that joins neighbours: rows of boxes where
+/// If a round joins fewer than one of so many clusters, the next round joins neighbours. Otherwise rows of boxes where
 /// each is nearest to the one before would take a round per cluster.
 inline constexpr std::uint32_t kPlocMinJoined = 32;
-/// After so many rounds that look for the nearest, all join neighbours. So there are at most as many rounds, and levels
-/// of the tree, as this and the logarithm of the number of leaves, rounded up, to base 2. Scenes need 60 to 110 rounds
-/// (30 thousand to 1.2 million leaves, radius 8); to cut them short costs much: the last few clusters make the top of
-/// the tree.
+/// After so many rounds that look for the nearest, all rounds join neighbours. This limits rounds and tree levels to
+/// this number plus ceil(log2(leaves)). Scenes need 60 to 110 rounds (30 thousand to 1.2 million leaves, radius 8).
+/// Fewer rounds would cost much quality, because the last clusters make the top of the tree.
 inline constexpr std::uint32_t kPlocMostLooks = 192;
 
 /// What is known before a round.

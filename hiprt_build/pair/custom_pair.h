@@ -5,10 +5,10 @@
 
 namespace hiprt::build {
 
-/// Largest area of a custom pair's box, relative to the sum of its primitives': where both cost the same. Two single
-/// leaves cost SahCosts::custom times the sum of their areas. A pair costs that times the area of the pair, and takes
-/// one slot less of a node around it: with three leaves to a node a third of a box node, times at least that area. So
-/// the pair wins while area * (custom - box_node / 3) < custom * sum, which is area < 1.29 * sum for the default costs.
+/// Largest area of a custom pair's box, relative to the sum of the areas of its primitives.
+/// Two single leaves cost SahCosts::custom times the sum of their areas. A pair costs SahCosts::custom times its area,
+/// and saves one slot of the node above. With three leaves per node a slot costs a third of a box node, times the area.
+/// So the pair wins while area * (custom - box_node / 3) < custom * sum: area < 1.29 * sum for the default costs.
 inline constexpr float kCustomPairArea = 1.25f;
 
 /// @pre both are kept (drop_reason()).

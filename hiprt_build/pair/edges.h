@@ -25,8 +25,8 @@ struct EdgeGain {
     for (unsigned k = 0; k < 3; ++k) box.add(corners[k] = to_float4(mesh.positions[mesh.triangles[triangle][k]]));
   }
 
-  /// Half area saved by one box for the triangle and the one that @p other belongs to: the triangle's edge k, the other
-  /// way round, whose ends need not be fetched again.
+  /// @return the half area that one box saves for this triangle and that of @p other. @p other is the triangle's edge k
+  /// in the other direction, so its ends are known.
   float across(unsigned k, HalfEdge other) const {
     SimdBox others;
     others.add(corners[k]);

@@ -3,7 +3,7 @@
 ///
 /// Triangles of one mesh whose corners touch at the same positions and that run through their common edge in opposite
 /// directions may share a leaf. Each triangle looks at its three neighbours wherever they are in the index buffer,
-/// prefers the one whose common box saves most area, and two that prefer each other pair up; a few rounds of this
+/// prefers the one whose common box saves most area. Two that prefer each other pair up. A few rounds of this
 /// (handshake matching) leave few triangles single. Triangles whose numbers differ by more than
 /// LeafContents::kMaxDistance stay single. The result does not depend on the number of threads.
 ///

@@ -217,7 +217,7 @@ class Enqueuer {
                       write_wide_tree<Layout>, writer, queue, kept_.state);
   }
 
-  /// The linked tree is not needed any more.
+  /// Overwrites the linked tree.
   template <class Layout> void encode(BuildReport* report) {
     if constexpr (!WideWriter<Layout>::kBoxesApart) {
       build::RefitFile<Layout> file{};

@@ -51,7 +51,7 @@ struct SharedBox {
   }
 };
 
-/// Counts of primitives: [DropReason] for those that are dropped; singles: triangles that no window has paired.
+/// Counts of primitives. dropped: by DropReason. singles: triangles that no window has paired.
 struct GroupCounts {
   std::uint32_t leaves, pairs, customs, singles, dropped[4];
 };

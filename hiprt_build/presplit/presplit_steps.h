@@ -159,11 +159,12 @@ struct ScaleSearch {
   HIPRT_HD float result() const { return std::bit_cast<float>(good); }
 };
 
-/// Step: makes one split in what lies at a slot. A reference and its splits have as many slots as it may have parts:
-/// the left part stays, and keeps the slots behind it that its own splits need; the right part comes after them. So
-/// parts lie in the order of a walk over them, left before right, wherever the splits fall.
-/// @tparam Parts has Box box(slot), LeafCorners corners(slot), bool is_pair(slot), put(slot, from, box): at
-/// @p slot is what was at @p from, with another box; and splits(slot), set_splits(slot, count): those still to be made.
+/// Step: splits the part at a slot once. A reference owns as many slots as it may have parts. The left part stays in
+/// its slot and keeps the slots that its own splits need. The right part goes behind them. So the parts lie in
+/// depth-first order, left before right.
+/// @tparam Parts has Box box(slot), LeafCorners corners(slot) and bool is_pair(slot). put(slot, from, box) copies the
+/// part at @p from to @p slot, with another box. splits(slot) and set_splits(slot, count) hold the splits still to be
+/// made.
 template <class Parts> struct PresplitStep {
   SplitPlanes planes;
   Parts parts;

@@ -18,13 +18,13 @@ struct MovedGeometry {
   }
 };
 
-/// Why a leaf cannot hold its primitives where they are now.
+/// Why a leaf cannot hold its moved primitives.
 enum class MoveFault : std::uint8_t {
   kNone,
   kNotFinite,
   kInverted,   ///< A custom primitive's box.
   kTooLarge,   ///< A coordinate is beyond what the layout holds.
-  kComeApart,  ///< The two triangles of a leaf have their edge in common no longer.
+  kComeApart,  ///< The two triangles of a leaf have lost their common edge.
 };
 
 /// A triangle in the order of a leaf.

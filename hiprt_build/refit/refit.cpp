@@ -88,7 +88,7 @@ const char* reason(MoveFault fault, bool custom) {
   }
 }
 
-/// Finds the first leaf that cannot hold its primitives where they are now.
+/// Finds the first leaf that cannot hold its moved primitives.
 Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const BuildInput& input,
                           std::span<const MovedGeometry> geometries) {
   const float limit = view.layout() == NodeLayout::kQuantized ? kQuantizedLimit : kNoLimit;

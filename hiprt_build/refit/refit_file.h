@@ -1,6 +1,6 @@
 #pragma once
-/// The bytes of a BVH file after its primitives have moved: leaves first, then every box node once its children are
-/// done. References between records stay, but for the order of the children in a quantized node. Internal.
+/// Rewrites a BVH file after its primitives have moved: leaves first, then every box node after its children.
+/// References between records stay, except for the order of the children in a quantized node. Internal.
 ///
 /// Four steps, each for all i before the next: LinkUpStep (nodes), MoveLeafStep (leaves), RefitNodeStep (nodes),
 /// MoveBoundsStep (1).
@@ -101,7 +101,7 @@ template <class Layout> struct LinkUpStep {
   }
 };
 
-/// Step: puts leaf i's primitives where they are now.
+/// Step: writes the moved primitives of leaf i.
 template <class Layout> struct MoveLeafStep {
   RefitFile<Layout> file;
 

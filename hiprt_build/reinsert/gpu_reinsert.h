@@ -7,8 +7,8 @@
 namespace hiprt::gpu {
 
 struct TreeInput {
-  /// Of the references [capacity], of which some may be none. Nodes [capacity]; those that are none have no first
-  /// child. The plans may be uninitialised, and are written.
+  /// References [capacity]; some may have no contents. Nodes [capacity]; unused nodes have no first child. The plans
+  /// may be uninitialised and are written.
   build::kernels::PlannedTree tree;
   std::uint32_t capacity;
   unsigned rounds;  ///< Of reinsertion.

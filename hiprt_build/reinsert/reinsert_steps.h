@@ -4,8 +4,8 @@
 ///
 /// In a round every subtree searches for the position that reduces the area of the inner nodes most, and bids the
 /// reduction for its move. A subtree moves if two conditions hold. It is the highest bidder for every node whose links
-/// the move changes. And no two subtrees can end up below each other: on the path from the lowest common node down to
-/// the new position there is no other subtree that moves. (A cycle of moves would contain such a path: otherwise each
+/// the move changes. And no other subtree moves on the path from the lowest common node down to the new position: so no
+/// two subtrees can end up below each other. (A cycle of moves would contain such a path: otherwise each
 /// of its subtrees would be above the next.)
 
 #include <hiprt_build/refit/refit_steps.h>

@@ -66,8 +66,8 @@ inline __device__ void clear(RangeBox& bounds) {
   bounds.centers.clear();
 }
 
-/// Lists a range of which all but the bounds is known: its tasks, or itself if it is small. @return its number in the
-/// list, or kInvalidId. To be called by all lanes.
+/// Lists the tasks of a range whose bounds are not known yet, or the range itself if it is small. All lanes call it.
+/// @return its number in the list, or kInvalidId.
 inline __device__ std::uint32_t list_range(const WaveGroup& group, const TopDownTree& tree, unsigned level,
                                            const SmallRange& range) {
   TopDownState& state = *tree.state;

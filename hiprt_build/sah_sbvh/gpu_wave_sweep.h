@@ -1,6 +1,6 @@
 #pragma once
-/// The subtree over up to 32 references, one in each lane of a group: all ranges of a level are split at once, by an
-/// exact sweep along the axes, in whose orders the references stay. Internal.
+/// Builds the subtree over up to 32 references, one in each lane of a group. All ranges of a level are split at once,
+/// by an exact sweep along the axes. The references stay sorted along each axis. Internal.
 
 #include <hiprt_build/sah_sbvh/gpu_top_down_state.h>
 

@@ -12,7 +12,7 @@ namespace hiprt::build {
 /// @param references moved into the tree, which reorders them.
 DepthFirstTree build_sah(CpuEngine& engine, ScratchArray<Reference> references);
 
-/// The same over a part of a larger tree's references, of which there is at least one. Any thread.
+/// The same over a part of a larger tree's references. Callable from any thread. @pre there is a reference.
 /// @param spare as large as references, or empty for fewer than kParallelSize (sah_reduce.h).
 /// @param nodes for 2 * references.size() - 1; they count references from the part's first.
 void build_sah(CpuEngine& engine, std::span<Reference> references, std::span<Reference> spare,

@@ -16,7 +16,7 @@ constexpr std::size_t kTaskSize = 1024;
 /// So many references that cross all slabs take a wave_range milliseconds.
 constexpr std::size_t kSlabChunk = 256;
 
-/// References [begin, end), and capacity for those that cuts will make of them up to limit.
+/// References [begin, end), with capacity for spatial splits up to limit.
 struct Range {
   std::size_t begin, end, limit;
 
@@ -185,8 +185,8 @@ class SbvhBuilder {
     return Halves{{range.begin, left_end, right_at}, {right_at, right_at + right_count, range.limit}};
   }
 
-  /// Both parts of a reference that crosses the plane, or all of it on one side; the other side is empty then, and the
-  /// split counts one reference less there.
+  /// @return both parts of a reference that crosses the plane, or all of it on one side. Then the other side is empty,
+  /// and the split counts one reference less there.
   SplitBounds parts_of(const Reference& r, SpatialSplit& split) const {
     const SimdBox whole = simd_box(r);
     switch (cheapest_side(split, whole)) {

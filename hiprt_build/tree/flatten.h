@@ -6,9 +6,9 @@
 
 namespace hiprt::build {
 
-/// What flatten() reads.
+/// The input of flatten().
 struct LinkedTreeView {
-  std::span<const Reference> leaves;  ///< By the numbers of leaves, of which some may be unused.
+  std::span<const Reference> leaves;  ///< By the numbers of leaves. Some may be unused.
   std::span<const LinkedNode> nodes;
   std::span<const std::uint32_t> counts;  ///< Leaves below each node.
   LinkedRef root;
