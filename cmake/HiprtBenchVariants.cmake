@@ -1,7 +1,7 @@
 # Chooses the kernels of bench_variants and generates their .hip files, one file per layout and stack.
 #
-# A selection is "axis=value,value ...": the cross product of its values, with the default (below) for each axis that it does
-# not name. "*" means all values of an axis. hiprt_can_be() filters out impossible combinations.
+# A selection is "axis=value,value ...": the cross product of its values, with the default (below) for each axis that it
+# does not name. "*" means all values of an axis. hiprt_can_be() filters out impossible combinations.
 
 set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
   "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combinations of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
@@ -11,9 +11,9 @@ set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
-set(hiprt_values_stacks private=PrivatePlace shared-ways=SharedWaysPlace tiered=TieredPlace<16> tiered22=TieredPlace<22>
-  tiered-ways=TieredWaysPlace<16> tiered22-ways=TieredWaysPlace<22> shared=SharedPlace rolling=RollingPlace
-  rolling-pool=RollingPoolPlace global=GlobalPlace restart=RestartPlace)
+set(hiprt_values_stacks private=PrivateStorage shared-ways=SharedPathStorage tiered=TieredStorage<16>
+  tiered22=TieredStorage<22> tiered-ways=TieredPathStorage<16> tiered22-ways=TieredPathStorage<22> shared=SharedStorage
+  rolling=RollingStorage rolling-pool=RollingPoolStorage global=GlobalStorage restart=RestartStorage)
 # batchN has the default kSearchAbove; batchNvM sets it to M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
   batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)

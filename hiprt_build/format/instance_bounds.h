@@ -50,7 +50,7 @@ struct BoundedObject {
         bounds(record.bounds),
         has_instances(record.instances != 0),
         has_moving_boxes((record.features & feature_bit(Feature::kMovingBoxes)) != 0) {}
-  // NOLINTNEXTLINE(google-explicit-constructor): it is one.
+  // NOLINTNEXTLINE(google-explicit-constructor): the conversion is intended.
   BoundedObject(const BufferView& view)
       : base(view.bytes.data()),
         root(view.header->root),

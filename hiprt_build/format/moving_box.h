@@ -83,7 +83,7 @@ class InstanceDriftBounds {
       const MotionCurve curve = part.motion.curve(axis, p);
       MotionRange passed;
       curve.drifting(drift * part.begin, drift * part.end).grow(passed, slack_);
-      // at_time() computes s with three roundings, so the instance is where it should be slightly earlier or later.
+      // at_time() computes s with three roundings, so the instance may be where it is slightly earlier or later.
       // Bounds of planes that do not drift contain that already.
       const double beside = drift == 0.0 ? 0.0 : (4.0 + slack_) * 0x1p-24 * curve.speed();
       range.low = std::min(range.low, passed.low - beside);

@@ -114,7 +114,7 @@ HIPRT_HD constexpr std::uint32_t custom_geometry_flags(std::uint8_t type) {
 }
 
 static_assert(sizeof(FileHeader) == 128 && sizeof(SectionEntry) == 32 && sizeof(GeometryRecord) == 32);
-#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
+#if !HIPRT_RUN_TIME_COMPILER  // Run-time compilers have no offsetof.
 static_assert(offsetof(FileHeader, magic) == 0 && offsetof(FileHeader, version_major) == 8);
 static_assert(offsetof(FileHeader, version_minor) == 10 && offsetof(FileHeader, layout) == 12);
 static_assert(offsetof(FileHeader, features) == 16 && offsetof(FileHeader, byte_size) == 24);

@@ -54,7 +54,7 @@ struct ObjectRecord {
 };
 
 static_assert(sizeof(InstanceRecord) == 64 && sizeof(ObjectRecord) == 96);
-#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
+#if !HIPRT_RUN_TIME_COMPILER  // Run-time compilers have no offsetof.
 static_assert(offsetof(InstanceRecord, linear) == 0 && offsetof(InstanceRecord, translation) == 36);
 static_assert(offsetof(InstanceRecord, object) == 48 && offsetof(InstanceRecord, mask) == 52);
 static_assert(offsetof(InstanceRecord, id) == 56 && offsetof(InstanceRecord, flags) == 60);

@@ -49,7 +49,7 @@ struct alignas(128) MotionSegment {
 };
 
 static_assert(sizeof(MotionRecord) == 32 && sizeof(TurningSegment) == 84 && sizeof(MotionSegment) == 128);
-#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
+#if !HIPRT_RUN_TIME_COMPILER  // Run-time compilers have no offsetof.
 static_assert(offsetof(MotionRecord, segments) == 0 && offsetof(MotionRecord, count) == 8);
 static_assert(offsetof(MotionRecord, kind) == 12 && offsetof(MotionRecord, rounding) == 16);
 static_assert(offsetof(MotionRecord, farthest) == 20 && offsetof(MotionRecord, reserved) == 24);

@@ -169,7 +169,7 @@ static_assert(TriangleId::to_rotation(0x89) == 0 && TriangleId::to_rotation(0x84
               TriangleId::to_rotation(0x82) == 2);
 
 static_assert(sizeof(FloatBoxNode) == 128 && sizeof(PlanesBoxNode) == 128 && sizeof(Box) == 24);
-#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
+#if !HIPRT_RUN_TIME_COMPILER  // Run-time compilers have no offsetof.
 static_assert(offsetof(FloatBoxNode, child) == 0 && offsetof(FloatBoxNode, box) == 16);
 static_assert(offsetof(FloatBoxNode, child_flags) == 112 && offsetof(FloatBoxNode, reserved) == 116);
 static_assert(offsetof(PlanesBoxNode, child) == 0 && offsetof(PlanesBoxNode, plane) == 16);

@@ -29,7 +29,7 @@ struct ShapeRecord {
 };
 
 static_assert(sizeof(ShapePoint) == 16 && sizeof(ShapeRecord) == 32);
-#if !HIPRT_RUN_TIME_COMPILER  // They have no offsetof.
+#if !HIPRT_RUN_TIME_COMPILER  // Run-time compilers have no offsetof.
 static_assert(offsetof(ShapePoint, position) == 0 && offsetof(ShapePoint, radius) == 12);
 static_assert(offsetof(ShapeRecord, points) == 0 && offsetof(ShapeRecord, segments) == 8);
 static_assert(offsetof(ShapeRecord, point_count) == 16 && offsetof(ShapeRecord, kind) == 20);

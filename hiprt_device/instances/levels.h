@@ -55,7 +55,7 @@ template <class Real> struct LevelState<0, Real> {};
 
 }  // namespace levels_detail
 
-/// What a traversal knows of where it is. With kLevels = 0 everything is the scene's and costs nothing.
+/// The position of a traversal in a scene. With kLevels = 0 everything is the scene's and costs nothing.
 /// @tparam kLevels nested instances that a ray may be in.
 /// @tparam kMoves whether instances may move.
 /// @tparam Real of the rays.
@@ -220,7 +220,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     }
     state_.base = scene.base;
   }
-  /// Where the ray's slabs are kept when it enters an instance, for when it leaves it.
+  /// The memory that keeps the slabs outside an instance while the ray is in it.
   HIPRT_HD HIPRT_FORCE_INLINE SavedSlabs& slabs() const {
     return stack_detail::in_memory(state_.path_memory).outside[kLevels == 1 ? 0 : depth()];
   }

@@ -58,7 +58,7 @@ class AllHits {
   }
 
   HIPRT_HD HIPRT_FORCE_INLINE TraversalState state() const { return search_.state(); }
-  /// What P::Counter counted, over all calls.
+  /// The counts of P::Counter, over all calls.
   HIPRT_HD HIPRT_FORCE_INLINE const typename P::Counter& counter() const { return search_.counter(); }
 
  private:

@@ -51,7 +51,7 @@ template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrim
   HIPRT_HD HIPRT_FORCE_INLINE void cancel() { search_.cancel(); }
 
   HIPRT_HD HIPRT_FORCE_INLINE TraversalState state() const { return search_.state(); }
-  /// What P::Counter counted, over all calls.
+  /// The counts of P::Counter, over all calls.
   HIPRT_HD HIPRT_FORCE_INLINE const typename P::Counter& counter() const { return search_.counter(); }
 
  private:

@@ -22,6 +22,7 @@ enum class TraversalState {
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// A search for the hits of one ray.
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
 /// @tparam kResumable whether the search can continue in the middle of the tree (find_any() after a hit).
 template <PolicySet P, class Order, bool kResumable, IntersectionFilter<typename P::Real> Filter,

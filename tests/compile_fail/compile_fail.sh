@@ -16,7 +16,9 @@ first_error() {
   awk '/error/ && !seen { print; seen = 1 }' <<<"$1"
 }
 
-if [[ $compiler == nvcc && -z $(command -v nvcc) && -x /usr/local/cuda/bin/nvcc ]]; then PATH=$PATH:/usr/local/cuda/bin; fi
+if [[ $compiler == nvcc && -z $(command -v nvcc) && -x /usr/local/cuda/bin/nvcc ]]; then
+  PATH=$PATH:/usr/local/cuda/bin
+fi
 if ! command -v "$compiler" >/dev/null; then
   echo "SKIPPED: $compiler not found"
   exit 77
