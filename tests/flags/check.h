@@ -1,6 +1,6 @@
 #pragma once
-/// Shared by all checks of guarantees.cpp: digests of the inputs and of the hits, and a tally that prints each fault
-/// with its trial and seed.
+/// Shared by all checks of guarantees.cpp: digests of the inputs and of the hits, and a tally. The tally prints each
+/// fault with its trial and seed.
 
 #include <hiprt_device/hiprt_device.h>
 

@@ -3,7 +3,9 @@
 #include <tests/traversal/worst_cases.h>
 
 #include <hiprt_build/format/instance_bounds.h>
+#include <hiprt_device/instances/instance_path.h>
 #include <hiprt_device/instances/instance_surface.h>
+#include <hiprt_device/instances/transform.h>
 #include <hiprt_device/intersect/double_triangle_test.h>
 #include <hiprt_device/intersect/exact_triangle_test.h>
 #include <hiprt_device/query/spawn.h>
