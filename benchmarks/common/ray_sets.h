@@ -29,8 +29,8 @@ build::Result<RaySet> read_ray_set(const std::filesystem::path& folder, const st
 /// The kinds that generate_ray_sets() makes.
 std::vector<std::string> generated_kinds();
 
-/// About @p wanted primary rays of a picture of 1920 x 1080. Each hit spawns one ao ray (any hit, at most a tenth of
-/// the scene's diagonal long) and one diffuse ray (closest hit), both cosine-weighted and by spawn_origin().
+/// About @p wanted primary rays of a picture of 1920 x 1080. Each hit spawns two cosine-weighted rays by
+/// spawn_origin(): an ao ray (any hit, at most a tenth of the scene's diagonal long) and a diffuse ray (closest hit).
 build::Result<std::vector<RaySet>> generate_ray_sets(const tools::Mesh& mesh, const tools::Camera& camera,
                                                      std::uint32_t wanted);
 

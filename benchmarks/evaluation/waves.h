@@ -25,9 +25,9 @@ struct Wave {
   std::vector<Ray> rays;
 };
 
-/// One ray per pixel. Each hit spawns a shadow ray to the light or, without a light, into the sky (cosine-weighted),
-/// and a diffuse ray (cosine-weighted, spawn_origin()), which is the next bounce. Rays keep the order of the pixels.
-/// Waves without rays are left out.
+/// One ray per pixel. Each hit spawns a shadow ray to the light or, without a light, into the sky. It also spawns a
+/// diffuse ray, which is the next bounce. Diffuse rays and rays into the sky are cosine-weighted. Spawned rays start at
+/// spawn_origin(). Rays keep the order of the pixels. Waves without rays are left out.
 /// @param scene of any hierarchy of the source. It is traced to make the rays.
 std::vector<Wave> make_waves(const SceneView& scene, const SourceScene& source, const Picture& picture,
                              const tools::ThreadLimit& limit);

@@ -1,5 +1,5 @@
-/// bench_hair: the cost of hair on the CPU. The strands of make_scene's head are one geometry of round curves, by
-/// several builders, or one BVH of triangles per strand in a scene of instances.
+/// bench_hair: the cost of hair on the CPU. The strands of make_scene's head are one geometry of round curves,
+/// built by several builders. Alternatively each strand is a BVH of triangles in a scene of instances.
 
 #include "../common/flags.h"
 #include "../common/hair.h"

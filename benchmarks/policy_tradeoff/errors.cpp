@@ -34,8 +34,8 @@ oracle::Double3 aimed_at(const oracle::Corners& corners, Aim aim, Random& random
   return p;
 }
 
-/// Rays that start up to @p reach times the mesh's extent from its centre. Those that miss in exact arithmetic are left
-/// out.
+/// Rays that start up to @p reach times the mesh's extent from its centre. Rays that miss in exact arithmetic are
+/// left out.
 ErrorCase make_case(Model model, Aim aim, double reach, unsigned rays) {
   ErrorCase result;
   result.model = std::move(model);

@@ -36,8 +36,8 @@ struct Errors {
   std::uint64_t wrong = 0;   ///< Hits whose t differs by more than 1 %: another surface.
   std::uint64_t other = 0;   ///< Hits of a triangle that is farther than the closest one.
   /// Errors of hits of the right triangle. t: in units in the last place of the exact t. u, v: in units of 2^-24.
-  /// point: distance of origin + t * direction from the triangle's plane, in units in the last place of the largest
-  /// coordinate of the ray's origin and of the point.
+  /// point: distance of origin + t * direction from the triangle's plane. Its unit is that in the last place of the
+  /// largest coordinate of the ray's origin and of the point.
   Spread t, u, v, point;
   std::uint64_t beyond_bound = 0;  ///< Hit points farther from the plane than Hit::error. Ours only.
 };

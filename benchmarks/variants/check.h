@@ -8,8 +8,8 @@
 
 namespace hiprt::bench {
 
-/// Checksum over all results: t and id of closest hits, hit or miss of any hits (which hit is found depends on the
-/// tree), and the sums of all hits.
+/// Checksum over all results: t and id of closest hits, hit or miss of any hits, and the sums of all hits. Which any
+/// hit is found depends on the tree.
 std::uint64_t checksum(std::span<const RayResult> results, Query query);
 
 /// Number of rays that hit something; for Query::kAll the number of hits of all rays.

@@ -55,8 +55,8 @@ struct Picture {
   PixelOrder order = PixelOrder::kRows;
 };
 
-/// Generates the kinds primary, ao (any hit, at most a tenth of the scene's diagonal long), shadow (any hit, to a point
-/// near the centre of the top of the scene's bounds) and diffuse. Traces on the CPU.
+/// Generates the kinds primary, ao, shadow and diffuse. Traces on the CPU. Rays of ao (any hit) are at most a tenth of
+/// the scene's diagonal long. Shadow rays (any hit) go to a point near the centre of the top of the scene's bounds.
 /// @param camera_file of tools::parse_camera(); empty: tools::automatic_camera().
 /// @param only_primary skips the other kinds, and with them the tracing, which takes long for large pictures.
 build::Result<std::vector<RayBuffer>> make_rays(const Tree& tree, const std::filesystem::path& camera_file,

@@ -1,4 +1,5 @@
-/// make_bench_scene DIR TRIANGLES: generates scenes for bench_variants in every layout:
+/// make_bench_scene DIR TRIANGLES: generates scenes for bench_variants in every layout.
+/// Files:
 /// procedural.LAYOUT.bvh, and procedural_boxes.LAYOUT.bvh with boxes as custom primitives among the triangles.
 
 #include "../common/procedural.h"

@@ -34,8 +34,8 @@ HIPRT_HD HIPRT_FORCE_INLINE RayResult make_result(const Hit& hit) {
   return {hit.t, hit.found() ? id_of(hit) : kInvalidId};
 }
 
-/// All hits of a ray as one result that does not depend on their order: their number, 16 bits of a hash of the
-/// primitives, and 16 bits of a hash of the primitives with their distances.
+/// All hits of a ray as one result, which does not depend on their order. It has their number, 16 bits of a hash of the
+/// primitives, and 16 bits of a hash of primitives and distances.
 class HitSum {
  public:
   HIPRT_HD HIPRT_FORCE_INLINE void add(const Hit& hit) {

@@ -81,7 +81,7 @@ std::string table_of(const Engine& engine, const Report& report, std::size_t tre
   return table.text();
 }
 
-/// Of tests that are not exact (is_exact()): how many of the rays that were compared with the host hit something else,
+/// For tests that are not exact (is_exact()): the share of compared rays that hit other primitives than on the host,
 /// over all variants with the same tests.
 std::string inexact_text(const Engine& engine, const Report& report) {
   struct Sum {
