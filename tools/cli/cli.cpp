@@ -11,6 +11,8 @@
 #include <cstdio>
 #include <iostream>
 #include <new>
+#include <sstream>
+#include <utility>
 
 namespace hiprt::tools {
 
@@ -34,6 +36,26 @@ std::string printable(std::string_view text) {
   return result;
 }
 
+/// --help with descriptions in lines of one width, and without the lists of options that exclude each other: the
+/// message of the parser names those.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option_opts(const CLI::Option* option) const override {
+    const std::string text = CLI::Formatter::make_option_opts(option);
+    return text.substr(0, text.find(" Excludes:"));
+  }
+  std::string make_option_desc(const CLI::Option* option) const override {
+    constexpr std::size_t kWidth = 84;
+    std::string result, line;
+    std::istringstream description(CLI::Formatter::make_option_desc(option));
+    for (std::string word; description >> word;) {
+      if (!line.empty() && line.size() + 1 + word.size() > kWidth) result += std::exchange(line, "") + "\n";
+      line += (line.empty() ? "" : " ") + word;
+    }
+    return result + line;
+  }
+};
+
 }  // namespace
 
 std::string tool_version(const ToolInfo& info) { return std::string(info.name) + " " + build::version(); }
@@ -48,6 +70,7 @@ void add_threads_option(CLI::App& app, unsigned& threads) {
 
 Cli::Cli(const ToolInfo& info) : info_(info), app_(std::make_unique<CLI::App>(info.description, info.name)) {
   app_->set_help_flag();
+  app_->formatter(std::make_shared<HelpFormatter>());
   app_->footer("\nExamples:\n" + std::string(info.examples) +
                "\nExit status: 0 success, 1 bad input or failed operation, "
                "2 bad usage.");
