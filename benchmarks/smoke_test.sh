@@ -1,6 +1,6 @@
 #!/bin/bash
-# smoke_test.sh SOURCE BUILD: benchmarks/run on a tiny scene. It fails when a program fails, when tracers disagree, or when
-# a figure is missing. Times are not checked.
+# smoke_test.sh SOURCE BUILD: benchmarks/run on a tiny scene. It fails when a program fails, when tracers disagree, or
+# when a figure is missing. Times are not checked.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh

@@ -1,6 +1,6 @@
 #!/bin/bash
-# test_evaluation.sh BENCHMARKS BUILD RESULTS: evaluate on generated scenes, whose results stay in RESULTS. It fails when a
-# builder, form, wave or figure is missing, or a ray has another result. Times are not checked.
+# test_evaluation.sh BENCHMARKS BUILD RESULTS: evaluate on generated scenes, whose results stay in RESULTS. It fails
+# when a builder, form, wave or figure is missing, or a ray has another result. Times are not checked.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh

@@ -1,5 +1,6 @@
 #!/bin/bash
-# test_tradeoff.sh SOURCE BUILD: benchmarks/tradeoff with few rays, its plots, and wrong command lines. Times are not checked.
+# test_tradeoff.sh SOURCE BUILD: benchmarks/tradeoff with few rays, its plots, and wrong command lines. Times are not
+# checked.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh

@@ -1,6 +1,7 @@
 #!/bin/bash
-# smoke_test.sh BENCHMARKS PROGRAM SCENES: bench_variants and run_gpu on the CPU, on scenes of make_bench_scene. It fails
-# when a variant has other results, when a wrong result is not seen, or when a figure is missing. Times are not checked.
+# smoke_test.sh BENCHMARKS PROGRAM SCENES: bench_variants and run_gpu on the CPU, on scenes of make_bench_scene. It
+# fails when a variant has other results, when a wrong result is not seen, or when a figure is missing. Times are not
+# checked.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh

@@ -1,6 +1,6 @@
 #!/bin/bash
-# test_plot.sh BENCHMARKS: plot_variants.py on figures that are made up as multiples of HIPRT's, and what run_gpu stores of
-# a program that says them.
+# test_plot.sh BENCHMARKS: plot_variants.py on figures that are made up as multiples of HIPRT's, and what run_gpu stores
+# of a program that says them.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh

@@ -77,7 +77,8 @@ def check(path: Path, name: str) -> tuple[int, list[str]]:
     for number, code, documented in statements(path.read_text(encoding="utf-8")):
         code = without_template(code)
         match = TYPE.match(code) or CONSTANT.match(code) or ALIAS.match(code) or FUNCTION.match(code)
-        if not match or (TYPE.match(code) and match[2]):
+        # Not of specialisations, and not of declarations ahead of a definition.
+        if not match or (TYPE.match(code) and (match[2] or re.fullmatch(r"(?:class|struct) \w+;", code))):
             continue
         line, was_documented = known.get(match[1], (number, False))
         known[match[1]] = line, was_documented or documented
