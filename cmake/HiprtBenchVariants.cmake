@@ -1,12 +1,7 @@
 # Chooses the kernels of bench_variants and generates their .hip files, one file per layout and stack.
 #
-<<<<<<< HEAD
 # A selection is "axis=value,value ...": the cross product of its values. An axis that it does not name has its default
 # (below). "*" means all values of an axis. hiprt_can_be() filters out impossible combinations.
-=======
-# A selection is "axis=value,value ...": the cross product of its values, with the default (below) for each axis that it
-# does not name. "*" means all values of an axis. hiprt_can_be() filters out impossible combinations.
->>>>>>> 6324dfb (First program by Bvh::scene(); docstrings not of forward declarations; fewer words allowed)
 
 set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
   "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combinations of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
