@@ -145,7 +145,7 @@ TEST_CASE("bvhtrace --explain: rays that are not there, and options of traces, a
   CHECK(with({"--explain", "0", "--repeat", "2"}).status == 2);
   const CommandResult gpu = with({"--explain", "0", "--device", "gpu"});
   CHECK(gpu.status == 2);
-  CHECK_THAT(gpu.err, Contains("follows the ray on the CPU"));
+  CHECK_THAT(gpu.err, Contains("traces the ray on the CPU"));
   const CommandResult neither = with({});
   CHECK(neither.status == 2);
   CHECK_THAT(neither.err, Contains("--hits (or --explain)"));
