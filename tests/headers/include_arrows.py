@@ -30,7 +30,13 @@ ROOMS = {
     'hiprt_build/': 'build',
     'tools/base/': 'base',
     'tools/scene_io/': 'scene_io',
-    'tools/render/': 'render',
+    'tools/build/': 'scene_build',
+    'tools/render/image/': 'image',
+    'tools/render/scene/': 'render_scene',
+    'tools/render/tracers/': 'tracers',
+    'tools/render/studio/': 'studio',
+    'tools/render/path/': 'path',
+    'tools/render/': 'path',
     'tools/': 'cli',
 }
 DEVICE_ROOMS = ('format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives', 'traverse', 'query')
@@ -53,8 +59,13 @@ MAY_INCLUDE = {
     'gpu': {'format', 'math', 'scene', 'host_format', 'build'},
     'base': LIBRARY,
     'scene_io': LIBRARY | {'base'},
-    'render': LIBRARY | {'base', 'scene_io'},
-    'cli': LIBRARY | {'base', 'scene_io', 'render'},
+    'scene_build': LIBRARY | {'base', 'scene_io'},
+    'image': LIBRARY | {'base', 'scene_io'},
+    'render_scene': LIBRARY | {'base', 'scene_io'},
+    'tracers': LIBRARY | {'base', 'render_scene'},
+    'studio': LIBRARY | {'base', 'image', 'render_scene', 'tracers'},
+    'path': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers', 'studio'},
+    'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'image', 'render_scene', 'tracers', 'studio', 'path'},
 }
 # Includes of other packages that are kept out of some places.
 GPU = re.compile(r'(hip|cuda|cub|rocprim|thrust)(/|_|\.)')
