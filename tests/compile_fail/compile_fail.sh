@@ -49,7 +49,9 @@ for source in "$@"; do
     printf 'FAILED: %s does not compile without its fault:\n%s\n' "$name" "$messages"
     faults=$((faults + 1))
   fi
-  if messages=$("${command[@]}" -DHIPRT_FAULT=1 "$source" 2>&1); then
+  # "// with: ..." on the second line: options of the fault.
+  read -r -a with < <(sed -n '2s|^// with: ||p' "$source") || true
+  if messages=$("${command[@]}" "${with[@]}" -DHIPRT_FAULT=1 "$source" 2>&1); then
     echo "FAILED: $name compiles with its fault"
     faults=$((faults + 1))
   elif ! grep -Eq -- "$expected" <<<"$(first_error "$messages")"; then
