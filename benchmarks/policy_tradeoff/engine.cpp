@@ -107,7 +107,7 @@ Work Engine::make_work(const Subject& subject, const Probe& probe) const {
   target.triangles = triangles_.data();
   target.triangle_count = static_cast<std::uint32_t>(triangles_.size());
   target.centre = model_->centre;
-  target.room = model_->room;
+  target.inner_radius = model_->room;
   target.extent = model_->extent;
   target.rays = rays_.data();
   target.hits = hits_.data();

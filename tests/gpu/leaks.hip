@@ -78,7 +78,7 @@ template <class T> T must(tl::expected<T, build::Error> result) {
 struct NamedMesh {
   const char* name;
   hiprt::oracle::Mesh mesh;
-  float capacity;
+  float inner_radius;
 };
 
 /// @return leaks of the guaranteed tests.
@@ -95,7 +95,7 @@ std::uint64_t check(const NamedMesh& named, std::uint64_t rays) {
   probe.target.positions = positions.data();
   probe.target.triangles = triangles.data();
   probe.target.triangle_count = static_cast<std::uint32_t>(named.mesh.triangles.size());
-  probe.target.capacity = named.capacity;
+  probe.target.inner_radius = named.inner_radius;
   probe.target.extent = 1.0f;
   std::uint64_t leaks = 0;
   for (const Check& check : kChecks)

@@ -6,6 +6,7 @@
 #include <hiprt_build/gpu/device_buffer.h>
 #include <hiprt_build/gpu/launch.h>
 #include <tests/gpu/kernels.h>
+#include <tests/gpu/recorder.h>
 #include <tests/gpu/results.h>
 
 using namespace hiprt;

@@ -30,8 +30,8 @@ struct Target {
   const build::Triangle* triangles = nullptr;
   std::uint32_t triangle_count = 0;
   Vec3 centre{0.0f};
-  float room = 0.0f;    ///< A ball of this radius around the centre is inside.
-  float extent = 0.0f;  ///< A cube of half this edge around the centre holds the mesh.
+  float inner_radius = 0.0f;  ///< A ball of this radius around the centre is inside.
+  float extent = 0.0f;        ///< A cube of half this edge around the centre holds the mesh.
   const Ray* rays = nullptr;
   Hit* hits = nullptr;
 };
@@ -94,7 +94,7 @@ HIPRT_HD inline Vec3 vec(const build::Position& p) { return Vec3(p[0], p[1], p[2
 
 /// A point inside the mesh.
 HIPRT_HD inline Vec3 inside(const Target& target, Numbers& random) {
-  const float reach = 0.5f * target.room;
+  const float reach = 0.5f * target.inner_radius;
   const float x = random.both(), y = random.both(), z = random.both();
   return target.centre + reach * Vec3(x, y, z);
 }
