@@ -187,7 +187,7 @@ tools::SceneDescription island(const IslandOptions& options) {
   Random random(11);
   for (std::uint32_t g = 0; g < kGroveKinds; ++g) {
     tools::SceneGroup& grove = scene.groups.emplace_back();
-    grove.place = "grove " + std::to_string(g);
+    grove.location = "grove " + std::to_string(g);
     for (std::uint32_t i = 0; i < options.plants; ++i)
       grove.instances.push_back({.object = random_plant(random),
                                  .to_scene = transform(on_disc(i, options.plants, kGroveRadius),
@@ -196,14 +196,14 @@ tools::SceneDescription island(const IslandOptions& options) {
   const std::uint32_t first_district = first_grove + kGroveKinds;
   for (std::uint32_t d = 0; d < kDistrictKinds; ++d) {
     tools::SceneGroup& district = scene.groups.emplace_back();
-    district.place = "district " + std::to_string(d);
+    district.location = "district " + std::to_string(d);
     for (std::uint32_t i = 0; i < options.groves; ++i)
       district.instances.push_back({.object = first_grove + random.below(kGroveKinds),
                                     .to_scene = transform(on_disc(i, options.groves, kDistrictRadius),
                                                           random.between(0, kTurn), random.between(0.85, 1.15))});
   }
   tools::SceneGroup& whole = scene.groups.emplace_back();
-  whole.place = "island";
+  whole.location = "island";
   whole.instances.push_back({.object = kPlantKinds});
   for (std::uint32_t i = 0; i < options.districts; ++i) {
     Point at = on_disc(i, options.districts, 0.93 * kIslandRadius);
