@@ -165,6 +165,13 @@ unsigned expect_trials(const std::string& name, const SceneView& scene, const Tr
   return check.finish(static_cast<unsigned>(trials.rays.size() / 4));
 }
 
+struct QuantizedInArrays : WithLayout<QuantizedLayout> {
+  using Lanes = ArrayLanes;
+};
+struct ByReference : Policies {
+  using Triangle = Reference;
+};
+
 /// A soup under every layout and triangle test. @param offset, scale of it: (p + offset) * scale, scale a power of two.
 inline unsigned boxes_of_meshes(const std::string& place_name, const Vec3& offset, float scale) {
   Mesh at_home = lattice_soup(64), mesh = at_home;
@@ -200,14 +207,8 @@ inline unsigned boxes_of_meshes(const std::string& place_name, const Vec3& offse
   faults += expect_trials<Policies, true>(name("planes"), view_of(planes), watertight);
   faults += expect_trials<WithLayout<HalfLayout>, true>(name("half"), view_of(half), watertight);
   faults += expect_trials<WithLayout<QuantizedLayout>, true>(name("quantized"), view_of(quantized), watertight);
-  struct Array : WithLayout<QuantizedLayout> {
-    using Lanes = ArrayLanes;
-  };
-  faults += expect_trials<Array, true>(name("quantized, ArrayLanes"), view_of(quantized), watertight);
-  struct Exact : Policies {
-    using Triangle = Reference;
-  };
-  faults += expect_trials<Exact, true>(name("Reference"), view_of(planes), reference);
+  faults += expect_trials<QuantizedInArrays, true>(name("quantized, ArrayLanes"), view_of(quantized), watertight);
+  faults += expect_trials<ByReference, true>(name("Reference"), view_of(planes), reference);
   faults += expect_trials<DoubleRays<>, true>(name("double"), view_of(planes), of_double);
   return faults;
 }
