@@ -48,8 +48,8 @@ TEST_CASE("Scene binary: meshes and groups, each numbered for itself; what is no
   REQUIRE(scene.objects.size() == 2);
   CHECK(scene.objects[1].meshes == std::vector<std::size_t>{1});
   REQUIRE(scene.groups.size() == 2);
-  CHECK(scene.groups[0].place == "objects[2]");
-  CHECK(scene.groups[1].place == "objects[5]");
+  CHECK(scene.groups[0].location == "objects[2]");
+  CHECK(scene.groups[1].location == "objects[5]");
   const auto& top = scene.groups[1].instances;
   REQUIRE(top.size() == 3);
   CHECK(top[0].object == 1);
