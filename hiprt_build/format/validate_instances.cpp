@@ -155,7 +155,7 @@ template <class Layout> class InstanceCheck {
     return {};
   }
 
-  /// Checks that the leaves of an instance together lead into all of its object, each into a part of its own.
+  /// Checks that the leaves of an instance cover its whole object without overlap.
   Check check_parts(std::span<const CustomLeaf> leaves) const {
     std::vector<std::uint32_t> order(leaves.size());
     std::iota(order.begin(), order.end(), 0u);

@@ -1,5 +1,5 @@
 #pragma once
-/// Small vectors. This is the only file that includes GLM; the rest of the library uses hiprt::Vec3. Programs that
+/// Small vectors. Only this file and vec_functions.h include GLM; the rest uses hiprt::Vec3. Programs that
 /// need glm::dot(), glm::cross() and others in device code include vec_functions.h.
 
 #include <hiprt_device/math/scalar.h>
