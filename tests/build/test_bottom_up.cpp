@@ -60,8 +60,8 @@ std::vector<std::uint8_t> levels_of(const std::vector<std::uint64_t>& codes) {
   return levels;
 }
 
-/// The definition: a range is cut where the highest bit changes that is not the same in all its codes, or, where the
-/// codes are all the same, in all its places.
+/// The definition: a range is split where the highest bit changes that its codes do not share. When all codes are
+/// equal, the indices take their place.
 std::uint32_t cut(const std::vector<std::uint64_t>& codes, std::uint32_t first, std::uint32_t last) {
   const bool same = codes[first] == codes[last];
   const auto number = [&](std::uint32_t i) { return same ? i : codes[i]; };

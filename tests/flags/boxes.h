@@ -85,8 +85,8 @@ bool expect_same(Check& check, const BasicHit<Real>& expected, const BasicHit<Re
                       double{expected.t}, double{expected.u}, double{expected.v});
 }
 
-/// Triangles that stand alone, so that nothing else is in the place of one whose box is missed; half of them with boxes
-/// without thickness.
+/// Separate triangles: a ray that misses the box of one hits no neighbour instead. The boxes of half of them have no
+/// thickness.
 inline Mesh lattice_soup(unsigned triangles) {
   Random random(kSeed + 3);
   Mesh mesh;
@@ -237,8 +237,8 @@ Trials<BasicPathHit<typename P::Real, 1>, typename P::Real> trials_of_instances(
   return trials;
 }
 
-/// Instances of one triangle, whose corners touch its box, that stand still: in all directions, most of them nearly
-/// flat, around the origin and all far from it.
+/// Instances of one triangle, which do not move. Its corners touch the box of the object. Transforms turn the triangle
+/// in all directions, and most make it nearly flat. The instances lie around the origin; in a second scene far from it.
 template <class P> unsigned boxes_of_instances(const std::string& name) {
   constexpr std::uint32_t kInstances = 64;
   Mesh mesh = lattice_soup(2);

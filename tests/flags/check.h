@@ -58,8 +58,8 @@ class Digest {
   std::uint64_t state_ = 0xcbf29ce484222325u;
 };
 
-/// One group of checks. finish() prints a line that has to be the same whatever the compiler's settings: where what
-/// goes in differs already, the fault is not one of queries.
+/// A series of checks. finish() prints a line that must be the same under all compiler settings. If the digest of the
+/// inputs differs already, the fault is not in a query.
 class Check {
  public:
   Check(std::string name, std::uint64_t seed) : name_(std::move(name)), seed_(seed) {}

@@ -103,8 +103,8 @@ inline build::Affine lattice_affine(Random& random, std::uint32_t spread, float 
   return affine;
 }
 
-/// Turns up to 180 degrees (MotionKind::kMatrix: small ones, or matrices on the way could not be inverted), with uneven
-/// scales, shears and times, mirrored at times.
+/// Rotations up to 180 degrees, with uneven scales, shears and times; a third are mirrored. Rotations of
+/// MotionKind::kMatrix are small, so that all interpolated matrices are invertible.
 inline build::Motion lattice_motion(Random& random, MotionKind kind, unsigned keys, std::uint32_t spread) {
   build::Motion motion;
   motion.kind = kind;

@@ -39,8 +39,8 @@ struct MovingScene {
   }
 };
 
-/// A closed mesh in one instance that moves and turns, directly and through one that stands still: rays from inside do
-/// not leak, spawned rays do not meet what they left. @tparam P of what is in instances.
+/// A closed mesh in one instance that moves and turns, directly and below an instance that does not move. Rays from
+/// inside do not leak, and spawned rays do not hit the triangle that they leave. @tparam P policies for the mesh alone.
 template <class P> unsigned closed_on_the_way(const std::string& name, const Mesh& mesh) {
   Random random(kSeed + 8);
   unsigned faults = 0;
@@ -63,8 +63,8 @@ template <class P> unsigned closed_on_the_way(const std::string& name, const Mes
   return faults;
 }
 
-/// Instances of a mesh that fly, turn and cross each other: trees hide nothing, and a hit lies within the bounds of the
-/// instance that is hit, and within its error of where the textbook has the triangle.
+/// Instances of a mesh that move, turn and cross each other. Trees hide no hit. A hit lies within the bounds of its
+/// instance, and at most its error from the triangle's textbook position.
 template <class P> unsigned boxes_on_the_way(const std::string& name) {
   constexpr std::uint32_t kInstances = 24;
   const Mesh mesh = lattice_soup(3);
@@ -119,8 +119,8 @@ struct Bounds {
   Box box;
 };
 
-/// The textbook position of a vertex at a time: at_time() agrees within the recorded error, and bounds contain it,
-/// up to the rounding of the record's floats.
+/// The textbook position of a vertex at a time: at_time() agrees within the recorded error. Bounds contain the
+/// position, up to the rounding of the record's floats.
 inline void expect_as_textbook(Check& check, unsigned number, const MotionRecord& record, const InstanceRecord& placed,
                                const textbook::Real3& there, const Vec3D& where, std::span<const Bounds> all_bounds) {
   long double from = 0, miss = 0, size = 4;
@@ -145,8 +145,8 @@ inline void expect_as_textbook(Check& check, unsigned number, const MotionRecord
     }
 }
 
-/// At all times a vertex is within the instance's bounds: those that the library has made, and those that this program
-/// makes with its own settings. By the record's own numbers exactly.
+/// At all times a vertex is within two bounds of the instance: the library's, and the bounds that this program computes
+/// with its own compiler settings. For positions computed from the record this holds exactly.
 inline void expect_held(Check& check, unsigned number, const MovingScene& scene, const Mesh& mesh) {
   const SceneView& view = scene.view;
   const auto file = open_buffer(scene.whole.buffer.bytes()), object = open_buffer(scene.object.buffer.bytes());

@@ -51,7 +51,7 @@ std::uint64_t entry_at(const BufferView& view, SectionKind kind) {
   return 0;
 }
 
-/// A section that a reader does not know any more; the report names @p offset, or where the section of @p place is.
+/// A good file in which the section of @p kind gets an unknown kind, so that the section is missing.
 BadCase without(SectionKind kind, const char* what, TestFile (*good)(NodeLayout)) {
   return {FormatError::kMissingSection, what, [=](NodeLayout layout) {
             BadFile bad{good(layout), 40};

@@ -76,7 +76,7 @@ inline std::span<const std::byte> section(const build::Buffer& file, SectionKind
   return file.bytes().subspan(entry.offset, entry.count * entry.stride);
 }
 
-/// But for provenance and checksum.
+/// The files are equal, except for provenance and checksum.
 inline void check_same_files(const build::Buffer& device, const build::Buffer& host) {
   checked_view(device);
   for (const SectionKind kind :

@@ -4,8 +4,8 @@
     resources.py TABLE SOURCE ARCH=LISTING...            exit 0, or 1 with one line per fault
     resources.py TABLE SOURCE ARCH=LISTING... --write    puts what was measured into the table
 
-SOURCE names the part of the table: a .hip file. ARCH is gfx90a, sm_90, ...; its LISTING is AMD's assembly (hipcc -S), or
-what NVIDIA's ptxas -v printed. Per kernel and architecture the table holds
+SOURCE names the part of the table: a .hip file. ARCH is gfx90a, sm_90, ... Its LISTING is AMD's assembly (hipcc -S) or
+the output of NVIDIA's ptxas -v. Per kernel and architecture the table holds
 
     registers       at most this many (AMD: vector registers, accumulation registers too)
     scratch_bytes   exactly this much private memory per thread (NVIDIA: stack frame)
@@ -17,7 +17,7 @@ and per source
     private_memory  parts of the names of kernels with arrays per thread. Others may have private memory on NVIDIA only,
                     for registers that launch bounds leave no room for (spills); --write does not accept more
 
-An architecture of which the table knows nothing is printed and not compared. The numbers are those of Debian 12's hipcc
+An architecture that the table does not know is printed and not compared. The numbers are those of Debian 12's hipcc
 (clang 15) and of CUDA 13.0; other versions may need more or less.
 """
 import argparse
@@ -161,7 +161,8 @@ def print_table(part, usage):
         for arch, values in measured.items():
             wanted = part['kernels'].get(kernel, {}).get(arch, {})
             cells = [kernel, arch, values['registers'], wanted.get('registers', '-'), values['sgprs'],
-                     values['scratch_bytes'], wanted.get('scratch_bytes', '-'), values['shared_bytes'], values['spills']]
+                     values['scratch_bytes'], wanted.get('scratch_bytes', '-'), values['shared_bytes'],
+                     values['spills']]
             rows.append(['-' if cell is None else str(cell) for cell in cells])
     widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
     for row in rows:

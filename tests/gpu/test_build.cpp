@@ -202,7 +202,8 @@ TEST_CASE("sizes with capacity for parts are known before, or refused") {
         continue;
       }
       REQUIRE(sizes.has_value());
-      const std::uint64_t capacity = std::uint64_t{count} * 3 / 2 * (builder >= Builder::kSbvh ? 3 : 2) / 2;
+      const std::uint64_t halves = builder == Builder::kHq ? 6 : builder == Builder::kSbvh ? 3 : 2;
+      const std::uint64_t capacity = std::uint64_t{count} * 3 / 2 * halves / 2;
       CHECK(sizes->output >= capacity * 192);
       CHECK(sizes->scratch >= capacity * 96);
     }

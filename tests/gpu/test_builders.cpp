@@ -37,9 +37,9 @@ const Road kRoads[] = {
 build::BuildOptions on_host(const gpu::BuildOptions& options) {
   return {.builder = options.builder,
           .nodes = options.nodes,
-          .split_budget = options.split_budget.value_or(1.5),
+          .split_budget = options.split_budget,
           .presplit_budget = options.presplit_budget,
-          .reinsertion_rounds = options.reinsertion_rounds.value_or(options.builder == Builder::kHq ? 8 : 0),
+          .reinsertion_rounds = options.reinsertion_rounds,
           .max_leaf_triangles = options.max_leaf_triangles,
           .pair_triangles = options.pair_triangles};
 }

@@ -125,8 +125,8 @@ Ray odd_ray(const Extreme& extreme, unsigned kind, Random& random) {
   return ray;
 }
 
-/// Where a line that lies beside the ray by next to nothing (ray_beside.h) passes through the triangle: t rounded to
-/// the nearest float, if that is between the ray's ends; else NaN.
+/// Where the line of ray_beside.h, an infinitesimal distance beside the ray, passes through the triangle.
+/// @return t rounded to the nearest float; NaN outside of [tmin, tmax] or when the line misses.
 float passes_at(const Ray& ray, const Corners& corners) {
   Ray whole = ray;
   whole.tmin = 0.0f;

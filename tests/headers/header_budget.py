@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
-"""Holds public headers to what they cost a program that includes them.
+"""Checks how much each public header adds to a program that includes it.
 
     header_budget.py ROOT TABLE [--compiler g++] [--write]
 
-For each header of TABLE: own_headers, how many files of this project it includes, directly or not; standard_headers, how
-many others these include directly; lines, how many lines are left after preprocessing (blank lines and line markers not
-counted). The first two must be exactly those of the table. Lines depend on the standard library: they are compared, with
-2 % of tolerance, where the compiler's major version is the table's. --write puts what was measured into TABLE.
+TABLE has for each header:
+
+    own_headers       number of files of this project that it includes, directly or not
+    standard_headers  number of other files that these include directly
+    lines             lines after preprocessing, without blank lines and line markers
+
+The first two must be exactly those of the table. Lines depend on the standard library. They are compared, with 2 % of
+tolerance, if the compiler's major version is the table's. --write puts what was measured into TABLE.
 
 Exit status: 0, 1 (a header costs more or less than the table says), 2 (wrong arguments), 77 (no such compiler).
 """
@@ -36,7 +40,8 @@ def measure(compiler, root, header):
         source = os.path.join(folder, 'source.cpp')
         with open(source, 'w', encoding='utf-8') as f:
             f.write(f'#include <{header}>\n')
-        result = subprocess.run([compiler, '-std=c++20', f'-I{root}', '-H', '-E', source], capture_output=True, text=True)
+        result = subprocess.run([compiler, '-std=c++20', f'-I{root}', '-H', '-E', source],
+                                capture_output=True, text=True)
     if result.returncode != 0:
         sys.exit(f'{header} does not compile:\n{result.stderr}')
     lines = sum(1 for line in result.stdout.splitlines() if line.strip() and not line.startswith('#'))
@@ -70,7 +75,8 @@ def main(arguments):
     if options.write:
         with open(options.table, 'w', encoding='utf-8') as f:
             rows = ',\n'.join(f'    {json.dumps(name)}: {json.dumps(cost)}' for name, cost in measured.items())
-            f.write(f'{{\n  "compiler": "{options.compiler}",\n  "major_version": {major},\n  "headers": {{\n{rows}\n  }}\n}}\n')
+            f.write(f'{{\n  "compiler": "{options.compiler}",\n  "major_version": {major},\n'
+                    f'  "headers": {{\n{rows}\n  }}\n}}\n')
         return 0
     with open(options.table, encoding='utf-8') as f:
         table = json.load(f)

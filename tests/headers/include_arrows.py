@@ -63,7 +63,7 @@ MAY_INCLUDE = {
     'image': LIBRARY | {'base', 'scene_io'},
     'render_scene': LIBRARY | {'base', 'scene_io'},
     'tracers': LIBRARY | {'base', 'render_scene'},
-    'studio': LIBRARY | {'base', 'image', 'render_scene', 'tracers'},
+    'studio': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers'},
     'path': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers', 'studio'},
     'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'image', 'render_scene', 'tracers', 'studio', 'path'},
 }

@@ -1,5 +1,5 @@
-/// run_time_compile ROOT KERNEL...: compiles source files of kernels by a run-time compiler, without a shim and with no
-/// option but the language, the architecture and the folder of hiprt_device. It needs no GPU.
+/// run_time_compile ROOT KERNEL...: compiles source files of kernels with a run-time compiler, without a shim. The only
+/// options are the language, the architecture and the folder of hiprt_device. It needs no GPU.
 ///
 /// HIPRT_NVRTC: by NVRTC; otherwise by hipRTC. Exit status: 0, or 1 (a file failed; its log is printed).
 

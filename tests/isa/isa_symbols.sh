@@ -30,7 +30,7 @@ check_object() {
         fault "$(basename "$object"): $type $(c++filt "$name"): $tag is also the tag of ${isa_of_tag[$tag]}"
       fi
     elif [[ $name != *"$isa"* ]]; then
-      fault "$(basename "$object"): $type $(c++filt "$name"): visible outside the object without $isa or a tag in its name"
+      fault "$(basename "$object"): $type $(c++filt "$name"): visible outside the object, no $isa or tag in its name"
     fi
   done < <(nm --defined-only --extern-only "$object" | awk '$2 ~ /^[TWi]$/ { print $2, $3 }')
   if grep -q ' t _GLOBAL__sub_I_' <<<"$(nm "$object")"; then

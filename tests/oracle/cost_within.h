@@ -40,9 +40,9 @@ template <class Layout> double cost_within(const BufferView& view, const Box& pa
 
 }  // namespace cost_detail
 
-/// What a ray through a box inside the scene costs on average: of a node it meets the part that lies in the box with
-/// the probability of their areas' ratio. (build::measure_tree() says it of rays through the whole scene; there small
-/// things count for nothing.)
+/// The expected cost of a ray through @p part, a box inside the scene. Such a ray meets a node with a probability of
+/// area(node's box within part) / area(part). (build::measure_tree() measures rays through the whole scene, where small
+/// objects hardly count.)
 /// @pre layout kFloat or kPlanes, and the root is a box node. A run of leaves counts as one leaf.
 inline double cost_within(const BufferView& view, const Box& part, const build::SahCosts& costs = {}) {
   return dispatch_layout(view.layout(),

@@ -1,5 +1,5 @@
 #pragma once
-/// Exact arithmetic on floats for the tests: every finite float is an integer multiple of 2^-149, so polynomials of
+/// Exact arithmetic on floats for the tests. Every finite float is an integer multiple of 2^-149. So polynomials of
 /// floats are integers after scaling, and quotients are rationals (GMP).
 
 #include <gmpxx.h>

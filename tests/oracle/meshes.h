@@ -91,8 +91,8 @@ inline Mesh star(unsigned levels, std::uint64_t seed) {
   return mesh;
 }
 
-/// The same surface with T-junctions: about half of the triangles are split in four at the middles of their edges, the
-/// neighbours that are not split keep the long edge, and a triangle without area between the two closes the mesh.
+/// The same surface with T-junctions: about half of the triangles are split into four at the middles of their edges. A
+/// neighbour that is not split keeps the long edge, and a triangle without area between the two closes the mesh.
 /// Corners are first rounded to multiples of 2^-10, so that the middles lie on the edges exactly.
 /// @pre coordinates up to 1 in magnitude.
 inline Mesh with_t_junctions(Mesh mesh, std::uint64_t seed) {

@@ -120,9 +120,10 @@ inline Mesh concentric(unsigned count, std::uint64_t seed) {
   return mesh;
 }
 
-/// @p count triangles whose boxes are cubes with the origin as a corner, the last of edge 1, 16 to every power of two:
-/// each is nearest to all those in it, so that who joins the nearest makes a chain. (Fewer to a power of two fill the
-/// cells of Morton codes too soon; of more, equal halves are joined first.)
+/// @p count triangles whose boxes are nested cubes with a corner at the origin. The largest has edge 1, and there are
+/// 16 cubes per power of two. Each cube is the nearest one to all cubes inside it, so joining nearest neighbours makes
+/// a chain. (With fewer cubes per power of two, the cells of Morton codes fill too soon. With more, equal halves join
+/// first.)
 inline Mesh nested(unsigned count, std::uint64_t seed) {
   Random random(seed);
   Mesh mesh;

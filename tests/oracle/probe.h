@@ -14,10 +14,10 @@ enum class Question : unsigned {
   kRandom,   ///< From inside in any direction; fault: a miss.
   kEdge,     ///< From inside at a point of an edge; fault: a miss.
   kVertex,   ///< From inside at a vertex; fault: a miss.
-  kBoxes,    ///< From outside and inside at points of triangles, every third ray along an axis; fault: not the hit that
-             ///< the same triangle test finds if every box lets every ray in.
-  kSpawned,  ///< A ray that leaves from where another one, from inside, met the mesh, to the side that one came from;
-             ///< fault: it meets the triangle that it left; lost: it meets nothing.
+  kBoxes,    ///< From outside and inside at points of triangles; every third ray along an axis. Fault: not the hit that
+             ///< the same triangle test finds when no box rejects a ray.
+  kSpawned,  ///< A ray that starts where a ray from inside hit the mesh, back to the side of that ray.
+             ///< Fault: it hits the triangle that it left; lost: it hits nothing.
   kCrossingsEdge,    ///< From outside at a point of an edge; fault: an odd number of crossings.
   kCrossingsVertex,  ///< From outside at a vertex; fault: an odd number of crossings.
   kTrace,            ///< No known result: traces rays[number] to hits[number].
@@ -185,8 +185,8 @@ HIPRT_HD inline Ray spawned_ray(const Probe& probe, const Ray& ray, const Hit& h
   return next;
 }
 
-/// Whether another triangle than @p hit's comes as near to its point as an origin that spawn_origin() makes may be from
-/// the true one: the hit's error and, along an axis, 1.37 times it on the way along the normal; 2.5 with rounding.
+/// Whether another triangle comes as near to the hit point as a spawned origin may be from it. Along an axis that is
+/// the hit's error plus 1.37 errors by which spawn_origin() moves along the normal; 2.5 errors with rounding.
 HIPRT_HD inline bool is_folded(const Target& target, const Ray& ray, const Hit& hit) {
   const Vec3 point = spawn_detail::moved(ray.origin, hit.t, ray.direction);
   const float reach = 2.5f * hit.error;

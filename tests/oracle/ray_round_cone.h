@@ -7,8 +7,8 @@
 ///     N <= 0      and  |y|^2 <= r0^2,                       or
 ///     0 <= N <= k and  k (|y|^2 - r0^2) <= N^2,             or
 ///     N >= k      and  |y - w|^2 <= r1^2;
-/// for k <= 0, iff it is in the larger ball. All three are quadratic in t with integer coefficients, so a crossing is a
-/// root of one of them whose N is in the right range, and both are decided without rounding.
+/// for k <= 0, iff it is in the larger ball. All three are quadratic in t with integer coefficients. So a crossing is a
+/// root of one of them whose N is in the right range. Root and range are decided without rounding.
 
 #include <hiprt_device/ray.h>
 #include <tests/oracle/exact.h>

@@ -57,8 +57,8 @@ inline Double3 to_double(const Position& p) { return {p[0], p[1], p[2]}; }
 inline Double3 subtract(const Double3& a, const Double3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 
 /// det[a, b, c] of vectors whose components carry a relative error of at most 2^-53 each.
-/// Roundings on the way of a term: three inputs, two products, a difference and two sums, so 8 * 2^-53 of the sum of
-/// the terms' magnitudes; twice that covers the second order and the rounding of the bound itself.
+/// A term is rounded 8 times: three inputs, two products, a difference and two sums. So the error is at most 8 * 2^-53
+/// of the sum of the terms' magnitudes. Twice that covers the second order and the rounding of the bound itself.
 inline Approx determinant(const Double3& a, const Double3& b, const Double3& c) {
   const auto term = [&](std::size_t i, std::size_t j, std::size_t k, double& magnitude) {
     const double left = b[j] * c[k], right = b[k] * c[j];

@@ -23,8 +23,8 @@ struct SurfaceDistance {
   Real3 gradient;
 };
 
-/// The minimum over the sweep of |x - center| - radius, which is convex in x: reached by the ball for which the line
-/// from its center to x leaves the axis under the cone's angle.
+/// The minimum of |x - center| - radius over the balls of the sweep, which is convex in x. At the minimum the line from
+/// the ball's center to x leaves the axis under the cone's angle.
 /// @pre finite, not both radii 0; exact to a few units of 2^-63 of |p1 - p0| + |x - p0|.
 inline SurfaceDistance distance_to_surface(const LineAndBalls& in, const Real3& x) {
   const Real3 y = minus(x, real3(in.p0)), w = minus(real3(in.p1), real3(in.p0));

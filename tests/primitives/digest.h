@@ -36,8 +36,8 @@ struct DigestRandom {
   }
 };
 
-/// Half of the rays start somewhere and half on the surface, at a pole or a tip, mostly exactly: their t there is what
-/// rounding leaves of 0, in which a float shows every bit of the double.
+/// Half of the rays start anywhere. The others start on the surface, at a pole or a tip, mostly exactly. Their t is the
+/// rounding error of an exact 0: a float shows every bit of such a double.
 /// @return a number that depends on every bit of every hit of a sphere and of a curve.
 HIPRT_HD inline std::uint64_t digest_case(std::uint32_t index) {
   DigestRandom random{std::uint64_t{index} << 20};

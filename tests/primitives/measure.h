@@ -8,8 +8,8 @@
 
 namespace hiprt::checks {
 
-/// Lines this near to being a tangent, in units of the primitive's size, may hit or miss, and cross anywhere where they
-/// are as near to the surface.
+/// Lines this near to a tangent, in units of the primitive's size, may hit or miss. Their crossing may be anywhere
+/// where the line is this near to the surface.
 inline constexpr double kTangentBand = 0x1p-50;
 /// Beyond half a unit in the last place, t is off by at most this many sizes over the cosine of the angle of incidence.
 inline constexpr double kSlack = 0x1p-49;
@@ -87,8 +87,8 @@ inline Real depth(const LineAndBalls& in) {
   return -distance(low);
 }
 
-/// How far a curve's u is from naming the ball that touches the surface at the hit, beyond what the errors of the point
-/// and of a float u explain, in sizes. The distance from a ball of the sweep to the point is least at that ball.
+/// The error of a curve's u, in sizes, beyond the errors of the point and of rounding u to a float. The exact u names
+/// the ball of the sweep that touches the surface at the hit: the ball nearest to the point.
 inline double parameter_error(const LineAndBalls& in, const Real3& at, const CustomHit& hit) {
   const Real3 w = minus(real3(in.p1), real3(in.p0));
   const Real radius = in.r0 + Real{hit.u} * (Real{in.r1} - in.r0), size = size_of(in);

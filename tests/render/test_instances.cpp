@@ -16,8 +16,8 @@ using checks::InstanceScene;
 namespace {
 
 /// A picture in which a third of the pixels are near an edge of some kind. The vertices of the flat scene are rounded,
-/// the transforms of the other too: the rays through edges, and no others, may hit something else, and so may shadow
-/// rays. That are less than 1 in 200.
+/// and so are the transforms of the other scene. So rays through edges, and their shadow rays, may hit something else:
+/// less than 1 in 200.
 constexpr RenderOptions kPicture{.width = 160, .height = 120, .samples = 1, .threads = 2};
 constexpr std::size_t kMayDiffer = 160 * 120 / 200;
 

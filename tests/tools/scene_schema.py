@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""scene_schema.py BVHBUILD SCHEMA EVERY: bvhbuild and the JSON Schema of scenes take the same documents.
+"""scene_schema.py BVHBUILD SCHEMA EVERY: bvhbuild and the JSON Schema of scenes accept the same documents.
 
-A document with everything that the format has is changed in one place at a time: values of every kind, keys more and fewer,
-longer and shorter arrays. What the schema refuses bvhbuild has to refuse; what the schema takes bvhbuild has to take,
-unless the reason is one that no schema can know (names, files, numbers of a transform). Of the documents every EVERYth is
-tried. Exit 77: no python3-jsonschema.
+A document with everything that the format has is changed at one position at a time: values of every kind, more and
+fewer keys, longer and shorter arrays. bvhbuild must refuse every document that the schema refuses. It must accept every
+document that the schema accepts, unless it has a reason that no schema can know (names, files, numbers of a transform).
+Every EVERYth document is tried. Exit 77: no python3-jsonschema.
 """
 
 import copy
@@ -45,10 +45,12 @@ DOCUMENT = {
 }
 # In place of any value.
 VALUES = [None, True, -1, 0, 1, 1.0, 1.5, 4294967295, 4294967296, "", "a", "top", [], [1], [1, 2, 3], [1, 0, 0, 0],
-          [1, 2, 3, 4, 5], [[1, 2, 3, 4]], ["a.obj"], {"spheres": [[1, 2, 3, 4]]}, {}, {"object": "a"}, {"axis": [1, 0, 0], "degrees": 1}, {"axis": [1, 0], "degrees": 1}]
+          [1, 2, 3, 4, 5], [[1, 2, 3, 4]], ["a.obj"], {"spheres": [[1, 2, 3, 4]]}, {}, {"object": "a"},
+          {"axis": [1, 0, 0], "degrees": 1}, {"axis": [1, 0], "degrees": 1}]
 # More keys, in any object.
-KEYS = {"": 1, "extra": 1, "object": "a", "scale": 2, "translate": [0, 0, 0], "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0],
-        "again": ["a.obj"], "empty": [], "spheres": [[0, 0, 0, 1]], "curves": [[[0, 0, 0, 1], [0, 0, 1, 1]]], "motion": {"keys": [{"time": 1}]}, "shear": [0, 0, 0], "time": 7}
+KEYS = {"": 1, "extra": 1, "object": "a", "scale": 2, "translate": [0, 0, 0],
+        "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0], "again": ["a.obj"], "empty": [], "spheres": [[0, 0, 0, 1]],
+        "curves": [[[0, 0, 0, 1], [0, 0, 1, 1]]], "motion": {"keys": [{"time": 1}]}, "shear": [0, 0, 0], "time": 7}
 # What a schema does not know.
 MEANING = ["neither an object nor a group", "no instance in the scene is of it", "a cycle:", "a group expected",
            "there is an object of that name", "cannot open", "is a directory", "has no inverse", "has the length",
@@ -56,12 +58,12 @@ MEANING = ["neither an object nor a group", "no instance in the scene is of it",
            "is not after that of the key before", "the rotation has length 0", "the scale has a 0", "changes its sign"]
 
 
-def places(value, path=()):
+def paths(value, path=()):
     """The paths of all values in a document."""
     yield path
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, inner in items:
-        yield from places(inner, path + (key,))
+        yield from paths(inner, path + (key,))
 
 
 def at(document, path):
@@ -80,7 +82,7 @@ def changed(path, value):
 
 def changes():
     yield DOCUMENT
-    for path in places(DOCUMENT):
+    for path in paths(DOCUMENT):
         value = at(DOCUMENT, path)
         for other in VALUES:
             yield changed(path, other)
@@ -96,7 +98,7 @@ def changes():
 
 
 def fault(bvhbuild, validator, folder, number, document):
-    """What does not agree; None: all is well."""
+    """Where bvhbuild and the schema disagree; None if they agree."""
     path = folder / f"{number}.json"
     path.write_text(json.dumps(document), encoding="utf-8")
     result = subprocess.run([bvhbuild, path, "-o", folder / f"{number}.bvh", "--threads", "1"], capture_output=True,
@@ -105,9 +107,9 @@ def fault(bvhbuild, validator, folder, number, document):
     if result.returncode not in (0, 1):
         return f"bvhbuild ends with {result.returncode}: {document}"
     if not good and result.returncode == 0:
-        return f"bvhbuild takes what the schema refuses: {document}"
+        return f"bvhbuild accepts what the schema refuses: {document}"
     if good and result.returncode != 0 and not any(meaning in result.stderr for meaning in MEANING):
-        return f"bvhbuild refuses what the schema takes: {result.stderr.strip()}: {document}"
+        return f"bvhbuild refuses what the schema accepts: {result.stderr.strip()}: {document}"
     return None
 
 
@@ -116,7 +118,7 @@ def main():
     schema = json.loads(Path(schema).read_text(encoding="utf-8"))
     jsonschema.Draft202012Validator.check_schema(schema)
     validator = jsonschema.Draft202012Validator(schema)
-    # README's: its meshes are not there.
+    # README's scene; its meshes do not exist.
     readme = json.loads((Path(__file__).parent / "forest.json").read_text(encoding="utf-8"))
     documents = [readme] + list(changes())[::int(every)]
     for document in (readme, DOCUMENT):

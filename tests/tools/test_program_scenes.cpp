@@ -289,7 +289,7 @@ TEST_CASE("Program scenes: what has no inverse becomes an object of its own, wit
   build({1, 1, 0});
   build({1, 0, 1});
   build({1, 1, 1e-25});
-  // Spheres would be none any more.
+  // A flat transform would not keep spheres spheres.
   const Files shapes(json::parse(R"({"format": "hiprt scene", "version": 1, "objects": {"ball": ["ball.xyzr"]},
     "groups": {"top": [{"object": "ball", "scale": [1, 0, 1]}]}, "scene": "top"})"));
   shapes.folder.write("ball.xyzr", "0 0 0 1\n");

@@ -25,10 +25,12 @@ const std::string kBvhRender = HIPRT_BVHRENDER;
 /// A group of a mesh with two spheres and a strand, and of the strands of a file, which moves.
 json scene_json() {
   return json::parse(R"({"format": "hiprt scene", "version": 1, "scene": "all",
-    "objects": {"mixed": ["grid.obj", {"spheres": [[0, 0, 5, 1], [3, 0, 5, 0.5]]}, {"curves": [[[0, 3, 5, 0.5], [3, 3, 5, 0.25]]]}],
+    "objects": {"mixed": ["grid.obj", {"spheres": [[0, 0, 5, 1], [3, 0, 5, 0.5]]},
+                          {"curves": [[[0, 3, 5, 0.5], [3, 3, 5, 0.25]]]}],
                 "ball": {"spheres": [[0, 0, 0, 2]]}, "wig": ["wig.hair"]},
     "groups": {"all": [{"object": "mixed"}, {"object": "ball", "translate": [20, 0, 0], "scale": [1, 1, 0.5]},
-                       {"object": "wig", "motion": {"keys": [{"time": 0, "translate": [40, 0, 0]}, {"time": 1, "translate": [44, 0, 0]}]}}]}})");
+                       {"object": "wig", "motion": {"keys": [{"time": 0, "translate": [40, 0, 0]},
+                                                             {"time": 1, "translate": [44, 0, 0]}]}}]}})");
 }
 
 struct Files {

@@ -42,8 +42,8 @@ struct BoxSurface {
   }
 };
 
-/// A rectangle in the middle of the box across z, which counts only in geometries that a table says; asks by full id,
-/// and rejects every third primitive by a filter of its own.
+/// A rectangle across z in the middle of the box. It finds the box by the full id, and its own filter rejects every
+/// third primitive.
 struct MiddlePlane {
   std::span<const std::span<const Box>> boxes_of_geometry;
   bool rejects = true;

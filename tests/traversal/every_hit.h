@@ -159,8 +159,8 @@ template <class P, class Filter = NoFilter, class Primitives = NoPrimitives> str
 
 inline bool is_split(const SceneView& scene) { return (scene.features & feature_bit(Feature::kSplitReferences)) != 0; }
 
-/// What is wrong with what the queries give, or "". @param expected all hits that the filter lets pass, sorted; with
-/// those that a custom primitive reports twice at one t.
+/// What is wrong with the hits of the queries, or "". @param expected all hits that the filter accepts, sorted. Hits
+/// that a custom primitive reports twice at one t are in it twice.
 template <class P, class Filter, class Primitives>
 std::string find_fault(const Queries<P, Filter, Primitives>& queries, const Ray& ray,
                        const std::vector<Hit>& expected) {

@@ -1,8 +1,8 @@
 #pragma once
 /// How far a traced hit is from the exact answer, in units of rounding that a backward error analysis gives.
 ///
-/// With D = the largest distance of a corner of the triangle from the ray's origin and eps = 2^-24, a triangle test in
-/// float that first rounds p - o moves the corners by a few eps * D. So
+/// Let D be the largest distance of a corner of the triangle from the ray's origin, and eps = 2^-24. A triangle test in
+/// float that first rounds p - o moves the corners by a small multiple of eps * D. So
 ///  - the hit point lies within plane_bound * eps * D of the triangle and of its plane,
 ///  - the point that u, v name lies within plane_bound * eps * D / cos of the exact one (cos: ray against normal), and
 ///  - a wrong decision can only be made for rays within edge_bound * eps * D of the triangle's boundary.

@@ -51,7 +51,7 @@ struct Recorded {
     const auto [begin, end] = format_detail::moving_box(to_scene.bounds(box), drift, bounds(box));
     return {begin, end};
   }
-  /// A coordinate of a point where at_time() is at a time, but for its rounding beside that of s.
+  /// A coordinate of a point at a time: the result of at_time() if it rounded only s.
   double coordinate(unsigned axis, const double (&p)[3], float time) const {
     const auto& segments = parts.segments;
     std::size_t i = 0;

@@ -64,9 +64,9 @@ inline Scene make_scene(const std::vector<Mesh>& meshes, const build::BuildOptio
   return scene;
 }
 
-/// Every builder in the default layout, typical ones with float nodes, and in both leaves of up to 1, 2, 4 and 8
-/// triangles, paired and not; the rounded layouts, whose boxes come from the same code for all builders, with two of
-/// them.
+/// Every builder in the default layout, and typical builders with float nodes. Both layouts also with leaves of up to
+/// 1, 2, 4 and 8 triangles, paired and not. The half and quantized layouts round boxes by the same code for all
+/// builders: two builders are enough for them.
 inline std::vector<Scene> all_scenes(const std::vector<Mesh>& meshes) {
   std::vector<Scene> scenes;
   for (const auto& [word, builder] : tools::kBuilders) scenes.push_back(make_scene(meshes, {.builder = builder}));

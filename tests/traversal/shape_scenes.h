@@ -74,7 +74,7 @@ struct ShapeObject {
   }
 };
 
-/// Objects 0 and 1 of shapes in groups of instances, some of which move.
+/// Objects 0 and 1 hold shapes. Groups have instances of them; some instances move.
 struct ShapeScene : InstanceScene {
   std::vector<ShapeObject> objects;
   std::vector<build::Buffer> meshes;  ///< Of all objects.

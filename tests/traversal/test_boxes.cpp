@@ -57,8 +57,8 @@ Position box_point(const Box& box, Random& random) {
   return p;
 }
 
-/// A ray at the box's corners and edges, from near or far, with tiny and huge directions, zero components, and a range
-/// that may end where the box begins.
+/// A ray at the box's corners and edges, from near or far. Directions are tiny or huge and may have zero components.
+/// The range may end where the box begins.
 Ray random_ray(const Box& box, Random& random) {
   const Position to = box_point(box, random);
   double size = 0;
@@ -168,8 +168,8 @@ struct Count {
   }
 };
 
-/// @param within whether the scene's bounds are those of the boxes that the node has, so that rays that touch these
-/// must pass; else those of the boxes that were put in, and these must be met.
+/// @param within true: the scene's bounds contain the node's rounded box, and rays that touch that box must pass.
+///   false: the bounds contain the boxes before rounding, and rays that touch the given box must pass.
 void run_test(const NamedBoxTest& test, const Trial& trial, const Box& bounds, bool within, Count& count) {
   NodeBoxes seen = trial.boxes;
   if (!test.round(seen)) {

@@ -100,8 +100,8 @@ template <class Real> BasicRay<Real> ray_towards(const Vec3D& from, const Vec3D&
   return convert<Real>(ray);
 }
 
-/// Rays from inside at edges, corners and insides, as long as the object sees their origins inside: the transform of
-/// such a ray may move its origin by more than the object's size.
+/// Rays from inside at edges, corners and interiors do not leak. The transform of a ray may move its origin by more
+/// than the object's size: only rays whose origins stay inside in object space count.
 /// @return how many were traced.
 template <class P> unsigned check_no_leak(const std::string& name, const Closed& closed, const InstanceScene& scene) {
   using Real = typename P::Real;
@@ -149,8 +149,8 @@ Double3 extreme_point(const Mesh& mesh, Random& random) {
   return {by * p[0], by * p[1], by * p[2]};
 }
 
-/// Rays from outside past the object and at it hit what they hit as the object sees them: where rounding takes them to
-/// it, the tree over instances must not know better. @return how many hit.
+/// Rays from outside, past the object and at it, hit what the transformed rays hit in the object alone. When rounding
+/// moves a ray onto the object, the tree over instances must not reject it. @return how many hit.
 template <class P> unsigned check_as_object(const std::string& name, const Closed& closed, const InstanceScene& scene) {
   using Real = typename P::Real;
   const SceneView view = scene.view();

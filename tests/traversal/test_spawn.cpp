@@ -16,8 +16,8 @@ using namespace hiprt::checks;
 namespace {
 
 constexpr std::uint64_t kSeed = 404;
-/// The distance moved is at most this many times the hit's error bound: sqrt(3) for a normal along a diagonal, and 1
-/// for the rounding of the sum, which the bound has room for.
+/// The distance moved is at most this many times the hit's error bound: sqrt(3) for a normal along a diagonal, plus 1.
+/// The 1 is the rounding of the sum, which the bound includes.
 constexpr double kMaxMove = 2.74;
 /// The same for triangles without area, whose hits are moved twice as far.
 constexpr double kMaxMoveAlong = 2 * kMaxMove;

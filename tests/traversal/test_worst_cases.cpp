@@ -62,8 +62,8 @@ double reference_share(const Case& it) {
   return hit ? error_in_ulps(hit->t, t) : -1.0;
 }
 
-/// Where t is between the bounds with which Reference puts it off: 0 in the middle, 1 at one of them; or 2 where a line
-/// that passes through the triangle is said to miss it.
+/// Where t lies between the bounds that Reference gives before it decides exactly: 0 in the middle, 1 at a bound. 2
+/// when the bounds reject a line that passes through the triangle.
 double put_off_share(const Case& it) {
   const auto hit = hit_of<Reference, float>(it);
   if (!hit) return -1.0;

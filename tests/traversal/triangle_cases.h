@@ -44,9 +44,9 @@ struct Case {
   Ray ray;
 };
 
-/// On a small lattice lines and triangles meet in every degenerate way; wild, any finite bits and huge ones are of any
-/// scale, those inside aimed at the first triangle's inside from far and near, all others aimed at edges and vertices
-/// as closely as floats allow; those of a spread have corners of any scales in one triangle.
+/// kLattice: small integers, so that lines and triangles meet in every degenerate position. kWild, kBits, kHuge: any
+/// scale. kInside: aimed at the interior of the first triangle, from far and near. The others are aimed at edges and
+/// vertices as closely as floats allow; the corners of a kSpread triangle have different scales.
 inline Case make_case(Kind kind, Random& random) {
   const auto number = [&]() -> float {
     if (kind == Kind::kLattice) return static_cast<float>(random.below(5)) - 2.0f;

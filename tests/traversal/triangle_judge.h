@@ -145,8 +145,8 @@ struct SecondOpinion {
   std::uint64_t any_differs = 0;  ///< Our any hit says other than our closest hit.
   std::uint64_t our_faults = 0, their_faults = 0;
   std::string first_fault;
-  /// Of hits on the right triangle: how far t is from the exact one, across the triangle's plane, in 2^-24 of the
-  /// distance that the ray has come and of its origin's from 0.
+  /// Of hits on the right triangle: the error of t, measured across the triangle's plane. The unit is 2^-24 of the
+  /// ray's length up to the hit plus its origin's distance from 0.
   std::vector<double> our_errors, their_errors;
   double our_most = 0.0, their_most = 0.0;  ///< Share of the allowed error, also beyond an edge.
 

@@ -1,6 +1,6 @@
-// Runs the examples' kernels on a GPU: those of closest hits, with each kind of stack, and those that go on behind a
-// hit, trace by an instruction or call the library's custom primitives. Compares them with what the host finds in
-// another way, bit for bit. Prints "N rays, N found, 0 differ" per kernel.
+// Runs the examples' kernels on a GPU: closest hits with each kind of stack, queries that continue after a hit, the ray
+// instruction and the library's custom primitives. Compares the hits, bit for bit, with hits that the host finds by
+// other code. Prints "N rays, N found, 0 differ" per kernel.
 
 #include <hip/hip_runtime.h>
 #include <hiprt_build/build.h>

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Writes the golden files beside this script, from FORMAT.md alone (no code of hiprt).
 
-float.bvh, planes.bvh (version 1.0), half.bvh and quantized.bvh (1.1) hold four leaves in a row along x. Leaf i is the unit
-square from (2i, 0, 0) to (2i + 1, 1, 0): v0 = (2i, 0, 0), v1 = (2i + 1, 0, 0), v2 = (2i, 1, 0), v3 = (2i + 1, 1, 0), but leaf 2
-has one triangle only, so v3 = v2. Geometry 0 has 6 triangles: 0 and 1 in leaf 0, 2 and 3 in leaf 1, 5 in leaf 2; 4 is
-dropped. Geometry 1, with mask 2, has 2 triangles in leaf 3: 1, with its corners rotated by 1, and 0, rotated by 2.
+float.bvh, planes.bvh (version 1.0), half.bvh and quantized.bvh (1.1) hold four leaves in a row along x. Leaf i is the
+unit square from (2i, 0, 0) to (2i + 1, 1, 0): v0 = (2i, 0, 0), v1 = (2i + 1, 0, 0), v2 = (2i, 1, 0),
+v3 = (2i + 1, 1, 0). Leaf 2 has only one triangle, so there v3 = v2.
+
+Geometry 0 has 6 triangles: 0 and 1 in leaf 0, 2 and 3 in leaf 1, 5 in leaf 2; 4 is dropped. Geometry 1, with mask 2,
+has 2 triangles in leaf 3: 1, with its corners rotated by 1, and 0, rotated by 2.
 
     node 0: slot 0 = run of leaves 0 and 1, slot 2 = node 1      (slots 1 and 3 absent)
     node 1: slot 1 = leaf 2, slot 3 = leaf 3                     (slots 0 and 2 absent)
@@ -51,11 +53,12 @@ def node(layout, children):
     """children: four of (reference, box, flags)."""
     refs = struct.pack("<4I", *(ref for ref, _, _ in children))
     flags = bytes(flag for _, _, flag in children)
-    places = [(axis, side, c) for axis in range(3) for side in range(2) for c in range(4)]
+    planes = [(axis, side, c) for axis in range(3) for side in range(2) for c in range(4)]
     if layout == FLOAT:
         return refs + b"".join(struct.pack("<6f", *box) for _, box, _ in children) + flags + bytes(12)
     if layout == PLANES:
-        return refs + b"".join(struct.pack("<f", children[c][1][3 * side + axis]) for axis, side, c in places) + flags + bytes(12)
+        values = (struct.pack("<f", children[c][1][3 * side + axis]) for axis, side, c in planes)
+        return refs + b"".join(values) + flags + bytes(12)
     if layout == HALF:
         return refs + b"".join(struct.pack("<6e", *box) for _, box, _ in children)
     origin = [math.floor(min(box[axis] for _, box, _ in children)) - 1 for axis in range(3)]
@@ -68,8 +71,8 @@ def node(layout, children):
         assert q == int(q)
         return int(q)
 
-    return (struct.pack("<3f", *origin) + bytes(EXPONENT) + bytes([present]) + refs + bytes(plane(*place) for place in places) +
-            flags + bytes(4))
+    return (struct.pack("<3f", *origin) + bytes(EXPONENT) + bytes([present]) + refs +
+            bytes(plane(*where) for where in planes) + flags + bytes(4))
 
 
 def leaf(layout, vertices, primitives, geometry, last, ids):
@@ -100,8 +103,10 @@ def geometry_record(first, count, dropped, mask=NONE, flags=0):
 
 
 def row_file(layout, minor):
-    nodes = node(layout, [(leaf_ref(layout, 0), row_box(0, 1), 5), ABSENT, (node_ref(layout, 1), row_box(2, 3), 5), ABSENT])
-    nodes += node(layout, [ABSENT, (leaf_ref(layout, 2), (4, 0, 0, 5, 1, 0), 5), ABSENT, (leaf_ref(layout, 3), row_box(3, 3), 5)])
+    nodes = node(layout, [(leaf_ref(layout, 0), row_box(0, 1), 5), ABSENT,
+                          (node_ref(layout, 1), row_box(2, 3), 5), ABSENT])
+    nodes += node(layout, [ABSENT, (leaf_ref(layout, 2), (4, 0, 0, 5, 1, 0), 5),
+                           ABSENT, (leaf_ref(layout, 3), row_box(3, 3), 5)])
     leaves = leaf(layout, square(0), (0, 1), 0, False, (0x89, 0x89))
     leaves += leaf(layout, square(1), (2, 3), 0, True, (0x89, 0x89))
     leaves += leaf(layout, square(2, 1), (5, NONE), 0, True, (0x89, 0))
@@ -116,8 +121,10 @@ def row_file(layout, minor):
 def custom_file():
     layout = PLANES
     near, far = (2, 0, 0, 3.5, 1.5, 1), (4, 0, 0, 7, 1, 1)
-    nodes = node(layout, [(node_ref(layout, 1), (0, 0, 0, 3.5, 1.5, 1), 1), ABSENT, (leaf_ref(layout, 2, True), far, 9), ABSENT])
-    nodes += node(layout, [ABSENT, (leaf_ref(layout, 0), row_box(0, 0), 5), ABSENT, (leaf_ref(layout, 1, True), near, 9)])
+    nodes = node(layout, [(node_ref(layout, 1), (0, 0, 0, 3.5, 1.5, 1), 1), ABSENT,
+                          (leaf_ref(layout, 2, True), far, 9), ABSENT])
+    nodes += node(layout, [ABSENT, (leaf_ref(layout, 0), row_box(0, 0), 5),
+                           ABSENT, (leaf_ref(layout, 1, True), near, 9)])
     leaves = leaf(layout, square(0), (0, 1), 0, True, (0x89, 0x89))
     leaves += custom_leaf([(2, 0, 0, 3, 1, 1), (2.5, 0.5, 0, 3.5, 1.5, 1)], (0, 1), True)
     leaves += custom_leaf([(4, 0, 0, 5, 1, 1), EMPTY], (3, NONE), False)
@@ -151,6 +158,7 @@ def xxh3(data):
 
 if __name__ == "__main__":
     folder = pathlib.Path(__file__).parent
-    for layout, name, minor in ((FLOAT, "float", 0), (PLANES, "planes", 0), (HALF, "half", 1), (QUANTIZED, "quantized", 1)):
+    versions = ((FLOAT, "float", 0), (PLANES, "planes", 0), (HALF, "half", 1), (QUANTIZED, "quantized", 1))
+    for layout, name, minor in versions:
         (folder / f"{name}.bvh").write_bytes(row_file(layout, minor))
     (folder / "custom.bvh").write_bytes(custom_file())

@@ -1,6 +1,6 @@
 #pragma once
-/// As much of HIP as the examples use, so that they run on the host too: the threads of a grid one after the other, in
-/// waves of one lane.
+/// The part of HIP that the examples use, for the host. The threads of a grid run one after the other, in waves of one
+/// lane.
 
 #include <cmath>
 #include <cstddef>
