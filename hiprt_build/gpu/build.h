@@ -37,12 +37,12 @@ struct DeviceGeometry {
 inline constexpr std::uint32_t kMaxBuildPrimitives = (1u << 28) - 2;
 
 struct BuildOptions {
-  /// Any except Embree's and kImported. kHq: kSbvh with other defaults than on the CPU, see below.
+  /// Any except Embree's and kImported. kSbvh with 8 rounds of reinsertion builds in a fraction of kHq's time.
   build::Builder builder = build::Builder::kHploc;
   NodeLayout nodes = NodeLayout::kPlanes;
-  std::optional<double> split_budget{};          ///< As build::BuildOptions. Unset: 1.5 (kHq on the CPU: 3).
+  std::optional<double> split_budget{};          ///< As build::BuildOptions.
   double presplit_budget = 1.0;                  ///< As build::BuildOptions.
-  std::optional<unsigned> reinsertion_rounds{};  ///< As build::BuildOptions. Unset: 8 for kHq (on the CPU: 32), else 0.
+  std::optional<unsigned> reinsertion_rounds{};  ///< As build::BuildOptions.
   unsigned ploc_radius = 8;                      ///< As build::BuildOptions.
   unsigned max_leaf_triangles = 8;               ///< As build::BuildOptions.
   /// Two triangles with a common edge, or two close custom primitives, per leaf.

@@ -146,7 +146,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
 
 /// Checks the input and calls run() on the wanted threads. Exceptions become errors.
 Result<Bvh> run_guarded(const Job& job) {
-  const BuildOptions options = with_defaults(job.options, kCpuHq);
+  const BuildOptions options = with_defaults(job.options);
   const Job complete_job{job.scene, options, job.imported};
   if (auto checked = check_ranges(options); !checked) return tl::unexpected(checked.error());
   if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
@@ -171,7 +171,7 @@ BuildOptions options_for(Quality quality) {
 }
 
 Result<Bvh> build_on(CpuEngine& engine, const SceneInput& scene, const BuildOptions& options) {
-  const BuildOptions all = with_defaults(options, kCpuHq);
+  const BuildOptions all = with_defaults(options);
   return run(engine, {scene, all, nullptr});
 }
 

@@ -110,7 +110,7 @@ Layouts::Layouts(const BuildPlan& build_plan)
 
 Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& wanted) {
   if (auto checked = check_options(wanted); !checked) return tl::unexpected(std::move(checked.error()));
-  const BuildOptions options = build::with_defaults(wanted, build::kGpuHq);
+  const BuildOptions options = build::with_defaults(wanted);
   const auto primitives = check_geometries(geometries);
   if (!primitives) return tl::unexpected(primitives.error());
   const bool whole = has_customs(geometries);
