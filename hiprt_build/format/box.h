@@ -8,7 +8,7 @@
 namespace hiprt::format_detail {
 
 /// min = +inf, max = -inf: the neutral element of grow(), and the box of an absent child.
-HIPRT_HD inline Box empty_box() {
+HIPRT_HD constexpr Box empty_box() {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   return {{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
 }
@@ -59,10 +59,10 @@ HIPRT_HD inline unsigned first_plane_outside(const Box& inner, const Box& outer)
   return kNoPlane;
 }
 
-HIPRT_HD inline void grow(Box& box, const Box& other) {
+HIPRT_HD constexpr void grow(Box& box, const Box& other) {
   for (unsigned axis = 0; axis < 3; ++axis) {
-    if (other.min[axis] < box.min[axis]) box.min[axis] = other.min[axis];
-    if (other.max[axis] > box.max[axis]) box.max[axis] = other.max[axis];
+    box.min[axis] = other.min[axis] < box.min[axis] ? other.min[axis] : box.min[axis];
+    box.max[axis] = other.max[axis] > box.max[axis] ? other.max[axis] : box.max[axis];
   }
 }
 

@@ -1,44 +1,14 @@
 #include <hiprt_build/merge_levels.h>
 
 #include <hiprt_build/input/check_input.h>
-#include <hiprt_device/math/arithmetic.h>
+#include <hiprt_build/instances/double_matrix.h>
 
 #include <algorithm>
-#include <array>
 #include <new>
 #include <optional>
 
 namespace hiprt::build {
 namespace {
-
-/// Rows of 3 x 4, in double.
-using Rows = std::array<std::array<double, 4>, 3>;
-
-Rows rows_of(const Affine& affine) {
-  Rows rows{};
-  for (unsigned r = 0; r < 3; ++r)
-    for (unsigned c = 0; c < 4; ++c) rows[r][c] = static_cast<double>(affine.row[r][c]);
-  return rows;
-}
-
-/// First @p inner, then @p outer.
-Rows product(const Rows& outer, const Affine& inner) {
-  Rows result{};
-  for (unsigned r = 0; r < 3; ++r)
-    for (unsigned c = 0; c < 4; ++c) {
-      double sum = c == 3 ? outer[r][3] : 0.0;
-      for (unsigned k = 3; k-- > 0;) sum = fused_multiply_add(outer[r][k], static_cast<double>(inner.row[k][c]), sum);
-      result[r][c] = sum;
-    }
-  return result;
-}
-
-Affine rounded(const Rows& rows) {
-  Affine result;
-  for (unsigned r = 0; r < 3; ++r)
-    for (unsigned c = 0; c < 4; ++c) result.row[r][c] = nearest_float(rows[r][c]);
-  return result;
-}
 
 /// The one mask that stands for two on a path, if there is one: the bits of one are among the other's.
 std::optional<std::uint32_t> both(std::uint32_t outer, std::uint32_t inner) {
@@ -54,7 +24,7 @@ std::uint64_t plus(std::uint64_t a, std::uint64_t b) { return a + b < a ? kMost 
 
 /// An instance on a path that is not finished.
 struct Step {
-  Rows to_scene;  ///< Of the group that has the instance.
+  DoubleMatrix to_scene;  ///< Of the group that has the instance.
   std::size_t group;
   std::uint32_t next;    ///< Which of the group's instances comes next.
   std::uint64_t before;  ///< Of MergedPath.
@@ -148,7 +118,7 @@ class Merger {
   /// Depth first, in the order of the instances.
   void merge(std::size_t g) {
     std::vector<Step> path;
-    path.push_back({rows_of(Affine{}), g, 0, MergedPath::kBegin, Instance{}});
+    path.push_back({to_double(Affine{}), g, 0, MergedPath::kBegin, Instance{}});
     while (!path.empty()) {
       Step& step = path.back();
       if (step.next == scene_.groups[step.group].size()) {
@@ -158,15 +128,15 @@ class Merger {
       const MergedPath here{step.before, step.next++};
       const Instance& instance = scene_.groups[step.group][here.instance];
       Instance whole = instance;
-      Rows to_scene{};
+      DoubleMatrix to_scene{};
       if (path.size() > 1) {
-        to_scene = product(step.to_scene, instance.to_scene);
-        whole.to_scene = rounded(to_scene);
+        to_scene = product(step.to_scene, to_double(instance.to_scene));
+        whole.to_scene = to_float(to_scene);
         whole.mask = *both(step.outer.mask, instance.mask);
         whole.without_filter = step.outer.without_filter || instance.without_filter;
         whole.id = step.outer.id;
       } else {
-        to_scene = rows_of(instance.to_scene);
+        to_scene = to_double(instance.to_scene);
       }
       if (merges(instance, whole.mask)) {
         result_.steps.push_back(here);

@@ -2,25 +2,16 @@
 /// Axis-aligned boxes of the builders: Box, the record in memory and in files, and SimdBox, the same box in vector
 /// registers for inner loops. Internal.
 
-#include <hiprt_device/format/node.h>
+#include <hiprt_build/format/box.h>
 
 #include <limits>
 
 namespace hiprt::build {
 
-HIPRT_HD constexpr Box empty_box() {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  return Box{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
-}
+using format_detail::empty_box;
+using format_detail::grow;
 
 HIPRT_HD constexpr bool is_empty(const Box& box) { return !(box.min[0] <= box.max[0]); }
-
-HIPRT_HD constexpr void grow(Box& box, const Box& other) {
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    box.min[axis] = other.min[axis] < box.min[axis] ? other.min[axis] : box.min[axis];
-    box.max[axis] = other.max[axis] > box.max[axis] ? other.max[axis] : box.max[axis];
-  }
-}
 
 HIPRT_HD constexpr Box unite(Box a, const Box& b) {
   grow(a, b);

@@ -2,7 +2,7 @@
 
 #include <tools/base/errors.h>
 
-#include <hiprt_build/instances.h>
+#include <hiprt_build/instances/double_matrix.h>
 
 #include <algorithm>
 #include <cmath>
@@ -16,16 +16,7 @@ build::Position Transform::operator()(const build::Position& p) const {
   return result;
 }
 
-Transform Transform::operator*(const Transform& inner) const {
-  Transform result;
-  for (std::size_t row = 0; row < 3; ++row)
-    for (std::size_t column = 0; column < 4; ++column) {
-      double sum = column == 3 ? m[row][3] : 0;
-      for (std::size_t k = 0; k < 3; ++k) sum += m[row][k] * inner.m[k][column];
-      result.m[row][column] = sum;
-    }
-  return result;
-}
+Transform Transform::operator*(const Transform& inner) const { return {build::product(m, inner.m)}; }
 
 bool Transform::mirrors() const {
   return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
@@ -56,21 +47,9 @@ std::array<float, 3> NormalTransform::operator()(const std::array<float, 3>& nor
   return {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length), static_cast<float>(n[2] / length)};
 }
 
-Transform to_double(const build::Affine& affine) {
-  Transform result;
-  for (std::size_t row = 0; row < 3; ++row)
-    for (std::size_t column = 0; column < 4; ++column)
-      result.m[row][column] = static_cast<double>(affine.row[row][column]);
-  return result;
-}
+Transform to_double(const build::Affine& affine) { return {build::to_double(affine)}; }
 
-build::Affine to_float(const Transform& transform) {
-  build::Affine result;
-  for (std::size_t row = 0; row < 3; ++row)
-    for (std::size_t column = 0; column < 4; ++column)
-      result.row[row][column] = static_cast<float>(transform.m[row][column]);
-  return result;
-}
+build::Affine to_float(const Transform& transform) { return build::to_float(transform.m); }
 
 build::Result<Transform> transform_of(const Placement& placement) {
   constexpr double kTolerance = 1e-3;

@@ -4,38 +4,26 @@
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/instances/motion.h>
 #include <hiprt_device/math/affine.h>
+#include <tools/scene_io/transform.h>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <optional>
 #include <string>
 
 namespace hiprt::tools {
 namespace {
 
-/// From a file's space to the scene's, in double.
-struct ToScene {
-  double row[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
-
-  build::Position operator()(const std::array<double, 3>& p) const {
-    build::Position result;
-    for (unsigned r = 0; r < 3; ++r)
-      result[r] = static_cast<float>(row[r][0] * p[0] + row[r][1] * p[1] + row[r][2] * p[2] + row[r][3]);
-    return result;
+/// From the space of an instance's object to that of its scene.
+Transform to_scene_of(const InstanceRecord& instance) {
+  const LinearInverse inverse(instance);
+  Transform result;
+  for (unsigned r = 0; r < 3; ++r) {
+    std::copy_n(inverse.row[r], 3, result.m[r].begin());
+    result.m[r][3] = double{instance.translation[r]};
   }
-  /// From the space of an instance's object.
-  ToScene from(const InstanceRecord& instance) const {
-    const LinearInverse inverse(instance);
-    ToScene result;
-    for (unsigned r = 0; r < 3; ++r)
-      for (unsigned c = 0; c < 4; ++c) {
-        result.row[r][c] = c == 3 ? row[r][3] : 0.0;
-        for (unsigned k = 0; k < 3; ++k)
-          result.row[r][c] += row[r][k] * (c == 3 ? double{instance.translation[k]} : inverse.row[k][c]);
-      }
-    return result;
-  }
-};
+  return result;
+}
 
 /// Corners of the two sides across each axis, as TreeBoxes::triangles wants them.
 std::array<build::Triangle, TreeBoxes::kTriangles> sides() {
@@ -82,8 +70,8 @@ template <class Layout> class BoxWalk {
     const BufferView* file;
     NodeRef ref;
     Box box;
-    ToScene to_scene;
-    unsigned levels;  ///< To go.
+    Transform to_scene;  ///< From the space of the file.
+    unsigned levels;     ///< To go.
   };
 
   void open(const Part& part) {
@@ -101,15 +89,15 @@ template <class Layout> class BoxWalk {
     const std::uint32_t instance = info.primitive[0];
     InstanceRecord record = file.instances[instance];
     if (!file.motions.empty()) record = at_time(record, file.motions[instance], file.bytes.data(), time_);
-    open({&objects_[record.object], entered_ref(info), {}, part.to_scene.from(record), part.levels});
+    open({&objects_[record.object], entered_ref(info), {}, part.to_scene * to_scene_of(record), part.levels});
   }
 
   void add(const Part& part) {
     const auto first = static_cast<std::uint32_t>(result_.corners.size());
     for (unsigned i = 0; i < TreeBoxes::kCorners; ++i) {
-      std::array<double, 3> corner{};
+      build::Position corner{};
       for (unsigned axis = 0; axis < 3; ++axis)
-        corner[axis] = double{(i >> axis & 1u) != 0 ? part.box.max[axis] : part.box.min[axis]};
+        corner[axis] = (i >> axis & 1u) != 0 ? part.box.max[axis] : part.box.min[axis];
       result_.corners.push_back(part.to_scene(corner));
     }
     for (const build::Triangle& side : sides_)
