@@ -251,57 +251,78 @@ inline double relative_change(const double (&m)[3][3], const double (&change)[3]
   return std::sqrt(std::min(before, behind)) * (1.0 + 0x1p-20);
 }
 
-/// The largest condition of (1 - s) * from + s * to, at most a twentieth too large.
-///
-/// In any interval of s the longest image is largest at an end. The shortest image changes by no more than the matrix,
-/// and by no more than relative_change() says.
-inline std::optional<BadMatrix> worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst) {
+/// The linear parts (1 - s) * from + s * to, s in [0, 1].
+struct MatrixPath {
+  const double (&from)[3][3];
+  const double (&to)[3][3];
+  double change[3][3];
+  double slope = 0.0;  ///< The largest stretch of `change`.
+
+  /// One matrix of the path.
   struct Sample {
     double m[3][3];
     Stretches stretches;
     double shrinking;  ///< relative_change().
+
+    bool is_bad() const { return !(stretches.longest <= double{kMaxMotionCondition} * stretches.shortest); }
+    double condition() const { return stretches.longest / stretches.shortest; }
   };
-  double change[3][3];
-  for (unsigned r = 0; r < 3; ++r)
-    for (unsigned c = 0; c < 3; ++c) change[r][c] = to[r][c] - from[r][c];
-  const bool still = std::all_of(&change[0][0], &change[0][0] + 9, [](double x) { return x == 0.0; });
-  const double slope = still ? 0.0 : Stretches(change).longest;
-  const auto is_bad = [](const Sample& at) {
-    return !(at.stretches.longest <= double{kMaxMotionCondition} * at.stretches.shortest);
+
+  /// A part of [0, 1], with the matrices at its ends.
+  struct Interval {
+    double begin, end;
+    Sample first, last;
+
+    double half() const { return 0.5 * (end - begin); }
   };
-  const auto sample = [&](double s) {
+
+  MatrixPath(const double (&first)[3][3], const double (&last)[3][3]) : from(first), to(last) {
+    for (unsigned r = 0; r < 3; ++r)
+      for (unsigned c = 0; c < 3; ++c) change[r][c] = to[r][c] - from[r][c];
+    const bool still = std::all_of(&change[0][0], &change[0][0] + 9, [](double x) { return x == 0.0; });
+    if (!still) slope = Stretches(change).longest;
+  }
+
+  Sample sample(double s) const {
     Sample at{{}, Stretches(from), 0.0};
     for (unsigned r = 0; r < 3; ++r)
       for (unsigned c = 0; c < 3; ++c) at.m[r][c] = s == 1.0 ? to[r][c] : from[r][c] + s * change[r][c];
     at.stretches = Stretches(at.m);
     at.shrinking = relative_change(at.m, change);
     return at;
-  };
-  struct Interval {
-    double begin, end;
-    Sample first, last;
-  };
-  std::vector<Interval> pending{{0.0, 1.0, sample(0.0), sample(1.0)}};
-  if (is_bad(pending[0].first)) return BadMatrix{0.0, determinant(pending[0].first.m)};
-  if (is_bad(pending[0].last)) return BadMatrix{1.0, determinant(pending[0].last.m)};
-  while (!pending.empty()) {
-    const Interval part = pending.back();
-    pending.pop_back();
+  }
+
+  /// At most the shortest image of a unit vector in the interval. The shortest image changes by no more than the
+  /// matrix, and by no more than relative_change() says.
+  double least_stretch(const Interval& part) const {
     const Stretches &first = part.first.stretches, &last = part.last.stretches;
-    const double half = 0.5 * (part.end - part.begin);
     // Each end bounds its half.
-    const double by_size = std::min(first.shortest * (1.0 - half * part.first.shrinking),
-                                    last.shortest * (1.0 - half * part.last.shrinking));
-    const double least = std::max(0.5 * (first.shortest + last.shortest) - slope * half, by_size);
-    const double most = std::max(first.longest, last.longest);
-    const double here = std::max(first.longest / first.shortest, last.longest / last.shortest);
+    const double by_size = std::min(first.shortest * (1.0 - part.half() * part.first.shrinking),
+                                    last.shortest * (1.0 - part.half() * part.last.shrinking));
+    return std::max(0.5 * (first.shortest + last.shortest) - slope * part.half(), by_size);
+  }
+};
+
+/// The largest condition of (1 - s) * from + s * to, at most a twentieth too large. Intervals are halved until their
+/// bounds are that tight. The longest image of a unit vector is longest at an end of an interval.
+inline std::optional<BadMatrix> worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst) {
+  const MatrixPath path(from, to);
+  std::vector<MatrixPath::Interval> pending{{0.0, 1.0, path.sample(0.0), path.sample(1.0)}};
+  if (pending[0].first.is_bad()) return BadMatrix{0.0, determinant(pending[0].first.m)};
+  if (pending[0].last.is_bad()) return BadMatrix{1.0, determinant(pending[0].last.m)};
+  while (!pending.empty()) {
+    const MatrixPath::Interval part = pending.back();
+    pending.pop_back();
+    const double least = path.least_stretch(part);
+    const double most = std::max(part.first.stretches.longest, part.last.stretches.longest);
+    const double here = std::max(part.first.condition(), part.last.condition());
     if (least > 0.0 && most / least <= std::max(worst, 1.05 * here)) {
       worst = std::max(worst, most / least);
       continue;
     }
-    const double middle = part.begin + half;
-    const Sample center = sample(middle);
-    if (is_bad(center)) return BadMatrix{middle, determinant(center.m)};
+    const double middle = part.begin + part.half();
+    const MatrixPath::Sample center = path.sample(middle);
+    if (center.is_bad()) return BadMatrix{middle, determinant(center.m)};
     pending.push_back({part.begin, middle, part.first, center});
     pending.push_back({middle, part.end, center, part.last});
   }

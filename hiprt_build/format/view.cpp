@@ -120,28 +120,34 @@ tl::expected<void, FormatIssue> check_geometries(const BufferView& view) {
   return {};
 }
 
-/// Checks that kInstances, its sections and its header fields are all there, or none of them, and that the objects'
-/// files lie in their section.
-///
-/// The file of an object may be without objects: its instances are of the objects of the scene's file.
-tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) {
+/// Checks that a header without instances has no feature that needs them.
+tl::expected<void, FormatIssue> check_instance_features(const BufferView& view) {
   const FileHeader& header = *view.header;
-  const bool instances = (header.features & feature_bit(Feature::kInstances)) != 0;
-  if (instances != view.has_instances())
+  const std::uint32_t instances = feature_bit(Feature::kInstances);
+  if (((header.features & instances) != 0) != view.has_instances())
     return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
-                header.features ^ feature_bit(Feature::kInstances));
-  if (!instances && (header.features & feature_bit(Feature::kMotion)) != 0)
-    return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
-                header.features & ~feature_bit(Feature::kMotion));
+                header.features ^ instances);
+  if (view.has_instances()) return {};
+  for (const Feature feature : {Feature::kMotion, Feature::kMovingBoxes})
+    if ((header.features & feature_bit(feature)) != 0)
+      return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
+                  header.features & ~feature_bit(feature));
+  return {};
+}
+
+/// Checks that the header has a shutter if boxes move, and else zeros.
+tl::expected<void, FormatIssue> check_shutter(const FileHeader& header) {
   const bool moving_boxes = (header.features & feature_bit(Feature::kMovingBoxes)) != 0;
-  if (!instances && moving_boxes)
-    return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
-                header.features & ~feature_bit(Feature::kMovingBoxes));
   if (moving_boxes ? !std::isfinite(header.shutter_begin) : header.shutter_begin != 0.0f)
     return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_begin), header.shutter_begin, 0.0f);
   if (moving_boxes ? !(header.shutter_rate >= 0x1p-100f && header.shutter_rate <= 0x1p100f)
                    : header.shutter_rate != 0.0f)
     return fail_float(FormatError::kBadMotion, offsetof(FileHeader, shutter_rate), header.shutter_rate, 0.0f);
+  return {};
+}
+
+/// Checks that the header has the levels and bounds of transforms if there are instances, and else zeros.
+tl::expected<void, FormatIssue> check_transform_bounds(const FileHeader& header, bool instances) {
   if ((header.levels != 0) != instances)
     return fail(FormatError::kBadLevels, offsetof(FileHeader, levels), header.levels, instances ? 1 : 0);
   if (instances ? !(header.condition >= 1.0f && header.condition <= kMaxCondition) : header.condition != 0.0f)
@@ -149,8 +155,14 @@ tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) 
                       instances ? 1.0f : 0.0f);
   if (instances ? !(header.reach >= 0.0f && header.reach <= std::numeric_limits<float>::max()) : header.reach != 0.0f)
     return fail_float(FormatError::kBadTransformBound, offsetof(FileHeader, reach), header.reach, 0.0f);
-  if ((view.object_entry.kind != 0) != (view.object_file_entry.kind != 0) ||
-      (view.object_entry.kind != 0 && !instances))
+  return {};
+}
+
+/// Checks that the objects' files lie in their section, one behind the other. The file of an object may be without
+/// objects: its instances are of the objects of the scene's file.
+tl::expected<void, FormatIssue> check_object_files(const BufferView& view) {
+  const bool objects = view.object_entry.kind != 0;
+  if (objects != (view.object_file_entry.kind != 0) || (objects && !view.has_instances()))
     return fail(FormatError::kMissingSection, 40, static_cast<std::uint64_t>(SectionKind::kObjects), 1);
   std::uint64_t free = view.object_file_entry.offset;
   const std::uint64_t end = free + view.object_file_entry.count;
@@ -164,6 +176,14 @@ tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) 
     free = object.offset + object.size;
   }
   return {};
+}
+
+/// Checks that kInstances, its sections and its header fields are all there, or none of them.
+tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) {
+  if (auto features = check_instance_features(view); !features) return features;
+  if (auto shutter = check_shutter(*view.header); !shutter) return shutter;
+  if (auto bounds = check_transform_bounds(*view.header, view.has_instances()); !bounds) return bounds;
+  return check_object_files(view);
 }
 
 /// Checks that there are both sections of motion or none, a record per instance, and that its segments lie in the

@@ -46,11 +46,9 @@ std::optional<double> number(const nlohmann::json& document, const char* group, 
   return std::isfinite(value) ? std::optional(value) : std::nullopt;
 }
 
-}  // namespace
+using Json = nlohmann::ordered_json;
 
-std::string make_provenance(Monitor& monitor, const SceneInput& scene, const BuildOptions& options,
-                            const BuildStatistics& statistics, double sah_cost) {
-  using Json = nlohmann::ordered_json;
+Json describe_input(Monitor& monitor, const SceneInput& scene) {
   Json geometries = Json::array();
   for (const TriangleMesh& mesh : scene.meshes)
     geometries.push_back({{"name", std::string(mesh.name)},
@@ -63,32 +61,46 @@ std::string make_provenance(Monitor& monitor, const SceneInput& scene, const Bui
                           {"type", custom.type},
                           {"xxh3", hash(monitor, custom.boxes, std::span(&custom.mask, 1), custom.shapes.points,
                                         custom.shapes.segments)}});
+  return geometries;
+}
+
+/// @param options nothing unset.
+Json describe_options(const BuildOptions& options) {
+  return {{"nodes", layout_name(options.nodes)},
+          {"max_leaf_triangles", options.max_leaf_triangles},
+          {"presplit_budget", options.presplit_budget},
+          {"split_budget", options.split_budget.value()},
+          {"reinsertion_rounds", options.reinsertion_rounds.value()},
+          {"ploc_radius", options.ploc_radius},
+          {"pair_triangles", options.pair_triangles},
+          {"cost_box_node", options.costs.box_node},
+          {"cost_leaf", options.costs.leaf},
+          {"cost_custom", options.costs.custom}};
+}
+
+Json describe_statistics(const BuildStatistics& statistics, double sah_cost) {
+  return {{"builder", name(statistics.builder)},
+          {"triangles", statistics.triangles},
+          {"customs", statistics.customs},
+          {"dropped_not_finite", statistics.dropped_not_finite},
+          {"dropped_degenerate", statistics.dropped_degenerate},
+          {"pairs", statistics.pairs},
+          {"custom_pairs", statistics.custom_pairs},
+          {"nodes", statistics.nodes},
+          {"leaves", statistics.leaves},
+          {"sah_cost", sah_cost}};
+}
+
+}  // namespace
+
+std::string make_provenance(Monitor& monitor, const SceneInput& scene, const BuildOptions& options,
+                            const BuildStatistics& statistics, double sah_cost) {
   const Json document = {{"tool", options.tool.empty() ? "hiprt_build" : std::string(options.tool)},
                          {"library", std::string("hiprt ") + version()},
                          {"builder", name(options.builder)},
-                         {"options",
-                          {{"nodes", layout_name(options.nodes)},
-                           {"max_leaf_triangles", options.max_leaf_triangles},
-                           {"presplit_budget", options.presplit_budget},
-                           {"split_budget", options.split_budget.value()},
-                           {"reinsertion_rounds", options.reinsertion_rounds.value()},
-                           {"ploc_radius", options.ploc_radius},
-                           {"pair_triangles", options.pair_triangles},
-                           {"cost_box_node", options.costs.box_node},
-                           {"cost_leaf", options.costs.leaf},
-                           {"cost_custom", options.costs.custom}}},
-                         {"input", geometries},
-                         {"statistics",
-                          {{"builder", name(statistics.builder)},
-                           {"triangles", statistics.triangles},
-                           {"customs", statistics.customs},
-                           {"dropped_not_finite", statistics.dropped_not_finite},
-                           {"dropped_degenerate", statistics.dropped_degenerate},
-                           {"pairs", statistics.pairs},
-                           {"custom_pairs", statistics.custom_pairs},
-                           {"nodes", statistics.nodes},
-                           {"leaves", statistics.leaves},
-                           {"sah_cost", sah_cost}}}};
+                         {"options", describe_options(options)},
+                         {"input", describe_input(monitor, scene)},
+                         {"statistics", describe_statistics(statistics, sah_cost)}};
   std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
   // The last of the statistics, in a fixed number of digits.
   return text.replace(text.size() - 2, 2, ",\"exchange_slack\":0.000000}}");

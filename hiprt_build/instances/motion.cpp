@@ -166,6 +166,20 @@ std::string add_matrices(std::span<const MatrixKey> keys, MotionParts& parts) {
   return {};
 }
 
+/// Gram-Schmidt on the columns of a matrix. @param u receives the upper triangular factor: columns before = after * u.
+void orthonormalise(Double3 (&column)[3], double (&u)[3][3]) {
+  for (unsigned c = 0; c < 3; ++c) {
+    // Twice is enough (Giraud and others 2005).
+    for (unsigned again = 0; again < 2; ++again)
+      for (unsigned k = 0; k < c; ++k) {
+        const double along = dot(column[k], column[c]);
+        u[k][c] += along;
+        for (unsigned r = 0; r < 3; ++r) column[c][r] -= along * column[k][r];
+      }
+    u[c][c] = normalise(column[c]);
+  }
+}
+
 }  // namespace
 
 Result<MotionParts> make_motion(const Motion& motion) {
@@ -205,16 +219,7 @@ Result<MotionKey> decompose(const MatrixKey& key) {
   Double3 column[3];
   for (unsigned c = 0; c < 3; ++c) column[c] = {m[0][c], m[1][c], m[2][c]};
   double u[3][3] = {};
-  for (unsigned c = 0; c < 3; ++c) {
-    // Twice is enough (Giraud and others 2005).
-    for (unsigned again = 0; again < 2; ++again)
-      for (unsigned k = 0; k < c; ++k) {
-        const double along = dot(column[k], column[c]);
-        u[k][c] += along;
-        for (unsigned r = 0; r < 3; ++r) column[c][r] -= along * column[k][r];
-      }
-    u[c][c] = normalise(column[c]);
-  }
+  orthonormalise(column, u);
   const double handed = column[0][0] * (column[1][1] * column[2][2] - column[1][2] * column[2][1]) -
                         column[0][1] * (column[1][0] * column[2][2] - column[1][2] * column[2][0]) +
                         column[0][2] * (column[1][0] * column[2][1] - column[1][1] * column[2][0]);

@@ -7,6 +7,20 @@
 
 namespace hiprt::build::kernels {
 
+/// Adds what a block has counted, and its bounds unless it has made no leaf. For one thread of the block.
+static __device__ void add_to_scene(BuildState* state, const GroupCounts& counts, const SharedBox& bounds,
+                                    const SharedBox& centers) {
+  if (counts.leaves != 0) {
+    state->bounds.add(bounds.get());
+    state->centers.add(centers.get());
+    fetch_add(&state->counts.leaves, counts.leaves);
+    fetch_add(&state->counts.pairs, counts.pairs);
+    fetch_add(&state->counts.customs, counts.customs);
+  }
+  for (unsigned reason = 1; reason < 4; ++reason)
+    if (counts.dropped[reason] != 0) fetch_add(&state->counts.dropped[reason], counts.dropped[reason]);
+}
+
 /// Leaves, their boxes and the scene's; each group of lanes takes a window after the other.
 /// @param singles receives the triangles that stay single, in any order; may be nullptr.
 static __global__ void __launch_bounds__(kGroupBlock)
@@ -50,16 +64,7 @@ static __global__ void __launch_bounds__(kGroupBlock)
     fetch_add(&counts.customs, mine.customs);
   }
   __syncthreads();
-  if (threadIdx.x != 0) return;
-  if (counts.leaves != 0) {
-    state->bounds.add(bounds.get());
-    state->centers.add(centers.get());
-    fetch_add(&state->counts.leaves, counts.leaves);
-    fetch_add(&state->counts.pairs, counts.pairs);
-    fetch_add(&state->counts.customs, counts.customs);
-  }
-  for (unsigned reason = 1; reason < 4; ++reason)
-    if (counts.dropped[reason] != 0) fetch_add(&state->counts.dropped[reason], counts.dropped[reason]);
+  if (threadIdx.x == 0) add_to_scene(state, counts, bounds, centers);
 }
 
 }  // namespace hiprt::build::kernels

@@ -61,6 +61,40 @@ Animation::Value Animation::Channel::at(double seconds) const {
   return finished(blend(1, ends, 1, tangents));
 }
 
+std::string Animation::Channel::set_kind(const std::string& target_path, const std::string& sampler_interpolation) {
+  if (target_path == "translation")
+    path = Path::kTranslation;
+  else if (target_path == "rotation")
+    path = Path::kRotation;
+  else if (target_path == "scale")
+    path = Path::kScale;
+  else
+    return "unknown path '" + target_path + "'";
+  if (sampler_interpolation.empty() || sampler_interpolation == "LINEAR")
+    interpolation = Interpolation::kLinear;
+  else if (sampler_interpolation == "STEP")
+    interpolation = Interpolation::kStep;
+  else if (sampler_interpolation == "CUBICSPLINE")
+    interpolation = Interpolation::kCubic;
+  else
+    return "unknown interpolation '" + sampler_interpolation + "'";
+  return {};
+}
+
+std::string Animation::Channel::fault_of_keys() const {
+  const auto all_finite = [](const std::vector<double>& numbers) {
+    return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
+  };
+  if (times.empty()) return "it has no keys";
+  if (!all_finite(times) || !all_finite(values)) return "a number is not finite";
+  for (std::size_t i = 1; i < times.size(); ++i)
+    if (!(times[i - 1] < times[i])) return "key " + std::to_string(i) + " is not after the one before";
+  const std::size_t wanted = times.size() * (interpolation == Interpolation::kCubic ? 3 : 1);
+  if (values.size() != wanted * components())
+    return std::to_string(values.size() / components()) + " values, " + std::to_string(wanted) + " expected";
+  return {};
+}
+
 build::Result<void> Animation::read_channel(const tinygltf::Model& model, std::size_t animation, std::size_t index,
                                             std::vector<Channel>& channels) {
   const tinygltf::Animation& from = model.animations[animation];
@@ -76,36 +110,15 @@ build::Result<void> Animation::read_channel(const tinygltf::Model& model, std::s
     return fault("sampler " + std::to_string(channel.sampler) + " does not exist");
   const tinygltf::AnimationSampler& sampler = from.samplers[static_cast<std::size_t>(channel.sampler)];
   Channel result{node, Path::kTranslation, Interpolation::kLinear, {}, {}};
-  if (channel.target_path == "rotation")
-    result.path = Path::kRotation;
-  else if (channel.target_path == "scale")
-    result.path = Path::kScale;
-  else if (channel.target_path != "translation")
-    return fault("unknown path '" + channel.target_path + "'");
-  if (sampler.interpolation == "STEP")
-    result.interpolation = Interpolation::kStep;
-  else if (sampler.interpolation == "CUBICSPLINE")
-    result.interpolation = Interpolation::kCubic;
-  else if (!sampler.interpolation.empty() && sampler.interpolation != "LINEAR")
-    return fault("unknown interpolation '" + sampler.interpolation + "'");
+  if (const std::string wrong = result.set_kind(channel.target_path, sampler.interpolation); !wrong.empty())
+    return fault(wrong);
   auto times = read_vectors(model, sampler.input, 1);
   if (!times) return fault("input: " + times.error().message);
   auto values = read_vectors(model, sampler.output, static_cast<unsigned>(result.components()));
   if (!values) return fault("output: " + values.error().message);
   result.times = std::move(*times);
   result.values = std::move(*values);
-  const auto all_finite = [](const std::vector<double>& numbers) {
-    return std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); });
-  };
-  if (result.times.empty()) return fault("it has no keys");
-  if (!all_finite(result.times) || !all_finite(result.values)) return fault("a number is not finite");
-  for (std::size_t i = 1; i < result.times.size(); ++i)
-    if (!(result.times[i - 1] < result.times[i]))
-      return fault("key " + std::to_string(i) + " is not after the one before");
-  const std::size_t wanted = result.times.size() * (result.interpolation == Interpolation::kCubic ? 3 : 1);
-  if (result.values.size() != wanted * result.components())
-    return fault(std::to_string(result.values.size() / result.components()) + " values, " + std::to_string(wanted) +
-                 " expected");
+  if (const std::string wrong = result.fault_of_keys(); !wrong.empty()) return fault(wrong);
   channels.push_back(std::move(result));
   return {};
 }

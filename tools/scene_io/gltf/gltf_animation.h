@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 namespace tinygltf {
@@ -39,6 +40,10 @@ class Animation {
     std::vector<double> values;  ///< 3 or 4 per key; kCubic: tangent in, value, tangent out.
 
     std::size_t components() const { return path == Path::kRotation ? 4 : 3; }
+    /// Sets path and interpolation by glTF's names. @return what is wrong with them, empty if nothing.
+    std::string set_kind(const std::string& target_path, const std::string& sampler_interpolation);
+    /// @return what is wrong with times and values, empty if nothing.
+    std::string fault_of_keys() const;
     /// @param which of the three of kCubic; else 0.
     Value key(std::size_t i, unsigned which) const;
     Value at(double seconds) const;
