@@ -135,19 +135,19 @@ inline Aim aim_at_boxes(const Vec3& a, const Vec3& b, const Vec3& c, Random& ran
 }
 
 /// Rays, and what they hit when all is tried.
-template <class Answer, class Real> struct Trials {
+template <class HitType, class Real> struct Trials {
   std::vector<BasicRay<Real>> rays;
-  std::vector<Answer> hits;
+  std::vector<HitType> hits;
 };
 
 /// @return faults of a tree. @tparam kSurface whether normals and errors have to be the same.
-template <class P, bool kSurface, class Answer, class Real>
-unsigned expect_trials(const std::string& name, const SceneView& scene, const Trials<Answer, Real>& trials) {
+template <class P, bool kSurface, class HitType, class Real>
+unsigned expect_trials(const std::string& name, const SceneView& scene, const Trials<HitType, Real>& trials) {
   Check check(name + ": no box hides a hit", kSeed + 4);
   check.expect(covers<P>(scene), "the scene is not for these policies");
   for (std::size_t i = 0; i < trials.rays.size(); ++i) {
     BasicRay<Real> ray = trials.rays[i];
-    const Answer& expected = trials.hits[i];
+    const HitType& expected = trials.hits[i];
     check.on_ray(ray);
     const auto hit = closest<P>(scene, ray);
     check.on_hit(hit);

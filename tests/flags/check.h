@@ -78,7 +78,7 @@ class Check {
     at_time_ = true;
     inputs_.add(time);
   }
-  template <class Answer> void on_hit(const Answer& hit) {
+  template <class HitType> void on_hit(const HitType& hit) {
     hits_ += hit.found() ? 1 : 0;
     outputs_.add(hit);
   }

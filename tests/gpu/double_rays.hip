@@ -26,7 +26,7 @@ namespace {
 using Flat = hiprt::DoubleRays<>;
 using Deep = hiprt::Moving<hiprt::Instanced<hiprt::DoubleRays<>, 2>>;
 
-struct Answer {
+struct RayHits {
   double t[3] = {}, u[2] = {}, v[2] = {};
   double normal[2][3] = {};
   float error[2] = {};
@@ -44,15 +44,15 @@ struct Shapes {
   hiprt::CurveVertex curve[2] = {{{0, -1, 0}, 1}, {{0.5f, 1, 0.25f}, 0.5f}};
 };
 
-template <unsigned kPart, class Hit> HIPRT_HD void put(const Hit& hit, Answer& answer) {
-  answer.t[kPart] = hit.t;
-  answer.u[kPart] = hit.u;
-  answer.v[kPart] = hit.v;
-  answer.error[kPart] = hit.error;
-  answer.primitive[kPart] = hit.primitive;
-  answer.normal[kPart][0] = hit.normal.x;
-  answer.normal[kPart][1] = hit.normal.y;
-  answer.normal[kPart][2] = hit.normal.z;
+template <unsigned kPart, class Hit> HIPRT_HD void put(const Hit& hit, RayHits& result) {
+  result.t[kPart] = hit.t;
+  result.u[kPart] = hit.u;
+  result.v[kPart] = hit.v;
+  result.error[kPart] = hit.error;
+  result.primitive[kPart] = hit.primitive;
+  result.normal[kPart][0] = hit.normal.x;
+  result.normal[kPart][1] = hit.normal.y;
+  result.normal[kPart][2] = hit.normal.z;
 }
 
 template <class Set> HIPRT_HD void cross(const Set& set, const RayD& ray, double (&to)[4]) {
@@ -62,8 +62,8 @@ template <class Set> HIPRT_HD void cross(const Set& set, const RayD& ray, double
   });
 }
 
-HIPRT_HD Answer answer(const SceneView& flat, const SceneView& deep, const Shapes& shapes, const RayD& ray) {
-  Answer result;
+HIPRT_HD RayHits trace_ray(const SceneView& flat, const SceneView& deep, const Shapes& shapes, const RayD& ray) {
+  RayHits result;
   put<0>(hiprt::closest_hit<Flat>(flat, ray), result);
   const auto hit = hiprt::closest_hit<Deep>(deep, ray);
   put<1>(hit, result);
@@ -76,10 +76,10 @@ HIPRT_HD Answer answer(const SceneView& flat, const SceneView& deep, const Shape
   return result;
 }
 
-__global__ void trace(SceneView flat, SceneView deep, const Shapes* shapes, const RayD* rays, Answer* answers,
+__global__ void trace(SceneView flat, SceneView deep, const Shapes* shapes, const RayD* rays, RayHits* results,
                       unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) answers[i] = answer(flat, deep, *shapes, rays[i]);
+  if (i < count) results[i] = trace_ray(flat, deep, *shapes, rays[i]);
 }
 
 /// A tetrahedron.
@@ -116,8 +116,8 @@ hiprt::build::Result<hiprt::build::Bvh> make_scene(std::span<const std::byte> ob
   return hiprt::build::build_instances(hiprt::build::InstancedScene{files, groups});
 }
 
-gpu::Result<std::vector<Answer>> on_device(std::span<const std::byte> flat, std::span<const std::byte> deep,
-                                           const Shapes& shapes, std::span<const RayD> rays) {
+gpu::Result<std::vector<RayHits>> on_device(std::span<const std::byte> flat, std::span<const std::byte> deep,
+                                            const Shapes& shapes, std::span<const RayD> rays) {
   const hipStream_t stream = nullptr;
   gpu::DeviceAllocator allocator;
   const auto flat_scene = gpu::upload_scene(flat, stream, allocator);
@@ -128,13 +128,13 @@ gpu::Result<std::vector<Answer>> on_device(std::span<const std::byte> flat, std:
   if (!device_shapes) return tl::unexpected(device_shapes.error());
   const auto device_rays = gpu::DeviceArray<RayD>::from(rays, stream, allocator);
   if (!device_rays) return tl::unexpected(device_rays.error());
-  auto answers = gpu::DeviceArray<Answer>::make(rays.size(), stream, allocator);
-  if (!answers) return tl::unexpected(answers.error());
+  auto results = gpu::DeviceArray<RayHits>::make(rays.size(), stream, allocator);
+  if (!results) return tl::unexpected(results.error());
   const auto count = static_cast<unsigned>(rays.size());
   const auto done = gpu::launch(trace, count, stream, {}, flat_scene->view, deep_scene->view, device_shapes->data(),
-                                device_rays->data(), answers->data(), count);
+                                device_rays->data(), results->data(), count);
   if (!done) return tl::unexpected(done.error());
-  return answers->to_vector(stream);
+  return results->to_vector(stream);
 }
 
 }  // namespace
@@ -163,21 +163,21 @@ int main() {
     rays[i].time = 0.5f + 0.75f * random.unit(false);
   }
   const Shapes shapes;
-  const auto answers = on_device(object->buffer.bytes(), scene->buffer.bytes(), shapes, rays);
-  if (!answers) return std::fprintf(stderr, "%s\n", answers.error().message.c_str()), 1;
+  const auto results = on_device(object->buffer.bytes(), scene->buffer.bytes(), shapes, rays);
+  if (!results) return std::fprintf(stderr, "%s\n", results.error().message.c_str()), 1;
   const auto view_of = [](const hiprt::build::Bvh& bvh) {
     return hiprt::make_scene_view(*hiprt::open_buffer(bvh.buffer.bytes()));
   };
   const SceneView flat = view_of(*object), deep = view_of(*scene);
   unsigned found[6] = {}, different = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Answer expected = answer(flat, deep, shapes, rays[i]);
+    const RayHits expected = trace_ray(flat, deep, shapes, rays[i]);
     found[0] += expected.primitive[0] != hiprt::kInvalidId;
     found[1] += expected.primitive[1] != hiprt::kInvalidId;
     for (unsigned k = 0; k < 4; ++k) found[2 + k] += expected.custom[k][3] != 0.0;
-    if (std::memcmp(&expected, &(*answers)[i], sizeof(Answer)) != 0 && ++different <= 3)
-      std::fprintf(stderr, "ray %zu: t %.17g %.17g, on the host %.17g %.17g\n", i, (*answers)[i].t[0],
-                   (*answers)[i].t[1], expected.t[0], expected.t[1]);
+    if (std::memcmp(&expected, &(*results)[i], sizeof(RayHits)) != 0 && ++different <= 3)
+      std::fprintf(stderr, "ray %zu: t %.17g %.17g, on the host %.17g %.17g\n", i, (*results)[i].t[0],
+                   (*results)[i].t[1], expected.t[0], expected.t[1]);
   }
   std::printf("%zu rays, %u, %u and on custom primitives %u, %u, %u, %u hits; %u differ\n", rays.size(), found[0],
               found[1], found[2], found[3], found[4], found[5], different);

@@ -17,14 +17,14 @@ using Random = hiprt::checks::DigestRandom;
 namespace {
 
 /// Of a leaf's two triangles.
-struct Answer {
+struct LeafHits {
   std::uint32_t met[2] = {};
   float t[2] = {}, u[2] = {}, v[2] = {};
 };
 
-HIPRT_HD Answer answer(const PlanesLeaf& leaf, const Ray& ray) {
+HIPRT_HD LeafHits intersect_leaf(const PlanesLeaf& leaf, const Ray& ray) {
   using Lanes = hiprt::ArrayLanes;
-  Answer result;
+  LeafHits result;
   Reference::intersect<Lanes>(leaf, leaf.info, Reference::PreparedRay<Lanes>(ray),
                               [&](const hiprt::Candidate& at, unsigned i) {
                                 result.met[i] = 1;
@@ -36,9 +36,9 @@ HIPRT_HD Answer answer(const PlanesLeaf& leaf, const Ray& ray) {
   return result;
 }
 
-__global__ void test(const PlanesLeaf* leaves, const Ray* rays, Answer* answers, unsigned count) {
+__global__ void test(const PlanesLeaf* leaves, const Ray* rays, LeafHits* results, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) answers[i] = answer(leaves[i], rays[i]);
+  if (i < count) results[i] = intersect_leaf(leaves[i], rays[i]);
 }
 
 /// On a lattice, where rays meet edges, vertices and planes exactly; or aimed at an edge; or from near the plane.
@@ -59,20 +59,20 @@ void make_case(Random& random, unsigned kind, PlanesLeaf& leaf, Ray& ray) {
   if (ray.direction == hiprt::Vec3(0.0f)) ray.direction = hiprt::Vec3(0.0f, 0.0f, 1.0f);
 }
 
-gpu::Result<std::vector<Answer>> on_device(std::span<const PlanesLeaf> leaves, std::span<const Ray> rays) {
+gpu::Result<std::vector<LeafHits>> on_device(std::span<const PlanesLeaf> leaves, std::span<const Ray> rays) {
   const hipStream_t stream = nullptr;
   gpu::DeviceAllocator allocator;
   const auto device_leaves = gpu::DeviceArray<PlanesLeaf>::from(leaves, stream, allocator);
   if (!device_leaves) return tl::unexpected(device_leaves.error());
   const auto device_rays = gpu::DeviceArray<Ray>::from(rays, stream, allocator);
   if (!device_rays) return tl::unexpected(device_rays.error());
-  auto answers = gpu::DeviceArray<Answer>::make(rays.size(), stream, allocator);
-  if (!answers) return tl::unexpected(answers.error());
+  auto results = gpu::DeviceArray<LeafHits>::make(rays.size(), stream, allocator);
+  if (!results) return tl::unexpected(results.error());
   const auto count = static_cast<unsigned>(rays.size());
   const auto done =
-      gpu::launch(test, count, stream, {}, device_leaves->data(), device_rays->data(), answers->data(), count);
+      gpu::launch(test, count, stream, {}, device_leaves->data(), device_rays->data(), results->data(), count);
   if (!done) return tl::unexpected(done.error());
-  return answers->to_vector(stream);
+  return results->to_vector(stream);
 }
 
 }  // namespace
@@ -82,11 +82,11 @@ int main() {
   std::vector<PlanesLeaf> leaves(4096);
   std::vector<Ray> rays(leaves.size());
   for (std::size_t i = 0; i < rays.size(); ++i) make_case(random, i % 4, leaves[i], rays[i]);
-  const auto answers = on_device(leaves, rays);
-  if (!answers) return std::fprintf(stderr, "%s\n", answers.error().message.c_str()), 1;
+  const auto results = on_device(leaves, rays);
+  if (!results) return std::fprintf(stderr, "%s\n", results.error().message.c_str()), 1;
   unsigned met = 0, wrong = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Answer expected = answer(leaves[i], rays[i]), &found = (*answers)[i];
+    const LeafHits expected = intersect_leaf(leaves[i], rays[i]), &found = (*results)[i];
     met += expected.met[0] + expected.met[1];
     if (std::memcmp(&expected, &found, sizeof expected) == 0) continue;
     if (wrong++ == 0)
@@ -95,6 +95,6 @@ int main() {
                      found.met[k], expected.met[k], double{found.t[k]}, double{expected.t[k]}, double{found.u[k]},
                      double{expected.u[k]}, double{found.v[k]}, double{expected.v[k]});
   }
-  std::printf("%zu leaves, %u triangles met, %u answers differ\n", rays.size(), met, wrong);
+  std::printf("%zu leaves, %u triangles met, %u results differ\n", rays.size(), met, wrong);
   return wrong == 0 && met > 500 ? 0 : 1;
 }

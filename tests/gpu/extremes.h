@@ -10,13 +10,13 @@
 
 namespace hiprt::checks {
 
-struct ExtremeAnswer {
+struct ExtremeHits {
   Hit closest, reference;
   std::uint32_t any = 0;  ///< Whether there is any hit, by the default policies.
 };
 
-std::vector<ExtremeAnswer> extreme_answers(const SceneView& scene, std::span<const Ray> rays);
+std::vector<ExtremeHits> trace_extremes(const SceneView& scene, std::span<const Ray> rays);
 /// @param scene on the device.
-gpu::Result<std::vector<ExtremeAnswer>> extreme_answers_on_device(const SceneView& scene, std::span<const Ray> rays);
+gpu::Result<std::vector<ExtremeHits>> trace_extremes_on_device(const SceneView& scene, std::span<const Ray> rays);
 
 }  // namespace hiprt::checks

@@ -9,34 +9,34 @@ struct Exact : Policies {
   using Triangle = Reference;
 };
 
-HIPRT_HD ExtremeAnswer answer(const SceneView& scene, const Ray& ray) {
+HIPRT_HD ExtremeHits trace_ray(const SceneView& scene, const Ray& ray) {
   return {closest_hit<Policies>(scene, ray), closest_hit<Exact>(scene, ray),
           any_hit<Policies>(scene, ray).found() ? 1u : 0u};
 }
 
-__global__ void answer_all(SceneView scene, const Ray* rays, ExtremeAnswer* answers, unsigned count) {
+__global__ void trace_all(SceneView scene, const Ray* rays, ExtremeHits* results, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) answers[i] = answer(scene, rays[i]);
+  if (i < count) results[i] = trace_ray(scene, rays[i]);
 }
 
 }  // namespace
 
-std::vector<ExtremeAnswer> extreme_answers(const SceneView& scene, std::span<const Ray> rays) {
-  std::vector<ExtremeAnswer> answers;
-  for (const Ray& ray : rays) answers.push_back(answer(scene, ray));
-  return answers;
+std::vector<ExtremeHits> trace_extremes(const SceneView& scene, std::span<const Ray> rays) {
+  std::vector<ExtremeHits> results;
+  for (const Ray& ray : rays) results.push_back(trace_ray(scene, ray));
+  return results;
 }
 
-gpu::Result<std::vector<ExtremeAnswer>> extreme_answers_on_device(const SceneView& scene, std::span<const Ray> rays) {
+gpu::Result<std::vector<ExtremeHits>> trace_extremes_on_device(const SceneView& scene, std::span<const Ray> rays) {
   gpu::DeviceAllocator allocator;
   const auto device_rays = gpu::DeviceArray<Ray>::from(rays, nullptr, allocator);
   if (!device_rays) return tl::unexpected(device_rays.error());
-  auto answers = gpu::DeviceArray<ExtremeAnswer>::make(rays.size(), nullptr, allocator);
-  if (!answers) return tl::unexpected(answers.error());
+  auto results = gpu::DeviceArray<ExtremeHits>::make(rays.size(), nullptr, allocator);
+  if (!results) return tl::unexpected(results.error());
   const auto count = static_cast<unsigned>(rays.size());
-  auto done = gpu::launch(answer_all, count, nullptr, {}, scene, device_rays->data(), answers->data(), count);
+  auto done = gpu::launch(trace_all, count, nullptr, {}, scene, device_rays->data(), results->data(), count);
   if (!done) return tl::unexpected(done.error());
-  return answers->to_vector(nullptr);
+  return results->to_vector(nullptr);
 }
 
 }  // namespace hiprt::checks

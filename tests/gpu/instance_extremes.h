@@ -11,26 +11,27 @@
 
 namespace hiprt::checks {
 
-constexpr unsigned kAnswerLevels = 16;
+constexpr unsigned kExtremeLevels = 16;
 
 /// No padding: compared as bytes.
-struct InstanceAnswer {
+struct ExtremeInstanceHit {
   double t = 0, u = 0, v = 0;
   double normal[3] = {};
   double t_error = 0;
   double spawned[3] = {};  ///< spawn_origin() of a ray back; 0 for a miss.
   float error = 0;
   std::uint32_t geometry = 0, primitive = 0, depth = 0;
-  std::uint32_t instance[kAnswerLevels] = {};
+  std::uint32_t instance[kExtremeLevels] = {};
 };
-static_assert(sizeof(InstanceAnswer) == 10 * 8 + 4 * 4 + kAnswerLevels * 4);
+static_assert(sizeof(ExtremeInstanceHit) == 10 * 8 + 4 * 4 + kExtremeLevels * 4);
 
-struct InstanceAnswers {
-  InstanceAnswer closest, reference, in_double;
+struct ExtremeInstanceHits {
+  ExtremeInstanceHit closest, reference, in_double;
 };
 
-std::vector<InstanceAnswers> instance_answers(const SceneView& scene, std::span<const Ray> rays);
+std::vector<ExtremeInstanceHits> trace_extreme_instances(const SceneView& scene, std::span<const Ray> rays);
 /// @param scene on the device.
-gpu::Result<std::vector<InstanceAnswers>> instance_answers_on_device(const SceneView& scene, std::span<const Ray> rays);
+gpu::Result<std::vector<ExtremeInstanceHits>> trace_extreme_instances_on_device(const SceneView& scene,
+                                                                                std::span<const Ray> rays);
 
 }  // namespace hiprt::checks

@@ -7,11 +7,12 @@
 namespace hiprt::checks {
 namespace {
 
-template <class P> using Deep = Moving<Instanced<P, kAnswerLevels>>;
+template <class P> using Deep = Moving<Instanced<P, kExtremeLevels>>;
 
-template <class P> HIPRT_HD InstanceAnswer answer(const SceneView& scene, const BasicRay<typename P::Real>& ray) {
+template <class P>
+HIPRT_HD ExtremeInstanceHit trace_ray(const SceneView& scene, const BasicRay<typename P::Real>& ray) {
   const auto hit = closest_hit<P>(scene, ray);
-  InstanceAnswer result;
+  ExtremeInstanceHit result;
   result.t = hit.t;
   result.u = hit.u;
   result.v = hit.v;
@@ -38,39 +39,40 @@ using Exact = Deep<ByReference>;
 using Double = Deep<DoubleRays<>>;
 
 /// One policy's: a kernel each.
-template <class P> HIPRT_HD void answer_one(InstanceAnswers& all, const SceneView& scene, const Ray& ray) {
-  if constexpr (std::is_same_v<P, Default>) all.closest = answer<P>(scene, ray);
-  if constexpr (std::is_same_v<P, Exact>) all.reference = answer<P>(scene, ray);
-  if constexpr (std::is_same_v<P, Double>) all.in_double = answer<P>(scene, convert<double>(ray));
+template <class P> HIPRT_HD void trace_one(ExtremeInstanceHits& all, const SceneView& scene, const Ray& ray) {
+  if constexpr (std::is_same_v<P, Default>) all.closest = trace_ray<P>(scene, ray);
+  if constexpr (std::is_same_v<P, Exact>) all.reference = trace_ray<P>(scene, ray);
+  if constexpr (std::is_same_v<P, Double>) all.in_double = trace_ray<P>(scene, convert<double>(ray));
 }
 
-template <class P> __global__ void answer_all(SceneView scene, const Ray* rays, InstanceAnswers* all, unsigned count) {
+template <class P>
+__global__ void trace_all(SceneView scene, const Ray* rays, ExtremeInstanceHits* all, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) answer_one<P>(all[i], scene, rays[i]);
+  if (i < count) trace_one<P>(all[i], scene, rays[i]);
 }
 
 }  // namespace
 
-std::vector<InstanceAnswers> instance_answers(const SceneView& scene, std::span<const Ray> rays) {
-  std::vector<InstanceAnswers> results;
+std::vector<ExtremeInstanceHits> trace_extreme_instances(const SceneView& scene, std::span<const Ray> rays) {
+  std::vector<ExtremeInstanceHits> results;
   for (const Ray& ray : rays) {
-    InstanceAnswers& all = results.emplace_back();
-    answer_one<Default>(all, scene, ray);
-    answer_one<Exact>(all, scene, ray);
-    answer_one<Double>(all, scene, ray);
+    ExtremeInstanceHits& all = results.emplace_back();
+    trace_one<Default>(all, scene, ray);
+    trace_one<Exact>(all, scene, ray);
+    trace_one<Double>(all, scene, ray);
   }
   return results;
 }
 
-gpu::Result<std::vector<InstanceAnswers>> instance_answers_on_device(const SceneView& scene,
-                                                                     std::span<const Ray> rays) {
+gpu::Result<std::vector<ExtremeInstanceHits>> trace_extreme_instances_on_device(const SceneView& scene,
+                                                                                std::span<const Ray> rays) {
   gpu::DeviceAllocator allocator;
   const auto device_rays = gpu::DeviceArray<Ray>::from(rays, nullptr, allocator);
   if (!device_rays) return tl::unexpected(device_rays.error());
-  auto results = gpu::DeviceArray<InstanceAnswers>::make(rays.size(), nullptr, allocator);
+  auto results = gpu::DeviceArray<ExtremeInstanceHits>::make(rays.size(), nullptr, allocator);
   if (!results) return tl::unexpected(results.error());
   const auto count = static_cast<unsigned>(rays.size());
-  for (auto* kernel : {answer_all<Default>, answer_all<Exact>, answer_all<Double>})
+  for (auto* kernel : {trace_all<Default>, trace_all<Exact>, trace_all<Double>})
     if (auto done = gpu::launch(kernel, count, nullptr, {}, scene, device_rays->data(), results->data(), count); !done)
       return tl::unexpected(done.error());
   return results->to_vector(nullptr);

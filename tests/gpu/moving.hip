@@ -22,7 +22,7 @@ namespace {
 
 using P = hiprt::Moving<hiprt::Instanced<hiprt::Policies, 2>>;
 
-struct Answer {
+struct RayHits {
   float t = 0, u = 0, v = 0, error = 0, normal[3] = {};
   std::uint32_t primitive = 0, instance[2] = {};
   float deforming[5] = {};  ///< t, u, v, error and a component of the normal.
@@ -35,9 +35,9 @@ struct Deforming {
   std::uint32_t triangle[3] = {0, 1, 2};
 };
 
-HIPRT_HD Answer answer(const SceneView& scene, const Deforming& mesh, const Ray& ray) {
+HIPRT_HD RayHits trace_ray(const SceneView& scene, const Deforming& mesh, const Ray& ray) {
   const auto hit = hiprt::closest_hit<P>(scene, ray);
-  Answer result{hit.t, hit.u, hit.v, hit.error, {hit.normal.x, hit.normal.y, hit.normal.z}, hit.primitive};
+  RayHits result{hit.t, hit.u, hit.v, hit.error, {hit.normal.x, hit.normal.y, hit.normal.z}, hit.primitive};
   for (unsigned i = 0; i < hit.path.depth; ++i) result.instance[i] = 1 + hit.path.instance[i];
   const hiprt::MovingTriangleSet set{{mesh.positions, mesh.times, mesh.triangle, 3, 2}};
   set.intersect(ray, -1e30f, 1e30f, 0, [&](const hiprt::CustomHit& found) {
@@ -48,9 +48,9 @@ HIPRT_HD Answer answer(const SceneView& scene, const Deforming& mesh, const Ray&
   return result;
 }
 
-__global__ void trace(SceneView scene, const Deforming* mesh, const Ray* rays, Answer* answers, unsigned count) {
+__global__ void trace(SceneView scene, const Deforming* mesh, const Ray* rays, RayHits* results, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) answers[i] = answer(scene, *mesh, rays[i]);
+  if (i < count) results[i] = trace_ray(scene, *mesh, rays[i]);
 }
 
 /// Two levels of instances of tetrahedra, each with its own motion.
@@ -84,8 +84,8 @@ hiprt::build::Result<hiprt::build::Bvh> make_scene(std::vector<Motion>& motions)
   return hiprt::build::build_instances(hiprt::build::InstancedScene{files, groups});
 }
 
-gpu::Result<std::vector<Answer>> on_device(std::span<const std::byte> file, const Deforming& deforming,
-                                           std::span<const Ray> rays) {
+gpu::Result<std::vector<RayHits>> on_device(std::span<const std::byte> file, const Deforming& deforming,
+                                            std::span<const Ray> rays) {
   const hipStream_t stream = nullptr;
   gpu::DeviceAllocator allocator;
   const auto scene = gpu::upload_scene(file, stream, allocator);
@@ -94,13 +94,13 @@ gpu::Result<std::vector<Answer>> on_device(std::span<const std::byte> file, cons
   if (!mesh) return tl::unexpected(mesh.error());
   const auto device_rays = gpu::DeviceArray<Ray>::from(rays, stream, allocator);
   if (!device_rays) return tl::unexpected(device_rays.error());
-  auto answers = gpu::DeviceArray<Answer>::make(rays.size(), stream, allocator);
-  if (!answers) return tl::unexpected(answers.error());
+  auto results = gpu::DeviceArray<RayHits>::make(rays.size(), stream, allocator);
+  if (!results) return tl::unexpected(results.error());
   const auto count = static_cast<unsigned>(rays.size());
   const auto done =
-      gpu::launch(trace, count, stream, {}, scene->view, mesh->data(), device_rays->data(), answers->data(), count);
+      gpu::launch(trace, count, stream, {}, scene->view, mesh->data(), device_rays->data(), results->data(), count);
   if (!done) return tl::unexpected(done.error());
-  return answers->to_vector(stream);
+  return results->to_vector(stream);
 }
 
 }  // namespace
@@ -119,17 +119,17 @@ int main() {
     ray.time = 0.5f + 0.75f * random.unit(false);
   }
   const Deforming mesh;
-  const auto answers = on_device(scene->buffer.bytes(), mesh, rays);
-  if (!answers) return std::fprintf(stderr, "%s\n", answers.error().message.c_str()), 1;
+  const auto results = on_device(scene->buffer.bytes(), mesh, rays);
+  if (!results) return std::fprintf(stderr, "%s\n", results.error().message.c_str()), 1;
   const SceneView view = hiprt::make_scene_view(*hiprt::open_buffer(scene->buffer.bytes()));
   unsigned hits = 0, deforming = 0, different = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    const Answer here = answer(view, mesh, rays[i]);
+    const RayHits here = trace_ray(view, mesh, rays[i]);
     hits += here.instance[1] != 0 ? 1 : 0;
     deforming += here.deforming[3] > 0 ? 1 : 0;
-    different += std::memcmp(&here, &(*answers)[i], sizeof(Answer)) != 0 ? 1 : 0;
+    different += std::memcmp(&here, &(*results)[i], sizeof(RayHits)) != 0 ? 1 : 0;
   }
-  std::printf("%zu rays, %u hits of instances, %u of a deforming triangle, %u answers differ\n", rays.size(), hits,
+  std::printf("%zu rays, %u hits of instances, %u of a deforming triangle, %u results differ\n", rays.size(), hits,
               deforming, different);
   return different == 0 && hits > 400 && deforming > 100 ? 0 : 1;
 }

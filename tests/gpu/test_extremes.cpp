@@ -177,8 +177,8 @@ TEST_CASE("extreme scenes and rays: the host's bits, and exact arithmetic's answ
     for (unsigned i = 0; i < kRays; ++i) rays.push_back(odd_ray(extreme, i, random));
     gpu::DeviceAllocator allocator;
     const auto scene = must(gpu::upload_scene(bvh.buffer.bytes(), nullptr, allocator));
-    const auto found = must(extreme_answers_on_device(scene.view, rays));
-    const auto expected = extreme_answers(make_scene_view(*open_buffer(bvh.buffer.bytes())), rays);
+    const auto found = must(trace_extremes_on_device(scene.view, rays));
+    const auto expected = trace_extremes(make_scene_view(*open_buffer(bvh.buffer.bytes())), rays);
     for (unsigned i = 0; i < kRays; ++i) {
       INFO("seed " << kSeed << ", " << extreme.name << ", ray " << i << ", kind " << i % 12);
       REQUIRE(same_bits(found[i].closest, expected[i].closest));

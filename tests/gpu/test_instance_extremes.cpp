@@ -17,17 +17,17 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261125;
 
-bool same_bits(const InstanceAnswer& a, const InstanceAnswer& b) {
-  using Words = std::array<std::uint32_t, sizeof(InstanceAnswer) / sizeof(std::uint32_t)>;
+bool same_bits(const ExtremeInstanceHit& a, const ExtremeInstanceHit& b) {
+  using Words = std::array<std::uint32_t, sizeof(ExtremeInstanceHit) / sizeof(std::uint32_t)>;
   return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
 }
 
 /// The device's hits, which must equal the host's.
-std::vector<InstanceAnswers> trace(const Chain& chain, std::span<const Ray> rays) {
+std::vector<ExtremeInstanceHits> trace(const Chain& chain, std::span<const Ray> rays) {
   gpu::DeviceAllocator allocator;
   const auto scene = must(gpu::upload_scene(chain.file.bytes(), nullptr, allocator));
-  auto found = must(instance_answers_on_device(scene.view, rays));
-  const auto expected = instance_answers(chain.view(), rays);
+  auto found = must(trace_extreme_instances_on_device(scene.view, rays));
+  const auto expected = trace_extreme_instances(chain.view(), rays);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     INFO("ray " << i);
     REQUIRE(same_bits(found[i].closest, expected[i].closest));
@@ -47,32 +47,32 @@ void check_no_leaks(const std::vector<ExtremeChain>& chains) {
     Random random(kSeed + i);
     std::vector<Ray> rays;
     for (unsigned k = 0; k < kRays; ++k) rays.push_back(chain.ray_from_inside(shape, random));
-    const std::vector<InstanceAnswers> found = trace(chain, rays);
+    const std::vector<ExtremeInstanceHits> found = trace(chain, rays);
     for (std::size_t k = 0; k < kRays; ++k) {
       INFO("ray " << k);
-      for (const InstanceAnswer* answer : {&found[k].closest, &found[k].reference, &found[k].in_double}) {
-        REQUIRE(answer->primitive != kInvalidId);
-        REQUIRE(answer->depth == chain.levels());
-        REQUIRE(answer->error < std::numeric_limits<float>::infinity());
+      for (const ExtremeInstanceHit* hit : {&found[k].closest, &found[k].reference, &found[k].in_double}) {
+        REQUIRE(hit->primitive != kInvalidId);
+        REQUIRE(hit->depth == chain.levels());
+        REQUIRE(hit->error < std::numeric_limits<float>::infinity());
       }
     }
   }
 }
 
 /// @return 1 for a hit.
-unsigned judge_sane(const Ray& ray, const InstanceAnswer& answer) {
-  if (answer.primitive == kInvalidId) {
-    REQUIRE(answer.t == std::numeric_limits<double>::infinity());
+unsigned judge_sane(const Ray& ray, const ExtremeInstanceHit& hit) {
+  if (hit.primitive == kInvalidId) {
+    REQUIRE(hit.t == std::numeric_limits<double>::infinity());
     return 0;
   }
-  REQUIRE(std::isfinite(answer.t));
-  REQUIRE(answer.t >= std::max(0.0f, ray.tmin));
-  REQUIRE(answer.t <= ray.tmax);
-  REQUIRE(std::isfinite(answer.u));
-  REQUIRE(std::isfinite(answer.v));
-  REQUIRE_FALSE(std::isnan(answer.error));
-  REQUIRE_FALSE(std::isnan(answer.t_error));
-  for (const double x : answer.normal) REQUIRE_FALSE(std::isnan(x));
+  REQUIRE(std::isfinite(hit.t));
+  REQUIRE(hit.t >= std::max(0.0f, ray.tmin));
+  REQUIRE(hit.t <= ray.tmax);
+  REQUIRE(std::isfinite(hit.u));
+  REQUIRE(std::isfinite(hit.v));
+  REQUIRE_FALSE(std::isnan(hit.error));
+  REQUIRE_FALSE(std::isnan(hit.t_error));
+  for (const double x : hit.normal) REQUIRE_FALSE(std::isnan(x));
   return 1;
 }
 
@@ -98,7 +98,7 @@ TEST_CASE("rays and times of any bits through instances and motion: the host's b
     std::vector<Ray> rays;
     for (unsigned i = 0; i < kRays; ++i) rays.push_back(ray_of_any_bits(random));
     INFO((moves ? "moving" : "still") << ", seed " << kSeed);
-    const std::vector<InstanceAnswers> found = trace(scene, rays);
+    const std::vector<ExtremeInstanceHits> found = trace(scene, rays);
     unsigned hits = 0;
     for (std::size_t i = 0; i < kRays; ++i) {
       INFO("ray " << i);

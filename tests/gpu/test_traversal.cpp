@@ -32,7 +32,7 @@ SceneView view_of(const build::Buffer& file) { return make_scene_view(*open_buff
 struct TestScene {
   SceneSource source;
   std::map<NodeLayout, gpu::DeviceScene> device;
-  HostAnswers reference;
+  HostResults reference;
 
   explicit TestScene(const SceneSource& made) : source(made) {
     static gpu::DeviceAllocator allocator;
@@ -41,7 +41,7 @@ struct TestScene {
       const build::Buffer file = scene_file(source.name, layout);
       device.emplace(layout, must(gpu::upload_scene(file.bytes(), nullptr, allocator)));
       must(gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize"));
-      if (layout == NodeLayout::kPlanes) reference = make_host_answers(source, view_of(file), kRays, kRaySeed);
+      if (layout == NodeLayout::kPlanes) reference = make_host_results(source, view_of(file), kRays, kRaySeed);
     }
   }
   bool has(Feature feature) const { return (device.at(NodeLayout::kPlanes).view.features & feature_bit(feature)) != 0; }
@@ -63,10 +63,10 @@ struct Sum {
   unsigned loose[2] = {}, different_loose[2] = {};
 };
 
-void print_difference(const Variant& variant, const TestScene& scene, unsigned ray, const Answer& answer) {
+void print_difference(const Variant& variant, const TestScene& scene, unsigned ray, const QueryResult& result) {
   std::printf("%s, %s, ray %u: %s\n  GPU  %s, %u hits, state %d\n  host %s\n", variant.name, scene.source.name.c_str(),
-              ray, text(scene.reference.rays[ray]).c_str(), text(answer.hit).c_str(), answer.count,
-              static_cast<int>(answer.state), text(scene.reference.of(variant.filter)[ray].closest).c_str());
+              ray, text(scene.reference.rays[ray]).c_str(), text(result.hit).c_str(), result.count,
+              static_cast<int>(result.state), text(scene.reference.of(variant.filter)[ray].closest).c_str());
 }
 
 void compare(const Variant& variant, const TestScene& scene, Sum& sum) {
@@ -75,17 +75,17 @@ void compare(const Variant& variant, const TestScene& scene, Sum& sum) {
   const Run run = Runner().run(variant, view, scene.reference.rays, view.stack_bound + kMostPushed, scene.source);
   unsigned printed = 0;
   for (unsigned i = 0; i < kRays; ++i) {
-    const Answer& answer = run.answers[i];
-    const bool right = variant.exact ? is_right(answer, expected[i], variant.query, variant.filter, variant.depth)
-                                     : is_nearly_right(answer, expected[i], variant.query);
+    const QueryResult& result = run.results[i];
+    const bool right = variant.exact ? is_right(result, expected[i], variant.query, variant.filter, variant.depth)
+                                     : is_nearly_right(result, expected[i], variant.query);
     ++sum.rays;
-    sum.hits += answer.hit.found();
+    sum.hits += result.hit.found();
     if (!variant.exact) {
       ++sum.loose[scene.reference.at_edge[i]];
       sum.different_loose[scene.reference.at_edge[i]] += !right;
     } else if (!right) {
       ++sum.different;
-      if (++printed <= 3) print_difference(variant, scene, i, answer);
+      if (++printed <= 3) print_difference(variant, scene, i, result);
     }
   }
   CHECK(run.failed_rays == 0);
@@ -152,8 +152,8 @@ TEST_CASE("a query without custom primitives refuses a scene with them") {
   for (const Variant& variant : schedule_variants()) {
     INFO(variant.name);
     const Run run = Runner().run(variant, scene.device.at(variant.layout).view, scene.reference.rays, 1);
-    for (const Answer& answer : run.answers)
-      REQUIRE((answer.state == TraversalState::kRefused && answer.failed != 0 && !answer.hit.found()));
+    for (const QueryResult& result : run.results)
+      REQUIRE((result.state == TraversalState::kRefused && result.failed != 0 && !result.hit.found()));
     CHECK(run.failed_rays == 0);
   }
 }

@@ -19,16 +19,16 @@ constexpr unsigned kRays = 32 * kBlock;
 
 /// Failed and complete rays differ in their results, host and stacks count the same failures, and complete rays are
 /// right.
-void check_failures(const char* name, const Variant& variant, const Run& run, const HostAnswers& reference) {
+void check_failures(const char* name, const Variant& variant, const Run& run, const HostResults& reference) {
   std::uint32_t failed = 0, wrong = 0, untold = 0;
   for (std::size_t i = 0; i < reference.rays.size(); ++i) {
-    const Answer& answer = run.answers[i];
-    const bool overflow = answer.state == TraversalState::kStackOverflow;
+    const QueryResult& result = run.results[i];
+    const bool overflow = result.state == TraversalState::kStackOverflow;
     failed += overflow;
-    untold += overflow != (answer.failed != 0);
+    untold += overflow != (result.failed != 0);
     // Hits before the failure are true ones.
-    if (!overflow && !is_right(answer, reference.plain[i], variant.query, variant.filter, variant.depth)) ++wrong;
-    if (overflow && answer.hit.found() && digest_of(answer.hit) != digest_of(reference.plain[i].closest)) ++wrong;
+    if (!overflow && !is_right(result, reference.plain[i], variant.query, variant.filter, variant.depth)) ++wrong;
+    if (overflow && result.hit.found() && digest_of(result.hit) != digest_of(reference.plain[i].closest)) ++wrong;
   }
   std::printf("overflow, %s %s: %u of %zu rays failed, %u counted, %u wrong\n", name, variant.name, failed,
               reference.rays.size(), run.failed_rays, wrong);
@@ -49,7 +49,7 @@ TEST_CASE("stacks that are too small") {
   const build::Buffer file = must(build::map_file(path / file_name(source.name, NodeLayout::kPlanes)));
   gpu::DeviceAllocator allocator;
   const gpu::DeviceScene scene = must(gpu::upload_scene(file.bytes(), nullptr, allocator));
-  const HostAnswers reference = make_host_answers(source, make_scene_view(*open_buffer(file.bytes())), kRays, kRaySeed);
+  const HostResults reference = make_host_results(source, make_scene_view(*open_buffer(file.bytes())), kRays, kRaySeed);
   for (const Variant& variant : tiny_stack_variants()) {
     INFO(variant.name);
     // Entries of global memory: with the ring of 4, as many as the other stacks have.
@@ -72,9 +72,9 @@ TEST_CASE("a tree too deep for a restart trail") {
     for (unsigned i = 0; i < kLevels; ++i) {
       INFO(variant.name << ", ray " << i);
       const bool deep = i >= kTrailLevels;
-      REQUIRE((run.answers[i].state == TraversalState::kStackOverflow) == deep);
-      REQUIRE(run.answers[i].hit.primitive == (deep ? kInvalidId : i));
-      REQUIRE((run.answers[i].failed != 0) == deep);
+      REQUIRE((run.results[i].state == TraversalState::kStackOverflow) == deep);
+      REQUIRE(run.results[i].hit.primitive == (deep ? kInvalidId : i));
+      REQUIRE((run.results[i].failed != 0) == deep);
       failed += deep;
     }
     std::printf("overflow, chain of %u nodes, %s: %u rays failed, %u counted\n", kLevels, variant.name, failed,

@@ -9,12 +9,12 @@
 
 namespace hiprt::checks {
 
-struct InstanceAnswer {
+struct InstanceHit {
   float t = 0, u = 0;
   std::uint32_t instance[2] = {kInvalidId, kInvalidId};
   std::uint32_t primitive = kInvalidId;
 
-  friend bool operator==(const InstanceAnswer&, const InstanceAnswer&) = default;
+  friend bool operator==(const InstanceHit&, const InstanceHit&) = default;
 };
 
 /// The memory of a ray's stack and instance paths (PathMemory).
@@ -24,10 +24,10 @@ enum class MemoryOfStacks {
 };
 
 /// Default policies with another stack, two levels of instances, layout kPlanes.
-gpu::Result<std::vector<InstanceAnswer>> trace_instances(const gpu::InstanceReport* report, std::span<const Ray> rays,
-                                                         MemoryOfStacks memory, hipStream_t stream,
-                                                         gpu::Allocator& allocator);
+gpu::Result<std::vector<InstanceHit>> trace_instances(const gpu::InstanceReport* report, std::span<const Ray> rays,
+                                                      MemoryOfStacks memory, hipStream_t stream,
+                                                      gpu::Allocator& allocator);
 /// On the host.
-std::vector<InstanceAnswer> trace_instances(const SceneView& view, std::span<const Ray> rays);
+std::vector<InstanceHit> trace_instances(const SceneView& view, std::span<const Ray> rays);
 
 }  // namespace hiprt::checks

@@ -20,7 +20,7 @@ inline constexpr unsigned kGuard = 64;
 inline constexpr StackEntry kGuardEntry = 0xfeedfeedfeedfeedu;
 
 /// The result of a query for one ray.
-struct Answer {
+struct QueryResult {
   Hit hit;               ///< The first.
   TraversalState state;  ///< After the last call.
   std::uint32_t failed;  ///< Whether the last result reports a failure.
@@ -28,7 +28,7 @@ struct Answer {
   std::uint64_t digest;  ///< Of those hits, in any order.
 };
 
-/// Hits of one ray that a closest-hit query is asked for, one behind the other.
+/// Hits per ray that the test takes from a closest-hit query, in order.
 inline constexpr unsigned kDepth = 3;
 
 HIPRT_HD inline std::uint64_t mix(std::uint64_t state, std::uint32_t bits) {
@@ -61,7 +61,7 @@ using Customs = PrimitiveList<SphereSet, RoundCurveSet>;
 struct Job {
   SceneView scene;
   const Ray* rays;
-  Answer* answers;
+  QueryResult* results;
   std::uint32_t count;           ///< Rays.
   std::uint32_t* next;           ///< For batches; 0 at first.
   std::uint32_t* failed_rays;    ///< Counted by the stacks; 0 at first.
@@ -82,7 +82,7 @@ struct Variant {
   NodeLayout layout;
   Query query;
   Filtering filter;
-  unsigned depth;     ///< Hits asked for.
+  unsigned depth;     ///< Hits that the test takes from a query.
   bool batch;         ///< The grid may have fewer threads than there are rays.
   bool custom;        ///< It can trace Customs.
   bool exact = true;  ///< Hits have the host's bits.

@@ -163,46 +163,46 @@ template <class P, class Filter, class Primitives> struct QueryType<P, Query::kA
   using Type = AllHits<P, Filter, Primitives>;
 };
 
-/// Up to @p most hits of a query, one behind the other.
-template <class Asked> __device__ Answer ask(Asked& query, unsigned most) {
-  Answer answer{};
+/// The first hits of a query, at most @p most, in order.
+template <class TracedQuery> __device__ QueryResult first_hits(TracedQuery& query, unsigned most) {
+  QueryResult result{};
   Hit hit;
   for (unsigned i = 0; i < most; ++i) {
     hit = query.next_hit();
-    if (i == 0) answer.hit = hit;
+    if (i == 0) result.hit = hit;
     if (!hit.found()) break;
-    ++answer.count;
-    answer.digest += digest_of(hit);
+    ++result.count;
+    result.digest += digest_of(hit);
   }
-  answer.state = query.state();
-  answer.failed = hit.failed();
-  return answer;
+  result.state = query.state();
+  result.failed = hit.failed();
+  return result;
 }
 
-template <class Asked> __device__ Answer answer_of(const Asked& query) {
+template <class TracedQuery> __device__ QueryResult result_of(const TracedQuery& query) {
   const Hit hit = query.hit();
   return {hit, query.state(), hit.failed(), hit.found(), hit.found() ? digest_of(hit) : 0};
 }
 
-/// Hits that a query is asked for.
+/// Hits that the test takes from a query.
 template <class P> constexpr unsigned depth_of(Query query) {
   return query == Query::kAll ? 0xffffffffu : query == Query::kAny || P::Schedule::kBatchOnly ? 1 : kDepth;
 }
 
 template <class P, class Place, Query kQuery, class Filter, class Primitives>
 __device__ void trace_rays(const Job& job) {
-  using Asked = typename QueryType<P, kQuery, Filter, Primitives>::Type;
+  using TracedQuery = typename QueryType<P, kQuery, Filter, Primitives>::Type;
   Place place(job);
   const auto storage = place.storage(job);
   const auto make = [&](std::uint32_t ray) {
-    return Asked(job.scene, job.rays[ray], storage, Filter{}, primitives_of<Primitives>(job));
+    return TracedQuery(job.scene, job.rays[ray], storage, Filter{}, primitives_of<Primitives>(job));
   };
   if constexpr (P::Schedule::kBatchOnly) {
     trace_batch(job.count, job.next, make,
-                [&](std::uint32_t ray, const Asked& query) { job.answers[ray] = answer_of(query); });
+                [&](std::uint32_t ray, const TracedQuery& query) { job.results[ray] = result_of(query); });
   } else if (const std::uint32_t ray = blockIdx.x * kBlock + threadIdx.x; ray < job.count) {
-    Asked query = make(ray);
-    job.answers[ray] = ask(query, depth_of<P>(kQuery));
+    TracedQuery query = make(ray);
+    job.results[ray] = first_hits(query, depth_of<P>(kQuery));
   }
   if (!place.is_intact()) fetch_add(job.broken_guards, 1);
 }

@@ -12,7 +12,7 @@ template <Query kQuery> __global__ void call_default(Job job) {
   if (i >= job.count) return;
   const Hit hit = kQuery == Query::kClosest ? closest_hit(job.scene, job.rays[i]) : any_hit(job.scene, job.rays[i]);
   const TraversalState state = hit.found() ? TraversalState::kHit : TraversalState::kFinished;
-  job.answers[i] = {hit, state, hit.failed(), hit.found(), hit.found() ? digest_of(hit) : 0};
+  job.results[i] = {hit, state, hit.failed(), hit.found(), hit.found() ? digest_of(hit) : 0};
 }
 
 template <Query kQuery> Variant default_call(const char* name, NodeLayout layout) {

@@ -8,7 +8,7 @@ namespace hiprt::checks {
 namespace {
 
 template <class Filter, class Primitives>
-Expected ask_host(const SceneView& scene, const Ray& ray, const Primitives& primitives) {
+Expected trace_on_host(const SceneView& scene, const Ray& ray, const Primitives& primitives) {
   using P = Policies;
   P::Stack::Memory memory;
   Expected expected;
@@ -26,14 +26,15 @@ Expected ask_host(const SceneView& scene, const Ray& ray, const Primitives& prim
 }
 
 template <class Filter>
-std::vector<Expected> ask_all(const SceneSource& source, const SceneView& scene, const std::vector<Ray>& rays) {
+std::vector<Expected> trace_all_on_host(const SceneSource& source, const SceneView& scene,
+                                        const std::vector<Ray>& rays) {
   std::vector<Expected> expected;
   expected.reserve(rays.size());
   const std::vector<std::uint32_t> segments = segments_of(source.hair);
   const Customs customs{SphereSet{source.spheres.data()}, RoundCurveSet{source.hair.data(), segments.data()}};
   for (const Ray& ray : rays)
-    expected.push_back(source.has_customs() ? ask_host<Filter>(scene, ray, customs)
-                                            : ask_host<Filter>(scene, ray, NoPrimitives{}));
+    expected.push_back(source.has_customs() ? trace_on_host<Filter>(scene, ray, customs)
+                                            : trace_on_host<Filter>(scene, ray, NoPrimitives{}));
   return expected;
 }
 
@@ -50,41 +51,41 @@ bool is_among(const Hit& hit, const std::vector<Hit>& hits, bool whole) {
 
 }  // namespace
 
-HostAnswers make_host_answers(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed) {
-  HostAnswers reference;
+HostResults make_host_results(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed) {
+  HostResults reference;
   oracle::Random random(seed);
   for (unsigned i = 0; i < count; ++i) {
     const AimedRay aimed = random_ray(source, random);
     reference.rays.push_back(aimed.ray);
     reference.at_edge.push_back(aimed.at_edge);
   }
-  reference.plain = ask_all<NoFilter>(source, scene, reference.rays);
-  reference.rejecting = ask_all<RejectThird>(source, scene, reference.rays);
+  reference.plain = trace_all_on_host<NoFilter>(source, scene, reference.rays);
+  reference.rejecting = trace_all_on_host<RejectThird>(source, scene, reference.rays);
   return reference;
 }
 
-bool is_right(const Answer& answer, const Expected& expected, Query query, Filtering filter, unsigned depth) {
-  const bool found = answer.hit.found();
-  if (answer.failed != 0 || answer.state == TraversalState::kStackOverflow) return false;
+bool is_right(const QueryResult& result, const Expected& expected, Query query, Filtering filter, unsigned depth) {
+  const bool found = result.hit.found();
+  if (result.failed != 0 || result.state == TraversalState::kStackOverflow) return false;
   if (found != expected.closest.found()) return false;
   if (query == Query::kAll && filter == Filtering::kStop && found)
-    return answer.count == 1 && is_among(answer.hit, expected.all, true);
-  if (query == Query::kAll) return answer.count == expected.all.size() && answer.digest == expected.all_digest;
-  if (!found) return answer.count == 0 && digest_of(answer.hit) == digest_of(Hit{});
-  if (query == Query::kAny) return is_among(answer.hit, expected.all, false);
-  if (filter == Filtering::kStop) return answer.count == 1 && is_among(answer.hit, expected.all, true);
-  if (depth == kDepth && (answer.count != expected.near_count || answer.digest != expected.near_digest)) return false;
-  return digest_of(answer.hit) == digest_of(expected.closest);
+    return result.count == 1 && is_among(result.hit, expected.all, true);
+  if (query == Query::kAll) return result.count == expected.all.size() && result.digest == expected.all_digest;
+  if (!found) return result.count == 0 && digest_of(result.hit) == digest_of(Hit{});
+  if (query == Query::kAny) return is_among(result.hit, expected.all, false);
+  if (filter == Filtering::kStop) return result.count == 1 && is_among(result.hit, expected.all, true);
+  if (depth == kDepth && (result.count != expected.near_count || result.digest != expected.near_digest)) return false;
+  return digest_of(result.hit) == digest_of(expected.closest);
 }
 
-bool is_nearly_right(const Answer& answer, const Expected& expected, Query query) {
-  if (answer.failed != 0 || answer.hit.found() != expected.closest.found()) return false;
-  if (!answer.hit.found()) return true;
+bool is_nearly_right(const QueryResult& result, const Expected& expected, Query query) {
+  if (result.failed != 0 || result.hit.found() != expected.closest.found()) return false;
+  if (!result.hit.found()) return true;
   const auto resembles = [&](const Hit& hit) {
     const auto near = [](float a, float b, float scale) { return std::abs(a - b) <= 1e-4f * scale; };
-    return hit.geometry == answer.hit.geometry && hit.primitive == answer.hit.primitive &&
-           near(hit.t, answer.hit.t, std::abs(hit.t)) && near(hit.u, answer.hit.u, 10.0f) &&
-           near(hit.v, answer.hit.v, 10.0f);
+    return hit.geometry == result.hit.geometry && hit.primitive == result.hit.primitive &&
+           near(hit.t, result.hit.t, std::abs(hit.t)) && near(hit.u, result.hit.u, 10.0f) &&
+           near(hit.v, result.hit.v, 10.0f);
   };
   if (query == Query::kClosest) return resembles(expected.closest);
   return std::any_of(expected.all.begin(), expected.all.end(), resembles);

@@ -18,7 +18,7 @@ struct Expected {
 };
 
 /// A scene's rays and what they hit, without a filter and with RejectThird.
-struct HostAnswers {
+struct HostResults {
   std::vector<Ray> rays;
   std::vector<bool> at_edge;  ///< Of each ray.
   std::vector<Expected> plain, rejecting;
@@ -26,12 +26,12 @@ struct HostAnswers {
 };
 
 /// @param count rays of that seed. @param scene of layout planes.
-HostAnswers make_host_answers(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed);
+HostResults make_host_results(const SceneSource& source, const SceneView& scene, unsigned count, std::uint64_t seed);
 
-/// @param depth number of hits that the query was to find. @return whether the result is right.
-bool is_right(const Answer& answer, const Expected& expected, Query query, Filtering filter, unsigned depth);
+/// @param depth number of hits that the test takes from the query. @return whether the result is right.
+bool is_right(const QueryResult& result, const Expected& expected, Query query, Filtering filter, unsigned depth);
 /// The same within rounding: for other triangle tests.
-bool is_nearly_right(const Answer& answer, const Expected& expected, Query query);
+bool is_nearly_right(const QueryResult& result, const Expected& expected, Query query);
 
 /// Every bit of the numbers.
 std::string text(const Hit& hit);

@@ -12,7 +12,7 @@
 namespace hiprt::checks {
 
 struct Run {
-  std::vector<Answer> answers;
+  std::vector<QueryResult> results;
   std::uint32_t failed_rays;    ///< As the stacks counted them.
   std::uint32_t broken_guards;  ///< Of any stack memory.
 };
@@ -54,15 +54,15 @@ class Runner {
     const auto spheres = must(gpu::DeviceArray<Sphere>::from(source.spheres, nullptr, allocator_));
     const auto hair = must(gpu::DeviceArray<CurveVertex>::from(source.hair, nullptr, allocator_));
     const auto segments = must(gpu::DeviceArray<std::uint32_t>::from(segments_of(source.hair), nullptr, allocator_));
-    auto answers = must(gpu::DeviceArray<Answer>::make(count, nullptr, allocator_));
-    must(answers.fill(std::byte{0x5a}, nullptr));
+    auto results = must(gpu::DeviceArray<QueryResult>::make(count, nullptr, allocator_));
+    must(results.fill(std::byte{0x5a}, nullptr));
     GuardedEntries spill(std::size_t{blocks} * kBlock * entries, nullptr, allocator_);
     GuardedEntries slots(pool_spill_bytes(kSlots, entries, wave_) / sizeof(StackEntry), nullptr, allocator_);
     std::uint32_t* const word = words.data();
     const SpillPool pool{word + 3, slots.begin(), kSlots, entries};
     const Job job{scene,
                   device_rays.data(),
-                  answers.data(),
+                  results.data(),
                   count,
                   word,
                   word + 1,
@@ -72,7 +72,7 @@ class Runner {
                   pool,
                   Customs{SphereSet{spheres.data()}, RoundCurveSet{hair.data(), segments.data()}}};
     must(gpu::launch(variant.kernel, gpu::Grid{blocks}, nullptr, {.block = kBlock, .name = variant.name}, job));
-    Run result{must(answers.to_vector(nullptr)), 0, 0};
+    Run result{must(results.to_vector(nullptr)), 0, 0};
     const auto after = must(words.to_vector(nullptr));
     result.failed_rays = after[1];
     result.broken_guards = after[2] + spill.broken(nullptr) + slots.broken(nullptr);

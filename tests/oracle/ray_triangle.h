@@ -1,5 +1,5 @@
 #pragma once
-/// The exact answer to "does this ray meet this triangle, and where?": host only, no rounding anywhere in a decision.
+/// Decides exactly whether a ray meets a triangle, and where. Host only; no decision rounds.
 ///
 /// The ray origin + t * direction meets the closed triangle (p0, p1, p2) iff the three signed volumes
 ///     w0 = det[d, p1 - o, p2 - o],  w1 = det[d, p2 - o, p0 - o],  w2 = det[d, p0 - o, p1 - o]

@@ -59,13 +59,13 @@ bool same(const Hit& a, const Hit& b) {
 }
 
 /// Hits of the same rays.
-struct Answers {
+struct DeviceHits {
   std::vector<Hit> cpu, gpu;
 };
 
-Answers answers(const TestScene& scene, Query query, const TracePolicies& policies) {
+DeviceHits trace_on_both(const TestScene& scene, Query query, const TracePolicies& policies) {
   const std::vector<Ray> rays = random_rays(4000);
-  Answers result{std::vector<Hit>(rays.size()), std::vector<Hit>(rays.size())};
+  DeviceHits result{std::vector<Hit>(rays.size()), std::vector<Hit>(rays.size())};
   trace(make_scene_view(scene.view), query, policies, rays, result.cpu);
   GpuTracer tracer = gpu_tracer(scene.view);
   const auto seconds = tracer.trace(query, policies, rays, result.gpu);
@@ -76,7 +76,7 @@ Answers answers(const TestScene& scene, Query query, const TracePolicies& polici
 
 /// Checks that the hits of all but @p allowed rays agree.
 /// @return how many of the rays hit.
-template <class Agree> std::size_t compare_by(const Answers& hits, std::size_t allowed, Agree&& agree) {
+template <class Agree> std::size_t compare_by(const DeviceHits& hits, std::size_t allowed, Agree&& agree) {
   std::size_t different = 0, found = 0;
   for (std::size_t i = 0; i < hits.cpu.size(); ++i) {
     different += agree(hits.cpu[i], hits.gpu[i]) ? 0 : 1;
@@ -87,12 +87,12 @@ template <class Agree> std::size_t compare_by(const Answers& hits, std::size_t a
 }
 
 std::size_t compare(const TestScene& scene, Query query, const TracePolicies& policies, std::size_t allowed = 0) {
-  return compare_by(answers(scene, query, policies), allowed, same);
+  return compare_by(trace_on_both(scene, query, policies), allowed, same);
 }
 
 /// Compares the primitives of closest hits, and t to a relative 1e-4.
 std::size_t compare_distances(const TestScene& scene, const TracePolicies& policies, std::size_t allowed) {
-  return compare_by(answers(scene, Query::kClosest, policies), allowed, [](const Hit& a, const Hit& b) {
+  return compare_by(trace_on_both(scene, Query::kClosest, policies), allowed, [](const Hit& a, const Hit& b) {
     if (!a.found() || !b.found()) return a.found() == b.found();
     return a.geometry == b.geometry && a.primitive == b.primitive && std::abs(a.t - b.t) <= 1e-4f * a.t;
   });

@@ -20,9 +20,9 @@ inline constexpr double kDoubleUnit = 0x1p-53;
 template <class LayoutType> struct Far : DoubleRays<WithLayout<LayoutType>> {};
 template <class LayoutType> struct FarEveryBox : DoubleRays<WithLayout<LayoutType>> { using Boxes = oracle::EveryBox; };
 
-/// ask(policies) for the scene's layout.
-template <template <class> class P, class Ask> auto with_layout(const SceneView& scene, Ask&& ask) {
-  return dispatch_layout(scene.layout, [&](auto layout) { return ask(P<decltype(layout)>{}); });
+/// call(policies) for the scene's layout.
+template <template <class> class P, class Call> auto with_layout(const SceneView& scene, Call&& call) {
+  return dispatch_layout(scene.layout, [&](auto layout) { return call(P<decltype(layout)>{}); });
 }
 inline HitD closest(const SceneView& scene, const RayD& ray) {
   return with_layout<Far>(scene, [&](auto p) { return closest_hit<decltype(p)>(scene, ray); });

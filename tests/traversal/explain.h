@@ -1,5 +1,5 @@
 #pragma once
-/// How far a traced hit is from the exact answer, in units of rounding that a backward error analysis gives.
+/// How far a traced hit is from the exact hit, in units of rounding that a backward error analysis gives.
 ///
 /// Let D be the largest distance of a corner of the triangle from the ray's origin, and eps = 2^-24. A triangle test in
 /// float that first rounds p - o moves the corners by a small multiple of eps * D. So

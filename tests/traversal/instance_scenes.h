@@ -108,14 +108,14 @@ struct InstanceScene {
 template <class P> class EveryInstance {
  public:
   using Real = typename P::Real;
-  using Answer = BasicPathHit<Real, P::kLevels>;
+  using Result = BasicPathHit<Real, P::kLevels>;
   struct Flat : P {
     static constexpr unsigned kLevels = 0;
   };
 
   EveryInstance(const InstanceScene& scene, const SceneView& view) : scene_(scene), view_(view) {}
 
-  Answer closest(const BasicRay<Real>& ray) {
+  Result closest(const BasicRay<Real>& ray) {
     best_ = {};
     path_ = {};
     best_.t = ray.tmax;
@@ -152,7 +152,7 @@ template <class P> class EveryInstance {
   const InstanceScene& scene_;
   const SceneView& view_;
   InstancePath<P::kLevels> path_{};
-  Answer best_{};
+  Result best_{};
 };
 
 /// Through a cube of half the edge @p spread, at any time about [-3, 4).

@@ -97,8 +97,8 @@ void compare(const char* name, const Deforming& deforming, unsigned rays) {
     const Hit hit =
         ClosestHit<P, NoFilter, List>(view, ray, P::Stack::Storage(memory), {}, List{deforming.set()}).next_hit();
     const EmbreeHit embree = deforming.embree.closest(ray);
-    const Answer ours = hit.found() ? Answer{0, hit.primitive, hit.t} : Answer{};
-    opinion.judge(judge, ray, ours, embree.found() ? Answer{0, embree.primitive, embree.t} : Answer{});
+    const TracedHit ours = hit.found() ? TracedHit{0, hit.primitive, hit.t} : TracedHit{};
+    opinion.judge(judge, ray, ours, embree.found() ? TracedHit{0, embree.primitive, embree.t} : TracedHit{});
     const MetTriangle* met = judge.met(ours);
     INFO(name << ", seed " << kSeed << ", ray " << i);
     if (met != nullptr) REQUIRE(std::fabs(hit.t - met->t) * met->steepness <= 1.7321L * hit.error);

@@ -137,9 +137,9 @@ void look(const Both& both, const Ray& ray, RayJudge& judge) {
 }
 
 /// t is within the hit's own bounds of the exact one.
-bool within_own_bound(const RayJudge& judge, const Answer& answer, const SceneView& scene, const Ray& ray,
+bool within_own_bound(const RayJudge& judge, const TracedHit& named, const SceneView& scene, const Ray& ray,
                       const Hit& hit) {
-  const MetTriangle* met = judge.met(answer);
+  const MetTriangle* met = judge.met(named);
   if (met == nullptr) return true;
   const Real off = std::fabs(hit.t - met->t);
   return off * met->steepness <= 1.7321L * hit.error && off <= Real{t_error(scene, ray, hit)};
@@ -179,8 +179,8 @@ void compare(
     look(both, ray, judge);
     const auto hit = closest_hit<Tracer>(view, ray);
     const EmbreeHit embree = both.theirs.closest(ray);
-    const Answer ours = hit.found() ? Answer{number(hit.path), hit.primitive, hit.t} : Answer{};
-    const Answer theirs = embree.found() ? Answer{embree.instance, embree.primitive, embree.t} : Answer{};
+    const TracedHit ours = hit.found() ? TracedHit{number(hit.path), hit.primitive, hit.t} : TracedHit{};
+    const TracedHit theirs = embree.found() ? TracedHit{embree.instance, embree.primitive, embree.t} : TracedHit{};
     opinion.judge(judge, ray, ours, theirs);
     opinion.any_differs += any_hit<Tracer>(view, ray).found() == hit.found() ? 0 : 1;
     INFO(name << ", seed " << kSeed << ", ray " << i);

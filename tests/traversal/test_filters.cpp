@@ -59,11 +59,11 @@ struct CutOut {
 /// Records the candidates that it is called with, and returns the given value.
 struct Witness {
   std::vector<Hit>* seen;
-  FilterResult answer = FilterResult::kAccept;
+  FilterResult result = FilterResult::kAccept;
   std::uint32_t stop_at = kInvalidId;  ///< Hits of this geometry are the last.
   FilterResult operator()(const Ray&, const Hit& hit) const {
     seen->push_back(hit);
-    return hit.geometry == stop_at ? FilterResult::kAcceptAndStop : answer;
+    return hit.geometry == stop_at ? FilterResult::kAcceptAndStop : result;
   }
 };
 
@@ -231,7 +231,8 @@ template <class P> void check_witness(const std::vector<Mesh>& meshes, const Sce
       const Drained drained = query == 0 ? reject.closest(ray) : query == 1 ? reject.any(ray) : reject.all(ray);
       REQUIRE(drained.wrong == "");
       REQUIRE(drained.hits.empty());
-      // Rejected candidates do not shorten the ray: even a closest-hit query asks about all, each once.
+      // Rejected candidates do not shorten the ray: even a closest-hit query passes all of them to the filter, each
+      // once.
       REQUIRE(same_hits(sorted(seen), bare));
     }
   }

@@ -106,14 +106,14 @@ TEST_CASE("points, directions and normals along ways of instances are within the
         const Real3 n = cross(v, w);
         Real3 n_out = cross(v_out, w_out);
         for (Real& x : n_out) x /= determinant;
-        const Bounded answers[6] = {place.point_to_scene(rounded(p)),       place.vector_to_scene(rounded(v)),
+        const Bounded results[6] = {place.point_to_scene(rounded(p)),       place.vector_to_scene(rounded(v)),
                                     place.normal_to_scene(rounded(n)),      place.point_to_object(rounded(p_out)),
                                     place.vector_to_object(rounded(v_out)), place.normal_to_object(rounded(n_out))};
         const Real3 exact[6] = {p_out, v_out, n_out, p, v, n};
         for (unsigned a = 0; a < 6; ++a) {
           INFO("seed " << kSeed << ", chain " << i << ", " << k << ", transform " << a << (moves ? ", moving" : ""));
-          REQUIRE(part_of(answers[a], exact[a]) <= 1.0);
-          worst[a] = std::max(worst[a], part_of(answers[a], exact[a]));
+          REQUIRE(part_of(results[a], exact[a]) <= 1.0);
+          worst[a] = std::max(worst[a], part_of(results[a], exact[a]));
         }
       }
     }

@@ -24,13 +24,13 @@ constexpr std::uint64_t kSeed = 7121;
 template <class Set> struct OutOfLine {
   Set set;
 
-  [[gnu::noinline]] bool ask(const Ray& ray, float tmin, float tmax, std::uint32_t primitive,
-                             const std::function<bool(const CustomHit&)>& report) const {
+  [[gnu::noinline]] bool intersect_out_of_line(const Ray& ray, float tmin, float tmax, std::uint32_t primitive,
+                                               const std::function<bool(const CustomHit&)>& report) const {
     return set.intersect(ray, tmin, tmax, primitive, report);
   }
   template <class Report>
   bool intersect(const Ray& ray, float tmin, float tmax, std::uint32_t primitive, Report&& report) const {
-    return ask(ray, tmin, tmax, primitive, [&](const CustomHit& hit) { return report(hit); });
+    return intersect_out_of_line(ray, tmin, tmax, primitive, [&](const CustomHit& hit) { return report(hit); });
   }
 };
 

@@ -27,12 +27,12 @@ struct Tolerances {
 };
 
 /// A tracer's result; primitive kInvalidId: a miss.
-struct Answer {
+struct TracedHit {
   std::uint32_t instance = kInvalidId, primitive = kInvalidId;
   float t = 0.0f;
 
   bool found() const { return primitive != kInvalidId; }
-  friend bool operator==(const Answer& a, const Answer& b) {
+  friend bool operator==(const TracedHit& a, const TracedHit& b) {
     return a.primitive == b.primitive && a.instance == b.instance;
   }
 };
@@ -94,32 +94,32 @@ class RayJudge {
   Real distance(const Real3& point) const { return length(cross(point - origin_, direction_)) / length(direction_); }
 
   /// The triangle that the result names; nullptr: none, or one that the ray misses by a distance.
-  const MetTriangle* met(const Answer& answer) const {
+  const MetTriangle* met(const TracedHit& hit) const {
     for (const MetTriangle& met : met_)
-      if (met.instance == answer.instance && met.primitive == answer.primitive) return &met;
+      if (met.instance == hit.instance && met.primitive == hit.primitive) return &met;
     return nullptr;
   }
 
   /// The fault of a result, or "".
   /// @param tolerance which of a triangle's.
-  std::string fault(const Answer& answer, double Tolerances::*tolerance) const {
+  std::string fault(const TracedHit& hit, double Tolerances::*tolerance) const {
     char text[200];
-    const MetTriangle* named = met(answer);
+    const MetTriangle* named = met(hit);
     Real room = 0;
-    if (answer.found()) {
+    if (hit.found()) {
       if (named == nullptr || (!named->inside && named->boundary > named->tolerances.*tolerance))
         return "the ray passes the triangle";
       room = named->tolerances.*tolerance / named->steepness;
-      if (!(std::fabs(answer.t - named->t) <= room)) {
-        std::snprintf(text, sizeof text, "t is %.9g, not %.9Lg, which may be off by %.3Lg",
-                      static_cast<double>(answer.t), named->t, room);
+      if (!(std::fabs(hit.t - named->t) <= room)) {
+        std::snprintf(text, sizeof text, "t is %.9g, not %.9Lg, which may be off by %.3Lg", static_cast<double>(hit.t),
+                      named->t, room);
         return text;
       }
     }
     for (const MetTriangle& met : met_) {
       const Real allowed = met.tolerances.*tolerance;
       if (!met.inside || met.boundary <= allowed || met.t * met.steepness <= allowed) continue;
-      if (answer.found() && answer.t <= met.t + room + allowed / met.steepness) continue;
+      if (hit.found() && hit.t <= met.t + room + allowed / met.steepness) continue;
       std::snprintf(text, sizeof text,
                     "instance %u, triangle %u at t %.9Lg is missed, %.3Lg from its edge, allowed %.3Lg", met.instance,
                     met.primitive, met.t, met.boundary, allowed);
@@ -150,7 +150,7 @@ struct SecondOpinion {
   std::vector<double> our_errors, their_errors;
   double our_most = 0.0, their_most = 0.0;  ///< Share of the allowed error, also beyond an edge.
 
-  void judge(const RayJudge& judge, const Ray& ray, const Answer& ours, const Answer& theirs) {
+  void judge(const RayJudge& judge, const Ray& ray, const TracedHit& ours, const TracedHit& theirs) {
     ++rays;
     hits += ours.found() ? 1 : 0;
     differ += ours == theirs ? 0 : 1;
@@ -185,15 +185,15 @@ struct SecondOpinion {
   static double median(const std::vector<double>& values) { return values.empty() ? 0.0 : values[values.size() / 2]; }
   static double most(const std::vector<double>& values) { return values.empty() ? 0.0 : values.back(); }
 
-  static void measure(const RayJudge& judge, const Ray& ray, const Answer& answer, double Tolerances::*tolerance,
+  static void measure(const RayJudge& judge, const Ray& ray, const TracedHit& hit, double Tolerances::*tolerance,
                       std::vector<double>& errors, double& most) {
-    const MetTriangle* met = answer.found() ? judge.met(answer) : nullptr;
+    const MetTriangle* met = hit.found() ? judge.met(hit) : nullptr;
     if (met == nullptr) return;
     if (!met->inside) {
       most = std::max(most, static_cast<double>(met->boundary / met->tolerances.*tolerance));
       return;
     }
-    const Real distance = std::fabs(answer.t - met->t) * met->steepness;
+    const Real distance = std::fabs(hit.t - met->t) * met->steepness;
     most = std::max(most, static_cast<double>(distance / met->tolerances.*tolerance));
     const Real whole = length(real3(ray.origin)) + met->t * length(real3(ray.direction));
     errors.push_back(static_cast<double>(distance / whole * 0x1p24L));
