@@ -15,7 +15,7 @@ namespace hiprt::build {
 
 /// Threads of a refit, and when it advises a rebuild.
 struct RefitOptions {
-  /// Threads. 0 or more than the process may use: all of them. The result does not depend on it.
+  /// Number of threads. 0, or more than the process may use: all of them. The result does not depend on it.
   unsigned threads = 0;
   /// At least 0: a rebuild is advised when the exchange slack (statistics.h) has grown by more than this since the
   /// build. 0.05: when a fresh tree would save half of a ray's work or more (decision 0012).
@@ -26,14 +26,14 @@ struct RefitOptions {
   ProgressCallback progress{};
 };
 
-/// The figures "built" are those of the tree when it was built, however often it was refitted since. They come from the
-/// file's provenance; without one they are those of the tree before this refit.
+/// The figures named "built" are those of the tree when it was built, also after several refits. They come from the
+/// file's provenance. Without provenance they are those of the tree before this refit.
 struct RefitStatistics {
   std::uint64_t nodes = 0, leaves = 0;      ///< Records that were written.
   double sah_cost_built = 0, sah_cost = 0;  ///< As measure_tree(), with the costs that the tree was built for.
   double cost_ratio = 1;                    ///< sah_cost / sah_cost_built; 1 if the scene has no area.
   double exchange_slack_built = 0, exchange_slack = 0;  ///< As measure_tree().
-  bool rebuild_advised = false;          ///< By RefitOptions. A large cost_ratio alone may be the scene's.
+  bool rebuild_advised = false;          ///< By RefitOptions. A large cost_ratio alone may be due to the scene.
   std::uint64_t scratch_bytes_peak = 0;  ///< Peak memory of the refit's arrays.
   double check_seconds = 0, write_seconds = 0, measure_seconds = 0, total_seconds = 0;
 };
@@ -47,11 +47,12 @@ struct RefitStatistics {
 /// node writes it (Karras, "Maximizing parallelism in the construction of BVHs", 2012).
 ///
 /// @param file aligned to 128 bytes; open_buffer() and validate() accept it (the content is not checked again).
-/// @param moved as many geometries as the file has, of the same kinds and types, with the same numbers of primitives,
-/// in the same order, and of shapes as many points and the same segments; masks and names do not matter. Triangles that
-/// were dropped must still be ones that are dropped (input.h). A triangle in the tree whose corners now coincide stays
-/// there: no ray hits it.
-/// @return kCancelled, kOutOfMemory, or kInvalidInput with the geometry and primitive, where only a build helps:
+/// @param moved the geometries of the file, in the same order, with the same kinds, types and numbers of primitives.
+/// Shapes have the same number of points and the same segments. Masks and names do not matter. Triangles that the
+/// builder dropped must still be dropped ones (input.h). A triangle in the tree whose corners now coincide stays there:
+/// no ray hits it.
+/// @return kCancelled, kOutOfMemory, or kInvalidInput with the geometry and primitive. After kInvalidInput only a build
+/// helps:
 /// - @p file is no BVH file, or @p moved is another scene, or an index is past the vertices;
 /// - a primitive of the tree is not finite, has an inverted box, or is too large for layout quantized;
 /// - a dropped primitive would be kept by a new build;

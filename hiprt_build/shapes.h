@@ -16,13 +16,14 @@
 namespace hiprt::build {
 
 /// @return the smallest boxes of floats around shapes, for CustomGeometry::boxes. Boxes of primitives that are never
-/// hit (radius 0) are inverted, so that build() drops them. Errors: kInvalidInput with the number of the point or
-/// segment for a coordinate or radius that is not finite, a negative radius, a segment without a second point, segments
-/// of spheres, or an unknown kind. kTooLarge for 2^32 points or more. kOutOfMemory.
+/// hit (radius 0) are inverted, so that build() drops them. Errors: kTooLarge for 2^32 points or more, kOutOfMemory, or
+/// kInvalidInput with the number of the point or segment. kInvalidInput means a coordinate or radius that is not
+/// finite, a negative radius, a segment without a second point, segments of spheres, or an unknown kind.
 /// @param threads 0, or more than the process may use: all of them.
 HIPRT_BUILD_API Result<std::vector<Box>> shape_boxes(const Shapes& shapes, unsigned threads = 0);
 
-/// @return the segments of strands whose points lie in one array: the numbers of all points except the last of each.
+/// @return the segments of strands whose points lie in one array: the numbers of all points except the last of each
+/// strand.
 /// @param points how many points each strand has.
 HIPRT_BUILD_API std::vector<std::uint32_t> strand_segments(std::span<const std::uint32_t> points);
 

@@ -22,17 +22,19 @@ struct TreeStatistics {
   double pair_fill = 0;                              ///< Primitives per leaf / 2.
   double sah_cost = 0;  ///< Expected cost of a random ray that hits the root box (MacDonald & Booth 1990): see below.
   double sibling_overlap = 0;  ///< Area-weighted mean of sibling intersection area / parent area.
-  double exchange_slack = 0;   ///< 0 to 1, how far from what small changes would reach: see below.
+  double exchange_slack = 0;   ///< 0 to 1: the part of the area that small changes would save; see below.
 };
 
-/// SAH cost = (sum over nodes of area * costs.box_node + sum over leaves of their child box's area * costs.leaf, or
-/// costs.custom) / root area, areas being half the surface of the boxes stored in the parents (layout half: infinite
-/// planes are the header's bounds). A root that is a leaf: the cost of its leaves.
+///     SAH cost = (sum over nodes of area * costs.box_node + sum over leaves of area * costs.leaf) / root area
 ///
-/// Exchange slack: the part of the box nodes' areas (the root's not counted) that exchanging one child of each for one
-/// of its siblings would save at best (the gain of tree rotations: Kensler, "Tree rotations for improving bounding
-/// volume hierarchies", 2008). It does not depend on how large or spread the scene is; builders that look for the least
-/// area leave 0.00 to 0.08, lbvh up to 0.2.
+/// An area is half the surface of the box that the parent stores; a leaf has the area of its child box. Leaves of
+/// custom primitives have costs.custom. In layout half the header's bounds replace infinite planes. If the root is a
+/// leaf, the SAH cost is the cost of its leaves.
+///
+/// Exchange slack: how much area exchanges of nodes would save, as a part of the sum of the box nodes' areas without
+/// the root. For each box node, one of its children may be exchanged for one of its siblings; the best exchange counts.
+/// This is the gain of tree rotations (Kensler, "Tree rotations for improving bounding volume hierarchies", 2008). It
+/// does not depend on how large or spread the scene is. Builders that minimize area leave 0.00 to 0.08, lbvh up to 0.2.
 /// @pre @p view is of a validated file.
 HIPRT_BUILD_API TreeStatistics measure_tree(const BufferView& view, const SahCosts& costs = {});
 

@@ -12,7 +12,7 @@
 
 namespace hiprt::build {
 
-/// A triangle of several leaves, and one of the leaves.
+/// A triangle that is in several leaves, and one of these leaves.
 struct SharedTriangle {
   std::uint32_t primitive, leaf;
 
@@ -22,13 +22,13 @@ struct SharedTriangle {
 };
 
 struct CheckedTree {
-  /// Of a home: the number of a primitive that is in the same several leaves.
+  /// A bit of `home`: the other bits are not a leaf, but a primitive that is in the same leaves.
   static constexpr std::uint32_t kShared = 0x80000000u;
 
   ScratchArray<std::uint32_t> order;  ///< All nodes, parents before their children.
-  /// Per primitive: its leaf; or kShared and a primitive, the same one for all that are in the same leaves; kInvalidId
-  /// for dropped ones. Of a custom primitive in several leaves the one whose box it enlarges least, then the lower
-  /// node: its shape in a part of its box is unknown.
+  /// Per primitive one of these: its leaf; kShared and a primitive, the same for all primitives in the same leaves;
+  /// kInvalidId if it is dropped. A custom primitive in several leaves goes to the leaf whose box it enlarges least; of
+  /// equal leaves the lower one. It is not split, because its shape inside a part of its box is unknown.
   ScratchArray<std::uint32_t> home;
   std::vector<SharedTriangle> shared;  ///< Sorted.
 

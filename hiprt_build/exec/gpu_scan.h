@@ -1,6 +1,6 @@
 #pragma once
-/// Sums of all values before each: of the lanes of a group, the threads of a block, the tiles of a grid, and of an
-/// array on the device. Nothing is allocated. Internal.
+/// Prefix sums (scans) over the lanes of a group, the threads of a block, the tiles of a grid, and an array on the
+/// device. Nothing is allocated. Internal.
 
 #include <hiprt_build/exec/wave_group.h>
 #include <hiprt_build/gpu/launch.h>
@@ -10,7 +10,7 @@
 
 namespace hiprt::build {
 
-/// The sum of the values of the lane and of the group's lower ones.
+/// Inclusive scan. @return the sum of the values of this lane and the group's lower lanes.
 inline __device__ std::uint32_t sum_up(const WaveGroup& group, std::uint32_t value) {
   for (unsigned step = 1; step < WaveGroup::kLanes; step *= 2) {
     const std::uint32_t before = group.from((group.lane() - step) % WaveGroup::kLanes, value);
@@ -19,15 +19,16 @@ inline __device__ std::uint32_t sum_up(const WaveGroup& group, std::uint32_t val
   return value;
 }
 
-/// The sum of the values of the group's lower lanes. @param total becomes that of all.
+/// Exclusive scan. @return the sum of the values of the group's lower lanes. @param total becomes the sum of all lanes.
 inline __device__ std::uint32_t group_scan(const WaveGroup& group, std::uint32_t value, std::uint32_t& total) {
   const std::uint32_t sum = sum_up(group, value);
   total = group.from(WaveGroup::kLanes - 1, sum);
   return sum - value;
 }
 
-/// The sum of the values of the block's lower threads. @param total becomes that of all.
-/// @param shared of the block; it can be used again at once.
+/// Exclusive scan. @return the sum of the values of the block's lower threads. @param total becomes the sum of all
+/// threads.
+/// @param shared memory of the block; it can be used again at once.
 template <unsigned kGroups>
 __device__ std::uint32_t block_scan(std::uint32_t (&shared)[kGroups], std::uint32_t value, std::uint32_t& total) {
   const unsigned my_group = threadIdx.x / WaveGroup::kLanes;
@@ -45,16 +46,17 @@ __device__ std::uint32_t block_scan(std::uint32_t (&shared)[kGroups], std::uint3
   return result;
 }
 
-/// Blocks that work on tiles in turn, and the sums of the tiles before each (Merrill and Garland, "Single-pass parallel
-/// prefix scan with decoupled look-back", 2016). Who waits for a tile's sum waits for a block that is running: one that
-/// took an earlier tile. Sum and state of a tile are one word, so nothing has to be fenced.
+/// Scan over the tiles of a grid, whose blocks take tiles in turn (Merrill and Garland, "Single-pass parallel prefix
+/// scan with decoupled look-back", 2016). A block that waits for the sum of an earlier tile waits for a running block:
+/// the one that took that tile. Sum and state of a tile are one word, so no memory fence is needed.
 class TileSums {
  public:
-  /// @param taken 0 at first. @param words one per tile, of 0 or of other epochs at first. @param epoch not 0.
+  /// @param taken counts the taken tiles; 0 at first. @param words one per tile; at first 0, or from other epochs.
+  /// @param epoch not 0.
   HIPRT_HD TileSums(std::uint32_t* taken, std::uint64_t* words, std::uint32_t epoch)
       : taken_(taken), words_(words), epoch_(epoch) {}
 
-  /// For one thread of the block. @return a tile that nobody has taken.
+  /// For one thread of the block. @return a tile that no block has taken.
   __device__ std::uint32_t take() const { return fetch_add(taken_, 1); }
 
   /// For one group of the block that took the tile. @return the sum of the totals of the tiles before.
@@ -66,7 +68,7 @@ class TileSums {
     publish(group, tile, kOwn, total);
     std::uint32_t sum = 0;
     for (std::uint32_t end = tile;; end -= WaveGroup::kLanes) {
-      // Tile 0 knows the sum of all, so the tiles before it are nobody's matter.
+      // Tile 0 publishes kAll, so lanes that would look before tile 0 are not relevant.
       const std::uint32_t lane = group.lane(), mine = end - 1 - lane;
       std::uint32_t value = 0, relevant = 0, all = 0;
       for (bool waits = true; waits;) {
@@ -87,7 +89,7 @@ class TileSums {
   }
 
  private:
-  /// What a tile's word holds the sum of: this tile, or it and all before.
+  /// What the sum in a tile's word covers: this tile alone, or this tile and all tiles before it.
   static constexpr std::uint32_t kOwn = 0, kAll = 1;
 
   __device__ void publish(const WaveGroup& group, std::uint32_t tile, std::uint32_t kind, std::uint32_t sum) const {
@@ -129,10 +131,10 @@ static __global__ void __launch_bounds__(kBlock) scan_tile(const std::uint32_t* 
 
 }  // namespace gpu_scan_detail
 
-/// sums[i] = values[0] + ... + values[i - 1], in 32 bits. Where only the device knows how many values there are, the
-/// rest of @p count are 0: the sums behind the last are then that of all.
-/// @param temp nullptr: only says how many bytes it must have. Aligned to 8 bytes.
-/// @param sums may be @p values. @param all nullptr, or becomes the sum of all.
+/// sums[i] = values[0] + ... + values[i - 1], in 32 bits. If only the device knows the number of values, fill the rest
+/// of @p count with 0. The sums behind the last value are then the sum of all.
+/// @param temp aligned to 8 bytes. If nullptr, the function only stores the needed size in @p temp_bytes.
+/// @param sums may be @p values. @param all nullptr, or receives the sum of all values.
 /// @pre count < 2^32 - 2048
 inline gpu::Result<void> exclusive_scan(void* temp, std::size_t& temp_bytes, const std::uint32_t* values,
                                         std::uint32_t* sums, std::uint32_t count, std::uint32_t* all,

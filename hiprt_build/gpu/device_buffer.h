@@ -1,6 +1,6 @@
 #pragma once
-/// Owners of device memory. Copies go through the caller's stream and return before they are done; host memory that
-/// takes part must live until the stream has passed the copy.
+/// Owners of device memory. Copies go through the caller's stream and return before they are done. Host memory of a
+/// copy must live until the stream has passed the copy.
 
 #include <hiprt_build/gpu/allocator.h>
 
@@ -14,10 +14,11 @@
 
 namespace hiprt::gpu {
 
-/// Move-only bytes on the device. Given back to their allocator, on their stream, at the end; both must live till then.
+/// Move-only bytes on the device. The destructor gives them back to their allocator, on their stream; both must live
+/// until then.
 class DeviceBuffer {
  public:
-  /// Empty; needs no device.
+  /// An empty buffer; needs no device.
   DeviceBuffer() = default;
 
   /// @param bytes may be 0: then nothing is allocated. The content is undefined.
@@ -53,7 +54,7 @@ class DeviceBuffer {
   DeviceBuffer& operator=(const DeviceBuffer&) = delete;
   ~DeviceBuffer() { release(); }
 
-  /// Gives the memory back now; the buffer is empty then.
+  /// Gives the memory back now and leaves the buffer empty.
   void release() noexcept {
     if (allocator_ != nullptr) allocator_->free(data_, stream_);
     data_ = nullptr;
@@ -62,7 +63,7 @@ class DeviceBuffer {
     allocator_ = nullptr;
   }
 
-  /// The memory will be given back on @p stream: the one whose work uses it last.
+  /// The memory will be given back on @p stream. Pass the stream whose work uses it last.
   void free_on(hipStream_t stream) { stream_ = stream; }
 
   std::byte* data() { return data_; }  ///< On the device; nullptr if empty.
@@ -70,21 +71,22 @@ class DeviceBuffer {
   std::size_t size() const { return size_; }  ///< Bytes.
   bool empty() const { return size_ == 0; }
 
-  /// Host to device. @return kInvalidInput if it would pass the end.
+  /// Copies host to device. @return kInvalidInput if the copy would pass the end.
   Result<void> upload(std::span<const std::byte> from, hipStream_t stream, std::size_t offset = 0) {
     if (auto range = check_range("upload", offset, from.size()); !range || from.empty()) return range;
     return check(hipMemcpyAsync(data_ + offset, from.data(), from.size(), hipMemcpyHostToDevice, stream),
                  "hipMemcpyAsync", from.size(), " bytes to the device");
   }
 
-  /// Device to host: @p to is filled once the stream is synchronized. @return kInvalidInput if it would pass the end.
+  /// Copies device to host: @p to is filled once the stream is synchronized.
+  /// @return kInvalidInput if the copy would pass the end.
   Result<void> download(std::span<std::byte> to, hipStream_t stream, std::size_t offset = 0) const {
     if (auto range = check_range("download", offset, to.size()); !range || to.empty()) return range;
     return check(hipMemcpyAsync(to.data(), data_ + offset, to.size(), hipMemcpyDeviceToHost, stream), "hipMemcpyAsync",
                  to.size(), " bytes from the device");
   }
 
-  /// Every byte becomes @p value.
+  /// Sets every byte to @p value.
   Result<void> fill(std::byte value, hipStream_t stream) {
     if (empty()) return {};
     return check(hipMemsetAsync(data_, std::to_integer<int>(value), size_, stream), "hipMemsetAsync", size_, " bytes");
@@ -130,7 +132,7 @@ template <class T> class DeviceArray {
     return array;
   }
 
-  /// An array with the values, which must live until the stream has passed the copy.
+  /// Makes an array with copies of @p values, which must live until the stream has passed the copy.
   static Result<DeviceArray> from(std::span<const T> values, hipStream_t stream, Allocator& allocator) {
     auto array = make(values.size(), stream, allocator);
     if (!array) return array;
@@ -147,19 +149,20 @@ template <class T> class DeviceArray {
   std::size_t size_bytes() const { return buffer_.size(); }
   bool empty() const { return buffer_.empty(); }
 
-  /// Host to device, from element @p first on. @return kInvalidInput if it would pass the end.
+  /// Copies host to device, from element @p first on. @return kInvalidInput if the copy would pass the end.
   Result<void> upload(std::span<const T> from, hipStream_t stream, std::size_t first = 0) {
     if (auto range = check_range("upload", first, from.size()); !range) return range;
     return buffer_.upload(std::as_bytes(from), stream, first * sizeof(T));
   }
 
-  /// Device to host: @p to is filled once the stream is synchronized. @return kInvalidInput if it would pass the end.
+  /// Copies device to host: @p to is filled once the stream is synchronized.
+  /// @return kInvalidInput if the copy would pass the end.
   Result<void> download(std::span<T> to, hipStream_t stream, std::size_t first = 0) const {
     if (auto range = check_range("download", first, to.size()); !range) return range;
     return buffer_.download(std::as_writable_bytes(to), stream, first * sizeof(T));
   }
 
-  /// All elements; waits for the stream. @return also the errors of work before it.
+  /// Downloads all elements and waits for the stream. @return also the errors of earlier work on the stream.
   Result<std::vector<T>> to_vector(hipStream_t stream) const {
     std::vector<T> result;
     try {
@@ -173,7 +176,7 @@ template <class T> class DeviceArray {
     return result;
   }
 
-  /// Every byte becomes @p value.
+  /// Sets every byte to @p value.
   Result<void> fill(std::byte value, hipStream_t stream) { return buffer_.fill(value, stream); }
 
  private:

@@ -23,7 +23,7 @@ template <class Number>
 requires std::is_arithmetic_v<Number>
 void append(std::string& text, Number part) { text += std::to_string(part); }
 
-/// Drops an error that nobody can be told of, from the runtime's record too.
+/// Drops an error that cannot be reported, and clears it from the runtime's record.
 inline void ignore(hipError_t status) {
   if (status != hipSuccess) static_cast<void>(hipGetLastError());
 }
@@ -33,7 +33,7 @@ inline bool has_device() {
   return hipGetDeviceCount(&devices) == hipSuccess && devices > 0;
 }
 
-/// What memory there is, or that there is no GPU: behind the first half of a message.
+/// Chooses the code of an error. Appends to its message that there is no GPU, or how much memory is free.
 inline ErrorCode classify(hipError_t status, std::string& text) {
   ErrorCode code = ErrorCode::kGpu;
   std::size_t free_bytes = 0, total_bytes = 0;
@@ -51,22 +51,22 @@ inline ErrorCode classify(hipError_t status, std::string& text) {
 
 }  // namespace error_detail
 
-/// An error whose message is the parts, strings and numbers, one behind the other.
+/// Makes an error. Its message joins the parts, which are strings and numbers.
 template <class... Parts> tl::unexpected<Error> fail(ErrorCode code, const Parts&... parts) {
   Error error{code, {}};
   (error_detail::append(error.message, parts), ...);
   return tl::unexpected<Error>(std::move(error));
 }
 
-/// Makes a Result of what a HIP call returned.
+/// Turns the status of a HIP call into a Result.
 ///
 ///     return check(hipMalloc(&pointer, bytes), "hipMalloc", bytes, " bytes wanted");
 ///
-/// The message reads "hipMalloc: hipErrorOutOfMemory (out of memory), 4096 bytes wanted, 512 of 1024 bytes free"; the
-/// free bytes are those of the current device, in messages about memory only. The runtime's record of its last error is
-/// cleared, so that nobody else takes this one for theirs.
+/// The message reads "hipMalloc: hipErrorOutOfMemory (out of memory), 4096 bytes wanted, 512 of 1024 bytes free". Only
+/// messages about memory end with the free bytes, which are those of the current device. The runtime's record of its
+/// last error is cleared, so that later code does not take this error for its own.
 /// @param call the function's name.
-/// @param context strings and numbers: what was asked for, with its sizes. May be empty.
+/// @param context strings and numbers: the request and its sizes. May be empty.
 /// @return nothing, or kOutOfMemory, kNoDevice (no GPU, no driver) or kGpu.
 template <class... Context> Result<void> check(hipError_t status, const char* call, const Context&... context) {
   if (status == hipSuccess) return {};

@@ -59,7 +59,7 @@ enum class InstanceStatus : std::uint32_t {
   kBadObject = 3,       ///< There is no object of that number.
   kBadFlags = 4,        ///< Others than InstanceFlags.
   kTooFar = 5,          ///< Bounds are beyond what floats hold.
-  kIllConditioned = 6,  ///< The transforms on the way to a primitive, together: beyond kMaxCondition.
+  kIllConditioned = 6,  ///< The transforms on the path to a primitive, together: beyond kMaxCondition.
   kTooDeep = 7,         ///< As BuildStatus.
   kTooLarge = 8,        ///< As BuildStatus.
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// Starting kernels: sizes are checked before, errors come back as values.
+/// Launches kernels. Sizes are checked before the launch, and errors are returned as values.
 
 #include <hiprt_build/gpu/error.h>
 #include <hiprt_device/scene_view.h>
@@ -12,20 +12,20 @@
 
 namespace hiprt::gpu {
 
-/// Blocks of a launch.
+/// Number of blocks of a launch, along each axis.
 struct Grid {
   unsigned x = 1, y = 1, z = 1;
 };
 
 struct LaunchOptions {
-  unsigned block = 0;  ///< Threads of a block, along x; 0: as many as keep most of the device busy.
+  unsigned block = 0;  ///< Threads of a block, along x; 0: the number with the highest occupancy.
   std::size_t dynamic_shared_bytes = 0;
   const char* name = "kernel";  ///< For messages.
 };
 
 namespace launch_detail {
 
-/// What the kernel allows on the current device, and the launch that is asked for.
+/// The requested launch, and the kernel's limits on the current device.
 struct Plan {
   const void* kernel;
   Grid grid;
@@ -42,14 +42,14 @@ inline std::string describe(const Plan& plan) {
          text(plan.attributes.sharedSizeBytes) + " + " + text(plan.dynamic_shared_bytes) + " bytes";
 }
 
-/// kInvalidInput for a number beyond its limit.
+/// @return kInvalidInput for a number over its limit.
 inline Result<void> within(const Plan& plan, const char* what, std::uint64_t number, std::uint64_t limit,
                            const char* limit_name) {
   if (number <= limit) return {};
   return fail(ErrorCode::kInvalidInput, describe(plan), ": ", what, " ", number, " is over ", limit_name, ", ", limit);
 }
 
-/// One axis of the grid. Threads along an axis are counted in 32 bits: by AMD's runtime, and by most kernels.
+/// Checks one axis of the grid. AMD's runtime and most kernels count the threads along an axis in 32 bits.
 inline Result<void> check_axis(const Plan& plan, std::uint64_t blocks, std::uint64_t block, hipDeviceAttribute_t limit,
                                const char* limit_name) {
   if (blocks == 0) return fail(ErrorCode::kInvalidInput, describe(plan), ": the grid is empty");
@@ -69,7 +69,7 @@ inline Result<void> check_grid_limits(const Plan& plan) {
   return check_axis(plan, grid.z, 1, hipDeviceAttributeMaxGridDimZ, "the device's MaxGridDimZ");
 }
 
-/// Threads of a block that keep most of the device busy.
+/// @return the number of threads of a block that gives the highest occupancy.
 inline Result<unsigned> choose_block(const Plan& plan) {
   int grid = 0, block = 0;
   if (auto chosen = check(hipOccupancyMaxPotentialBlockSize(&grid, &block, plan.kernel, plan.dynamic_shared_bytes, 0),
@@ -80,7 +80,7 @@ inline Result<unsigned> choose_block(const Plan& plan) {
   return static_cast<unsigned>(block);
 }
 
-/// The plan without its grid: the block's size is chosen if need be, and the block is checked.
+/// Makes a plan without its grid: chooses the size of the block if it is 0, and checks the block.
 inline Result<Plan> make_plan(const void* kernel, const LaunchOptions& options) {
   Plan plan{kernel, {}, options.block, options.dynamic_shared_bytes, options.name, {}};
   if (auto got = check(hipFuncGetAttributes(&plan.attributes, kernel), "hipFuncGetAttributes", plan.name); !got)
@@ -101,14 +101,14 @@ inline Result<Plan> make_plan(const void* kernel, const LaunchOptions& options) 
   return plan;
 }
 
-/// Debug builds look where the memory of a scene is: a view of host memory would fault in the kernel, or return hits of
-/// whatever is there on the device.
+/// Debug builds check where the memory of a scene is. A kernel that gets a view of host memory would fault, or return
+/// hits of unrelated device memory.
 template <class Argument> Result<void> check_argument(const Plan&, const Argument&) { return {}; }
 #if !defined(NDEBUG)
 inline Result<void> check_argument(const Plan& plan, const SceneView& scene) {
   hipPointerAttribute_t attributes{};
   if (scene.base == nullptr || hipPointerGetAttributes(&attributes, scene.base) == hipSuccess) return {};
-  static_cast<void>(hipGetLastError());  // The query has set it.
+  static_cast<void>(hipGetLastError());  // hipPointerGetAttributes() has set it.
   return fail(
       ErrorCode::kInvalidInput, describe(plan),
       ": the SceneView is of host memory, which the device cannot read; take the view of upload_scene(), or pass "
@@ -132,10 +132,10 @@ inline Result<void> start(const Plan& plan, hipStream_t stream, void** arguments
 
 }  // namespace launch_detail
 
-/// Starts @p kernel on @p stream, which must be one of the current device. Returns before the kernel is done: its own
-/// errors (a bad address) come from whoever waits for the stream.
+/// Starts @p kernel on @p stream, which must belong to the current device. Returns before the kernel is done. The call
+/// that waits for the stream reports errors of the kernel itself (a bad address).
 /// @param arguments convert to the kernel's parameters.
-/// @return kInvalidInput with the launch's sizes and the limit that it passes, or the runtime's error. In debug builds
+/// @return kInvalidInput with the launch's sizes and the limit that it exceeds, or the runtime's error. In debug builds
 /// (without NDEBUG) also kInvalidInput for a SceneView of memory that the device cannot read.
 template <class... Parameters>
 Result<void> launch(void (*kernel)(Parameters...), Grid grid, hipStream_t stream, const LaunchOptions& options,
@@ -148,8 +148,8 @@ Result<void> launch(void (*kernel)(Parameters...), Grid grid, hipStream_t stream
   return launch_detail::start(*plan, stream, addresses.data());
 }
 
-/// The same with as many blocks along x as @p count threads need: the kernel's thread i works on item i, if there is
-/// one. Nothing is started for no items.
+/// The same with as many blocks along x as @p count threads need: thread i works on item i if i < @p count. If @p count
+/// is 0, nothing is started.
 template <class... Parameters>
 Result<void> launch(void (*kernel)(Parameters...), std::uint64_t count, hipStream_t stream,
                     const LaunchOptions& options, std::type_identity_t<Parameters>... arguments) {
@@ -168,8 +168,8 @@ Result<void> launch(void (*kernel)(Parameters...), std::uint64_t count, hipStrea
 
 namespace launch_detail {
 
-/// How much of the memory that an NVIDIA multiprocessor divides between L1 and shared memory is to be shared memory;
-/// -1: as the driver likes. On AMD these are not one memory.
+/// On an NVIDIA multiprocessor, L1 and shared memory are parts of one memory. Sets the percentage that becomes shared
+/// memory; -1: the driver decides. Does nothing on AMD, where they are separate.
 inline Result<void> prefer_shared_memory([[maybe_unused]] const void* kernel, [[maybe_unused]] int percent) {
 #if defined(__HIP_PLATFORM_NVIDIA__)
   return check(hipFuncSetAttribute(kernel, hipFuncAttributePreferredSharedMemoryCarveout, percent),
@@ -179,7 +179,8 @@ inline Result<void> prefer_shared_memory([[maybe_unused]] const void* kernel, [[
 #endif
 }
 
-/// The least that @p resident blocks need, in percent; the driver goes up to the next division that there is.
+/// @return the least percentage that @p resident blocks need. The driver rounds it up to the next division that the
+/// device has. @param bytes of shared memory per block.
 inline Result<int> percent_needed([[maybe_unused]] unsigned resident, [[maybe_unused]] std::size_t bytes) {
 #if defined(__HIP_PLATFORM_NVIDIA__)
   int device = 0, most = 0, reserved = 0;
@@ -202,7 +203,7 @@ inline Result<int> percent_needed([[maybe_unused]] unsigned resident, [[maybe_un
 
 }  // namespace launch_detail
 
-/// Blocks of @p block threads that a compute unit holds at once; 0 if not one fits.
+/// @return how many blocks of @p block threads a compute unit holds at once; 0 if not one fits.
 inline Result<unsigned> resident_blocks(const void* kernel, unsigned block, std::size_t dynamic_shared_bytes) {
   int resident = 0;
   const auto done = check(
@@ -212,15 +213,15 @@ inline Result<unsigned> resident_blocks(const void* kernel, unsigned block, std:
   return resident < 1 ? 0u : static_cast<unsigned>(resident);
 }
 
-/// For kernels that read much through L1 and have shared memory. NVIDIA's driver takes more of the memory that both are
-/// parts of than the blocks need that a multiprocessor holds; this tells it how much that is, until it is called for
-/// the kernel again. On AMD, nothing.
-/// @param block, dynamic_shared_bytes as the kernel will be launched.
+/// For kernels that read much through L1 and use shared memory. On NVIDIA both are parts of one memory, and the driver
+/// gives shared memory more than the resident blocks need. This function sets what they need. The setting holds until
+/// the next call for the same kernel. Does nothing on AMD.
+/// @param block, dynamic_shared_bytes those of the later launches.
 inline Result<void> divide_l1(const void* kernel, unsigned block, std::size_t dynamic_shared_bytes = 0) {
   const auto plan = launch_detail::make_plan(kernel, {.block = block, .dynamic_shared_bytes = dynamic_shared_bytes});
   if (!plan) return tl::unexpected(plan.error());
   const std::size_t bytes = plan->attributes.sharedSizeBytes + dynamic_shared_bytes;
-  // A division made before would limit the blocks.
+  // An earlier division would limit the number of resident blocks.
   auto done = launch_detail::prefer_shared_memory(kernel, bytes == 0 ? -1 : 100);
   if (!done || bytes == 0) return done;
   const auto resident = resident_blocks(kernel, block, dynamic_shared_bytes);
@@ -230,9 +231,9 @@ inline Result<void> divide_l1(const void* kernel, unsigned block, std::size_t dy
   return launch_detail::prefer_shared_memory(kernel, *percent);
 }
 
-/// Blocks of @p block threads that the whole device holds at once: the grid of a kernel whose blocks fetch work until
-/// there is none.
-/// @param block more than 0.
+/// The grid of a persistent kernel, whose blocks fetch work until none is left: the number of blocks that the whole
+/// device holds at once.
+/// @param block threads of a block, more than 0.
 /// @param dynamic_shared_bytes of a block.
 /// @return at least 1, or kInvalidInput with the limit if not even one block fits.
 template <class... Parameters>

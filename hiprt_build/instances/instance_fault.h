@@ -1,5 +1,5 @@
 #pragma once
-/// What is said of transforms that cannot be. Internal.
+/// Messages about invalid transforms. Internal.
 
 #include <hiprt_build/instances/make_instance.h>
 
@@ -7,9 +7,10 @@
 
 namespace hiprt::build {
 
-/// Of one, as make_instance() says it. @param fault not kNone.
+/// @return the message for the fault of one transform; the parameters are results of make_instance().
+/// @param fault not kNone.
 std::string describe_fault(TransformFault fault, double determinant, double condition);
-/// Of all on the way to a primitive, together.
+/// @return the message for the condition of all transforms on the path to a primitive, together.
 std::string describe_condition(double condition);
 
 }  // namespace hiprt::build

@@ -17,8 +17,8 @@ std::string place(std::size_t group, std::size_t instance) {
   return "group " + std::to_string(group) + ", instance " + std::to_string(instance) + ": ";
 }
 
-/// The record of an instance, or what is wrong with its transform.
-/// @param to_scene Instance::to_scene, or of one that moves the first place.
+/// @return the record of an instance, or an error that says what is wrong with its transform.
+/// @param to_scene Instance::to_scene; of a moving instance, the transform of its first key.
 Result<InstanceRecord> make_record(const Instance& instance, const Affine& to_scene, std::size_t group, std::size_t i) {
   MadeInstance made = make_instance(to_scene.row);
   if (made.fault != TransformFault::kNone)
@@ -30,7 +30,7 @@ Result<InstanceRecord> make_record(const Instance& instance, const Affine& to_sc
   return made.record;
 }
 
-/// Adds instance @p i, which has a motion. @return kInvalidInput for one that cannot be.
+/// Adds instance @p i, which has a motion. @return kInvalidInput if the motion is invalid.
 Result<InstanceRecord> add_motion(InstanceGroup& group, const Instance& instance, const ObjectRecord& object,
                                   std::size_t number, std::size_t i) {
   auto parts = make_motion(*instance.motion);
@@ -51,7 +51,7 @@ Result<InstanceRecord> add_motion(InstanceGroup& group, const Instance& instance
   return record;
 }
 
-/// The parts that leaves are for, and their boxes.
+/// The parts of instances that get a leaf each, and their boxes.
 class PartBoxes {
  public:
   PartBoxes(InstanceGroup& group, std::span<const ObjectParts> objects, InstanceBounds bounds)
@@ -73,7 +73,7 @@ class PartBoxes {
         kChunk);
   }
 
-  /// At the begin and the end of the shutter.
+  /// Computes the boxes at the begin and the end of the shutter.
   void make_moving(CpuEngine& engine, const Shutter& shutter) {
     group_.moving_boxes.resize(group_.parts.size());
     engine.for_quiet_chunks(
@@ -85,9 +85,9 @@ class PartBoxes {
         kChunk);
   }
 
-  /// Puts the children of the parts with the largest boxes into their places, until there are @p budget times as many
-  /// as instances. An eighth of the capacity is filled at once, so that boxes are made by all threads: which parts are
-  /// open in the end depends little on that, and not on the threads.
+  /// Replaces the parts with the largest boxes by their children, until there are @p budget times as many parts as
+  /// instances. A pass fills an eighth of the remaining capacity, so that all threads compute boxes. Which parts are
+  /// opened depends little on this eighth, and not on the number of threads.
   void open(CpuEngine& engine, double budget) {
     const auto most = static_cast<std::size_t>(budget * static_cast<double>(group_.records.size()));
     std::priority_queue<std::pair<float, std::size_t>> largest;
@@ -117,7 +117,7 @@ class PartBoxes {
   }
 
  private:
-  /// Boxes of deep bounds take a while each.
+  /// Small, because a tight box (InstanceBounds) takes long to compute.
   static constexpr std::size_t kChunk = 64;
 
   static float half_area(const Box& box) {
@@ -140,7 +140,8 @@ class PartBoxes {
     });
   }
 
-  /// The first takes the place of their parent. @param made gets their numbers.
+  /// Replaces a part by its children. The first child gets the parent's index, the others are appended.
+  /// @param made receives their indices.
   void add_children(std::size_t opened, std::vector<std::size_t>& made) {
     const InstancePart part = group_.parts[opened];
     bool first = true;
@@ -170,7 +171,8 @@ class PartBoxes {
     });
   }
 
-  /// Its planes drift as far as from the first key's box to the last one's. @param whole at all times.
+  /// @return the boxes at the begin and the end of the shutter. Each plane moves as far as between the boxes of the
+  /// first and the last key. @param whole the box over all times.
   std::pair<Box, Box> moving_box_of(const InstancePart& part, const Box& whole, const Shutter& shutter) const {
     using namespace format_detail;
     const std::size_t i = part.instance;
@@ -193,7 +195,7 @@ class PartBoxes {
 std::optional<Shutter> shutter_of(std::span<const std::span<const Instance>> groups) {
   float first = std::numeric_limits<float>::infinity(), last = -first;
   const auto add = [&](const auto& keys) {
-    // With one it stands still.
+    // A motion with one key stands still.
     for (const auto& key : keys.size() > 1 ? std::span(keys) : std::span(keys).first(0)) {
       first = std::min(first, key.time);
       last = std::max(last, key.time);
@@ -206,7 +208,7 @@ std::optional<Shutter> shutter_of(std::span<const std::span<const Instance>> gro
         add(instance.motion->matrices);
       }
   const double length = double{last} - double{first};
-  // Its inverse is a normal number.
+  // The inverse of the length must be a normal number.
   if (!(length > 0x1p-100 && length < 0x1p100)) return std::nullopt;
   return Shutter{first, affine_detail::round_down(1.0 / length)};
 }

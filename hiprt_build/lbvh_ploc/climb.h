@@ -1,6 +1,6 @@
 #pragma once
-/// Climbs the hierarchy of sorted Morton codes, which is never stored: every leaf starts, and where two climbers meet
-/// one goes on (Apetrei, "Fast and simple agglomerative LBVH construction", 2014). Internal.
+/// Climbs the hierarchy of sorted Morton codes without storing it. Every leaf starts a climber. Where two climbers
+/// meet, one of them goes on (Apetrei, "Fast and simple agglomerative LBVH construction", 2014). Internal.
 
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/math/atomic.h>
@@ -17,13 +17,14 @@ struct Climb {
 
   HIPRT_HD std::uint32_t count() const { return last - first + 1; }
 
-  /// One node up. Between the two halves of a node lies one boundary, whose number names the node.
+  /// Climbs to the parent node. One boundary lies between the two halves of a node; its number names the node.
   /// @param leaves of the whole hierarchy. @pre count() < leaves
   /// @param levels boundary_level() of the boundaries between leaves i and i + 1.
-  /// @param met per boundary: kInvalidId at first, then the far end of the half that came first.
-  /// @param arrive called with the boundary and whether this is its left half, before the other half can see it.
-  /// @return the boundary, or kInvalidId if the other half is not there yet: it will go on, and can read what this
-  ///         thread has written.
+  /// @param met per boundary: kInvalidId at first, then the far end of the half that arrived first.
+  /// @param arrive called with the boundary and whether this is its left half, before the other half can see the
+  /// arrival.
+  /// @return the boundary, or kInvalidId if the other half has not arrived yet. That half will go on, and can read what
+  /// this thread has written.
   template <class Arrive>
   HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t up(std::uint32_t leaves, const std::uint8_t* levels, std::uint32_t* met,
                                                Arrive&& arrive) {

@@ -10,7 +10,7 @@ namespace hiprt::build {
 
 /// Bits per axis of a code.
 inline constexpr unsigned kMortonBits63 = 21;
-/// Of codes with 30 bits, as fast builders have them: too few for small detail in large scenes.
+/// The same for codes with 30 bits, which fast builders use: too few for small detail in large scenes.
 inline constexpr unsigned kMortonBits30 = 10;
 
 /// Every third bit from 0 on is one of the low 21 bits of @p x.
@@ -24,8 +24,8 @@ HIPRT_HD constexpr std::uint64_t spread_bits(std::uint32_t x) {
   return v;
 }
 
-/// Maps the centres of boxes to the cells of a grid of 2^bits cells per axis. The cells are cubes: of a flat scene's
-/// codes the bits of the flat axis are 0, and no cut through it comes before the useful ones.
+/// Maps the centres of boxes to the cells of a grid of 2^bits cells per axis. The cells are cubes. In a flat scene the
+/// bits of the flat axis are therefore 0, and no split of that axis comes before the useful splits.
 struct MortonGrid {
   float low[3];
   float cells_per_unit;
@@ -39,7 +39,7 @@ struct MortonGrid {
       const float length = centers.max[axis] - centers.min[axis];
       extent = length > extent ? length : extent;
     }
-    // Below that the quotient would overflow; a grid over denormal numbers is of no use.
+    // For smaller extents the quotient would overflow; a grid over denormal numbers is of no use.
     if (extent > 0x1p-100f) grid.cells_per_unit = static_cast<float>(1u << bits) / extent;
     return grid;
   }
@@ -50,15 +50,15 @@ struct MortonGrid {
     return whole < last ? whole : last;
   }
 
-  /// x in the highest bit of each three.
+  /// The Morton code of a box: x is the highest bit of each three.
   HIPRT_HD constexpr std::uint64_t code(const Box& box) const {
     return spread_bits(cell(box, 0)) << 2 | spread_bits(cell(box, 1)) << 1 | spread_bits(cell(box, 2));
   }
 };
 
-/// How far apart neighbours in a sorted list of codes are: 0 to 31 by their positions where the codes are equal (which
-/// keeps runs of equal codes balanced), else 32 + the number of the highest bit that differs. Of all boundaries inside
-/// a node's range one has the largest value: there it is cut (Karras 2012; Apetrei 2014).
+/// How far apart two neighbours in a sorted list of codes are: 32 + the number of the highest bit that differs. For
+/// equal codes it is 0 to 31 and depends on their positions, which keeps runs of equal codes balanced. Exactly one
+/// boundary inside a node's range has the largest value: the node is split there (Karras 2012; Apetrei 2014).
 HIPRT_HD HIPRT_FORCE_INLINE std::uint8_t boundary_level(std::uint64_t code, std::uint64_t next, std::uint32_t index) {
   const unsigned level = code == next ? highest_bit(index ^ (index + 1)) : 32 + highest_bit(code ^ next);
   return static_cast<std::uint8_t>(level);

@@ -1,6 +1,6 @@
 #pragma once
 /// Pairs triangles that the windows of pair_window.h leave single, wherever they lie in the index buffer. The edges of
-/// single triangles go into a hash table, each triangle finds its neighbours there, and two triangles that prefer each
+/// single triangles go into a hash table, in which each triangle finds its neighbours. Two triangles that prefer each
 /// other share a leaf (a handshake, as in a window). The result does not depend on the order of threads. Internal.
 
 #include <hiprt_build/input/leaf.h>
@@ -10,16 +10,17 @@
 
 namespace hiprt::build {
 
-/// Edge k of a triangle runs from its corner k to the next; number: 4 * triangle (in the numbering of all) + k.
+/// Edge k of a triangle runs from its corner k to the next. Its number is 4 * triangle + k, with triangles numbered
+/// over all geometries.
 struct EdgeTable {
-  /// Slots of the table for each triangle of the geometries: edges fill half of them at most. Few single triangles take
-  /// less.
+  /// Slots of the table per primitive of all geometries: edges fill at most half of them. If few triangles are single,
+  /// the table is smaller: it has kSlotsOfSingle slots per single triangle.
   static constexpr std::uint32_t kSlots = 6, kSlotsOfSingle = 16;
-  /// Edges that find no slot among so many stay unfiled. No mesh needs as many but one made for it.
+  /// An edge that finds no slot after so many probes is not stored. Only a mesh made for this purpose needs as many.
   static constexpr unsigned kMostProbes = 512;
 
-  /// 32 other bits of the edge's hash above its number, so that a look at an edge that is another one seldom needs its
-  /// corners.
+  /// The number of an edge, and above it 32 bits of its hash that do not choose the slot. With them, edges that differ
+  /// are seldom compared by their corners.
   using Slot = std::uint64_t;
   static constexpr Slot kEmpty = ~Slot{0};
 
@@ -31,13 +32,13 @@ struct EdgeTable {
     return singles < most / kSlotsOfSingle ? kSlotsOfSingle * singles : most;
   }
 
-  /// Step: files the edges of a single triangle in the table of so many slots. Of equal ones the lowest stands in the
-  /// table.
+  /// Step: stores the edges of a single triangle in a table with @p slots slots. Of equal edges the table keeps the one
+  /// with the lowest number.
   HIPRT_HD void insert(std::uint32_t triangle, std::uint32_t slots) const {
     const Corners own = load(triangle);
     Probe probe[3];
     Slot there[3];
-    // All three at a time: what takes long is memory.
+    // All three at once, because memory latency dominates.
     for (unsigned k = 0; k < 3; ++k) {
       probe[k] = Probe(own.edge(k), slots);
       there[k] = compare_exchange(&table[probe[k].slot], kEmpty, probe[k].entry(4 * triangle + k));
@@ -57,8 +58,8 @@ struct EdgeTable {
   }
 
   /// Step: makes a pair of a single triangle and a later one if they choose each other. A choice depends on nothing
-  /// that this step writes, so that each thread can also see what its partner chooses.
-  /// @param references [primitives] @return whether there is a pair. @pre all single triangles are filed.
+  /// that this step writes, so each thread can also compute the choice of its partner.
+  /// @param references [primitives] @return whether it made a pair. @pre the edges of all single triangles are stored.
   HIPRT_HD bool shake_hands(std::uint32_t triangle, std::uint32_t slots, Reference* references) const {
     const Choice mine = choose(triangle, slots);
     if (mine.across == kInvalidId || mine.across >> 2 <= triangle) return false;
@@ -72,18 +73,19 @@ struct EdgeTable {
     return true;
   }
 
-  /// Whether a leaf is a triangle alone.
+  /// @return whether a leaf holds exactly one triangle.
   HIPRT_HD static bool is_single(const Reference& leaf) {
     return leaf.contents.exists() && !leaf.contents.is_pair() && !leaf.contents.is_custom();
   }
 
  private:
-  /// The edge across which a triangle would like to pair, and that edge of the other triangle; kInvalidId: none.
+  /// The edge across which a triangle prefers to pair, and the number of the same edge in the other triangle;
+  /// kInvalidId: none.
   struct Choice {
     std::uint32_t edge, across;
   };
 
-  /// The neighbour that saves most area.
+  /// Chooses the neighbour that saves the most area.
   HIPRT_HD Choice choose(std::uint32_t triangle, std::uint32_t slots) const {
     const Corners own = load(triangle);
     const Box own_box = box_of(own);
@@ -134,7 +136,7 @@ struct EdgeTable {
     std::uint32_t geometry;
 
     HIPRT_HD Edge edge(unsigned k) const {
-      // Values, not elements: a choice of addresses would put the corners into memory.
+      // Selects values, not elements: a choice of addresses would put the corners into memory.
       const Point from = k == 0 ? v[0] : k == 1 ? v[1] : v[2], to = k == 0 ? v[1] : k == 1 ? v[2] : v[0];
       return Edge{from, to, geometry};
     }
@@ -160,14 +162,14 @@ struct EdgeTable {
     std::uint64_t h = edge.geometry;
     for (const Point* p : {&edge.from, &edge.to})
       for (unsigned axis = 0; axis < 3; ++axis) {
-        // Zeros are the same with either sign.
+        // Adding 0 makes -0 and +0 equal.
         h = (h ^ std::bit_cast<std::uint32_t>(p->x[axis] + 0.0f)) * 0x9e3779b97f4a7c15u;
         h ^= h >> 29;
       }
     return h ^ h >> 32;
   }
 
-  /// Where an edge is looked for.
+  /// The slot at which the search for an edge is.
   struct Probe {
     std::uint32_t slot, tag;
 

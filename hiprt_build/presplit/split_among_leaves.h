@@ -24,10 +24,11 @@ template <class Leaves> class TriangleSplitter {
   }
 
  private:
-  /// On one path. More splits do not improve the boxes, and hostile input could ask for one per leaf.
+  /// The most splits on one path of the recursion. More splits do not improve the boxes, and hostile input could need
+  /// one per leaf.
   static constexpr unsigned kMaxSplits = 40;
-  /// Leaves on both sides of a plane may overlap by this part of the smaller side: they hold whole primitives too, and
-  /// their boxes may be rounded (decision 0011).
+  /// The leaves on the two sides of a plane may overlap by this part of the smaller side. They also hold whole
+  /// primitives, and their boxes may be rounded (decision 0011).
   static constexpr float kMostOverlap = 0.25f;
 
   struct Plane {
@@ -61,7 +62,8 @@ template <class Leaves> class TriangleSplitter {
     });
   }
 
-  /// Through the part: flat ones lie in planes that touch the boxes of all leaves.
+  /// The plane passes through the inside of the part. A flat part may lie in a plane that touches the boxes of all
+  /// leaves.
   Plane find_plane(const Box& part, std::span<std::uint32_t> leaves) {
     Plane best;
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -86,7 +88,7 @@ template <class Leaves> class TriangleSplitter {
     return best;
   }
 
-  /// The leaf whose box the part enlarges least; of equal ones, and where areas overflow, the lower.
+  /// @return the leaf whose box the part enlarges least; of equal leaves, and where areas overflow, the lower one.
   std::uint32_t nearest(const Box& part, std::span<const std::uint32_t> leaves) const {
     std::uint32_t best = leaves[0];
     float least = std::numeric_limits<float>::infinity();
@@ -101,7 +103,7 @@ template <class Leaves> class TriangleSplitter {
 
   const GeometryTable& geometries_;
   Leaves boxes_;
-  std::vector<float> right_max_;  ///< [i]: largest plane of the leaves from i on.
+  std::vector<float> right_max_;  ///< [i]: largest upper plane of the leaves from i on.
 };
 
 }  // namespace hiprt::build

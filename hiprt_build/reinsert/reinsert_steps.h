@@ -2,11 +2,11 @@
 /// Reinsertion of subtrees (Meister and Bittner, "Parallel reinsertion for bounding volume hierarchy optimization",
 /// 2018). Internal.
 ///
-/// In a round every subtree searches for the position that reduces the area of the inner nodes most, and bids the
-/// reduction for its move. A subtree moves if two conditions hold. It is the highest bidder for every node whose links
-/// the move changes. And no other subtree moves on the path from the lowest common node down to the new position: so no
-/// two subtrees can end up below each other. (A cycle of moves would contain such a path: otherwise each
-/// of its subtrees would be above the next.)
+/// In a round every subtree searches for the position that reduces the area of the inner nodes most. Its bid is this
+/// reduction. A subtree moves if two conditions hold. It is the highest bidder for every node whose links the move
+/// changes. And no other subtree moves on the path from the lowest common node down to the new position. So no two
+/// subtrees can end up below each other. (A cycle of moves would contain such a path: otherwise each of its subtrees
+/// would be above the next.)
 
 #include <hiprt_build/refit/refit_steps.h>
 
@@ -18,10 +18,10 @@ namespace hiprt::build {
 struct Reinsertion {
   float gain;          ///< Area that inner nodes lose.
   LinkedRef beside;    ///< Its new sibling.
-  std::uint32_t meet;  ///< The lowest node above the old and the new position.
+  std::uint32_t meet;  ///< The lowest common node above the old and the new position.
 };
 
-/// Subtrees are numbered as their parents are kept: inner node k is k, leaf k is leaves + k.
+/// Subtrees have the numbers of ParentedTree::parents: inner node k is k, leaf k is leaves + k.
 template <class Tree> HIPRT_HD LinkedRef subtree(const ParentedTree<Tree>& tree, std::uint32_t number) {
   return number < tree.leaves ? number : (number - tree.leaves) | kLinkedLeaf;
 }
@@ -45,7 +45,7 @@ struct Lookers {
 /// Step: the best position for looker i.
 /// @tparam Tree a LinkedTree.
 template <class Tree> struct FindReinsertionStep {
-  /// Subtrees that a search puts off; more are not looked at.
+  /// The most subtrees that a search keeps for later; it skips further ones.
   static constexpr unsigned kOpen = 96;
   /// For the CPU's engine.
   static constexpr std::size_t kChunk = 64;
@@ -57,7 +57,7 @@ template <class Tree> struct FindReinsertionStep {
   HIPRT_HD void operator()(std::size_t i) const {
     const std::uint32_t at = lookers.subtree(static_cast<std::uint32_t>(i));
     found[i] = Reinsertion{0.0f, kInvalidId, kInvalidId};
-    // Number 0 is no inner node; the root and its children have nowhere to go.
+    // There is no inner node 0. The root and its children cannot move.
     if (at == 0 || at >= 2 * tree.leaves || tree.parents[at] == kInvalidId ||
         tree.parents[tree.parents[at]] == kInvalidId)
       return;
@@ -70,12 +70,12 @@ template <class Tree> struct FindReinsertionStep {
     const float least = half_area(box);
     Reinsertion best{0.0f, kInvalidId, kInvalidId};
     std::uint32_t above = tree.parent(moving);
-    // The parent goes away; its other child takes its place.
+    // The parent is removed. Its other child replaces it.
     float saved = half_area(tree.tree.nodes[above].box);
     LinkedRef other = tree.sibling(moving);
     Box rest = tree.tree.box(other);
     search_below(other, above, box, least, saved, best);
-    // Outside of the subtree of `above`, that node shrinks to `rest`.
+    // For positions outside of its subtree, the node `above` shrinks to `rest`.
     for (;;) {
       const LinkedRef here = above;
       above = tree.parents[here];
@@ -87,7 +87,7 @@ template <class Tree> struct FindReinsertionStep {
     }
   }
 
-  /// @param saved what was gained by leaving, were it for nothing in this subtree.
+  /// @param saved area that the move would save if the insertion below @p root cost nothing.
   HIPRT_HD void search_below(LinkedRef root, std::uint32_t meet, const Box& box, float least, float saved,
                              Reinsertion& best) const {
     struct Open {
@@ -103,7 +103,7 @@ template <class Tree> struct FindReinsertionStep {
       const float beside = here.saved - half_area(unite(before, box));
       if (beside > best.gain) best = Reinsertion{beside, here.ref, meet};
       if ((here.ref & kLinkedLeaf) != 0 || count + 2 > kOpen) continue;
-      // Below, the node has to hold the box too.
+      // For a position below, the node's box grows by the moving box.
       const float below = beside + half_area(before);
       if (!(below - least > best.gain)) continue;
       const LinkedNode& node = tree.tree.nodes[here.ref];
@@ -115,16 +115,16 @@ template <class Tree> struct FindReinsertionStep {
 
 /// Bids for one subtree, numbered as subtrees are.
 struct ReinsertionBids {
-  std::uint64_t change;  ///< The highest of those whose move changes its links.
-  std::uint64_t pass;    ///< The highest of those whose way down passes it.
+  std::uint64_t change;  ///< The highest bid of a subtree whose move changes the links of this one.
+  std::uint64_t pass;    ///< The highest bid of a subtree whose path down passes this one.
 };
 
-/// A bid: the gain's bits, which order as gains do, then the subtree's number. 0: it does not want to move.
+/// A bid: the gain's bits, which have the same order as the gains, then the subtree's number. 0: the subtree stays.
 HIPRT_HD HIPRT_FORCE_INLINE std::uint64_t reinsertion_bid(const Reinsertion& move, std::uint32_t number) {
   return move.gain > 0.0f ? std::uint64_t{std::bit_cast<std::uint32_t>(move.gain)} << 32 | number : 0;
 }
 
-/// What a move has to do with other subtrees.
+/// The subtrees that a move affects.
 template <class Tree> struct ReinsertionWay {
   ParentedTree<Tree> tree;
   LinkedRef moving;
@@ -133,7 +133,7 @@ template <class Tree> struct ReinsertionWay {
   HIPRT_HD std::uint32_t number(LinkedRef ref) const {
     return (ref & kLinkedLeaf) != 0 ? tree.leaves + (ref & ~kLinkedLeaf) : ref;
   }
-  /// visit(number) of every subtree whose links change.
+  /// Calls visit(number) for every subtree whose links change.
   template <class Visit> HIPRT_HD HIPRT_FORCE_INLINE void visit_changed(Visit&& visit) const {
     const std::uint32_t parent = tree.parent(moving);
     visit(number(moving));
@@ -143,14 +143,13 @@ template <class Tree> struct ReinsertionWay {
     visit(tree.parent(move.beside));
     visit(number(move.beside));
   }
-  /// visit(number) of every subtree on the way down.
+  /// Calls visit(number) for every subtree on the path from the lowest common node down to the new position.
   template <class Visit> HIPRT_HD HIPRT_FORCE_INLINE void visit_passed(Visit&& visit) const {
     for (LinkedRef ref = move.beside; ref != move.meet; ref = tree.parent(ref)) visit(number(ref));
   }
 };
 
-/// Step: looker i bids.
-/// @param bids 0.
+/// Step: looker i bids. `bids` is all 0 before.
 template <class Tree> struct BidReinsertionStep {
   ParentedTree<Tree> tree;
   Lookers lookers;
@@ -193,7 +192,7 @@ template <class Tree> struct GrantReinsertionStep {
   }
 };
 
-/// Step: looker i moves, and its parent with it. Boxes and counts are to be refitted.
+/// Step: moves looker i together with its parent node. Boxes and counts must be refitted afterwards.
 template <class Tree> struct ReinsertStep {
   ParentedTree<Tree> tree;
   Lookers lookers;

@@ -1,15 +1,15 @@
 #pragma once
-/// Bins of the parts of references between planes, and the best spatial split. Internal.
+/// Bins for the parts of references between planes, and the best spatial split. Internal.
 
 #include <hiprt_build/sah_sbvh/gpu_object_bins.h>
 #include <hiprt_build/sah_sbvh/spatial_bins.h>
 
 namespace hiprt::build::kernels {
 
-/// Counts of a slab: references that begin there, and those that end.
+/// Counts of a slab: references that begin there, and references that end there.
 using SlabBins = BinWords<kSpatialBins, 2>;
 
-/// SpatialSplit as it lies in memory.
+/// SpatialSplit in the layout of device memory.
 struct SpatialSplitRecord {
   float cost;
   std::uint32_t axis;
@@ -20,8 +20,8 @@ struct SpatialSplitRecord {
 
 inline constexpr unsigned kLeftSide = 1, kRightSide = 2;
 
-/// @return the sides on which a reference or parts of it lie. Counts and boxes are those by which the split was chosen.
-/// On the host each reference that stays whole changes them for the next one; here there is no such order.
+/// @return the sides that get a reference or a part of it. The decision uses the counts and boxes of the chosen split.
+/// On the host each reference that stays whole changes them for the next reference; on the GPU there is no such order.
 inline __device__ unsigned spatial_sides(const SpatialSplitRecord& cut, const Box& box) {
   if (pick(box.max, cut.axis) <= cut.plane) return kLeftSide;
   if (pick(box.min, cut.axis) >= cut.plane) return kRightSide;
@@ -34,7 +34,7 @@ inline __device__ unsigned spatial_sides(const SpatialSplitRecord& cut, const Bo
   return side == SplitSide::kLeft ? kLeftSide : side == SplitSide::kRight ? kRightSide : kLeftSide | kRightSide;
 }
 
-/// Axis k of the result is axis (k + by) % 3. Then the compiler knows the axis of the split.
+/// Axis k of the result is axis (k + by) % 3. After it the axis of a split is always 0, which the compiler knows.
 inline __device__ void rotate(float (&v)[3], unsigned by) {
   const float x = v[0], y = v[1], z = v[2];
   v[0] = by == 0 ? x : by == 1 ? y : z;
@@ -50,7 +50,7 @@ inline __device__ void rotate(LeafCorners& corners, unsigned by) {
   for (unsigned k = 0; k < 4; ++k) rotate(corners.v[k].x, by);
 }
 
-/// @pre triangles.
+/// @pre the reference holds triangles.
 inline __device__ LeafCorners corners_of(const GeometryTable& geometries, const Reference& reference) {
   const GeometryView mesh = geometries[geometries.find(reference.primitive)];
   return leaf_corners(mesh, reference.primitive - mesh.first, reference.contents);
@@ -73,7 +73,7 @@ inline __device__ Parts split_reference(const GeometryTable& geometries, const R
   return parts;
 }
 
-/// One axis of a reference. Most are in one slab: only others need their corners.
+/// Adds a reference to the bins of one axis. Most references are in one slab; only the others need their corners.
 inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes, const GeometryTable& geometries,
                                  const Reference& reference, unsigned axis) {
   const int begin = planes.first(pick(reference.box.min, axis), static_cast<int>(axis));
@@ -98,8 +98,8 @@ inline __device__ void bin_slabs(const SlabBins& bins, const SlabPlanes& planes,
   bins.count(axis, 1, static_cast<unsigned>(begin < end ? end : begin));
 }
 
-/// As SpatialBins::best(). Lane i has the split before slab i. @return infinite cost if there is none; the same in all
-/// lanes.
+/// As SpatialBins::best(): lane i evaluates the split before slab i. @return infinite cost if there is no split; the
+/// same result in all lanes.
 inline __device__ SpatialSplitRecord best_spatial_split(const WaveGroup& group, const SlabBins& bins, const Box& all,
                                                         std::uint32_t most) {
   const unsigned lane = group.lane();
@@ -133,7 +133,7 @@ inline __device__ SpatialSplitRecord best_spatial_split(const WaveGroup& group, 
   return result;
 }
 
-/// The group's part of SlabPlanes::over().
+/// SlabPlanes::over() by @p threads threads together.
 inline __device__ void fill_planes(SlabPlanes& planes, const Box& box, unsigned thread, unsigned threads) {
   for (unsigned i = thread; i < 3 * (kSpatialBins + 1); i += threads) {
     const unsigned axis = i / (kSpatialBins + 1), k = i % (kSpatialBins + 1);

@@ -19,21 +19,21 @@ static_assert(sizeof(RangeBox) == RangeBox::kWords * sizeof(std::uint32_t));
 
 enum class SplitKind : std::uint32_t { kMedian, kObject, kSpatial };
 
-/// References [begin, end), with capacity for spatial splits up to limit: too many for one wave.
+/// A range with too many references for one wave: [begin, end). Spatial splits may extend it up to limit.
 struct LargeRange {
   RangeBox bounds;
   std::uint32_t begin, end, limit;
   std::uint32_t depth;
-  std::uint32_t link;        ///< Where its number goes: see TopDownTree::link().
-  std::uint32_t first_task;  ///< Of those that follow each other.
+  std::uint32_t link;        ///< Where its node reference is stored: see TopDownTree::set().
+  std::uint32_t first_task;  ///< The range's tasks follow each other.
   // The split of the range.
   SplitKind kind;
   std::uint32_t tries_spatial;
   ObjectSplit split;
   SpatialSplitRecord spatial;
   // Its halves.
-  std::uint32_t half;         ///< Where the right half begins among the references, for SplitKind::kMedian.
-  std::uint32_t right_begin;  ///< Index of the right half's first reference, and number of the node.
+  std::uint32_t half;         ///< Index of the first reference of the right half, for SplitKind::kMedian.
+  std::uint32_t right_begin;  ///< Index of the right half's first reference after the split; also the node's number.
   std::uint32_t child[2];     ///< Numbers in the list of the next level; kInvalidId: a small range.
 
   __device__ std::uint32_t size() const { return end - begin; }
@@ -43,19 +43,19 @@ struct LargeRange {
 struct LargeTask {
   std::uint32_t range, begin;
 };
-/// References of a task on each side of the object split and of the spatial split. Later the sums over the tasks before
-/// it in its range.
+/// The number of references of a task on each side of the object split and of the spatial split. Later: the sums over
+/// the earlier tasks of its range.
 struct TaskCounts {
   std::uint32_t object_left, spatial_left, spatial_right;
 };
 
-/// A range for one group of lanes.
+/// A range that is small enough for one group of lanes.
 struct SmallRange {
   std::uint32_t begin, end, limit, link;
   std::uint32_t depth_bits;  ///< Depth, and flags.
-  float cost;                ///< With kTrySpatial: of the best split of references.
+  float cost;                ///< With kTrySpatial: cost of the best object split.
 
-  static constexpr std::uint32_t kOther = 0x80000000u;       ///< It lies in the second array.
+  static constexpr std::uint32_t kOther = 0x80000000u;       ///< Its references are in the second array.
   static constexpr std::uint32_t kTrySpatial = 0x40000000u;  ///< Halves overlap: a spatial split may be cheaper.
   static constexpr std::uint32_t kNoSpatial = 0x20000000u;   ///< No spatial split is cheaper.
   static constexpr std::uint32_t kFlags = kOther | kTrySpatial | kNoSpatial;
@@ -67,12 +67,12 @@ struct SmallRange {
 
 struct TopDownState {
   RangeBox bounds;
-  std::uint32_t count, limit;  ///< References, and what may come of them.
+  std::uint32_t count, limit;  ///< References, and the most after spatial splits.
   std::uint32_t ranges[kMostLevels + 1], tasks[kMostLevels + 1];
   std::uint32_t small_ranges, ticket;
 };
 
-/// Unused entries of the output.
+/// The value of unused entries of the output.
 inline __device__ Reference no_reference() { return Reference{empty_box(), LeafContents::none(), kInvalidId}; }
 
 /// Everything that does not change during a build.
@@ -110,7 +110,7 @@ struct TopDownTree {
   static_assert(SlabBins::kSize <= ObjectBins::kSize);
 };
 
-/// The halves of a range. The left half keeps its part of the capacity; the right half moves behind it.
+/// The halves of a range. The left half keeps its part of the free capacity; the right half begins behind it.
 struct Halves {
   std::uint32_t left_end, right_begin, right_end;
 
@@ -123,7 +123,7 @@ struct Halves {
   }
 };
 
-/// @return whether the range must be halved by count from here on to limit the depth.
+/// @return whether ranges must be split at the median from here on, to limit the depth.
 inline __device__ bool is_deep(unsigned depth, std::uint32_t places) {
   return depth + static_cast<unsigned>(std::bit_width(places)) >= kMaxDepth;
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// Object splits of a range of references: binned surface area heuristic (Wald, "On fast construction of SAH-based
-/// bounding volume hierarchies", 2007), an exact sweep where the range is small. Internal.
+/// Object splits of a range of references by the surface area heuristic. Large ranges use bins (Wald, "On fast
+/// construction of SAH-based bounding volume hierarchies", 2007), small ranges an exact sweep. Internal.
 
 #include <hiprt_build/tree/binary_tree.h>
 
@@ -9,7 +9,7 @@
 
 namespace hiprt::build {
 
-/// Half the centre of a box: halved again so that sums and extents stay finite for every finite box.
+/// Half the centre of a box. The factor keeps sums and extents finite for every finite box.
 HIPRT_HD HIPRT_FORCE_INLINE Float4 split_position(const SimdBox& box) { return 0.25f * box.min + 0.25f * box.max; }
 
 /// Boxes of a range of references and of their split positions.
@@ -28,7 +28,7 @@ struct RangeBounds {
 
 inline constexpr int kMaxBins = 32;
 
-/// Maps split positions to bins on each axis, the same kind when counting and when partitioning.
+/// Maps split positions to bins on each axis. Counting and partitioning use the same mapping.
 struct BinMapping {
   Float4 base, scale;
   int bins;
@@ -83,7 +83,7 @@ struct Bins {
 
 struct Split {
   float cost = SimdBox::kInfinity;  ///< Sum over both sides of half area * references.
-  int axis = -1;                    ///< -1: there is none.
+  int axis = -1;                    ///< -1: there is no split.
   int bin = 0;                      ///< First bin of the right side.
 };
 
