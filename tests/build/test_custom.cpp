@@ -76,11 +76,11 @@ void check_boxes(const BufferView& view, std::span<const CustomGeometry> customs
   unsigned wrong = 0, held = 0;
   for (std::size_t g = 0; g < customs.size(); ++g)
     for (std::size_t i = 0; i < customs[g].boxes.size(); ++i) {
-      const std::uint32_t place = view.primitive_map[view.geometries[meshes + g].first_primitive + i];
-      if (place == kInvalidId) continue;
+      const std::uint32_t entry = view.primitive_map[view.geometries[meshes + g].first_primitive + i];
+      if (entry == kInvalidId) continue;
       ++held;
-      const CustomLeaf& leaf = leaves[place / 2];
-      const bool good = same_bits(leaf.box[place % 2], customs[g].boxes[i]) && leaf.info.primitive[place % 2] == i &&
+      const CustomLeaf& leaf = leaves[entry / 2];
+      const bool good = same_bits(leaf.box[entry % 2], customs[g].boxes[i]) && leaf.info.primitive[entry % 2] == i &&
                         (leaf.info.geometry_and_flags & kGeometryMask) == meshes + g;
       wrong += good ? 0 : 1;
     }

@@ -152,13 +152,13 @@ TEST_CASE("the last of as many leaves as can be addressed join") {
   CHECK(subtree(parented, kLeaves - 1) == kLeaves - 1);
   CHECK(subtree(parented, kLeaves) == kLinkedLeaf);
   CHECK(subtree(parented, 2 * kLeaves - 1) == ((kLeaves - 1) | kLinkedLeaf));
-  const ReinsertionWay<Tree> way{parented, (kLeaves - 1) | kLinkedLeaf, {}};
-  CHECK(way.number((kLeaves - 1) | kLinkedLeaf) == 2 * kLeaves - 1);
+  const ReinsertionWay<Tree> path{parented, (kLeaves - 1) | kLinkedLeaf, {}};
+  CHECK(path.number((kLeaves - 1) | kLinkedLeaf) == 2 * kLeaves - 1);
 }
 
 TEST_CASE("equal codes have levels below all others, at every place") {
-  for (const std::uint32_t place : {0u, 1u, (1u << 29) - 1, (1u << 31) - 2, (1u << 31) - 1})
-    CHECK(boundary_level(7, 7, place) < 32);
+  for (const std::uint32_t index : {0u, 1u, (1u << 29) - 1, (1u << 31) - 2, (1u << 31) - 1})
+    CHECK(boundary_level(7, 7, index) < 32);
   CHECK(boundary_level(6, 7, 0) == 32);
   CHECK(boundary_level(0, std::uint64_t{1} << 62, 0) == 94);
 }

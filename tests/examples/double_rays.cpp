@@ -12,10 +12,10 @@ int main() {
   const std::vector<hiprt::build::TriangleMesh> mesh{{corners, triangles}};
   const auto slope = hiprt::build::build(mesh);
   if (!slope) return 1;
-  hiprt::build::Instance place;
-  place.to_scene.row[0][3] = 6378137;
+  hiprt::build::Instance instance;
+  instance.to_scene.row[0][3] = 6378137;
   const std::vector<std::span<const std::byte>> files{slope->buffer.bytes()};
-  const std::vector<hiprt::build::Instance> instances{place};
+  const std::vector<hiprt::build::Instance> instances{instance};
   const std::vector<std::span<const hiprt::build::Instance>> groups{instances};
   const auto world = hiprt::build::build_instances(hiprt::build::InstancedScene{files, groups});
   if (!world) return 1;

@@ -392,8 +392,8 @@ TEST_CASE("an example of exact decisions: points of a grid, whose lines pass thr
   const Scene built = make_scene({cube}, {.nodes = NodeLayout::kPlanes});
   std::vector<Vec3> points;
   for (unsigned i = 0; i < kCount; ++i) {
-    const auto place = [&](unsigned step) { return static_cast<float>(2 * (i / step % 10)) - 9.0f; };
-    points.emplace_back(place(1), place(10), place(100));
+    const auto coordinate = [&](unsigned step) { return static_cast<float>(2 * (i / step % 10)) - 9.0f; };
+    points.emplace_back(coordinate(1), coordinate(10), coordinate(100));
   }
   const auto inside = std::make_unique<bool[]>(kCount);
   start(find_inside, built.traced, points.data(), inside.get(), kCount);

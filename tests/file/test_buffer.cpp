@@ -39,9 +39,9 @@ TEST_CASE("empty buffers") {
 TEST_CASE("a moved buffer keeps its bytes and leaves nothing behind") {
   Buffer first(100);
   first.bytes()[42] = std::byte{7};
-  const std::byte* place = first.bytes().data();
+  const std::byte* address = first.bytes().data();
   Buffer second(std::move(first));
-  CHECK(second.bytes().data() == place);
+  CHECK(second.bytes().data() == address);
   CHECK(first.size() == 0);  // NOLINT(bugprone-use-after-move): documented to be empty.
   Buffer third(10);
   third = std::move(second);
@@ -49,7 +49,7 @@ TEST_CASE("a moved buffer keeps its bytes and leaves nothing behind") {
   CHECK(second.bytes().empty());  // NOLINT(bugprone-use-after-move)
   Buffer& same = third;
   third = std::move(same);
-  CHECK(third.bytes().data() == place);
+  CHECK(third.bytes().data() == address);
 }
 
 TEST_CASE("foreign memory is given back once") {

@@ -91,9 +91,9 @@ inline Mesh lattice_soup(unsigned triangles) {
   Random random(kSeed + 3);
   Mesh mesh;
   for (unsigned i = 0; i < triangles; ++i) {
-    const Vec3 center = place(random, 4096);
+    const Vec3 center = lattice_point(random, 4096);
     Vec3 corner[3];
-    for (Vec3& c : corner) c = center + place(random, i % 4 == 0 ? 16 : 512);
+    for (Vec3& c : corner) c = center + lattice_point(random, i % 4 == 0 ? 16 : 512);
     if (i % 2 == 0)
       for (Vec3& c : corner) c[static_cast<int>(i / 2 % 3)] = center.x;
     const auto position = [](const Vec3& p) { return build::Position{p.x, p.y, p.z}; };
@@ -102,7 +102,7 @@ inline Mesh lattice_soup(unsigned triangles) {
   return mesh;
 }
 
-/// From where to where, and how long directions are in units of that way.
+/// A ray from one point to another. Its direction is their difference times a factor.
 struct Aim {
   Vec3 from, to;
   float factor;
@@ -120,18 +120,18 @@ inline Aim aim_at_boxes(const Vec3& a, const Vec3& b, const Vec3& c, Random& ran
   const std::uint32_t where = random.below(4), how = random.below(8);
   const Vec3 middle = 0.5f * (a + b);
   Vec3 at = where < 2 ? a : where == 2 ? middle : 0.5f * (middle + c);
-  const Vec3 beside = place(random, 4);
+  const Vec3 beside = lattice_point(random, 4);
   const auto halvings = static_cast<int>(random.below(12));
   if (random.coin()) at += beside * std::ldexp(1.0f, -halvings);
-  Vec3 way = place(random, how < 5 ? 32768 : 2048);
+  Vec3 direction = lattice_point(random, how < 5 ? 32768 : 2048);
   for (std::uint32_t axis = 0; how < 3 && axis < 3; ++axis)
-    if (axis != how) way[static_cast<int>(axis)] = axis == 1 ? -0.0f : 0.0f;
-  if (how == 3) way.y = 0.0f;
-  if (how == 4) way *= 64.0f;
-  if (max_component(way) == 0.0f) way.z = 1.0f;
+    if (axis != how) direction[static_cast<int>(axis)] = axis == 1 ? -0.0f : 0.0f;
+  if (how == 3) direction.y = 0.0f;
+  if (how == 4) direction *= 64.0f;
+  if (max_component(direction) == 0.0f) direction.z = 1.0f;
   const bool leaves = random.below(8) == 0;
   const float factor = power(random, 8);
-  return {leaves ? at : at - way, leaves ? at + way : at, factor};
+  return {leaves ? at : at - direction, leaves ? at + direction : at, factor};
 }
 
 /// Rays, and what they hit when all is tried.
@@ -173,7 +173,7 @@ struct ByReference : Policies {
 };
 
 /// A soup under every layout and triangle test. @param offset, scale of it: (p + offset) * scale, scale a power of two.
-inline unsigned boxes_of_meshes(const std::string& place_name, const Vec3& offset, float scale) {
+inline unsigned boxes_of_meshes(const std::string& location, const Vec3& offset, float scale) {
   Mesh at_home = lattice_soup(64), mesh = at_home;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i)
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -202,7 +202,7 @@ inline unsigned boxes_of_meshes(const std::string& place_name, const Vec3& offse
   };
   const build::Bvh floats = built(NodeLayout::kFloat), planes = built(NodeLayout::kPlanes),
                    half = built(NodeLayout::kHalf), quantized = built(NodeLayout::kQuantized);
-  const auto name = [&](const char* of) { return place_name + ", " + of; };
+  const auto name = [&](const char* of) { return location + ", " + of; };
   unsigned faults = expect_trials<WithLayout<FloatLayout>, true>(name("float"), view_of(floats), watertight);
   faults += expect_trials<Policies, true>(name("planes"), view_of(planes), watertight);
   faults += expect_trials<WithLayout<HalfLayout>, true>(name("half"), view_of(half), watertight);

@@ -20,7 +20,7 @@ unsigned closed_meshes(const std::string& name, const SceneView& scene, const Me
   const auto path = only_path<P::kLevels>(scene);
   const bool moves = (scene.features & feature_bit(Feature::kMotion)) != 0;
   for (unsigned i = 0; i < rays; ++i) {
-    const Vec3 from = place(random, 128);
+    const Vec3 from = lattice_point(random, 128);
     const Vec3 to = target(mesh, random);
     const float time = moves ? any_time(random) : 0.0f;
     Ray aimed = between(to_scene(scene, path, time, from), to_scene(scene, path, time, to));
@@ -43,7 +43,7 @@ inline unsigned even_crossings(const SceneView& scene, const Mesh& mesh) {
   Random random(kSeed + 2);
   P::Stack::Memory memory;
   for (unsigned i = 0; i < 20000; ++i) {
-    Vec3 from = place(random, 8192);
+    Vec3 from = lattice_point(random, 8192);
     from.x += 8.0f;
     const Ray ray = between(from, target(mesh, random));
     check.on_ray(ray);

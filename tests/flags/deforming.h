@@ -19,7 +19,7 @@ class Deforming {
     for (std::size_t key = 1; key < keys_.size(); ++key)
       for (build::Position& p : keys_[key].positions) {
         const std::uint32_t kind = random.below(3);
-        const Vec3 step = place(random, 256);
+        const Vec3 step = lattice_point(random, 256);
         for (unsigned axis = 0; axis < 3; ++axis)
           if (kind == 2 || (kind == 1 && axis == key)) p[axis] += step[static_cast<int>(axis)];
       }
@@ -90,7 +90,7 @@ template <class P> unsigned deforming_mesh(const std::string& name) {
         }
     for (unsigned k = 0; k < kRays; ++k) {
       const bool inside = k % 2 == 0;
-      const Vec3 from = place(random, inside ? 128 : 8192), to = target(mesh, random);
+      const Vec3 from = lattice_point(random, inside ? 128 : 8192), to = target(mesh, random);
       Ray aimed = between(from, to);
       aimed.time = time;
       const auto ray = convert<Real>(aimed);

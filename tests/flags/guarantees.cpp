@@ -74,13 +74,13 @@ unsigned boxes() {
 unsigned motion() {
   const Mesh mesh = lattice_mesh(2);
   unsigned faults = bounds_of_motion();
-  faults += closed_on_the_way<Policies>("moving", mesh);
-  faults += closed_on_the_way<Exact>("moving, Reference", mesh);
-  faults += closed_on_the_way<DoubleRays<>>("moving, double", mesh);
-  faults += boxes_on_the_way<Moving<Instanced<Policies>>>("moving");
-  faults += boxes_on_the_way<Moving<Instanced<WithLayout<QuantizedLayout>>>>("moving, quantized");
-  faults += boxes_on_the_way<Moving<Instanced<Exact>>>("moving, Reference");
-  faults += boxes_on_the_way<Moving<Instanced<DoubleRays<>>>>("moving, double");
+  faults += moving_closed_mesh<Policies>("moving", mesh);
+  faults += moving_closed_mesh<Exact>("moving, Reference", mesh);
+  faults += moving_closed_mesh<DoubleRays<>>("moving, double", mesh);
+  faults += boxes_of_moving_instances<Moving<Instanced<Policies>>>("moving");
+  faults += boxes_of_moving_instances<Moving<Instanced<WithLayout<QuantizedLayout>>>>("moving, quantized");
+  faults += boxes_of_moving_instances<Moving<Instanced<Exact>>>("moving, Reference");
+  faults += boxes_of_moving_instances<Moving<Instanced<DoubleRays<>>>>("moving, double");
   faults += deforming_mesh<Policies>("deforming mesh");
   faults += deforming_mesh<DoubleRays<>>("deforming mesh, double");
   return faults;

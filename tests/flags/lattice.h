@@ -39,8 +39,8 @@ inline int integer(Random& random, std::uint32_t most) {
 inline float coordinate(Random& random, std::uint32_t steps) {
   return static_cast<float>(integer(random, steps)) * kLattice;
 }
-/// A place on the lattice in the cube of half edge @p steps.
-inline Vec3 place(Random& random, std::uint32_t steps) {
+/// A point on the lattice in the cube of half edge @p steps.
+inline Vec3 lattice_point(Random& random, std::uint32_t steps) {
   const float x = coordinate(random, steps), y = coordinate(random, steps), z = coordinate(random, steps);
   return Vec3(x, y, z);
 }
@@ -68,7 +68,7 @@ inline Vec3 target(const Mesh& mesh, Random& random) {
   const build::Triangle t = any_triangle(mesh, random);
   const Vec3 a = vec3(mesh.positions[t[0]]), b = vec3(mesh.positions[t[1]]);
   const std::uint32_t kind = random.below(3);
-  const Vec3 anywhere = place(random, 8192);
+  const Vec3 anywhere = lattice_point(random, 8192);
   return kind == 0 ? a : kind == 1 ? 0.5f * (a + b) : anywhere;
 }
 

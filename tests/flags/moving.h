@@ -41,7 +41,7 @@ struct MovingScene {
 
 /// A closed mesh in one instance that moves and turns, directly and below an instance that does not move. Rays from
 /// inside do not leak, and spawned rays do not hit the triangle that they leave. @tparam P policies for the mesh alone.
-template <class P> unsigned closed_on_the_way(const std::string& name, const Mesh& mesh) {
+template <class P> unsigned moving_closed_mesh(const std::string& name, const Mesh& mesh) {
   Random random(kSeed + 8);
   unsigned faults = 0;
   for (const MotionKind kind : kMotionKinds) {
@@ -65,7 +65,7 @@ template <class P> unsigned closed_on_the_way(const std::string& name, const Mes
 
 /// Instances of a mesh that move, turn and cross each other. Trees hide no hit. A hit lies within the bounds of its
 /// instance, and at most its error from the triangle's textbook position.
-template <class P> unsigned boxes_on_the_way(const std::string& name) {
+template <class P> unsigned boxes_of_moving_instances(const std::string& name) {
   constexpr std::uint32_t kInstances = 24;
   const Mesh mesh = lattice_soup(3);
   Random random(kSeed + 9);

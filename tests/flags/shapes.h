@@ -24,7 +24,7 @@ inline ShapePoint shape_point(const Vec3& at, float radius) { return {{at.x, at.
 
 /// Two balls on the lattice: any, of the same radius, with a tip, one in the other, or touching.
 inline std::array<ShapePoint, 2> two_balls(Random& random) {
-  const Vec3 a = place(random, 4096), step = place(random, 2048);
+  const Vec3 a = lattice_point(random, 4096), step = lattice_point(random, 2048);
   const float r = (1.0f + static_cast<float>(random.below(1024))) * kLattice, other = coordinate(random, 1024);
   const std::uint32_t kind = random.below(6);
   std::array<ShapePoint, 2> balls{shape_point(a, r), shape_point(a + step, std::fabs(other))};
@@ -46,7 +46,7 @@ inline Aim aim_at_balls(const std::array<ShapePoint, 2>& balls, Random& random) 
   const std::uint32_t from_kind = random.below(8), to_kind = random.below(4);
   Vec3 pole = center;
   pole[axis] += sign * ball.radius;
-  const Vec3 near = place(random, 8192), beside = place(random, 1024);
+  const Vec3 near = lattice_point(random, 8192), beside = lattice_point(random, 1024);
   const float far = std::ldexp(1.0f, static_cast<int>(random.below(16)));
   Aim aim{center + near, to_kind == 0 ? pole : center + beside, power(random, 20)};
   if (to_kind == 1) aim.to = center + beside * (ball.radius > 0.0f ? 0x1p-4f : 0.0f);
@@ -75,16 +75,16 @@ inline void expect_spawned(Check& check, const checks::Case& shape, const Hit& h
   checks::Case next = shape;
   next.ray = Ray{};
   const std::uint32_t kind = random.below(4);
-  const Vec3 anywhere = place(random, 4096);
+  const Vec3 anywhere = lattice_point(random, 4096);
   const Vec3 axis(shape.b.position[0] - shape.a.position[0], shape.b.position[1] - shape.a.position[1],
                   shape.b.position[2] - shape.a.position[2]);
   const float sign = random.coin() ? 1.0f : -1.0f, length = power(random, 10);
-  Vec3 way = anywhere;
-  if (kind == 0) way = hit.normal * sign;
-  if (kind == 1) way = axis * sign;
-  if (kind == 2) way = axis * sign + anywhere * 0x1p-12f;
-  if (max_component(way) == 0.0f) way.x = 1.0f;
-  next.ray.direction = way * length;
+  Vec3 direction = anywhere;
+  if (kind == 0) direction = hit.normal * sign;
+  if (kind == 1) direction = axis * sign;
+  if (kind == 2) direction = axis * sign + anywhere * 0x1p-12f;
+  if (max_component(direction) == 0.0f) direction.x = 1.0f;
+  next.ray.direction = direction * length;
   next.ray.origin = spawn_origin(shape.ray, hit, next.ray.direction);
   check.put_out(next.ray);
   unsigned crossings = 0;
@@ -105,7 +105,7 @@ inline void expect_spawned(Check& check, const checks::Case& shape, const Hit& h
 /// What docs/GUARANTEES.md says of spheres and round curves, and of rays that leave them.
 inline unsigned shapes_against_exact() {
   Check check("shapes against exact crossings", kSeed + 13);
-  Random random(kSeed + 13), of_ways(kSeed + 14);
+  Random random(kSeed + 13), of_directions(kSeed + 14);
   constexpr unsigned kShapes = 2000;
   for (unsigned i = 0; i < kShapes; ++i) {
     const auto balls = two_balls(random);
@@ -125,7 +125,7 @@ inline unsigned shapes_against_exact() {
     check.on_hit(hits.empty() ? Hit{} : hits[0]);
     for (const Hit& hit : hits) {
       check.put_out(hit);
-      expect_spawned(check, shape, hit, of_ways);
+      expect_spawned(check, shape, hit, of_directions);
     }
     checks::Findings f;
     checks::measure(shape, checks::Ours{}, f);

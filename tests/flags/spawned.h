@@ -49,19 +49,20 @@ inline double distance_from_plane(const std::array<long double, 3>& at, const Ve
 
 /// A direction away from a triangle: any, back or onward, along the normal, along an edge, or nearly along one.
 template <class Real>
-BasicVec3<Real> way_off(const BasicRay<Real>& ray, const BasicHit<Real>& hit, const Vec3& edge, Random& random) {
+BasicVec3<Real> leaving_direction(const BasicRay<Real>& ray, const BasicHit<Real>& hit, const Vec3& edge,
+                                  Random& random) {
   const std::uint32_t kind = random.below(6);
-  const Vec3 anywhere = place(random, 4096);
+  const Vec3 anywhere = lattice_point(random, 4096);
   const float sign = random.coin() ? 1.0f : -1.0f, length = power(random, 10);
   const auto little = static_cast<float>(integer(random, 8)) * 0x1p-10f;
-  BasicVec3<Real> way(anywhere);
-  if (kind == 0) way = -ray.direction;
-  if (kind == 1) way = ray.direction;
-  if (kind == 2) way = hit.normal * Real(sign);
-  if (kind == 3) way = BasicVec3<Real>(edge * sign);
-  if (kind == 4) way = BasicVec3<Real>(edge * sign) + BasicVec3<Real>(anywhere * little);
-  if (!(max_component(way) > Real(0))) way.x = Real(1);
-  return way * Real(length);
+  BasicVec3<Real> direction(anywhere);
+  if (kind == 0) direction = -ray.direction;
+  if (kind == 1) direction = ray.direction;
+  if (kind == 2) direction = hit.normal * Real(sign);
+  if (kind == 3) direction = BasicVec3<Real>(edge * sign);
+  if (kind == 4) direction = BasicVec3<Real>(edge * sign) + BasicVec3<Real>(anywhere * little);
+  if (!(max_component(direction) > Real(0))) direction.x = Real(1);
+  return direction * Real(length);
 }
 
 /// The ray in the space of the object at the end of an instance path.
@@ -82,13 +83,13 @@ unsigned spawned_rays(const std::string& name, const SceneView& scene, const Mes
   constexpr double kMostMoved = 2.74;
   Check check(name + ": spawned rays", kSeed + 7);
   // The inputs do not depend on the hits.
-  Random random(kSeed + 7), of_ways(kSeed + 8);
+  Random random(kSeed + 7), of_directions(kSeed + 8);
   const auto path = only_path<P::kLevels>(scene);
   const bool moves = (scene.features & feature_bit(Feature::kMotion)) != 0;
   for (unsigned i = 0; i < rays; ++i) {
     // From inside and from outside.
-    const Vec3 from = place(random, random.coin() ? 128 : 8192);
-    const Vec3 to = random.below(3) == 0 ? target(mesh, random) : place(random, 1024);
+    const Vec3 from = lattice_point(random, random.coin() ? 128 : 8192);
+    const Vec3 to = random.below(3) == 0 ? target(mesh, random) : lattice_point(random, 1024);
     const float time = moves ? any_time(random) : 0.0f;
     Ray aimed = between(to_scene(scene, path, time, from), to_scene(scene, path, time, to));
     aimed.time = time;
@@ -110,7 +111,7 @@ unsigned spawned_rays(const std::string& name, const SceneView& scene, const Mes
     }
     BasicRay<Real> next;
     next.time = time;
-    next.direction = way_off<Real>(ray, hit, edge, of_ways);
+    next.direction = leaving_direction<Real>(ray, hit, edge, of_directions);
     next.origin = spawn_origin<Real>(ray, hit, next.direction);
     check.put_out(next);
     const double moved = distance(point, Vec3D(next.origin)) / double{hit.error};

@@ -74,7 +74,7 @@ auto moving_file_with_group(float shutter_begin, float shutter_rate, FeatureMask
 }
 
 /// A sliding instance whose box is two thirds too short on one side of its motion.
-BadFile sliding_file_with_less_room(NodeLayout layout) {
+BadFile sliding_file_with_tight_box(NodeLayout layout) {
   const TestFile object = root_leaf_scene(layout).write();
   const std::span<const std::byte> files[] = {object.bytes()};
   const build::Motion motion{.keys = {{.time = 0}, {.time = 1, .translation = {1, 2, 3}}}};
@@ -126,7 +126,7 @@ BadCase wrong_inside(FormatError error, const char* what, OffsetOf section, std:
 
 std::vector<BadCase> instance_cases() {
   using E = FormatError;
-  constexpr std::uint64_t kWayIn = offsetof(CustomLeaf, info) + 4;
+  constexpr std::uint64_t kEntryNode = offsetof(CustomLeaf, info) + 4;
   const std::uint64_t features = offsetof(FileHeader, features), levels = offsetof(FileHeader, levels);
   const std::uint64_t condition = offsetof(FileHeader, condition), reach = offsetof(FileHeader, reach);
   return {
@@ -151,9 +151,9 @@ std::vector<BadCase> instance_cases() {
       wrong(E::kBadObject, "too large", objects, offsetof(ObjectRecord, size), ~std::uint64_t{0}),
       wrong(E::kBadObject, "another root", objects, offsetof(ObjectRecord, root), 8u),
       wrong(E::kBadInstance, "of no object", instances, offsetof(InstanceRecord, object), 2u),
-      wrong(E::kBadInstance, "a way in outside", leaves, kWayIn, 0x10000000u),
-      wrong(E::kBadInstance, "no way in", leaves, kWayIn, kInvalidRef),
-      wrong(E::kBadInstance, "a way in of the wrong kind", leaves, kWayIn, 0x36u),
+      wrong(E::kBadInstance, "an entry node outside", leaves, kEntryNode, 0x10000000u),
+      wrong(E::kBadInstance, "no entry node", leaves, kEntryNode, kInvalidRef),
+      wrong(E::kBadInstance, "an entry node of the wrong kind", leaves, kEntryNode, 0x36u),
       wrong(E::kBadReservedField, "an unknown flag", instances, offsetof(InstanceRecord, flags), 2u),
       wrong(E::kBadInstance, "an infinite row", instances, 8, kInf),
       wrong(E::kBadInstance, "a NaN translation", instances, 36, std::numeric_limits<float>::quiet_NaN()),
@@ -211,7 +211,7 @@ std::vector<BadCase> motion_cases() {
          file.seal();
          return BadFile{std::move(file), at};
        }},
-      {E::kBoxNotContained, "a box without room for rounding", sliding_file_with_less_room},
+      {E::kBoxNotContained, "a box without a margin for rounding", sliding_file_with_tight_box},
       {E::kFeatureMismatch, "moving boxes without instances",
        row_header_with<std::uint64_t>(offsetof(FileHeader, features), 64 | 3)},
       {E::kBadMotion, "a shutter without moving boxes", row_header_with(offsetof(FileHeader, shutter_rate), 1.0f)},

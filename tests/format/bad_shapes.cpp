@@ -132,9 +132,9 @@ std::vector<BadCase> shape_cases() {
   cases.push_back({E::kBoxNotContained, "a sphere larger than its box", [](NodeLayout layout) {
                      TestFile file = shape_file(layout);
                      const BufferView view = *open_buffer(file.bytes());
-                     const std::uint32_t place = view.primitive_map[1];
-                     BadFile bad{std::move(file), view.leaves.offset + place / 2 * sizeof(CustomLeaf) +
-                                                      offsetof(CustomLeaf, box) + place % 2 * sizeof(Box)};
+                     const std::uint32_t entry = view.primitive_map[1];
+                     BadFile bad{std::move(file), view.leaves.offset + entry / 2 * sizeof(CustomLeaf) +
+                                                      offsetof(CustomLeaf, box) + entry % 2 * sizeof(Box)};
                      bad.file.put(points(view) + offsetof(ShapePoint, radius), 1.5f);
                      bad.file.seal();
                      return bad;
@@ -142,9 +142,9 @@ std::vector<BadCase> shape_cases() {
   cases.push_back({E::kBoxNotContained, "a curve that has left its box", [](NodeLayout layout) {
                      TestFile file = shape_file(layout);
                      const BufferView view = *open_buffer(file.bytes());
-                     const std::uint32_t place = view.primitive_map[4];
-                     BadFile bad{std::move(file), view.leaves.offset + place / 2 * sizeof(CustomLeaf) +
-                                                      offsetof(CustomLeaf, box) + place % 2 * sizeof(Box) + 4};
+                     const std::uint32_t entry = view.primitive_map[4];
+                     BadFile bad{std::move(file), view.leaves.offset + entry / 2 * sizeof(CustomLeaf) +
+                                                      offsetof(CustomLeaf, box) + entry % 2 * sizeof(Box) + 4};
                      bad.file.put(points(view) + 3 * sizeof(ShapePoint) + 4, 2.0f);
                      bad.file.seal();
                      return bad;

@@ -59,12 +59,12 @@ bool same_bytes(const LinkedNode& a, const LinkedNode& b) {
   return std::bit_cast<Words>(a) == std::bit_cast<Words>(b);
 }
 
-void check_like_host(const std::vector<Box>& boxes, unsigned radius, std::uint32_t more_room = 0) {
+void check_like_host(const std::vector<Box>& boxes, unsigned radius, std::uint32_t extra_capacity = 0) {
   const auto count = static_cast<std::uint32_t>(boxes.size());
-  CAPTURE(count, radius, more_room);
+  CAPTURE(count, radius, extra_capacity);
   const Tree host = host_tree(boxes, radius);
   for (const std::byte noise : {std::byte{0xa5}, std::byte{0x01}}) {
-    const Tree device = device_tree(boxes, count + more_room, radius, noise);
+    const Tree device = device_tree(boxes, count + extra_capacity, radius, noise);
     REQUIRE(device.root == host.root);
     LinkedNode untouched;
     std::memset(&untouched, static_cast<int>(noise), sizeof untouched);

@@ -5,24 +5,25 @@ namespace hiprt::checks {
 
 namespace {
 
-template <class LayoutType, class TriangleType, class Place, class SchedulePolicy = Immediate>
+template <class LayoutType, class TriangleType, class StackMemory, class SchedulePolicy = Immediate>
 struct Hardware : HardwarePolicies {
   using Layout = LayoutType;
   using Triangle = TriangleType;
-  using Stack = typename Place::Stack;
+  using Stack = typename StackMemory::Stack;
   using Schedule = SchedulePolicy;
 };
 
 /// trace() where there is the instruction.
-template <class P, class Place, Query kQuery, class Primitives>
+template <class P, class StackMemory, Query kQuery, class Primitives>
 __global__ void __launch_bounds__(kBlock) trace_by_hardware(Job job) {
-  if constexpr (kHasRayInstruction) trace_rays<P, Place, kQuery, NoFilter, Primitives>(job);
+  if constexpr (kHasRayInstruction) trace_rays<P, StackMemory, kQuery, NoFilter, Primitives>(job);
 }
 
-template <class P, class Place, Query kQuery, class Primitives = NoPrimitives> Variant hardware(const char* name) {
+template <class P, class StackMemory, Query kQuery, class Primitives = NoPrimitives>
+Variant hardware(const char* name) {
   const bool exact = std::is_same_v<typename P::Triangle, Watertight>;
   return {name,
-          &trace_by_hardware<P, Place, kQuery, Primitives>,
+          &trace_by_hardware<P, StackMemory, kQuery, Primitives>,
           P::Layout::kId,
           kQuery,
           Filtering::kNone,

@@ -140,8 +140,9 @@ template <unsigned kEntries> class Restarting {
   __device__ bool is_intact() const { return true; }
 };
 
-template <class LayoutPolicy, class Place, class SchedulePolicy = Immediate> struct With : WithLayout<LayoutPolicy> {
-  using Stack = typename Place::Stack;
+template <class LayoutPolicy, class StackMemory, class SchedulePolicy = Immediate>
+struct With : WithLayout<LayoutPolicy> {
+  using Stack = typename StackMemory::Stack;
   using Schedule = SchedulePolicy;
 };
 
@@ -189,11 +190,11 @@ template <class P> constexpr unsigned depth_of(Query query) {
   return query == Query::kAll ? 0xffffffffu : query == Query::kAny || P::Schedule::kBatchOnly ? 1 : kDepth;
 }
 
-template <class P, class Place, Query kQuery, class Filter, class Primitives>
+template <class P, class StackMemory, Query kQuery, class Filter, class Primitives>
 __device__ void trace_rays(const Job& job) {
   using TracedQuery = typename QueryType<P, kQuery, Filter, Primitives>::Type;
-  Place place(job);
-  const auto storage = place.storage(job);
+  StackMemory memory(job);
+  const auto storage = memory.storage(job);
   const auto make = [&](std::uint32_t ray) {
     return TracedQuery(job.scene, job.rays[ray], storage, Filter{}, primitives_of<Primitives>(job));
   };
@@ -204,12 +205,12 @@ __device__ void trace_rays(const Job& job) {
     TracedQuery query = make(ray);
     job.results[ray] = first_hits(query, depth_of<P>(kQuery));
   }
-  if (!place.is_intact()) fetch_add(job.broken_guards, 1);
+  if (!memory.is_intact()) fetch_add(job.broken_guards, 1);
 }
 
-template <class P, class Place, Query kQuery, class Filter, class Primitives>
+template <class P, class StackMemory, Query kQuery, class Filter, class Primitives>
 __global__ void __launch_bounds__(kBlock) trace(Job job) {
-  trace_rays<P, Place, kQuery, Filter, Primitives>(job);
+  trace_rays<P, StackMemory, kQuery, Filter, Primitives>(job);
 }
 
 template <class Filter> constexpr Filtering filtering_of() {
@@ -218,11 +219,11 @@ template <class Filter> constexpr Filtering filtering_of() {
                                               : Filtering::kNone;
 }
 
-template <class P, class Place, Query kQuery = Query::kClosest, class Filter = NoFilter,
+template <class P, class StackMemory, Query kQuery = Query::kClosest, class Filter = NoFilter,
           class Primitives = NoPrimitives>
 Variant variant(const char* name) {
   return {name,
-          &trace<P, Place, kQuery, Filter, Primitives>,
+          &trace<P, StackMemory, kQuery, Filter, Primitives>,
           P::Layout::kId,
           kQuery,
           filtering_of<Filter>(),

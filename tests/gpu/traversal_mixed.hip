@@ -4,10 +4,10 @@ namespace hiprt::checks {
 
 namespace {
 
-template <class Layout, class Place, class Schedule, Query kQuery, class Filter = NoFilter,
+template <class Layout, class StackMemory, class Schedule, Query kQuery, class Filter = NoFilter,
           class Primitives = NoPrimitives>
 Variant mix_of(const char* name) {
-  return variant<With<Layout, Place, Schedule>, Place, kQuery, Filter, Primitives>(name);
+  return variant<With<Layout, StackMemory, Schedule>, StackMemory, kQuery, Filter, Primitives>(name);
 }
 
 }  // namespace

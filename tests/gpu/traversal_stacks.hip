@@ -4,12 +4,12 @@ namespace hiprt::checks {
 
 namespace {
 
-template <class Place, Query kQuery = Query::kClosest> Variant with(const char* name) {
-  return variant<With<PlanesLayout, Place>, Place, kQuery>(name);
+template <class StackMemory, Query kQuery = Query::kClosest> Variant with(const char* name) {
+  return variant<With<PlanesLayout, StackMemory>, StackMemory, kQuery>(name);
 }
 
-template <class Place, Query kQuery = Query::kClosest> Variant in_batch(const char* name) {
-  return variant<With<PlanesLayout, Place, WholeWave<16>>, Place, kQuery>(name);
+template <class StackMemory, Query kQuery = Query::kClosest> Variant in_batch(const char* name) {
+  return variant<With<PlanesLayout, StackMemory, WholeWave<16>>, StackMemory, kQuery>(name);
 }
 
 }  // namespace

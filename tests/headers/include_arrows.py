@@ -1,19 +1,19 @@
 #!/usr/bin/env python3
-"""Checks who includes whom in hiprt_device, hiprt_build and tools, room by room.
+"""Checks who includes whom in hiprt_device, hiprt_build and tools, module by module.
 
     include_arrows.py ROOT             exit 0, or 1 with one line per forbidden include
     include_arrows.py --expect ROOT    the forbidden includes must be exactly the lines that say '// expect'
 
-A room is a folder, or a few files of one. MAY_INCLUDE says which rooms it may include besides itself. Headers directly
-in hiprt_build, in hiprt_build/gpu and in hiprt_build/format are public; those in its other folders are not installed.
-What a C++ compiler alone must build (public headers, .cpp files of hiprt_build) includes no GPU runtime.
+A module is a folder, or some files of one. MAY_INCLUDE says which modules it may include besides itself. Headers
+directly in hiprt_build, in hiprt_build/gpu and in hiprt_build/format are public; other headers of hiprt_build are not
+installed. Public headers and .cpp files of hiprt_build must compile without a GPU runtime: they include none.
 """
 import os
 import re
 import sys
 
 # The longest prefix decides.
-ROOMS = {
+MODULES = {
     'hiprt_device/format/': 'format',
     'hiprt_device/math/': 'math',
     'hiprt_device/scene_view.h': 'scene',
@@ -39,10 +39,10 @@ ROOMS = {
     'tools/render/': 'path',
     'tools/': 'cli',
 }
-DEVICE_ROOMS = ('format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives', 'traverse', 'query')
+DEVICE_MODULES = ('format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives', 'traverse', 'query')
 # Public headers of hiprt_build that hiprt::format compiles.
 FORMAT_HEADERS = {f'hiprt_build/{name}.h' for name in ('buffer', 'error', 'export', 'file', 'open_scene')}
-LIBRARY = {*DEVICE_ROOMS, 'host_format', 'build', 'gpu'}
+LIBRARY = {*DEVICE_MODULES, 'host_format', 'build', 'gpu'}
 MAY_INCLUDE = {
     'format': set(),
     'math': {'format'},
@@ -52,7 +52,7 @@ MAY_INCLUDE = {
     'instances': {'format', 'math', 'scene', 'ray', 'intersect'},
     'primitives': {'format', 'math', 'scene', 'ray', 'intersect', 'instances'},
     'traverse': {'format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives'},
-    'query': set(DEVICE_ROOMS),
+    'query': set(DEVICE_MODULES),
     # instances: only_instance.h makes the PlacedObject that kernels take.
     'host_format': {'format', 'math', 'scene', 'instances'},
     'build': {'format', 'math', 'scene', 'host_format', 'gpu'},
@@ -67,25 +67,25 @@ MAY_INCLUDE = {
     'path': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers', 'studio'},
     'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'image', 'render_scene', 'tracers', 'studio', 'path'},
 }
-# Includes of other packages that are kept out of some places.
+# Includes of other packages that are allowed in some modules only.
 GPU = re.compile(r'(hip|cuda|cub|rocprim|thrust)(/|_|\.)')
 ENGINES = re.compile(r'(tbb|oneapi|embree3|nlohmann)/')
 INCLUDE = re.compile(r'^\s*#\s*include\b\s*(.*)$')
 NAME = re.compile(r'^([<"])([^>"]+)[>"]')
 
 
-def zone(path):
-    """The room of a file; None outside of the three folders."""
-    for prefix in sorted(ROOMS, key=len, reverse=True):
+def module(path):
+    """The module of a file; None outside of the three folders."""
+    for prefix in sorted(MODULES, key=len, reverse=True):
         if path == prefix or prefix.endswith('/') and path.startswith(prefix):
-            return ROOMS[prefix]
+            return MODULES[prefix]
     return None
 
 
 def is_public(path):
     """Whether a header of hiprt_build is installed."""
-    return path.endswith('.h') and (zone(path) in ('gpu', 'host_format') or
-                                    zone(path) == 'build' and path.count('/') == 1)
+    return path.endswith('.h') and (module(path) in ('gpu', 'host_format') or
+                                    module(path) == 'build' and path.count('/') == 1)
 
 
 def sources(root):
@@ -123,7 +123,7 @@ def fault(root, path, name, quoted):
     """Why `path` may not include `name`, or None."""
     if name is None:
         return 'include of a macro: the arrows cannot be seen'
-    mine = zone(path)
+    mine = module(path)
     target = resolve(root, path, name, quoted)
     public = is_public(path)
     # Compiled where there is no GPU runtime.
@@ -133,7 +133,7 @@ def fault(root, path, name, quoted):
             return f'{name} does not exist in the project'
         if name.startswith('glm/') and path not in ('hiprt_device/math/vec.h', 'hiprt_device/math/vec_functions.h'):
             return 'only hiprt_device/math/vec.h and vec_functions.h include GLM'
-        in_device = mine in DEVICE_ROOMS
+        in_device = mine in DEVICE_MODULES
         if in_device and not GPU.match(name) and not name.startswith('glm/') and \
                 path not in ('hiprt_device/format/standard.h', 'hiprt_device/math/lanes.h') and not ENGINES.match(name):
             return 'in hiprt_device only format/standard.h includes the standard library, lanes.h vector registers'
@@ -144,7 +144,7 @@ def fault(root, path, name, quoted):
         if ENGINES.match(name) and (in_device or public):
             return f'{name} would become a dependency of every user: public headers do not include it'
         return None
-    theirs = zone(target)
+    theirs = module(target)
     if theirs == 'gpu' and host_only:
         return f'{target} needs a GPU runtime, which a C++ compiler alone does not have'
     if public and theirs == 'build' and not is_public(target):
@@ -157,16 +157,16 @@ def fault(root, path, name, quoted):
 
 
 def cycles(graph):
-    """Yields each file that includes itself through others, as the list of files on the way."""
+    """Yields each file that includes itself through others, as the list of files of the cycle."""
     state = {}
 
-    def visit(node, way):
+    def visit(node, path):
         state[node] = 'open'
         for target in graph.get(node, ()):
             if state.get(target) == 'open':
-                yield way[way.index(target):] + [target]
+                yield path[path.index(target):] + [target]
             elif target not in state:
-                yield from visit(target, way + [target])
+                yield from visit(target, path + [target])
         state[node] = 'done'
 
     for node in sorted(graph):
@@ -187,10 +187,10 @@ def check(root):
             target = resolve(root, path, name, quoted)
             if target:
                 graph.setdefault(path, []).append(target)
-    for way in cycles(graph):
-        last, first = way[-2], way[-1]
+    for path in cycles(graph):
+        last, first = path[-2], path[-1]
         number = next(n for n, name, q in includes(root, last) if name and resolve(root, last, name, q) == first)
-        found.setdefault((last, number), 'circle: ' + ' -> '.join(way))
+        found.setdefault((last, number), 'circle: ' + ' -> '.join(path))
     return count, found
 
 

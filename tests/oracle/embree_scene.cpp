@@ -126,7 +126,7 @@ bool EmbreeScene::any(const Ray& ray) const {
   return r.tfar == -std::numeric_limits<float>::infinity();
 }
 
-build::Affine EmbreeScene::place(unsigned instance, float time) const {
+build::Affine EmbreeScene::transform(unsigned instance, float time) const {
   float columns[4][3];
   rtcGetGeometryTransform(rtcGetGeometry(scene_.get(), instance), time, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
   build::Affine result;

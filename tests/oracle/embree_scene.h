@@ -42,7 +42,7 @@ class EmbreeScene {
   EmbreeHit closest(const Ray& ray) const;
   bool any(const Ray& ray) const;
   /// Where Embree has an instance at a time.
-  build::Affine place(unsigned instance, float time) const;
+  build::Affine transform(unsigned instance, float time) const;
 
  private:
   unsigned attach(RTCGeometry geometry);

@@ -49,12 +49,12 @@ inline Sphere unit_sphere(unsigned levels) {
   for (unsigned level = 0; level < levels; ++level) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [place, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(s.points.size()));
+      const auto [entry, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(s.points.size()));
       if (fresh) {
         const Double3 p = s.points[a], q = s.points[b];
         s.points.push_back(normalized({p[0] + q[0], p[1] + q[1], p[2] + q[2]}));
       }
-      return place->second;
+      return entry->second;
     };
     std::vector<Triangle> finer;
     for (const Triangle& t : s.triangles) {
@@ -103,13 +103,13 @@ inline Mesh with_t_junctions(Mesh mesh, std::uint64_t seed) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> whole;  // Directed edges of triangles that are not split.
   std::vector<Triangle> triangles;
   const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-    const auto [place, fresh] =
+    const auto [entry, fresh] =
         middles.try_emplace(std::minmax(a, b), static_cast<std::uint32_t>(mesh.positions.size()));
     if (fresh) {
       const Position p = mesh.positions[a], q = mesh.positions[b];
       mesh.positions.push_back({(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, (p[2] + q[2]) / 2});
     }
-    return place->second;
+    return entry->second;
   };
   for (const Triangle& t : mesh.triangles) {
     if (random.coin()) {
@@ -173,9 +173,9 @@ inline Mesh subdivided_box(unsigned count, double growth, std::uint64_t seed) {
   Mesh mesh;
   std::map<std::array<unsigned, 3>, std::uint32_t> vertices;
   const auto vertex = [&](const std::array<unsigned, 3>& at) {
-    const auto [place, fresh] = vertices.try_emplace(at, static_cast<std::uint32_t>(mesh.positions.size()));
+    const auto [entry, fresh] = vertices.try_emplace(at, static_cast<std::uint32_t>(mesh.positions.size()));
     if (fresh) mesh.positions.push_back(rounded({lines[0][at[0]], lines[1][at[1]], lines[2][at[2]]}));
-    return place->second;
+    return entry->second;
   };
   for (unsigned face = 0; face < 6; ++face) {
     const unsigned w = face / 2, u = (w + 1) % 3, v = (w + 2) % 3;

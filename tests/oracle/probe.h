@@ -114,13 +114,13 @@ HIPRT_HD inline Ray ray_to(const Vec3& from, const Vec3& to) {
 
 /// A point on the faces of a cube that is eight times as large as the mesh.
 HIPRT_HD inline Vec3 outside(const Target& target, Numbers& random) {
-  Vec3 place = 8.0f * target.extent * random.direction();
+  Vec3 offset = 8.0f * target.extent * random.direction();
   const unsigned face = random.next() % 3;
   const float far = random.next() % 2 == 0 ? 8.0f * target.extent : -8.0f * target.extent;
-  if (face == 0) place.x = far;
-  if (face == 1) place.y = far;
-  if (face == 2) place.z = far;
-  return target.centre + place;
+  if (face == 0) offset.x = far;
+  if (face == 1) offset.y = far;
+  if (face == 2) offset.z = far;
+  return target.centre + offset;
 }
 
 HIPRT_HD inline bool is_crossings(Question question) {
@@ -219,7 +219,7 @@ template <class Tracer> HIPRT_HD inline Tally ask(const Probe& probe, std::uint6
     if (is_crossings(probe.question)) return {0, trace.all(ray) % 2, 0, 0};
   Hit left;
   Ray first;
-  // One place that traces: kernels are twice as large with two.
+  // Only one call of trace.closest(): kernels are twice as large with two.
   for (;;) {
     const Hit hit = trace.closest(ray);
     if constexpr (requires { trace.every_box(ray); })

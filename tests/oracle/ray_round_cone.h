@@ -1,6 +1,6 @@
 #pragma once
-/// Decides exactly where a line crosses a round cone: the convex hull of two balls. (A ball is a round cone whose second
-/// ball is inside the first.) Host only; every decision is in integers.
+/// Decides exactly where a line crosses a round cone: the convex hull of two balls. (A ball is a round cone whose
+/// second ball is inside the first.) Host only; every decision is in integers.
 ///
 /// With y = o + t d - p0, w = p1 - p0, dr = r1 - r0, k = |w|^2 - dr^2 and N(t) = y.w + r0 dr, a point is in the solid
 /// iff

@@ -13,9 +13,9 @@ struct NaiveSphere {
     const Vec3 from = ray.origin - center;
     const float a = glm::dot(ray.direction, ray.direction), b = glm::dot(from, ray.direction),
                 c = glm::dot(from, from) - shape.a.radius * shape.a.radius;
-    const float room = b * b - a * c;
-    if (!(room >= 0.0f)) return true;
-    const float root = std::sqrt(room);
+    const float discriminant = b * b - a * c;
+    if (!(discriminant >= 0.0f)) return true;
+    const float root = std::sqrt(discriminant);
     for (const float t : {(-b - root) / a, (-b + root) / a}) {
       if (!(t >= ray.tmin && t <= ray.tmax)) continue;
       const Vec3 normal = (from + t * ray.direction) / shape.a.radius;

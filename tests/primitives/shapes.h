@@ -39,7 +39,7 @@ inline bool is_sphere(Shape shape) { return shape == Shape::kSphere || shape == 
 /// How large everything is.
 struct Scales {
   double size = 1.0;         ///< Of the primitive.
-  double offset = 0.0;       ///< Of its place from the coordinates' origin, in sizes.
+  double offset = 0.0;       ///< Distance of its center from the coordinates' origin, in sizes.
   double distance = 10.0;    ///< Largest distance of ray origins from their targets, in sizes.
   double direction = 1.0;    ///< Length of directions.
   double sizes = 1e10;       ///< Sizes and lengths of directions vary by factors
@@ -199,13 +199,13 @@ inline Case random_case(Shape shape, Aim aim, const Scales& scales, Random& rand
     from = walk(to, -1, direction);
   }
   const Point offset{scales.offset, -scales.offset, 0.5 * scales.offset};
-  const auto place = [&](const Point& p) { return rounded(walk(Point{0, 0, 0}, size, walk(p, 1, offset))); };
+  const auto moved = [&](const Point& p) { return rounded(walk(Point{0, 0, 0}, size, walk(p, 1, offset))); };
   const auto vertex = [&](const Point& p, double radius) {
-    const Vec3 v = place(p);
+    const Vec3 v = moved(p);
     return CurveVertex{{v.x, v.y, v.z}, static_cast<float>(radius * size)};
   };
   Case result{is_sphere(shape), vertex(in.p0, in.r0), vertex(in.p1, in.r1), {}};
-  result.ray.origin = place(from);
+  result.ray.origin = moved(from);
   result.ray.direction = rounded(walk(Point{0, 0, 0}, step, direction));
   result.ray.tmin = -std::numeric_limits<float>::max();
   return result;

@@ -98,12 +98,12 @@ SpawnFindings spawn_many(Shape shape, const Scales& scales, unsigned count) {
 
 TEST_CASE("spawned rays do not meet the primitive they leave", "[primitives]") {
   INFO("seed " << kSeed);
-  const Scales places[] = {{}, {.offset = 100}, {.distance = 1e6}};
+  const Scales settings[] = {{}, {.offset = 100}, {.distance = 1e6}};
   std::uint64_t outward = 0;
   std::printf("\n%-15s %9s %7s %9s %9s %7s\n", "shape", "outward", "again", "inward", "not once", "move");
   for (const Shape shape : kShapes) {
     SpawnFindings sum;
-    for (const Scales& scales : places) sum.add(spawn_many(shape, scales, trials(50000)));
+    for (const Scales& scales : settings) sum.add(spawn_many(shape, scales, trials(50000)));
     std::printf("%-15s %9lu %7lu %9lu %9lu %7.3f\n", name(shape), sum.outward, sum.again, sum.inward, sum.not_once,
                 sum.move);
     INFO(name(shape) << "\n" << sum.first_failure);

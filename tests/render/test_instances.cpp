@@ -46,27 +46,27 @@ struct Source {
     scene.add_file(meshes, layout);
   }
 
-  /// @param way the instance path: enclosing instances, the innermost first.
-  void flatten(std::size_t group, std::vector<const build::Instance*>& way, std::uint32_t outermost,
+  /// @param path the enclosing instances, the innermost first.
+  void flatten(std::size_t group, std::vector<const build::Instance*>& path, std::uint32_t outermost,
                FlatScene& flat) const {
     for (std::uint32_t i = 0; i < scene.groups[group].size(); ++i) {
       const build::Instance& instance = scene.groups[group][i];
-      const std::uint32_t first = way.empty() ? i : outermost;
-      way.insert(way.begin(), &instance);
+      const std::uint32_t first = path.empty() ? i : outermost;
+      path.insert(path.begin(), &instance);
       if (instance.object >= objects.size())
-        flatten(instance.object - objects.size(), way, first, flat);
+        flatten(instance.object - objects.size(), path, first, flat);
       else
-        place(objects[instance.object], way, first, flat);
-      way.erase(way.begin());
+        append_flat(objects[instance.object], path, first, flat);
+      path.erase(path.begin());
     }
   }
-  static void place(const std::vector<Mesh>& meshes, const std::vector<const build::Instance*>& way,
-                    std::uint32_t outermost, FlatScene& flat) {
+  static void append_flat(const std::vector<Mesh>& meshes, const std::vector<const build::Instance*>& path,
+                          std::uint32_t outermost, FlatScene& flat) {
     for (std::size_t g = 0; g < meshes.size(); ++g) {
       Mesh mesh = meshes[g];
       for (oracle::Position& position : mesh.positions) {
         oracle::Double3 p{position[0], position[1], position[2]};
-        for (const build::Instance* instance : way) p = moved(instance->to_scene, p);
+        for (const build::Instance* instance : path) p = moved(instance->to_scene, p);
         position = oracle::rounded(p);
       }
       flat.meshes.push_back(std::move(mesh));
@@ -76,8 +76,8 @@ struct Source {
   }
   FlatScene flat() const {
     FlatScene flat;
-    std::vector<const build::Instance*> way;
-    flatten(scene.groups.size() - 1, way, 0, flat);
+    std::vector<const build::Instance*> path;
+    flatten(scene.groups.size() - 1, path, 0, flat);
     return flat;
   }
 };
@@ -109,7 +109,7 @@ Image draw(const SceneView& scene, RenderMode mode, std::uint32_t samples = 1) {
   return std::move(rendering->image);
 }
 
-bool same_place(const Pixel& a, const Pixel& b, const FlatScene& flat) {
+bool same_surface(const Pixel& a, const Pixel& b, const FlatScene& flat) {
   if (b.primitive == kInvalidId) return a.primitive == kInvalidId && a.instance == kInvalidId;
   return a.primitive == b.primitive && a.geometry == flat.geometry[b.geometry] &&
          a.instance == flat.instance[b.geometry] && std::abs(a.depth - b.depth) < 1e-5f * b.depth &&
@@ -130,7 +130,7 @@ TEST_CASE("render: the layers of a scene of instances are those of the flat scen
       CHECK_FALSE(expected.has_instances);
       std::size_t different = 0, hits = 0, instances = 0;
       for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        different += same_place(image.pixels[i], expected.pixels[i], flat) ? 0 : 1;
+        different += same_surface(image.pixels[i], expected.pixels[i], flat) ? 0 : 1;
         hits += expected.pixels[i].primitive != kInvalidId ? 1 : 0;
         instances += image.pixels[i].instance_tests;
         if (image.pixels[i].primitive != kInvalidId) CHECK(image.pixels[i].instance_tests >= levels);

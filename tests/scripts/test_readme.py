@@ -21,7 +21,7 @@ TABLE = re.compile(re.escape(TABLE_MARK) + r"(\S+) -->\n((?:\|.*\n)+)")
 ANY_TABLE = re.compile(r"(?:^\|.*\n)+", re.MULTILINE)
 MOST_LINES = 30
 LONGER = {"tests/gpu/trace_file.hip": 45, "tests/examples/refit.cpp": 31}
-ROOMS = ("hiprt_device/", "hiprt_build/", "tools/", "tests/", "benchmarks/", "cmake/")
+FOLDERS = ("hiprt_device/", "hiprt_build/", "tools/", "tests/", "benchmarks/", "cmake/")
 CASE = re.compile(r'TEST_CASE\w*\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+)')
 # Of compilers, of AMD, of Embree and of pbrt.
 FOREIGN = {"__builtin_sqrtf", "image_bvh64_intersect_ray", "motion_derivative", "BoundPointMotion"}
@@ -125,7 +125,7 @@ def path_faults(root: Path, name: str, text: str) -> list[str]:
     faults = []
     for span in pages.SPAN.findall(pages.without_code(text)):
         path = span.strip("<>").split()[0].rstrip("/")
-        if not path.startswith(ROOMS) or re.search(r"[^\w./*-]", path):
+        if not path.startswith(FOLDERS) or re.search(r"[^\w./*-]", path):
             continue
         if not list(root.glob(path)) and not (root / "tests" / path).is_file():
             faults.append(f"{name} names {path}, which is missing")

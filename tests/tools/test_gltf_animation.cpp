@@ -37,8 +37,8 @@ struct Animated : GltfBuilder {
     REQUIRE(assembly->uses.size() == 1);
     return assembly->uses[0];
   }
-  /// Of keys, the place of the triangle's corner 0 along an axis.
-  std::vector<double> places(const std::vector<float>& times, unsigned axis) const {
+  /// Of keys, the position of the triangle's corner 0 along an axis.
+  std::vector<double> positions(const std::vector<float>& times, unsigned axis) const {
     std::vector<double> result;
     for (const auto& key : use(times).keys) result.push_back(key.m[axis][3]);
     return result;
@@ -63,20 +63,20 @@ void check_near(const std::vector<double>& is, const std::vector<double>& expect
 TEST_CASE("glTF animation: translations step, run and swing from key to key") {
   const std::vector<float> times{0, 1, 2}, looks{-1, 0, 0.5, 1, 1.25, 2, 9};
   const std::vector<float> x{0, 0, 0, 4, 0, 0, 8, 0, 0};
-  check_near(Animated().channel("translation", "STEP", times, x).places(looks, 0), {0, 0, 0, 4, 4, 8, 8});
-  check_near(Animated().channel("translation", "LINEAR", times, x).places(looks, 0), {0, 0, 2, 4, 5, 8, 8});
+  check_near(Animated().channel("translation", "STEP", times, x).positions(looks, 0), {0, 0, 0, 4, 4, 8, 8});
+  check_near(Animated().channel("translation", "LINEAR", times, x).positions(looks, 0), {0, 0, 2, 4, 5, 8, 8});
   // Tangents in and out around each value; Hermite at half the way: mean, and an eighth of the tangents' difference.
   const std::vector<float> cubic{9, 9, 9, 0, 0, 0, 8, 0, 0, 0, 0, 0, 4, 0, 0, 9, 9, 9};
-  check_near(Animated().channel("translation", "CUBICSPLINE", {0, 2}, cubic).places({0, 1, 2}, 0), {0, 4, 4});
+  check_near(Animated().channel("translation", "CUBICSPLINE", {0, 2}, cubic).positions({0, 1, 2}, 0), {0, 4, 4});
 }
 
 TEST_CASE("glTF animation: rotations take the shorter way, scales go along, other nodes stand still") {
   const float h = std::sqrt(0.5f);
   // A quarter turn about x, its quaternion of the other sign: z goes to -y.
   const Animated turning = Animated().channel("rotation", "LINEAR", {0, 1}, {0, 0, 0, 1, -h, 0, 0, -h});
-  check_near(turning.places({0, 0.5, 1}, 1), {0, -std::sqrt(0.5), -1});
-  check_near(turning.places({0, 0.5, 1}, 2), {1, std::sqrt(0.5), 0});
-  check_near(Animated().channel("scale", "LINEAR", {0, 1}, {1, 1, 1, 1, 1, 3}).places({0, 0.5, 1}, 2), {1, 2, 3});
+  check_near(turning.positions({0, 0.5, 1}, 1), {0, -std::sqrt(0.5), -1});
+  check_near(turning.positions({0, 0.5, 1}, 2), {1, std::sqrt(0.5), 0});
+  check_near(Animated().channel("scale", "LINEAR", {0, 1}, {1, 1, 1, 1, 1, 3}).positions({0, 0.5, 1}, 2), {1, 2, 3});
   CHECK(Animated().channel("translation", "LINEAR", {0, 1}, {1, 2, 3, 1, 2, 3}).use({0, 1}).keys.empty());
   const tools::MeshUse posed = turning.use({1.0f});
   CHECK(posed.keys.empty());
@@ -85,20 +85,20 @@ TEST_CASE("glTF animation: rotations take the shorter way, scales go along, othe
 }
 
 TEST_CASE("glTF animation: what cannot be is refused with its place") {
-  const std::string place = "animation 0, channel 0: ";
+  const std::string where = "animation 0, channel 0: ";
   const std::vector<float> two{0, 0, 0, 1, 1, 1};
   CHECK(Animated().channel("translation", "LINEAR", {1, 0}, two).fault() ==
-        place + "key 1 is not after the one before");
-  CHECK(Animated().channel("translation", "LINEAR", {0, 1, 2}, two).fault() == place + "2 values, 3 expected");
-  CHECK(Animated().channel("translation", "CUBICSPLINE", {0, 1}, two).fault() == place + "2 values, 6 expected");
-  CHECK(Animated().channel("translation", "WAVE", {0, 1}, two).fault() == place + "unknown interpolation 'WAVE'");
-  CHECK(Animated().channel("colour", "LINEAR", {0, 1}, two).fault() == place + "unknown path 'colour'");
-  CHECK(Animated().channel("translation", "LINEAR", {0, 1}, two, 7).fault() == place + "node 7 does not exist");
+        where + "key 1 is not after the one before");
+  CHECK(Animated().channel("translation", "LINEAR", {0, 1, 2}, two).fault() == where + "2 values, 3 expected");
+  CHECK(Animated().channel("translation", "CUBICSPLINE", {0, 1}, two).fault() == where + "2 values, 6 expected");
+  CHECK(Animated().channel("translation", "WAVE", {0, 1}, two).fault() == where + "unknown interpolation 'WAVE'");
+  CHECK(Animated().channel("colour", "LINEAR", {0, 1}, two).fault() == where + "unknown path 'colour'");
+  CHECK(Animated().channel("translation", "LINEAR", {0, 1}, two, 7).fault() == where + "node 7 does not exist");
   const float inf = std::numeric_limits<float>::infinity();
-  CHECK(Animated().channel("translation", "LINEAR", {0, inf}, two).fault() == place + "a number is not finite");
+  CHECK(Animated().channel("translation", "LINEAR", {0, inf}, two).fault() == where + "a number is not finite");
   Animated matrix = Animated().channel("translation", "LINEAR", {0, 1}, two);
   matrix.json["nodes"][0]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  CHECK(matrix.fault() == place + "node 0 has a matrix");
+  CHECK(matrix.fault() == where + "node 0 has a matrix");
 }
 
 TEST_CASE("glTF animation: bvhbuild --shutter makes nodes move") {

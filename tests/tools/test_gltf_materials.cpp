@@ -216,17 +216,17 @@ TEST_CASE("materials: KHR_texture_transform") {
     return surface_fault(
         folder, textured({{"uri", "a.png"}}, {{"index", 0}, {"extensions", {{"KHR_texture_transform", transform}}}}));
   };
-  const std::string place = "pbrMetallicRoughness.baseColorTexture.extensions.KHR_texture_transform";
-  CHECK_THAT(wrong({{"texCoord", 1}}), Contains(place + ".texCoord: 1, only 0 is read"));
-  CHECK_THAT(wrong({{"scale", {1}}}), Contains(place + ".scale: 1 numbers, 2 expected"));
-  CHECK_THAT(wrong({{"offset", {1e39, 0}}}), Contains(place + ": it has numbers that single precision cannot hold"));
+  const std::string where = "pbrMetallicRoughness.baseColorTexture.extensions.KHR_texture_transform";
+  CHECK_THAT(wrong({{"texCoord", 1}}), Contains(where + ".texCoord: 1, only 0 is read"));
+  CHECK_THAT(wrong({{"scale", {1}}}), Contains(where + ".scale: 1 numbers, 2 expected"));
+  CHECK_THAT(wrong({{"offset", {1e39, 0}}}), Contains(where + ": it has numbers that single precision cannot hold"));
 }
 
 TEST_CASE("materials: wrong numbers of textures, samplers and images") {
   const TempFolder folder;
   folder.write("a.png", small_png());
   const json image = {{"uri", "a.png"}};
-  const std::string place = "material 0 'leaf': ", info = place + "pbrMetallicRoughness.baseColorTexture.";
+  const std::string where = "material 0 'leaf': ", info = where + "pbrMetallicRoughness.baseColorTexture.";
   CHECK_THAT(surface_fault(folder, textured(image, {{"index", 3}})), Contains(info + "index: 3, there are 1 textures"));
   CHECK_THAT(surface_fault(folder, textured(image, {{"index", -1}})), Contains(info + "index: -1, an integer"));
   CHECK_THAT(surface_fault(folder, textured(image, json::object())), Contains(info + "index: it is missing"));
@@ -234,7 +234,7 @@ TEST_CASE("materials: wrong numbers of textures, samplers and images") {
              Contains(info + "texCoord: 1, only 0 is read"));
   GltfBuilder b = textured(image);
   b.json["textures"][0] = {{"source", 7}};
-  CHECK_THAT(surface_fault(folder, b), Contains(place + "textures[0].source: 7, there are 1 images"));
+  CHECK_THAT(surface_fault(folder, b), Contains(where + "textures[0].source: 7, there are 1 images"));
   b.json["textures"][0] = {{"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}};
   CHECK_THAT(surface_fault(folder, b), Contains("textures[0].source: it is missing, and images of extensions"));
   b.json["textures"][0] = {{"source", 0}, {"sampler", 0}};
@@ -245,10 +245,10 @@ TEST_CASE("materials: wrong numbers of textures, samplers and images") {
 
 TEST_CASE("materials: missing and damaged images are refused with the place, also FIFOs and folders") {
   const TempFolder folder;
-  const std::string place = "material 0 'leaf': base colour: ";
-  CHECK_THAT(image_fault(folder, {{"uri", "no.png"}}), Contains(place + "image 'no.png': cannot open"));
+  const std::string where = "material 0 'leaf': base colour: ";
+  CHECK_THAT(image_fault(folder, {{"uri", "no.png"}}), Contains(where + "image 'no.png': cannot open"));
   folder.write("cut.png", small_png().substr(0, 50));
-  CHECK_THAT(image_fault(folder, {{"uri", "cut.png"}}), Contains(place + "image 'cut.png': damaged PNG: truncated"));
+  CHECK_THAT(image_fault(folder, {{"uri", "cut.png"}}), Contains(where + "image 'cut.png': damaged PNG: truncated"));
   folder.write("a.webp", "RIFF....WEBP");
   CHECK_THAT(image_fault(folder, {{"uri", "a.webp"}}), Contains("image 'a.webp': it is neither PNG nor JPEG"));
   folder.write("empty.png", "");

@@ -119,19 +119,19 @@ TEST_CASE("vertices: primitives with and without attributes in one mesh") {
 }
 
 TEST_CASE("vertices: wrong attributes are refused with the primitive and the attribute") {
-  const std::string place = "mesh 0, primitive 0: ";
+  const std::string where = "mesh 0, primitive 0: ";
   CHECK_THAT(fault(with_attribute<float>("TEXCOORD_0", {1, 2, 3, 4}, 5126, "VEC2", false)),
-             Contains(place + "TEXCOORD_0 has 2 elements, but POSITION has 3"));
+             Contains(where + "TEXCOORD_0 has 2 elements, but POSITION has 3"));
   CHECK_THAT(fault(with_attribute<float>("NORMAL", {1, 2, 3}, 5126, "VEC3", false)),
-             Contains(place + "NORMAL has 1 elements, but POSITION has 3"));
+             Contains(where + "NORMAL has 1 elements, but POSITION has 3"));
   CHECK_THAT(fault(with_attribute<float>("TEXCOORD_0", {1, 2, 3, 4, 5, 6, 7, 8, 9}, 5126, "VEC3", false)),
-             Contains(place + "TEXCOORD_0: accessor 1: it is not of type VEC2"));
+             Contains(where + "TEXCOORD_0: accessor 1: it is not of type VEC2"));
   const float inf = std::numeric_limits<float>::infinity();
   CHECK_THAT(fault(with_attribute<float>("TEXCOORD_0", {1, 2, 3, inf, 5, 6}, 5126, "VEC2", false)),
-             Contains(place + "TEXCOORD_0: vertex 1 has coordinates that are not finite"));
+             Contains(where + "TEXCOORD_0: vertex 1 has coordinates that are not finite"));
   GltfBuilder b = triangle();
   b.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = 9;
-  CHECK_THAT(fault(b), Contains(place + "NORMAL: accessor 9: it does not exist"));
+  CHECK_THAT(fault(b), Contains(where + "NORMAL: accessor 9: it does not exist"));
 }
 
 TEST_CASE("vertices: normals stand on what nodes make of surfaces, mirrored or not") {

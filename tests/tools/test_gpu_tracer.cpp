@@ -162,7 +162,7 @@ TEST_CASE("Ctrl-C ends a batch between its parts") {
 
 TEST_CASE("rays that overflow their stacks are an error that says how many and what the bound was") {
   const TestScene scene = random_scene(NodeLayout::kFloat);
-  // As of a file that was not validated. Policies with private stacks have more room than that and overflow nothing.
+  // Like the bound of a file that was not validated. Private stacks have more entries than that and do not overflow.
   FileHeader header = *scene.view.header;
   header.stack_bound = 0;
   BufferView view = scene.view;

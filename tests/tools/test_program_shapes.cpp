@@ -43,11 +43,11 @@ struct Files {
     folder.write("wig.hair", HairFile{}.bytes());
     folder.write("s.json", description.dump());
   }
-  /// Rays down from z = 10 at these places.
-  void write_rays(const std::vector<std::pair<float, float>>& places) const {
+  /// Rays down from z = 10 at these points.
+  void write_rays(const std::vector<std::pair<float, float>>& points) const {
     std::string bytes;
-    append(bytes, static_cast<std::uint32_t>(places.size()), 0u);
-    for (const auto& [x, y] : places) append(bytes, x, y, 10.f, 0.f, 0.f, 0.f, -1.f, 1e30f);
+    append(bytes, static_cast<std::uint32_t>(points.size()), 0u);
+    for (const auto& [x, y] : points) append(bytes, x, y, 10.f, 0.f, 0.f, 0.f, -1.f, 1e30f);
     folder.write("r.rays", bytes);
   }
   std::vector<std::pair<float, std::uint32_t>> trace(const std::vector<std::string>& more = {}) const {

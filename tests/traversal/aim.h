@@ -14,8 +14,8 @@ using namespace hiprt::oracle;
 struct Closed {
   std::string name;
   Mesh mesh;
-  std::vector<Double3> centers;  ///< Inner points,
-  double room = 0.0;             ///< and the radius of a ball around each that is inside, too.
+  std::vector<Double3> centers;  ///< Points inside.
+  double inner_radius = 0.0;     ///< A ball of this radius around each center is inside.
   double scale = 1.0;            ///< The mesh's radius, about.
 };
 
@@ -39,7 +39,7 @@ inline std::vector<Closed> closed_meshes() {
 inline Closed placed(const Closed& closed, double scale, const Double3& offset) {
   Closed result = closed;
   result.mesh = oracle::placed(closed.mesh, scale, offset);
-  result.room *= scale;
+  result.inner_radius *= scale;
   result.scale *= scale;
   for (Double3& c : result.centers)
     for (std::size_t k = 0; k < 3; ++k) c[k] = c[k] * scale + offset[k];
@@ -67,7 +67,7 @@ inline Ray aimed_ray(const Closed& closed, Random& random, double stretch) {
   Double3 from = closed.centers[random.below(center_count)];
   if (random.below(4) != 0) {
     const Double3 away = random.on_sphere();
-    const double length = closed.room * random.unit();
+    const double length = closed.inner_radius * random.unit();
     for (std::size_t k = 0; k < 3; ++k) from[k] += length * away[k];
   }
   Ray ray;

@@ -21,8 +21,8 @@ class Chain {
       : levels_(levels), blocks_((levels * (sizeof(PlanesBoxNode) + sizeof(PlanesLeaf)) - 1) / sizeof(Block) + 1) {
     geometry_.mask = 0xffffffffu;
     for (unsigned i = 0; i < levels; ++i) {
-      put(node_place(i), node(i));
-      put(leaf_place(i), leaf(i));
+      put(node_offset(i), node(i));
+      put(leaf_offset(i), leaf(i));
     }
   }
 
@@ -31,7 +31,7 @@ class Chain {
   /// @param base, geometry copies of the above, in the memory of the processor that traces.
   SceneView view(const std::byte* base, const GeometryRecord* geometry) const {
     SceneView scene{.base = base, .size = bytes().size(), .geometries = geometry};
-    scene.root = make_ref(node_place(0), NodeType::kBox32);
+    scene.root = make_ref(node_offset(0), NodeType::kBox32);
     scene.bounds = {{0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, top()}};
     scene.features = feature_bit(Feature::kTriangles);
     return scene;
@@ -54,10 +54,10 @@ class Chain {
   };
 
   float top() const { return static_cast<float>(levels_ - 1); }
-  std::size_t node_place(unsigned i) const { return i * sizeof(PlanesBoxNode); }
-  std::size_t leaf_place(unsigned i) const { return levels_ * sizeof(PlanesBoxNode) + i * sizeof(PlanesLeaf); }
-  template <class Record> void put(std::size_t place, const Record& record) {
-    std::memcpy(reinterpret_cast<std::byte*>(blocks_.data()) + place, &record, sizeof record);
+  std::size_t node_offset(unsigned i) const { return i * sizeof(PlanesBoxNode); }
+  std::size_t leaf_offset(unsigned i) const { return levels_ * sizeof(PlanesBoxNode) + i * sizeof(PlanesLeaf); }
+  template <class Record> void put(std::size_t offset, const Record& record) {
+    std::memcpy(reinterpret_cast<std::byte*>(blocks_.data()) + offset, &record, sizeof record);
   }
 
   PlanesBoxNode node(unsigned i) const {
@@ -69,10 +69,10 @@ class Chain {
       node.child[child] = kInvalidRef;
       PlanesLayout::set_box(node, child, empty);
     }
-    node.child[0] = make_ref(leaf_place(i), NodeType::kTriangle0);
+    node.child[0] = make_ref(leaf_offset(i), NodeType::kTriangle0);
     PlanesLayout::set_box(node, 0, Box{{0.0f, 0.0f, height}, {1.0f, 1.0f, height}});
     if (i + 1 == levels_) return node;
-    node.child[1] = make_ref(node_place(i + 1), NodeType::kBox32);
+    node.child[1] = make_ref(node_offset(i + 1), NodeType::kBox32);
     PlanesLayout::set_box(node, 1, Box{{0.0f, 0.0f, height + 1}, {1.0f, 1.0f, top()}});
     return node;
   }

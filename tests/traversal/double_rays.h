@@ -83,13 +83,13 @@ inline double off_plane(const RayD& ray, const HitD& hit, const Corners& c) {
   return distance.get_d();
 }
 
-/// A ray from within @p reach of a place at a point of a triangle's inside, or beyond.
-inline RayD ray_at_triangle(const Mesh& mesh, Random& random, const Double3& place, double reach) {
+/// A ray from within @p reach of @p center at a point of a triangle's interior, or beyond.
+inline RayD ray_at_triangle(const Mesh& mesh, Random& random, const Double3& center, double reach) {
   const Corners c = corners(mesh, random.below(static_cast<std::uint32_t>(mesh.triangles.size())));
   const double u = random.unit(), v = random.unit() * (1 - u);
   const Vec3D target = vec(c.p0) + u * (vec(c.p1) - vec(c.p0)) + v * (vec(c.p2) - vec(c.p0));
   RayD ray;
-  ray.origin = vec(place) + reach * vec(random.on_sphere());
+  ray.origin = vec(center) + reach * vec(random.on_sphere());
   ray.direction = target - ray.origin;
   ray.direction *= random.log_uniform(1e-3, 1e3);
   return ray;

@@ -13,8 +13,8 @@ namespace hiprt::checks {
 
 void print_agreement_header();
 
-/// Closest and any hits of @p rays random rays; prints a row of counts. Demands (Catch2) that the oracle can explain
-/// every hit of ours that differs from Embree's, and that all other hits lie on the triangle they name.
+/// Closest and any hits of @p rays random rays; prints a row of counts. Checks (Catch2) that the oracle can explain
+/// every hit of ours that differs from Embree's. All other hits must lie on the triangle that they name.
 void check_agreement(const std::string& name, const Mesh& mesh, const std::function<Ray(Random&)>& random_ray,
                      unsigned rays, std::uint64_t seed);
 

@@ -102,10 +102,10 @@ struct Tried : Policies {
 };
 
 /// The stack of one ray, with memory as the policy requires.
-template <class Stack> struct Place {
+template <class Stack> struct RayStack {
   typename Stack::Storage storage() const { return {}; }
 };
-template <OwnedStack Stack> struct Place<Stack> {
+template <OwnedStack Stack> struct RayStack<Stack> {
   typename Stack::Memory memory;
   typename Stack::Storage storage() { return typename Stack::Storage(memory); }
 };
@@ -141,18 +141,18 @@ template <class P, class Filter = NoFilter, class Primitives = NoPrimitives> str
   Primitives primitives{};
 
   Drained closest(const Ray& ray) const {
-    Place<typename P::Stack> place;
-    ClosestHit<P, Filter, Primitives> query(scene, ray, place.storage(), filter, primitives);
+    RayStack<typename P::Stack> stack;
+    ClosestHit<P, Filter, Primitives> query(scene, ray, stack.storage(), filter, primitives);
     return drain(query);
   }
   Drained any(const Ray& ray) const {
-    Place<typename P::Stack> place;
-    AnyHit<P, Filter, Primitives> query(scene, ray, place.storage(), filter, primitives);
+    RayStack<typename P::Stack> stack;
+    AnyHit<P, Filter, Primitives> query(scene, ray, stack.storage(), filter, primitives);
     return drain(query);
   }
   template <SplitPrimitives kSplit = SplitPrimitives::kOnce> Drained all(const Ray& ray) const {
-    Place<typename P::Stack> place;
-    AllHits<P, Filter, Primitives, kSplit> query(scene, ray, place.storage(), filter, primitives);
+    RayStack<typename P::Stack> stack;
+    AllHits<P, Filter, Primitives, kSplit> query(scene, ray, stack.storage(), filter, primitives);
     return drain(query);
   }
 };

@@ -60,7 +60,7 @@ struct Chain : InstanceScene {
     const Double3 target = target_point(closed.mesh, random), aside = random.on_sphere();
     const Double3& center = closed.centers[random.below(static_cast<std::uint32_t>(closed.centers.size()))];
     Double3 start;
-    for (std::size_t k = 0; k < 3; ++k) start[k] = center[k] + 0.5 * closed.room * aside[k];
+    for (std::size_t k = 0; k < 3; ++k) start[k] = center[k] + 0.5 * closed.inner_radius * aside[k];
     Ray ray;
     ray.time = random.uniform_float(-1, 2);
     ray.origin = Vec3(out_of(ray.time, start));

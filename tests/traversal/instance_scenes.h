@@ -79,7 +79,7 @@ struct InstanceScene {
   SceneView view() const { return make_scene_view(*open_buffer(file.bytes())); }
 
   /// Calls visit(file, the ray in its space) for every instance path of at most two levels to a file.
-  template <class Visit> void for_each_way(const SceneView& of, const Ray& ray, Visit&& visit) const {
+  template <class Visit> void for_each_path(const SceneView& of, const Ray& ray, Visit&& visit) const {
     follow_all(of, groups.size() - 1, {}, ray, visit);
   }
 
@@ -126,13 +126,13 @@ template <class P> class EveryInstance {
 
  private:
   void search(std::size_t group, const BasicRay<Real>& local, const BasicRay<Real>& ray) {
-    const ObjectView place =
+    const ObjectView object =
         follow(view_, path_, ray.time, [](const InstanceRecord&, const ObjectRecord&, const MotionRecord*) {});
     for (std::uint32_t i = 0; i < scene_.groups[group].size(); ++i) {
       const Instance& instance = scene_.groups[group][i];
       if ((instance.mask & ray.mask) == 0) continue;
       path_.instance[path_.depth++] = i;
-      BasicRay<Real> inner = ray_to_object(place.instance<true>(i, ray.time), local);
+      BasicRay<Real> inner = ray_to_object(object.instance<true>(i, ray.time), local);
       inner.tmax = best_.t;
       if (instance.object < scene_.files.size())
         meet(scene_.files[instance.object], inner);

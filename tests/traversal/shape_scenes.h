@@ -105,7 +105,7 @@ struct ShapeScene : InstanceScene {
   /// The closest hit of all instance paths. Only t, geometry and primitive matter.
   Hit closest_of_all(const SceneView& view, const Ray& ray) const {
     Hit best;
-    for_each_way(view, ray, [&](std::uint32_t object, const Ray& local) {
+    for_each_path(view, ray, [&](std::uint32_t object, const Ray& local) {
       const Hit hit = closest_hit(make_scene_view(*open_buffer(meshes[object].bytes())), local);
       if (hit.t < best.t) best = hit;
       if (object < 2) objects[object].search(local, best);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 77;
 /// Relative error of t where the surface is at right angles to the ray.
-constexpr float kFewUlps = 0x1p-20f;
+constexpr float kTolerance = 0x1p-20f;
 
 std::vector<Scene> every_layout(const Mesh& mesh) {
   std::vector<Scene> result;
@@ -49,7 +49,7 @@ TEST_CASE("rays across a flat grid, in the planes of its lines, all hit", "[axis
           for (const Scene& scene : scenes)
             for (const Tracer& tracer : default_tracers()) {
               INFO(tracer.name << "\n" << describe(ray));
-              REQUIRE(std::abs(tracer.closest(scene, ray).t - 6) <= 6 * kFewUlps);
+              REQUIRE(std::abs(tracer.closest(scene, ray).t - 6) <= 6 * kTolerance);
               REQUIRE(tracer.any(scene, ray).found());
             }
         }
@@ -66,9 +66,9 @@ TEST_CASE("rays within a flat grid's plane neither hang nor hit outside it", "[a
 }
 
 TEST_CASE("axis-parallel rays inside a box, in the planes of its subdivision, all hit", "[axis]") {
-  const std::vector<std::pair<double, Double3>> places{
+  const std::vector<std::pair<double, Double3>> locations{
       {1, {0, 0, 0}}, {16, {1024, -2048, 512}}, {0x1p-40, {0, 0, 0}}, {0x1p50, {0, 0, 0}}};
-  for (const auto& [scale, offset] : places) {
+  for (const auto& [scale, offset] : locations) {
     const Mesh mesh = oracle::placed(subdivided_box(10, 1.7, kSeed), scale, offset);
     const std::vector<Scene> scenes = every_layout(mesh);
     for (unsigned i = 0; i < mesh.positions.size(); ++i)
@@ -81,7 +81,7 @@ TEST_CASE("axis-parallel rays inside a box, in the planes of its subdivision, al
             for (const Tracer& tracer : default_tracers()) {
               const Hit hit = tracer.closest(scene, ray);
               INFO(tracer.name << "\n" << describe(ray) << "\n" << describe(hit));
-              REQUIRE(std::abs(hit.t - 1) <= kFewUlps);
+              REQUIRE(std::abs(hit.t - 1) <= kTolerance);
               REQUIRE(tracer.any(scene, ray).found());
             }
         }

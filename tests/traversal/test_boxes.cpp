@@ -23,13 +23,13 @@ struct Trial {
   unsigned child;  ///< The one that the ray is aimed at.
 };
 
-/// A box of random size, place and flatness.
+/// A box of random size, position and flatness.
 Box random_box(Random& random) {
   const double size = random.log_uniform(1e-6, 1e6), place = random.coin() ? 0.0 : size * random.log_uniform(1, 1e7);
   const bool lattice = random.below(4) == 0;
   Box box{};
   for (std::size_t k = 0; k < 3; ++k) {
-    float a = static_cast<float>(random.uniform(-place, place) + random.uniform(-size, size));
+    float a = static_cast<float>(random.uniform(-offset, offset) + random.uniform(-size, size));
     float b = static_cast<float>(a + random.uniform(0, size));
     if (lattice) a = static_cast<float>(random.below(5)) - 2.0f, b = a + static_cast<float>(random.below(3));
     if (random.below(8) == 0) b = a;

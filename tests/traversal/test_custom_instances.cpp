@@ -59,7 +59,7 @@ struct SphereScene : InstanceScene {
   /// The closest hit by a loop over all spheres on all instance paths; the normal in object space.
   Hit closest(const SceneView& view, const Ray& ray) const {
     Hit best;
-    for_each_way(view, ray, [&](std::uint32_t object, const Ray& local) {
+    for_each_path(view, ray, [&](std::uint32_t object, const Ray& local) {
       for (std::uint32_t k = 0; k < spheres[object].size(); ++k)
         SphereSet{spheres[object].data()}.intersect(local, 0, std::min(best.t, ray.tmax), k, [&](const CustomHit& hit) {
           if (hit.t < best.t) best = {hit.t, hit.u, hit.v, 0, k, hit.normal, hit.error};
@@ -93,8 +93,8 @@ template <class P> void check(unsigned levels) {
     REQUIRE((hit.t == expected.t && hit.u == expected.u && hit.primitive == expected.primitive));
     REQUIRE(hit.error >= 0);
     // The normal is the scene's: taken back it is the object's.
-    const PathTransform place(view, hit.path, ray.time);
-    const Vec3 back = place.normal_to_object({hit.normal}).value;
+    const PathTransform transform(view, hit.path, ray.time);
+    const Vec3 back = transform.normal_to_object({hit.normal}).value;
     REQUIRE(glm::dot(back, expected.normal) > 0.9999f * glm::length(back) * glm::length(expected.normal));
   }
   CHECK(hits > 300);

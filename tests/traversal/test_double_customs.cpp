@@ -32,13 +32,13 @@ struct CustomScene {
   }
 };
 
-/// A mesh with detail of a thousandth about a place, vertices in double.
+/// A mesh with detail of a thousandth around a point, vertices in double.
 struct FarMesh {
   std::vector<double> positions;
   std::vector<std::uint32_t> triangles;
-  FarMesh(const Mesh& mesh, double scale, const Double3& place) {
+  FarMesh(const Mesh& mesh, double scale, const Double3& center) {
     for (const Position& p : mesh.positions)
-      for (std::size_t k = 0; k < 3; ++k) positions.push_back(scale * double{p[k]} + place[k]);
+      for (std::size_t k = 0; k < 3; ++k) positions.push_back(scale * double{p[k]} + center[k]);
     for (const Triangle& t : mesh.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
   }
   DoubleTriangleSet set() const { return {{positions.data(), triangles.data()}}; }
@@ -56,8 +56,8 @@ struct FarMesh {
 }  // namespace
 
 TEST_CASE("triangles with double vertices ten million units away: exact, and no leaks", "[double]") {
-  const Double3 place{6378137.25, -9999999.123, 1234567.8};
-  const FarMesh mesh(icosphere(2), 0.001, place);
+  const Double3 center{6378137.25, -9999999.123, 1234567.8};
+  const FarMesh mesh(icosphere(2), 0.001, center);
   const CustomScene scene(mesh.boxes());
   const PrimitiveList set(mesh.set());
   using P = DoubleRays<>;
@@ -72,7 +72,7 @@ TEST_CASE("triangles with double vertices ten million units away: exact, and no 
       const Vec3D target = mesh.corner(triangle, 0) + u * (mesh.corner(triangle, 1) - mesh.corner(triangle, 0)) +
                            v * (mesh.corner(triangle, 2) - mesh.corner(triangle, 0));
       RayD ray;
-      ray.origin = vec(place) + 1e-4 * vec(random.on_sphere());
+      ray.origin = vec(center) + 1e-4 * vec(random.on_sphere());
       ray.direction = target - ray.origin;
       ray.origin -= (reach / 0.001) * ray.direction;
       INFO("reach " << reach << ", ray " << i << ": " << describe(ray));

@@ -74,23 +74,23 @@ void compare(const char* name, const Deforming& deforming, unsigned rays) {
   for (const float x : deforming.positions) magnitude = std::max(magnitude, 1.7321 * std::fabs(double{x}));
   Random random(kSeed);
   SecondOpinion opinion;
-  std::vector<Real3> places(deforming.keys[0].positions.size());
+  std::vector<Real3> positions(deforming.keys[0].positions.size());
   for (unsigned i = 0; i < trials(rays); ++i) {
     Ray ray = random_ray(random, 4.0);
     ray.time = random.below(8) == 0 ? static_cast<float>(random.below(5)) / 4 : random.uniform_float(0, 1);
     ray.tmax = std::numeric_limits<float>::infinity();
     ray.mask = 0xffffffffu;
-    for (std::size_t k = 0; k < places.size(); ++k) places[k] = deforming.at(k, ray.time);
+    for (std::size_t k = 0; k < positions.size(); ++k) positions[k] = deforming.at(k, ray.time);
     if (random.coin()) {
       // Through a corner, as well as floats allow.
-      const Real3& corner = places[random.below(static_cast<std::uint32_t>(places.size()))];
+      const Real3& corner = positions[random.below(static_cast<std::uint32_t>(positions.size()))];
       for (int axis = 0; axis < 3; ++axis)
         ray.direction[axis] = static_cast<float>(corner[static_cast<std::size_t>(axis)] - ray.origin[axis]);
     }
     RayJudge judge(ray);
     for (std::uint32_t t = 0; t < deforming.keys[0].triangles.size(); ++t) {
       const auto& [a, b, c] = deforming.keys[0].triangles[t];
-      const std::array<Real3, 3> corners{places[a], places[b], places[c]};
+      const std::array<Real3, 3> corners{positions[a], positions[b], positions[c]};
       judge.add(0, t, corners, tolerances_of(corners, ray, magnitude));
     }
     P::Stack::Memory memory;

@@ -54,7 +54,7 @@ RealAffine product(const RealAffine& a, const RealAffine& b) {
   return result;
 }
 
-RealAffine place_at(const build::Motion& motion, Real time) {
+RealAffine transform_at(const build::Motion& motion, Real time) {
   RealAffine result;
   const Real3 origin = moved(motion, time, {0, 0, 0});
   for (unsigned c = 0; c < 4; ++c) {
@@ -225,7 +225,7 @@ void add_moving(Both& both, const std::vector<build::MotionKey>& keys, MotionKin
   both.motions.push_back(std::move(motion));
   both.ours.groups[0].push_back({.object = 0, .motion = &both.motions.back()});
   both.placed.push_back(
-      {.at = [of_judge](Real time) { return place_at(of_judge, time); }, .turning = kind != MotionKind::kMatrix});
+      {.at = [of_judge](Real time) { return transform_at(of_judge, time); }, .turning = kind != MotionKind::kMatrix});
 }
 
 /// Instances with one kind of motion.
@@ -336,7 +336,7 @@ TEST_CASE("Embree's turns are slerp, by a polynomial for the angle; below 3.6 de
             std::fabs(std::remainder(std::atan2(y, x) - std::atan2(right[1], right[0]), 2 * 3.14159265358979323846L)));
       };
       const Vec3 p = point_to_scene(at_time(view.instances[0], view.motions[0], view.base, time), Vec3(1, 0, 0));
-      const Affine embree = both.theirs.place(0, time);
+      const Affine embree = both.theirs.transform(0, time);
       ours = std::max(ours, off(p.x, p.y, MotionKind::kSlerp));
       slerp = std::max(slerp, off(embree.row[0][0], embree.row[1][0], MotionKind::kSlerp));
       nlerp = std::max(nlerp, off(embree.row[0][0], embree.row[1][0], MotionKind::kNlerp));

@@ -24,7 +24,7 @@ struct ExactHit {
 };
 
 /// Woop and the like have no place here: the scalar triple products of Moller and Trumbore, in long double.
-ExactHit exact_hit(const std::vector<const InstanceRecord*>& way, const oracle::Mesh& mesh, const Ray& ray) {
+ExactHit exact_hit(const std::vector<const InstanceRecord*>& records, const oracle::Mesh& mesh, const Ray& ray) {
   using Real = long double;
   using Real3 = std::array<Real, 3>;
   const auto cross = [](const Real3& a, const Real3& b) {
@@ -32,7 +32,7 @@ ExactHit exact_hit(const std::vector<const InstanceRecord*>& way, const oracle::
   };
   const auto dot = [](const Real3& a, const Real3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
   Real3 o{ray.origin.x, ray.origin.y, ray.origin.z}, d{ray.direction.x, ray.direction.y, ray.direction.z};
-  for (const InstanceRecord* record : way) {
+  for (const InstanceRecord* record : records) {
     Real3 inner_o{}, inner_d{};
     for (unsigned r = 0; r < 3; ++r)
       for (unsigned c = 0; c < 3; ++c) {
@@ -60,10 +60,10 @@ ExactHit exact_hit(const std::vector<const InstanceRecord*>& way, const oracle::
     if (!(margin >= 0) || !(t >= 0) || !(t < best.t)) continue;
     Real3 normal = cross(e1, e2);
     const Real along = dot(normal, d);
-    for (std::size_t i = way.size(); i-- > 0;) {
+    for (std::size_t i = records.size(); i-- > 0;) {
       Real3 outer{};
       for (unsigned r = 0; r < 3; ++r)
-        for (unsigned c = 0; c < 3; ++c) outer[c] += Real{way[i]->linear[r][c]} * normal[r];
+        for (unsigned c = 0; c < 3; ++c) outer[c] += Real{records[i]->linear[r][c]} * normal[r];
       normal = outer;
     }
     best = {static_cast<double>(t), static_cast<double>(margin),
@@ -101,14 +101,14 @@ Vec3 innermost(const InstanceScene& scene) {
   return p;
 }
 
-std::vector<const InstanceRecord*> way_of(const InstanceScene& scene, const SceneView& view) {
+std::vector<const InstanceRecord*> records_along_path(const InstanceScene& scene, const SceneView& view) {
   InstancePath<kMostLevels> path;
   path.depth = static_cast<std::uint32_t>(scene.groups.size());
-  std::vector<const InstanceRecord*> way;
+  std::vector<const InstanceRecord*> records;
   follow<false>(view, path, 0.0f, [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord*) {
-    way.push_back(&record);
+    records.push_back(&record);
   });
-  return way;
+  return records;
 }
 
 /// Rays from the scene at a sphere that may be far away: the hits, the accuracy of t, and whether the error bounds
@@ -116,7 +116,7 @@ std::vector<const InstanceRecord*> way_of(const InstanceScene& scene, const Scen
 std::array<double, 3> check_exactness(const InstanceScene& scene, std::uint64_t seed, unsigned rays) {
   using P = Tracer<PlanesLayout, kMostLevels>;
   const SceneView view = scene.view();
-  const auto way = way_of(scene, view);
+  const auto records = records_along_path(scene, view);
   const oracle::Mesh mesh = oracle::icosphere(3);
   const Vec3 center = innermost(scene);
   Random random(seed);
@@ -129,7 +129,7 @@ std::array<double, 3> check_exactness(const InstanceScene& scene, std::uint64_t 
     Ray ray;
     ray.origin = center + away * Vec3(from[0], from[1], from[2]);
     ray.direction = center + Vec3(at[0], at[1], at[2]) - ray.origin;
-    const ExactHit exact = exact_hit(way, mesh, ray);
+    const ExactHit exact = exact_hit(records, mesh, ray);
     const auto hit = closest_hit<P>(view, ray);
     // Near an edge the rounded ray may hit the neighbouring facet: the exact t is then not comparable.
     if (exact.margin < 1e-3) continue;

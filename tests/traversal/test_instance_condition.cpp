@@ -114,7 +114,7 @@ template <class P> unsigned check_no_leak(const std::string& name, const Closed&
     const Double3 center = closed.centers[i % closed.centers.size()], target = target_point(closed.mesh, random);
     const Double3 aside = random.on_sphere();
     Double3 start;
-    for (std::size_t k = 0; k < 3; ++k) start[k] = center[k] + 0.5 * closed.room * aside[k];
+    for (std::size_t k = 0; k < 3; ++k) start[k] = center[k] + 0.5 * closed.inner_radius * aside[k];
     const BasicRay<Real> ray = ray_towards<Real>(out_of(record, start), out_of(record, target));
     const BasicRay<Real> local = ray_to_object(record, ray);
     double square = 0;
@@ -122,7 +122,7 @@ template <class P> unsigned check_no_leak(const std::string& name, const Closed&
       const double off = static_cast<double>(local.origin[k]) - center[static_cast<std::size_t>(k)];
       square += off * off;
     }
-    if (!(std::sqrt(square) < 0.99 * closed.room) || !(max_component(local.direction) > Real(0))) continue;
+    if (!(std::sqrt(square) < 0.99 * closed.inner_radius) || !(max_component(local.direction) > Real(0))) continue;
     ++traced;
     INFO(name << ", " << closed.name << ", ray " << i << " of seed " << kSeed);
     const auto hit = closest_hit<P>(view, ray);
@@ -159,7 +159,8 @@ template <class P> unsigned check_as_object(const std::string& name, const Close
   unsigned hits = 0;
   for (unsigned i = 0; i < trials(3000); ++i) {
     const double radius = random.log_uniform(0.5, 16);
-    const Double3 way = random.on_sphere(), beside{radius * way[0], radius * way[1], radius * way[2]};
+    const Double3 direction = random.on_sphere(),
+                  beside{radius * direction[0], radius * direction[1], radius * direction[2]};
     const Vec3D target = out_of(view.instances[0], i % 4 == 0 ? beside : extreme_point(closed.mesh, random));
     Vec3D from(0);
     for (int k = 0; k < 3; ++k) {
@@ -184,7 +185,8 @@ template <class P> unsigned check_as_object(const std::string& name, const Close
 
 std::vector<Closed> shapes() {
   std::vector<Closed> result = closed_meshes();
-  std::erase_if(result, [](const Closed& closed) { return closed.mesh.triangles.size() > 4000 || closed.room < 0.1; });
+  std::erase_if(result,
+                [](const Closed& closed) { return closed.mesh.triangles.size() > 4000 || closed.inner_radius < 0.1; });
   return result;
 }
 

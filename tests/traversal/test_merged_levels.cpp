@@ -33,17 +33,17 @@ InstanceScene merged_scene(InstanceScene& from, const build::MergedLevels& merge
 
 /// An instance path of the merged scene, as the original scene had it.
 template <unsigned kLevels>
-std::vector<std::uint32_t> way_before(const build::MergedLevels& merged, std::size_t files,
-                                      const InstancePath<kLevels>& path) {
-  std::vector<std::uint32_t> way;
+std::vector<std::uint32_t> path_before_merge(const build::MergedLevels& merged, std::size_t files,
+                                             const InstancePath<kLevels>& path) {
+  std::vector<std::uint32_t> original;
   std::size_t group = merged.groups.size() - 1;
   for (unsigned i = 0; i < path.depth; ++i) {
     const auto part = merged.path_of(path.instance[i], group);
-    way.insert(way.end(), part.begin(), part.end());
+    original.insert(original.end(), part.begin(), part.end());
     const std::uint32_t object = merged.groups[group][path.instance[i]].object;
     if (object >= files) group = object - files;
   }
-  return way;
+  return original;
 }
 template <unsigned kLevels> std::vector<std::uint32_t> numbers(const InstancePath<kLevels>& path) {
   return {path.instance, path.instance + path.depth};
@@ -67,13 +67,13 @@ InstanceScene random_scene(Random& random, unsigned levels) {
 }
 
 /// The product of the matrices on an instance path, entry by entry in long double.
-void check_product(const InstanceScene& scene, const std::vector<std::uint32_t>& way, const Instance& merged) {
+void check_product(const InstanceScene& scene, const std::vector<std::uint32_t>& path, const Instance& merged) {
   long double product[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
   long double size[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
   std::size_t group = scene.groups.size() - 1;
   std::uint32_t object = 0, mask = 0xffffffffu, id = 0;
-  for (std::size_t step = 0; step < way.size(); ++step) {
-    const Instance& instance = scene.groups[group][way[step]];
+  for (std::size_t step = 0; step < path.size(); ++step) {
+    const Instance& instance = scene.groups[group][path[step]];
     long double next[3][4], next_size[3][4];
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 4; ++c) {
@@ -96,8 +96,8 @@ void check_product(const InstanceScene& scene, const std::vector<std::uint32_t>&
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 4; ++c) {
       // Half a unit of the last place, and what doubles rounded.
-      const long double room = 0x1p-24L * std::abs(product[r][c]) + 0x1p-49L * size[r][c] + 0x1p-149L;
-      REQUIRE(std::abs(static_cast<long double>(merged.to_scene.row[r][c]) - product[r][c]) <= room);
+      const long double allowed = 0x1p-24L * std::abs(product[r][c]) + 0x1p-49L * size[r][c] + 0x1p-149L;
+      REQUIRE(std::abs(static_cast<long double>(merged.to_scene.row[r][c]) - product[r][c]) <= allowed);
     }
 }
 
@@ -118,14 +118,14 @@ TEST_CASE("merged instances are the products of their ways, and all ways are the
       REQUIRE(merged->kept_masks + merged->kept_moving == 0);
       REQUIRE(merged->views().size() == merged->groups.size());
       const auto& top = merged->groups.back();
-      std::vector<std::vector<std::uint32_t>> ways;
+      std::vector<std::vector<std::uint32_t>> paths;
       for (std::uint32_t i = 0; i < top.size(); ++i) {
-        ways.push_back(merged->path_of(i));
-        check_product(scene, ways.back(), top[i]);
+        paths.push_back(merged->path_of(i));
+        check_product(scene, paths.back(), top[i]);
       }
       // Depth first, each once.
-      REQUIRE(std::is_sorted(ways.begin(), ways.end()));
-      REQUIRE(std::adjacent_find(ways.begin(), ways.end()) == ways.end());
+      REQUIRE(std::is_sorted(paths.begin(), paths.end()));
+      REQUIRE(std::adjacent_find(paths.begin(), paths.end()) == paths.end());
       if (wanted >= levels) {
         REQUIRE(top.size() == scene.groups.back().size());
         continue;
@@ -162,7 +162,7 @@ TEST_CASE("rays meet merged scenes where they met them before, by the same ways"
       one_only += first.found() != second.found() ? 1 : 0;
       if (!first.found() || !second.found()) continue;
       ++hits;
-      if (first.primitive != second.primitive || numbers(first.path) != way_before(*merged, files, second.path))
+      if (first.primitive != second.primitive || numbers(first.path) != path_before_merge(*merged, files, second.path))
         continue;
       ++same;
       REQUIRE(first.geometry == second.geometry);
@@ -221,7 +221,7 @@ TEMPLATE_TEST_CASE("where products are exact, so are hits", "", FloatLayout, Pla
     // Normals through instances may differ by a power of two.
     const float longer = max_component(first.normal) / max_component(second.normal);
     REQUIRE(first.normal == second.normal * longer);
-    REQUIRE(numbers(first.path) == way_before(*merged, 1, second.path));
+    REQUIRE(numbers(first.path) == path_before_merge(*merged, 1, second.path));
   }
   CHECK(hits > 200);
 }
@@ -231,16 +231,16 @@ TEST_CASE("what moves stays an instance of its own, and so does what one mask ca
   const build::Motion motion{.keys = {{.time = 0}, {.time = 1, .translation = {1, 0, 0}, .rotation = {0, 0, 1, 1}}}};
   InstanceScene scene;
   scene.add_file({oracle::icosphere(1)}, NodeLayout::kPlanes);
-  const auto place = [&](std::uint32_t object) {
+  const auto instance_of = [&](std::uint32_t object) {
     return Instance{.object = object, .to_scene = random_affine(random, 3)};
   };
   // Group 0 (object 1): balls. Group 1 (2): instances of group 0, one moving. Group 2 (3): still instances of group 0.
-  scene.groups.push_back({place(0), place(0)});
-  scene.groups.push_back({place(1), place(1)});
+  scene.groups.push_back({instance_of(0), instance_of(0)});
+  scene.groups.push_back({instance_of(1), instance_of(1)});
   scene.groups[1][1].motion = &motion;
-  scene.groups.push_back({place(1), place(1)});
+  scene.groups.push_back({instance_of(1), instance_of(1)});
   // The scene: both, the second in motion too, and twice with masks.
-  scene.groups.push_back({place(2), place(3), place(3), place(3), place(0)});
+  scene.groups.push_back({instance_of(2), instance_of(3), instance_of(3), instance_of(3), instance_of(0)});
   scene.groups[3][1].motion = &motion;
   scene.groups[3][2].mask = 3;
   scene.groups[2][1].mask = 6;
@@ -267,7 +267,7 @@ TEST_CASE("what moves stays an instance of its own, and so does what one mask ca
     if (!first.found() && !second.found()) continue;
     ++found;
     INFO("seed " << kSeed + 3 << ", ray " << i);
-    if (first.primitive == second.primitive && numbers(first.path) == way_before(*merged, 1, second.path))
+    if (first.primitive == second.primitive && numbers(first.path) == path_before_merge(*merged, 1, second.path))
       REQUIRE(first.t == Approx(second.t).epsilon(1e-4).margin(1e-4));
     else
       ++other_hits;

@@ -147,7 +147,7 @@ TEST_CASE("no search finds a point outside of the box of its motion") {
     std::printf("%s%s: a point is at %.9f of the way to the side of its box, of random ones %.9f\n", name_of(kind),
                 along ? ", a box that goes along" : "", worst.score, worst.random);
     CHECK(worst.score <= 1.0);
-    // Points that go linearly are as far from it as there is room for rounding.
+    // Points that move linearly stay as far from it as the margin for rounding.
     CHECK(worst.score > (along && kind == MotionKind::kMatrix ? 0.05 : 0.9));
   }
 }

@@ -52,14 +52,14 @@ Ray inner_ray(const Mesh& mesh, double size, Random& random) {
   const Corners c = corners(mesh, random.below(static_cast<std::uint32_t>(mesh.triangles.size())));
   const double u = random.unit(), v = random.unit() * (1 - u);
   const Position from = random.in_cube(size);
-  Double3 way{};
+  Double3 to_target{};
   for (std::size_t k = 0; k < 3; ++k)
-    way[k] = c.p0[k] + u * (double{c.p1[k]} - c.p0[k]) + v * (double{c.p2[k]} - c.p0[k]) - from[k];
-  const double longest = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
+    to_target[k] = c.p0[k] + u * (double{c.p1[k]} - c.p0[k]) + v * (double{c.p2[k]} - c.p0[k]) - from[k];
+  const double longest = std::max({std::abs(to_target[0]), std::abs(to_target[1]), std::abs(to_target[2])});
   const int exponent = longest > 0 ? -std::ilogb(longest) : 0;
-  const Vec3 direction(static_cast<float>(std::ldexp(way[0], exponent)),
-                       static_cast<float>(std::ldexp(way[1], exponent)),
-                       static_cast<float>(std::ldexp(way[2], exponent)));
+  const Vec3 direction(static_cast<float>(std::ldexp(to_target[0], exponent)),
+                       static_cast<float>(std::ldexp(to_target[1], exponent)),
+                       static_cast<float>(std::ldexp(to_target[2], exponent)));
   return {vec3(from), 0, direction, std::numeric_limits<float>::max(), 0xffffffffu};
 }
 

@@ -38,15 +38,15 @@ struct Chain : InstanceScene {
 
   /// A point of the object in the scene, exactly: of what stands still by the file's records.
   Real3 to_scene(const SceneView& view, float time, bool moves, Real3 p) const {
-    std::vector<InstanceRecord> way;
+    std::vector<InstanceRecord> records;
     follow(view, path(), time,
-           [&](const InstanceRecord& r, const ObjectRecord&, const MotionRecord*) { way.push_back(r); });
+           [&](const InstanceRecord& r, const ObjectRecord&, const MotionRecord*) { records.push_back(r); });
     for (std::size_t level = 0; level < groups.size(); ++level) {
       if (moves) {
         p = moved(*motions[level], time, p);
         continue;
       }
-      const InstanceRecord& record = way[groups.size() - 1 - level];
+      const InstanceRecord& record = records[groups.size() - 1 - level];
       Real3 row[3];
       for (unsigned r = 0; r < 3; ++r) row[r] = {record.linear[r][0], record.linear[r][1], record.linear[r][2]};
       const Real determinant = dot3(row[0], cross(row[1], row[2]));
@@ -96,7 +96,7 @@ TEST_CASE("points, directions and normals along ways of instances are within the
       const SceneView view = scene.view();
       for (unsigned k = 0; k < 20; ++k) {
         const float time = random.uniform_float(-3, 6);
-        const PathTransform place(view, scene.path(), time);
+        const PathTransform transform(view, scene.path(), time);
         const auto at = [&](const Real3& x) { return scene.to_scene(view, time, moves, x); };
         const Real3 p = real(random.in_cube(2)), v = real(random.in_cube(1)), w = real(random.in_cube(1));
         const Real3 origin = at({0, 0, 0}), p_out = at(p), v_out = at(v) - origin, w_out = at(w) - origin;
@@ -106,9 +106,10 @@ TEST_CASE("points, directions and normals along ways of instances are within the
         const Real3 n = cross(v, w);
         Real3 n_out = cross(v_out, w_out);
         for (Real& x : n_out) x /= determinant;
-        const Bounded results[6] = {place.point_to_scene(rounded(p)),       place.vector_to_scene(rounded(v)),
-                                    place.normal_to_scene(rounded(n)),      place.point_to_object(rounded(p_out)),
-                                    place.vector_to_object(rounded(v_out)), place.normal_to_object(rounded(n_out))};
+        const Bounded results[6] = {
+            transform.point_to_scene(rounded(p)),       transform.vector_to_scene(rounded(v)),
+            transform.normal_to_scene(rounded(n)),      transform.point_to_object(rounded(p_out)),
+            transform.vector_to_object(rounded(v_out)), transform.normal_to_object(rounded(n_out))};
         const Real3 exact[6] = {p_out, v_out, n_out, p, v, n};
         for (unsigned a = 0; a < 6; ++a) {
           INFO("seed " << kSeed << ", chain " << i << ", " << k << ", transform " << a << (moves ? ", moving" : ""));
@@ -147,8 +148,8 @@ TEST_CASE("what is transformed and taken back is where it was, to a few units in
 TEST_CASE("a way of no instance is the scene itself") {
   Random random(kSeed);
   const Chain scene(random, 1, false, 1.0);
-  const PathTransform<1> place(scene.view(), InstancePath<1>{});
-  const Bounded p = place.point_to_scene({Vec3(1, 2, 3), 0.5f});
+  const PathTransform<1> transform(scene.view(), InstancePath<1>{});
+  const Bounded p = transform.point_to_scene({Vec3(1, 2, 3), 0.5f});
   CHECK((p.value == Vec3(1, 2, 3) && p.error == 0.5f));
-  CHECK(place.normal_to_object({Vec3(1, 2, 3)}).value == Vec3(1, 2, 3));
+  CHECK(transform.normal_to_object({Vec3(1, 2, 3)}).value == Vec3(1, 2, 3));
 }

@@ -18,7 +18,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kLargest = std::numeric_limits<float>::max();
 /// Relative error that t may have where the surface is at right angles to the ray.
-constexpr float kFewUlps = 0x1p-21f;
+constexpr float kTolerance = 0x1p-21f;
 
 Ray make_ray(const Vec3& o, const Vec3& d, float tmin = 0.0f, float tmax = kInfinity) { return Ray{o, tmin, d, tmax}; }
 
@@ -78,9 +78,9 @@ TEST_CASE("tmin and tmax belong to the ray", "[ray]") {
   };
   // The shelves' distances as traced: 1, 2, 4 with the rounding that hits may have.
   const float first = t(0, kInfinity), second = t(1.5f, kInfinity), third = t(3, kInfinity);
-  CHECK(first == Approx(1).epsilon(kFewUlps));
-  CHECK(second == Approx(2).epsilon(kFewUlps));
-  CHECK(third == Approx(4).epsilon(kFewUlps));
+  CHECK(first == Approx(1).epsilon(kTolerance));
+  CHECK(second == Approx(2).epsilon(kTolerance));
+  CHECK(third == Approx(4).epsilon(kTolerance));
   CHECK(t(first, kInfinity) == first);
   CHECK(t(std::nextafter(first, 2.0f), kInfinity) == second);
   CHECK(t(0, first) == first);

@@ -188,16 +188,16 @@ Hit closest_in(const Scene& scene, const Ray& ray) {
 }  // namespace
 
 TEST_CASE("from inside a closed mesh every ray has one nearest hit, at scales from 1e-30 to 1e30", "[reference]") {
-  struct Place {
+  struct Location {
     double scale;
     Double3 offset;
   };
-  const Place places[] = {{1e-30, {0, 0, 0}},      {1e-15, {0, 0, 0}}, {1, {0, 0, 0}},   {1, {1e3, 0, -1e3}},
-                          {1e3, {1e7, -1e7, 1e7}}, {1e15, {0, 0, 0}},  {1e30, {0, 0, 0}}};
+  const Location locations[] = {{1e-30, {0, 0, 0}},      {1e-15, {0, 0, 0}}, {1, {0, 0, 0}},   {1, {1e3, 0, -1e3}},
+                                {1e3, {1e7, -1e7, 1e7}}, {1e15, {0, 0, 0}},  {1e30, {0, 0, 0}}};
   double most_ulps = 0.0;
   std::uint64_t rays = 0;
   for (const Closed& unit : closed_meshes())
-    for (const Place& at : places) {
+    for (const Location& at : locations) {
       const Closed closed = checks::placed(unit, at.scale, at.offset);
       INFO(closed.name << " at scale " << at.scale << ", offset " << at.offset[0] << ", seed " << kSeed);
       std::vector<Scene> scenes;

@@ -33,7 +33,7 @@ template <class StackPolicy, class LanesPolicy, class SchedulePolicy> struct Wit
 };
 
 /// Memory for kThreads stacks and a count of overflows. Only thread 1's stack is used.
-struct Room {
+struct ThreadStacks {
   std::vector<StackEntry> block = std::vector<StackEntry>(kThreads * 64, kUntouched);
   std::vector<StackEntry> global = std::vector<StackEntry>(kThreads * 256, kUntouched);
   std::vector<StackEntry> own = std::vector<StackEntry>(256);  ///< Of thread 1.
@@ -48,26 +48,26 @@ struct Room {
   }
 };
 
-template <unsigned N> auto storage(SharedStack<N>, Room& room, std::uint32_t) {
-  return typename SharedStack<N>::Storage(room.block.data(), 1, kThreads, &room.overflows);
+template <unsigned N> auto storage(SharedStack<N>, ThreadStacks& stacks, std::uint32_t) {
+  return typename SharedStack<N>::Storage(stacks.block.data(), 1, kThreads, &stacks.overflows);
 }
-template <unsigned N, unsigned M> auto storage(TieredStack<N, M>, Room& room, std::uint32_t) {
+template <unsigned N, unsigned M> auto storage(TieredStack<N, M>, ThreadStacks& stacks, std::uint32_t) {
   using Stack = TieredStack<N, M>;
-  typename Stack::Memory memory;
-  typename Stack::Storage made(room.block.data(), 1, kThreads, memory, &room.overflows);
-  made.own = room.own.data();
+  typename Stack::Memory own;
+  typename Stack::Storage made(stacks.block.data(), 1, kThreads, own, &stacks.overflows);
+  made.own = stacks.own.data();
   return made;
 }
-template <unsigned N> auto storage(RollingStack<N>, Room& room, std::uint32_t capacity) {
-  return typename RollingStack<N>::Storage(room.block.data(), 1, kThreads,
-                                           grid_spill(room.global.data(), kThreads, capacity, 1), &room.overflows);
+template <unsigned N> auto storage(RollingStack<N>, ThreadStacks& stacks, std::uint32_t capacity) {
+  return typename RollingStack<N>::Storage(stacks.block.data(), 1, kThreads,
+                                           grid_spill(stacks.global.data(), kThreads, capacity, 1), &stacks.overflows);
 }
-auto storage(GlobalStack, Room& room, std::uint32_t capacity) {
-  return GlobalStack::Storage(grid_spill(room.global.data(), kThreads, capacity, 1), &room.overflows);
+auto storage(GlobalStack, ThreadStacks& stacks, std::uint32_t capacity) {
+  return GlobalStack::Storage(grid_spill(stacks.global.data(), kThreads, capacity, 1), &stacks.overflows);
 }
-template <unsigned N> auto storage(RestartStack<N>, Room& room, std::uint32_t) {
+template <unsigned N> auto storage(RestartStack<N>, ThreadStacks& stacks, std::uint32_t) {
   typename RestartStack<N>::Storage made;
-  made.overflowed_rays = &room.overflows;
+  made.overflowed_rays = &stacks.overflows;
   return made;
 }
 
@@ -78,17 +78,17 @@ Ray random_ray(Random& random) {
 }
 
 template <class P> void check_same_hits(const Scene& scene, std::uint32_t capacity) {
-  Room room, any_room;
+  ThreadStacks stacks, any_stacks;
   Random random(kSeed);
   for (unsigned i = 0; i < trials(3000); ++i) {
     const Ray ray = random_ray(random);
     const Hit expected = default_tracer().closest(scene, ray);
-    REQUIRE(same_hit(closest_hit<P>(scene.traced, ray, storage(typename P::Stack{}, room, capacity)), expected));
-    const auto any_place = storage(typename P::Stack{}, any_room, capacity);
-    REQUIRE(any_hit<P>(scene.traced, ray, any_place).found() == expected.found());
+    REQUIRE(same_hit(closest_hit<P>(scene.traced, ray, storage(typename P::Stack{}, stacks, capacity)), expected));
+    const auto any_storage = storage(typename P::Stack{}, any_stacks, capacity);
+    REQUIRE(any_hit<P>(scene.traced, ray, any_storage).found() == expected.found());
   }
-  room.check_neighbours();
-  CHECK(room.overflows + any_room.overflows == 0);
+  stacks.check_neighbours();
+  CHECK(stacks.overflows + any_stacks.overflows == 0);
 }
 
 template <class Stack> void check_stack(const Scene& scene, std::uint32_t capacity = 0) {
@@ -101,14 +101,14 @@ template <class Stack> void check_stack(const Scene& scene, std::uint32_t capaci
 /// A stack that is too small: any-hit finds only real hits, and reports a failure where it cannot know.
 template <class Stack> void check_overflow(const Scene& scene, std::uint32_t capacity = 0) {
   using P = With<Stack, DefaultLanes, Immediate>;
-  Room room, any_room;
+  ThreadStacks stacks, any_stacks;
   Random random(kSeed);
   std::uint32_t failed = 0, any_failed = 0;
   for (unsigned i = 0; i < trials(3000); ++i) {
     const Ray ray = random_ray(random);
-    const auto place = storage(Stack{}, room, capacity);
+    const auto closest_storage = storage(Stack{}, stacks, capacity);
     const Hit expected = default_tracer().closest(scene, ray);
-    ClosestHit<P> query(scene.traced, ray, place);
+    ClosestHit<P> query(scene.traced, ray, closest_storage);
     const Hit hit = query.next_hit();
     if (hit.failed()) {
       ++failed;
@@ -117,14 +117,14 @@ template <class Stack> void check_overflow(const Scene& scene, std::uint32_t cap
     } else {
       REQUIRE(same_hit(hit, expected));
     }
-    REQUIRE(room.overflows == failed);
-    AnyHit<P> any(scene.traced, ray, storage(Stack{}, any_room, capacity));
+    REQUIRE(stacks.overflows == failed);
+    AnyHit<P> any(scene.traced, ray, storage(Stack{}, any_stacks, capacity));
     const Hit some = any.next_hit();
     if (some.failed()) ++any_failed;
     if (!some.failed()) REQUIRE(some.found() == expected.found());
-    REQUIRE(any_room.overflows == any_failed);
+    REQUIRE(any_stacks.overflows == any_failed);
   }
-  room.check_neighbours();
+  stacks.check_neighbours();
   CHECK(failed != 0);
 }
 
@@ -169,9 +169,9 @@ template <class Entry> Entry entry_of(unsigned i) {
     return make_entry(static_cast<float>(i), ref);
 }
 
-/// @param place of a stack with a bottom and seven entries.
-template <class Stack, class Entry> void check_bottom(const typename Stack::Storage& place) {
-  StackBacktrack<Stack, Entry> backtrack(place, kInvalidRef);
+/// @param stack_storage of a stack with a bottom and seven entries.
+template <class Stack, class Entry> void check_bottom(const typename Stack::Storage& stack_storage) {
+  StackBacktrack<Stack, Entry> backtrack(stack_storage, kInvalidRef);
   const float infinity = std::numeric_limits<float>::infinity();
   for (const float limit : {infinity, 1.0f, 0.0f, -0.0f, std::numeric_limits<float>::quiet_NaN(), -1.0f}) {
     CAPTURE(limit);
@@ -200,8 +200,8 @@ template <class Stack, class Entry> void check_bottom(const typename Stack::Stor
 
 template <unsigned kShared, class Entry> void check_tiered_bottom() {
   CAPTURE(kShared);
-  Room room;
-  check_bottom<TieredStack<kShared, 7>, Entry>(storage(TieredStack<kShared, 7>{}, room, 0));
+  ThreadStacks stacks;
+  check_bottom<TieredStack<kShared, 7>, Entry>(storage(TieredStack<kShared, 7>{}, stacks, 0));
 }
 
 }  // namespace

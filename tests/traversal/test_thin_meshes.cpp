@@ -60,7 +60,7 @@ std::pair<double, double> aspects(const Mesh& mesh) {
 }
 
 /// How far the planes of the triangles are from the origin, at least.
-double room_of(const Mesh& mesh) {
+double inner_radius_of(const Mesh& mesh) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Corners c = corners(mesh, i);
@@ -76,7 +76,7 @@ std::vector<Closed> thin_meshes() {
                              {"pyramids along any axis", double_pyramid(12, {0.3, 0.7, -0.4}), {{0, 0, 0}}},
                              {"spindle", spindle(8, 40, 20 * kAspect), {{0, 0, 0}}},
                              {"hedgehog", hedgehog(3, kSeed), {{0, 0, 0}}}};
-  for (Closed& closed : result) closed.room = 0.5 * room_of(closed.mesh);
+  for (Closed& closed : result) closed.inner_radius = 0.5 * inner_radius_of(closed.mesh);
   return result;
 }
 
@@ -86,11 +86,11 @@ TEST_CASE("no ray from inside a closed mesh of needles leaks: the default, Refer
   INFO("seed " << kSeed);
   for (const Closed& unit : thin_meshes()) {
     const auto [most, median] = aspects(unit.mesh);
-    std::printf("thin meshes: %s, needles to %.2g : 1, half of them above %.2g : 1, room %.2g\n", unit.name.c_str(),
-                most, median, unit.room);
+    std::printf("thin meshes: %s, needles to %.2g : 1, half of them above %.2g : 1, inner radius %.2g\n",
+                unit.name.c_str(), most, median, unit.inner_radius);
     REQUIRE(is_closed(unit.mesh));
     CHECK(most > 1e7);
-    CHECK(unit.room > 0);
+    CHECK(unit.inner_radius > 0);
     for (const double scale : {1.0, 1e-10, 3e9}) {
       const Closed closed = checks::placed(unit, scale, {0, 0, 0});
       for (const NodeLayout layout : {NodeLayout::kPlanes, NodeLayout::kQuantized}) {

@@ -105,21 +105,21 @@ class RayJudge {
   std::string fault(const TracedHit& hit, double Tolerances::*tolerance) const {
     char text[200];
     const MetTriangle* named = met(hit);
-    Real room = 0;
+    Real slack = 0;
     if (hit.found()) {
       if (named == nullptr || (!named->inside && named->boundary > named->tolerances.*tolerance))
         return "the ray passes the triangle";
-      room = named->tolerances.*tolerance / named->steepness;
-      if (!(std::fabs(hit.t - named->t) <= room)) {
+      slack = named->tolerances.*tolerance / named->steepness;
+      if (!(std::fabs(hit.t - named->t) <= slack)) {
         std::snprintf(text, sizeof text, "t is %.9g, not %.9Lg, which may be off by %.3Lg", static_cast<double>(hit.t),
-                      named->t, room);
+                      named->t, slack);
         return text;
       }
     }
     for (const MetTriangle& met : met_) {
       const Real allowed = met.tolerances.*tolerance;
       if (!met.inside || met.boundary <= allowed || met.t * met.steepness <= allowed) continue;
-      if (hit.found() && hit.t <= met.t + room + allowed / met.steepness) continue;
+      if (hit.found() && hit.t <= met.t + slack + allowed / met.steepness) continue;
       std::snprintf(text, sizeof text,
                     "instance %u, triangle %u at t %.9Lg is missed, %.3Lg from its edge, allowed %.3Lg", met.instance,
                     met.primitive, met.t, met.boundary, allowed);
