@@ -105,7 +105,7 @@ build::Result<void> write_and_report(const Cli& cli, const BuildCommand& command
   return {};
 }
 
-/// Builds one BVH. Calls release() as soon as the scene is not needed any more.
+/// Builds one BVH. Calls release() after the last use of the scene.
 template <class Release>
 build::Result<void> build_flat(const Cli& cli, const BuildCommand& command, const build::SceneInput& scene,
                                const std::optional<build::ExchangeBvh>& tree, double read_seconds, ProgressBar& bar,

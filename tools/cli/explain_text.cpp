@@ -33,7 +33,7 @@ json ray_json(const Ray& ray) {
           {"tmax", number(ray.tmax)},    {"time", number(ray.time)},          {"mask", ray.mask}};
 }
 
-/// Turns the steps of a tracer into what they mean.
+/// Describes the steps of a tracer in JSON.
 class Teller {
  public:
   Teller(const BufferView& file, const Ray& ray) : file_(file), ray_(ray), best_(ray.tmax) {
@@ -59,13 +59,13 @@ class Teller {
     return result;
   }
 
-  /// Children whose boxes the ray meets, without those that it visits.
+  /// The number of children whose boxes the ray meets, but which it does not visit.
   std::uint64_t unvisited() const { return static_cast<std::uint64_t>(met_) - visited_; }
 
  private:
   const BufferView& file_of(const std::byte* base) const { return files_.at(base).first; }
 
-  /// A step in a file: which object's, if not the scene's.
+  /// Begins the description of a step: its level, and its object unless it is in the scene's own tree.
   json begin(const std::byte* base) const {
     const std::uint32_t object = files_.at(base).second;
     json step{{"level", path_.size()}};
@@ -74,7 +74,7 @@ class Teller {
   }
 
   void come_to(NodeRef ref) {
-    // A run's other leaves, and where a ray enters, are no children.
+    // The other leaves of a run, and the node at which a ray enters an object, are not children.
     if (ref == next_ || entered_ == ref) {
       entered_ = kInvalidRef;
       return;
@@ -122,7 +122,7 @@ class Teller {
       if (info.primitive[slot] == kInvalidId) continue;
       json primitive{{"primitive", info.primitive[slot]}, {"verdict", "not met"}};
       for (const TraceStep& candidate : candidates)
-        // Of the crossings of a sphere or curve the one that counts.
+        // A ray may cross a sphere or curve several times; the crossing that is the closest so far counts.
         if (candidate.number == slot && primitive["verdict"] != "closest so far") {
           primitive["t"] = number(candidate.t);
           primitive["verdict"] = verdict(view.geometries[geometry], candidate.t);
@@ -170,7 +170,7 @@ class Teller {
   std::map<const std::byte*, std::pair<BufferView, std::uint32_t>> files_;
   std::vector<std::uint32_t> path_;
   NodeRef next_ = kInvalidRef;     ///< The leaf after the last one in its run.
-  NodeRef entered_ = kInvalidRef;  ///< Where the ray enters an object, until it comes there.
+  NodeRef entered_ = kInvalidRef;  ///< The node at which the ray enters an object, until the ray visits it.
   std::uint64_t met_ = 1, visited_ = 0;
 };
 
@@ -185,7 +185,7 @@ json hit_json(const Hit& hit) {
           {"error", number(hit.error)}};
 }
 
-/// ["1.5"]: as many digits as tell floats apart.
+/// A number with enough digits to distinguish all floats.
 std::string text(const json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_number_float()) return value.dump();

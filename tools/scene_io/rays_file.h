@@ -3,11 +3,12 @@
 ///
 ///     .rays   u32 count, u32 any-hit flag (0 closest, 1 any), count x 8 float32 {origin, tmin, direction, tmax}
 ///     .hits   count x {float32 t (+inf: a miss), u32 primitive (0xffffffff: a miss)}
-///     .paths  u32 count, u32 levels, count x levels x {u32 instance, u32 id} (0xffffffff both: no more, or a miss)
+///     .paths  u32 count, u32 levels, count x levels x {u32 instance, u32 id} (0xffffffff both: end, or a miss)
 ///
-/// A primitive's number runs over all geometries of a file in order; in a scene of instances, of the object that the
-/// path leads to. A path lists the instances that lead there, the outermost first: instance is the number in the file
-/// that has it, id the program's own (InstanceRecord::id).
+/// A primitive's number runs over all geometries of a file in order. In a scene of instances, it runs over the
+/// geometries of the object at the end of the path. A path lists the instances from the scene to the object, the
+/// outermost first. `instance` is the number in the file that contains it, `id` the program's own number
+/// (InstanceRecord::id).
 
 #include <hiprt_build/error.h>
 #include <hiprt_device/ray.h>
@@ -41,15 +42,15 @@ struct PathBatch {
 };
 
 /// @return kIo if the file cannot be read, kInvalidInput if its size does not fit its count or its flag is not 0 or 1.
-/// Rays are not judged: tracing one that is not finite gives a miss.
+/// The values of rays are not checked: a ray that is not finite has no hit.
 build::Result<RayBatch> read_rays(const std::filesystem::path& path);
 build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& path);
 build::Result<PathBatch> read_paths(const std::filesystem::path& path);
 
-/// The old file or the whole new one is there afterwards (build::write_file). Ray masks are not stored.
+/// Writes the whole file, or keeps the old one (build::write_file). Ray masks are not stored.
 build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, std::span<const Ray> rays);
 build::Result<void> write_hits(const std::filesystem::path& path, std::span<const HitRecord> hits);
-/// @param count rays; @p paths has levels for each.
+/// @param count number of rays. @p paths has `levels` records for each.
 build::Result<void> write_paths(const std::filesystem::path& path, std::uint32_t count, std::uint32_t levels,
                                 std::span<const PathRecord> paths);
 

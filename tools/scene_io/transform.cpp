@@ -29,7 +29,8 @@ NormalTransform::NormalTransform(const Transform& transform) {
   for (const auto& row : transform.m)
     for (std::size_t column = 0; column < 3; ++column) largest = std::max(largest, std::abs(row[column]));
   if (!(largest > 0 && std::isfinite(largest))) return;
-  // The inverse, transposed, is the cofactors divided by the determinant, of which the sign is enough here.
+  // The transposed inverse is the matrix of cofactors divided by the determinant. Only the determinant's sign matters
+  // here.
   const double sign = transform.mirrors() ? -1 : 1;
   const auto at = [&](std::size_t row, std::size_t column) { return transform.m[row % 3][column % 3] / largest; };
   for (std::size_t row = 0; row < 3; ++row)

@@ -16,12 +16,12 @@ struct PathSky {
   std::vector<float> rows, columns;
 };
 
-/// @param light from a unit direction, not negative. Values that are not finite count as black.
+/// @param light radiance from a unit direction, not negative. Values that are not finite count as black.
 /// @param size of the square, in pixels, at least 1.
 PathSky make_sky(const std::function<Vec3(const Vec3&)>& light, std::uint32_t size);
 
-/// @param pixels of a picture in equirectangular projection, row by row, the top row (+y) first; from left to right the
-/// angle from +x towards +z goes from -180 to 180 degrees.
+/// @param pixels of a picture in equirectangular projection, row by row, the top row (+y) first. From left to right,
+/// the angle from +x towards +z goes from -180 to 180 degrees.
 PathSky make_sky(std::span<const Vec3> pixels, std::uint32_t width, std::uint32_t height);
 
 }  // namespace hiprt::tools

@@ -1,5 +1,5 @@
 #pragma once
-/// A wave of paths, from the camera to where each ends: the order of the steps, on whatever engine runs them.
+/// Traces a batch of paths from the camera to their ends: the order of the steps, for any engine that runs them.
 
 #include <tools/render/path/path_stages.h>
 #include <tools/render/tracers/tracer.h>
@@ -11,17 +11,17 @@
 namespace hiprt::tools {
 
 /// @tparam Engine has
-///   Array<T>                                  memory, with data()
-///   array<T>(count) -> Result<Array<T>>
-///   for_each<Stage>(count, job) -> Result<void>    Stage(job)(i) for all i below count, in any order
-///   trace(query, rays, count, hits, instance_paths) -> Result<void>
-///   read(counts) -> Result<PathCounts>        after all earlier steps
-///   clear(counts) -> Result<void>
+///     Array<T>                                          memory, with data()
+///     array<T>(count) -> Result<Array<T>>
+///     for_each<Stage>(count, job) -> Result<void>       Stage(job)(i) for all i below count, in any order
+///     trace(query, rays, count, hits, instance_paths) -> Result<void>
+///     read(counts) -> Result<PathCounts>                after all earlier steps
+///     clear(counts) -> Result<void>
 template <class Engine> class PathWave {
   template <class T> using Array = typename Engine::template Array<T>;
 
  public:
-  /// @param paths that a batch may have.
+  /// @param paths the most paths of a batch.
   static build::Result<PathWave> make(Engine& engine, const PathScene& scene, std::uint32_t paths) {
     PathWave wave(engine, scene);
     build::Result<void> done;
@@ -45,7 +45,7 @@ template <class Engine> class PathWave {
     return wave;
   }
 
-  /// @param sums of the picture, as the engine sees them.
+  /// @param sums of the picture, in the engine's memory.
   build::Result<void> run(const PathBatch& batch, PathSum* sums, PathRayCounts& rays) {
     std::uint32_t count = batch.paths();
     rays.camera += count;

@@ -40,7 +40,7 @@ Vec3d unit(const Vec3d& v) {
 // ---- Rays ----------------------------------------------------------------------------------------------------------
 
 CameraRays::CameraRays(const Camera& camera, std::uint32_t width, std::uint32_t height)
-    // Rays start at a float; they are aimed from there.
+    // Rays start at the eye rounded to float; their directions are computed from there.
     : eye_(Vec3(camera.eye)),
       half_width_(0.5 * width),
       half_height_(0.5 * height),
@@ -68,7 +68,7 @@ struct DoubleBox {
   Vec3d min, max;
 };
 
-/// The box, grown to a size that the eye, a float, can step back from.
+/// @return the box, enlarged if it is so small that the eye, in float, could not be placed at a distance.
 DoubleBox usable_box(const Box& bounds) {
   DoubleBox box{{bounds.min[0], bounds.min[1], bounds.min[2]}, {bounds.max[0], bounds.max[1], bounds.max[2]}};
   for (int axis = 0; axis < 3; ++axis)
@@ -84,7 +84,7 @@ DoubleBox usable_box(const Box& bounds) {
   return {box.min - Vec3d(0.5 * smallest), box.max + Vec3d(0.5 * smallest)};
 }
 
-/// From the object to the eye, unit length.
+/// The direction from the object to the eye, of unit length.
 Vec3d view_side(const Vec3d& extent) {
   const double widest = std::max(extent.x, extent.z);
   const bool lies_flat = extent.y < 0.1 * widest;
@@ -93,8 +93,9 @@ Vec3d view_side(const Vec3d& extent) {
   return {std::sin(azimuth) * std::cos(elevation), std::sin(elevation), std::cos(azimuth) * std::cos(elevation)};
 }
 
-/// One axis of the picture: with t the tangent of half the angle, all points (x, z) satisfy |x - e| <= t * (z - depth)
-/// exactly if x - t z <= e - t depth and -x - t z <= -e - t depth; the left sides' maxima are kept.
+/// One axis of the picture; t is the tangent of half the angle, e the eye's coordinate. The eye sees a point (x, z) if
+/// |x - e| <= t * (z - depth). This holds exactly if x - t z <= e - t depth and -x - t z <= -e - t depth. The struct
+/// keeps the maxima of the left sides.
 struct Slab {
   double tangent;
   double upper = -std::numeric_limits<double>::infinity();
@@ -106,7 +107,7 @@ struct Slab {
   }
   /// The nearest depth of an eye that sees all points; farther back is fine too.
   double depth() const { return -(upper + lower) / (2.0 * tangent); }
-  /// Where an eye at any such depth sees as much room on both sides.
+  /// The eye's coordinate with equal margins on both sides, at any such depth.
   double centre() const { return 0.5 * (upper - lower); }
 };
 
@@ -179,7 +180,7 @@ tl::expected<std::vector<double>, std::string> parse_part(std::string_view part,
   return numbers;
 }
 
-/// Of eye, at, up, fov and light, which is empty where the text has none.
+/// The numbers of eye, at, up, fov and light. The last is empty if the text has no light.
 tl::expected<std::array<std::vector<double>, 5>, std::string> parse_parts(std::string_view text) {
   struct Part {
     std::string_view label;

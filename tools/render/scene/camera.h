@@ -30,24 +30,26 @@ struct Camera {
 /// @return the camera, or an error, e.g. "eye: beyond the range of float".
 tl::expected<Camera, std::string> checked(const Camera& camera);
 
-/// Reads "ex,ey,ez/ax,ay,az/ux,uy,uz/fov" or the text of a .cam file:
-/// "eye ex ey ez / at ax ay az / up ux uy uz / fov [/ light lx ly lz]".
-/// Numbers are separated by commas or white space, the labels may be left out, and a light is checked and ignored
-/// (parse_light() has it).
-/// @return an error with the part and the text, e.g. "eye: expected 3 numbers, got 2 in '1,2'".
+/// Reads the short form of a camera, or the text of a .cam file:
+///     ex,ey,ez/ax,ay,az/ux,uy,uz/fov
+///     eye ex ey ez / at ax ay az / up ux uy uz / fov [/ light lx ly lz]
+/// Numbers are separated by commas or white space. The labels may be left out. A light is checked and ignored (see
+/// parse_light()).
+/// @return the camera, or an error with the part and the text, e.g. "eye: expected 3 numbers, got 2 in '1,2'".
 tl::expected<Camera, std::string> parse_camera(std::string_view text);
 
-/// The light of such a text, if it has one. @return the errors of parse_camera() but those of the camera as a whole.
+/// @return the light of such a text, if it has one, or an error of parse_camera(). The camera as a whole is not
+/// checked.
 tl::expected<std::optional<Vec3d>, std::string> parse_light(std::string_view text);
 
-/// The camera as parse_camera() reads it, every digit kept.
+/// @return the camera as text for parse_camera(), with every digit.
 std::string to_text(const Camera& camera);
 
-/// A camera that sees the whole box with a small margin, from slightly above (+y is up) and from the side of the box's
-/// larger face; flat boxes are seen more from above. The eye is as near as the four sides of the picture permit.
-/// @param bounds may be empty, a point, flat, tiny or far away; not finite bounds count as empty.
+/// @return a camera that sees the whole box with a small margin. It looks from slightly above (+y is up) at the box's
+/// larger face. It sees flat boxes more from above. The eye is as near as the four sides of the picture permit.
+/// @param bounds may be empty, a point, flat, tiny or far away. Bounds that are not finite count as empty.
 /// @param aspect width / height of the picture, more than 0. Wide pictures get a smaller vertical angle, so that the
-///   horizontal one stays below 64 degrees.
+/// horizontal angle stays below 64 degrees.
 Camera automatic_camera(const Box& bounds, double aspect);
 
 /// Rays of a camera through a picture of width x height pixels; pixel (0, 0) is at the top left.
@@ -65,7 +67,7 @@ class CameraRays {
     return ray;
   }
 
-  /// @return the position in pixels where a point in front of the eye is seen.
+  /// The position of a point in pixels. The camera can see the point only if it is in front of the eye.
   struct Position {
     double x, y;
     bool in_front;

@@ -10,7 +10,7 @@
 
 namespace hiprt::tools {
 
-/// What all tiles of a picture share.
+/// The data that all tiles of a picture share.
 struct RenderJob {
   const SceneView& scene;
   const RenderOptions& options;
@@ -29,15 +29,15 @@ struct TileRays {
   std::span<const Ray> rays;
   std::span<Hit> hits;
   std::span<RayCost> costs;
-  std::span<std::uint32_t> paths;  ///< Empty unless costs are asked for.
+  std::span<std::uint32_t> paths;  ///< Empty unless costs are requested.
 };
 
 /// A pass is: make_rays(), trace primary(), shade(), trace shadows(), add_shadows(). finish() follows the last pass.
 /// Tiles are independent: they may take the steps together or one tile after the other.
 class TileRenderer {
  public:
-  /// @param image, cost (tests of the pixels' primary rays, only in RenderMode::kHeatmap): the tile's pixels are
-  /// written.
+  /// @param image, cost the tile's pixels are written. `cost` receives the tests of the pixels' primary rays, only in
+  /// RenderMode::kHeatmap.
   TileRenderer(const RenderJob& job, const Tile& tile, Image& image, std::span<float> cost);
 
   /// Number of passes: one for rays through the pixels' centres, if they are needed, and one per sample if there are
@@ -51,7 +51,7 @@ class TileRenderer {
   void add_shadows();
   void finish();
 
-  /// All steps, on the CPU.
+  /// Runs all steps on the CPU.
   void run();
 
   const RayCounts& counts() const { return counts_; }
@@ -63,10 +63,10 @@ class TileRenderer {
     Vec3 light;       ///< Arrives if the shadow ray has no hit.
   };
   /// Sums over a pixel's samples. The light of the open sky is known exactly. It is multiplied by the fraction of the
-  /// sampled light that arrives: surfaces without shadows have no noise (Heitz, Hill, McGuire, "Combining analytic
+  /// sampled light that arrives. Surfaces without shadows thus have no noise (Heitz, Hill, McGuire, "Combining analytic
   /// direct illumination and stochastic shadows", I3D 2018).
   struct SkyLight {
-    Vec3 open{0.0f};     ///< Of the open sky, by the normals.
+    Vec3 open{0.0f};     ///< Light of the open sky, from the normals.
     Vec3 sampled{0.0f};  ///< Sent by the sky along the shadow rays.
     Vec3 arrived{0.0f};  ///< The part of it that was not shadowed.
   };
@@ -95,7 +95,7 @@ class TileRenderer {
   std::vector<Ray> rays_, shadow_rays_;
   std::vector<Hit> hits_, shadow_hits_;
   std::vector<RayCost> costs_;
-  std::vector<std::uint32_t> paths_;  ///< Empty if no layers are asked for, or the scene has no instances.
+  std::vector<std::uint32_t> paths_;  ///< Empty if no layers are requested, or the scene has no instances.
   std::vector<Shadow> shadows_;
   std::vector<SkyLight> sky_light_;
   RayCounts counts_;

@@ -16,18 +16,18 @@ struct GpuCounts {
   std::uint32_t overflowed_rays;  ///< Rays whose stack was too small.
 };
 
-/// One launch. All pointers are the device's.
+/// The arguments of one launch. All pointers are device addresses.
 struct GpuTraceJob {
   SceneView scene;
   const Ray* rays;
   Hit* hits;
   std::uint32_t count;
-  std::uint32_t spill_entries;  ///< Per thread of the grid, at spill (grid_spill()); 0 for private stacks.
+  std::uint32_t spill_entries;  ///< Per thread of the grid, in `spill` (grid_spill()); 0 for private stacks.
   StackEntry* spill;
   GpuCounts* counts;
   std::uint32_t* paths;           ///< scene.levels entries per ray. nullptr: paths are not stored.
   const PathScene* cutout_scene;  ///< For kernels with the filter AlphaCutout.
-  /// Of a scene that is one instance (PlacedObject), for find_placed_kernel().
+  /// The object and the instance, if the scene is one instance (PlacedObject). For find_placed_kernel().
   SceneView object;
   std::uint32_t instance;
 };
@@ -35,8 +35,8 @@ struct GpuTraceJob {
 using GpuTraceKernel = void (*)(GpuTraceJob job);
 
 /// @param policy an index of kGpuPolicies.
-/// @return the smallest kernel that covers the scene; nullptr if this build's platform (AMD, NVIDIA) is not the
-/// policy's, or for tests other than the default ones where kGpuChoiceLevels (trace_limits.h) says that there are none.
+/// @return the smallest kernel that covers the scene. nullptr if the policy is for another platform (AMD, NVIDIA) than
+/// this build. nullptr also for tests other than the default ones, if kGpuChoiceLevels (trace_limits.h) excludes them.
 GpuTraceKernel find_trace_kernel(std::size_t policy, const SceneView& scene, Query query,
                                  const TracePolicies& policies);
 

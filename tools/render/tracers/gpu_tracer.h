@@ -14,8 +14,8 @@
 namespace hiprt::tools {
 
 struct GpuTracerOptions {
-  /// Rays of a part, more than 0. The default fills a GPU many times over and takes 150 MB with the hits, and 8 MB
-  /// for each level of the paths.
+  /// Rays of a part, more than 0. The default fills a GPU many times over. It takes 150 MB with the hits, and 8 MB more
+  /// for each level of the instance paths.
   std::size_t rays_at_once = std::size_t{1} << 21;
   /// The policies that trace() will be called with.
   TracePolicies policies{};
@@ -34,9 +34,10 @@ class GpuTracer {
  public:
   /// Copies the scene to the device.
   /// @param view of a file that validate() and check_traceable() (bvh_file.h) accept.
-  /// @return kNoDevice: this build has no GPU code, there is no GPU, or its architecture is not among those that the
-  /// code was compiled for, or has no kernel for the scene and the policies; kOutOfMemory with the bytes wanted and
-  /// free; kGpu.
+  /// @return kOutOfMemory with the bytes wanted and free, kGpu, or kNoDevice if
+  /// - there is no GPU, or this build has no GPU code;
+  /// - the GPU code was not compiled for the GPU's architecture;
+  /// - the architecture has no kernel for the scene and the policies.
   static build::Result<GpuTracer> make(const BufferView& view, const GpuTracerOptions& options = {});
 
   GpuTracer(GpuTracer&&) noexcept;
@@ -46,7 +47,7 @@ class GpuTracer {
   /// "NVIDIA H200, sm_90"
   const std::string& device_name() const;
 
-  /// As the device sees it.
+  /// The scene in device memory.
   const SceneView& scene() const;
 
   /// Starts tracing on the default stream, with the default policies, and does not wait for it.
@@ -55,11 +56,13 @@ class GpuTracer {
   build::Result<void> trace_on_device(Query query, const DeviceRays& rays, const PathScene* cutout_scene = nullptr);
 
   /// Traces rays[i] into hits[i], part by part, so that device memory stays bounded.
-  /// @param hits as many as rays: the same, bit for bit, as trace() gives.
+  /// @param hits as many as rays: the same, bit for bit, as the hits of trace().
   /// @param progress called after every part with the finished fraction.
   /// @param paths as for trace().
-  /// @return the seconds that the device spent in kernels; kCancelled when interrupted() became true between parts;
-  /// kOutOfMemory; kGpu, also when rays overflowed their stacks: their number and the stack's bound are said.
+  /// @return the seconds that the device spent in kernels, or an error:
+  /// - kCancelled: interrupted() became true between parts;
+  /// - kOutOfMemory;
+  /// - kGpu: also if rays overflowed their stacks. The message names their number and the stack's bound.
   build::Result<double> trace(Query query, const TracePolicies& policies, std::span<const Ray> rays,
                               std::span<Hit> hits, const std::function<void(double)>& progress = {},
                               std::span<std::uint32_t> paths = {});

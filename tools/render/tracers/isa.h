@@ -1,14 +1,14 @@
 #pragma once
-/// Which of the instruction sets that something was compiled for this machine runs best. For sources that are compiled
-/// for the lowest of them.
+/// Chooses the best of several variants that are compiled for different instruction sets. For sources that are compiled
+/// for the lowest of these sets.
 
 #include <cstddef>
 #include <string_view>
 
 namespace hiprt::tools {
 
-/// Whether this machine runs code for the instruction set, named as in HIPRT_ISA_LIST: the features that the traversal
-/// is compiled to, and every processor with them has the rest of the level.
+/// @return whether this machine runs code for the instruction set, named as in HIPRT_ISA_LIST. Only the features that
+/// the compiled traversal uses are checked: every processor with them has the rest of the level.
 inline bool runs_isa([[maybe_unused]] std::string_view isa) {
 #if defined(__x86_64__)
   if (isa == "x86_64_v2") return __builtin_cpu_supports("sse4.2") != 0 && __builtin_cpu_supports("popcnt") != 0;
@@ -23,7 +23,8 @@ inline bool runs_isa([[maybe_unused]] std::string_view isa) {
   return true;
 }
 
-/// @param variants with a `name` each, worst first; the first runs everywhere.
+/// @param variants each has a `name`. The worst is first; it runs everywhere. @return the best variant for this
+/// machine.
 template <class Variant, std::size_t N> const Variant& best_isa(const Variant (&variants)[N]) {
   const Variant* best = &variants[0];
   for (const Variant& variant : variants)

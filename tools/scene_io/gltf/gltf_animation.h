@@ -14,13 +14,15 @@ class Model;
 
 namespace hiprt::tools {
 
-/// All animations of a file at once; of two that move the same property of a node the later one counts. Weights of
+/// All animations of a file at once. If two of them move the same property of a node, the later one counts. Weights of
 /// morph targets are not read.
 class Animation {
  public:
   /// @param model checked by check_gltf().
-  /// @return kInvalidInput with the animation and channel: a sampler or node that does not exist, an unknown path or
-  /// interpolation, times that do not grow, another number of values than of times, or a node that has a matrix.
+  /// @return kInvalidInput with the animation and channel:
+  /// - a sampler or node that does not exist, or a node that has a matrix;
+  /// - an unknown path or interpolation;
+  /// - times that do not increase, or a wrong number of values.
   static build::Result<Animation> read(const tinygltf::Model& model);
 
   bool empty() const { return channels_.empty(); }
@@ -40,11 +42,11 @@ class Animation {
     std::vector<double> values;  ///< 3 or 4 per key; kCubic: tangent in, value, tangent out.
 
     std::size_t components() const { return path == Path::kRotation ? 4 : 3; }
-    /// Sets path and interpolation by glTF's names. @return what is wrong with them, empty if nothing.
+    /// Sets path and interpolation from glTF's names. @return what is wrong with them; empty if they are valid.
     std::string set_kind(const std::string& target_path, const std::string& sampler_interpolation);
-    /// @return what is wrong with times and values, empty if nothing.
+    /// @return what is wrong with times and values; empty if they are valid.
     std::string fault_of_keys() const;
-    /// @param which of the three of kCubic; else 0.
+    /// @param which of the three values of kCubic; else 0.
     Value key(std::size_t i, unsigned which) const;
     Value at(double seconds) const;
   };

@@ -16,11 +16,10 @@ struct NodeMesh {
   Transform to_world;
 };
 
-/// Every use of a mesh below the roots of the default scene (the first scene if none is named; all root nodes if there
-/// is no scene), depth first in the order of the file.
-/// A skinned mesh has no transform.
+/// Lists every use of a mesh in the default scene, depth first in the order of the file. If the file names no default
+/// scene, its first scene is used; without scenes, all root nodes are used. A skinned mesh has no transform.
 /// @param model checked by check_gltf().
-/// @return kInvalidInput with the node's number if a node or mesh does not exist, a rotation is none, or a node is
+/// @return kInvalidInput with the node's number if a node or mesh does not exist, a rotation is invalid, or a node is
 /// reached twice (a cycle).
 build::Result<std::vector<NodeMesh>> flatten(const tinygltf::Model& model);
 

@@ -17,11 +17,11 @@ namespace hiprt::tools {
 
 struct MaterialLibrary;
 
-/// What triangles and vertices of a mesh have besides positions.
+/// The attributes of a mesh's triangles and vertices besides positions.
 struct MeshSurface {
-  std::vector<std::uint32_t> materials;           ///< Per triangle, in the library.
-  std::vector<std::array<float, 2>> coordinates;  ///< Of textures, per vertex, 0 where there are none; empty: nowhere.
-  std::vector<std::array<float, 3>> normals;      ///< Per vertex, unit; 0: none. Empty: none at all.
+  std::vector<std::uint32_t> materials;           ///< Per triangle: index in the library.
+  std::vector<std::array<float, 2>> coordinates;  ///< Of textures, per vertex; 0: none. Empty: no vertex has any.
+  std::vector<std::array<float, 3>> normals;      ///< Per vertex, unit; 0: none. Empty: no vertex has any.
 };
 
 /// The triangles of one file, in the file's order of faces.
@@ -31,16 +31,18 @@ struct Mesh {
   std::vector<build::Triangle> triangles;  ///< Every index is below positions.size().
   std::vector<std::string> files;          ///< Paths of other files that were read: buffers of glTF.
   std::uint64_t skipped_faces = 0;         ///< Faces with fewer than three corners; they make no triangle.
-  std::optional<MeshSurface> surface{};    ///< If it was asked for and the format has materials.
+  std::optional<MeshSurface> surface{};    ///< If it was requested and the format has materials.
 };
 
-/// Reads a file as one mesh. The extension (in any case) says the format; for unknown extensions the first bytes do:
+/// Reads a file as one mesh. The extension (in upper or lower case) tells the format; for unknown extensions the first
+/// bytes do:
 /// - .obj: all objects and groups together; numbers are rounded correctly; materials are not read.
 /// - .ply: ASCII and binary of either byte order.
 /// - .stl: ASCII and binary; all solids together; corners are not merged.
 /// - .gltf, .glb: glTF 2.0; every triangle primitive of every node of the default scene, with the node's transform
-///   (computed in double, rounded once; mirrored nodes keep their outside); images are not read; skins and morph
-///   targets are not applied, and a skinned mesh stays where it is, as its node's transform does not apply either.
+///   (computed in double, rounded once). Mirrored nodes keep their outside. Images are read only for @p library. Skins
+///   and morph targets are not applied. A skinned mesh stays in its own space, because its node's transform does not
+///   apply either.
 /// - .mesh, .mesh.zst: u32 vertex count, u32 triangle count, float32 positions, u32 indices, little-endian.
 /// Lines of text formats end with LF, CRLF or CR; a UTF-8 byte order mark before the first is skipped.
 /// Polygons become size - 2 triangles each (polygons.h). NaN and infinite coordinates are kept: the builder drops and
@@ -54,22 +56,22 @@ build::Result<Mesh> load_mesh(const std::filesystem::path& path, MaterialLibrary
 struct MeshUse {
   std::size_t mesh;
   Transform to_world;
-  std::vector<Transform> keys{};  ///< Of one that moves: where it is at each of the times that were asked for.
+  std::vector<Transform> keys{};  ///< If it moves: its transform at each of the requested times.
 };
 
-/// The meshes of one file in their own spaces, and where the file has them.
+/// The meshes of one file in their own spaces, and their uses in the file.
 struct MeshAssembly {
   std::vector<Mesh> meshes;
   std::vector<MeshUse> uses;
   std::vector<std::string> files;  ///< Paths of other files that were read.
 };
 
-/// As load_mesh(), but of glTF files every mesh by itself, with its uses by nodes (as often as EXT_mesh_gpu_instancing
-/// says) in the order of the file; meshes without triangles or without nodes are left out. Other files are
+/// As load_mesh(), but keeps every mesh of a glTF file separate, in the order of the file. A mesh has one use per node,
+/// or as many as EXT_mesh_gpu_instancing says. Meshes without triangles or without nodes are left out. Other files are
 /// one mesh that is used once.
-/// @param times in seconds, at which to look at animations (all of the file at once, gltf_animation.h); none: nodes are
-/// where they are without.
-/// @param library as of load_mesh().
+/// @param times in seconds, at which animations are evaluated (all of the file at once, gltf_animation.h). Empty:
+/// animations are ignored.
+/// @param library as for load_mesh().
 build::Result<MeshAssembly> load_assembly(const std::filesystem::path& path, const std::vector<float>& times = {},
                                           MaterialLibrary* library = nullptr);
 

@@ -1,5 +1,5 @@
-/// STL, ASCII and binary (3D Systems, 1988). Written here because assimp takes an ASCII file that ends between two
-/// facets for a whole one, leaks memory when it refuses one, and rounds numbers only nearly right.
+/// Reads STL, ASCII and binary (3D Systems, 1988). assimp is not used: it accepts ASCII files that are truncated
+/// between two facets. It also leaks memory when it rejects a file, and does not always round numbers correctly.
 
 #include <tools/base/interrupt.h>
 #include <tools/base/text.h>
@@ -62,18 +62,18 @@ bool is_keyword(std::string_view word) {
   return std::find(kKeywords.begin(), kKeywords.end(), lower(word)) != kKeywords.end();
 }
 
-/// The words of a text in any arrangement of lines. A copy marks a position to return to.
+/// The words of a text, regardless of line ends. A copy marks a position to return to.
 class Words {
  public:
   explicit Words(std::string_view text) : text_(text) {}
 
-  /// Cuts the next word off; empty at the end.
+  /// Removes and returns the next word; empty at the end.
   std::string_view next() { return next_word_of_lines(text_, line_); }
 
-  /// Is @p word next, in any case?
+  /// @return whether @p word is next, in upper or lower case.
   bool next_is(std::string_view word) const { return lower(Words(*this).next()) == word; }
 
-  /// Of the word that came last.
+  /// The line of the last word.
   std::uint64_t line() const { return line_; }
 
  private:
@@ -81,7 +81,8 @@ class Words {
   std::uint64_t line_ = 1;
 };
 
-/// Lines mean nothing, except that names of solids end with them (or before what can only be a facet).
+/// Reads ASCII files. Line ends matter only for the name of a solid: it ends with the line, or before words that can
+/// only begin a facet.
 class AsciiReader {
  public:
   explicit AsciiReader(std::string_view text) : words_(text) {}
@@ -205,7 +206,7 @@ bool starts_with_solid(std::span<const std::byte> bytes) {
 }
 
 build::Result<Mesh> read_stl(std::span<const std::byte> bytes) {
-  // Many binary files begin with "solid" too; their size gives them away.
+  // Many binary files begin with "solid", too. Their size identifies them.
   const bool has_binary_size = bytes.size() == kHeaderBytes + kFacetBytes * facet_count(bytes);
   if (has_binary_size || !starts_with_solid(bytes)) return read_binary(bytes);
   std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};

@@ -46,8 +46,8 @@ bool convex(std::span<const Point> points) {
   return true;
 }
 
-/// Clips ears off one face. Time grows with the square of its size: of every corner's triangle, each other corner is
-/// tested once, because corners that were outside stay outside, and one that was inside is the answer until it is
+/// Clips ears off one face. Time grows with the square of its size, because each corner's triangle is tested against
+/// each other corner once. Corners that were outside stay outside. A corner that was inside blocks the ear until it is
 /// clipped. A corner's triangle changes only when a neighbour is clipped.
 class EarClipper {
  public:
@@ -71,19 +71,19 @@ class EarClipper {
 
  private:
   struct Corner {
-    std::uint32_t before, after;  ///< Its neighbours that are left.
-    std::uint32_t outside;        ///< Corners below this number are gone or outside of its triangle.
+    std::uint32_t before, after;  ///< Its remaining neighbours.
+    std::uint32_t outside;        ///< Corners below this number are clipped, or outside of its triangle.
     bool alive;
   };
 
-  /// The first corner that is left.
+  /// The first remaining corner.
   std::uint32_t first() const {
     std::uint32_t at = 0;
     while (!ring_[at].alive) ++at;
     return at;
   }
 
-  /// Is what is left convex at this corner, without another corner in the triangle?
+  /// @return whether the remaining polygon is convex at this corner, and no other corner is inside its triangle.
   bool is_ear(std::size_t at) {
     Corner& corner = ring_[at];
     if (!corner.alive) return false;

@@ -1,5 +1,5 @@
 #pragma once
-/// Polygons to triangles.
+/// Splits polygons into triangles.
 
 #include <hiprt_build/error.h>
 #include <hiprt_build/input.h>
@@ -16,12 +16,12 @@ struct Polygons {
   std::vector<std::uint32_t> sizes;    ///< Corners of each face.
 };
 
-/// Larger faces are refused: ear clipping takes time with the square of the size.
+/// Larger faces are rejected, because the time of ear clipping grows with the square of the size.
 inline constexpr std::uint32_t kMaxPolygonSize = 4096;
 
 /// Splits every face of size n into n - 2 triangles with the face's orientation, in the order of the faces. Convex
-/// faces become a fan around their first corner, others are clipped ear by ear (Meisters 1975) in the coordinate plane
-/// that the face's Newell normal is closest to. Faces with fewer than three corners are counted in @p skipped.
+/// faces become a fan around their first corner. Other faces are clipped ear by ear (Meisters 1975), projected along
+/// the largest axis of their Newell normal. Faces with fewer than three corners are counted in @p skipped.
 /// @return kCancelled when interrupted() became true, kInvalidInput for a corner past the positions or a
 /// face above kMaxPolygonSize, with the face's number.
 build::Result<std::vector<build::Triangle>> triangulate(std::span<const build::Position> positions,

@@ -1,5 +1,5 @@
 #pragma once
-/// Files of meshes and shapes as a scene of instances.
+/// Makes a scene of instances from files of meshes and shapes.
 
 #include <tools/scene_io/mesh/mesh_import.h>
 #include <tools/scene_io/scene/scene_description.h>
@@ -8,8 +8,8 @@
 
 namespace hiprt::tools {
 
-/// Appends the meshes of a file, each as an object of its own, and their uses to the scene's first group, with their
-/// numbers there as ids.
+/// Appends the meshes of a file, each as an object of its own. Appends their uses to the scene's first group; the id of
+/// an instance is its number there.
 /// @param times that the file was loaded with.
 /// @pre the scene has the group.
 void add_assembly(SceneDescription& scene, MeshAssembly assembly, const std::vector<float>& times);

@@ -1,5 +1,5 @@
 #pragma once
-/// A scene of instances with fewer levels.
+/// Reduces the levels of a scene of instances.
 
 #include <tools/scene_io/scene/scene_description.h>
 
@@ -7,8 +7,8 @@
 
 namespace hiprt::tools {
 
-/// Merges the scene's groups until no more than @p levels are left, 1 or more (hiprt_build/merge_levels.h); the scene
-/// says then where instances were (SceneDescription::merged).
+/// Merges the scene's groups until at most @p levels levels (1 or more) are left; see hiprt_build/merge_levels.h.
+/// SceneDescription::merged then holds the original paths of instances.
 /// @return errors of build::merge_levels().
 build::Result<void> merge_scene(SceneDescription& scene, unsigned levels);
 

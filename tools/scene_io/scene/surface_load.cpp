@@ -19,18 +19,18 @@
 namespace hiprt::tools {
 namespace {
 
-/// A geometry, and where it is from, for messages.
+/// A geometry, and its origin for messages.
 struct NamedSurface {
   std::string name;
   GeometrySurface surface;
 };
 
-/// All that was read.
+/// Everything that was read.
 struct Reading {
   MaterialLibrary library;
   std::optional<std::uint32_t> clay;               ///< Its number in the library.
-  std::vector<std::vector<NamedSurface>> objects;  ///< Without those that are groups.
-  std::size_t groups = 0;                          ///< Objects that are groups: the last ones.
+  std::vector<std::vector<NamedSurface>> objects;  ///< Without groups.
+  std::size_t groups = 0;                          ///< Number of objects that are groups: the last ones.
 };
 
 std::uint32_t clay_of(Reading& reading) {
@@ -51,7 +51,7 @@ NamedSurface surface_of(const ShapeSet& shapes, Reading& reading) {
   return result;
 }
 
-/// Takes the mesh's parts; @p mesh keeps its positions.
+/// Moves the mesh's parts into the result; @p mesh keeps its positions.
 GeometrySurface surface_of(Mesh& mesh, Reading& reading) {
   GeometrySurface result;
   result.triangles = std::move(mesh.triangles);
@@ -104,7 +104,7 @@ class SurfaceReader {
     return load_shapes(input);
   }
 
-  /// Every file is a geometry: the meshes first.
+  /// Every file becomes a geometry: the meshes first.
   build::Result<Reading> read_files() const {
     Reading result;
     result.objects.emplace_back();
@@ -124,7 +124,7 @@ class SurfaceReader {
     return checked(std::move(result));
   }
 
-  /// Every use of an object's mesh in the scene is a geometry.
+  /// Every use of an object's mesh in the scene becomes a geometry.
   build::Result<Reading> read_flattened() const {
     Reading result;
     const auto scene = read_scene(result);
@@ -195,7 +195,7 @@ class SurfaceReader {
     return scene;
   }
 
-  /// The same numbers as in the BVH?
+  /// Checks that objects, geometries and primitives have the same numbers as in the BVH.
   build::Result<Reading> checked(Reading reading) const {
     if (!bvh_.has_instances()) {
       if (auto fits = check_geometries("", reading.objects[0], bvh_); !fits) return tl::unexpected(fits.error());
@@ -241,7 +241,7 @@ class SurfaceReader {
   const std::string& output_;
 };
 
-/// Without the names.
+/// The surfaces without their names.
 SceneSurfaces result_of(Reading reading) {
   SceneSurfaces result{std::move(reading.library.textures), std::move(reading.library.materials), {}};
   for (auto& object : reading.objects) {

@@ -20,33 +20,38 @@ struct ShapeSet {
   ShapeKind kind = ShapeKind::kNone;
   std::vector<ShapePoint> points{};       ///< Finite, radii at least 0.
   std::vector<std::uint32_t> segments{};  ///< Of curves: first points, strand by strand.
-  std::uint64_t strands = 0;              ///< Of curves; those of one point have no segment.
+  std::uint64_t strands = 0;              ///< Of curves; a strand of one point has no segment.
 
   build::Shapes view() const { return {kind, points, segments}; }
   std::size_t size() const { return view().size(); }
 };
 
-/// A file of shapes by its name: .hair or .xyzr. In any case of the letters.
+/// @return whether a file has shapes, by its extension: .hair or .xyzr, in upper or lower case.
 bool is_shape_file(const std::string& path);
 
-/// Reads a whole file, the format by its extension:
-/// - .hair (Cem Yuksel, http://www.cemyuksel.com/research/hairmodels/): little-endian; a header of 128 bytes: "HAIR",
-///   u32 strands, u32 points of all strands, u32 arrays that there are (bits: 0 segments, 1 points, 2 thickness, 3
-///   transparency, 4 colour), u32 default segments, f32 default thickness, f32 default transparency, f32[3] default
-///   colour, char[88] text; then the arrays: u16 segments per strand, f32[3] per point, f32 thickness per point, f32
-///   transparency per point, f32[3] colour per point. Thickness is the diameter: a radius is half of it. Transparency
-///   and colour are not read.
-/// - .xyzr: text, a sphere per line: x y z radius. Empty lines, and what follows a #, do not matter.
+/// Reads a whole file. The extension tells the format:
+/// - .hair (Cem Yuksel, http://www.cemyuksel.com/research/hairmodels/): little-endian, see below. Thickness is the
+///   diameter: a radius is half of it. Transparency and colour are not read.
+/// - .xyzr: text, a sphere per line: x y z radius. Empty lines, and text after a #, are ignored.
+///
+/// A .hair file has a header of 128 bytes, then the arrays whose bits are set in the header:
+///     char[4] "HAIR", u32 strands, u32 points of all strands, u32 bits of the arrays that follow,
+///     u32 default segments, f32 default thickness, f32 default transparency, f32[3] default colour, char[88] text
+///     bit 0: u16 segments per strand
+///     bit 1: f32[3] position per point
+///     bit 2: f32 thickness per point
+///     bit 3: f32 transparency per point
+///     bit 4: f32[3] colour per point
 /// @return kIo; kInvalidInput with path, location and limit; kTooLarge, kOutOfMemory, kCancelled when interrupted()
 /// became true. Never throws.
 build::Result<ShapeSet> load_shapes(const std::filesystem::path& path);
 
-/// The bytes of a .hair file. @param points of each strand, 1 to 65536. @param shapes of all strands, one after the
-/// other. @param text of at most 87 bytes.
+/// @return the bytes of a .hair file. @param points number of points of each strand, 1 to 65536. @param shapes of all
+/// strands, one after the other. @param text of at most 87 bytes.
 std::vector<std::byte> hair_file(std::span<const std::uint32_t> points, std::span<const ShapePoint> shapes,
                                  const std::string& text);
 
-/// Why a point is none: "radius -1"; empty for a good one.
+/// @return why a point is invalid ("radius -1"); empty for a valid point.
 std::string shape_point_fault(const ShapePoint& point);
 
 }  // namespace hiprt::tools

@@ -1,5 +1,5 @@
-/// JPEG through the decoder in tinygltf (stb_image), which takes truncated files for whole ones and allocates before
-/// it can be asked for the size: both are read from the markers first (ITU-T T.81, annex B).
+/// Decodes JPEG with the decoder in tinygltf (stb_image). It accepts truncated files, and allocates memory before it
+/// returns the size. Therefore completeness and size are read from the markers first (ITU-T T.81, annex B).
 
 #include <tools/base/errors.h>
 #include <tools/scene_io/surface/picture.h>
@@ -30,7 +30,7 @@ class JpegMarkers {
     while (at_ + 2 <= file_.size()) {
       if (byte(at_) != 0xff) return damaged("no marker at byte " + std::to_string(at_));
       const unsigned marker = byte(at_ + 1);
-      if (marker == 0xff) {  // Fills.
+      if (marker == 0xff) {  // A fill byte.
         ++at_;
         continue;
       }
