@@ -187,7 +187,7 @@ Subsets slow_ploc(const std::vector<Box>& boxes, unsigned radius) {
 
 }  // namespace
 
-TEST_CASE("the climb makes the tree that the codes say, in whatever order leaves start") {
+TEST_CASE("LBVH makes the tree that the codes define, in any order of the leaves") {
   constexpr std::uint64_t kSeed = 3;
   Random random(kSeed);
   INFO("seed " << kSeed);
@@ -209,7 +209,7 @@ TEST_CASE("the climb makes the tree that the codes say, in whatever order leaves
   }
 }
 
-TEST_CASE("clusters on the way up: a whole tree, the same in whatever order leaves start") {
+TEST_CASE("H-PLOC makes a complete tree, the same in any order of the leaves") {
   constexpr std::uint64_t kSeed = 4;
   Random random(kSeed);
   INFO("seed " << kSeed);
@@ -236,7 +236,7 @@ TEST_CASE("clusters on the way up: a whole tree, the same in whatever order leav
   }
 }
 
-TEST_CASE("clusters: two far pairs are joined before they meet") {
+TEST_CASE("H-PLOC joins two distant pairs before it joins neighbours on the curve") {
   // Along the curve: near 0, near 9, near 0, near 9. The hierarchy of codes would join neighbours.
   const std::vector<Box> boxes{box_at({0, 0, 0}, {1, 1, 1}), box_at({9, 0, 0}, {1, 1, 1}), box_at({0, 1, 0}, {1, 1, 1}),
                                box_at({9, 1, 0}, {1, 1, 1})};
@@ -252,7 +252,7 @@ TEST_CASE("clusters: two far pairs are joined before they meet") {
   CHECK(pairs == std::set<std::vector<std::uint32_t>>{{0, 2}, {1, 3}});
 }
 
-TEST_CASE("equal boxes and areas beyond all numbers make balanced trees") {
+TEST_CASE("equal boxes and areas that overflow give balanced trees") {
   constexpr float kMost = std::numeric_limits<float>::max();
   for (const Box& box : {box_at({1, 2, 3}, {1, 1, 1}), box_at({0, 0, 0}, {0, 0, 0}),
                          Box{{-kMost, -kMost, -kMost}, {kMost, kMost, kMost}}, Box{{-kMost, 0, 0}, {kMost, 0, 0}}})
@@ -266,7 +266,7 @@ TEST_CASE("equal boxes and areas beyond all numbers make balanced trees") {
       }
 }
 
-TEST_CASE("locally-ordered clustering joins what its definition says") {
+TEST_CASE("PLOC joins the clusters of its definition") {
   constexpr std::uint64_t kSeed = 5;
   Random random(kSeed);
   INFO("seed " << kSeed);
@@ -284,7 +284,7 @@ TEST_CASE("locally-ordered clustering joins what its definition says") {
   }
 }
 
-TEST_CASE("rows in which each box is nearest to the one before do not take a round each") {
+TEST_CASE("PLOC: a row of boxes, each nearest to the previous one, does not take a round per box") {
   std::vector<Box> boxes;
   float at = 0;
   for (int i = 0; i < 200000; ++i) {
@@ -299,7 +299,7 @@ TEST_CASE("rows in which each box is nearest to the one before do not take a rou
   }
 }
 
-TEST_CASE("rounds of locally-ordered clustering are few, however few pairs they join") {
+TEST_CASE("PLOC bounds its rounds, also when each round joins only one pair") {
   for (const std::uint32_t count : {2u, 3u, 1000u, 1u << 20, (1u << 26) + 1})
     for (const std::uint32_t share : {2u, 3u, kPlocMinJoined - 1, kPlocMinJoined, kPlocMinJoined + 1, count}) {
       PlocProgress progress = PlocProgress::start(count);
@@ -312,7 +312,7 @@ TEST_CASE("rounds of locally-ordered clustering are few, however few pairs they 
     }
 }
 
-TEST_CASE("subtrees that are too deep are halved") {
+TEST_CASE("subtrees that are too deep are rebuilt by halving") {
   // Boxes whose size doubles: the nearest neighbour of each is the previous one.
   Machine machine;
   const std::uint32_t count = 250;

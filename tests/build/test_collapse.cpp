@@ -72,7 +72,7 @@ class AllCollapses {
 
 }  // namespace
 
-TEST_CASE("the collapse has the least cost of all") {
+TEST_CASE("the collapse has the least cost of all possible collapses") {
   const build::ProgressCallback no_progress;
   build::Monitor monitor(no_progress);
   build::MemoryLedger ledger;
@@ -104,7 +104,7 @@ TEST_CASE("the collapse has the least cost of all") {
   }
 }
 
-TEST_CASE("the cost that the collapse predicts is the one measured from the file") {
+TEST_CASE("the collapse predicts the cost that is measured in the file") {
   for (const Mesh& mesh : {icosphere(4), star(4, 9), soup(5000, 0.1, 10), needles(2000, 1e3, 11)})
     for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kPlanes}) {
       const SahCosts costs{1.0f, 1.7f, 1.0f};

@@ -203,7 +203,7 @@ TEST_CASE("neighbours share a leaf when their common box is small") {
   CHECK(built({{}, customs}).statistics.custom_pairs == 0);
 }
 
-TEST_CASE("the costs for which two custom primitives are as dear together as apart are near the limit used") {
+TEST_CASE("the area limit for two custom primitives in a leaf is near the break-even point") {
   const build::SahCosts costs;
   const float even = costs.custom / (costs.custom - costs.box_node / 3);
   CHECK(build::kCustomPairArea <= even);
@@ -225,7 +225,7 @@ TEST_CASE("runs hold one kind of leaf, and at most max_leaf_triangles primitives
   }
 }
 
-TEST_CASE("the cost that the collapse predicts for custom primitives is the one measured from the file") {
+TEST_CASE("the collapse predicts the measured cost of custom primitives") {
   const std::vector<Mesh> meshes{star(4, 3)};
   const std::vector<Box> boxes = strands(300, 7, kSeed);
   const std::vector<CustomGeometry> customs{{boxes}};
@@ -238,7 +238,7 @@ TEST_CASE("the cost that the collapse predicts for custom primitives is the one 
   CHECK(std::stod(text.substr(at + 11)) == Approx(build::measure_tree(view_of(bvh), costs).sah_cost).epsilon(1e-4));
 }
 
-TEST_CASE("custom primitives that cannot be built are refused with their place") {
+TEST_CASE("custom primitives that cannot be built are refused with their numbers") {
   Box large{{0, 0, 0}, {1, 0x1p126f, 1}};
   const std::vector<Box> boxes{{{0, 0, 0}, {1, 1, 1}}, {{5, 0, 0}, {6, 1, 1}}, large};
   const std::vector<CustomGeometry> customs{{std::span(boxes).first(2)}, {boxes, 1, 1, "hair"}};

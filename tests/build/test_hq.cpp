@@ -136,7 +136,7 @@ double best_gain(const RandomTree& start, std::uint32_t number) {
 
 }  // namespace
 
-TEST_CASE("a subtree finds the place where the tree loses most area") {
+TEST_CASE("reinsertion finds the position that reduces the area most") {
   constexpr std::uint64_t kSeed = 1;
   Random random(kSeed);
   INFO("seed " << kSeed);
@@ -163,7 +163,7 @@ TEST_CASE("a subtree finds the place where the tree loses most area") {
   CHECK(moves > 100);
 }
 
-TEST_CASE("all that want to move at once: the tree stays a tree, and those with the most to gain do") {
+TEST_CASE("simultaneous reinsertions keep the tree valid, and the subtree with the largest gain moves") {
   constexpr std::uint64_t kSeed = 2;
   Random random(kSeed);
   INFO("seed " << kSeed);
@@ -198,7 +198,7 @@ TEST_CASE("all that want to move at once: the tree stays a tree, and those with 
   CHECK(refused > 1000);
 }
 
-TEST_CASE("rounds of reinsertion lower the area; few leaves have nowhere to go") {
+TEST_CASE("rounds of reinsertion never increase the area, also in trees of one to four leaves") {
   Random random(3);
   for (const std::uint32_t count : {1u, 2u, 3u, 4u, 1000u}) {
     RandomTree tree(random, count);
@@ -212,7 +212,7 @@ TEST_CASE("rounds of reinsertion lower the area; few leaves have nowhere to go")
   }
 }
 
-TEST_CASE("cut references: within their triangles' boxes, covering them, no more than asked for") {
+TEST_CASE("pre-splits stay in their triangles' boxes, cover the triangles and keep to the budget") {
   Machine machine;
   constexpr std::uint64_t kSeed = 4;
   Random random(kSeed);
@@ -268,7 +268,7 @@ TEST_CASE("cut references: within their triangles' boxes, covering them, no more
     }
 }
 
-TEST_CASE("cuts lower the cost of trees over long triangles, and more of them lower it further") {
+TEST_CASE("pre-splits lower the cost of trees over long triangles, and a larger budget lowers it further") {
   const Mesh mesh = needles(20000, 1e3, 6);
   double cost[3];
   int i = 0;
@@ -278,7 +278,7 @@ TEST_CASE("cuts lower the cost of trees over long triangles, and more of them lo
   CHECK(cost[2] < 0.95 * cost[1]);
 }
 
-TEST_CASE("costs beside Embree's high quality: sbvh with rounds of reinsertion, hq, and the cheaper road") {
+TEST_CASE("costs compared with Embree's high quality: sbvh with reinsertion, hq, and pre-split hploc") {
   std::printf("%-12s %8s %8s %8s %8s %8s\n", "mesh", "sbvh", "sbvh+8", "hq", "cheaper", "high");
   for (const auto& [name, mesh] :
        {std::pair("icosphere", icosphere(6)), std::pair("star", star(6, 2)), std::pair("soup", soup(50000, 0.05, 4)),

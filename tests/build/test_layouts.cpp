@@ -124,7 +124,7 @@ TEST_CASE("the same input gives the same bytes in every layout, with any number 
   }
 }
 
-TEST_CASE("bounds of half layouts are finite and as tight as the scene where planes are infinite") {
+TEST_CASE("bounds of layout half are finite: where planes are infinite, they are the scene's") {
   const Mesh mesh = placed(star(3, 22), 1e5, {0, 0, 1e6});
   const Built half = built(mesh, {.nodes = NodeLayout::kHalf}), planes = built(mesh, {.nodes = NodeLayout::kPlanes});
   const Box &rough = half.view.header->bounds, &exact = planes.view.header->bounds;
@@ -134,7 +134,7 @@ TEST_CASE("bounds of half layouts are finite and as tight as the scene where pla
   CHECK(rough.min[2] == 65504);
 }
 
-TEST_CASE("what rounding boxes costs") {
+TEST_CASE("the SAH cost of rounded boxes") {
   for (const Scene& scene :
        {Scene{"sphere", icosphere(6)}, Scene{"star", star(6, 5)}, Scene{"soup", soup(20000, 0.05, 6)}}) {
     double cost[4] = {};

@@ -14,7 +14,7 @@ using namespace hiprt;
 using namespace hiprt::oracle;
 using namespace hiprt::build;
 
-TEST_CASE("spread bits and codes are what their definitions say") {
+TEST_CASE("spread bits and Morton codes match their definitions") {
   Random random(1);
   for (int round = 0; round < 1000; ++round) {
     const std::uint32_t x = random.below(1u << 21);
@@ -34,7 +34,7 @@ TEST_CASE("spread bits and codes are what their definitions say") {
   }
 }
 
-TEST_CASE("the grid takes every finite box") {
+TEST_CASE("the Morton grid accepts every finite box") {
   constexpr float kMost = std::numeric_limits<float>::max(), kLeast = std::numeric_limits<float>::denorm_min();
   for (const float extent : {0.0f, kLeast, 0x1p-126f, 0x1p-100f, 1e-20f, 1.0f, 1e20f, kMost}) {
     const Box all = box_at({-extent, -extent, -extent}, {0, 0, 0});

@@ -54,7 +54,7 @@ template <class... Arrays> bool all_there(const Arrays&... arrays) {
 
 }  // namespace
 
-TEST_CASE("half-edges of the last triangles and vertices of the largest mesh find each other") {
+TEST_CASE("half-edges of the last triangles and vertices of the largest mesh are matched") {
   Sparse<Position> positions(kMostVertices);
   Sparse<Triangle> triangles(kMostTriangles);
   Sparse<std::uint32_t> welded(kMostVertices), cursor(kMostVertices);
@@ -99,7 +99,7 @@ TEST_CASE("primitives of several of the largest meshes are counted with 64 bits,
   CHECK(largest.primitive_count() == 2 * kMostTriangles);
 }
 
-TEST_CASE("splitting makes no more references than a file can address, whatever the budget") {
+TEST_CASE("splitting makes no more references than a file can address, for any budget") {
   CHECK(split_capacity(0, 16) == 0);
   CHECK(split_capacity(1, 1) == 1);
   CHECK(split_capacity(100'000'000, 1) == 100'000'000);
@@ -113,7 +113,7 @@ TEST_CASE("splitting makes no more references than a file can address, whatever 
   CHECK(check_addresses(NodeLayout::kPlanes, 1, kMaxReferences - 8).has_value());
 }
 
-TEST_CASE("places in a file are 64-bit products") {
+TEST_CASE("offsets in a file are 64-bit products") {
   const std::uint64_t many = 0xffffffffu;
   const auto refused = check_addresses(NodeLayout::kPlanes, many, many);
   REQUIRE_FALSE(refused.has_value());
@@ -125,7 +125,7 @@ TEST_CASE("places in a file are 64-bit products") {
   CHECK(ledger.peak() == 2 * many);
 }
 
-TEST_CASE("the last of as many leaves as can be addressed join") {
+TEST_CASE("LBVH joins the last two of the largest possible number of leaves") {
   constexpr auto kLeaves = static_cast<std::uint32_t>(kMaxReferences);
   Sparse<LinkedNode> nodes(kLeaves);
   Sparse<std::uint32_t> counts(kLeaves), met(kLeaves), parents(2 * std::size_t{kLeaves});
@@ -156,7 +156,7 @@ TEST_CASE("the last of as many leaves as can be addressed join") {
   CHECK(path.number((kLeaves - 1) | kLinkedLeaf) == 2 * kLeaves - 1);
 }
 
-TEST_CASE("equal codes have levels below all others, at every place") {
+TEST_CASE("equal codes have levels below all others, at every index") {
   for (const std::uint32_t index : {0u, 1u, (1u << 29) - 1, (1u << 31) - 2, (1u << 31) - 1})
     CHECK(boundary_level(7, 7, index) < 32);
   CHECK(boundary_level(6, 7, 0) == 32);

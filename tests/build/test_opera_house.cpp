@@ -22,7 +22,7 @@ double object_cost(const Mesh& mesh, build::Builder builder) {
 
 }  // namespace
 
-TEST_CASE("the opera house: 30 bits ruin the tree of the object, 63 bits do not") {
+TEST_CASE("a small object in a large hall: 30-bit Morton codes ruin the object's tree, 63-bit codes do not") {
   constexpr unsigned kTriangles = 40000;
   std::printf("%10s %10s %10s %10s\n", "hall", "lbvh30", "lbvh", "hploc");
   double small_hall = 0;

@@ -85,7 +85,7 @@ TEST_CASE("most triangles of a closed mesh find a partner, also without shared v
 
 TEST_CASE("a flat grid pairs into its quads") { CHECK(paired_share(grid_plane(64, 1, 0.0f)) > 0.95); }
 
-TEST_CASE("triangles pair within a mesh only, never over folded or non-manifold edges the wrong way") {
+TEST_CASE("triangles pair only within a mesh, never across non-manifold edges of equal direction") {
   const Mesh one = icosphere(2);
   Mesh other = one;
   for (Triangle& t : other.triangles) std::swap(t[0], t[1]);  // Inside out.

@@ -97,7 +97,7 @@ Mesh crossed_by_large(unsigned count) {
 
 }  // namespace
 
-TEST_CASE("builders ask at least every 50 ms of work whether to go on") {
+TEST_CASE("builders check for cancellation at least every 50 ms of work") {
   const Mesh mesh = soup(300000 / kShare, 0.01, 1);
   for (const auto& [word, builder] : tools::kBuilders) {
     CAPTURE(word);
@@ -107,12 +107,12 @@ TEST_CASE("builders ask at least every 50 ms of work whether to go on") {
   }
 }
 
-TEST_CASE("they ask as often where all edges are at one vertex, and all references cross all slabs") {
+TEST_CASE("builders check as often when all edges share a vertex or all references cross all slabs") {
   check_build(identical(1000000 / kShare), {.builder = build::Builder::kLbvh});
   check_build(soup(60000 / kShare, 1.0, 2), {.builder = build::Builder::kSbvh});
 }
 
-TEST_CASE("cutting asks as often where few references take all cuts") {
+TEST_CASE("pre-splitting checks as often when a small part of the references takes all splits") {
   const Mesh mesh = crossed_by_large(300000 / kShare);
   const std::vector views{mesh.view()};
   const build::BuildInput input{build::SceneInput{views, {}}};
@@ -126,7 +126,7 @@ TEST_CASE("cutting asks as often where few references take all cuts") {
   });
 }
 
-TEST_CASE("progress rises to the end, by calls about every 20 ms") {
+TEST_CASE("progress rises to the end, with a call about every 20 ms") {
   const Mesh mesh = icosphere(6);
   for (const auto& [word, builder] : tools::kBuilders) {
     CAPTURE(word);
@@ -143,7 +143,7 @@ TEST_CASE("progress rises to the end, by calls about every 20 ms") {
   }
 }
 
-TEST_CASE("a build stops at once wherever it is told to, and leaves nothing behind") {
+TEST_CASE("a build stops at the call that cancels it, and leaks nothing") {
   // Leaks, and whatever is used after its end, are for the address sanitizer to find.
   const tbb::global_control workers(tbb::global_control::max_allowed_parallelism, 4);
   Mesh mesh = soup(1500, 0.3, 3);

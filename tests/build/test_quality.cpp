@@ -49,7 +49,7 @@ TEST_CASE("the split budget: 1 splits nothing, more allows more references and a
   CHECK(cost[2] < 1.01 * cost[1]);
 }
 
-TEST_CASE("the words for quality: the builders behind them, which cost less from word to word") {
+TEST_CASE("quality levels: each names its builder, and each has a lower cost than the previous one") {
   using build::Quality;
   const Mesh mesh = soup(20000, 0.5, 5);
   double last = std::numeric_limits<double>::infinity();
@@ -66,7 +66,8 @@ TEST_CASE("the words for quality: the builders behind them, which cost less from
 }
 
 TEST_CASE(
-    "SAH costs beside Embree's medium quality: sah 5 %, hploc 15 %, lbvh 25 %; memory within 4 times the output") {
+    "SAH costs compared with Embree's medium quality: sah 5 %, hploc 15 %, lbvh 25 %; memory within 4 times the "
+    "output") {
   std::printf("%-12s %8s %8s %8s %8s %8s %8s %8s %6s\n", "mesh", "sah", "lbvh", "ploc", "hploc", "low", "medium",
               "high", "peak");
   for (const auto& [name, mesh] :

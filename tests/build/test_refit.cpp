@@ -46,7 +46,7 @@ bool fits(const Scene& scene, NodeLayout layout) {
 
 }  // namespace
 
-TEST_CASE("a refit of what has not moved changes no byte") {
+TEST_CASE("a refit without motion changes no byte") {
   checks::Sample sample(3);
   for (const Scene& scene : scenes())
     for (const NodeLayout layout : kLayouts)
@@ -65,7 +65,7 @@ TEST_CASE("a refit of what has not moved changes no byte") {
       }
 }
 
-TEST_CASE("after a motion vertices are the mesh's and boxes as small as the layout allows, in every layout") {
+TEST_CASE("after a refit vertices are the mesh's and boxes as small as the layout allows") {
   checks::Sample sample(3);
   for (const Scene& scene : {scenes()[0], scenes()[1], scenes()[2], scenes()[5], scenes()[6]})
     for (const NodeLayout layout : kLayouts)
@@ -90,7 +90,7 @@ TEST_CASE("after a motion vertices are the mesh's and boxes as small as the layo
       }
 }
 
-TEST_CASE("infinite planes of layout half are the moved scene's bounds") {
+TEST_CASE("infinite planes of layout half become the bounds of the moved scene") {
   const Mesh mesh = star(3, kSeed), far = placed(mesh, 1e5, {0, 0, 1e6});
   File file = built(mesh, {.nodes = NodeLayout::kHalf}), planes = built(far);
   refitted(file, far);
@@ -103,7 +103,7 @@ TEST_CASE("infinite planes of layout half are the moved scene's bounds") {
   CHECK(file.view().header->bounds.max[2] < 1.01f);
 }
 
-TEST_CASE("no primitive, one, two, three, and around powers of two") {
+TEST_CASE("refits of zero to three primitives, and around powers of two") {
   for (const unsigned count : {0u, 1u, 2u, 3u, 4u, 5u, 7u, 8u, 9u, 15u, 16u, 17u, 63u, 64u, 65u})
     for (const NodeLayout layout : kLayouts)
       for (const unsigned leaf : {1u, 8u}) {
@@ -121,7 +121,7 @@ TEST_CASE("no primitive, one, two, three, and around powers of two") {
   CHECK(refitted(nothing, SceneInput{}).cost_ratio == 1);
 }
 
-TEST_CASE("extreme places: one point, one line, denormals, the largest floats") {
+TEST_CASE("refits to one point, one line, denormals, the largest floats") {
   const Mesh mesh = star(3, kSeed);
   constexpr float kMax = std::numeric_limits<float>::max();
   Mesh point = mesh, line = mesh, corners = mesh;
@@ -227,7 +227,7 @@ TEST_CASE("a copy is refitted like the file in place") {
   CHECK(std::memcmp(copy->buffer.bytes().data(), file.bytes().data(), file.bytes().size()) == 0);
 }
 
-TEST_CASE("progress rises to the end; a cancel leaves the file whole") {
+TEST_CASE("progress rises to the end; a cancelled refit leaves a complete file") {
   const Mesh mesh = star(6, kSeed), moved = twisted(mesh, 0.25);
   const std::vector meshes{moved.view()};
   const SceneInput scene{meshes, {}};

@@ -60,7 +60,7 @@ double slack_of(const BufferView& view) {
 
 }  // namespace
 
-TEST_CASE("the tree as it was built stays the measure, refit after refit") {
+TEST_CASE("every refit is compared with the tree as built") {
   const Mesh mesh = unshared(star(5, kSeed));
   for (const NodeLayout layout : kLayouts) {
     CAPTURE(static_cast<std::uint32_t>(layout));
@@ -89,7 +89,7 @@ TEST_CASE("the tree as it was built stays the measure, refit after refit") {
   }
 }
 
-TEST_CASE("exchange slack is what it is defined as: little when built, more after random motions") {
+TEST_CASE("exchange slack matches its definition: small after a build, larger after random motions") {
   for (const Builder builder : {Builder::kSah, Builder::kLbvh, Builder::kHploc}) {
     const Mesh mesh = soup(5000, 0.1, kSeed);
     CAPTURE(build::name(builder));
@@ -106,7 +106,7 @@ TEST_CASE("exchange slack is what it is defined as: little when built, more afte
   }
 }
 
-TEST_CASE("split references are refitted whole, and the cost of that is seen") {
+TEST_CASE("split references get the boxes of whole triangles, and the cost ratio shows it") {
   const Mesh mesh = needles(5000, 1e3, kSeed);
   for (const Builder builder : {Builder::kHq, Builder::kSbvh, Builder::kEmbreeHigh}) {
     CAPTURE(build::name(builder));
@@ -122,7 +122,7 @@ TEST_CASE("split references are refitted whole, and the cost of that is seen") {
   }
 }
 
-TEST_CASE("a file whose provenance says nothing is measured before the refit") {
+TEST_CASE("a file without costs in its provenance is measured before the refit") {
   const Mesh mesh = unshared(star(4, kSeed)), worse = exploded(mesh, 2, kSeed);
   for (const std::string text :
        {"{}", "{\"statistics\":7}", "{\"statistics\":{\"sah_cost\":null,\"exchange_slack\":2}}",

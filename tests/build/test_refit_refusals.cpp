@@ -15,7 +15,7 @@ using build::ErrorCode;
 using build::SceneInput;
 using Catch::Contains;
 
-TEST_CASE("what cannot be refitted is refused with the place, and the file stays") {
+TEST_CASE("invalid refits are refused with mesh and triangle, and the file stays unchanged") {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   const Mesh mesh = icosphere(3);
   Mesh with_dropped = mesh;
@@ -49,7 +49,7 @@ TEST_CASE("what cannot be refitted is refused with the place, and the file stays
   }
 }
 
-TEST_CASE("every vertex and axis: NaN and infinity are refused with the place, and the file stays") {
+TEST_CASE("every vertex and axis: NaN and infinity are refused with the triangle, and the file stays unchanged") {
   const Mesh mesh = icosphere(2);
   Random random(kSeed);
   INFO("seed " << kSeed);
@@ -86,7 +86,7 @@ TEST_CASE("every vertex and axis: NaN and infinity are refused with the place, a
   }
 }
 
-TEST_CASE("boxes of custom primitives: NaN and infinity are refused with the place, and the file stays") {
+TEST_CASE("boxes of custom primitives: NaN and infinity are refused with the primitive, and the file stays unchanged") {
   const float quiet = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
   Random random(kSeed);
   INFO("seed " << kSeed);
@@ -128,7 +128,7 @@ TEST_CASE("a scene of instances is not refitted") {
   CHECK_THAT(refused.error().message, Contains("a scene of instances cannot be refitted"));
 }
 
-TEST_CASE("pairs whose common edge comes apart are refused; without pairs all can move") {
+TEST_CASE("pairs whose common edge separates are refused; without pairs every vertex may move") {
   const Mesh mesh = unshared(icosphere(3)), moved = exploded(mesh, 0.5, kSeed);
   for (const NodeLayout layout : kLayouts) {
     CAPTURE(static_cast<std::uint32_t>(layout));
@@ -143,7 +143,7 @@ TEST_CASE("pairs whose common edge comes apart are refused; without pairs all ca
   }
 }
 
-TEST_CASE("what is no file, and options out of range") {
+TEST_CASE("data that is not a file, and options out of range, are refused") {
   File file = built(icosphere(1));
   const Mesh mesh = icosphere(1);
   const std::vector meshes{mesh.view()};

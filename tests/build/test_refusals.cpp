@@ -67,7 +67,7 @@ TEST_CASE("options out of range are refused with the limits") {
                Contains("layout " + std::to_string(layout)));
 }
 
-TEST_CASE("numbers that no enumerator has are refused") {
+TEST_CASE("values without an enumerator are refused") {
   const Mesh mesh = icosphere(1);
   for (const int builder : {-1, 11, 99}) {
     const build::Error error = refusal({mesh.view()}, {.builder = static_cast<build::Builder>(builder)});
@@ -96,7 +96,7 @@ TEST_CASE("numbers that no enumerator has are refused") {
   CHECK_THAT(boxes.error().message, Contains("kind 9"));
 }
 
-TEST_CASE("coordinates that a quantized node cannot hold are refused with the place and the alternatives") {
+TEST_CASE("coordinates that a quantized node cannot hold are refused with the triangle and the alternatives") {
   const Mesh good = icosphere(1);
   Mesh bad = icosphere(4);
   const std::uint32_t vertex = bad.triangles[100][1];

@@ -62,14 +62,14 @@ build::Bvh built(const build::CustomGeometry& custom, const build::BuildOptions&
 
 }  // namespace
 
-TEST_CASE("segments of strands are their points but for the last") {
+TEST_CASE("segments of strands: every point except a strand's last one begins a segment") {
   CHECK(build::strand_segments(kOfStrands) == std::vector<std::uint32_t>{0, 1, 4});
   CHECK(build::strand_segments({}).empty());
   const std::vector<std::uint32_t> odd{0, 1, 2};
   CHECK(build::strand_segments(odd) == std::vector<std::uint32_t>{1});
 }
 
-TEST_CASE("boxes of shapes are the smallest, and inverted for those of no size") {
+TEST_CASE("boxes of shapes are the smallest; shapes of size 0 have inverted boxes") {
   const auto boxes = boxes_of(Wig{}.shapes());
   REQUIRE(boxes.size() == 3);
   CHECK(boxes[0].min[0] == -0.5f);
@@ -84,7 +84,7 @@ TEST_CASE("boxes of shapes are the smallest, and inverted for those of no size")
   CHECK(spheres[1].min[0] > spheres[1].max[0]);
 }
 
-TEST_CASE("shapes that are none are refused, with the place") {
+TEST_CASE("invalid shapes are refused with their number") {
   Wig wig;
   wig.points[3].radius = -1;
   CHECK(fault(wig.shapes()) == "point 3: radius -1, at least 0 expected");
@@ -104,7 +104,7 @@ TEST_CASE("shapes that are none are refused, with the place") {
   CHECK(fault(shapes) == "3 segments of shapes that are no curves");
 }
 
-TEST_CASE("builds refuse shapes that do not go with their boxes") {
+TEST_CASE("builds refuse shapes that do not match their boxes") {
   const Wig wig;
   auto boxes = boxes_of(wig.shapes());
   build::CustomGeometry custom{.boxes = boxes, .name = "wig", .shapes = wig.shapes()};
@@ -140,7 +140,7 @@ TEST_CASE("files hold shapes, and the same ones for every builder and number of 
   }
 }
 
-TEST_CASE("a file without shapes has no section of them") {
+TEST_CASE("a file without shapes has no shape sections") {
   const std::vector<Box> boxes{{{0, 0, 0}, {1, 1, 1}}};
   const build::Bvh bvh = built({.boxes = boxes});
   const BufferView view = *open_buffer(bvh.buffer.bytes());
@@ -149,7 +149,7 @@ TEST_CASE("a file without shapes has no section of them") {
   CHECK(view.points_of(0).empty());
 }
 
-TEST_CASE("shapes of no primitives are a good file") {
+TEST_CASE("shapes without primitives give a valid file") {
   const build::Bvh bvh = built({.boxes = {}, .shapes = {ShapeKind::kCurves, {}, {}}});
   CHECK(open_buffer(bvh.buffer.bytes())->shapes[0].kind == ShapeKind::kCurves);
 }
@@ -204,7 +204,7 @@ TEST_CASE("a refit moves points with boxes, and refuses other shapes") {
              Contains("segment 2 begins at point 3, but in the file to refit at 4"));
 }
 
-TEST_CASE("a scene of instances says where its objects' shapes are") {
+TEST_CASE("a scene of instances stores the offsets of its objects' shapes") {
   const Wig wig;
   const auto boxes = boxes_of(wig.shapes());
   const build::Bvh with = built({.boxes = boxes, .shapes = wig.shapes()}), plain = built({.boxes = boxes});

@@ -383,7 +383,7 @@ TEST_CASE("the example of blockers", "[examples]") {
   CHECK(blockers == std::vector<unsigned>(kCount, ~0u));
 }
 
-TEST_CASE("an example of exact decisions: points of a grid, whose lines pass through edges and corners", "[examples]") {
+TEST_CASE("the example of exact decisions: lines through grid points pass through edges and corners", "[examples]") {
   // A cube of quads, twelve by twelve on a side, from -6 to 6.
   Mesh cube = subdivided_box(12, 1.0, kSeed);
   for (Position& p : cube.positions)

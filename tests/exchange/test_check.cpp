@@ -69,7 +69,7 @@ std::string refused_tree(void (*change)(ExchangeBvh&)) {
 
 TEST_CASE("a tree over meshes and custom primitives is accepted") { CHECK(Small().refusal().empty()); }
 
-TEST_CASE("nodes that are neither one kind nor the other are refused") {
+TEST_CASE("nodes that are neither inner nodes nor leaves are refused") {
   CHECK(refused_tree([](ExchangeBvh& tree) { tree.nodes[4].primitives = 0; }) ==
         "node 4 has neither children nor primitives");
   CHECK(refused_tree([](ExchangeBvh& tree) { tree.nodes[2].primitives = 7; }) ==
@@ -80,7 +80,7 @@ TEST_CASE("nodes that are neither one kind nor the other are refused") {
         "node 0 has 5 children, allowed are 2 to 4");
 }
 
-TEST_CASE("numbers of nodes out of range, and graphs that are no trees, are refused") {
+TEST_CASE("node numbers out of range and graphs that are not trees are refused") {
   CHECK(refused_tree([](ExchangeBvh& tree) { tree.nodes[2].first = 5; }) ==
         "node 2: its children are nodes [5, 7), but there are 6 nodes");
   CHECK(refused_tree([](ExchangeBvh& tree) { tree.nodes[2].first = 0xffffffffu; }) ==
@@ -147,7 +147,7 @@ TEST_CASE("primitives out of range, in no leaf, twice in one or outside of its b
         "of 3.5");
 }
 
-TEST_CASE("a primitive in two leaves may leave both boxes") {
+TEST_CASE("a primitive in two leaves may extend beyond both boxes") {
   Small small;
   // Triangle 1 is cut at x = 1.5, and its parts are in leaves 4 and 6.
   small.tree.nodes[2] = {Small::over(1, 3), 4, 3, 0};
@@ -178,7 +178,7 @@ TEST_CASE("dropped primitives may be anywhere or nowhere") {
   CHECK(refusal([](Small& small) { small.boxes[0].min[0] = 5; }).empty());
 }
 
-TEST_CASE("scenes that cannot be built are refused with their own place") {
+TEST_CASE("scenes that cannot be built are refused with the mesh and triangle") {
   CHECK(refusal([](Small& small) { small.second.triangles[0][2] = 3; }) ==
         "mesh 1 (chair), triangle 0: index 3, but there are 3 vertices");
   const build::Position position{};
@@ -189,7 +189,7 @@ TEST_CASE("scenes that cannot be built are refused with their own place") {
   CHECK(refused.error().code == build::ErrorCode::kTooLarge);
 }
 
-TEST_CASE("scenes without primitives have no nodes, and nothing else has none") {
+TEST_CASE("scenes without primitives have no nodes; all other scenes need nodes") {
   CHECK(build::validate(ExchangeBvh{}, SceneInput{}).has_value());
   CHECK(build::import_tree(SceneInput{}, ExchangeBvh{}).has_value());
   CHECK(refused_tree([](ExchangeBvh& tree) { tree = {}; }) == "mesh 0, triangle 0: in no leaf (primitive 0 of all)");

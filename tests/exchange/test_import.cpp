@@ -122,7 +122,7 @@ TEST_CASE("one, two and three triangles") {
   }
 }
 
-TEST_CASE("only triangles of one leaf share a leaf, and all that can") {
+TEST_CASE("triangles share a leaf only if the tree has them in one leaf, and then whenever they can") {
   // A strip of quads: triangles 2 i and 2 i + 1 are quad i.
   const std::vector<Mesh> meshes{grid_plane(8, 2, 0)};
   const auto views = oracle::views(meshes);
@@ -168,7 +168,7 @@ TEST_CASE("an import does not depend on the number of threads") {
   }
 }
 
-TEST_CASE("the collapse keeps what nodes of four children are worth") {
+TEST_CASE("the collapse does not make a tree of four children per node more expensive") {
   // A tree of four children per node and no pairs must not cost more than it does as it stands.
   const std::vector<Mesh> meshes{soup(3000, 0.05, kSeed)};
   const auto views = oracle::views(meshes);
@@ -207,7 +207,7 @@ TEST_CASE("trees of every builder, exported and imported, cost as much and trace
   }
 }
 
-TEST_CASE("a triangle that many leaves share is cut between them") {
+TEST_CASE("a triangle in many leaves is split between them") {
   // A slanted rectangle of two triangles over a grid of cells: a leaf for each, with a small triangle of its own.
   constexpr std::uint32_t kCells = 40;
   std::vector<Mesh> meshes(1);
@@ -243,7 +243,7 @@ TEST_CASE("a triangle that many leaves share is cut between them") {
   CHECK(imported({.meshes = views}, tree).statistics.leaves == kCells * kCells + 1);
 }
 
-TEST_CASE("files of every layout are exported with the boxes that they state") {
+TEST_CASE("files of every layout are exported with their boxes") {
   const std::vector<Mesh> meshes{oracle::placed(star(4, 1), 1e5)};  // Beyond the range of half.
   const auto views = oracle::views(meshes);
   for (const NodeLayout layout : kLayouts)
@@ -300,14 +300,14 @@ TEST_CASE("empty files are exported as trees without nodes, damaged files are re
   CHECK_FALSE(build::export_tree(BufferView{}).has_value());
 }
 
-TEST_CASE("a chain of a million leaves, of fewer in slow builds, is balanced where it is too deep") {
+TEST_CASE("a chain of a million leaves (fewer in slow builds) is balanced where it is too deep") {
   const std::vector<Mesh> meshes{soup(trials(1000000), 1e-3, kSeed)};
   const auto views = oracle::views(meshes);
   const build::Bvh bvh = imported({.meshes = views}, chain_tree(primitive_boxes(meshes)));
   CHECK(build::measure_tree(view_of(bvh)).depth <= 60);
 }
 
-TEST_CASE("an import can be watched and cancelled, whichever step it is in") {
+TEST_CASE("an import reports progress and can be cancelled in every step") {
   const std::vector<Mesh> meshes{soup(200000, 1e-2, kSeed)};
   const auto views = oracle::views(meshes);
   const ExchangeBvh tree = random_tree(primitive_boxes(meshes), {4, 3}, kSeed);

@@ -36,7 +36,7 @@ TEST_CASE("empty buffers") {
   CHECK(none.bytes().empty());
 }
 
-TEST_CASE("a moved buffer keeps its bytes and leaves nothing behind") {
+TEST_CASE("a moved buffer keeps its bytes, and its source is empty") {
   Buffer first(100);
   first.bytes()[42] = std::byte{7};
   const std::byte* address = first.bytes().data();
@@ -52,7 +52,7 @@ TEST_CASE("a moved buffer keeps its bytes and leaves nothing behind") {
   CHECK(third.bytes().data() == address);
 }
 
-TEST_CASE("foreign memory is given back once") {
+TEST_CASE("foreign memory is released once") {
   std::array<std::byte, 16> memory{};
   int released = 0;
   const auto release = [&](std::byte* data, std::size_t size) {

@@ -57,7 +57,7 @@ template <class T> void check_fails(const Result<T>& result, const fs::path& pat
 
 }  // namespace
 
-TEST_CASE("what is written can be mapped") {
+TEST_CASE("a written file can be mapped") {
   const Folder folder;
   const fs::path path = folder.path() / "a.bvh";
   const std::string text(100000, 'x');
@@ -97,7 +97,7 @@ TEST_CASE("a new file has the permissions that the umask gives") {
   CHECK((status.st_mode & 0777) == 0640);
 }
 
-TEST_CASE("a link stays a link") {
+TEST_CASE("writing through a symbolic link keeps the link") {
   const Folder folder;
   const fs::path target = folder.path() / "target", link = folder.path() / "link";
   REQUIRE(write_file(target, as_bytes("old")));
@@ -109,7 +109,7 @@ TEST_CASE("a link stays a link") {
   check_fails(write_file(link, as_bytes("x")), link, "No such file or directory");
 }
 
-TEST_CASE("what cannot be mapped says why") {
+TEST_CASE("a file that cannot be mapped is refused with the reason") {
   const Folder folder;
   const fs::path missing = folder.path() / "missing", empty = folder.path() / "empty", fifo = folder.path() / "fifo";
   check_fails(map_file(missing), missing, "No such file or directory");
@@ -122,7 +122,7 @@ TEST_CASE("what cannot be mapped says why") {
   check_fails(map_file(""), "", "No such file or directory");
 }
 
-TEST_CASE("what cannot be written says why and leaves nothing") {
+TEST_CASE("a file that cannot be written is refused with the reason and leaves no file") {
   const Folder folder;
   const fs::path nowhere = folder.path() / "no" / "where", fifo = folder.path() / "fifo";
   check_fails(write_file(nowhere, as_bytes("x")), nowhere, "No such file or directory");
@@ -135,7 +135,7 @@ TEST_CASE("what cannot be written says why and leaves nothing") {
   CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("whether a file can be written is known before") {
+TEST_CASE("check_writable() tells before the write whether a file can be written") {
   const Folder folder;
   const fs::path path = folder.path() / "a", nowhere = folder.path() / "no" / "where";
   CHECK(check_writable(path));
@@ -189,7 +189,7 @@ TEST_CASE("a full disk keeps the old file and leaves no temporary file") {
   CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("writers of one file at a time end with one of their contents") {
+TEST_CASE("simultaneous writers of one file leave the content of one of them") {
   const Folder folder;
   const fs::path path = folder.path() / "a";
   std::vector<std::thread> writers;

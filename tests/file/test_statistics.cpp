@@ -47,7 +47,7 @@ TEST_CASE("sibling overlap is weighted with the parents' areas") {
   CHECK(row.sibling_overlap == Approx(2.0 / (7 + 6)));
 }
 
-TEST_CASE("statistics without a box node, and of nothing") {
+TEST_CASE("statistics of a scene without a box node, and of an empty scene") {
   const NodeLayout layout = any_layout();
   const TreeStatistics leaf = measure(root_leaf_scene(layout), {.box_node = 1, .leaf = 3});
   CHECK(leaf.nodes == 0);

@@ -128,7 +128,7 @@ void check_plane(const QuantizedBoxNode& node, unsigned axis, unsigned side, uns
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("layouts of floats keep every bit", "", FloatLayout, PlanesLayout) {
+TEMPLATE_TEST_CASE("float layouts keep every bit", "", FloatLayout, PlanesLayout) {
   for_random_nodes<TestType>(200, [](const Boxes& boxes, const typename TestType::Node& node) {
     for (unsigned c = 0; c < kBranching; ++c) {
       using Bits = std::array<std::uint32_t, 6>;
@@ -213,7 +213,7 @@ TEST_CASE("boxes that quantized nodes cannot hold are refused") {
     }
 }
 
-TEST_CASE("planes are called exact iff they are") {
+TEST_CASE("planes are marked exact if and only if they are exact") {
   INFO("seed " << kSeed);
   Random random(kSeed);
   unsigned wrong = 0, seen[2] = {0, 0};

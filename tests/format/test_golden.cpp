@@ -76,7 +76,7 @@ template <class Layout> void check_decoded(const BufferView& view, const TestSce
 
 }  // namespace
 
-TEST_CASE("golden files hold what the specification says") {
+TEST_CASE("golden files match the specification") {
   const Golden golden = row_golden();
   const NodeLayout layout = golden.scene.layout;
   const TestFile file = golden.read();
@@ -96,7 +96,7 @@ TEST_CASE("golden files hold what the specification says") {
   dispatch_layout(layout, [&](auto tag) { check_decoded<decltype(tag)>(*view, golden.scene); });
 }
 
-TEST_CASE("the golden file with custom leaves holds what the specification says") {
+TEST_CASE("the golden file with custom leaves matches the specification") {
   const TestFile file = custom_golden().read();
   const auto valid = validate(file.bytes());
   INFO((valid ? "" : to_string(valid.error())));
@@ -124,7 +124,7 @@ TEST_CASE("the tests' writer and the golden script agree byte by byte") {
   CHECK(std::memcmp(file.data(), written.data(), file.size()) == 0);
 }
 
-TEST_CASE("a golden file cut at any length is refused") {
+TEST_CASE("a golden file truncated at any length is refused") {
   const TestFile whole = any_golden().read();
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const TestFile cut(whole.bytes().first(size));
@@ -135,7 +135,7 @@ TEST_CASE("a golden file cut at any length is refused") {
   }
 }
 
-TEST_CASE("a golden file cut at any length and sealed again is refused") {
+TEST_CASE("a golden file truncated at any length and sealed again is refused") {
   const TestFile whole = any_golden().read();
   for (std::size_t size = 128; size < whole.size(); ++size) {
     TestFile cut(whole.bytes().first(size));

@@ -50,7 +50,7 @@ struct Faults {
 
 }  // namespace
 
-TEST_CASE("every half widens to its value") {
+TEST_CASE("every half converts to its value") {
   unsigned wrong = 0;
   for (unsigned half = 0; half < 65536; ++half) {
     const float value = float_of(half);
@@ -62,7 +62,7 @@ TEST_CASE("every half widens to its value") {
   CHECK(wrong == 0);
 }
 
-TEST_CASE("every half narrows to itself on both sides") {
+TEST_CASE("every half rounds to itself, down and up") {
   unsigned wrong = 0;
   for (unsigned half = 0; half < 65536; ++half) {
     const std::uint16_t below = half_below(float_of(half)), above = half_above(float_of(half));
@@ -71,7 +71,7 @@ TEST_CASE("every half narrows to itself on both sides") {
   CHECK(wrong == 0);
 }
 
-TEST_CASE("floats in the gap between two halves narrow to its ends") {
+TEST_CASE("floats between two halves round to those halves") {
   const std::vector<std::uint16_t> halves = ascending_halves();
   Faults faults;
   for (std::size_t i = 0; i + 1 < halves.size(); ++i) {
@@ -87,7 +87,7 @@ TEST_CASE("floats in the gap between two halves narrow to its ends") {
   CHECK(faults.count == 0);
 }
 
-TEST_CASE("random floats narrow to the two halves around them") {
+TEST_CASE("random floats round to the two halves around them") {
   constexpr std::uint64_t kSeed = 41;
   INFO("seed " << kSeed);
   oracle::Random random(kSeed);

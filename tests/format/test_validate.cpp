@@ -72,7 +72,7 @@ TEST_CASE("good files with custom primitives pass and are counted") {
   CHECK(custom_root->leaf_customs == 1);
 }
 
-TEST_CASE("good files with shapes pass, and every shape is where it was put") {
+TEST_CASE("good files with shapes pass, and every shape is at its offset") {
   const NodeLayout layout = every_layout();
   const TestFile file = shape_file(layout);
   const auto summary = validate(file.bytes());
@@ -135,7 +135,7 @@ TEST_CASE("files of version 1.0 are accepted") {
   }
 }
 
-TEST_CASE("what the format leaves free is accepted") {
+TEST_CASE("variations that the format allows are accepted") {
   const NodeLayout layout = every_layout();
   TestScene scene = row_scene(layout);
   SECTION("the split feature without a split") { scene.features |= 4; }
@@ -158,7 +158,7 @@ TEST_CASE("what the format leaves free is accepted") {
   CHECK(result);
 }
 
-TEST_CASE("each thing that is wrong is called by its name and place") {
+TEST_CASE("each fault is reported with its name and offset") {
   const NodeLayout layout = every_layout();
   for (const BadCase& bad : all_cases()) {
     if (!bad.applies(layout)) continue;
@@ -172,7 +172,7 @@ TEST_CASE("each thing that is wrong is called by its name and place") {
   }
 }
 
-TEST_CASE("bytes in the wrong place or too few") {
+TEST_CASE("misaligned and truncated bytes are refused") {
   const TestFile file = row_scene(every_layout()).write();
   TestFile shifted(std::vector<std::byte>(file.size() + 64));
   std::memcpy(shifted.data() + 64, file.data(), file.size());
@@ -198,7 +198,7 @@ TEST_CASE("there is a test for every FormatError") {
   }
 }
 
-TEST_CASE("the second opinion of the bit-flip test sees what would harm a traversal") {
+TEST_CASE("the independent walk of the bit-flip test detects files that would harm a traversal") {
   const NodeLayout layout = every_layout();
   CHECK(walk_problem(row_scene(layout).write().bytes()) == "");
   CHECK(walk_problem(custom_scene(layout).write().bytes()) == "");

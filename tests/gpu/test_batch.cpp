@@ -115,7 +115,7 @@ TEST_CASE("a batch of any mixture of sizes") {
   }
 }
 
-TEST_CASE("a batch with trees too deep for a ray's stack, which are made again by LBVH") {
+TEST_CASE("a batch with trees too deep for a ray's stack, which LBVH rebuilds") {
   Batch batch({oracle::soup(20, 0.4, kSeed), oracle::nested(200, kSeed), oracle::nested(256, kSeed),
                oracle::nested(130, kSeed), oracle::nested(300, kSeed)});
   const gpu::BatchReport report = batch.build({.builder = build::Builder::kHploc});
@@ -143,7 +143,7 @@ TEST_CASE("broken triangles in a batch are dropped and counted") {
   CHECK(report.dropped_degenerate == degenerate);
 }
 
-TEST_CASE("batches that cannot be") {
+TEST_CASE("invalid batches are refused") {
   const auto message = [](const gpu::DeviceBatch& batch, const gpu::BuildOptions& options) {
     return error_of(gpu::batch_sizes(batch, options)).message;
   };

@@ -58,13 +58,13 @@ template <class Allocator> void check_round_trip() {
 
 }  // namespace
 
-TEST_CASE("bytes come back as they went") {
+TEST_CASE("bytes are the same after a round trip") {
   SECTION("hipMalloc") { check_round_trip<gpu::DeviceAllocator>(); }
   SECTION("hipMallocAsync") { check_round_trip<gpu::StreamAllocator>(); }
   SECTION("the caller's") { check_round_trip<CountingAllocator>(); }
 }
 
-TEST_CASE("elements come back as they went, in parts too") {
+TEST_CASE("elements are the same after a round trip, also in parts") {
   const Stream stream;
   gpu::DeviceAllocator allocator;
   std::vector<unsigned> expected = numbers(1000);
@@ -102,7 +102,7 @@ TEST_CASE("copies beyond the end are refused with their sizes") {
   CHECK(must(array.to_vector(stream)) == numbers(10));
 }
 
-TEST_CASE("nothing needs no memory, no stream and no device") {
+TEST_CASE("an empty buffer needs no memory, no stream and no device") {
   CountingAllocator allocator;
   start_recording();
   auto buffer = must(DeviceBuffer::make(0, nullptr, allocator));
@@ -173,7 +173,7 @@ TEST_CASE("too much memory is refused with the bytes wanted and free") {
   CHECK(must(uploaded(5, stream, plain).to_vector(stream)) == numbers(5));
 }
 
-TEST_CASE("alignments that cannot be had are refused, and so are allocators that do not align") {
+TEST_CASE("impossible alignments and allocators that do not align are refused") {
   const Stream stream;
   gpu::DeviceAllocator plain;
   gpu::StreamAllocator ordered;
@@ -191,7 +191,7 @@ TEST_CASE("alignments that cannot be had are refused, and so are allocators that
   CHECK(must(DeviceBuffer::make(1000, stream, crooked, 16)).size() == 1000);
 }
 
-TEST_CASE("memory goes back when a copy fails") {
+TEST_CASE("memory is released when a copy fails") {
   const Stream stream;
   CountingAllocator allocator;
   const std::vector<unsigned> values = numbers(100);
@@ -206,7 +206,7 @@ TEST_CASE("memory goes back when a copy fails") {
   CHECK(error_of(array.to_vector(stream)).code == ErrorCode::kGpu);
 }
 
-TEST_CASE("every operation goes to the caller's stream") {
+TEST_CASE("every operation uses the caller's stream") {
   const Stream stream, other;
   const auto streams_of = [](auto&& work) {
     start_recording();

@@ -35,7 +35,7 @@ constexpr Builder kBuilders[] = {Builder::kLbvh, Builder::kLbvh30, Builder::kHpl
 
 }  // namespace
 
-TEST_CASE("trees of the device are those of the host, bit by bit") {
+TEST_CASE("trees of the device equal the host's, bit by bit") {
   INFO("seed " << kSeed);
   for (const unsigned count : {0u, 1u, 2u, 3u, 7u, 31u, 32u, 33u, 63u, 64u, 65u, 500u, 4097u}) {
     INFO(count << " triangles");
@@ -47,7 +47,7 @@ TEST_CASE("trees of the device are those of the host, bit by bit") {
     for (const unsigned run : {1u, 2u, 64u}) check_like_host(star, builder, NodeLayout::kFloat, run);
 }
 
-TEST_CASE("trees of H-PLOC with other radii are those of the host") {
+TEST_CASE("trees of H-PLOC with other radii equal the host's") {
   Input input({oracle::soup(900, 0.2, kSeed)});
   double costs[3];
   unsigned i = 0;
@@ -115,7 +115,7 @@ TEST_CASE("several geometries, masks and custom primitives") {
   }
 }
 
-TEST_CASE("pairs of the device") {
+TEST_CASE("pairs of the device equal the host's") {
   INFO("seed " << kSeed);
   Input star({oracle::star(4, kSeed)}), torus({oracle::torus(60, 30, 0.3)}), plane({oracle::grid_plane(40, 2, 0)});
   // What shares an edge is far apart in the index buffer, and in one of two geometries.
@@ -135,7 +135,7 @@ TEST_CASE("pairs of the device") {
   }
 }
 
-TEST_CASE("trees too deep for a ray's stack are made again by LBVH") {
+TEST_CASE("trees too deep for a ray's stack are rebuilt by LBVH") {
   INFO("seed " << kSeed);
   const std::vector<oracle::Mesh> meshes[] = {{oracle::nested(130, kSeed)}, {oracle::nested(200, kSeed)}};
   for (const std::vector<oracle::Mesh>& mesh : meshes) {
@@ -159,7 +159,7 @@ TEST_CASE("trees too deep for a ray's stack are made again by LBVH") {
   }
 }
 
-TEST_CASE("what the device cannot build is refused") {
+TEST_CASE("inputs that the device cannot build are refused") {
   CountingAllocator allocator;
   const auto message = [&](const gpu::DeviceGeometry& geometry, const gpu::BuildOptions& options) {
     return error_of(gpu::build_scene({&geometry, 1}, options, nullptr, allocator)).message;
@@ -187,7 +187,7 @@ TEST_CASE("what the device cannot build is refused") {
   CHECK(allocator.balance() == 0);
 }
 
-TEST_CASE("sizes with capacity for parts are known before, or refused") {
+TEST_CASE("sizes with capacity for splits are known before the build, or refused") {
   const build::Position position{};
   const build::Triangle triangle{};
   for (const Builder builder : {Builder::kHploc, Builder::kPloc, Builder::kSbvh, Builder::kHq})
@@ -209,7 +209,7 @@ TEST_CASE("sizes with capacity for parts are known before, or refused") {
     }
 }
 
-TEST_CASE("sizes are known before") {
+TEST_CASE("sizes are known before the build") {
   const Box box{};
   for (const std::uint32_t count : {0u, 1u, 1000u, 1000000u, 100000000u}) {
     const gpu::DeviceGeometry geometry{.boxes = &box, .primitive_count = count};

@@ -68,7 +68,7 @@ void check_road(const Road& road, const std::vector<oracle::Mesh>& meshes, doubl
 
 }  // namespace
 
-TEST_CASE("every builder, with cuts and rounds, on the device") {
+TEST_CASE("every builder, with pre-splits and reinsertion, on the device") {
   INFO("seed " << kSeed);
   for (const Road& road : kRoads) {
     check_road(road, {oracle::soup(700, 0.3, kSeed)}, 0.05, 100);
@@ -90,13 +90,13 @@ TEST_CASE("odd meshes, every builder, on the device") {
   }
 }
 
-TEST_CASE("parts of triangles are covered, and cost what the host's do") {
+TEST_CASE("split triangles are covered and cost as much as the host's") {
   INFO("seed " << kSeed);
   const oracle::Mesh mesh = oracle::needles(600, 1e3, kSeed);
   for (const Road& road : {kRoads[3], kRoads[4], kRoads[7], kRoads[9]}) check_road(road, {mesh}, 0.05, 0);
 }
 
-TEST_CASE("cuts beforehand are those of the host") {
+TEST_CASE("pre-splits equal the host's") {
   INFO("seed " << kSeed);
   for (const oracle::Mesh& mesh : {oracle::needles(300, 1e4, kSeed), oracle::soup(600, 0.4, kSeed)})
     for (const double budget : {1.1, 4.0}) {
@@ -111,7 +111,7 @@ TEST_CASE("cuts beforehand are those of the host") {
     }
 }
 
-TEST_CASE("layouts of trees with cut triangles") {
+TEST_CASE("layouts of trees with split triangles") {
   INFO("seed " << kSeed);
   const std::vector<oracle::Mesh> meshes{oracle::needles(300, 100, kSeed)};
   Input input(meshes);
@@ -124,7 +124,7 @@ TEST_CASE("layouts of trees with cut triangles") {
   }
 }
 
-TEST_CASE("builds are cancelled before each step, and leave nothing behind") {
+TEST_CASE("builds are cancelled before each step, and leak nothing") {
   Input input({oracle::soup(200, 0.3, kSeed)});
   CountingAllocator allocator;
   gpu::BuildOptions options{.builder = Builder::kHploc, .presplit_budget = 1.5, .reinsertion_rounds = 1};
@@ -147,7 +147,7 @@ TEST_CASE("builds are cancelled before each step, and leave nothing behind") {
   CHECK(allocator.balance() == 0);
 }
 
-TEST_CASE("custom primitives stay whole") {
+TEST_CASE("custom primitives are not split") {
   oracle::Random random(kSeed);
   std::vector<Box> boxes(100);
   for (Box& box : boxes) {

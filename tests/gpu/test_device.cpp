@@ -23,7 +23,7 @@ TEST_CASE("the current device is one of all devices") {
   CHECK(must(gpu::device(current.index)).memory_bytes == current.memory_bytes);
 }
 
-TEST_CASE("a device says what kernels have to know") {
+TEST_CASE("a device reports its properties") {
   const gpu::Device device = must(gpu::current_device());
   INFO(device.name << ", " << device.architecture);
   CHECK_FALSE(device.name.empty());
@@ -37,7 +37,7 @@ TEST_CASE("a device says what kernels have to know") {
   CHECK(device.memory_bytes >= std::uint64_t{1} << 30);
 }
 
-TEST_CASE("a device that is not there is refused with its number") {
+TEST_CASE("a missing device is refused with its number") {
   const auto count = static_cast<int>(must(gpu::devices()).size());
   for (const int index : {-1, count, count + 7}) {
     const gpu::Error error = error_of(gpu::device(index));
@@ -46,7 +46,7 @@ TEST_CASE("a device that is not there is refused with its number") {
   }
 }
 
-TEST_CASE("asking for devices does not change the current one") {
+TEST_CASE("querying devices does not change the current one") {
   start_recording();
   must(gpu::devices());
   must(gpu::current_device());
@@ -66,7 +66,7 @@ TEST_CASE("an error carries the call, HIP's name for it, and the context") {
   CHECK(bare.message.back() != ' ');
 }
 
-TEST_CASE("an error of memory says how much is free") {
+TEST_CASE("an out-of-memory error says how much is free") {
   std::size_t free_bytes = 0, total_bytes = 0;
   REQUIRE(hipMemGetInfo(&free_bytes, &total_bytes) == hipSuccess);
   const gpu::Error error = error_of(gpu::check(hipErrorOutOfMemory, "hipMalloc", 12345, " bytes wanted"));
@@ -75,7 +75,7 @@ TEST_CASE("an error of memory says how much is free") {
   CHECK_THAT(error.message, Contains(" of " + std::to_string(total_bytes) + " bytes free"));
 }
 
-TEST_CASE("an error is not left behind for others to find") {
+TEST_CASE("check() clears HIP's last error") {
   hipEvent_t never_recorded = nullptr, other = nullptr;
   float milliseconds = 0.0f;
   REQUIRE(hipEventCreate(&never_recorded) == hipSuccess);

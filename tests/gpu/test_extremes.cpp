@@ -166,7 +166,7 @@ bool same_bits(const Hit& a, const Hit& b) {
 
 }  // namespace
 
-TEST_CASE("extreme scenes and rays: the host's bits, and exact arithmetic's answers") {
+TEST_CASE("extreme scenes and rays: hits equal the host's bits and those of exact arithmetic") {
   constexpr unsigned kRays = 240;
   unsigned hits = 0;
   for (const Extreme& extreme : extremes()) {

@@ -78,17 +78,17 @@ unsigned judge_sane(const Ray& ray, const ExtremeInstanceHit& hit) {
 
 }  // namespace
 
-TEST_CASE("extreme instances: the host's bits, and no leaks") {
+TEST_CASE("extreme instances: hits equal the host's bits, and no leaks") {
   Random random(kSeed);
   check_no_leaks(still_extremes(random));
 }
 
-TEST_CASE("extreme motion: the host's bits, and no leaks") {
+TEST_CASE("extreme motion: hits equal the host's bits, and no leaks") {
   Random random(kSeed + 1);
   check_no_leaks(moving_extremes(random));
 }
 
-TEST_CASE("rays and times of any bits through instances and motion: the host's bits, sane answers") {
+TEST_CASE("rays and times of any bits through instances and motion: valid results with the host's bits") {
   constexpr unsigned kRays = 2048;
   Random random(kSeed + 2);
   ExtremeChain chain{"still", {random_affine(random, 1), random_affine(random, 1)}};

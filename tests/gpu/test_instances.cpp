@@ -164,26 +164,26 @@ void check_scene(std::size_t count, InstanceBounds bounds, const build::Motion* 
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("trees over instances are valid and hit what the host's hit, in every layout", "", FloatLayout,
+TEMPLATE_TEST_CASE("trees over instances are valid and give the host's hits, in every layout", "", FloatLayout,
                    PlanesLayout, HalfLayout, QuantizedLayout) {
   check_scene<TestType>(400, InstanceBounds::kChildren);
 }
 
-TEST_CASE("boxes of instances are the host's, however they are made") {
+TEST_CASE("boxes of instances equal the host's, for every kind of bounds") {
   check_scene<PlanesLayout>(100, InstanceBounds::kRoot);
   check_scene<PlanesLayout>(100, InstanceBounds::kGrandchildren);
 }
 
-TEST_CASE("few instances, and none") {
+TEST_CASE("small numbers of instances, and none") {
   for (const std::size_t count : {0u, 1u, 2u, 5u}) check_scene<PlanesLayout>(count, InstanceBounds::kChildren);
 }
 
-TEST_CASE("few instances of objects in which something moves") {
+TEST_CASE("small numbers of instances of objects with motion") {
   const build::Motion motion{.keys = {{.time = -1, .translation = {1, 0, 0}}, {.time = 2, .translation = {-2, 1, 0}}}};
   for (const std::size_t count : {0u, 1u, 60u}) check_scene<PlanesLayout>(count, InstanceBounds::kChildren, &motion);
 }
 
-TEST_CASE("a scene is traced where it lies while the next is made") {
+TEST_CASE("a scene is traced in place while the next one is built") {
   InstanceScene scene = small_objects(NodeLayout::kPlanes);
   constexpr std::uint32_t kCount = 200;
   Stage stage(scene, kCount, {}, 2);
@@ -206,7 +206,7 @@ TEST_CASE("a scene is traced where it lies while the next is made") {
   }
 }
 
-TEST_CASE("instances that cannot be are refused with their numbers, and the scene is empty") {
+TEST_CASE("invalid instances are refused with their numbers, and the scene is empty") {
   InstanceScene scene = small_objects(NodeLayout::kPlanes);
   Stage stage(scene, 300);
   const auto good = on_device(random_instances(300, kSeed));
@@ -245,7 +245,7 @@ TEST_CASE("instances that cannot be are refused with their numbers, and the scen
   CHECK(stage.read(stage.enqueue(good)).has_value());
 }
 
-TEST_CASE("uneven scales that multiply are refused") {
+TEST_CASE("uneven scales whose product is ill-conditioned are refused") {
   InstanceScene scene;
   scene.add_file({oracle::icosphere(0)}, NodeLayout::kPlanes);
   Affine flat;
@@ -257,7 +257,7 @@ TEST_CASE("uneven scales that multiply are refused") {
             "the transforms on the way to a primitive have a condition of 9e+22 together, the limit is ") == 0);
 }
 
-TEST_CASE("memory and options that do not do are refused") {
+TEST_CASE("memory and options that are not valid are refused") {
   InstanceScene scene = small_objects(NodeLayout::kPlanes);
   Stage stage(scene, 10);
   const auto instances = must(gpu::DeviceArray<DeviceInstance>::make(10, nullptr, stage.allocator));

@@ -18,7 +18,7 @@ using gpu::DeviceArray;
 using gpu::ErrorCode;
 using gpu::launch;
 
-TEST_CASE("a thread per item, and none is left out") {
+TEST_CASE("a launch has a thread for every item") {
   const Stream stream;
   gpu::DeviceAllocator allocator;
   for (const unsigned count : {1u, 63u, 64u, 65u, 100000u})
@@ -58,13 +58,13 @@ TEST_CASE("dynamic shared memory") {
   for (unsigned i = 0; i < 512; ++i) REQUIRE(reversed[i] == i / 128 * 128 + 127 - i % 128);
 }
 
-TEST_CASE("nothing is started for no items") {
+TEST_CASE("a launch without items starts no kernel") {
   start_recording();
   must(launch(nothing, 0, nullptr, {}));
   CHECK(taken().empty());
 }
 
-TEST_CASE("a launch goes to the caller's stream") {
+TEST_CASE("a launch uses the caller's stream") {
   const Stream stream;
   start_recording();
   must(launch(nothing, 100, stream, {}));
@@ -116,7 +116,7 @@ TEST_CASE("a launch that fails carries its sizes") {
   CHECK_THAT(error.message, Contains("launch of probe: grid 16 x 1 x 1, block 64, shared memory 0 + 128 bytes"));
 }
 
-TEST_CASE("what is no kernel is not launched") {
+TEST_CASE("a pointer that is not a kernel is refused") {
   void (*const function)() = [] {};
   CHECK(error_of(launch(function, 1, nullptr, {.name = "host code"})).code == ErrorCode::kGpu);
   CHECK_THAT(error_of(launch(function, 1, nullptr, {.name = "host code"})).message, Contains("host code"));
@@ -142,7 +142,7 @@ TEST_CASE("a persistent grid fills the device and no more") {
   CHECK(error_of(gpu::persistent_grid(nothing, 64, 1 << 20)).code == ErrorCode::kInvalidInput);
 }
 
-TEST_CASE("L1 is divided so that as many blocks stay resident as without") {
+TEST_CASE("divide_l1() keeps the number of resident blocks") {
   const auto* kernel = reinterpret_cast<const void*>(nothing);
   const unsigned without = must(gpu::persistent_grid(nothing, 64));
   for (const std::size_t bytes :
@@ -177,7 +177,7 @@ TEST_CASE("a stopwatch measures what the stream does") {
   CHECK(many < 60000.0f);
 }
 
-TEST_CASE("events are owned, recorded on the caller's stream, and fail as values") {
+TEST_CASE("events are owned, recorded on the caller's stream, and return errors") {
   const Stream stream;
   auto first = must(gpu::Event::make()), second = must(gpu::Event::make());
   CHECK(error_of(second.milliseconds_since(first)).code == ErrorCode::kGpu);

@@ -8,7 +8,7 @@ using namespace hiprt;
 using namespace hiprt::checks;
 using Catch::Matchers::Contains;
 
-TEST_CASE("without a GPU every door says so", "[.no_device]") {
+TEST_CASE("without a GPU every function returns an error that says so", "[.no_device]") {
   gpu::DeviceAllocator plain;
   gpu::StreamAllocator ordered;
   std::vector<gpu::Error> errors{error_of(gpu::devices()),

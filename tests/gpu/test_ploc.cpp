@@ -105,7 +105,7 @@ std::vector<Box> nests(std::uint32_t count, unsigned depth) {
 
 }  // namespace
 
-TEST_CASE("clusters of any number of leaves, by every radius") {
+TEST_CASE("clusters of any number of leaves, with every radius") {
   INFO("seed " << kSeed);
   for (const std::uint32_t count : {0u, 1u, 2u, 3u, 63u, 257u, 1023u, 1024u, 1025u})
     for (const unsigned radius : {1u, 8u, 16u, 128u}) check_like_host(random_boxes(count, kSeed + count), radius);
@@ -127,7 +127,7 @@ TEST_CASE("clusters of fewer leaves than there is capacity for") {
   check_like_host(random_boxes(1000, kSeed), 8, 1);
 }
 
-TEST_CASE("clusters of equal boxes, and of areas beyond all numbers") {
+TEST_CASE("clusters of equal boxes, and of areas that overflow") {
   constexpr float kMost = std::numeric_limits<float>::max();
   for (const Box& box : {Box{{1, 2, 3}, {2, 3, 4}}, Box{{-kMost, -kMost, -kMost}, {kMost, kMost, kMost}},
                          Box{{-kMost, 0, 0}, {kMost, 0, 0}}})
@@ -146,12 +146,12 @@ TEST_CASE("clusters of equal boxes, and of areas beyond all numbers") {
 
 TEST_CASE("clusters in rows in which each box is nearest to the one before") { check_like_host(row(5000), 8); }
 
-TEST_CASE("clusters that are many when the last block begins") {
+TEST_CASE("clusters that are still numerous when the last block begins") {
   // Each nest joins about one pair in a round, and only 20 rounds are launched for 12000 leaves.
   check_like_host(nests(500, 24), 8);
 }
 
-TEST_CASE("clusters that cannot be") {
+TEST_CASE("invalid clusterings are refused") {
   const auto message = [](std::uint32_t capacity, unsigned radius) {
     return error_of(gpu::enqueue_ploc({nullptr, nullptr, capacity, radius}, {}, nullptr, nullptr)).message;
   };

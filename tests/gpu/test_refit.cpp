@@ -99,7 +99,7 @@ constexpr NodeLayout kLayouts[] = {NodeLayout::kFloat, NodeLayout::kPlanes, Node
 
 }  // namespace
 
-TEST_CASE("refits of the device are those of the host, in every layout") {
+TEST_CASE("refits of the device equal the host's, in every layout") {
   INFO("seed " << kSeed);
   for (const NodeLayout nodes : kLayouts) {
     INFO("layout " << static_cast<unsigned>(nodes));

@@ -56,7 +56,7 @@ TEST_CASE("sums of any number of values") {
   }
 }
 
-TEST_CASE("sums behind the last value are that of all") {
+TEST_CASE("sums behind the last value are the total") {
   std::vector<std::uint32_t> values(5000, 0);
   std::iota(values.begin(), values.begin() + 2100, 1u);
   check_scan(values, false);

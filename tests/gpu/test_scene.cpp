@@ -25,7 +25,7 @@ build::Buffer golden() {
 
 }  // namespace
 
-TEST_CASE("an uploaded scene is the file, in one piece") {
+TEST_CASE("an uploaded scene is the file, in one allocation") {
   const Stream stream;
   CountingAllocator allocator;
   const build::Buffer file = golden();
@@ -69,7 +69,7 @@ TEST_CASE("an opened file can be uploaded as well") {
   CHECK(allocator.balance() == file.size());
 }
 
-TEST_CASE("what is no BVH file is not uploaded") {
+TEST_CASE("data that is not a BVH file is not uploaded") {
   const Stream stream;
   CountingAllocator allocator;
   const build::Buffer file = golden();
@@ -83,7 +83,7 @@ TEST_CASE("what is no BVH file is not uploaded") {
   CHECK(allocator.calls == 0);
 }
 
-TEST_CASE("a scene that cannot be copied leaves nothing behind") {
+TEST_CASE("a failed upload leaks nothing") {
   const Stream stream;
   CountingAllocator allocator;
   const build::Buffer file = golden();

@@ -248,7 +248,7 @@ double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& t
 
 }  // namespace
 
-TEST_CASE("trees from the top of wave_range references") {
+TEST_CASE("top-down trees of wave_range references") {
   INFO("seed " << kSeed);
   for (const unsigned count : {0u, 1u, 2u, 3u, 8u, 9u, 32u, 33u, 40u, 41u, 97u}) {
     const Scene scene(oracle::first_triangles(oracle::soup(std::max(count, 1u), 0.3, kSeed), count));
@@ -256,7 +256,7 @@ TEST_CASE("trees from the top of wave_range references") {
   }
 }
 
-TEST_CASE("trees from the top cost no more than the host's") {
+TEST_CASE("top-down trees cost no more than the host's") {
   INFO("seed " << kSeed);
   const Scene star(oracle::star(4, kSeed)), soup(oracle::soup(3000, 0.2, kSeed)), torus(oracle::torus(50, 30, 0.3));
   for (const gpu::TopDownTuning& tuning : {kTiny, gpu::TopDownTuning{}}) {
@@ -266,7 +266,7 @@ TEST_CASE("trees from the top cost no more than the host's") {
   }
 }
 
-TEST_CASE("cuts of space from the top cost no more than the host's") {
+TEST_CASE("spatial splits cost no more than the host's") {
   INFO("seed " << kSeed);
   const Scene star(oracle::star(3, kSeed)), soup(oracle::soup(600, 0.3, kSeed)),
       needles(oracle::needles(400, 100, kSeed));
@@ -276,7 +276,7 @@ TEST_CASE("cuts of space from the top cost no more than the host's") {
   CHECK(check_tree(needles, 3.0, kTiny, "needles") < 1.01);
 }
 
-TEST_CASE("odd meshes from the top") {
+TEST_CASE("odd meshes, built top-down") {
   INFO("seed " << kSeed);
   oracle::Mesh line;
   for (unsigned i = 0; i < 300; ++i) {
@@ -299,7 +299,7 @@ TEST_CASE("odd meshes from the top") {
   }
 }
 
-TEST_CASE("a deep tree from the top is halved by count in time") {
+TEST_CASE("a deep top-down tree is split by count before it is too deep") {
   // Each four are much farther away than those before: a split takes off few.
   oracle::Mesh mesh;
   for (int i = -45; i <= 45; ++i)
@@ -316,7 +316,7 @@ TEST_CASE("a deep tree from the top is halved by count in time") {
 }
 
 // Emulated it takes minutes: for GPUs.
-TEST_CASE("many references from the top") {
+TEST_CASE("many references, built top-down") {
   INFO("seed " << kSeed);
   oracle::Mesh mesh = oracle::soup(150000, 0.01, kSeed);
   oracle::append(mesh, oracle::needles(200, 300, kSeed));

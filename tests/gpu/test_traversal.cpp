@@ -133,7 +133,7 @@ void check_hardware(const char* axis, std::span<const Variant> variants) {
 
 }  // namespace
 
-TEST_CASE("the scenes are what they are for") {
+TEST_CASE("the scenes have the features that the tests need") {
   CHECK(all_scenes()[0]->has(Feature::kMasks));
   CHECK(all_scenes()[2]->has(Feature::kSplitReferences));
   CHECK(all_scenes()[3]->has(Feature::kCustom));

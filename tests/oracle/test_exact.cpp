@@ -180,7 +180,7 @@ TEST_CASE("rotating or mirroring the corners changes no decision", "[oracle]") {
   }
 }
 
-TEST_CASE("rays that are not rays are recognised", "[oracle]") {
+TEST_CASE("invalid rays are recognised", "[oracle]") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   CHECK(is_valid(make_ray({0, 0, 0}, {0, 0, 1})));
   CHECK(is_valid(make_ray({0, 0, 0}, {0, 0, 0x1p-149f}, -1, 0)));

@@ -28,7 +28,7 @@ bool same(const Mesh& a, const Mesh& b) {
 
 }  // namespace
 
-TEST_CASE("closed meshes are closed, oriented outwards and hold the origin", "[meshes]") {
+TEST_CASE("closed meshes are closed, oriented outwards and contain the origin", "[meshes]") {
   const std::vector<Mesh> meshes{
       icosphere(0), icosphere(3), star(3, 1), subdivided_box(1, 1.0, 2), subdivided_box(9, 2.5, 3), spindle(7, 5, 1e6)};
   for (std::size_t i = 0; i < meshes.size(); ++i) {
@@ -44,7 +44,7 @@ TEST_CASE("closed meshes are closed, oriented outwards and hold the origin", "[m
   }
 }
 
-TEST_CASE("the torus is closed and holds its tube's centre", "[meshes]") {
+TEST_CASE("the torus is closed and contains its tube's centre", "[meshes]") {
   const Mesh mesh = torus(24, 12, 0.3);
   CHECK(is_closed(mesh));
   Ray ray;
@@ -67,7 +67,7 @@ TEST_CASE("sizes are as documented", "[meshes]") {
   CHECK(identical(5).triangles.size() == 5);
 }
 
-TEST_CASE("needles are as thin as asked", "[meshes]") {
+TEST_CASE("needles are as thin as requested", "[meshes]") {
   const Mesh mesh = needles(200, 1e6, 5);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Corners c = corners(mesh, i);
@@ -90,7 +90,7 @@ TEST_CASE("one seed, one mesh", "[meshes]") {
   CHECK_FALSE(same(subdivided_box(5, 2, 7), subdivided_box(5, 2, 8)));
 }
 
-TEST_CASE("the torture set holds every kind of triangle", "[meshes]") {
+TEST_CASE("the torture set contains every kind of triangle", "[meshes]") {
   const Mesh mesh = torture(2000, 3);
   int not_finite = 0, repeated = 0, denormal = 0, huge = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {

@@ -109,7 +109,7 @@ unsigned check_as_still(const Deforming& deforming, const Mesh& still_mesh, floa
 
 }  // namespace
 
-TEST_CASE("a mesh that deforms is hit as the mesh of that time is, bit by bit") {
+TEST_CASE("a deforming mesh has the hits of the static mesh at that time, bit by bit") {
   INFO("seed " << kSeed);
   const Deforming deforming = twisting_ball();
   Random random(kSeed);
@@ -121,7 +121,7 @@ TEST_CASE("a mesh that deforms is hit as the mesh of that time is, bit by bit") 
   CHECK(hits > 1000);
 }
 
-TEST_CASE("corners that are no numbers: their triangles are missed while a key has them, the others hit") {
+TEST_CASE("corners that are not finite: rays miss their triangles while a key has them, and hit the others") {
   // Builders drop non-finite triangles of a still mesh, so the mesh of that time has only triangles that can be hit.
   INFO("seed " << kSeed);
   constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
@@ -155,7 +155,7 @@ TEST_CASE("corners that are no numbers: their triangles are missed while a key h
     }
 }
 
-TEST_CASE("times of rays that are no numbers: nothing is there; infinite ones: as at the first and the last key") {
+TEST_CASE("times of rays: NaN gives a miss; infinite times give the first and the last key") {
   INFO("seed " << kSeed);
   constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
   const Deforming deforming = twisting_ball();
@@ -165,7 +165,7 @@ TEST_CASE("times of rays that are no numbers: nothing is there; infinite ones: a
   for (const float time : {kNan, -kNan}) CHECK(check_as_still(deforming, Mesh{}, time, 300, random) == 0);
 }
 
-TEST_CASE("times of keys that do not grow, of any bits: a miss, or a hit of numbers") {
+TEST_CASE("times of keys that do not increase, or of any bits, give a miss or a finite hit") {
   INFO("seed " << kSeed);
   const Deforming whole = twisting_ball();
   Random random(kSeed);
@@ -192,7 +192,7 @@ TEST_CASE("times of keys that do not grow, of any bits: a miss, or a hit of numb
   CHECK(hits > 500);
 }
 
-TEST_CASE("nothing that deforms leaves its boxes") {
+TEST_CASE("deforming triangles stay within their boxes") {
   const Deforming deforming = twisting_ball();
   for (unsigned step = 0; step <= 400; ++step) {
     const Mesh mesh = deforming.at(-1.5f + 0.0125f * static_cast<float>(step));
@@ -205,7 +205,7 @@ TEST_CASE("nothing that deforms leaves its boxes") {
   }
 }
 
-TEST_CASE("no ray passes between triangles that deform, aimed at edges and corners") {
+TEST_CASE("no ray passes between deforming triangles, aimed at edges and corners") {
   const Deforming deforming = twisting_ball();
   Random random(kSeed);
   for (unsigned i = 0; i < 20000; ++i) {
@@ -223,7 +223,7 @@ TEST_CASE("no ray passes between triangles that deform, aimed at edges and corne
   }
 }
 
-TEST_CASE("one key stands still, and at no time there is nothing") {
+TEST_CASE("one key gives a static mesh, and a NaN time gives a miss") {
   const Deforming still(std::vector<Mesh>{oracle::icosphere(1)}, {5.0f});
   Ray ray{.origin = {0, 0, 3}, .direction = {0.01f, 0.02f, -1}};
   const float first = still.closest(ray).t;

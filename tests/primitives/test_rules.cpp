@@ -70,7 +70,7 @@ TEST_CASE("sphere: from outside, inside and behind, inclusive interval, order", 
   check_hit(sphere_hits(kUnit, ray_from(from, z * 0x1p60f))[0], 0x1p-59f, -z);
 }
 
-TEST_CASE("a report that says false stops", "[primitives]") {
+TEST_CASE("a report that returns false ends the intersection", "[primitives]") {
   for (const bool is_sphere : {true, false}) {
     const Case c{is_sphere, kBottom, kTop, ray_from(Vec3(-3, 0, 0), Vec3(1, 0, 0))};
     int reports = 0;
@@ -159,7 +159,7 @@ TEST_CASE("primitives and rays that are not valid miss", "[primitives]") {
   CHECK(curve_hits(kBottom, kTop, ray_from(Vec3(0), Vec3(0))).empty());
 }
 
-TEST_CASE("numbers of any bits: what is reported is in the interval and has no NaN", "[primitives]") {
+TEST_CASE("numbers of any bits: reported hits are in the interval and have no NaN", "[primitives]") {
   INFO("seed " << kSeed);
   Random random(kSeed);
   unsigned reported = 0;
@@ -188,7 +188,7 @@ TEST_CASE("numbers of any bits: what is reported is in the interval and has no N
   CHECK(reported > trials(800000));
 }
 
-TEST_CASE("lines keep their place however far their origin is", "[primitives]") {
+TEST_CASE("lines keep their position however far away their origin is", "[primitives]") {
   INFO("seed " << kSeed + 4);
   Random random(kSeed + 4);
   for (int i = 0; i < 20000; ++i) {
@@ -231,7 +231,7 @@ TEST_CASE("octahedral coordinates name the normal", "[primitives]") {
   }
 }
 
-TEST_CASE("a segment turned round gives the same hits", "[primitives]") {
+TEST_CASE("a reversed segment gives the same hits", "[primitives]") {
   INFO("seed " << kSeed + 2);
   Random random(kSeed + 2);
   unsigned compared = 0;
@@ -256,7 +256,7 @@ TEST_CASE("a segment turned round gives the same hits", "[primitives]") {
   CHECK(compared > 10000);
 }
 
-TEST_CASE("boxes hold their primitives exactly and are the smallest", "[primitives]") {
+TEST_CASE("boxes contain their primitives exactly and are the smallest", "[primitives]") {
   INFO("seed " << kSeed + 3);
   Random random(kSeed + 3);
   for (int i = 0; i < 50000; ++i) {
@@ -292,7 +292,7 @@ TEST_CASE("boxes hold their primitives exactly and are the smallest", "[primitiv
   CHECK(SphereSet::bounds({{kLargest, 0, 0}, kLargest}).max[0] == kInfinity);
 }
 
-TEST_CASE("the same bits whatever the compiler and the processor", "[primitives]") {
+TEST_CASE("the same bits with every compiler and processor", "[primitives]") {
   std::uint64_t digest = 0;
   for (std::uint32_t i = 0; i < kDigestCases; ++i) digest += digest_case(i);
   CHECK(digest == kDigest);

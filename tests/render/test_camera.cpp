@@ -45,7 +45,7 @@ std::string error_of(std::string_view text) {
 
 }  // namespace
 
-TEST_CASE("Camera: the automatic one sees the whole box and not much else, in every shape of picture") {
+TEST_CASE("Camera: the automatic camera shows the whole box and little else, in every picture shape") {
   const Box cube{{-1, -1, -1}, {1, 1, 1}}, bunny{{-1, -0.99f, -0.78f}, {1, 0.99f, 0.78f}};
   const Box tower{{0, 0, 0}, {1, 50, 1}}, wall{{0, 0, 0}, {0.1f, 3, 30}};
   for (const Box& box : {cube, bunny, tower, wall})
@@ -57,7 +57,7 @@ TEST_CASE("Camera: the automatic one sees the whole box and not much else, in ev
     }
 }
 
-TEST_CASE("Camera: flat, tiny, huge and far-away boxes are seen whole") {
+TEST_CASE("Camera: flat, tiny, huge and far-away boxes are completely visible") {
   const Box floor{{-5, 0, -5}, {5, 0, 5}}, facing_x{{2, 0, 0}, {2, 1, 1}}, facing_z{{0, 0, 3}, {1, 1, 3}};
   for (const Box& box : {floor, facing_x, facing_z}) CHECK(check_framing(box, 640, 480) > 0.88);
   // Seen from the side of its face, not along its plane.
@@ -72,7 +72,7 @@ TEST_CASE("Camera: flat, tiny, huge and far-away boxes are seen whole") {
   check_framing({{0, 0, 0}, {0, 0, 0}}, 640, 480);
 }
 
-TEST_CASE("Camera: the automatic one of empty or not finite bounds is finite") {
+TEST_CASE("Camera: the automatic camera of empty or non-finite bounds is finite") {
   for (const Box& box : {Box{{kInf, kInf, kInf}, {-kInf, -kInf, -kInf}}, Box{{0, 0, 0}, {1, std::nanf(""), 1}}}) {
     const Camera camera = automatic_camera(box, 1.5);
     CHECK(parse_camera(to_text(camera)).has_value());
@@ -126,7 +126,7 @@ TEST_CASE("Camera: text is read in every accepted form") {
   CHECK((again->eye == odd.eye && again->at == odd.at && again->up == odd.up && again->fov_degrees == odd.fov_degrees));
 }
 
-TEST_CASE("Camera: text that is none is refused with the place") {
+TEST_CASE("Camera: invalid text is refused with the position") {
   CHECK_THAT(error_of(""), Contains("four parts") && Contains("got 1"));
   CHECK_THAT(error_of("1,2,3/4,5,6/0,1,0"), Contains("got 3"));
   CHECK_THAT(error_of("1,2,3/4,5,6/0,1,0/40/1,2,3/5"), Contains("got 6"));

@@ -88,7 +88,7 @@ std::string refusal(const ColorImage& picture, const ColorImage& reference) {
 
 }  // namespace
 
-TEST_CASE("Differences: equal pictures have none, dark, bright or beyond all measure") {
+TEST_CASE("Differences: equal pictures have none, whether dark, bright or extremely bright") {
   INFO("seed " << kSeed);
   const ColorImage image = scenery(70, 90, kSeed);
   ColorImage bright = image;
@@ -183,7 +183,7 @@ TEST_CASE("Differences: the same bits on any number of threads") {
   }
 }
 
-TEST_CASE("FLIP: the same as step by step in double precision, in every pixel") {
+TEST_CASE("FLIP: equals a step-by-step computation in double precision, in every pixel") {
   double worst = 0.0;
   const auto agree = [&](const ColorImage& picture, const ColorImage& reference) {
     const ImageDifference fast = difference(picture, reference, 2);
@@ -257,7 +257,7 @@ TEST_CASE("FLIP: a difference is where it is, and a sharper one counts more") {
   CHECK(difference(smear, gray).flip_map[50 * 101 + 50] < at(50, 50));
 }
 
-TEST_CASE("FLIP: filters keep what is constant, and derivatives of it are none") {
+TEST_CASE("FLIP: filters keep constants, and derivatives of constants are 0") {
   const FlipFilters filters = flip_filters();
   CHECK(filters.sensitivity_radius == 10);
   CHECK(filters.feature_radius == 9);

@@ -66,7 +66,7 @@ TEST_CASE("Heat map: pixels have their cost's colour, the legend its bar and its
   CHECK(equal(image.at(320, 100).color, viridis(25.0f / 32.0f)));
 }
 
-TEST_CASE("Legend: columns are as high as their counts' square roots, and nothing that is there is lost") {
+TEST_CASE("Legend: columns are as high as their counts' square roots, and every nonzero count is visible") {
   std::vector<std::uint64_t> counts(kLegendParts, 0);
   counts[0] = 1000;
   counts[1] = 250;

@@ -75,7 +75,7 @@ std::vector<std::pair<std::string, std::string>> small_files(const TempFolder& f
 
 }  // namespace
 
-TEST_CASE("Reading EXR: halves and floats, at any place, by every compression that keeps them") {
+TEST_CASE("Reading EXR: halves and floats, in any data window, with every lossless compression") {
   const TempFolder folder;
   for (const auto type : {Imf::HALF, Imf::FLOAT})
     for (const auto compression : {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION,
@@ -117,7 +117,7 @@ TEST_CASE("Reading EXR: the first of several parts, and R, G and B among other c
   check_colors(write_lines(folder / "c.exr", kind), kind);
 }
 
-TEST_CASE("Reading EXR: what bvhrender writes comes back") {
+TEST_CASE("Reading EXR: pictures of bvhrender are read back") {
   const TempFolder folder;
   Image image(19, 40);
   for (std::uint32_t y = 0; y < image.height; ++y)
@@ -172,7 +172,7 @@ TEST_CASE("Reading EXR: pictures and tiles above the limits are refused with the
   check_refused(write_tiles(folder / "a.exr", tiled), large, "tiles of 1 x 40000 pixels, the limit is 32768 per side");
 }
 
-TEST_CASE("Reading EXR: a file that is cut off anywhere is refused") {
+TEST_CASE("Reading EXR: a file truncated anywhere is refused") {
   const TempFolder folder;
   for (const auto& [name, whole] : small_files(folder)) {
     INFO(name << ", " << whole.size() << " bytes");
@@ -184,7 +184,7 @@ TEST_CASE("Reading EXR: a file that is cut off anywhere is refused") {
   }
 }
 
-TEST_CASE("Reading EXR: a file with a wrong byte anywhere is refused or read as it is") {
+TEST_CASE("Reading EXR: a file with a wrong byte anywhere is refused or read completely") {
   INFO("seed " << kSeed);
   const TempFolder folder;
   oracle::Random random(kSeed);

@@ -39,7 +39,7 @@ Image sample_image() {
 
 }  // namespace
 
-TEST_CASE("EXR: every channel of every pixel comes back, misses and attributes too") {
+TEST_CASE("EXR: every channel of every pixel is read back, also misses and attributes") {
   const TempFolder folder;
   const Image image = sample_image();
   const auto bytes = write_exr(folder / "a.exr", image, {{"software", "bvhrender 1"}, {"camera", "x/y"}});
@@ -99,7 +99,7 @@ TEST_CASE("PNG: colours above 1 are brought into range and keep their order") {
   CHECK(file.at(0, 0, 0) == srgb_byte(0.53125f));
 }
 
-TEST_CASE("Pictures: a path that cannot be written is an error with its name, and leaves nothing") {
+TEST_CASE("Pictures: a path that cannot be written is an error with its name, and leaves no file") {
   const TempFolder folder;
   std::filesystem::create_directory(folder / "taken.exr");
   std::filesystem::create_directory(folder / "taken.png");

@@ -118,7 +118,7 @@ bool same_surface(const Pixel& a, const Pixel& b, const FlatScene& flat) {
 
 }  // namespace
 
-TEST_CASE("render: the layers of a scene of instances are those of the flat scene, on one level and on three") {
+TEST_CASE("render: the layers of a scene of instances equal the flat scene's, on one level and on three") {
   for (const unsigned levels : {1u, 3u})
     for (const NodeLayout layout : {NodeLayout::kPlanes, NodeLayout::kQuantized}) {
       INFO(levels << " levels, layout " << static_cast<unsigned>(layout));

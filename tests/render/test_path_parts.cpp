@@ -56,7 +56,7 @@ struct SkyScene {
 
 }  // namespace
 
-TEST_CASE("sine and cosine of turns are right to 1.5e-7") {
+TEST_CASE("sine and cosine of turns have errors of at most 1.5e-7") {
   float worst = 0.0f;
   for (int i = 0; i <= 200000; ++i) {
     const float turn = static_cast<float>(i) / 200000.0f;
@@ -85,7 +85,7 @@ TEST_CASE("frames are orthonormal for every normal") {
   }
 }
 
-TEST_CASE("materials send out no more than arrives, are the same both ways, and choose with the density they tell") {
+TEST_CASE("materials conserve energy, are reciprocal, and sample with the density that they report") {
   checks::Sample sample(4);
   for (const float metallic : {0.0f, 0.5f, 1.0f})
     for (const float roughness : {0.3f, 0.6f, 1.0f})
@@ -121,7 +121,7 @@ TEST_CASE("materials send out no more than arrives, are the same both ways, and 
       }
 }
 
-TEST_CASE("the octahedral square holds every direction once") {
+TEST_CASE("the octahedral square contains every direction once") {
   Random random(kSeed);
   double covered = 0.0;
   constexpr unsigned kSide = 512;
@@ -141,7 +141,7 @@ TEST_CASE("the octahedral square holds every direction once") {
   }
 }
 
-TEST_CASE("a sky is what it was made of, and is chosen with the density that it tells") {
+TEST_CASE("a sky has the radiance it was made of, and is sampled with the density that it reports") {
   const Vec3 sun = glm::normalize(Vec3(0.4f, 0.8f, -0.3f));
   const auto light = [&](const Vec3& d) {
     const float at_sun = std::max(0.0f, glm::dot(d, sun));
@@ -184,7 +184,7 @@ TEST_CASE("an equirectangular picture: +y is the top row, +x the middle column, 
   CHECK(sky.radiance(Vec3(0, 0, -1)).x == Approx(16.0f).margin(1.0));
 }
 
-TEST_CASE("a black sky is none, and what is not finite is black") {
+TEST_CASE("a black sky counts as no sky, and values that are not finite are black") {
   CHECK(make_sky([](const Vec3&) { return Vec3(0.0f); }, 16).radiance.empty());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   CHECK(make_sky([&](const Vec3&) { return Vec3(nan, -1.0f, std::numeric_limits<float>::infinity()); }, 16)

@@ -61,7 +61,7 @@ double by_sum(const Material& floor, float half, float height, double radiance) 
 
 }  // namespace
 
-TEST_CASE("a lamp above a floor: light as a sum over the lamp has it, for rough and smooth floors") {
+TEST_CASE("a lamp above a floor: the light equals a sum over the lamp, for rough and smooth floors") {
   // The camera looks through a hole: the lamp is a frame of four squares around its line of sight, or is beside it.
   for (const float roughness : {1.0f, 0.4f}) {
     Material floor = clay(0.5f);
@@ -78,7 +78,7 @@ TEST_CASE("a lamp above a floor: light as a sum over the lamp has it, for rough 
   }
 }
 
-TEST_CASE("bounces: none shows lamps only, one direct light, more never less") {
+TEST_CASE("bounces: 0 shows lamps only, 1 direct light, and more bounces never less light") {
   const std::vector<oracle::Mesh> meshes{floor_square(4.0f), moved(floor_square(0.5f), 0.0f, 4.0f, 0.0f),
                                          moved(floor_square(4.0f), 0.0f, 5.0f, 0.0f)};
   const PathTestScene scene = flat_scene(meshes, {clay(0.8f), lamp(10.0f), clay(0.8f)});
@@ -119,7 +119,7 @@ TEST_CASE("an even sky lights a floor by its reflectance") {
   CHECK(mean_of(trace_well(scene, data, kDown, kPoint)).x == Approx(expected).epsilon(0.005));
 }
 
-TEST_CASE("lamps in instances light as the same lamps without") {
+TEST_CASE("lamps in instances give the light of the same lamps without instances") {
   const oracle::Mesh floor = floor_square(4.0f), square = floor_square(0.5f);
   const PathTestScene flat = flat_scene({floor, moved(square, 0.0f, 4.0f, 0.0f), moved(square, 2.0f, 3.0f, 1.0f)},
                                         {clay(0.5f), lamp(10.0f), lamp(10.0f)});
@@ -136,7 +136,7 @@ TEST_CASE("lamps in instances light as the same lamps without") {
   CHECK(a > 0.0);
 }
 
-TEST_CASE("a lamp that moves is where it is at each ray's time") {
+TEST_CASE("a moving lamp is at its position at each ray's time") {
   const oracle::Mesh floor = floor_square(4.0f), square = floor_square(0.5f);
   const build::Motion motion{.keys = {{.time = 0, .translation = {0, 4, 0}}, {.time = 1, .translation = {100, 4, 0}}}};
   const PathTestScene scene =
@@ -156,7 +156,7 @@ TEST_CASE("a lamp that moves is where it is at each ray's time") {
   CHECK(blurred < 0.1 * there);
 }
 
-TEST_CASE("alpha cut-outs of a material let light and sight through") {
+TEST_CASE("alpha cut-outs of a material let light and camera rays through") {
   const std::vector<oracle::Mesh> meshes{floor_square(4.0f), moved(floor_square(0.5f), 0.0f, 4.0f, 0.0f),
                                          moved(floor_square(2.0f), 0.0f, 2.0f, 0.0f)};
   Material cloth = clay(0.5f);
@@ -209,7 +209,7 @@ TEST_CASE("spheres have the material of their geometry, and are seen and lit thr
   }
 }
 
-TEST_CASE("textures: every other texel of a mask is cut out, and colours are sRGB's") {
+TEST_CASE("textures: every other texel of a mask is cut out, and colours are sRGB") {
   PathTestScene scene = flat_scene({floor_square(1.0f)}, {clay(1.0f)});
   GeometrySurface& surface = scene.surfaces.objects[0][0];
   surface.coordinates = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -257,7 +257,7 @@ TEST_CASE("pictures do not depend on threads, and on the seed only in their nois
   CHECK(one.samples == 5);
 }
 
-TEST_CASE("what has come when it is told to stop is kept") {
+TEST_CASE("an interrupted rendering keeps the samples so far") {
   const PathTestScene scene = flat_scene({floor_square(4.0f)}, {clay(0.5f)});
   const PathData data = data_of(scene, [](const Vec3&) { return Vec3(1.0f); });
   const InterruptGuard guard;

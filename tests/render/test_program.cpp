@@ -36,7 +36,7 @@ bool same_picture(const ExrFile& a, const ExrFile& b) {
 
 }  // namespace
 
-TEST_CASE("bvhrender: EXR layers have their names and what is seen through the middle pixel") {
+TEST_CASE("bvhrender: EXR layers have their names and the values of the middle pixel") {
   const TempFolder folder;
   render_well({write_squares(folder), "-o", folder / "a.exr", "--size", "65x49", "--camera", kFront, "--spp", "2"});
   const ExrFile file = read_exr(folder / "a.exr");
@@ -75,7 +75,7 @@ TEST_CASE("bvhrender: EXR layers have their names and what is seen through the m
   CHECK(vector_at(file, {"N.X", "N.Y", "N.Z"}, 0, 0) == Vec3(0.0f));
 }
 
-TEST_CASE("bvhrender: the layers of a scene of instances say which was hit, and how many the ray came to") {
+TEST_CASE("bvhrender: the layers of a scene of instances have the hit instance and the number of visited instances") {
   const TempFolder folder;
   const auto object = build::map_file(write_squares(folder));
   REQUIRE(object.has_value());
@@ -108,7 +108,7 @@ TEST_CASE("bvhrender: the layers of a scene of instances say which was hit, and 
   }
 }
 
-TEST_CASE("bvhrender: EXR files say where they come from, and their camera gives the picture again") {
+TEST_CASE("bvhrender: EXR files name their source, and their camera reproduces the picture") {
   const TempFolder folder;
   const std::string scene = write_squares(folder);
   const std::vector<std::string> rest{"--size", "40x30", "--spp", "3", "--seed", "5", "--mode", "primary"};
@@ -130,7 +130,7 @@ TEST_CASE("bvhrender: EXR files say where they come from, and their camera gives
   CHECK_FALSE(same_picture(first, picture("c.exr", {"--camera", kFront})));
 }
 
-TEST_CASE("bvhrender: without a camera the whole scene is seen, and only in the middle of the picture") {
+TEST_CASE("bvhrender: without a camera the whole scene is in the middle of the picture") {
   const TempFolder folder;
   const std::string scene = write_squares(folder);
   for (const std::string size : {"160x120", "60x200", "300x40"}) {
@@ -196,7 +196,7 @@ TEST_CASE("bvhrender: PNG and EXR of one run have the same size and colours") {
   }
 }
 
-TEST_CASE("bvhrender: every mode draws what it says") {
+TEST_CASE("bvhrender: every mode draws its quantity") {
   const TempFolder folder;
   const std::string scene = write_squares(folder);
   const auto picture = [&](const std::string& mode) {
@@ -260,7 +260,7 @@ TEST_CASE("bvhrender: ao-distance lets distant surfaces cast no shadow") {
   CHECK(shadow_at("0.4") > 1.01f * shadow_at("100"));
 }
 
-TEST_CASE("bvhrender: a scene without triangles is a picture of the backdrop") {
+TEST_CASE("bvhrender: a scene without triangles gives a picture of the backdrop") {
   const TempFolder folder;
   const std::string scene = write_nothing(folder);
   for (const std::string mode : {"ao", "primary", "normals", "heatmap"}) {
@@ -275,7 +275,7 @@ TEST_CASE("bvhrender: a scene without triangles is a picture of the backdrop") {
   }
 }
 
-TEST_CASE("bvhrender: --json says what was done; the default is a picture of 1024 x 768") {
+TEST_CASE("bvhrender: --json reports the run; the default is a picture of 1024 x 768") {
   const TempFolder folder;
   const std::string scene = write_squares(folder);
   const json small =

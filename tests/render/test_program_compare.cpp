@@ -39,7 +39,7 @@ void check_failure(const TempFolder& folder, int status, const Arguments& argume
 
 }  // namespace
 
-TEST_CASE("bvhrender --compare: its numbers are those of the two files, as JSON and as text") {
+TEST_CASE("bvhrender --compare: the numbers are those of the two files, as JSON and as text") {
   const TempFolder folder;
   const std::string scene = write_squares(folder), reference = folder / "ref.exr", map = folder / "map.png";
   render_well(with(scene, {"-o", reference, "--spp", "64"}));
@@ -69,7 +69,8 @@ TEST_CASE("bvhrender --compare: its numbers are those of the two files, as JSON 
                                    Contains("PSNR ") && Contains(" dB, FLIP 0."));
 }
 
-TEST_CASE("bvhrender --compare: equal pictures, more samples come nearer, and without it nothing is said") {
+TEST_CASE(
+    "bvhrender --compare: equal pictures differ by 0, more samples by less; without it no difference is printed") {
   const TempFolder folder;
   const std::string scene = write_squares(folder), reference = folder / "ref.exr";
   render_well(with(scene, {"-o", reference, "--spp", "256", "--seed", "7"}));
@@ -101,7 +102,7 @@ TEST_CASE("bvhrender --compare: bad usage is status 2") {
   CHECK_THAT(render_well({"--help"}), Contains("--compare") && Contains("--difference"));
 }
 
-TEST_CASE("bvhrender --compare: a reference that cannot be one is a failure before any ray is traced") {
+TEST_CASE("bvhrender --compare: an invalid reference is a failure before any ray is traced") {
   const TempFolder folder;
   const std::string scene = write_squares(folder), reference = folder / "ref.exr", picture = folder / "a.png";
   render_well({scene, "-o", reference, "--size", "40x30", "--spp", "1"});
@@ -126,7 +127,7 @@ TEST_CASE("bvhrender --compare: a reference that cannot be one is a failure befo
   refuses(bad, "bad.exr: channel G of pixel 5, 6 is not finite");
 }
 
-TEST_CASE("bvhrender --compare: no file is two things") {
+TEST_CASE("bvhrender --compare: no file is both input and output") {
   const TempFolder folder;
   const std::string scene = write_squares(folder, "scene.png"), reference = folder / "ref.exr";
   render_well(with(scene, {"-o", reference, "--spp", "1"}));

@@ -47,7 +47,7 @@ TEST_CASE("bvhrender: --help shows examples, --version the version") {
   CHECK_THAT(render_well({"--version"}), Catch::Matches("bvhrender [0-9]+\\.[0-9]+\\.[0-9]+\n"));
 }
 
-TEST_CASE("bvhrender: bad usage is status 2, before any file is looked at") {
+TEST_CASE("bvhrender: bad usage is status 2, before any file is read") {
   check_usage_error({}, "required");
   check_usage_error({"none.bvh"}, "--output");
   check_usage_error({"none.bvh", "more.bvh", "-o", "a.png"}, "more.bvh");
@@ -73,7 +73,7 @@ TEST_CASE("bvhrender: bad usage is status 2, before any file is looked at") {
   check_usage_error({"none.bvh", "-o", "a.png", "--camera", "0,0/0,0,0/0,1,0/40"}, "eye: expected 3 numbers, got 2");
 }
 
-TEST_CASE("bvhrender: scenes that cannot be read or are damaged are failures that leave nothing") {
+TEST_CASE("bvhrender: scenes that cannot be read or are damaged are failures that leave no file") {
   const TempFolder folder;
   const std::string whole = read_file(write_squares(folder));
   const auto refuses = [&](const std::string& bytes, const std::string& word) {
@@ -109,7 +109,7 @@ TEST_CASE("bvhrender: a camera file that cannot be read or makes no sense is a f
   refuses(folder / "fifo.cam", "not a regular file", {"bad.cam", "fifo.cam", "folder.cam", "s.bvh"});
 }
 
-TEST_CASE("bvhrender: pictures that cannot be written are failures that leave nothing") {
+TEST_CASE("bvhrender: pictures that cannot be written are failures that leave no file") {
   const TempFolder folder;
   const std::string scene = write_squares(folder);
   const Names before{"folder.exr", "folder.png", "s.bvh"};
@@ -154,7 +154,7 @@ TEST_CASE(
   CHECK_THAT(custom.error().message, Catch::Contains("balls.bvh: has custom primitives"));
 }
 
-TEST_CASE("bvhrender: a scene that no camera can see as a whole needs one of its own") {
+TEST_CASE("bvhrender: a scene that the automatic camera cannot show needs --camera") {
   const TempFolder folder;
   const std::vector<hiprt::build::Position> positions{{-3e38f, 0, 0}, {3e38f, 0, 0}, {0, 3e38f, 0}};
   const std::vector<hiprt::build::Triangle> triangles{{0, 1, 2}};
@@ -174,7 +174,7 @@ TEST_CASE("bvhrender: a picture is replaced as a whole") {
   CHECK(folder.names() == Names{"a.png", "s.bvh"});
 }
 
-TEST_CASE("bvhrender: interrupted it says so, fails and leaves the old picture") {
+TEST_CASE("bvhrender: an interrupted run says so, fails and leaves the old picture") {
   const TempFolder folder;
   const std::string scene = write_squares(folder), picture = folder.write("a.png", "old");
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {

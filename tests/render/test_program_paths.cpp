@@ -57,7 +57,7 @@ const std::string kAbove = "0,3,5/0,0,0/0,1,0/50";
 
 }  // namespace
 
-TEST_CASE("bvhrender --integrator path: materials, light, and pbrt's names for what is known of a pixel") {
+TEST_CASE("bvhrender --integrator path: materials, light, and layers with pbrt's names") {
   const TempFolder folder;
   const std::string gltf = write_lit_floor(folder);
   const std::string black = folder / "sky.exr";
@@ -129,7 +129,7 @@ TEST_CASE("bvhrender --integrator path: clay in a studio without files") {
   CHECK(file.at("R", 0, 0) > 0.05f);
 }
 
-TEST_CASE("bvhrender --integrator path: interrupted it keeps what it has, and says how much") {
+TEST_CASE("bvhrender --integrator path: an interrupted run keeps its samples and says how many") {
   const TempFolder folder;
   const std::string scene = write_squares(folder), out = folder / "a.exr";
   bool cancelled = false;
@@ -149,7 +149,7 @@ TEST_CASE("bvhrender --integrator path: interrupted it keeps what it has, and sa
   CHECK(cancelled);
 }
 
-TEST_CASE("bvhrender --integrator path: what is wrong is said") {
+TEST_CASE("bvhrender --integrator path: errors are reported") {
   const TempFolder folder;
   const std::string scene = write_squares(folder), gltf = write_lit_floor(folder);
   const auto refuses = [&](int status, std::vector<std::string> more, const std::string& word) {

@@ -78,7 +78,7 @@ TEST_CASE("render: depth, ids, position and normal are those of the exact closes
   CHECK(misses > 200);
 }
 
-TEST_CASE("render: layers are closest_hit() of the ray through the pixel's centre, whatever is drawn") {
+TEST_CASE("render: layers are closest_hit() of the ray through the pixel's centre, in every mode") {
   const Scene scene = make_scene(star_and_soup());
   for (const RenderMode mode : kAllModes)
     for (const std::uint32_t samples : {1u, 3u}) {
@@ -137,7 +137,7 @@ TEST_CASE("render: the picture does not depend on the tree") {
   }
 }
 
-TEST_CASE("render: without layers the colours are the same and rays are spared") {
+TEST_CASE("render: without layers the colours are the same, and fewer rays are traced") {
   const Scene scene = make_scene(star_and_soup());
   for (const RenderMode mode : kAllModes) {
     INFO("mode " << static_cast<int>(mode));
@@ -157,7 +157,7 @@ TEST_CASE("render: without layers the colours are the same and rays are spared")
   }
 }
 
-TEST_CASE("render: an empty scene is a backdrop in every mode") {
+TEST_CASE("render: an empty scene gives a backdrop in every mode") {
   const Scene scene = make_scene({});
   for (const RenderMode mode : kAllModes) {
     INFO("mode " << static_cast<int>(mode));
@@ -200,7 +200,7 @@ TEST_CASE("render: progress grows with every tile, from no two threads at a time
   CHECK(reported == expected);
 }
 
-TEST_CASE("render: interrupted by a signal it ends early with an error") {
+TEST_CASE("render: a signal ends the rendering early with an error") {
   const Scene scene = make_scene({oracle::icosphere(2)});
   RenderOptions options = kSmall;
   options.width = options.height = 320;  // A hundred tiles.
@@ -219,7 +219,7 @@ TEST_CASE("render: interrupted by a signal it ends early with an error") {
   CHECK(render(scene.traced, front_camera(), options).has_value());
 }
 
-TEST_CASE("render: a scene that needs what the tracer was not compiled for is refused") {
+TEST_CASE("render: a scene with features that the tracer was not compiled for is refused") {
   Scene scene = make_scene({oracle::icosphere(1)});
   scene.traced.features |= FeatureMask{1} << 40;
   const auto rendering = render(scene.traced, front_camera(), kSmall);

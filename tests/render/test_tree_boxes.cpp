@@ -104,7 +104,7 @@ TEST_CASE("tree boxes: on every level all corners of the mesh are in some box, a
   }
 }
 
-TEST_CASE("tree boxes: those of an instance's object are turned with it, and move with it") {
+TEST_CASE("tree boxes: the boxes of an instance's object turn and move with the instance") {
   const build::Buffer object = row(NodeLayout::kPlanes);
   const float h = std::sqrt(0.5f);
   const build::Motion motion{.keys = {{.time = 0, .rotation = {0, 0, h, h}},

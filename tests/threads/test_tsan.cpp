@@ -40,7 +40,7 @@ void add_up(const std::vector<int>& values, std::size_t begin, std::size_t end, 
 
 }  // namespace
 
-TEST_CASE("loops, reductions and recursion over oneTBB are no races", "[ordered]") {
+TEST_CASE("loops, reductions and recursion over oneTBB do not count as races", "[ordered]") {
   on_four_threads([] {
     std::vector<int> values(kCount);
     for (int round = 0; round < 10; ++round) {
@@ -64,7 +64,7 @@ TEST_CASE("loops, reductions and recursion over oneTBB are no races", "[ordered]
   });
 }
 
-TEST_CASE("two bodies of one loop that write the same variable are a race", "[.race]") {
+TEST_CASE("two bodies of one loop that write the same variable count as a race", "[.race]") {
   // ctest passes when the sanitizer reports this one.
   on_four_threads([] {
     int sum = 0;

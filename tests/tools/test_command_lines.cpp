@@ -41,7 +41,7 @@ TEST_CASE("Command lines: --help shows examples, --version the version") {
   }
 }
 
-TEST_CASE("Command lines: bad usage is status 2 with one line that says what") {
+TEST_CASE("Command lines: bad usage is status 2 with one line that names the fault") {
   for (const Tool& tool : kTools) {
     INFO(tool.name);
     check_usage_error(tool, {}, "required");
@@ -86,7 +86,7 @@ TEST_CASE("Command lines: a terminal gets no control characters from names and f
   CHECK(result.err.find('\x1b') == std::string::npos);
 }
 
-TEST_CASE("Command lines: with --json a failure is JSON, too") {
+TEST_CASE("Command lines: with --json a failure is JSON too") {
   const TempFolder folder;
   const std::string bad = folder.write("bad.bvh", std::string(4096, 'x'));
   for (const std::vector<std::string>& words : {std::vector<std::string>{kBvhInfo, bad, "--json"},

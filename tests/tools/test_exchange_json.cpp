@@ -55,7 +55,7 @@ float any_finite(oracle::Random& random) {
 
 }  // namespace
 
-TEST_CASE("Exchange JSON: a file by hand") {
+TEST_CASE("Exchange JSON: a file written by hand") {
   const auto tree = read(kGood);
   REQUIRE(tree.has_value());
   const ExchangeBvh expected{{{{{0, -1, 0.5f}, {2, 10, 0.5f}}, 1, 2, 0},
@@ -65,7 +65,7 @@ TEST_CASE("Exchange JSON: a file by hand") {
   CHECK(same(*tree, expected));
 }
 
-TEST_CASE("Exchange JSON: floats come back bit for bit, by way of double too") {
+TEST_CASE("Exchange JSON: floats are read back bit for bit, also through double") {
   INFO("seed " << kSeed);
   const TempFolder folder;
   oracle::Random random(kSeed);
@@ -105,7 +105,7 @@ TEST_CASE("Exchange JSON: no nodes") {
   CHECK(same(*back, {}));
 }
 
-TEST_CASE("Exchange JSON: what is missing, unknown, twice or of another type is named") {
+TEST_CASE("Exchange JSON: missing, unknown, repeated and wrongly typed members are named") {
   CHECK(replaced("\"hiprt exchange bvh\"", "\"bvh\"") == "format is \"bvh\", not \"hiprt exchange bvh\"");
   CHECK(replaced("\"hiprt exchange bvh\"", "7") == "format is 7, expected is a string");
   CHECK(replaced("\"version\": 1", "\"version\": 2") == "version is 2, known is 1");
@@ -141,7 +141,7 @@ TEST_CASE("Exchange JSON: what is missing, unknown, twice or of another type is 
   CHECK(refusal("{\"nodes\": [7]}") == "nodes[0] is 7, expected is an object");
 }
 
-TEST_CASE("Exchange JSON: text that is no JSON is refused with line and column") {
+TEST_CASE("Exchange JSON: text that is not JSON is refused with line and column") {
   CHECK_THAT(refusal(kGood.substr(0, kGood.size() - 1)), Contains("line 5, column") && Contains("unexpected end"));
   CHECK_THAT(refusal(kGood + "x"), Contains("line 5"));
   CHECK_THAT(replaced("0.5]", "0.5,]"), Contains("line 2"));
@@ -162,7 +162,7 @@ TEST_CASE("Exchange JSON: numbers beyond float become infinite, which the check 
   CHECK(folder.names().empty());
 }
 
-TEST_CASE("Exchange JSON: files that are not there, empty or cannot be written") {
+TEST_CASE("Exchange JSON: files that are missing, empty or cannot be written") {
   const TempFolder folder;
   CHECK(tools::read_exchange(folder / "none.json").error().code == build::ErrorCode::kIo);
   CHECK(tools::read_exchange(folder.write("empty.json", "")).error().code == build::ErrorCode::kIo);

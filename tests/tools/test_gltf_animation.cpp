@@ -70,7 +70,7 @@ TEST_CASE("glTF animation: translations step, run and swing from key to key") {
   check_near(Animated().channel("translation", "CUBICSPLINE", {0, 2}, cubic).positions({0, 1, 2}, 0), {0, 4, 4});
 }
 
-TEST_CASE("glTF animation: rotations take the shorter way, scales go along, other nodes stand still") {
+TEST_CASE("glTF animation: rotations take the shorter arc, scales are interpolated, other nodes do not move") {
   const float h = std::sqrt(0.5f);
   // A quarter turn about x, its quaternion of the other sign: z goes to -y.
   const Animated turning = Animated().channel("rotation", "LINEAR", {0, 1}, {0, 0, 0, 1, -h, 0, 0, -h});
@@ -84,7 +84,7 @@ TEST_CASE("glTF animation: rotations take the shorter way, scales go along, othe
   CHECK(turning.use({}).to_world.m[2][3] == 1);
 }
 
-TEST_CASE("glTF animation: what cannot be is refused with its place") {
+TEST_CASE("glTF animation: invalid animations are refused with animation and channel") {
   const std::string where = "animation 0, channel 0: ";
   const std::vector<float> two{0, 0, 0, 1, 1, 1};
   CHECK(Animated().channel("translation", "LINEAR", {1, 0}, two).fault() ==

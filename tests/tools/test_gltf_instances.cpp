@@ -51,7 +51,7 @@ GltfBuilder instanced(const json& attributes) {
 
 }  // namespace
 
-TEST_CASE("glTF instances: every mesh once in its own space, nodes are its uses") {
+TEST_CASE("glTF instances: every mesh is read once in its own space, and nodes become its uses") {
   GltfBuilder b = two_triangles();
   b.json["nodes"] = {{{"translation", {1, 2, 3}}, {"mesh", 1}, {"children", {1, 2, 3}}},
                      {{"mesh", 1}, {"scale", {-2, 1, 1}}},
@@ -71,7 +71,7 @@ TEST_CASE("glTF instances: every mesh once in its own space, nodes are its uses"
   CHECK(assembly.uses[1].to_world.m[0][0] == -2);
 }
 
-TEST_CASE("glTF instances: other formats are one mesh that is used once") {
+TEST_CASE("glTF instances: other formats give one mesh that is used once") {
   const TempFolder folder;
   const auto assembly = tools::load_assembly(folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"));
   REQUIRE(assembly);
@@ -101,7 +101,7 @@ TEST_CASE("glTF instances: EXT_mesh_gpu_instancing") {
   CHECK(contains(refusal(folder.write("a.glb", b.glb())), "not supported without instances"));
 }
 
-TEST_CASE("glTF instances: what is wrong with EXT_mesh_gpu_instancing is said with its node") {
+TEST_CASE("glTF instances: faults of EXT_mesh_gpu_instancing are reported with the node") {
   const std::string node = "node 0, EXT_mesh_gpu_instancing: ";
   CHECK(contains(fault(instanced({{"TRANSLATION", 99}})), node + "TRANSLATION: accessor 99: it does not exist"));
   CHECK(contains(fault(instanced({{"TRANSLATION", "x"}})), node + "TRANSLATION is not the number of an accessor"));

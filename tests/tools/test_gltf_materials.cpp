@@ -68,7 +68,7 @@ std::string image_fault(const TempFolder& folder, const json& image) { return su
 
 }  // namespace
 
-TEST_CASE("materials: what the standard says of those that say nothing") {
+TEST_CASE("materials: empty materials have the standard's defaults") {
   const TempFolder folder;
   GltfBuilder b = with_material(json::object());
   b.json["meshes"][0]["primitives"].push_back(b.json["meshes"][0]["primitives"][0]);
@@ -110,7 +110,7 @@ TEST_CASE("materials: factors, emission and transparency") {
   CHECK(material_of({{"pbrMetallicRoughness", {{"roughnessFactor", 1.0000001}}}}).roughness == 1);
 }
 
-TEST_CASE("materials: only those that triangles have are read, each once") {
+TEST_CASE("materials: only materials of triangles are read, each once") {
   const TempFolder folder;
   GltfBuilder b = with_material({{"name", "a"}});
   json& primitives = b.json["meshes"][0]["primitives"];
@@ -125,7 +125,7 @@ TEST_CASE("materials: only those that triangles have are read, each once") {
   CHECK(surfaces.objects[0][0].materials == std::vector<std::uint32_t>{0, 0});
 }
 
-TEST_CASE("materials: wrong values are refused with the material and the place") {
+TEST_CASE("materials: wrong values are refused with the material and the member") {
   const auto pbr = [](const json& value) { return material_fault({{"pbrMetallicRoughness", value}}); };
   CHECK(pbr(5) == "pbrMetallicRoughness: 5, an object expected");
   CHECK(pbr({{"baseColorFactor", {1, 1, 1}}}) == "pbrMetallicRoughness.baseColorFactor: 3 numbers, 4 expected");
@@ -176,7 +176,7 @@ TEST_CASE("materials: images in files, data URIs and buffers") {
   CHECK(surfaces_of(folder, b).textures[0].texels == kSmallTexels);
 }
 
-TEST_CASE("materials: an image that several textures have is read once; every use has its own sampler") {
+TEST_CASE("materials: an image of several textures is read once; every use has its own sampler") {
   const TempFolder folder;
   GltfBuilder b = textured({{"uri", "a.png"}});
   folder.write("a.png", small_png());
@@ -243,7 +243,7 @@ TEST_CASE("materials: wrong numbers of textures, samplers and images") {
   CHECK_THAT(surface_fault(folder, b), Contains("samplers[0].wrapS: 1, known are 10497, 33071 and 33648"));
 }
 
-TEST_CASE("materials: missing and damaged images are refused with the place, also FIFOs and folders") {
+TEST_CASE("materials: missing and damaged images are refused with the material, also FIFOs and folders") {
   const TempFolder folder;
   const std::string where = "material 0 'leaf': base colour: ";
   CHECK_THAT(image_fault(folder, {{"uri", "no.png"}}), Contains(where + "image 'no.png': cannot open"));
@@ -284,7 +284,7 @@ TEST_CASE("materials: a mesh is read without its images") {
   CHECK(!mesh.surface);
 }
 
-TEST_CASE("materials: an image is none of what is written") {
+TEST_CASE("materials: the output file must not be an image of the input") {
   const TempFolder folder;
   const std::string image = folder.write("a.png", small_png()).string();
   tools::BuildCommand command;

@@ -90,7 +90,7 @@ TEST_CASE("vertices: sparse texture coordinates") {
   CHECK(surface_of(b).coordinates == Coordinates{{1, 2}, {8, 9}, {5, 6}});
 }
 
-TEST_CASE("vertices: normals become unit ones; those that are none become 0") {
+TEST_CASE("vertices: normals are normalised; invalid normals become 0") {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const auto normals =
       surface_of(with_attribute<float>("NORMAL", {0, 3, 4, 0, 0, 0, nan, 0, 1}, 5126, "VEC3", false)).normals;
@@ -134,7 +134,7 @@ TEST_CASE("vertices: wrong attributes are refused with the primitive and the att
   CHECK_THAT(fault(b), Contains(where + "NORMAL: accessor 9: it does not exist"));
 }
 
-TEST_CASE("vertices: normals stand on what nodes make of surfaces, mirrored or not") {
+TEST_CASE("vertices: normals are perpendicular to transformed surfaces, mirrored or not") {
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     INFO("seed " << seed);
     oracle::Random random(seed);
@@ -174,7 +174,7 @@ TEST_CASE("vertices: normals stand on what nodes make of surfaces, mirrored or n
   }
 }
 
-TEST_CASE("vertices: normals where a node makes a mesh flat, and where nothing is left") {
+TEST_CASE("vertices: normals where a node makes a mesh flat or nearly a point") {
   GltfBuilder b = with_attribute<float>("NORMAL", {0, 0, 1, 0, 1, 1, 1, 0, 0}, 5126, "VEC3", false);
   b.json["nodes"][0]["scale"] = {2, 3, 0};
   CHECK(surface_of(b).normals == std::vector<Normal>{{0, 0, 1}, {0, 0, 1}, {0, 0, 0}});

@@ -87,7 +87,7 @@ void compare(const InstanceScene& scene, Query query, TriangleTestKind triangle_
 
 }  // namespace
 
-TEST_CASE("a GPU's hits of instances, and the ways to them, are the CPU's on one level, in every layout") {
+TEST_CASE("a GPU's hits of instances, and their instance paths, are the CPU's on one level, in every layout") {
   for (const auto& [name, layout] : kLayouts) {
     CAPTURE(name);
     const InstanceScene scene = random_scene(layout, 1);
@@ -112,7 +112,7 @@ TEST_CASE("a GPU's hits of a scene that is one instance are the CPU's, in every 
   }
 }
 
-TEST_CASE("a GPU's hits on many levels, and of what moves, are the CPU's") {
+TEST_CASE("a GPU's hits on many levels, and of moving instances, are the CPU's") {
   compare(random_scene(NodeLayout::kPlanes, 3), Query::kClosest, TriangleTestKind::kWatertight, 4000);
   compare(random_scene(NodeLayout::kQuantized, 2), Query::kAny, TriangleTestKind::kWatertight, 4000);
   compare(random_scene(NodeLayout::kFloat, 2, true), Query::kClosest, TriangleTestKind::kWatertight, 4000);
@@ -132,7 +132,7 @@ TEST_CASE("a GPU's hits of spheres and curves are the CPU's, flat and in instanc
   compare(checks::ShapeScene(1, kSeed), Query::kAny, TriangleTestKind::kWatertight, 4000);
 }
 
-TEST_CASE("a GPU's tracer refuses other tests on many levels: auto is the CPU") {
+TEST_CASE("a GPU's tracer refuses other triangle and box tests on many levels: auto is the CPU") {
   const InstanceScene scene = random_scene(NodeLayout::kPlanes, 2);
   const BufferView view = *open_buffer(scene.file.bytes());
   const TracePolicies fast{.triangle_test = TriangleTestKind::kFast};

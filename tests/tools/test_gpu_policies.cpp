@@ -8,7 +8,7 @@
 using namespace hiprt;
 using namespace hiprt::tools;
 
-TEST_CASE("GPU policies: every architecture has one, for every tree") {
+TEST_CASE("GPU policies: every architecture has a policy for every tree") {
   for (const std::string_view architecture : {"gfx90a", "gfx1030", "gfx1100", "sm_90", "sm_120"})
     for (const std::uint32_t bound : {0u, 60u, 189u, 190u, 4096u}) {
       CAPTURE(architecture, bound);
@@ -22,7 +22,7 @@ TEST_CASE("GPU policies: every architecture has one, for every tree") {
   CHECK(choose_gpu_policy("cpu", 60) == kGpuPolicies.size());
 }
 
-TEST_CASE("GPU policies: an H200 has private stacks, for trees that are too deep rolling ones; AMD rolling ones") {
+TEST_CASE("GPU policies: an H200 uses private stacks, and rolling stacks for deep trees; AMD uses rolling stacks") {
   CHECK(kGpuPolicies[choose_gpu_policy("sm_90", 189)].stack == GpuStack::kPrivate);
   CHECK(kGpuPolicies[choose_gpu_policy("sm_90", 190)].stack == GpuStack::kRolling);
   CHECK(kGpuPolicies[choose_gpu_policy("gfx1100", 10)].stack == GpuStack::kRolling);

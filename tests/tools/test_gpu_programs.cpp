@@ -53,7 +53,7 @@ json run_well(std::vector<std::string> arguments) {
 
 }  // namespace
 
-TEST_CASE("bvhbuild: a GPU builds what its words say; auto is the GPU for its builders and the CPU for others") {
+TEST_CASE("bvhbuild: a GPU builds as the options say; auto is the GPU for its builders and the CPU for others") {
   const TempFolder folder;
   std::string text;
   for (int i = 0; i < 40; ++i)

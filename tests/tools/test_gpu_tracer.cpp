@@ -126,7 +126,7 @@ TEST_CASE("a GPU's exact decisions are the CPU's") {
   CHECK(compare(scene, Query::kAny, {.triangle_test = TriangleTestKind::kReference}) > 1000);
 }
 
-TEST_CASE("a batch in parts is the batch, with progress; no rays are no work") {
+TEST_CASE("a batch in parts gives the hits of the batch, with progress; no rays are no work") {
   const TestScene scene = random_scene(NodeLayout::kPlanes);
   const std::vector<Ray> rays = random_rays(2500);
   std::vector<Hit> cpu(rays.size()), gpu(rays.size());
@@ -160,7 +160,7 @@ TEST_CASE("Ctrl-C ends a batch between its parts") {
   CHECK(tracer.trace(Query::kClosest, {}, rays, hits).has_value());
 }
 
-TEST_CASE("rays that overflow their stacks are an error that says how many and what the bound was") {
+TEST_CASE("rays that overflow their stacks are an error with their number and the bound") {
   const TestScene scene = random_scene(NodeLayout::kFloat);
   // Like the bound of a file that was not validated. Private stacks have more entries than that and do not overflow.
   FileHeader header = *scene.view.header;

@@ -47,7 +47,7 @@ TEST_CASE("Files: every format refuses the bytes of every other") {
     refusal(folder.write("wrong" + ending, obj));
 }
 
-TEST_CASE("Files: interrupted, every text format and PLY stop early") {
+TEST_CASE("Files: an interrupt stops every text format and PLY early") {
   const TempFolder folder;
   const auto repeated = [](const std::string& text, std::size_t count) {
     std::string result;
@@ -74,7 +74,7 @@ TEST_CASE("Files: interrupted, every text format and PLY stop early") {
   }
 }
 
-TEST_CASE("Polygons: interrupted within a face they stop") {
+TEST_CASE("Polygons: an interrupt stops within a face") {
   Positions scattered;
   tools::Polygons face;
   for (std::uint32_t i = 0; i < tools::kMaxPolygonSize; ++i) {

@@ -92,7 +92,7 @@ TEST_CASE("glTF: without scenes every root counts; the named scene is taken") {
   CHECK(load(folder.write("a.gltf", b.embedded())).triangles.size() == 1);
 }
 
-TEST_CASE("glTF: lists, strips and fans, with and without indices; points and lines are left out") {
+TEST_CASE("glTF: lists, strips and fans, with and without indices; points and lines are skipped") {
   const TempFolder folder;
   const auto file = [&](int mode, bool indexed, std::size_t corners) {
     std::vector<float> positions{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 2, 2, 0, 3, 3, 0};
@@ -294,7 +294,7 @@ TEST_CASE("glTF: messages stay short and whole UTF-8") {
   }
 }
 
-TEST_CASE("glTF: values of meshes that no reader may guess are refused with their place") {
+TEST_CASE("glTF: invalid values of meshes are refused with mesh and primitive") {
   for (const nlohmann::json& wrong : std::vector<nlohmann::json>{-7, -1, 2, 4294967296, 0.5, "0", nullptr})
     CHECK_THAT(refusal_of("/meshes/0/primitives/0/indices", wrong),
                Contains("mesh 0, primitive 0: 'indices'") && Contains("from 0 to 1"));
@@ -306,7 +306,7 @@ TEST_CASE("glTF: values of meshes that no reader may guess are refused with thei
   CHECK_THAT(refusal_of("/meshes/0", nlohmann::json::object()), Contains("mesh 0: 'primitives'"));
 }
 
-TEST_CASE("glTF: values of accessors that no reader may guess are refused with their place") {
+TEST_CASE("glTF: invalid values of accessors are refused with the accessor") {
   for (const std::string key : {"bufferView", "byteOffset", "count", "componentType"})
     for (const nlohmann::json& wrong : std::vector<nlohmann::json>{-4, 1.5, "4"})
       CHECK_THAT(refusal_of("/accessors/0/" + key, wrong), Contains("accessor 0: '" + key + "'"));
@@ -320,7 +320,7 @@ TEST_CASE("glTF: values of accessors that no reader may guess are refused with t
       CHECK_THAT(refusal_of("/bufferViews/1/" + key, wrong), Contains("bufferView 1: '" + key + "'"));
 }
 
-TEST_CASE("glTF: values of nodes, scenes and extensions that no reader may guess are refused with their place") {
+TEST_CASE("glTF: invalid values of nodes, scenes and extensions are refused with their number") {
   for (const std::string key : {"mesh", "skin"})
     for (const nlohmann::json& wrong : std::vector<nlohmann::json>{-1, "0", 4294967296})
       CHECK_THAT(refusal_of("/nodes/0/" + key, wrong), Contains("node 0: '" + key + "'"));
@@ -374,7 +374,7 @@ TEST_CASE("glTF: only version 2 is read") {
   }
 }
 
-TEST_CASE("glTF: buffers that are no regular files are refused") {
+TEST_CASE("glTF: buffers that are not regular files are refused") {
   const TempFolder folder;
   const GltfBuilder b = triangle_file();
   REQUIRE(mkfifo((folder / "fifo").c_str(), 0600) == 0);

@@ -38,7 +38,7 @@ TEST_CASE("OBJ: lines end with LF, CRLF or CR; a byte order mark is skipped") {
     }
 }
 
-TEST_CASE("OBJ: numbers are rounded correctly; NaN and infinite ones, degenerate and thin faces survive") {
+TEST_CASE("OBJ: numbers are rounded correctly; NaN, infinity, degenerate and thin faces are kept") {
   const TempFolder folder;
   const auto mesh = load(folder.write("a.obj",
                                       "v 0.1 1e-40 3.4028234663852886e38\nv nan -inf +Infinity\nv 1e39 -1e-50 +2.5\n"

@@ -60,7 +60,7 @@ std::string binary_body(bool big) {
 
 }  // namespace
 
-TEST_CASE("PLY: ASCII and both binary orders give the same mesh; NaN and degenerate faces survive in order") {
+TEST_CASE("PLY: ASCII and both binary orders give the same mesh; NaN and degenerate faces are kept in order") {
   const TempFolder folder;
   check_mesh(load(folder.write("a.ply", header("ascii") + kAsciiBody)));
   check_mesh(load(folder.write("l.ply", header("binary_little_endian") + binary_body(false))));
@@ -113,7 +113,7 @@ TEST_CASE("PLY: every truncation of every encoding is refused") {
   for (std::size_t size = 1; size + 3 < ascii.size(); ++size) refusal(folder.write("cut.ply", ascii.substr(0, size)));
 }
 
-TEST_CASE("PLY: wrong content is refused with the place") {
+TEST_CASE("PLY: wrong content is refused with the position") {
   const TempFolder folder;
   const auto message = [&](const std::string& text) { return refusal(folder.write("bad.ply", text)); };
   CHECK_THAT(message(header("ascii", "element face 4000000000") + kAsciiBody),

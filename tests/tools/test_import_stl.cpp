@@ -99,7 +99,7 @@ TEST_CASE("STL: ASCII files may be one line, or have lines that end with CR") {
              Contains("three coordinates"));
 }
 
-TEST_CASE("STL: no facets are an empty mesh") {
+TEST_CASE("STL: a file without facets is an empty mesh") {
   const TempFolder folder;
   std::string bytes(80, 'x');
   append(bytes, 0u);

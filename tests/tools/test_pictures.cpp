@@ -103,7 +103,7 @@ TEST_CASE("pictures: interlaced PNG; gamma is not applied") {
   CHECK(decoded(png_file(content)).texels == plain);
 }
 
-TEST_CASE("pictures: JPEG to within what it loses") {
+TEST_CASE("pictures: JPEG to within its compression error") {
   const auto rgb = ramp(50, 30);
   const auto texture = decoded(jpeg_file(50, 30, rgb));
   REQUIRE(texture.width == 50);
@@ -117,7 +117,7 @@ TEST_CASE("pictures: JPEG to within what it loses") {
   CHECK(worst <= 4);
 }
 
-TEST_CASE("pictures: what is neither PNG nor JPEG, and cut files") {
+TEST_CASE("pictures: files that are neither PNG nor JPEG, or truncated, are refused") {
   CHECK(fault("") == "it is neither PNG nor JPEG");
   CHECK(fault("GIF89a") == "it is neither PNG nor JPEG");
   const std::string png = png_file(5, 4, random_bytes(80, 2)), jpeg = jpeg_file(50, 30, ramp(50, 30));
@@ -128,7 +128,7 @@ TEST_CASE("pictures: what is neither PNG nor JPEG, and cut files") {
   CHECK_THAT(fault(std::string("\xff\xd8\xff\xd9")), Contains("ends without a picture"));
 }
 
-TEST_CASE("pictures: a PNG of which any byte is another is refused") {
+TEST_CASE("pictures: a PNG with any byte changed is refused") {
   const std::string png = png_file(5, 4, random_bytes(80, 3));
   for (std::size_t i = 0; i < png.size(); ++i) {
     std::string damaged = png;

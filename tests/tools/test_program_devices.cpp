@@ -40,7 +40,7 @@ CommandResult run_on(const Case& test, const std::vector<std::string>& more) {
 
 }  // namespace
 
-TEST_CASE("Programs: --device auto is the default, gives what cpu gives, and both say what was used") {
+TEST_CASE("Programs: --device auto is the default, has the results of cpu, and both name the device used") {
   const TempFolder folder;
   for (const Case& test : cases(folder)) {
     INFO(test.command.front());

@@ -29,7 +29,7 @@ json info(const std::string& path) { return json::parse(run({kBvhInfo, path, "--
 
 }  // namespace
 
-TEST_CASE("Exchange programs: a tree goes out and comes in again") {
+TEST_CASE("Exchange programs: a tree is exported and imported again") {
   const TempFolder folder;
   const std::string low = folder.write("low.obj", grid_obj(16)), high = folder.write("high.obj", grid_obj(4, 2));
   const std::string before = folder / "a.bvh", tree = folder / "tree.json", after = folder / "b.bvh";
@@ -51,7 +51,7 @@ TEST_CASE("Exchange programs: a tree goes out and comes in again") {
   CHECK(counts["nodes"] == json::parse(read_file(tree))["nodes"].size());
 }
 
-TEST_CASE("Exchange programs: a tree by hand") {
+TEST_CASE("Exchange programs: a tree written by hand") {
   const TempFolder folder;
   const std::string mesh = folder.write("a.obj", grid_obj(1)), bvh = folder / "a.bvh";
   const std::string tree = folder.write("tree.json", R"({"format": "hiprt exchange bvh", "version": 1,
@@ -62,7 +62,7 @@ TEST_CASE("Exchange programs: a tree by hand") {
   CHECK(there["tree"]["leaf_triangles"] == 2);
 }
 
-TEST_CASE("Exchange programs: bad usage is status 2, bad trees are status 1 and leave nothing") {
+TEST_CASE("Exchange programs: bad usage is status 2; bad trees are status 1 and leave no file") {
   const TempFolder folder;
   const std::string mesh = folder.write("a.obj", grid_obj(2)), other = folder.write("b.obj", grid_obj(1));
   const std::string bvh = folder / "a.bvh", tree = folder / "tree.json", out = folder / "out.bvh";

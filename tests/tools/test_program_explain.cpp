@@ -52,7 +52,7 @@ struct Files {
 
 }  // namespace
 
-TEST_CASE("bvhtrace --explain: the steps lead from the root to the hit, and are as many as were counted") {
+TEST_CASE("bvhtrace --explain: the steps lead from the root to the hit, and their number equals the counters") {
   const Files files;
   for (const std::string triangle_test : {"watertight", "fast", "reference"})
     for (const std::string box_test : {"conservative", "plain"}) {
@@ -96,7 +96,7 @@ TEST_CASE("bvhtrace --explain: misses, and rays that start behind everything") {
   CHECK_THAT(files.text("1"), Contains("no child met; misses ") && Contains("no hit\n"));
 }
 
-TEST_CASE("bvhtrace --explain: the way through instances, in groups too, and those that a ray does not see") {
+TEST_CASE("bvhtrace --explain: the path through instances and groups, and instances that a mask hides") {
   const Files files(true);
   const json told = files.explain("0");
   CHECK(told["hit"]["t"] == 4.0);  // The ray's file has no masks: it sees all.
@@ -130,7 +130,7 @@ TEST_CASE("bvhtrace --explain: any hit ends with the first one") {
   CHECK(told["steps"].back().contains("primitives"));
 }
 
-TEST_CASE("bvhtrace --explain: rays that are not there, and options of traces, are refused") {
+TEST_CASE("bvhtrace --explain: missing rays and options of traces are refused") {
   const Files files;
   const std::vector<std::string> command{kBvhTrace, files.bvh, "--rays", files.rays};
   const auto with = [&](std::vector<std::string> more) {

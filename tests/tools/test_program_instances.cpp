@@ -122,7 +122,7 @@ Path path_of(const Traced& traced, std::size_t ray) {
 
 }  // namespace
 
-TEST_CASE("Programs: bvhtrace tells hits of instances, and the way to each, on every choice of the tracer") {
+TEST_CASE("Programs: bvhtrace writes hits of instances and their paths, with every choice of the tracer") {
   const TempFolder folder;
   constexpr std::uint32_t kNone = kInvalidId;
   const std::vector<Ray> rays{low(0, 0), high(4, 10), low(4, 0), low(-20, 0), low(2, 0)};
@@ -180,7 +180,7 @@ TEST_CASE("Programs: scenes of one level and of 32 are traced, one of 33 is refu
   }
 }
 
-TEST_CASE("Programs: the way to a hit of a scene without instances is empty") {
+TEST_CASE("Programs: the path of a hit in a scene without instances is empty") {
   const TempFolder folder;
   REQUIRE(build::write_file(folder / "flat.bvh", object({Square(0)}).bytes()).has_value());
   const Traced traced = trace(folder, folder / "flat.bvh", {low(0, 0), low(2, 0)});
@@ -190,7 +190,7 @@ TEST_CASE("Programs: the way to a hit of a scene without instances is empty") {
   CHECK(read_file(folder / "r.paths") == std::string("\2\0\0\0\0\0\0\0", 8));
 }
 
-TEST_CASE("Programs: a scene without instances in it, or of empty objects, is traced") {
+TEST_CASE("Programs: a scene with an empty group, or of empty objects, is traced") {
   const TempFolder folder;
   std::vector<build::Buffer> files;
   files.push_back(object({}));
@@ -201,7 +201,7 @@ TEST_CASE("Programs: a scene without instances in it, or of empty objects, is tr
   }
 }
 
-TEST_CASE("Programs: objects with custom primitives are refused, and path files that are other files") {
+TEST_CASE("Programs: objects with custom primitives are refused, and path files that are the other files") {
   const TempFolder folder;
   const std::string rays = folder / "r.rays", hits = folder / "r.hits";
   REQUIRE(tools::write_rays(rays, false, std::vector<Ray>{low(0, 0)}).has_value());

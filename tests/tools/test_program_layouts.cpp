@@ -93,7 +93,7 @@ TEST_CASE("Programs: coordinates that quantized nodes cannot hold are an error w
   CHECK(run({kBvhBuild, mesh, "-o", folder / "a.bvh", "--nodes", "half"}).status == 0);
 }
 
-TEST_CASE("Programs: custom primitives are not traced, on no device") {
+TEST_CASE("Programs: custom primitives are refused on every device") {
   const TempFolder folder;
   const std::string bvh = write_custom(folder), rays = folder.write("none.rays", "");
   for (const std::string device : {"cpu", "auto", "gpu"}) {
@@ -106,7 +106,7 @@ TEST_CASE("Programs: custom primitives are not traced, on no device") {
   CHECK(folder.names() == std::vector<std::string>{"c.bvh", "none.rays"});
 }
 
-TEST_CASE("Programs: bvhinfo tells of custom primitives") {
+TEST_CASE("Programs: bvhinfo reports custom primitives") {
   const TempFolder folder;
   const std::string bvh = write_custom(folder);
   const json info = json_of(run({kBvhInfo, "--validate", bvh, "--json"}));

@@ -57,7 +57,7 @@ json slide() { return {{"motion", {{"keys", {{{"time", 1}}, {{"time", 2}, {"tran
 
 }  // namespace
 
-TEST_CASE("a square that slides is where its keys say, in every tool") {
+TEST_CASE("a sliding square is at the position of its keys, in every tool") {
   const Files sliding(slide());
   CHECK((sliding.is_at(0.5f, "1") && sliding.is_at(0.5f, "-3") && !sliding.is_at(4.5f, "1")));
   CHECK((sliding.is_at(2.5f, "1.5") && !sliding.is_at(0.5f, "1.5") && !sliding.is_at(4.5f, "1.5")));
@@ -74,7 +74,7 @@ TEST_CASE("a square that slides is where its keys say, in every tool") {
   CHECK_THAT(run({kBvhInfo, sliding.out, "--dump"}).out, Catch::Contains(" begin (") && Catch::Contains(" end ("));
 }
 
-TEST_CASE("a picture of a moment is that of what stands there; an open shutter blurs") {
+TEST_CASE("a picture with a closed shutter shows the positions at that time; an open shutter blurs") {
   const Files sliding(slide()), still(json{{"translate", {2, 0, 0}}});
   CHECK(sliding.picture({"--shutter", "1.5,1.5"}) == still.picture({}));
   CHECK(sliding.picture({"--shutter", "1.5,1.5"}) == still.picture({"--shutter", "0,7"}));
@@ -86,7 +86,7 @@ TEST_CASE("a picture of a moment is that of what stands there; an open shutter b
   CHECK_THAT(wrong.err, Catch::Contains("'2,1' is not OPEN,CLOSE, two times in order"));
 }
 
-TEST_CASE("motions that cannot be are refused with their place, and cannot be flattened") {
+TEST_CASE("invalid motions are refused with their instance, and motion cannot be flattened") {
   const Files sliding(slide());
   const std::vector<std::string> names = sliding.folder.names();
   const auto fails = [&](const json& motion, const std::string& word) {

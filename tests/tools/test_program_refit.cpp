@@ -47,7 +47,7 @@ TEST_CASE("Programs: bvhbuild --refit writes the tree of one file around moved m
   CHECK(read_file(f.folder / "back.bvh") == before);
 }
 
-TEST_CASE("Programs: bvhbuild --refit fails on what does not fit, with status 1, and leaves nothing") {
+TEST_CASE("Programs: bvhbuild --refit fails on meshes that do not match, with status 1, and leaves no file") {
   const Files f;
   const auto fails = [&](const std::vector<std::string>& arguments, const std::string& word) {
     std::vector<std::string> command{kBvhBuild};
@@ -69,7 +69,7 @@ TEST_CASE("Programs: bvhbuild --refit fails on what does not fit, with status 1,
   fails({f.bvh, "--refit", f.folder / "none.obj", "--refit", f.high, "-o", f.out}, "none.obj");
 }
 
-TEST_CASE("Programs: --refit goes with none of the options of a build") {
+TEST_CASE("Programs: --refit excludes all options of a build") {
   const Files f;
   const auto misused = [&](const std::vector<std::string>& more, const std::string& word) {
     std::vector<std::string> command{kBvhBuild, f.bvh, "--refit", f.moved, "-o", f.out};

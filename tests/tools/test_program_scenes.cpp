@@ -99,7 +99,7 @@ void check_failure(const Files& files, const std::vector<std::string>& more, int
 
 }  // namespace
 
-TEST_CASE("Program scenes: rays meet what they meet in the flattened scene, with all bounds and builders") {
+TEST_CASE("Program scenes: rays have the hits of the flattened scene, with all bounds and builders") {
   const Files files;
   check_quiet(run({kBvhBuild, files.scene, "--flatten", "-o", files.flat}));
   for (const std::string bounds : {"root", "children", "grandchildren", "primitives"}) {
@@ -118,7 +118,7 @@ TEST_CASE("Program scenes: the file does not depend on the number of threads") {
   CHECK(read_file(files.out) == read_file(files.flat));
 }
 
-TEST_CASE("Program scenes: bvhbuild and bvhinfo count what is there once, and as often as the scene has it") {
+TEST_CASE("Program scenes: bvhbuild and bvhinfo count stored and instantiated triangles") {
   const Files files;
   const json built = json_of(run({kBvhBuild, files.scene, "-o", files.out, "--json"}));
   const json info = json_of(run({kBvhInfo, files.out, "--json"}));
@@ -154,7 +154,7 @@ TEST_CASE("Program scenes: bvhbuild and bvhinfo count what is there once, and as
   CHECK(flat["geometries"] == 10);
 }
 
-TEST_CASE("Program scenes: --levels leaves fewer levels, on which everything is where it was") {
+TEST_CASE("Program scenes: --levels merges levels, and all surfaces keep their positions") {
   const Files files;
   check_quiet(run({kBvhBuild, files.scene, "--flatten", "-o", files.flat}));
   const auto levels = [&](const std::string& number) {
@@ -174,7 +174,7 @@ TEST_CASE("Program scenes: --levels leaves fewer levels, on which everything is 
   CHECK(read_file(files.out) == as_described);
 }
 
-TEST_CASE("Program scenes: --levels says what has to stay, and where a product has no inverse") {
+TEST_CASE("Program scenes: --levels reports instances that stay, and products without an inverse") {
   json moving = forest();
   moving["groups"]["top"][0] =
       json::parse(R"({"object": "middle", "motion": {"keys": [{"time": 0}, {"time": 1, "translate": [1, 0, 0]}]}})");
@@ -205,7 +205,7 @@ json doubled_often() {
   return description;
 }
 
-TEST_CASE("Program scenes: counts that 64 bits do not hold") {
+TEST_CASE("Program scenes: counts that exceed 64 bits") {
   const Files files(doubled_often());
   check_failure(files, {"--levels", "1"}, 1,
                 "s.json: merged, the groups have 1152921504606846976 instances or more, the limit is 134217728");
@@ -232,7 +232,7 @@ TEST_CASE("Program scenes: empty objects and groups are dropped") {
   CHECK(scene["triangles"]["instantiated"] == 248);
 }
 
-TEST_CASE("Program scenes: a .scene file gives the same as JSON") {
+TEST_CASE("Program scenes: a .scene file gives the same scene as JSON") {
   const TempFolder folder;
   const std::string scene = folder.write(
       "a.scene", SceneFile().triangle(0).triangle(1).group({{0, 1}, {1, 2}}).group({{2, 0}, {2, 4}}).bytes());
@@ -275,7 +275,7 @@ TEST_CASE("Program scenes: --instances makes objects of glTF's meshes") {
   CHECK(file.view.instances[hit.path.instance[0]].id == 1);
 }
 
-TEST_CASE("Program scenes: what has no inverse becomes an object of its own, with a warning") {
+TEST_CASE("Program scenes: an instance without an inverse becomes a separate object, with a warning") {
   json description = forest();
   const auto build = [&](const std::vector<double>& scale) {
     description["groups"]["middle"][1]["scale"] = scale;
@@ -297,7 +297,7 @@ TEST_CASE("Program scenes: what has no inverse becomes an object of its own, wit
                 "s.json: groups.top[0]: the transform has no inverse that floats can hold: determinant 0");
 }
 
-TEST_CASE("Program scenes: what is wrong is said with its place, and nothing is written") {
+TEST_CASE("Program scenes: errors are reported with their position, and nothing is written") {
   const auto fails = [](const std::string& pointer, const json& value, const std::string& word) {
     json description = forest();
     description[json::json_pointer(pointer)] = value;

@@ -133,7 +133,7 @@ TEST_CASE("Program shapes: hair and spheres without a scene, in every layout, be
   CHECK_THAT(run({kBvhBuild, files.hair, "-o", files.out, "--stats"}).out, Contains("spheres and segments of curves"));
 }
 
-TEST_CASE("Program shapes: --instances, --import and --refit take files of shapes") {
+TEST_CASE("Program shapes: --instances, --import and --refit accept files of shapes") {
   const Files files;
   const std::string tree = files.folder / "tree.json", moved = files.folder / "moved.bvh";
   check_quiet(run({kBvhBuild, files.hair, "-o", files.out}));
@@ -169,7 +169,7 @@ TEST_CASE("Program shapes: pictures, heat maps and explanations") {
   CHECK_THAT(told.out, Contains("hit: geometry 1, primitive 0 in instance 0, t = 4"));
 }
 
-TEST_CASE("Program shapes: what cannot be is refused with the reason") {
+TEST_CASE("Program shapes: invalid input is refused with the reason") {
   const Files files;
   check_refused(files, {kBvhBuild, files.scene, "-o", files.out, "--flatten"}, 1, "groups.all[2] moves");
   json still = scene_json();

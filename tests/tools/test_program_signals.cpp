@@ -7,7 +7,7 @@
 using namespace hiprt::test;
 using Catch::Contains;
 
-TEST_CASE("Programs: at the limit of file sizes bvhbuild fails, says so and leaves nothing") {
+TEST_CASE("Programs: at the limit of file sizes bvhbuild fails, says so and leaves no file") {
   const TempFolder folder;
   const std::string mesh = folder.write("a.obj", grid_obj(40));
   const CommandResult result =
@@ -28,7 +28,7 @@ TEST_CASE("Programs: a signal that the parent ignores stays ignored") {
   CHECK(std::filesystem::exists(out));
 }
 
-TEST_CASE("Programs: an interrupted bvhbuild says so, fails and leaves nothing, not even a half-written file") {
+TEST_CASE("Programs: an interrupted bvhbuild says so, fails and leaves no file, not even a half-written one") {
   const TempFolder folder;
   // Large enough to be interrupted; when the machine is faster than that, the attempt is repeated earlier.
   std::string mesh;

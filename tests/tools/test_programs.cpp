@@ -37,7 +37,7 @@ std::vector<Ray> rays_beside_edges() {
 
 }  // namespace
 
-TEST_CASE("Programs: meshes to BVH to hits, with numbers that run over the geometries") {
+TEST_CASE("Programs: meshes to BVH to hits, with primitive numbers that continue over the geometries") {
   const TempFolder folder;
   const std::string bvh = folder / "s.bvh", rays = folder / "r.rays", hits = folder / "r.hits";
   const std::string low = folder.write("low.obj", grid_obj(8)), high = folder.write("high.obj", grid_obj(2, 4));
@@ -70,7 +70,7 @@ TEST_CASE("Programs: meshes to BVH to hits, with numbers that run over the geome
   CHECK(folder.names() == std::vector<std::string>{"high.obj", "low.obj", "r.hits", "r.rays", "s.bvh"});
 }
 
-TEST_CASE("Programs: --quality builds what its builder builds, and other options still count") {
+TEST_CASE("Programs: --quality gives the tree of its builder, and other options still apply") {
   const TempFolder folder;
   const std::string obj = folder.write("a.obj", grid_obj(16)), bvh = folder / "s.bvh";
   const auto report = [&](std::vector<std::string> choices) {
@@ -152,7 +152,7 @@ TEST_CASE("Programs: bvhbuild reports dropped triangles and skipped faces on std
   CHECK(run({kBvhInfo, "--validate", folder / "a.bvh"}).status == 0);
 }
 
-TEST_CASE("Programs: --stats and --json say the same figures") {
+TEST_CASE("Programs: --stats and --json report the same figures") {
   const TempFolder folder;
   const std::string mesh = folder.write("a.obj", grid_obj(16)), bvh = folder / "a.bvh";
   const CommandResult text = run({kBvhBuild, mesh, "-o", bvh, "--stats"});
@@ -217,7 +217,7 @@ TEST_CASE("Programs: inputs without triangles give an empty scene that can be tr
   CHECK_THAT(run({kBvhTrace, bvh, "--rays", rays, "--hits", hits}).out, Contains("1 rays, 0 hits"));
 }
 
-TEST_CASE("Programs: bvhbuild fails on bad input with status 1, names it and leaves nothing") {
+TEST_CASE("Programs: bvhbuild fails on bad input with status 1, names it and leaves no file") {
   const TempFolder folder;
   const std::string good = folder.write("a.obj", grid_obj(2)), out = folder / "out.bvh";
   const auto fails = [&](const std::string& name, const std::string& content, const std::string& word) {
@@ -236,7 +236,7 @@ TEST_CASE("Programs: bvhbuild fails on bad input with status 1, names it and lea
   check_failure(folder, {kBvhBuild, folder.path(), "-o", out}, "directory", {"a.obj"});
 }
 
-TEST_CASE("Programs: outputs that cannot be written are failures and leave nothing") {
+TEST_CASE("Programs: outputs that cannot be written are failures and leave no file") {
   const TempFolder folder;
   const std::string mesh = folder.write("a.obj", grid_obj(2)), text = read_file(mesh);
   check_failure(folder, {kBvhBuild, mesh, "-o", folder / "no/such/out.bvh"}, "out.bvh", {"a.obj"});

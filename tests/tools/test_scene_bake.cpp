@@ -13,7 +13,7 @@ using namespace hiprt;
 using namespace hiprt::test;
 using build::Instance;
 
-TEST_CASE("What is invertible is what an instance may have") {
+TEST_CASE("is_invertible() accepts the transforms that an instance may have") {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
   CHECK(build::is_invertible({}));
   CHECK_FALSE(build::is_invertible(scaled_and_moved(1, -1e-30f, 1e-30f, 1e30f)));
@@ -22,7 +22,7 @@ TEST_CASE("What is invertible is what an instance may have") {
   CHECK_FALSE(build::is_invertible(scaled_and_moved(1, 1, 1, kInfinity)));
 }
 
-TEST_CASE("Scene baked: nothing, where all have an inverse") {
+TEST_CASE("Scene baked: a scene whose transforms all have an inverse stays unchanged") {
   auto scene = two_levels();
   const auto baked = tools::bake_singular(scene);
   REQUIRE(baked);
@@ -57,7 +57,7 @@ TEST_CASE("Scene baked: a flat object, and groups keep their numbers behind the 
   CHECK(scene.groups[1].instances[1].object == 0);
 }
 
-TEST_CASE("Scene baked: a flat group, an instance of each mask") {
+TEST_CASE("Scene baked: a flat group becomes an instance per mask") {
   auto scene = two_levels();
   scene.groups[1].instances[0].to_scene = scaled_and_moved(0, 1, 1, 100);
   const auto baked = tools::bake_singular(scene);
@@ -79,7 +79,8 @@ TEST_CASE("Scene baked: a flat group, an instance of each mask") {
   CHECK(scene.groups[0].instances[0].object == 1);
 }
 
-TEST_CASE("Scene baked: normals go along, and what cannot be flattened stays for the builder to refuse") {
+TEST_CASE(
+    "Scene baked: normals are transformed, and instances that cannot be flattened are left for the builder to refuse") {
   auto scene = two_levels();
   scene.meshes[0].surface = tools::MeshSurface{{0}, {}, {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}}};
   scene.groups[1].instances[1].to_scene = scaled_and_moved(1, 1, 0, 0);

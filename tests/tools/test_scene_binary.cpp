@@ -31,7 +31,7 @@ std::string fault(const std::string& bytes) {
 
 }  // namespace
 
-TEST_CASE("Scene binary: meshes and groups, each numbered for itself; what is not used is left out") {
+TEST_CASE("Scene binary: meshes and groups are numbered separately, and unused objects are skipped") {
   const auto scene = read(SceneFile()
                               .triangle(0)                      // 0
                               .triangle(1)                      // 1: not used
@@ -60,7 +60,7 @@ TEST_CASE("Scene binary: meshes and groups, each numbered for itself; what is no
   CHECK(top[2].to_scene.row[1][1] == 1);
 }
 
-TEST_CASE("Scene binary: a scene that is a mesh has one instance") {
+TEST_CASE("Scene binary: a scene that is only a mesh has one instance") {
   const auto scene = read(SceneFile().triangle(0).triangle(4).bytes());
   REQUIRE(scene.groups.size() == 1);
   REQUIRE(scene.objects.size() == 1);
@@ -68,7 +68,7 @@ TEST_CASE("Scene binary: a scene that is a mesh has one instance") {
   CHECK(scene.meshes[0].positions[0] == build::Position{0, 0, 4});
 }
 
-TEST_CASE("Scene binary: what is wrong is said with its object") {
+TEST_CASE("Scene binary: errors are reported with the object") {
   const std::string good = SceneFile().triangle(0).group({{0, 1}}).bytes();
   CHECK(contains(fault("SCN2" + good.substr(4)), "not a .scene file"));
   CHECK(contains(fault("SCN"), "not a .scene file"));

@@ -29,7 +29,7 @@ std::string fault(const tools::SceneDescription& scene) {
 
 }  // namespace
 
-TEST_CASE("Scene flattened: depth first, transforms in double, masks, mirrors keep the outside") {
+TEST_CASE("Scene flattened: depth first, transforms in double, masks; mirrors keep front faces in front") {
   const auto scene = mirrored();
   const auto flat = tools::flatten_scene(scene);
   REQUIRE(flat);
@@ -61,7 +61,7 @@ TEST_CASE("Scene flattened: products are rounded once") {
   CHECK((*flat)[2].positions[1][0] == static_cast<float>(16777216.0 * static_cast<double>(1.0f / 3.0f) + 1.0));
 }
 
-TEST_CASE("Scene flattened: masks that no one mask stands for, and too many triangles") {
+TEST_CASE("Scene flattened: masks that no single mask can replace, and too many triangles") {
   tools::SceneDescription scene = mirrored();
   scene.groups[1].instances[0].mask = 2;
   CHECK((*tools::flatten_scene(scene))[0].mask == 2);

@@ -73,7 +73,7 @@ void check_rows(const build::Affine& got, const std::array<double, 12>& expected
 
 }  // namespace
 
-TEST_CASE("Scene JSON: objects, groups in the order of their building, masks, ids, and files once each") {
+TEST_CASE("Scene JSON: objects, groups in build order, masks, ids, and each file once") {
   const SceneDescription scene = read(kForest);
   REQUIRE(scene.files.size() == 2);
   CHECK(scene.files[0].ends_with("/trunk.obj"));
@@ -99,7 +99,7 @@ TEST_CASE("Scene JSON: objects, groups in the order of their building, masks, id
   check_rows(forest[1].to_scene, {1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3});
 }
 
-TEST_CASE("Scene JSON: scale comes before rotation, and that before translation") {
+TEST_CASE("Scene JSON: scale comes first, then rotation, then translation") {
   check_rows(affine_of(R"("scale": 2)"), {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0});
   check_rows(affine_of(R"("scale": [2, 3, -4])"), {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, -4, 0});
   check_rows(affine_of(R"("rotate": {"axis": [0, 0, 9], "degrees": 90})"), {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0});
@@ -108,7 +108,7 @@ TEST_CASE("Scene JSON: scale comes before rotation, and that before translation"
              {0, -3, 0, 5, 2, 0, 0, 6, 0, 0, 4, 7});
 }
 
-TEST_CASE("Scene JSON: what is wrong is said with its place") {
+TEST_CASE("Scene JSON: errors are reported with their position") {
   CHECK(fault_with("/groups/grove/0/matrix", json::array({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11})) ==
         "groups.grove[0].matrix: 11 numbers, 12 expected");
   CHECK(fault_with("/groups/grove/0/matrix/4", "x") == "groups.grove[0].matrix[4]: \"x\", a number expected");
@@ -150,13 +150,13 @@ TEST_CASE("Scene JSON: what is wrong is said with its place") {
   CHECK(fault("[]") == "the document: an array, an object expected");
 }
 
-TEST_CASE("Scene JSON: a group in itself is refused, on any way") {
+TEST_CASE("Scene JSON: a group that contains itself is refused, also through other groups") {
   CHECK(fault_with("/groups/grove/1/object", "grove") == "groups.grove[1].object: a cycle: 'grove' has 'grove'");
   CHECK(fault_with("/groups/grove/1/object", "forest") ==
         "groups.grove[1].object: a cycle: 'forest' has 'grove' has 'forest'");
 }
 
-TEST_CASE("Scene JSON: text that is no good JSON") {
+TEST_CASE("Scene JSON: text that is not valid JSON is refused") {
   CHECK(contains(fault("{"), "parse error"));
   CHECK(contains(fault(std::string(100000, '[')), "deeper than 9 levels"));
   CHECK(fault(R"({"scene": "a", "scene": "b"})") == "an object has the key \"scene\" twice");
@@ -204,7 +204,7 @@ TEST_CASE("Scene JSON: spheres, curves and files of shapes") {
   CHECK(scene.files.size() == 1);
 }
 
-TEST_CASE("Scene JSON: shapes that are none are refused with the place") {
+TEST_CASE("Scene JSON: invalid shapes are refused with their position") {
   const auto with = [](const std::string& text) { return fault_with("/objects/tree", json::parse(text)); };
   CHECK(with(R"({"curves": [[[0,0,0,1],[1,0,0,1]], [[0,0,0,1],[1,0,0,1]], [[-1,0,0,-1],[0,0,0,1]]]})") ==
         "objects.tree.curves[2][0]: radius -1");

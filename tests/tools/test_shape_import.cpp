@@ -51,7 +51,7 @@ TEST_CASE("hair files: strands of any number of segments, radii half the thickne
   CHECK(hair.segments == std::vector<std::uint32_t>{0, 1, 3});
 }
 
-TEST_CASE("hair files: defaults in place of arrays, and arrays that are not read") {
+TEST_CASE("hair files: defaults in place of arrays, and arrays that are skipped") {
   HairFile file;
   file.arrays = 2;
   file.default_segments = 4;
@@ -69,7 +69,7 @@ TEST_CASE("hair files: defaults in place of arrays, and arrays that are not read
   CHECK(hair_fault(colored) == "truncated: 291 bytes, its 2 strands and 5 points take 292");
 }
 
-TEST_CASE("hair files: a strand of one point has no segment, and no strands are none") {
+TEST_CASE("hair files: a strand of one point has no segment, and a file may have no strands") {
   HairFile file;
   file.segments = {0, 3};
   CHECK(read("a.hair", file.bytes()).segments == std::vector<std::uint32_t>{1, 2, 3});
@@ -81,7 +81,7 @@ TEST_CASE("hair files: a strand of one point has no segment, and no strands are 
   CHECK(read("a.hair", empty.bytes()).size() == 0);
 }
 
-TEST_CASE("hair files that are cut anywhere are refused") {
+TEST_CASE("hair files: truncated files are refused") {
   const std::string whole = HairFile{}.bytes();
   for (std::size_t size = 1; size < whole.size(); ++size) {
     INFO(size);
@@ -90,7 +90,7 @@ TEST_CASE("hair files that are cut anywhere are refused") {
   }
 }
 
-TEST_CASE("hair files: counts that do not fit, and numbers that are none") {
+TEST_CASE("hair files: counts that do not match, and numbers that are not finite") {
   HairFile file;
   file.magic = "HAIL";
   CHECK(hair_fault(file) == "does not start with 'HAIR'");
@@ -146,7 +146,7 @@ TEST_CASE("xyzr files: a sphere per line") {
   CHECK(read("a.xyzr", "#\n").size() == 0);
 }
 
-TEST_CASE("xyzr files: what is wrong, and in which line") {
+TEST_CASE("xyzr files: errors are reported with the line") {
   CHECK(fault("a.xyzr", "1 2 3 4\n\n1 2 3\n") == "line 3: 3 numbers, 4 expected");
   CHECK(fault("a.xyzr", "1 2 3 4 5") == "line 1: 5 numbers, 4 expected");
   CHECK(fault("a.xyzr", "1 2 3 4\n1 two 3 4") == "line 2: 'two' is not a number");
@@ -155,7 +155,7 @@ TEST_CASE("xyzr files: what is wrong, and in which line") {
   CHECK(fault("a.xyzr", "1 2 3 1e99") == "line 1: radius inf");
 }
 
-TEST_CASE("shape files are known by their names") {
+TEST_CASE("shape files are recognised by their names") {
   CHECK(tools::is_shape_file("a/b.hair"));
   CHECK(tools::is_shape_file("B.XYZR"));
   CHECK_FALSE(tools::is_shape_file("hair"));

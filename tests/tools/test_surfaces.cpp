@@ -144,7 +144,7 @@ TEST_CASE("surfaces: numbers of triangles and corners are those of hits; flat, f
   }
 }
 
-TEST_CASE("surfaces: several files are geometries in their order, or objects; other formats are of clay") {
+TEST_CASE("surfaces: several files are geometries in their order, or objects; other formats get the clay material") {
   Random random(7);
   const TempFolder folder;
   GltfBuilder b = random_file(random, 2);
@@ -207,7 +207,7 @@ TEST_CASE("surfaces: scenes of JSON with groups, instanced and flattened") {
   CHECK(flat.materials[flat.objects[0][2].materials[1]].name == "clay");
 }
 
-TEST_CASE("surfaces: binary scenes are of clay") {
+TEST_CASE("surfaces: binary scenes get the clay material") {
   const TempFolder folder;
   tools::BuildCommand command;
   const std::string bytes = SceneFile().triangle(0).triangle(1).group({{0, 0.f}, {1, 2.f}}).bytes();
@@ -266,7 +266,7 @@ TEST_CASE("surfaces: spheres and curves are geometries of clay behind the meshes
   CHECK_THAT(refused.error().message, Contains("the output is one of the inputs"));
 }
 
-TEST_CASE("surfaces: files that are not those of the BVH are refused with the numbers") {
+TEST_CASE("surfaces: files that do not match the BVH are refused with the numbers") {
   Random random(8);
   const TempFolder folder;
   const std::string two = folder.write("two.obj", kObj).string(),
@@ -288,7 +288,7 @@ TEST_CASE("surfaces: files that are not those of the BVH are refused with the nu
   CHECK_THAT(misfit({folder.write("b.json", "{}").string()}, flat), Contains("b.json"));
 }
 
-TEST_CASE("surfaces: what is to be written is none of what is read") {
+TEST_CASE("surfaces: the output file must not be an input file") {
   const TempFolder folder;
   const std::string one = folder.write("one.obj", triangle_obj()).string();
   tools::BuildCommand command;

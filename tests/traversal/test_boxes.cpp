@@ -228,7 +228,7 @@ void run_trial(Random& random, std::vector<Count>& counts) {
 
 }  // namespace
 
-TEST_CASE("absent children are never met, whatever the ray and the box", "[boxes]") {
+TEST_CASE("absent children are never hit, for any ray and box", "[boxes]") {
   INFO("seed " << kSeed + 1);
   Random random(kSeed + 1);
   for (unsigned i = 0; i < trials(200000); ++i) {

@@ -116,7 +116,7 @@ TEST_CASE("a table has a row of custom primitives per ray type", "[custom]") {
   CHECK(hits[1] > hits[2]);
 }
 
-TEST_CASE("what a functor reports outside the range, or at no number, is discarded", "[custom]") {
+TEST_CASE("reports of a functor outside the range, or with NaN, are discarded", "[custom]") {
   for (const float odd : {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, -1000.0f, 1e9f}) {
     CustomWorld world;
     world.add(integer_boxes(300, kSeed + 7), 0);
@@ -166,7 +166,7 @@ TEST_CASE("one box: entry and exit, in every layout", "[custom]") {
   }
 }
 
-TEST_CASE("filters of a type and of the query meet both", "[custom]") {
+TEST_CASE("the filter of a type and the filter of the query both apply", "[custom]") {
   const CustomWorld world = mixed_world();
   const Shapes shapes = shapes_of(world);
   const Scene scene = world.scene({});
@@ -228,7 +228,7 @@ TEST_CASE("a type's filter can stop the search, unless the query's rejects the h
   CHECK(reject.any(ray).hits.empty());
 }
 
-TEST_CASE("scenes with custom primitives are refused by who knows none", "[custom]") {
+TEST_CASE("scenes with custom primitives are refused by queries without them", "[custom]") {
   const CustomWorld world = mixed_world();
   const Ray ray{Vec3(0, 0, -40), 0.0f, Vec3(0, 0, 1)};
   for (const NodeLayout layout : kLayouts) {

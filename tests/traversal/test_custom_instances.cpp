@@ -102,7 +102,7 @@ template <class P> void check(unsigned levels) {
 
 }  // namespace
 
-TEST_CASE("custom primitives in instances are hit as each object has them") {
+TEST_CASE("custom primitives in instances have the hits of each object's primitives") {
   check<Moving<Instanced<Policies, 1>>>(1);
   check<Moving<Instanced<Policies, 2>>>(2);
 }

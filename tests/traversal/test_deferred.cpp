@@ -114,7 +114,7 @@ std::vector<Mesh> layers(const Mesh& mesh, unsigned count, Random& random) {
 
 }  // namespace
 
-TEST_CASE("bounds hold what is decided later, and say of no line that passes that it does not", "[deferred]") {
+TEST_CASE("bounds contain the t of deferred decisions, and reject no line that passes through", "[deferred]") {
   for (int kind = 0; kind < static_cast<int>(Kind::kCount); ++kind) {
     BoundsSeen seen;
     const unsigned cases = trials(200000);
@@ -129,7 +129,7 @@ TEST_CASE("bounds hold what is decided later, and say of no line that passes tha
   }
 }
 
-TEST_CASE("what is decided later are the same bits as what is decided at once", "[deferred]") {
+TEST_CASE("deferred decisions have the bits of immediate decisions", "[deferred]") {
   Random random(kSeed);
   INFO("seed " << kSeed);
   const Mesh star = oracle::star(2, kSeed);

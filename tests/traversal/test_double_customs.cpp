@@ -97,7 +97,7 @@ TEST_CASE("triangles with double vertices ten million units away: exact, and no 
   CHECK(worst < 2e-8);
 }
 
-TEST_CASE("float rays meet triangles with double vertices where double rays do", "[double]") {
+TEST_CASE("float rays hit triangles with double vertices where double rays do", "[double]") {
   const FarMesh mesh(icosphere(3), 1.0, {0.1, 0.2, 0.3});
   const CustomScene scene(mesh.boxes());
   const PrimitiveList set(mesh.set());
@@ -118,7 +118,7 @@ TEST_CASE("float rays meet triangles with double vertices where double rays do",
   }
 }
 
-TEST_CASE("double rays meet spheres and curves from afar", "[double]") {
+TEST_CASE("double rays hit spheres and curves from far away", "[double]") {
   // Spheres and strands about the origin; the exact distance of each hit point from its axis or centre.
   const Sphere spheres[] = {{{0, 0, 0}, 1}, {{2, 0.5f, 0}, 0.25f}, {{-1.5f, 0, 0.25f}, 0.001f}};
   const CurveVertex vertices[] = {{{0, 3, 0}, 0.01f}, {{0.5f, 4, 0.25f}, 0.01f}};
@@ -161,7 +161,7 @@ TEST_CASE("double rays meet spheres and curves from afar", "[double]") {
     }
 }
 
-TEST_CASE("double rays meet moving triangles as they are at their time", "[double]") {
+TEST_CASE("double rays hit moving triangles at their positions at the ray's time", "[double]") {
   // Two keys; between them a mesh of its own, whose vertices are those in between, rounded.
   const Mesh from = icosphere(2), to = oracle::placed(icosphere(2), 1.5, {0.25, 0, 0});
   std::vector<float> positions;

@@ -29,7 +29,7 @@ double expected_t(double tmin, double tmax) {
 
 }  // namespace
 
-TEST_CASE("double rays of any bits give sane answers", "[double]") {
+TEST_CASE("double rays of any bits give valid results", "[double]") {
   const std::vector<Mesh> meshes{icosphere(2)};
   const Scene scene = make_scene(meshes);
   Random random(kDoubleSeed);
@@ -60,7 +60,7 @@ TEST_CASE("double rays of any bits give sane answers", "[double]") {
   CHECK(hits > trials(60000) / 20);
 }
 
-TEST_CASE("double rays that are no rays miss, and those beyond the range end", "[double]") {
+TEST_CASE("invalid double rays miss, and rays beyond the range terminate", "[double]") {
   const std::vector<Mesh> meshes{icosphere(1)};
   const Scene scene = make_scene(meshes);
   RayD good;
@@ -110,7 +110,7 @@ TEST_CASE("double rays that are no rays miss, and those beyond the range end", "
   }
 }
 
-TEST_CASE("tmin and tmax of double rays: every pair of ends, no numbers, and infinity", "[double]") {
+TEST_CASE("tmin and tmax of double rays: every pair of ends, NaN, and infinity", "[double]") {
   std::vector<double> ends{kNan, -kNan, kInfinity, -kInfinity, -1e300, -1, -0.0, 0, 0x1p-1074, 3, 1e300};
   for (const double t : {1.0, 2.0, 4.0})
     for (const double end : {std::nextafter(t, 0.0), t, std::nextafter(t, 9.0)}) ends.push_back(end);

@@ -12,7 +12,7 @@
 using namespace hiprt;
 using namespace hiprt::checks;
 
-TEST_CASE("numbers are rounded when they become floats, also neighbours", "[double]") {
+TEST_CASE("doubles are rounded when they become floats, also adjacent ones", "[double]") {
   // g++ 12 forgets it where it makes floats of two doubles at once, and doubles of those (arithmetic.h).
   Random random(kDoubleSeed);
   for (unsigned i = 0; i < trials(1000); ++i) {
@@ -42,7 +42,7 @@ TEST_CASE("numbers are rounded when they become floats, also neighbours", "[doub
   }
 }
 
-TEST_CASE("hits of double rays do not depend on the tree and are exact but for double's rounding", "[double]") {
+TEST_CASE("hits of double rays do not depend on the tree and are exact up to double's rounding", "[double]") {
   INFO("seed " << kDoubleSeed);
   const std::vector<Mesh> meshes{icosphere(2), oracle::placed(torus(20, 12, 0.4), 0.6, {0.3, 0.1, -0.2})};
   const std::vector<Scene> scenes = all_scenes(meshes);
@@ -117,7 +117,7 @@ TEST_CASE("double rays do not leak, however far they come from", "[double]") {
   std::printf("double rays: %lu, none leaks\n", rays);
 }
 
-TEST_CASE("double rays of floats hit what float rays hit", "[double]") {
+TEST_CASE("double rays with float values have the hits of float rays", "[double]") {
   const std::vector<Mesh> meshes{icosphere(3)};
   const Scene scene = make_scene(meshes);
   Random random(kDoubleSeed);
@@ -148,7 +148,7 @@ TEST_CASE("double rays of floats hit what float rays hit", "[double]") {
   }
 }
 
-TEST_CASE("both ends of a double ray belong to it, and hits come in their order", "[double]") {
+TEST_CASE("both ends of a double ray belong to it, and hits come in order", "[double]") {
   const std::vector<Mesh> meshes{torus(20, 12, 0.4), oracle::placed(icosphere(2), 0.7, {0, 0, 0})};
   for (const NodeLayout layout : {NodeLayout::kPlanes, NodeLayout::kHalf}) {
     const Scene scene = make_scene(meshes, {.nodes = layout});
@@ -267,7 +267,7 @@ TEST_CASE("an object of millimetres ten million units away", "[double]") {
   CHECK(worst < 1e-8);
 }
 
-TEST_CASE("double rays through many levels are those of the levels one by one", "[double]") {
+TEST_CASE("double rays through many levels equal transforms level by level", "[double]") {
   Random random(kDoubleSeed);
   InstanceScene scene;
   scene.add_file({icosphere(2)}, NodeLayout::kPlanes);
@@ -307,7 +307,7 @@ TEST_CASE("double rays through many levels are those of the levels one by one", 
   CHECK(hits > trials(2000) / 10);
 }
 
-TEST_CASE("spawned double rays do not meet the triangle that they left, and start close to it", "[double]") {
+TEST_CASE("spawned double rays do not hit the triangle that they left, and start close to it", "[double]") {
   std::uint64_t rays = 0;
   for (const Closed& closed : closed_meshes())
     for (const double reach : {1.0, 1e4, 1e8}) {

@@ -108,7 +108,7 @@ void compare(const char* name, const Deforming& deforming, unsigned rays) {
 
 }  // namespace
 
-TEST_CASE("a mesh that deforms is hit as Embree hits it", "[embree]") {
+TEST_CASE("a deforming mesh has Embree's hits", "[embree]") {
   SecondOpinion::print_header();
   const Mesh ball = oracle::icosphere(2), torus = oracle::torus(24, 12, 0.4);
   compare("deforming ball", {{ball, oracle::twisted(ball, 0.2), oracle::shaken(ball, 0.3, kSeed)}, {-0.25f, 1.25f}},

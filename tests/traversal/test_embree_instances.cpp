@@ -258,7 +258,7 @@ void turn_by(Random& random, std::vector<build::MotionKey>& keys, double angle) 
 
 }  // namespace
 
-TEST_CASE("what stands still is hit as Embree hits it, on one level and on two", "[embree]") {
+TEST_CASE("static instances have Embree's hits, on one level and on two", "[embree]") {
   SecondOpinion::print_header();
   Random random(kSeed);
   Both one, two;
@@ -290,7 +290,7 @@ TEST_CASE("what stands still is hit as Embree hits it, on one level and on two",
           [](const InstancePath<2>& path) { return path.instance[0] * kInner + path.instance[1]; });
 }
 
-TEST_CASE("what moves between matrices is hit as Embree hits it", "[embree]") {
+TEST_CASE("instances that move between matrices have Embree's hits", "[embree]") {
   compare_moving("matrices", MotionKind::kMatrix, 3.0);
   compare_moving(
       "matrices, 1000 away", MotionKind::kMatrix, 3.0,
@@ -300,7 +300,7 @@ TEST_CASE("what moves between matrices is hit as Embree hits it", "[embree]") {
       Vec3(1000, 0, 0));
 }
 
-TEST_CASE("what turns is hit as Embree hits it", "[embree]") {
+TEST_CASE("rotating instances have Embree's hits", "[embree]") {
   compare_moving("turns", MotionKind::kSlerp, 3.0);
   compare_moving(
       "turns, 1000 away", MotionKind::kSlerp, 3.0,
@@ -314,7 +314,7 @@ TEST_CASE("what turns is hit as Embree hits it", "[embree]") {
                  [](Random& random, auto& keys) { turn_by(random, keys, 2 / 57.29577951308232); });
 }
 
-TEST_CASE("Embree's turns are slerp, by a polynomial for the angle; below 3.6 degrees nlerp", "[embree]") {
+TEST_CASE("Embree's rotations are slerp with a polynomial for the angle; below 3.6 degrees nlerp", "[embree]") {
   std::printf("%-10s %12s %12s %12s\n", "degrees", "ours, slerp", "Embree,slerp", "Embree,nlerp");
   for (const double degrees : {0.01, 1.0, 3.5, 3.7, 10.0, 60.0, 120.0, 175.0}) {
     const std::vector<build::MotionKey> keys{turned_key(0, {0, 0, 1}, 0),

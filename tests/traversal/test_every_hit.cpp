@@ -76,7 +76,7 @@ void check_policies(const char* name, const std::vector<Mesh>& meshes, const Sce
 
 }  // namespace
 
-TEST_CASE("queries go on behind their hits: all builders and layouts", "[queries]") {
+TEST_CASE("queries continue after their hits: all builders and layouts", "[queries]") {
   for (const Case& test : cases()) {
     CAPTURE(test.name);
     for (const NodeLayout layout :
@@ -92,7 +92,7 @@ TEST_CASE("queries go on behind their hits: all builders and layouts", "[queries
   }
 }
 
-TEST_CASE("queries go on behind their hits: schedules, lanes and stacks", "[queries]") {
+TEST_CASE("queries continue after their hits: schedules, lanes and stacks", "[queries]") {
   for (const Case& test : cases()) {
     CAPTURE(test.name);
     for (const build::Builder builder : {build::Builder::kSah, build::Builder::kEmbreeHigh})
@@ -110,7 +110,7 @@ TEST_CASE("queries go on behind their hits: schedules, lanes and stacks", "[quer
   }
 }
 
-TEST_CASE("a builder splits the needles: AnyHit and kRepeat may then repeat, AllHits does not", "[queries]") {
+TEST_CASE("split needles: AnyHit and kRepeat may repeat hits, AllHits does not", "[queries]") {
   const std::vector<Mesh> meshes{needles(300, 50, kSeed)};
   const Scene scene = make_scene(meshes, {.builder = build::Builder::kEmbreeHigh});
   REQUIRE(is_split(scene.traced));
@@ -129,7 +129,7 @@ TEST_CASE("a builder splits the needles: AnyHit and kRepeat may then repeat, All
   CHECK(any == repeated);
 }
 
-TEST_CASE("all hits of a scene that is not split are one traversal", "[queries]") {
+TEST_CASE("all hits of a scene without splits take one traversal", "[queries]") {
   const std::vector<Mesh> meshes{soup(5000, 0.3, kSeed)};
   const Scene scene = make_scene(meshes);
   REQUIRE_FALSE(is_split(scene.traced));
@@ -182,7 +182,7 @@ template <class P> void check_refusals(const SceneView& scene) {
 
 }  // namespace
 
-TEST_CASE("policies that do not cover a scene refuse it", "[queries]") {
+TEST_CASE("queries whose policies do not cover a scene refuse it", "[queries]") {
   constexpr FeatureMask kUnsplit = kKnownFeatures & ~feature_bit(Feature::kSplitReferences);
   using NoSplits = Tried<PlanesLayout, Immediate, DefaultLanes, PrivateStack<>, kUnsplit>;
   using NoMasks =

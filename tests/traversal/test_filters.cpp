@@ -164,7 +164,7 @@ TEST_CASE("the closest hit that is not cut out is that of exact arithmetic", "[f
   CHECK(found > trials(1000) / 4);
 }
 
-TEST_CASE("ExceptPrimitive: a ray that starts on a triangle does not meet it, but all others", "[filters]") {
+TEST_CASE("ExceptPrimitive: a ray that starts on a triangle skips it and hits all others", "[filters]") {
   // In planes of constant z points are exact. The two sheets lie in one another.
   const std::vector<Mesh> meshes{grid_plane(6, 2, 0.25f), grid_plane(6, 2, 0.25f), grid_plane(3, 2, 0.5f)};
   Random random(kSeed + 4);
@@ -241,7 +241,7 @@ template <class P> void check_witness(const std::vector<Mesh>& meshes, const Sce
 
 }  // namespace
 
-TEST_CASE("a filter sees candidates within the range, of visible geometries, without normal", "[filters]") {
+TEST_CASE("a filter gets candidates within the range, of visible geometries, without normal", "[filters]") {
   const Textured textured = textured_soup();
   for (const NodeLayout layout : kLayouts) {
     const Scene scene = make_scene(textured.meshes, {.nodes = layout});
@@ -307,7 +307,7 @@ template <class P> void check_late_stop(const std::vector<Mesh>& meshes, const S
 
 }  // namespace
 
-TEST_CASE("accept and stop ends the search with that hit", "[filters]") {
+TEST_CASE("kAcceptAndStop ends the traversal with that hit", "[filters]") {
   const Textured textured = textured_soup();
   for (const build::Builder builder : {build::Builder::kSah, build::Builder::kEmbreeHigh}) {
     const Scene scene = make_scene(textured.meshes, {.builder = builder});

@@ -161,7 +161,7 @@ TEST_CASE("t is exact far from the origin, on many levels and through uneven sca
   CHECK(report("scale 1e-3 along an axis", check_exactness(chain(kSeed, 1, 1, 1e-3), kSeed, 2000)) < 50);
 }
 
-TEST_CASE("rays that start on a surface seen through instances do not meet it again") {
+TEST_CASE("rays that start on a surface in instances do not hit it again") {
   for (const double translation : {1.0, 1e3, 1e5}) {
     const InstanceScene scene = chain(kSeed + 1, 2, translation);
     using P = Tracer<PlanesLayout, 2>;
@@ -190,7 +190,7 @@ TEST_CASE("rays that start on a surface seen through instances do not meet it ag
   }
 }
 
-TEST_CASE("numbers are rounded to the floats that lie beyond, at every magnitude") {
+TEST_CASE("round_up() and round_down() give the next float beyond, at every magnitude") {
   using affine_detail::round_down, affine_detail::round_up;
   Random random(kSeed);
   constexpr float kInfinity = std::numeric_limits<float>::infinity(), kMax = std::numeric_limits<float>::max();
@@ -219,7 +219,7 @@ TEST_CASE("numbers are rounded to the floats that lie beyond, at every magnitude
   CHECK(round_down(-1e300) == -kInfinity);
 }
 
-TEST_CASE("stretches are the singular values of matrices made of them") {
+TEST_CASE("stretches are the singular values that the matrices were made of") {
   Random random(kSeed);
   double worst = 0.0;
   for (unsigned i = 0; i < 20000; ++i) {

@@ -59,7 +59,7 @@ TEMPLATE_TEST_CASE("hits do not depend on trees over instances, in every layout"
   check_rays<PostponedTracer<TestType, 1>>(scene, kSeed, 300);
 }
 
-TEST_CASE("hits do not depend on how instances' boxes and trees are made") {
+TEST_CASE("hits do not depend on the bounds of instances or the builder of their tree") {
   for (const auto bounds : {build::InstanceBounds::kRoot, build::InstanceBounds::kChildren,
                             build::InstanceBounds::kGrandchildren, build::InstanceBounds::kPrimitives})
     for (const auto builder : {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kHploc}) {
@@ -69,7 +69,7 @@ TEST_CASE("hits do not depend on how instances' boxes and trees are made") {
     }
 }
 
-TEST_CASE("boxes from primitives hold all corners, and no more") {
+TEST_CASE("boxes from primitives contain all corners and are tight") {
   InstanceScene scene;
   const oracle::Mesh mesh = oracle::soup(300, 0.3, kSeed);
   scene.add_file({mesh}, NodeLayout::kPlanes);
@@ -106,7 +106,7 @@ TEST_CASE("opened scenes do not depend on the number of threads") {
   CHECK(open_buffer(a)->leaves.count > 700);
 }
 
-TEST_CASE("what validate() says does not depend on who checks the leaves, and when") {
+TEST_CASE("the result of validate() does not depend on the order of its loop bodies") {
   InstanceScene scene;
   scene.add_file({oracle::icosphere(0)}, NodeLayout::kPlanes);
   scene.groups.emplace_back(5000);
@@ -141,7 +141,7 @@ TEST_CASE("sixteen levels") {
   CHECK_FALSE(covers<Policies>(scene.view()));
 }
 
-TEST_CASE("transforms that cannot be are refused with their numbers") {
+TEST_CASE("invalid transforms are refused with their numbers") {
   const auto message_of = [](const Affine& transform) {
     InstanceScene scene;
     scene.add_file({oracle::icosphere(1)}, NodeLayout::kPlanes);
@@ -169,7 +169,7 @@ TEST_CASE("transforms that cannot be are refused with their numbers") {
   CHECK(message_of({{{1, 1000, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}) == "");
 }
 
-TEST_CASE("what cannot be a scene is refused") {
+TEST_CASE("invalid scenes of instances are refused") {
   InstanceScene scene;
   const auto message = [&] {
     const auto bvh = scene.try_build();
@@ -190,7 +190,7 @@ TEST_CASE("what cannot be a scene is refused") {
   CHECK(message() == "file 0: has instances itself: give its objects and groups in place of it");
 }
 
-TEST_CASE("scenes of nothing") {
+TEST_CASE("empty scenes of instances") {
   InstanceScene scene;
   scene.add_file({}, NodeLayout::kPlanes);
   scene.groups = {{}, {{.object = 0}, {.object = 1}}};
@@ -239,7 +239,7 @@ TEST_CASE("all hits of a ray through instances, each once") {
   CHECK(most > 5);
 }
 
-TEST_CASE("builds of scenes tell how far they are, can be cancelled, and give the same bytes again") {
+TEST_CASE("builds of scenes report progress, can be cancelled, and are reproducible") {
   const InstanceScene scene = random_scene(kSeed, NodeLayout::kPlanes, 3, 400);
   std::vector<double> fractions;
   build::InstanceOptions options;
@@ -273,7 +273,7 @@ TEST_CASE("bounds beyond floats are refused") {
   CHECK(bvh.error().message == "group 0, instance 0: its bounds are beyond what floats hold");
 }
 
-TEST_CASE("an identity instance is the scene itself, with numbers at their limits too") {
+TEST_CASE("an identity instance has the hits of its object, also with extreme coordinates") {
   INFO("seed " << kSeed);
   InstanceScene scene;
   scene.add_file({oracle::torture(2000, kSeed), oracle::needles(500, 1e6, kSeed)}, NodeLayout::kPlanes);

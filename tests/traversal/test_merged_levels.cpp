@@ -103,7 +103,7 @@ void check_product(const InstanceScene& scene, const std::vector<std::uint32_t>&
 
 }  // namespace
 
-TEST_CASE("merged instances are the products of their ways, and all ways are there") {
+TEST_CASE("merged instances are the products along their paths, and no path is missing") {
   Random random(kSeed);
   for (unsigned round = 0; round < 40; ++round) {
     const unsigned levels = 1 + round % 5;
@@ -141,7 +141,7 @@ TEST_CASE("merged instances are the products of their ways, and all ways are the
   }
 }
 
-TEST_CASE("rays meet merged scenes where they met them before, by the same ways") {
+TEST_CASE("rays have the same hits before and after merging levels, with the same instance paths") {
   Random random(kSeed + 1);
   unsigned hits = 0, same = 0, one_only = 0;
   for (unsigned round = 0; round < 24; ++round) {
@@ -175,7 +175,7 @@ TEST_CASE("rays meet merged scenes where they met them before, by the same ways"
   CHECK(one_only < hits / 200);
 }
 
-TEMPLATE_TEST_CASE("where products are exact, so are hits", "", FloatLayout, PlanesLayout, HalfLayout,
+TEMPLATE_TEST_CASE("exact products give hits with the same bits", "", FloatLayout, PlanesLayout, HalfLayout,
                    QuantizedLayout) {
   // Moves by integers, scales by powers of two, quarter turns: nothing rounds.
   Random random(kSeed + 2);
@@ -226,7 +226,7 @@ TEMPLATE_TEST_CASE("where products are exact, so are hits", "", FloatLayout, Pla
   CHECK(hits > 200);
 }
 
-TEST_CASE("what moves stays an instance of its own, and so does what one mask cannot stand for") {
+TEST_CASE("moving instances, and instances that need two masks, are not merged") {
   Random random(kSeed + 3);
   const build::Motion motion{.keys = {{.time = 0}, {.time = 1, .translation = {1, 0, 0}, .rotation = {0, 0, 1, 1}}}};
   InstanceScene scene;
@@ -276,7 +276,7 @@ TEST_CASE("what moves stays an instance of its own, and so does what one mask ca
   CHECK(other_hits < found / 50);
 }
 
-TEST_CASE("filters are not asked of merged instances that they were not asked of") {
+TEST_CASE("merged instances keep without_filter") {
   InstanceScene scene;
   scene.add_file({oracle::icosphere(1)}, NodeLayout::kPlanes);
   scene.groups.push_back({Instance{}, Instance{.without_filter = true}});
@@ -288,7 +288,7 @@ TEST_CASE("filters are not asked of merged instances that they were not asked of
   CHECK(without == std::vector<bool>{false, true, true, true});
 }
 
-TEST_CASE("merge_levels refuses what cannot be") {
+TEST_CASE("merge_levels() refuses invalid input") {
   InstanceScene scene;
   const auto message = [&](const build::MergeOptions& options = {}) {
     const auto merged = merge(scene, options);

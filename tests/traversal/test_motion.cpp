@@ -41,7 +41,7 @@ Error error_at(const Recorded& recorded, const build::Motion& motion, float time
 
 }  // namespace
 
-TEST_CASE("transforms at a time are the textbook's, within what their record says") {
+TEST_CASE("transforms at a time equal the textbook's, within the recorded error") {
   Random random(kSeed);
   for (const MotionKind kind : kKinds) {
     double most = 0.0;
@@ -62,7 +62,7 @@ TEST_CASE("transforms at a time are the textbook's, within what their record say
   }
 }
 
-TEST_CASE("nothing that moves leaves its bounds, which are tight") {
+TEST_CASE("moving points stay within their bounds, and the bounds are tight") {
   Random random(kSeed);
   std::size_t samples = 0;
   for (const MotionKind kind : kKinds) {
@@ -122,7 +122,7 @@ TEST_CASE("nothing that moves leaves its bounds, which are tight") {
   std::printf("bounds of motion: %zu samples, none outside\n", samples);
 }
 
-TEST_CASE("nothing leaves its bounds by the records' own numbers, by not one float") {
+TEST_CASE("bounds contain the positions that the records give, exactly") {
   Random random(kSeed + 1);
   for (unsigned i = 0; i < 300; ++i) {
     const MotionKind kind = kKinds[i % 3];
@@ -143,7 +143,7 @@ TEST_CASE("nothing leaves its bounds by the records' own numbers, by not one flo
   }
 }
 
-TEST_CASE("a wheel that spins keeps its size; between matrices it shrinks") {
+TEST_CASE("a spinning wheel keeps its size; between matrices it shrinks") {
   for (const double degrees : {90.0, 179.9}) {
     const auto quarter = degrees / 180 * 3.14159265358979;
     for (const MotionKind kind : kKinds) {
@@ -170,7 +170,7 @@ TEST_CASE("a wheel that spins keeps its size; between matrices it shrinks") {
   CHECK(halves.error().message.find("between keys 0 and 1, at 0.5 of the way, the transform has no inverse") == 0);
 }
 
-TEST_CASE("matrices come apart and together again") {
+TEST_CASE("matrices are decomposed and composed again") {
   Random random(kSeed);
   for (unsigned i = 0; i < 2000; ++i) {
     const build::MatrixKey key{.time = 1, .to_scene = random_affine(random, 10)};
@@ -185,7 +185,7 @@ TEST_CASE("matrices come apart and together again") {
   CHECK_FALSE(build::decompose({0, {{{0, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}}).has_value());
 }
 
-TEST_CASE("motions that cannot be are refused with their numbers") {
+TEST_CASE("invalid motions are refused with their numbers") {
   const auto message = [](const build::Motion& motion) {
     const auto made = build::make_motion(motion);
     return made ? std::string() : made.error().message;
@@ -215,7 +215,7 @@ TEST_CASE("motions that cannot be are refused with their numbers") {
   CHECK(message({.keys = {turned_key(0, {0, 0, 1}, 0), turned_key(1, {0, 0, 1}, 3.14159265358979)}}) == "");
 }
 
-TEST_CASE("a motion that is flat all the way takes no time to check") {
+TEST_CASE("a motion that is nearly singular throughout is checked quickly") {
   // The shortest image is far smaller than what changes: by the size of the change alone a key would take a second.
   build::Motion motion{.kind = MotionKind::kSlerp};
   for (unsigned key = 0; key < 100; ++key) {

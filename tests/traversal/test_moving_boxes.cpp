@@ -34,7 +34,7 @@ double half_area(const Box& box) {
 
 }  // namespace
 
-TEST_CASE("boxes that go with what moves hold it at any time, by not one float") {
+TEST_CASE("moving boxes contain their content at every time, exactly") {
   Random random(kSeed + 2);
   for (const MotionKind kind : kKinds) {
     double sum = 0.0, smallest = 1.0;
@@ -79,7 +79,7 @@ TEST_CASE("boxes that go with what moves hold it at any time, by not one float")
   }
 }
 
-TEST_CASE("the box that goes with a translation is as large as at any one time") {
+TEST_CASE("the moving box of a translation is as small as the box at one time") {
   build::Motion motion{.keys = {turned_key(0, {0, 0, 1}, 0, {1, 2, 3}), turned_key(1, {0, 0, 1}, 0, {101, -48, 3})}};
   const Recorded recorded(motion);
   const format_detail::Shutter shutter{0, 1};
@@ -92,7 +92,7 @@ TEST_CASE("the box that goes with a translation is as large as at any one time")
   }
 }
 
-TEST_CASE("no search finds a point outside of the box of its motion") {
+TEST_CASE("no search finds a point outside of its moving box") {
   // Two keys, a point, and how far between them.
   const auto make = [](Random& random) {
     oracle::Genes genes;

@@ -48,7 +48,7 @@ struct MovingScene : InstanceScene {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("hits of what moves do not depend on trees over instances, in every layout", "", FloatLayout,
+TEMPLATE_TEST_CASE("hits of moving instances do not depend on trees over instances, in every layout", "", FloatLayout,
                    PlanesLayout, HalfLayout, QuantizedLayout) {
   for (unsigned levels = 1; levels <= 3; ++levels) {
     MovingScene scene(kSeed + levels, TestType::kId, levels, 9);
@@ -63,7 +63,7 @@ TEMPLATE_TEST_CASE("hits of what moves do not depend on trees over instances, in
   check_rays<PostponedTracer<TestType, 1>>(scene, kSeed, 200);
 }
 
-TEST_CASE("boxes of what moves hide nothing, however they are made") {
+TEST_CASE("boxes of moving instances hide no hit, for every kind of bounds") {
   for (const auto bounds : {build::InstanceBounds::kRoot, build::InstanceBounds::kChildren,
                             build::InstanceBounds::kGrandchildren, build::InstanceBounds::kPrimitives}) {
     MovingScene scene(kSeed, NodeLayout::kPlanes, 2, 12);
@@ -72,7 +72,7 @@ TEST_CASE("boxes of what moves hide nothing, however they are made") {
   }
 }
 
-TEST_CASE("before the first key and behind the last an instance stands still; at no time there is none") {
+TEST_CASE("before the first key and after the last an instance does not move; a NaN time gives a miss") {
   build::Motion motion{.keys = {turned_key(2, {0, 0, 1}, 0, {0, 0, 0}), turned_key(3, {0, 0, 1}, 1, {8, 0, 0})}};
   InstanceScene scene;
   scene.add_file({oracle::icosphere(1)}, NodeLayout::kPlanes);
@@ -90,7 +90,7 @@ TEST_CASE("before the first key and behind the last an instance stands still; at
   CHECK_FALSE(is_at(0, std::numeric_limits<float>::quiet_NaN()));
 }
 
-TEST_CASE("a ray enters only what is about where it is at its time") {
+TEST_CASE("a ray enters only instances that are near it at its time") {
   // Ten spheres that cross the same region, one after the other.
   std::vector<std::unique_ptr<build::Motion>> motions;
   InstanceScene scene;
@@ -120,7 +120,7 @@ TEST_CASE("a ray enters only what is about where it is at its time") {
   }
 }
 
-TEST_CASE("what moves is for tracers that know of motion") {
+TEST_CASE("moving instances need tracers that cover motion") {
   MovingScene moving(kSeed, NodeLayout::kPlanes, 1, 5);
   moving.build();
   CHECK_FALSE(covers<Instanced<Policies>>(moving.view()));
@@ -143,7 +143,7 @@ TEST_CASE("what moves is for tracers that know of motion") {
   }
 }
 
-TEST_CASE("hits on what moves are where the textbook has it, within their error") {
+TEST_CASE("hits on moving instances are at the textbook position, within their error") {
   Random random(kSeed);
   unsigned hits = 0;
   double most = 0.0;

@@ -57,7 +57,7 @@ template <class Layout, class Counter> using Tracer = Moving<Instanced<Counted<L
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("an observer sees what is counted, and changes nothing", "", FloatLayout, PlanesLayout, HalfLayout,
+TEMPLATE_TEST_CASE("an observer sees the counted work, and changes no hit", "", FloatLayout, PlanesLayout, HalfLayout,
                    QuantizedLayout) {
   Random random(kSeed);
   InstanceScene scene;
@@ -101,7 +101,7 @@ TEMPLATE_TEST_CASE("an observer sees what is counted, and changes nothing", "", 
   CHECK(left > 100);
 }
 
-TEST_CASE("a counter goes on from what it is") {
+TEST_CASE("a counter continues from its value") {
   InstanceScene scene;
   scene.add_file({oracle::icosphere(2)}, NodeLayout::kPlanes);
   using P = Counted<PlanesLayout, WorkCounter>;
@@ -118,7 +118,7 @@ TEST_CASE("a counter goes on from what it is") {
   CHECK(twice.box_tests > 2 * once.box_tests);
 }
 
-TEST_CASE("boxes and triangles before tmin or behind tmax are not looked at") {
+TEST_CASE("boxes and triangles before tmin or behind tmax are not tested") {
   // Balls in a row along x, and a ray along the row with a part of its range left.
   std::vector<oracle::Mesh> balls;
   constexpr unsigned kBalls = 64;

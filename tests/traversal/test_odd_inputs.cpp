@@ -161,7 +161,7 @@ TEST_CASE("triangles of all sizes in one mesh: valid trees, and the hits of brut
   }
 }
 
-TEST_CASE("the largest floats: areas are infinite or no numbers, trees are valid and have all triangles", "[odd]") {
+TEST_CASE("the largest floats: areas are infinite or NaN, trees are valid and have all triangles", "[odd]") {
   constexpr float kMost = std::numeric_limits<float>::max();
   const std::uint64_t seed = GENERATE(31u, 32u, 33u);
   INFO("seed " << seed);

@@ -110,7 +110,7 @@ TEST_CASE("a file whose leaves lead to one part twice, or not to all parts, is r
   REQUIRE_FALSE(summary.has_value());
 }
 
-TEST_CASE("filters are not asked about instances without them") {
+TEST_CASE("filters are not called for instances with without_filter") {
   OverlappingScene scene(NodeLayout::kPlanes, 2);
   for (Instance& instance : scene.groups[1]) instance.without_filter = instance.object == 0;
   scene.build();

@@ -87,7 +87,7 @@ Bounded rounded(const Real3& exact) {
 
 }  // namespace
 
-TEST_CASE("points, directions and normals along ways of instances are within their errors") {
+TEST_CASE("points, directions and normals along instance paths are within their errors") {
   Random random(kSeed);
   for (const bool moves : {false, true}) {
     double worst[6] = {};
@@ -124,7 +124,7 @@ TEST_CASE("points, directions and normals along ways of instances are within the
   }
 }
 
-TEST_CASE("what is transformed and taken back is where it was, to a few units in the last place") {
+TEST_CASE("transforms to the scene and back change points and directions by rounding only") {
   Random random(kSeed);
   for (unsigned i = 0; i < 3000; ++i) {
     InstanceRecord record{};
@@ -145,7 +145,7 @@ TEST_CASE("what is transformed and taken back is where it was, to a few units in
   }
 }
 
-TEST_CASE("a way of no instance is the scene itself") {
+TEST_CASE("an empty instance path is the identity") {
   Random random(kSeed);
   const Chain scene(random, 1, false, 1.0);
   const PathTransform<1> transform(scene.view(), InstancePath<1>{});

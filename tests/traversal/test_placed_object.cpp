@@ -33,8 +33,8 @@ bool same(const PathHit<1>& a, const PathHit<1>& b) {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("one instance has the hits of a tracer of one level", "", FloatLayout, PlanesLayout, HalfLayout,
-                   QuantizedLayout) {
+TEMPLATE_TEST_CASE("one instance traced as a PlacedObject has the hits of a tracer of one level", "", FloatLayout,
+                   PlanesLayout, HalfLayout, QuantizedLayout) {
   using Flat = WithLayout<TestType>;
   using OneLevel = Instanced<Flat>;
   Random random(kSeed);
@@ -63,7 +63,7 @@ TEMPLATE_TEST_CASE("one instance has the hits of a tracer of one level", "", Flo
   CHECK(hits > 300);
 }
 
-TEST_CASE("rays that are none hit nothing in one instance, either") {
+TEST_CASE("invalid rays also miss a PlacedObject") {
   const InstanceScene scene = scene_of(NodeLayout::kPlanes, {{.object = 0}});
   const auto alone = placed(scene);
   REQUIRE(alone);
@@ -73,7 +73,7 @@ TEST_CASE("rays that are none hit nothing in one instance, either") {
     CHECK_FALSE(alone->to_scene(closest_hit<Policies>(alone->object, alone->to_object(ray)), ray).found());
 }
 
-TEST_CASE("only one whole instance that stands still, of an object without instances, is one") {
+TEST_CASE("only a single static instance of an object without instances is a PlacedObject") {
   CHECK(placed(scene_of(NodeLayout::kPlanes, {{.object = 0}})));
   CHECK_FALSE(placed(scene_of(NodeLayout::kPlanes, {{.object = 0}, {.object = 0}})));
   CHECK_FALSE(placed(scene_of(NodeLayout::kPlanes, {{.object = 1}})));

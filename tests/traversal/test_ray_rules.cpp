@@ -133,7 +133,7 @@ TEST_CASE("a hit's own t works as tmin, as tmax, and as both", "[ray]") {
   }
 }
 
-TEST_CASE("what is not a ray misses, without a hang", "[ray]") {
+TEST_CASE("invalid rays miss and terminate", "[ray]") {
   const std::vector<Mesh> meshes{icosphere(3)};
   const std::vector<Scene> scenes = all_scenes(meshes);
   const Ray good = make_ray(Vec3(0.1f, 0.2f, 0.3f), Vec3(0.3f, 0.5f, 0.7f), 0, 1e9f);
@@ -190,7 +190,7 @@ bool is_normal_of(const Vec3& normal, const Corners& c) {
 
 }  // namespace
 
-TEST_CASE("rays of random bits neither hang nor report what they cannot", "[ray]") {
+TEST_CASE("rays of random bits terminate and report only valid hits", "[ray]") {
   constexpr std::uint64_t kSeed = 32;
   INFO("seed " << kSeed);
   const std::vector<Mesh> meshes{torture(400, 31), icosphere(2)};
@@ -252,7 +252,7 @@ TEST_CASE("zero components of either sign are axis-parallel rays", "[ray]") {
     }
 }
 
-TEST_CASE("t counts in lengths of the direction from 1e-18 to 1e18", "[ray]") {
+TEST_CASE("t is in units of the direction's length, from 1e-18 to 1e18", "[ray]") {
   const std::vector<Mesh> meshes{star(3, 41)};
   const std::vector<Scene> scenes = all_scenes(meshes);
   Random random(42);

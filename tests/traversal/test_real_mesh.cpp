@@ -71,13 +71,13 @@ Ray random_ray(Random& random) {
 
 }  // namespace
 
-TEST_CASE("the bunny as Embree sees it", "[real]") {
+TEST_CASE("the bunny has Embree's hits", "[real]") {
   REQUIRE(bunny().mesh.triangles.size() > 60000);
   print_agreement_header();
   check_agreement("bunny", bunny().mesh, random_ray, trials(60000), kSeed);
 }
 
-TEST_CASE("the bunny under every builder, layout and leaf size, and by exact arithmetic", "[real]") {
+TEST_CASE("the bunny with every builder, layout and leaf size, and by exact arithmetic", "[real]") {
   INFO("seed " << kSeed);
   const std::vector<Scene> scenes = all_scenes({bunny().mesh});
   Random random(kSeed);

@@ -96,7 +96,7 @@ TEST_CASE("exact sums have the sign and the value of the sum", "[reference]") {
   }
 }
 
-TEST_CASE("a leaf's triangles are met as exact arithmetic says", "[reference]") {
+TEST_CASE("a leaf's triangles are hit as exact arithmetic says", "[reference]") {
   for (int kind = 0; kind < static_cast<int>(Kind::kCount); ++kind) {
     Tally tally;
     const unsigned cases = trials(40000);

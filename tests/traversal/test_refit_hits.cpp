@@ -185,7 +185,7 @@ double work(std::span<const std::byte> file, const std::vector<Ray>& rays) {
 }  // namespace
 
 // test_refit_hits "[motions]" prints the table of decision 0012.
-TEST_CASE("what a refit's figures say of the work of rays", "[.][motions]") {
+TEST_CASE("the figures of a refit compared with the work of rays (printed)", "[.][motions]") {
   constexpr unsigned kRays = 20000;
   std::printf(
       "| scene | motion | cost ratio | slack growth | advice | work: refitted / fresh | fresh / built |\n"

@@ -89,7 +89,7 @@ struct Plane {
 
 }  // namespace
 
-TEST_CASE("shapes in a file are hit as they are by themselves, in every layout") {
+TEST_CASE("shapes in a file have the hits of shapes in the program, in every layout") {
   check_flat<PlanesLayout>(build::Builder::kSah);
   check_flat<QuantizedLayout>(build::Builder::kLbvh);
 }
@@ -99,7 +99,7 @@ TEST_CASE("shapes in instances, in motion and on two levels") {
   check_instances<Moving<Instanced<Policies, 2>>>(2);
 }
 
-TEST_CASE("exact arithmetic finds the crossings that a file's shapes give") {
+TEST_CASE("exact arithmetic confirms the hits of a file's shapes") {
   const ShapeObject object(kSeed + 3, 20);
   const build::Buffer file = object.build(NodeLayout::kPlanes, build::Builder::kSah);
   const SceneView view = make_scene_view(*open_buffer(file.bytes()));
@@ -137,7 +137,7 @@ TEST_CASE("exact arithmetic finds the crossings that a file's shapes give") {
   CHECK(hits > 100);
 }
 
-TEST_CASE("queries refuse custom primitives of which the file does not tell") {
+TEST_CASE("queries refuse custom primitives whose shapes are not in the file") {
   const std::vector<Box> boxes{{{-1, -1, -1}, {1, 1, 1}}};
   const build::CustomGeometry customs[] = {{.boxes = boxes}};
   const auto bvh = build::build(build::SceneInput{{}, customs});

@@ -106,7 +106,7 @@ Findings spawn_many(const Closed& closed, const Scene& scene, unsigned rays) {
 
 }  // namespace
 
-TEST_CASE("spawned rays do not meet the triangle they leave", "[spawn]") {
+TEST_CASE("spawned rays do not hit the triangle that they leave", "[spawn]") {
   INFO("seed " << kSeed);
   std::uint64_t total = 0;
   std::printf("%-12s %10s %12s %8s %8s %8s\n", "mesh", "scale", "offset", "move", "bound", "needed");

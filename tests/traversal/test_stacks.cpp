@@ -150,7 +150,7 @@ TEST_CASE("every stack gives the same hits", "[stack]") {
   SECTION("restart, most held") { check_stack<RestartStack<8>>(scene); }
 }
 
-TEST_CASE("a stack that is too small says so", "[stack]") {
+TEST_CASE("a stack that is too small reports a failure", "[stack]") {
   INFO("seed " << kSeed);
   const Scene scene = test_scene();
   SECTION("shared") { check_overflow<SharedStack<5>>(scene); }
@@ -206,8 +206,8 @@ template <unsigned kShared, class Entry> void check_tiered_bottom() {
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("an empty stack with a bottom gives the end, as often as it is asked and whatever the limit",
-                   "[stack]", StackEntry, NodeRef) {
+TEMPLATE_TEST_CASE("an empty stack with a bottom returns the end at every pop, for any limit", "[stack]", StackEntry,
+                   NodeRef) {
   PrivateStack<7>::Memory memory;
   check_bottom<PrivateStack<7>, TestType>(memory);
   check_tiered_bottom<1, TestType>();
@@ -217,7 +217,7 @@ TEMPLATE_TEST_CASE("an empty stack with a bottom gives the end, as often as it i
   check_tiered_bottom<6, TestType>();
 }
 
-TEST_CASE("a private stack that is too small says so", "[stack]") {
+TEST_CASE("a private stack that is too small reports a failure", "[stack]") {
   using P = With<PrivateStack<5>, DefaultLanes, Immediate>;
   const Scene scene = test_scene();
   std::uint32_t overflows = 0, failed = 0;
@@ -294,14 +294,14 @@ template <unsigned kEntries, class Schedule> void check_trail() {
 
 }  // namespace
 
-TEST_CASE("a tree too deep for the restart trail says so", "[stack]") {
+TEST_CASE("a tree too deep for the restart trail reports a failure", "[stack]") {
   SECTION("nothing held") { check_trail<0, Immediate>(); }
   SECTION("two held") { check_trail<2, Immediate>(); }
   SECTION("most held") { check_trail<8, Immediate>(); }
   SECTION("postponed") { check_trail<4, Postponed>(); }
 }
 
-TEST_CASE("slots of a pool: each wave has its own, and gives it back", "[stack]") {
+TEST_CASE("slots of a pool: each wave has its own slot and releases it", "[stack]") {
   std::vector<std::uint32_t> locks(2, 0);
   std::vector<StackEntry> memory(2 * 8);
   const SpillPool pool{locks.data(), memory.data(), 2, 8};

@@ -99,7 +99,7 @@ TEST_CASE("t is within its bound", "[t_error]") {
   check<DoubleRays<>>("double");
 }
 
-TEST_CASE("a ray in the plane of what it meets has no bound of t", "[t_error]") {
+TEST_CASE("a ray in the plane of its hit has no bound of t", "[t_error]") {
   Hit hit;
   hit.primitive = 0;
   hit.normal = Vec3(0, 0, 2);
@@ -115,7 +115,7 @@ TEST_CASE("a ray in the plane of what it meets has no bound of t", "[t_error]") 
   CHECK(t_error(SceneView{}, ray, hit) == std::numeric_limits<float>::infinity());
 }
 
-TEST_CASE("hits without a surface are the same but for that", "[t_error]") {
+TEST_CASE("hits without a surface differ only in normal and error", "[t_error]") {
   const Mesh mesh = icosphere(3);
   const Scene scene = make_scene({mesh});
   Random random(kSeed);

@@ -118,7 +118,7 @@ TEST_CASE("no ray from inside leaves a closed mesh", "[watertight]") {
   std::printf("watertight: %lu queries, all hit\n", total);
 }
 
-TEST_CASE("what each pair of policies leaks (printed)", "[watertight]") {
+TEST_CASE("leaks of each pair of policies (printed)", "[watertight]") {
   std::printf("%-12s %-32s", "mesh", "leaks per million at");
   for (const Tracer& tracer : all_tracers()) std::printf(" %26s", tracer.name);
   std::printf("\n");

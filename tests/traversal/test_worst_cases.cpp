@@ -129,7 +129,7 @@ TEST_CASE("no search breaks the bound of the point", "[worst_cases]") {
   search("WatertightDouble: Hit::error", point_share<WatertightDouble, double>);
 }
 
-TEST_CASE("no search lets a ray that leaves meet what it left", "[worst_cases]") {
+TEST_CASE("no search lets a spawned ray hit the triangle that it left", "[worst_cases]") {
   search_genes("Watertight: spawn_origin()", make_leaving_genes, spawn_share<Watertight, float>);
   search_genes("Reference: spawn_origin()", make_leaving_genes, spawn_share<Reference, float>);
   search_genes("WatertightDouble: spawn_origin()", make_leaving_genes, spawn_share<WatertightDouble, double>);
@@ -151,6 +151,6 @@ TEST_CASE("no search makes Reference decide wrongly, or t worse than its last pl
   search("Reference: units of t", reference_share);
 }
 
-TEST_CASE("no search takes t out of the bounds with which it is put off", "[worst_cases]") {
+TEST_CASE("no search takes t out of the bounds of a deferred decision", "[worst_cases]") {
   search("Reference::Bounds", put_off_share);
 }

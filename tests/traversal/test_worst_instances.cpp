@@ -132,12 +132,13 @@ Genes make_placed_genes(Random& random) {
 
 }  // namespace
 
-TEST_CASE("no search breaks the bound of a point seen through an instance", "[worst_cases]") {
+TEST_CASE("no search breaks the bound of a point in an instance", "[worst_cases]") {
   search_genes("Watertight in an instance", make_placed_genes, placed_share<Watertight, float>);
   search_genes("WatertightDouble in an instance", make_placed_genes, placed_share<WatertightDouble, double>);
 }
 
-TEST_CASE("no search makes a box hide what an instance has: its own, or one of its inner tree", "[worst_cases]") {
+TEST_CASE("no search makes a box hide a hit in an instance: the instance's box, or one of its object's tree",
+          "[worst_cases]") {
   search_genes("Watertight: an instance's margin", make_placed_genes, instance_margin_share<Watertight, float>);
   search_genes("Reference: an instance's margin", make_placed_genes, instance_margin_share<Reference, float>);
   search_genes("Double: an instance's margin", make_placed_genes, instance_margin_share<WatertightDouble, double>);
