@@ -101,8 +101,9 @@ def measure(arguments, name, source, work):
     rendered = json.loads(rendered)
     bytes_of_file = os.path.getsize(file)
     os.remove(file)
-    return {"scene": name, "builder": built["builder"], "built_by": built["device"], "primitives": once, "instantiated": often, "levels": levels,
-            "bytes": bytes_of_file, "build": {"seconds": build_seconds, "peak_bytes": build_memory},
+    return {"scene": name, "builder": built["builder"], "built_by": built["device"], "primitives": once,
+            "instantiated": often, "levels": levels, "bytes": bytes_of_file,
+            "build": {"seconds": build_seconds, "peak_bytes": build_memory},
             "validate": {"seconds": check_seconds, "peak_bytes": check_memory},
             "render": {"device": rendered["device"], "device_name": rendered["device_name"],
                        "seconds": rendered["seconds"], "seconds_of_program": render_seconds,
@@ -110,8 +111,8 @@ def measure(arguments, name, source, work):
 
 
 def markdown_of(record):
-    head = ["scene", "levels", "primitives", "in instances", "file MiB", "built by", "build s", "build MiB", "validate s",
-            "validate MiB", "rendered by", "render s", "Mrays/s", "render MiB"]
+    head = ["scene", "levels", "primitives", "in instances", "file MiB", "built by", "build s", "build MiB",
+            "validate s", "validate MiB", "rendered by", "render s", "Mrays/s", "render MiB"]
     rows = []
     for row in record["scenes"]:
         build, check, render = row["build"], row["validate"], row["render"]
@@ -122,8 +123,8 @@ def markdown_of(record):
                      number(render["mrays_per_second"], 1), number(render["peak_bytes"] / MIB, 0)])
     return (f"# Large scenes, {record['date']}\n\n- machine: {record['machine']}, {record['threads']} threads\n"
             f"- commit: {record['commit']}\n- command: `{record['command']}`\n\n"
-            "Seconds of whole programs, reading and writing included, but for rendering, where they are those of the picture; MiB: the largest "
-            "resident memory of the program (of the host).\n\n" + table(head, rows))
+            "Seconds are those of whole programs, with reading and writing; for rendering, those of the picture. MiB: "
+            "the largest resident memory of the program (of the host).\n\n" + table(head, rows))
 
 
 def main():
@@ -144,8 +145,9 @@ def main():
     def commit():
         if arguments.commit:
             return arguments.commit
-        told = subprocess.run(["git", "describe", "--always", "--dirty"], cwd=os.path.dirname(os.path.abspath(__file__)),
-                              capture_output=True, text=True, check=False)
+        told = subprocess.run(["git", "describe", "--always", "--dirty"],
+                              cwd=os.path.dirname(os.path.abspath(__file__)), capture_output=True, text=True,
+                              check=False)
         return told.stdout.strip() or "unknown"
 
     def work():

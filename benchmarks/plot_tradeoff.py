@@ -12,8 +12,8 @@ from variant_report.script import Parser, run_script, write_together
 
 DESCRIPTION = """Writes pareto_AXIS.svg from JSON of bench_tradeoff: the speed of every policy set against its leaks,
 hits hidden by boxes, self-intersections of spawned rays, wrong surfaces, and errors of t and of the hit point. Policy
-sets that another one beats in both are grey. Exit status: 0; 1 when a file cannot be read or written or has another format
-(nothing is written then); 2 for a wrong argument."""
+sets that another one beats in both are grey. Exit status: 0; 1 when a file cannot be read or written or has another
+format (nothing is written then); 2 for a wrong argument."""
 FORMAT = "hiprt bench_tradeoff 1"
 
 
@@ -41,7 +41,7 @@ class Tradeoff:
         return geometric_mean(self.speeds[subject])
 
     def fault_rate(self, wanted):
-        """By subject: faults per 10^9 rays of the checks for which wanted(question, origin) is true."""
+        """@return by subject: faults per 10^9 rays of the checks for which wanted(question, origin) is true."""
         sums = {}
         for subject, question, origin, rays, faults in self.faults:
             if wanted(question, origin):
@@ -59,14 +59,14 @@ class Tradeoff:
         return {subject: (1e4 * wrong / rays, 1e4 / rays) for subject, (rays, wrong) in sums.items() if rays}
 
     def worst(self, column):
-        """By subject: the largest value of all cases."""
+        """@return by subject: the largest value of all cases."""
         result = {}
         for row in self.errors:
             result[row[0]] = max(result.get(row[0], (0, 0.1))[0], row[column]), 0.1
         return result
 
 
-# File, axis of the plot, values by subject: (value, the least one that could have been seen).
+# Name of the file, title of the axis, and by subject: (value, the least value that so many rays can show).
 AXES = [
     ("leaks", "leaks per 10⁹ rays aimed at edges and vertices",
      lambda t: t.fault_rate(lambda question, _: question in ("edges", "vertices"))),
@@ -81,7 +81,7 @@ AXES = [
 
 
 def beaten(point, points):
-    """Whether another point is at least as good in both and better in one."""
+    """@return whether another point is at least as good in both coordinates and better in one."""
     return any(x >= point[0] and y <= point[1] and (x, y) != point for x, y in points)
 
 
@@ -107,7 +107,8 @@ def plot(plt, tradeoff, name, title, values, folder):
     axis.axhline(least, color="grey", linewidth=0.5)
     axis.text(0.01, least, "none seen", fontsize=7, color="grey", va="bottom", transform=axis.get_yaxis_transform())
     axis.grid(linewidth=0.3)
-    axis.set_title(f"{tradeoff.device}: right and down is better; grey: another policy set is better in both", fontsize=9)
+    axis.set_title(f"{tradeoff.device}: right and down is better; grey: another policy set is better in both",
+                   fontsize=9)
     save(figure, folder, f"pareto_{name}")
     plt.close(figure)
 

@@ -23,7 +23,7 @@ def count(text):
 
 
 def write_report(runs, peers, most, folder):
-    # Text of the JSON, such as a command, may hold what has no encoding.
+    # Text of the JSON, such as a command, may contain characters without an encoding.
     with open(os.path.join(folder, "variants.md"), "w", encoding="utf-8", errors="backslashreplace") as file:
         file.write(summary(runs, peers))
     plot_all(runs, folder, most)
@@ -41,7 +41,8 @@ def main():
 
     def work():
         runs, peers = Runs(arguments.json), Peers(arguments.peers)
-        write_together("plot_variants", arguments.output, lambda folder: write_report(runs, peers, arguments.most, folder))
+        write_together("plot_variants", arguments.output,
+                       lambda folder: write_report(runs, peers, arguments.most, folder))
 
     return run_script("plot_variants", work)
 

@@ -1,6 +1,6 @@
 #!/bin/bash
-# smoke_test.sh SOURCE BUILD: benchmarks/run on a tiny scene. It fails when a program fails, when tracers disagree, or
-# when a figure is missing. Times are not checked.
+# smoke_test.sh SOURCE BUILD: runs benchmarks/run on a tiny scene. It fails if a program fails, if tracers disagree, or
+# if a figure is missing. Times are not checked.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh
@@ -16,13 +16,15 @@ holds "$work/results/trace.json" side_by_side/procedural/{primary,ao,diffuse} ge
 holds "$work/results/build.json" build/procedural/threads_1 build/scattered/threads_1 validate/height_field \
   {sah,embree-low,embree-medium,embree-high}.sah_cost_ratio rtc_medium_robust.Mtri_s sah.peak_to_output
 holds "$work/results/builders.json" builders/procedural builders/opera_house '"commit"' \
-  {sah,lbvh,lbvh30,ploc,hploc,sbvh,hq,embree-low,embree-medium,embree-high}.{seconds_ratio,sah_cost,nodes,trace_time_ratio} \
+  {sah,lbvh,lbvh30,ploc,hploc,sbvh,hq}.{seconds_ratio,sah_cost,nodes,trace_time_ratio} \
+  embree-{low,medium,high}.{seconds_ratio,sah_cost,nodes,trace_time_ratio} \
   lbvh30.object_cost ploc.{primary,ao,diffuse}.Mrays_s hq.scratch_bytes_per_triangle '"build_threads"'
 for name in trace_times build_times_and_cost opera_house; do
   file=$work/results/builders_$name.svg
   if python3 -c 'import matplotlib' 2>/dev/null && [[ ! -s $file ]]; then fault "no $file"; fi
 done
-holds "$work/results/summary.md" '## Builders' '| cost of the object |' '# Benchmarks of' '- command:' '## Tracing' '## Building' '## Validation' '| planes_sah '
+holds "$work/results/summary.md" '## Builders' '| cost of the object |' '# Benchmarks of' '- command:' '## Tracing' \
+  '## Building' '## Validation' '| planes_sah '
 
 # The generated large scenes have the sizes that make_scene prints, and are valid.
 for name in island stadium swarm; do
@@ -42,7 +44,8 @@ for name in island.scene stadium.mesh swarm.json swarm_still.json; do
   expect 0 "" "$build/tools/bvhinfo" --validate "$work/scenes/${name%.*}.bvh"
   "$build/tools/bvhinfo" --json "$work/scenes/${name%.*}.bvh" >"$work/scenes/${name%.*}.info"
 done
-expect 0 "2100 segments of curves of type 1, 2400 points, 0 dropped" "$build/tools/bvhinfo" --validate "$work/scenes/hair.bvh"
+expect 0 "2100 segments of curves of type 1, 2400 points, 0 dropped" "$build/tools/bvhinfo" --validate \
+  "$work/scenes/hair.bvh"
 python3 - "$work/scenes" <<'PYTHON' || fault "a large scene is not what it should be"
 import json, sys
 scene = lambda name: json.load(open(f"{sys.argv[1]}/{name}.info"))["scene"]
@@ -53,15 +56,18 @@ assert swarm["instances"]["moving"] == 10_000 and still["instances"]["moving"] =
 PYTHON
 
 large=$source/large_scenes.py
-expect 0 "" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/large" --scene hair,swarm --size 32x18 --spp 1
+expect 0 "" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/large" --scene hair,swarm \
+  --size 32x18 --spp 1
 holds "$work/large/large_scenes.md" '| hair | 0 | 2100 | 2100 |' '| swarm | 1 | 6144 | 6.144e+07 |' '- commit: '
 holds "$work/large/large_scenes.json" '"peak_bytes"' '"mrays_per_second"'
-expect 1 "no scene 'moon' with a camera" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/large" --scene moon
+expect 1 "no scene 'moon' with a camera" python3 -B "$large" "$work/scenes" --tools "$build/tools" \
+  --output "$work/large" --scene moon
 expect 1 "cannot be started" python3 -B "$large" "$work/scenes" --tools "$work" --output "$work/large" --scene swarm
 expect 2 "see --help" python3 -B "$large" "$work/scenes"
 cp "$work/scenes/swarm.cam" "$work/scenes/broken.cam"
 echo '{' >"$work/scenes/broken.json"
-expect 1 "broken: $build/tools/bvhbuild" python3 -B "$large" "$work/scenes" --tools "$build/tools" --output "$work/other" --scene broken,hair --size 8x8 --spp 1
+expect 1 "broken: $build/tools/bvhbuild" python3 -B "$large" "$work/scenes" --tools "$build/tools" \
+  --output "$work/other" --scene broken,hair --size 8x8 --spp 1
 holds "$work/other/large_scenes.md" '| hair | 0 | 2100 | 2100 |'
 rm "$work/scenes/broken".*
 
@@ -84,7 +90,7 @@ for program in bench_trace bench_build bench_builders; do
   expect 2 "" "$build/benchmarks/$program" "--scenes=$work" --scene=missing
   expect 1 "" "$build/benchmarks/$program" --benchmark_filter=nothing
 done
-# Without rays of its own a scene is seen from its camera.
+# If a scene has no ray files, its rays come from its camera.
 python3 -c 'import struct, sys
 sys.stdout.buffer.write(struct.pack("<2I9f3I", 3, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 2))' >"$work/seen.mesh"
 expect 1 "no rays" "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1
@@ -92,7 +98,7 @@ echo 'eye 0.3 0.3 3 / at 0.3 0.3 0 / up 0 1 0 / 40' >"$work/seen.cam"
 expect 0 "### seen, 1 triangles" "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1 --rays=100
 echo 'eye 0.3' >"$work/seen.cam"
 expect 1 "seen.cam: " "$build/benchmarks/bench_builders" "--scenes=$work" --scene=seen --rounds=1
-# Files that are there but wrong.
+# Files that exist but are damaged.
 printf 'damaged' >"$work/bad.mesh"
 : >"$work/bad.primary.rays"
 expect 1 "" "$build/benchmarks/bench_trace" "--scenes=$work" --scene=bad

@@ -19,18 +19,19 @@ struct RaySet {
   std::vector<Ray> rays;
 };
 
-/// The kinds that have a file folder/NAME.KIND.rays.
+/// @return the kinds that have a file folder/NAME.KIND.rays.
 std::vector<std::string> stored_kinds(const std::filesystem::path& folder, const std::string& scene);
 
 /// Reads folder/NAME.KIND.rays and keeps about @p wanted of its rays.
 build::Result<RaySet> read_ray_set(const std::filesystem::path& folder, const std::string& scene,
                                    const std::string& kind, std::uint32_t wanted);
 
-/// The kinds that generate_ray_sets() makes.
+/// @return the kinds that generate_ray_sets() makes.
 std::vector<std::string> generated_kinds();
 
-/// About @p wanted primary rays of a picture of 1920 x 1080. Each hit spawns two cosine-weighted rays by
-/// spawn_origin(): an ao ray (any hit, at most a tenth of the scene's diagonal long) and a diffuse ray (closest hit).
+/// Makes about @p wanted primary rays of a picture of 1920 x 1080, and spawns two cosine-weighted rays from each hit
+/// (spawn_origin()). The ao ray (any hit) is at most a tenth of the scene's diagonal long. The diffuse ray looks for
+/// the closest hit.
 build::Result<std::vector<RaySet>> generate_ray_sets(const tools::Mesh& mesh, const tools::Camera& camera,
                                                      std::uint32_t wanted);
 

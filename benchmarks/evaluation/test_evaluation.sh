@@ -1,6 +1,6 @@
 #!/bin/bash
-# test_evaluation.sh BENCHMARKS BUILD RESULTS: evaluate on generated scenes, whose results stay in RESULTS. It fails
-# when a builder, form, wave or figure is missing, or a ray has another result. Times are not checked.
+# test_evaluation.sh BENCHMARKS BUILD RESULTS: runs evaluate on generated scenes. The results stay in RESULTS. It fails
+# if a builder, form, wave or figure is missing, or if a ray has another result. Times are not checked.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh
@@ -22,15 +22,17 @@ for scene in data["scenes"]:
     forms = {form["name"]: form for form in scene["forms"]}
     ours = ["lbvh", "ploc", "hploc", "sah", "sbvh", "hq"]
     expected = [(tracer, builder, form) for form in forms
-                for tracer, builders in [("hiprt", ours), ("embree", ["default", "high", "robust"])] for builder in builders
+                for tracer, builders in [("hiprt", ours), ("embree", ["default", "high", "robust"])]
+                for builder in builders
                 if (tracer, form) != ("embree", "deep")]
     assert [(e["tracer"], e["builder"], e["form"]) for e in scene["entries"]] == expected, scene["name"]
     waves = {wave["name"]: wave for wave in scene["waves"]}
     every = ["primary", "shadow 0", "bounce 1", "shadow 1", "bounce 2", "shadow 2"]
-    # Under the open sky hardly a ray goes on.
+    # Under the open sky hardly any ray hits again.
     assert list(waves) == every[:max(4, len(waves))] and (len(waves) == 6 or scene["name"] != "stadium"), list(waves)
     assert waves["primary"]["rays"] == 64 * 36 and waves["primary"]["hits"] == waves["shadow 0"]["rays"] > 500
-    assert waves["bounce 1"]["rays"] == waves["shadow 0"]["rays"] and waves["shadow 1"]["rays"] == waves["bounce 1"]["hits"]
+    assert waves["bounce 1"]["rays"] == waves["shadow 0"]["rays"]
+    assert waves["shadow 1"]["rays"] == waves["bounce 1"]["hits"]
     assert (forms["flat"]["levels"], forms["two_level"]["levels"]) == (0, 1)
     for entry in scene["entries"]:
         build = entry["build"]
@@ -44,8 +46,10 @@ island = data["scenes"][2]
 assert {form["name"]: form["levels"] for form in island["forms"]} == {"flat": 0, "two_level": 1, "deep": 3}
 assert [(m["tracer"], m["form"]) for m in island["missing"]] == 3 * [("embree", "deep")], island["missing"]
 PYTHON
-holds "$results/summary.md" '- commit: abc' '## island' '| embree |  robust |' 'Not measured: embree high deep: 3 levels'
-holds "$results/report.html" '<title>hiprt: evaluation on' 'Crossover: samples per pixel' 'All results of hiprt are right'
+holds "$results/summary.md" '- commit: abc' '## island' '| embree |  robust |' \
+  'Not measured: embree high deep: 3 levels'
+holds "$results/report.html" '<title>hiprt: evaluation on' 'Crossover: samples per pixel' \
+  'All results of hiprt are right'
 expect 1 "exists already" "$source/evaluate" --quick "--build=$build" "--output=$results"
 expect 2 "unknown argument '--unknown'" "$source/evaluate" --unknown
 expect 2 "expected cpu or gpu" "$source/evaluate" --device=tpu
@@ -53,16 +57,19 @@ expect 2 "exclude each other" "$source/evaluate" --build=a --program=b
 expect 2 "'octree' is none of" "$source/evaluate" --quick "--build=$build" "--output=$work/none" -- --builders=octree
 expect 0 "usage: benchmarks/evaluate" "$source/evaluate" --help
 
-# A packed program needs nothing else, and finds what it brings.
+# A packed program needs no other files, and finds the libraries beside it.
 expect 0 "Packed: " "$source/evaluate" "--pack=$work/pack" "--build=$build"
-if [[ ! -s $work/pack/lib/libembree3.so.3 || -e $work/pack/lib/libc.so.6 ]]; then fault "packed: $(ls "$work/pack/lib")"; fi
+if [[ ! -s $work/pack/lib/libembree3.so.3 || -e $work/pack/lib/libc.so.6 ]]; then
+  fault "packed: $(ls "$work/pack/lib")"
+fi
 small=(--scene=procedural --triangles=1000 --width=16 --height=9 --rounds=1 --build-rounds=1)
-expect 0 "Results: $work/packed" "$source/evaluate" "--program=$work/pack/bench_evaluation" "--output=$work/packed" -- "${small[@]}" --peers=none --builders=ploc --hierarchies=two_level
+expect 0 "Results: $work/packed" "$source/evaluate" "--program=$work/pack/bench_evaluation" "--output=$work/packed" \
+  -- "${small[@]}" --peers=none --builders=ploc --hierarchies=two_level
 expect 1 "exists already" "$source/evaluate" "--pack=$work/pack" "--build=$build"
 
-expect 0 "flat: flattened it has [0-9]* triangles, the limit is 2000" "$program" --scene=island --triangles=1000 --instances=8 \
-  --width=8 --height=8 --rounds=1 --build-rounds=1 --most-triangles=2000 --builders=lbvh --peers=none
-# The program's own words.
+expect 0 "flat: flattened it has [0-9]* triangles, the limit is 2000" "$program" --scene=island --triangles=1000 \
+  --instances=8 --width=8 --height=8 --rounds=1 --build-rounds=1 --most-triangles=2000 --builders=lbvh --peers=none
+# Messages of the program itself.
 expect 0 "usage: bench_evaluation" "$program" --help
 expect 2 "unknown argument 'x'" "$program" x
 expect 2 "--device=tpu: expected cpu or gpu" "$program" --device=tpu
@@ -79,7 +86,8 @@ expect 1 "seen.cam: the scene's camera cannot be read" "$program" --scene=seen "
 echo 'eye 0 0 3 / at 0 0 0 / up 0 1 0 / 40 / light 0 0' >"$work/seen.cam"
 expect 1 "seen.cam: light: expected 3 numbers" "$program" --scene=seen "--scenes=$work" --width=16 --height=9
 echo 'eye 0 0 3 / at 0 0 0 / up 0 1 0 / 40 / light 0 0 5' >"$work/seen.cam"
-expect 0 "## seen" "$program" "--scenes=$work" --width=16 --height=9 --rounds=1 --build-rounds=1 "--json=$work/seen.json"
+expect 0 "## seen" "$program" "--scenes=$work" --width=16 --height=9 --rounds=1 --build-rounds=1 \
+  "--json=$work/seen.json"
 holds "$work/seen.json" '"light": "point"' '"source": "seen.mesh"' '"name": "shadow 0"'
 if grep -q '"shadow 1"' "$work/seen.json"; then fault "rays that leave a triangle hit it"; fi
 printf 'damaged' >"$work/seen.scene"

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""test_page.py REPORT CHROMIUM WORK: what a browser makes of report.html.
+"""test_page.py REPORT CHROMIUM WORK PLOT...: checks how a browser shows report.html.
 
-At widths of a desk's and of a small screen, light and dark: nothing is said on the console, the page is no wider than the
-screen, every table and plot is there and has a size, and all words of a plot are inside it. Screenshots stay in WORK.
+It uses the widths of a desktop and of a small screen, light and dark. The console stays empty, and the page is no wider
+than the screen. Every table and plot is there and has a size, and all words of a plot are inside it. Screenshots stay
+in WORK.
 """
 
 import json
@@ -11,7 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Runs in a copy of the page, behind everything; what it finds ends up in the page itself.
+# Runs at the end of a copy of the page, and writes its findings into the page.
 PROBE = """<script>
 const box = element => { const r = element.getBoundingClientRect(); return [r.left, r.top, r.right, r.bottom]; };
 const outside = svg => { const [l, t, r, b] = box(svg);
@@ -26,7 +27,8 @@ const found = { errors: window.faults, width: innerWidth, wide: document.documen
     marks: f.querySelectorAll("polyline, rect").length, outside: outside(f.querySelector("svg")),
     colour: getComputedStyle(f.querySelector("text")).fill })),
   loaded: performance.getEntriesByType("resource").map(entry => entry.name).filter(name => !name.startsWith("data:")) };
-const pre = document.createElement("pre"); pre.id = "found"; pre.textContent = JSON.stringify(found); document.body.append(pre);
+const pre = document.createElement("pre"); pre.id = "found"; pre.textContent = JSON.stringify(found);
+document.body.append(pre);
 </script>"""
 CATCH = "<script>window.faults = []; window.addEventListener('error', e => faults.push(e.message), true);</script>"
 

@@ -1,5 +1,5 @@
 #!/bin/bash
-# test_report.sh BENCHMARKS: plot_evaluation.py on made-up figures, and on what is none.
+# test_report.sh BENCHMARKS: runs plot_evaluation.py on made-up figures, and on files that are not valid.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh
@@ -13,40 +13,47 @@ expect 0 "" python3 -B "$plot" "$made_up" --output "$work/out"
 report=$work/out/report.html
 for name in trace_times build_times time_to_image_{flat,two_level} time_to_image_relative_{flat,two_level}; do
   if [[ ! -s $work/out/made_up.$name.svg ]]; then fault "no $name.svg"; fi
-  python3 -c 'import sys, xml.dom.minidom; xml.dom.minidom.parse(sys.argv[1])' "$work/out/made_up.$name.svg" || fault "$name.svg"
+  python3 -c 'import sys, xml.dom.minidom; xml.dom.minidom.parse(sys.argv[1])' "$work/out/made_up.$name.svg" ||
+    fault "$name.svg"
   holds "$report" "id=\"made_up-$name\""
 done
-# hq builds 2 s longer than ploc and saves 4 ms per sample: 500 samples; quartiles of the rounds: 4.25 and 3.75 ms.
+# hq builds 2 s longer than ploc and saves 4 ms per sample: 500 samples. Quartiles of the rounds: 4.25 and 3.75 ms.
 holds "$report" '<title>hiprt: evaluation on Made-up CPU</title>' '<li>a made-up fault</li>' \
   '<tr><th>hq</th><td>459 (440 to 479)</td><td>500 (471 to 534)</td><td></td></tr>' \
   '<tr><th>sah</th><td>875 (875 to 875)</td><td>never</td><td></td></tr>' \
   '<tr><th>sbvh</th><td>never</td><td>at first only</td><td></td></tr>' \
   'embree default, embree robust: 3 levels &lt;of&gt; instances' 'hq is ahead of ploc from 500 samples on' \
   '<code>bench_evaluation --device=cpu --rounds=3 --scene=made_up</code>' \
-  '<tr><th>hq</th><td>3.00</td><td>0.800</td><td>1.00</td><td>0.600</td><td>0.600</td><td>0.600</td><td>0.600</td></tr>' \
+  '<tr><th>hq</th><td>3.00</td><td>0.800</td><td>1.00</td><td>0.600</td><td>0.600</td>'\
+'<td>0.600</td><td>0.600</td></tr>' \
   '<tr><th>ploc</th><td>0.500</td><td>0.500</td><td>1.50</td><td>1.50</td><td>1.50</td><td>1.50</td></tr>' \
   '<td>4.00 (0.250)</td><td>2.00 (0.500)</td><td>2.00 (0.475)</td>'
 if grep -q 'busy with other work' "$report"; then fault "an idle machine is called busy"; fi
 # Nothing is loaded from elsewhere.
-if grep -oE '(src|href)="[^"#][^"]*"|@import|url\([^)]*\)' "$report" | grep -v '="data:'; then fault "the page loads something"; fi
+if grep -oE '(src|href)="[^"#][^"]*"|@import|url\([^)]*\)' "$report" | grep -v '="data:'; then
+  fault "the page loads something"
+fi
 # The same figures give the same bytes, compressed or not.
-python3 -c 'import lzma, sys; lzma.open(sys.argv[2], "w").write(open(sys.argv[1], "rb").read())' "$made_up" "$work/a.json.xz"
+python3 -c 'import lzma, sys; lzma.open(sys.argv[2], "w").write(open(sys.argv[1], "rb").read())' "$made_up" \
+  "$work/a.json.xz"
 expect 0 "" python3 -B "$plot" "$work/a.json.xz" --output "$work/again"
 if ! diff -r "$work/out" "$work/again"; then fault "the page differs"; fi
 # Each stored page is made from the stored figures. It contains all plots, so the plots' files are not stored.
 for file in "$source"/results/*/evaluation.json; do
   if [[ ! -e $file ]]; then continue; fi
   expect 0 "" python3 -B "$plot" "$file" --output "$work/stored"
-  if ! cmp -s "$work/stored/report.html" "$(dirname "$file")/report.html"; then fault "$(dirname "$file"): report.html differs"; fi
+  if ! cmp -s "$work/stored/report.html" "$(dirname "$file")/report.html"; then
+    fault "$(dirname "$file"): report.html differs"
+  fi
   rm -r "$work/stored"
 done
 
-# A busy machine is called one.
+# The report says if the machine was busy.
 sed 's/^   0.25,$/   7.5,/' "$made_up" >"$work/busy.json"
 expect 0 "" python3 -B "$plot" "$work/busy.json" --output "$work/busy"
 holds "$work/busy/report.html" 'busy with other work at the start' 'load average 7.5 on 2 threads'
 
-# says STATUS TEXT ARGUMENT...: one line, and nothing is written.
+# says STATUS TEXT ARGUMENT...: expects the exit status and one line with the text, and that nothing is written.
 says() {
   local status=$1 text=$2
   shift 2
@@ -54,7 +61,8 @@ says() {
   if [[ $output != "plot_evaluation.py: $text"* || $output == *$'\n'* ]]; then fault "$*: '$output', wanted '$text'"; fi
   if [[ -e $work/none ]]; then fault "$*: something was written"; fi
 }
-# damaged STATEMENT TEXT: made-up figures after a statement about their value d, of which s is the scene.
+# damaged STATEMENT TEXT: expects the text for made-up figures that a statement has changed. The statement sees their
+# JSON as d and its first scene as s.
 damaged() {
   python3 -c 'import json, sys
 d = json.load(open(sys.argv[1]))
@@ -65,17 +73,20 @@ json.dump(d, open(sys.argv[3], "w"))' "$made_up" "$1" "$work/bad.json"
 }
 says 1 "$work/missing.json: cannot be read: No such file" "$work/missing.json"
 printf '{"format": "hiprt peers 1"}' >"$work/bad.json"
-says 1 "$work/bad.json: not a file of bench_evaluation: its 'format' should be 'hiprt bench_evaluation 1'" "$work/bad.json"
+says 1 "$work/bad.json: not a file of bench_evaluation: its 'format' should be 'hiprt bench_evaluation 1'" \
+  "$work/bad.json"
 damaged 'd["scenes"] = []' 'scenes: nothing was measured'
 damaged 'd["scenes"].append(s)' 'scenes: a scene is there twice'
 damaged 's["name"] = "../x"' "scenes[0].name: '../x' cannot be part of a file's name"
 damaged 's["entries"] = []' 'scenes[0]: nothing was measured'
 damaged 's["entries"][1]["build"]["seconds"] = 0' 'scenes[0].entries[1].build.seconds: is 0, but must be above 0'
 damaged 's["entries"][1]["form"] = "cubic"' "scenes[0].entries[1].form: the scene has no hierarchy 'cubic'"
-damaged 's["entries"][1]["waves"][0]["name"] = "tidal"' "scenes[0].entries[1].waves[0]: no wave of the scene is called 'tidal'"
+damaged 's["entries"][1]["waves"][0]["name"] = "tidal"' \
+  "scenes[0].entries[1].waves[0]: no wave of the scene is called 'tidal'"
 damaged 's["entries"][1]["waves"][2:3] = []' "scenes[0].entries[1]: has no wave 'bounce 1'"
 damaged 's["entries"][1]["waves"][0]["rounds"] = []' 'scenes[0].entries[1].waves[0].rounds: nothing was measured'
-damaged 's["entries"][1]["waves"][0]["rounds"][1] = "fast"' 'scenes[0].entries[1].waves[0].rounds[1]: a number is expected, not text'
+damaged 's["entries"][1]["waves"][0]["rounds"][1] = "fast"' \
+  'scenes[0].entries[1].waves[0].rounds[1]: a number is expected, not text'
 damaged 's["waves"][0]["kind"] = "tertiary"' "scenes[0].waves[0].kind: 'tertiary' is none of primary, secondary, shadow"
 damaged 's["waves"][0]["rays"] = 0' 'scenes[0].waves[0].rays: is 0, but must be above 0'
 damaged 'del d["device"]["threads"]' "device: has no 'threads'"

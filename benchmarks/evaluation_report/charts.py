@@ -8,9 +8,9 @@ from .svg import Picture, Scale, spread
 OPACITY = {"flat": 1, "two_level": 0.6, "deep": 0.3}
 
 
-# A builder has the same colour on every page: its place in svg.SERIES. Others share the last.
-COLORS = [("hiprt", "lbvh"), ("hiprt", "ploc"), ("hiprt", "hploc"), ("hiprt", "sah"), ("hiprt", "sbvh"), ("hiprt", "hq"),
-          ("embree", "default"), ("embree", "high"), ("embree", "robust")]
+# A builder has the same colour on every page: its index in svg.SERIES. Builders that are not listed share the last one.
+COLORS = [("hiprt", "lbvh"), ("hiprt", "ploc"), ("hiprt", "hploc"), ("hiprt", "sah"), ("hiprt", "sbvh"),
+          ("hiprt", "hq"), ("embree", "default"), ("embree", "high"), ("embree", "robust")]
 
 
 def series(entry):
@@ -32,7 +32,7 @@ def sample_label(value):
 
 
 def frame(picture, across, up, x_label, y_label, label_y):
-    """Axes, grid and their words."""
+    """Draws axes, grid and their labels."""
     for value in up.ticks():
         y = up.place(value)
         picture.line(across.start, y, across.end, y, "grid")
@@ -47,15 +47,16 @@ def frame(picture, across, up, x_label, y_label, label_y):
 
 
 def end_labels(picture, places, entries, across, up):
-    """Names behind the curves' ends, moved apart."""
+    """Draws names behind the ends of the curves, moved apart."""
     for entry, place, moved in zip(entries, places, spread(places, 14, up.end + 4, up.start)):
-        picture.parts.append(f'<line x1="{across.end:.1f}" y1="{place:.1f}" x2="{across.end + 10:.1f}" y2="{moved:.1f}" '
+        picture.parts.append(f'<line x1="{across.end:.1f}" y1="{place:.1f}" '
+                             f'x2="{across.end + 10:.1f}" y2="{moved:.1f}" '
                              f'stroke="var(--series{series(entry)})"/>')
         picture.text(across.end + 13, moved + 4, entry.name())
 
 
 def time_to_image(scene, hierarchy):
-    """Build + samples x sample, log-log."""
+    """Plots build time + samples * time per sample, log-log."""
     entries, counts = scene.of_hierarchy(hierarchy), sample_counts(scene, hierarchy)
     picture = Picture(560, 360, f"{scene.name}, {HIERARCHIES[hierarchy]}: time to image over samples per pixel")
     times = [entry.image_seconds(n) for entry in entries for n in (counts[0], counts[-1])]
@@ -64,14 +65,15 @@ def time_to_image(scene, hierarchy):
     frame(picture, across, up, "samples per pixel", "time to image", time_label)
     for entry in entries:
         points = [(across.place(n), up.place(entry.image_seconds(n))) for n in counts]
-        words = f"{entry.name()}: build {numbers.seconds(entry.build_seconds)}, then {numbers.seconds(entry.sample_seconds())} per sample"
+        words = (f"{entry.name()}: build {numbers.seconds(entry.build_seconds)}, "
+                 f"then {numbers.seconds(entry.sample_seconds())} per sample")
         picture.curve(points, series(entry), words, entry.tracer != "hiprt")
     end_labels(picture, [up.place(entry.image_seconds(counts[-1])) for entry in entries], entries, across, up)
     return picture
 
 
 def relative_time_to_image(scene, hierarchy):
-    """The same, relative to PLOC's: where a curve passes 1 is a crossover. None where PLOC was not measured."""
+    """Plots the same relative to PLOC. A crossover is where a curve passes 1. @return None if PLOC was not measured."""
     yardstick = scene.entry(hierarchy, YARDSTICK)
     if yardstick is None:
         return None
@@ -96,7 +98,7 @@ def relative_time_to_image(scene, hierarchy):
 
 
 def trace_bars(scene):
-    """Average time of a wave by kind, a row per builder, a bar per hierarchy."""
+    """Draws the average time of a wave by kind: a row per builder, a bar per hierarchy."""
     hierarchies = [hierarchy for hierarchy in HIERARCHIES if scene.of_hierarchy(hierarchy)]
     rows = list({entry.key(): entry for entry in scene.entries}.values())
     kinds = scene.kinds()
@@ -118,7 +120,8 @@ def trace_bars(scene):
                 value = scene.wave_seconds(entry, kind)
                 y = 52 + row * i + bar * f
                 words = f"{entry.name()}, {HIERARCHIES[hierarchy]}, {kind}: {numbers.seconds(value)} per wave"
-                picture.bar(scale.start, y, scale.place(value) - scale.start, bar - 2, series(entry), OPACITY[hierarchy], words)
+                picture.bar(scale.start, y, scale.place(value) - scale.start, bar - 2, series(entry),
+                            OPACITY[hierarchy], words)
                 picture.text(scale.place(value) + 5, y + bar - 3, numbers.seconds(value), "small")
     return picture
 
@@ -132,7 +135,7 @@ def draw_hierarchy_legend(picture, hierarchies):
 
 
 def build_bars(scene):
-    """Build times, logarithmic: a row per builder, a bar per hierarchy."""
+    """Draws build times, logarithmic: a row per builder, a bar per hierarchy."""
     hierarchies = [hierarchy for hierarchy in HIERARCHIES if scene.of_hierarchy(hierarchy)]
     rows = list({entry.key(): entry for entry in scene.entries}.values())
     times = [entry.build_seconds for entry in scene.entries]
@@ -154,22 +157,25 @@ def build_bars(scene):
             words = f"{entry.name()}, {HIERARCHIES[hierarchy]}: {numbers.seconds(entry.build_seconds)}"
             picture.bar(scale.start, y, scale.place(entry.build_seconds) - scale.start, bar - 2, series(entry),
                         OPACITY[hierarchy], words)
-            picture.text(scale.place(entry.build_seconds) + 5, y + bar - 3, numbers.seconds(entry.build_seconds), "small")
+            picture.text(scale.place(entry.build_seconds) + 5, y + bar - 3, numbers.seconds(entry.build_seconds),
+                         "small")
         picture.text(left - 8, 52 + row * i + (row - 8) / 2 + 4, rows[i].name(), "", "end")
     return picture
 
 
 def charts(scene):
-    """(name of the file, caption, picture) of a scene."""
+    """@return a list of (name of the file, caption, picture) for a scene."""
     found = [("trace_times", "Average time per wave, by kind of rays.", trace_bars(scene)),
              ("build_times", "Build time (logarithmic).", build_bars(scene))]
     for hierarchy in HIERARCHIES:
         if not scene.of_hierarchy(hierarchy):
             continue
-        found.append((f"time_to_image_{hierarchy}", f"Time to image, {HIERARCHIES[hierarchy]}: build, then all waves of each sample.",
+        found.append((f"time_to_image_{hierarchy}",
+                      f"Time to image, {HIERARCHIES[hierarchy]}: build, then all waves of each sample.",
                       time_to_image(scene, hierarchy)))
         relative = relative_time_to_image(scene, hierarchy)
         if relative:
             found.append((f"time_to_image_relative_{hierarchy}",
-                          f"The same, {HIERARCHIES[hierarchy]}, relative to {YARDSTICK}'s; rings are crossovers.", relative))
+                          f"The same, {HIERARCHIES[hierarchy]}, relative to {YARDSTICK}'s; rings are crossovers.",
+                          relative))
     return found

@@ -4,22 +4,23 @@ import math
 
 from .runs import quartiles
 
-# Slow to build against fast to build.
+# Builders that take long and make better trees, and fast builders.
 SLOW = ["sah", "sbvh", "hq"]
 FAST = ["lbvh", "ploc", "hploc"]
 MOST_SAMPLES = 1 << 20
 
 
 def samples_until(extra_build, saved):
-    """The number of samples after which the slower build has the image first, if each sample saves these seconds."""
+    """After how many samples the slower build has the image first, if each sample saves so many seconds."""
     if extra_build <= 0:
         return 0.0 if saved >= 0 else math.nan
     return extra_build / saved if saved > 0 else math.inf
 
 
 def crossover(slow, fast):
-    """(samples, least, most): least and most by the quartiles of what a sample saves, round by round. 0: from the start;
-    infinite: never; nan: it is faster at first only."""
+    """@return (samples, least, most) after which the slow builder has the image first. least and most come from the
+    quartiles, over the rounds, of the time that a sample saves. 0: from the start; infinite: never; nan: the slow
+    builder is ahead at first only."""
     extra = slow.build_seconds - fast.build_seconds
     saved = [b - a for a, b in zip(slow.round_seconds(), fast.round_seconds())]
     low, high = quartiles(saved)
@@ -28,13 +29,14 @@ def crossover(slow, fast):
 
 
 def crossovers(scene, hierarchy):
-    """(slow entry, fast entry, crossover) of all pairs that were measured."""
+    """@return (slow entry, fast entry, crossover) of all pairs that were measured."""
     pairs = [(scene.entry(hierarchy, slow), scene.entry(hierarchy, fast)) for slow in SLOW for fast in FAST]
     return [(slow, fast, crossover(slow, fast)) for slow, fast in pairs if slow and fast]
 
 
 def sample_counts(scene, hierarchy):
-    """Powers of two for the curves' ends: up to where all crossovers of the hierarchy lie, and at least 1024."""
-    finite = [samples for _, _, (samples, _, _) in crossovers(scene, hierarchy) if math.isfinite(samples) and samples > 0]
+    """@return powers of two from 1 to beyond all crossovers of the hierarchy, at least to 1024."""
+    finite = [samples for _, _, (samples, _, _) in crossovers(scene, hierarchy)
+              if math.isfinite(samples) and samples > 0]
     most = min(MOST_SAMPLES, max([1024, *(8 * samples for samples in finite)]))
     return [2**i for i in range(math.ceil(math.log2(most)) + 1)]

@@ -11,7 +11,8 @@ CSS = """
 :root { color-scheme: light dark; LIGHT }
 @media (prefers-color-scheme: dark) { :root { DARK } }
 * { box-sizing: border-box }
-body { margin: 0; background: var(--paper); color: var(--ink); font: 15px/1.5 system-ui, -apple-system, "Segoe UI", sans-serif }
+body { margin: 0; background: var(--paper); color: var(--ink); \
+font: 15px/1.5 system-ui, -apple-system, "Segoe UI", sans-serif }
 main, nav { max-width: 1200px; margin: 0 auto; padding: 0 24px }
 nav { padding-top: 16px; display: flex; flex-wrap: wrap; gap: 4px 16px; font-size: 14px }
 a { color: var(--link) }
@@ -41,15 +42,21 @@ ul { padding-left: 20px }
 @media print { nav { display: none } figure { break-inside: avoid } }
 """
 
-METHOD = """<p>The rays are one sample per pixel of a path tracer, wave by wave: primary rays; from every hit a shadow ray to
+METHOD = """<p>The rays are one sample per pixel of a path tracer, wave by wave: primary rays; \
+from every hit a shadow ray to
 the scene's light (or into the sky) and a diffuse ray, which is the next bounce (secondary rays). Each wave is traced
-separately. <em>flat</em>: all instances transformed, in one BVH. <em>two-level</em>: one BVH over instances of objects; a
-scene without instances becomes one instance. <em>deep</em>: the scene's nested groups. All competitors build and trace in
+separately. <em>flat</em>: all instances transformed, in one BVH. <em>two-level</em>: \
+one BVH over instances of objects; a
+scene without instances becomes one instance. <em>deep</em>: the scene's nested groups. \
+All competitors build and trace in
 turn; figures are medians over the rounds.</p>"""
-CPU_METHOD = """<p>Times are those of all threads together. Both libraries trace ray by ray (rtcIntersect1, rtcOccluded1).
+CPU_METHOD = """<p>Times are those of all threads together. \
+Both libraries trace ray by ray (rtcIntersect1, rtcOccluded1).
 Embree's build time is that of rtcCommitScene. SAH cost: one cost function for all flat BVHs of hiprt (bvhinfo).</p>"""
-GPU_METHOD = """<p>Build times are the GPU's, from meshes on the device to a BVH on the device, without copies and allocations. They
-include BVHs over instances, which the CPU builds. Trace times are the kernels'. SAH cost: one cost function for all flat
+GPU_METHOD = """<p>Build times are the GPU's, from meshes on the device to a BVH on the device, \
+without copies and allocations. They
+include BVHs over instances, which the CPU builds. Trace times are the kernels'. \
+SAH cost: one cost function for all flat
 BVHs.</p>"""
 
 
@@ -74,8 +81,8 @@ def busy(evaluation):
     if evaluation.device != "cpu" or not evaluation.load or evaluation.load[0] < 0.5 * evaluation.threads:
         return ""
     return ('<div class="faults"><strong>The machine was busy with other work at the start</strong><p>(load average '
-            f"{evaluation.load[0]:g} on {evaluation.threads} threads). Times are longer than on an idle machine; times of the "
-            "same round can still be compared roughly.</p></div>")
+            f"{evaluation.load[0]:g} on {evaluation.threads} threads). Times are longer than on an idle machine; "
+            "times of the same round can still be compared roughly.</p></div>")
 
 
 def wrap(name, value):
@@ -84,12 +91,13 @@ def wrap(name, value):
 
 
 def missing(scene):
-    """The list of what was not measured, grouped by reason."""
+    """@return the list of competitors that were not measured, grouped by reason."""
     reasons = {}
     for entry in scene.missing:
         who = " ".join(part for part in [entry["tracer"], entry["builder"]] if part)
         reasons.setdefault((HIERARCHIES.get(entry["form"], entry["form"]), entry["why"]), []).append(who)
-    lines = "".join(f"<li>{html.escape(hierarchy)}{html.escape(': ' + ', '.join(filter(None, names)) if any(names) else '')}: "
+    lines = "".join(f"<li>{html.escape(hierarchy)}"
+                    f"{html.escape(': ' + ', '.join(filter(None, names)) if any(names) else '')}: "
                     f"{html.escape(why)}</li>" for (hierarchy, why), names in reasons.items())
     return f"<h3>Not measured</h3><ul>{lines}</ul>" if lines else ""
 
@@ -98,7 +106,8 @@ def chart_figures(scene):
     text = ""
     for name, caption, picture in charts(scene):
         wide = ' class="chart wide"' if picture.width > 700 else ' class="chart"'
-        text += f'<figure{wide} id="{scene.name}-{name}"><figcaption>{html.escape(caption)}</figcaption>{picture.inline()}</figure>'
+        text += (f'<figure{wide} id="{scene.name}-{name}"><figcaption>{html.escape(caption)}</figcaption>'
+                 f"{picture.inline()}</figure>")
     return f'<div class="charts">{text}</div>'
 
 
@@ -123,6 +132,7 @@ def page(evaluation):
     return (f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">'
             f'<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
             f"<title>{html.escape(title)}</title><style>{css}</style></head><body><nav>{links}</nav><main>"
-            f"<h1>{html.escape(title)}</h1>{facts(evaluation)}{METHOD}{GPU_METHOD if evaluation.device == 'gpu' else CPU_METHOD}"
+            f"<h1>{html.escape(title)}</h1>{facts(evaluation)}{METHOD}"
+            f"{GPU_METHOD if evaluation.device == 'gpu' else CPU_METHOD}"
             f"{busy(evaluation)}{fault_list(evaluation)}{tables.overview(evaluation)}"
             + "".join(scene_section(evaluation, scene) for scene in evaluation.scenes) + "</main></body></html>\n")

@@ -8,9 +8,9 @@ from variant_report.json_file import load
 FORMAT = "hiprt bench_evaluation 1"
 KINDS = ["primary", "secondary", "shadow"]
 HIERARCHIES = {"flat": "flat", "two_level": "two-level", "deep": "deep"}
-# Builders that others are compared with.
+# The builder that others are compared with.
 YARDSTICK = "ploc"
-# Flags that do not change what is measured.
+# Flags that do not affect the measurements.
 OUTPUTS = ("--json=", "--markdown=")
 
 
@@ -51,11 +51,11 @@ class Entry:
         return (self.tracer, self.builder)
 
     def sample_seconds(self):
-        """All waves of one sample per pixel."""
+        """@return the time of all waves of one sample per pixel."""
         return sum(self.waves.values())
 
     def round_seconds(self):
-        """The same by round."""
+        """@return the same for each round."""
         return [sum(rounds) for rounds in zip(*self.rounds.values())]
 
     def image_seconds(self, samples):
@@ -69,8 +69,9 @@ class Scene:
             raise part.member("name").fault(f"{self.name!r} cannot be part of a file's name")
         self.source = part.name("source")
         self.light = part.name("light")
-        self.hierarchies = {hierarchy.name("name"): {key: hierarchy.number(key) for key in ["levels", "triangles", "instances"]}
-                      for hierarchy in part.members("forms")}
+        self.hierarchies = {
+            hierarchy.name("name"): {key: hierarchy.number(key) for key in ["levels", "triangles", "instances"]}
+            for hierarchy in part.members("forms")}
         self.waves = {}
         for wave in part.members("waves"):
             kind = wave.name("kind")
@@ -91,7 +92,7 @@ class Scene:
         return [entry for entry in self.entries if entry.hierarchy == hierarchy]
 
     def entry(self, hierarchy, builder, tracer="hiprt"):
-        """None if it was not measured."""
+        """@return None if it was not measured."""
         return next((e for e in self.of_hierarchy(hierarchy) if e.key() == (tracer, builder)), None)
 
     def kinds(self):
@@ -104,11 +105,11 @@ class Scene:
         return sum(wave["rays"] for wave in self.waves.values() if kind in (None, wave["kind"]))
 
     def seconds(self, entry, kind):
-        """Seconds of all waves of a kind."""
+        """@return the seconds of all waves of a kind."""
         return sum(entry.waves[name] for name in self.wave_names(kind))
 
     def wave_seconds(self, entry, kind):
-        """Average seconds of a wave of a kind."""
+        """@return the average seconds of a wave of a kind."""
         return self.seconds(entry, kind) / len(self.wave_names(kind))
 
     def mrays_s(self, entry, kind):
@@ -145,7 +146,7 @@ class Evaluation:
         return [hierarchy for hierarchy in HIERARCHIES if any(scene.of_hierarchy(hierarchy) for scene in self.scenes)]
 
     def keys(self):
-        """(tracer, builder), in the order of the command line."""
+        """@return (tracer, builder), in the order of the command line."""
         found = {entry.key(): entry for scene in self.scenes for entry in scene.entries}
         return sorted(found, key=lambda key: key[0] != "hiprt")
 
@@ -156,7 +157,7 @@ class Evaluation:
 
 
 def quartiles(values):
-    """The lower and the upper quartile."""
+    """@return the lower and the upper quartile."""
     if len(values) < 2:
         return values[0], values[0]
     first, _, third = statistics.quantiles(values, n=4, method="inclusive")

@@ -1,4 +1,4 @@
-"""Pictures of lines, bars and words, whose colours are those of the page or of the reader's light or dark screen."""
+"""Pictures of lines, bars and words. They have the colours of the page, or of the reader's light or dark mode."""
 
 import html
 import math
@@ -20,7 +20,7 @@ text { font: 12px system-ui, -apple-system, "Segoe UI", sans-serif; fill: var(--
 
 
 def variables(dark):
-    """The colours as CSS variables."""
+    """@return the colours as CSS variables."""
     names = {"paper": ("#ffffff", "#14181d"), "ink": ("#1b2026", "#e7ebef"), "soft": ("#5b6671", "#9fabb7"),
              "line": ("#e1e5e9", "#2d343c"), "shade": ("#f4f6f8", "#1c2229"), "link": ("#0b5cad", "#7db8f5")}
     names |= {f"series{i}": colors for i, colors in enumerate(SERIES)}
@@ -39,7 +39,8 @@ class Picture:
         self.parts = []
 
     def line(self, x1, y1, x2, y2, kind):
-        self.parts.append(f'<line class="{kind}" x1="{number(x1)}" y1="{number(y1)}" x2="{number(x2)}" y2="{number(y2)}"/>')
+        self.parts.append(f'<line class="{kind}" x1="{number(x1)}" y1="{number(y1)}" '
+                          f'x2="{number(x2)}" y2="{number(y2)}"/>')
 
     def text(self, x, y, words, kind="", anchor="start"):
         self.parts.append(f'<text class="{kind}" x="{number(x)}" y="{number(y)}" text-anchor="{anchor}">'
@@ -65,8 +66,9 @@ class Picture:
                 f'aria-label="{html.escape(self.title)}">{"".join(self.parts)}</svg>')
 
     def standalone(self):
-        """A file of its own."""
-        style = f":root {{ {variables(0)} }} @media (prefers-color-scheme: dark) {{ :root {{ {variables(1)} }} }} {STYLE}"
+        """@return the text of an SVG file."""
+        style = (f":root {{ {variables(0)} }} @media (prefers-color-scheme: dark) {{ :root {{ {variables(1)} }} }} "
+                 f"{STYLE}")
         return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(self.width)} {number(self.height)}" '
                 f'width="{number(self.width)}" height="{number(self.height)}"><title>{html.escape(self.title)}</title>'
                 f'<style>{style}</style><rect width="100%" height="100%" fill="var(--paper)"/>'
@@ -74,7 +76,7 @@ class Picture:
 
 
 class Scale:
-    """Numbers to places along an axis."""
+    """Maps numbers to positions along an axis."""
 
     def __init__(self, low, high, start, end, logarithmic):
         self.low, self.high, self.start, self.end, self.logarithmic = low, high, start, end, logarithmic
@@ -87,7 +89,7 @@ class Scale:
         return self.start + part * (self.end - self.start)
 
     def ticks(self):
-        """Decades, finer ones where they are few, or round steps."""
+        """@return decades (with steps between them if they are few), or round steps."""
         if self.logarithmic:
             first, last = math.floor(math.log10(self.low)), math.ceil(math.log10(self.high))
             factors = (1,) if last - first > 3 else (1, 2, 5)
@@ -99,13 +101,13 @@ class Scale:
 
 
 def round_step(value):
-    """1, 2 or 5 times a power of ten, not below."""
+    """@return 1, 2 or 5 times a power of ten, at least about `value`."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= 0.999 * value)
 
 
 def spread(places, gap, low, high):
-    """Places moved apart to the gap, in their order, inside [low, high] if they fit."""
+    """@return the positions, moved apart by at least `gap`, in their order, inside [low, high] if they fit."""
     order = sorted(range(len(places)), key=lambda i: places[i])
     moved = [0.0] * len(places)
     last = low - gap

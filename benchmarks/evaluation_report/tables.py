@@ -11,7 +11,7 @@ from .runs import HIERARCHIES, YARDSTICK
 
 
 class Cell:
-    """Words of a table; strong: the best of its column."""
+    """A cell of a table. strong: the best value of its column. hint: the tooltip."""
 
     def __init__(self, words, strong=False, hint=""):
         self.words, self.strong, self.hint = words, strong, hint
@@ -27,8 +27,8 @@ def as_cell(value):
 
 
 def table(caption, head, rows, command=None):
-    """rows: lists of words or cells, the first a heading; a row of one cell is a heading of its own. command: what
-    measures it again."""
+    """rows: lists of words or cells; the first is the row's heading. A row of one cell is a heading of the rows below.
+    command: repeats the measurement."""
     text = "<thead><tr>" + "".join(as_cell(cell).html("th") for cell in head) + "</tr></thead><tbody>"
     for row in rows:
         if len(row) == 1:
@@ -41,7 +41,7 @@ def table(caption, head, rows, command=None):
 
 
 def ratios(evaluation, hierarchy, key, figure):
-    """Of the scenes where both were measured: a builder's figure relative to the yardstick's."""
+    """@return a builder's figure relative to the yardstick's, for each scene where both were measured."""
     found = []
     for scene in evaluation.scenes:
         entry, base = scene.entry(hierarchy, key[1], key[0]), scene.entry(hierarchy, YARDSTICK)
@@ -52,7 +52,7 @@ def ratios(evaluation, hierarchy, key, figure):
 
 
 def overview(evaluation):
-    """Geometric means over the scenes; empty without the yardstick."""
+    """@return geometric means over the scenes; empty without the yardstick."""
     figures = [("build time", lambda scene, e: e.build_seconds), ("SAH cost", lambda scene, e: e.sah_cost),
                ("bytes", lambda scene, e: e.bytes or None)]
     for kind in evaluation.scenes[0].kinds():
@@ -71,7 +71,8 @@ def overview(evaluation):
                 rows.append([name, *(numbers.significant(mean) for mean in means)])
     if not rows:
         return ""
-    return table(f"Times, cost and size relative to {YARDSTICK} of the same hierarchy: geometric means over scenes, less is better",
+    return table(f"Times, cost and size relative to {YARDSTICK} of the same hierarchy: "
+                 "geometric means over scenes, less is better",
                  ["", *(name for name, _ in figures)], rows, evaluation.command)
 
 
@@ -82,15 +83,16 @@ def best(entries, figure):
 
 def builders(evaluation, scene):
     kinds = scene.kinds()
-    head = ["builder", "build", "of it instances", "SAH cost", "MB", *(f"{kind}, ms per wave (Mrays/s)" for kind in kinds),
-            "one sample, ms", "differing rays"]
+    head = ["builder", "build", "of it instances", "SAH cost", "MB",
+            *(f"{kind}, ms per wave (Mrays/s)" for kind in kinds), "one sample, ms", "differing rays"]
     rows = []
     for hierarchy in HIERARCHIES:
         entries = scene.of_hierarchy(hierarchy)
         if not entries:
             continue
         facts = scene.hierarchies[hierarchy]
-        instances = f", {numbers.count(facts['instances'])} instance{'s'[:facts['instances'] != 1]}" if facts["instances"] else ""
+        instances = (f", {numbers.count(facts['instances'])} instance{'s'[:facts['instances'] != 1]}"
+                     if facts["instances"] else "")
         rows.append([f"{HIERARCHIES[hierarchy]}: {numbers.count(facts['triangles'])} triangles{instances}"])
         bounds = {figure: best(entries, figure) for figure in
                   [lambda e: e.build_seconds, lambda e: e.sah_cost, lambda e: e.sample_seconds()]}
@@ -126,12 +128,13 @@ def crossover_table(evaluation, scene):
             rows += [[HIERARCHIES[hierarchy]], *part]
     if not rows:
         return ""
-    return table("Crossover: samples per pixel from which the slower build has the image first (quartiles of the rounds)",
+    return table("Crossover: samples per pixel from which the slower build has the image first "
+                 "(quartiles of the rounds)",
                  ["against", *FAST], rows, evaluation.command_of(scene))
 
 
 def crossover_words(found):
-    """With a range where there is one."""
+    """@return the crossover, with its range if there is one."""
     samples, least, most = found
     if not math.isfinite(samples) or samples == 0 or not math.isfinite(least):
         return numbers.samples(samples)
@@ -154,8 +157,8 @@ def levels_price(evaluation, scene):
                          numbers.significant(whole)])
     if not rows:
         return ""
-    return table("Instances relative to the flat tree of the same builder", ["", "build time", "bytes", *kinds, "one sample"],
-                 rows, evaluation.command_of(scene))
+    return table("Instances relative to the flat tree of the same builder",
+                 ["", "build time", "bytes", *kinds, "one sample"], rows, evaluation.command_of(scene))
 
 
 def waves(evaluation, scene):

@@ -1,6 +1,6 @@
 #!/bin/bash
-# test_tradeoff.sh SOURCE BUILD: benchmarks/tradeoff with few rays, its plots, and wrong command lines. Times are not
-# checked.
+# test_tradeoff.sh SOURCE BUILD: runs benchmarks/tradeoff with few rays, and checks its plots and wrong command lines.
+# Times are not checked.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh
@@ -12,10 +12,10 @@ program=$build/benchmarks/policy_tradeoff/bench_tradeoff
 
 expect 0 "Results: $work/results" "$source/tradeoff" --quick "--build=$build" "--output=$work/results"
 holds "$work/results/tradeoff.json" '"commit"' '"broken_guarantees": []' '"subject": "reference (fast-math)"' \
-  '"subject": "Embree robust"' '"question": "boxes"' '"origin": "spawn_origin"' '"case": "needles 6e7"' '"beyond_bound": 0' \
-  '"place": "16 levels"' '"subject": "double"'
-holds "$work/results/tradeoff.md" '# Speed and accuracy' '## Speed' '| default/quantized ' '## Faults' '## Spawned' '## Errors' \
-  '## Instances and motion' '## Builders' '| lbvh30 '
+  '"subject": "Embree robust"' '"question": "boxes"' '"origin": "spawn_origin"' '"case": "needles 6e7"' \
+  '"beyond_bound": 0' '"place": "16 levels"' '"subject": "double"'
+holds "$work/results/tradeoff.md" '# Speed and accuracy' '## Speed' '| default/quantized ' '## Faults' '## Spawned' \
+  '## Errors' '## Instances and motion' '## Builders' '| lbvh30 '
 expect 0 "" "$program" --policies=default --questions=edges --aimed=1000 "--markdown=$work/edges.md"
 holds "$work/edges.md" '## Faults' '| default '
 for title in Speed Spawned Errors Instances; do

@@ -1,10 +1,10 @@
 /// make_scene NAME DIR [--strands N | --motion N]: generates large scenes for bvhbuild and the other tools.
-///   hair     hair.hair, head.mesh, hair.cam    a head of 100,000 strands, or N
-///   island   island.scene, island.cam    three levels of instances, more than 30 thousand million triangles
-///   stadium  stadium.mesh, stadium.cam   a teapot in a stadium, 2 million triangles
-///   swarm    swarm.json, swarm_still.json, swarm.mesh, swarm.cam
-///                                        10,000 instances that move and rotate between the times 0 and 1 (by N percent
-///                                        of the default), and the same instances, static, at time 0.5
+///     hair     hair.hair, head.mesh, hair.cam: a head of 100,000 strands, or N
+///     island   island.scene, island.cam: three levels of instances, more than 30 thousand million triangles
+///     stadium  stadium.mesh, stadium.cam: a teapot in a stadium, 2 million triangles
+///     swarm    swarm.json, swarm.mesh, swarm.cam: 10,000 instances that move and rotate between the times 0 and 1
+///              swarm_still.json: the same instances, static, at time 0.5
+/// --motion sets the motion to N percent of the default.
 
 #include "../common/hair.h"
 #include "../common/island.h"

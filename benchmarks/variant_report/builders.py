@@ -42,26 +42,28 @@ class BuilderRuns:
         return self.cells[scene].number(f"{builder}.{counter}", positive=True)
 
     def averaged_scenes(self):
-        """The scenes from files. Without such scenes: procedural if it was measured, else all."""
+        """@return the scenes from files. Without such scenes: procedural if it was measured, else all."""
         for scenes in [[s for s in self.cells if s not in GENERATED], [s for s in self.cells if s == "procedural"]]:
             if scenes:
                 return scenes
         return list(self.cells)
 
     def kinds(self):
-        """The builders that every scene has."""
+        """@return the kinds of rays that every scene has."""
         builder = self.builders[0]
-        return [kind for kind in KINDS if all(f"{builder}.{kind}.time_ratio" in part.value for part in self.cells.values())]
+        return [kind for kind in KINDS
+                if all(f"{builder}.{kind}.time_ratio" in part.value for part in self.cells.values())]
 
     def mean(self, builder, counter):
         return geometric_mean(self.figure(scene, builder, counter) for scene in self.averaged_scenes())
 
 
 def place_bars(axis, runs, series):
-    """Groups of bars, one group per builder. series: (label, numbers in the builders' order)."""
+    """Draws groups of bars, one group per builder. series: (label, numbers in the order of the builders)."""
     width = 0.8 / len(series)
     for i, (label, numbers) in enumerate(series):
-        axis.bar([at + (i - (len(series) - 1) / 2) * width for at in range(len(runs.builders))], numbers, width, label=label)
+        axis.bar([at + (i - (len(series) - 1) / 2) * width for at in range(len(runs.builders))], numbers, width,
+                 label=label)
     axis.set_xticks(range(len(runs.builders)))
     axis.set_xticklabels(runs.builders, rotation=45, ha="right")
     axis.grid(axis="y", linewidth=0.4)

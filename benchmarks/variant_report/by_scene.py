@@ -1,11 +1,11 @@
-"""Tables with a column per scene, of the variant that is usual in all but tree, tests and features."""
+"""Tables with a column per scene. The variants differ in tree, tests and features; all other axes are usual."""
 
 from .markdown import number, per_query, table
 from .runs import ALL_HITS, ROW_AXES, geometric_mean
 
-# What an axis is when it is not what is varied (hiprt_default_* of cmake/HiprtBenchVariants.cmake).
+# The value of an axis that a table does not vary (hiprt_default_* of cmake/HiprtBenchVariants.cmake).
 USUAL = {"stack": "private", "order": "usual", "blocks": "64x14"}
-# The first that was measured.
+# The tables show the first of these that was measured.
 USUAL_SCHEDULES = ["batch12", "batch16"]
 USUAL_FEATURES = "masks"
 TESTS = ["accurate", "fast"]
@@ -14,7 +14,7 @@ MISSING = "Not measured.\n"
 
 
 def scene_columns(ratios, scenes, cells):
-    """Geometric means over the kinds of rays of each scene, and over all these cells; empty unless all are there."""
+    """@return geometric means over the kinds of rays of each scene, and over all cells; empty unless all are there."""
     columns = []
     for wanted in [[cell for cell in sorted(cells) if cell[0] == scene] for scene in scenes] + [sorted(cells)]:
         complete = all(cell in ratios for cell in wanted)
@@ -23,7 +23,7 @@ def scene_columns(ratios, scenes, cells):
 
 
 def usual_row(runs, tree, tests=TESTS[0], features=USUAL_FEATURES):
-    """None if it was not measured."""
+    """@return None if it was not measured."""
     axes = {**USUAL, "tests": tests, "features": features}
     found = [row for row in runs.rows.values()
              if row.axes["tree"] == tree and all(row.axes[axis] == value for axis, value in axes.items())]
@@ -32,7 +32,7 @@ def usual_row(runs, tree, tests=TESTS[0], features=USUAL_FEATURES):
 
 
 def one_hit_cells(runs):
-    """Without queries for all hits, which few variants are measured with."""
+    """@return the cells without queries for all hits, because only few variants are measured with these."""
     return {cell for cell in runs.cells() if not cell[1].endswith(ALL_HITS)}
 
 
@@ -61,7 +61,8 @@ def bytes_text(runs):
     rows = []
     for name in tree_names(runs):
         trees = {scene: tree for (scene, tree_name), tree in runs.trees.items() if tree_name == name}
-        facts = ["/".join(sorted({str(tree[key]) for tree in trees.values()})) for key in ["layout", "builder", "split_budget"]]
+        facts = ["/".join(sorted({str(tree[key]) for tree in trees.values()}))
+                 for key in ["layout", "builder", "split_budget"]]
         sizes = [number(trees[scene]["bytes_per_triangle"], 1) if scene in trees else "" for scene in scenes]
         rows.append([name, *facts, *sizes])
     return table(["bytes per triangle", "layout", "builder", "split budget", *scenes], rows) if rows else MISSING
@@ -74,7 +75,8 @@ def fast_text(runs):
         accurate, fast = (usual_row(runs, tree, tests) for tests in TESTS)
         if accurate and fast:
             registers = [per_query(accurate.registers), per_query(fast.registers)]
-            rows.append([tree, *scene_columns(fast.ratios(accurate.speeds), runs.scenes(), one_hit_cells(runs)), *registers])
+            columns = scene_columns(fast.ratios(accurate.speeds), runs.scenes(), one_hit_cells(runs))
+            rows.append([tree, *columns, *registers])
     return table(["fast x accurate", *runs.scenes(), "all cells", "registers", "of fast"], rows) if rows else MISSING
 
 
@@ -99,6 +101,7 @@ def by_scene_text(runs, peers):
     schedule = next((schedule for schedule in USUAL_SCHEDULES if schedule in measured), USUAL_SCHEDULES[0])
     axes = {**USUAL, "schedule": schedule}
     usual = ", ".join(f"{axis} {axes[axis]}" for axis in ROW_AXES if axis in axes)
-    text = f"Features {USUAL_FEATURES}, unless a row says otherwise; {usual}. Relative speeds are geometric means over\n"
+    text = f"Features {USUAL_FEATURES}, unless a row says otherwise; {usual}. "
+    text += "Relative speeds are geometric means over\n"
     text += "the kinds of rays of a scene, and over all cells; there is none where a cell was not measured.\n\n"
     return text + ("\n".join(tables) or MISSING)

@@ -12,7 +12,8 @@ def provenance_text(runs):
     text = ""
     for path, data in runs.files:
         device = data["device"]
-        text += f"- `{os.path.basename(path)}`: {device['name']}, commit {data['commit']}, {data['date']}, `{data['command']}`\n"
+        text += (f"- `{os.path.basename(path)}`: {device['name']}, commit {data['commit']}, {data['date']}, "
+                 f"`{data['command']}`\n")
         for key in ["driver", "runtime_version", "compute_units", "timed"]:
             if device.get(key):
                 text += f"  - {key.replace('_', ' ')}: {device[key]}\n"
@@ -24,7 +25,7 @@ def provenance_text(runs):
 
 
 def ranking_text(runs, peers):
-    """Every variant against the peers, best first."""
+    """Compares every variant with the peers, the best first."""
     ranked = []
     hiprt = peers.references["best HIPRT"]
     kinds = [kind for kind in runs.kinds() if any(cell[1] == kind for cell in hiprt)]
@@ -39,7 +40,8 @@ def ranking_text(runs, peers):
         return "None of the peers' scenes was measured.\n"
     head = ["variant", "cells"] + [f"x {name}" for name in peers.references]
     head += [f"{kind} x best HIPRT" for kind in kinds]
-    rows = [[row.name(), cells] + [number(mean, 3) for mean in means + by_kind] for cells, means, by_kind, row in ranked]
+    rows = [[row.name(), cells] + [number(mean, 3) for mean in means + by_kind]
+            for cells, means, by_kind, row in ranked]
     return table(head, rows)
 
 
@@ -74,7 +76,7 @@ def cells_text(runs, peers):
 
 
 def one_cell_table(runs, peers, speeds):
-    """Speeds and ratios, and the geometric means over all cells that the peers have too."""
+    """Speeds and ratios, and the geometric means over all cells that the peers have, too."""
     rows = []
     for scene in runs.scenes():
         for kind in runs.kinds():
@@ -93,16 +95,18 @@ def one_cell_table(runs, peers, speeds):
 
 
 def accuracy_text(runs):
-    text = "The speed of `Fast` and `Plain` relative to `Watertight` and `Conservative`, all else the same: above 1, accuracy\n"
+    text = "The speed of `Fast` and `Plain` relative to `Watertight` and `Conservative`, all else the same: above 1, "
+    text += "accuracy\n"
     text += "costs. Geometric means over the kinds of rays of a scene, and over all cells that were measured.\n\n"
     rows = [[accurate.name(), per_query(accurate.registers), per_query(fast.registers),
              *scene_columns(ratios, runs.scenes(), ratios)]
             for accurate, fast, ratios in paired_ratios(runs, "tests", "accurate", "fast")]
-    return text + table(["accurate variant", "registers", "of fast", *runs.scenes(), "all cells"], rows) if rows else MISSING
+    head = ["accurate variant", "registers", "of fast", *runs.scenes(), "all cells"]
+    return text + table(head, rows) if rows else MISSING
 
 
 def features_text(runs):
-    """Each set of features against the smallest that was measured with the same other choices."""
+    """Compares each set of features with the smallest one that was measured with the same other choices."""
     rows, seen = [], set()
     for i, base in enumerate(FEATURES):
         for other in FEATURES[i + 1:]:

@@ -12,7 +12,7 @@
 namespace hiprt::bench {
 namespace {
 
-/// All axes but the query, which is the column's.
+/// @return the values of all axes except the query, which the column shows.
 std::string row_name(const VariantName& name) {
   const std::string_view order = has_usual_order(name) ? "usual" : name.order;
   std::string text;
@@ -22,7 +22,7 @@ std::string row_name(const VariantName& name) {
   return text;
 }
 
-/// Kind of rays, and the query if the kind does not imply it.
+/// @return the kind of rays, and the query if the kind does not imply it.
 std::string column_name(const Variant& variant, const Result& result) {
   return result.kind + (variant.query == Query::kAll ? " all" : "");
 }
@@ -81,8 +81,8 @@ std::string table_of(const Engine& engine, const Report& report, std::size_t tre
   return table.text();
 }
 
-/// For tests that are not exact (is_exact()): the share of compared rays that hit other primitives than on the host,
-/// over all variants with the same tests.
+/// @return the table of tests that are not exact (is_exact()). It shows the share of compared rays that hit other
+/// primitives than on the host, over all variants with the same tests.
 std::string inexact_text(const Engine& engine, const Report& report) {
   struct Sum {
     std::uint64_t checked = 0, other_primitives = 0;

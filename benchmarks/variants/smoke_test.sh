@@ -1,6 +1,6 @@
 #!/bin/bash
-# smoke_test.sh BENCHMARKS PROGRAM SCENES: bench_variants and run_gpu on the CPU, on scenes of make_bench_scene. It
-# fails when a variant has other results, when a wrong result is not seen, or when a figure is missing. Times are not
+# smoke_test.sh BENCHMARKS PROGRAM SCENES: runs bench_variants and run_gpu on the CPU, on scenes of make_bench_scene. It
+# fails if a variant has other results, if a wrong result is not detected, or if a figure is missing. Times are not
 # checked.
 set -uo pipefail
 
@@ -26,21 +26,23 @@ holds "$work/results/kernels.md" '| registers |'
 expect 1 "exists already" "$source/run_gpu" "--scenes=$scenes" "--program=$program" "--output=$work/results"
 expect 2 "unknown argument" "$source/run_gpu" --unknown
 
-# Flags choose variants, and refuse what is not there.
+# Flags choose variants. Values that do not exist are rejected.
 expect 0 "1296 rays, 4 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
   --kinds=primary --device=cpu --width=48 --height=27 --repetitions=1
 expect 0 "1296 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
   --kinds=primary --queries=all --device=cpu --width=48 --height=27 --repetitions=1
 expect 0 "1295 rays, 2 variants" "$program" "--scenes=$scenes" --scene=procedural --layouts=planes --features=masks \
-  --kinds=primary,diffuse --tests=accurate --pixels=tiles --device=cpu --width=37 --height=35 --repetitions=1 "--json=$work/tiles.json"
+  --kinds=primary,diffuse --tests=accurate --pixels=tiles --device=cpu --width=37 --height=35 --repetitions=1 \
+  "--json=$work/tiles.json"
 holds "$work/tiles.json" 'in tiles of 8 x 4'
-# Rays beside a tree, in the current folder too: two of them, for closest hits.
+# A file of rays beside a tree, also in the current folder: two rays for closest hits.
 cp "$scenes/procedural.float.bvh" "$work/beside.float.bvh"
 python3 -c 'import struct, sys
 ray = struct.pack("<8f", 0, 0, 0, 0, 0, 0, 1, 1e30)
 open(sys.argv[1], "wb").write(struct.pack("<2I", 2, 0) + ray + ray)' "$work/beside.two.rays"
 for tree in "$work/beside.float.bvh" beside.float.bvh; do
-  expect 0 "beside.float.bvh, two: 2 rays" env -C "$work" "$(realpath "$program")" --device=cpu --repetitions=1 "--bvh=$tree"
+  expect 0 "beside.float.bvh, two: 2 rays" env -C "$work" "$(realpath "$program")" --device=cpu --repetitions=1 \
+    "--bvh=$tree"
 done
 expect 2 "--pixels=columns: expected rows or tiles" "$program" "${small[@]}" "--scenes=$scenes" --pixels=columns
 expect 2 "--layouts=octree: no compiled variant has it" "$program" "${small[@]}" "--scenes=$scenes" --layouts=octree

@@ -1,6 +1,6 @@
 #!/bin/bash
-# test_plot.sh BENCHMARKS: plot_variants.py on figures that are made up as multiples of HIPRT's, and what run_gpu stores
-# of a program that says them.
+# test_plot.sh BENCHMARKS: runs plot_variants.py on made-up figures, which are multiples of HIPRT's. Checks what run_gpu
+# stores for a program that prints these figures.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh
@@ -15,7 +15,8 @@ holds "$work/out/variants.md" 'Made-up GPU, commit 0000000' '**wrong result**: s
   '| sponza primary | 5926 | 2.00 | 3.80 | 1.31 |' '| **geometric mean of 5 cells** |  | **2.00** |' \
   '| planes accurate private batch16 usual masks 64x14 | 80/80 | 72/72 | 1.250 | 1.250 |' \
   '| accurate variant | registers | of fast | sponza | all cells |' \
-  '| planes accurate | 2.000 | 2.000 | 2.000 (sponza primary) |' '| planes fast | 5.239 | 5.239 | 4.748 (sponza primary) |' \
+  '| planes accurate | 2.000 | 2.000 | 2.000 (sponza primary) |' \
+  '| planes fast | 5.239 | 5.239 | 4.748 (sponza primary) |' \
   '| planes | planes | sah |  | 57.0 |' '| quantized | quantized | embree-high | 3.0 | 48.0 |' \
   '| planes | 1.250 | 1.250 | 80/80 | 72/72 |' '| planes filter | 0.950 | 0.950 | 84/84 | 1536/1536 |' \
   '| planes accurate private batch16 usual filter 64x14 | masks | 80/80 | 84/84 | 0.950 |' \
@@ -35,7 +36,8 @@ done
 
 # Compressed files are read too.
 made_up=$source/variants/test_data/made_up.json
-python3 -c 'import lzma, sys; lzma.open(sys.argv[2], "w").write(open(sys.argv[1], "rb").read())' "$made_up" "$work/a.json.xz"
+python3 -c 'import lzma, sys; lzma.open(sys.argv[2], "w").write(open(sys.argv[1], "rb").read())' "$made_up" \
+  "$work/a.json.xz"
 expect 0 "" python3 -B "$plot" "$work/a.json.xz" --output "$work/compressed"
 if ! diff <(sed 's/a.json.xz/made_up.json/' "$work/compressed/variants.md") "$work/out/variants.md"; then
   fault "a compressed file gives another summary"
@@ -43,21 +45,23 @@ fi
 # The same figures give the same pictures.
 if ! diff -r -x variants.md "$work/compressed" "$work/out"; then fault "the same figures give other pictures"; fi
 
-# says STATUS TEXT ARGUMENT...: the exit status, and one line that holds the text; nothing is written.
+# says STATUS TEXT ARGUMENT...: expects the exit status and one line with the text, and that nothing is written.
 says() {
   local status=$1 text=$2
   shift 2
   expect "$status" "" python3 -B "$plot" --output "$work/none" "$@"
-  if [[ $output != "plot_variants.py: "*"$text"* || $output == *$'\n'* ]]; then fault "$*: '$output', wanted '$text'"; fi
+  if [[ $output != "plot_variants.py: "*"$text"* || $output == *$'\n'* ]]; then
+    fault "$*: '$output', wanted '$text'"
+  fi
   if [[ -e $work/none ]]; then fault "$*: something was written"; fi
 }
-# holding TEXT MESSAGE: of a file that holds just this.
+# holding TEXT MESSAGE: expects the message for a file that contains only this text.
 holding() {
   printf '%s' "$1" >"$work/bad.json"
   says 1 "$work/bad.json: $2" "$work/bad.json"
 }
-# damaged STATEMENT MESSAGE [FILE FLAG]: of the made-up figures, or the file of that flag, after a statement about its
-# value d.
+# damaged STATEMENT MESSAGE [FILE FLAG]: expects the message for the made-up figures, or for the file of that flag.
+# Before, a statement changes its JSON d.
 damaged() {
   python3 -c 'import json, sys
 d = json.load(open(sys.argv[1]))
@@ -107,11 +111,13 @@ damaged 'd["trees"] = {}' 'trees: a list is expected, not an object'
 damaged 'd["trees"][0]["scene"] = "../sponza"' "trees[0].scene: '../sponza' cannot be part of a file's name"
 peers=$source/peers/h200.json
 damaged 'd["peers"] = 1' 'peers: a list is expected, not a number' "$peers" --peers
-damaged 'd["peers"][2]["mrays_s"]["sponza"]["ao"] = 0' 'peers[2].mrays_s.sponza.ao: is 0, but must be above 0' "$peers" --peers
-damaged 'd["peers"][2]["mrays_s"]["sponza"] = []' 'peers[2].mrays_s.sponza: an object is expected, not a list' "$peers" --peers
+damaged 'd["peers"][2]["mrays_s"]["sponza"]["ao"] = 0' \
+  'peers[2].mrays_s.sponza.ao: is 0, but must be above 0' "$peers" --peers
+damaged 'd["peers"][2]["mrays_s"]["sponza"] = []' \
+  'peers[2].mrays_s.sponza: an object is expected, not a list' "$peers" --peers
 
-# Nothing is half written: what was there stays, and nothing comes beside it.
-# keeps TEXT ARGUMENT...: in $work/old.
+# After an error the folder is unchanged.
+# keeps TEXT ARGUMENT...: expects this text, and that $work/old is unchanged.
 keeps() {
   local text=$1 before
   shift
@@ -143,7 +149,7 @@ done
 says 2 "argument --most: '-3' is no number" "$made_up" --most -3
 says 2 'unrecognized arguments: --unknown' "$made_up" --unknown
 
-# The stored summaries are those of the stored figures. (The plots depend on the version of matplotlib.)
+# The stored summaries are made from the stored figures. (The plots depend on the version of matplotlib.)
 for file in "$source"/results/*/variants.json.xz; do
   if ! python3 -B -c 'import sys
 sys.path.insert(0, sys.argv[1])
@@ -154,7 +160,7 @@ sys.stdout.write(summary.summary(runs.Runs([sys.argv[2]]), runs.Peers(sys.argv[1
   fi
 done
 
-# run_gpu stores what it says. Its summary can be made again from what is stored.
+# run_gpu stores its files. The summary can be made again from the stored JSON.
 cat >"$work/program" <<PROGRAM
 #!/bin/bash
 for argument in "\$@"; do
@@ -169,7 +175,7 @@ done
 exit "\$STATUS"
 PROGRAM
 chmod +x "$work/program"
-# stored FILE...: the files of $work/stored except pictures.
+# stored FILE...: expects these files in $work/stored, besides pictures.
 stored() {
   local found
   found=$(cd "$work/stored" && find . -type f ! -name '*.svg' | sort | xargs)
@@ -181,7 +187,7 @@ stored ./kernels.md ./variants.json.xz ./variants.md
 expect 0 "" python3 -B "$plot" "$work/stored/variants.json.xz" --output "$work/again"
 if ! diff "$work/stored/variants.md" "$work/again/variants.md"; then fault "the summary is another one"; fi
 rm -r "$work/stored"
-# Files that plot_variants.py refuses and files with wrong results are stored too.
+# Files that plot_variants.py rejects and files with wrong results are stored, too.
 python3 -c 'import sys; print(open(sys.argv[1]).read().replace("5926", "0"))' "$made_up" >"$work/bad.json"
 expect 1 "" env STATUS=0 "MADE_UP=$work/bad.json" "${run[@]}"
 if [[ $output != *"variants.json.xz: results[0].mrays_s: is 0, but must be above 0"* ]]; then fault "$output"; fi
@@ -197,6 +203,8 @@ for name in bash cat chmod cp date dirname env find head mkdir mktemp mv rm sed 
 done
 expect 0 "" env "PATH=$work/bin" STATUS=0 "MADE_UP=$made_up" "${run[@]}"
 stored ./kernels.md ./variants.json
-if [[ $output != *"no python3 with lzma here: variants.json stays as it is"* ]]; then fault "without python3: $output"; fi
+if [[ $output != *"no python3 with lzma here: variants.json stays as it is"* ]]; then
+  fault "without python3: $output"
+fi
 
 end
