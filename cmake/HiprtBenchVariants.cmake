@@ -1,23 +1,27 @@
 # Chooses the kernels of bench_variants and generates their .hip files, one file per layout and stack.
 #
 # A selection is "axis=value,value ...": the cross product of its values. An axis that it does not name has its default
-# (below). "*" means all values of an axis. hiprt_can_be() filters out impossible combinations.
+# value (below). "*" means all values of an axis. hiprt_can_be() filters out impossible combinations.
 
 set(HIPRT_BENCH_VARIANTS "small" CACHE STRING
-  "Kernels of bench_variants: 'small' (every policy at least once), 'full' (what is measured on a GPU; minutes to compile), or a list of selections, any combinations of policies, such as 'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
+  "Kernels of bench_variants: 'small' (every policy at least once), 'full' (the kernels to measure on a GPU; minutes \
+to compile), or a list of selections. A selection combines any policies, such as \
+'layouts=planes,quantized schedules=batch12,postponed;queries=all stacks=*'")
 set_property(CACHE HIPRT_BENCH_VARIANTS PROPERTY STRINGS small full)
 
 # Values and the C++ types behind them (benchmarks/variants/gpu_kernel.h).
 set(hiprt_axes queries layouts stacks schedules tests orders features blocks)
 set(hiprt_values_queries closest=Query::kClosest any=Query::kAny all=Query::kAll)
 set(hiprt_values_layouts float=FloatLayout planes=PlanesLayout half=HalfLayout quantized=QuantizedLayout)
-set(hiprt_values_stacks private=PrivateStorage shared-ways=SharedPathStorage tiered=TieredStorage<16>
-  tiered22=TieredStorage<22> tiered-ways=TieredPathStorage<16> tiered22-ways=TieredPathStorage<22> shared=SharedStorage
-  rolling=RollingStorage rolling-pool=RollingPoolStorage global=GlobalStorage restart=RestartStorage)
+# -paths: the state per level of instances (PathMemory) is in shared memory.
+set(hiprt_values_stacks private=PrivateStorage shared-paths=SharedPathStorage tiered=TieredStorage<16>
+  tiered22=TieredStorage<22> tiered-paths=TieredPathStorage<16> tiered22-paths=TieredPathStorage<22>
+  shared=SharedStorage rolling=RollingStorage rolling-pool=RollingPoolStorage global=GlobalStorage
+  restart=RestartStorage)
 # batchN has the default kSearchAbove; batchNvM sets it to M lanes.
 set(hiprt_values_schedules immediate=Immediate postponed=Postponed batch1=WholeWave<1> batch8=WholeWave<8>
   batch12=WholeWave<12> batch16=WholeWave<16> batch20=WholeWave<20> batch12v0=WholeWave<12,0> batch12v8=WholeWave<12,8>)
-# Triangle and box test; 'hardware' stands for AMD's ray instruction.
+# Triangle test and box test; 'hardware' is AMD's ray instruction.
 set(hiprt_values_tests accurate=Tests<Watertight,Conservative> fast=Tests<Fast,Plain>
   reference=Tests<Reference,Conservative> watertight-plain=Tests<Watertight,Plain>
   fast-conservative=Tests<Fast,Conservative>
@@ -51,7 +55,7 @@ set(hiprt_selections_small
   "features=triangles,splits,filter,custom schedules=postponed queries=closest"
   "features=custom schedules=batch12v0 queries=any"
   "features=levels1,levels8,moving2 schedules=postponed queries=closest"
-  "features=levels1 stacks=shared-ways,tiered-ways schedules=batch16 queries=closest"
+  "features=levels1 stacks=shared-paths,tiered-paths schedules=batch16 queries=closest"
   "stacks=tiered queries=any"
   "features=placed queries=closest"
   "features=custom schedules=postponed queries=all"
@@ -68,10 +72,10 @@ set(hiprt_selections_full
   "layouts=planes,quantized schedules=postponed,batch12 tests=fast queries=any orders=sorted"
   "layouts=* schedules=postponed,batch12 features=triangles,splits,masks,filter,custom"
   "layouts=planes,quantized schedules=postponed,batch12 features=levels1,levels2,levels8,levels32,moving1,moving2"
-  "layouts=planes,quantized stacks=private,shared-ways schedules=immediate,postponed,batch12,batch16 features=levels1"
-  "stacks=tiered-ways,tiered22-ways schedules=postponed,batch12 features=levels1"
+  "layouts=planes,quantized stacks=private,shared-paths schedules=immediate,postponed,batch12,batch16 features=levels1"
+  "stacks=tiered-paths,tiered22-paths schedules=postponed,batch12 features=levels1"
   "schedules=postponed,batch12 features=placed"
-  "stacks=shared-ways,tiered-ways,tiered22-ways features=moving1 blocks=64x10"
+  "stacks=shared-paths,tiered-paths,tiered22-paths features=moving1 blocks=64x10"
   "stacks=tiered,tiered22 schedules=batch1v0 queries=closest features=levels8 blocks=64x12"
   "layouts=planes,quantized schedules=postponed,batch12 features=moving1 blocks=64x12,64x10"
   "layouts=planes,quantized schedules=postponed,batch12,batch1v0 queries=closest features=levels8 blocks=64x12"
@@ -158,7 +162,7 @@ function(hiprt_can_be variable)
     return()
   endif()
   # The state of more levels does not fit into the shared memory of a block.
-  if(stack MATCHES "ways$" AND NOT features MATCHES "^(levels|moving)[12]$")
+  if(stack MATCHES "paths$" AND NOT features MATCHES "^(levels|moving)[12]$")
     return()
   endif()
   set(${variable} TRUE PARENT_SCOPE)
@@ -183,8 +187,10 @@ function(hiprt_variant_line variable)
   if(NOT can_be)
     return()
   endif()
-  set(policies "VariantPolicies<${layout_type}, ${stack_type}, ${schedule_type}, ${tests_type}, ${order_type}, ${features_type}>")
-  set(name "\"${query}\", \"${layout}\", \"${tests}\", \"${stack}\", \"${schedule}\", \"${order}\", \"${features}\", \"${blocks}\"")
+  set(policies "VariantPolicies<${layout_type}, ${stack_type}, ${schedule_type}, ${tests_type}, ${order_type}, \
+${features_type}>")
+  set(name "\"${query}\", \"${layout}\", \"${tests}\", \"${stack}\", \"${schedule}\", \"${order}\", \
+\"${features}\", \"${blocks}\"")
   set(${variable} "  add_kernel<${policies}, ${query_type}, ${bounds}>(kernels, {${name}})" PARENT_SCOPE)
 endfunction()
 

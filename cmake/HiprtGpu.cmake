@@ -1,18 +1,19 @@
 # Chooses the platform of GPU code and compiles .hip sources to objects of a target. HiprtGpuTests.cmake adds tests.
 #
-# Sets HIPRT_GPU_PLATFORM to AMD, NVIDIA or OFF and HIPRT_GPU_REASON to one line that says why, and makes the target
-# hiprt::gpu, with the include folders and the runtime library of C++ code that includes <hiprt_build/gpu/gpu.h>.
+# Sets HIPRT_GPU_PLATFORM to AMD, NVIDIA or OFF, and HIPRT_GPU_REASON to one line that says why. Makes the target
+# hiprt::gpu: the include folders and the runtime library for C++ code that includes <hiprt_build/gpu/gpu.h>.
 # hiprt_amd_problem and hiprt_nvidia_problem name the missing parts of each platform. Empty: it can compile.
 
 set(HIPRT_GPU "AUTO" CACHE STRING
-  "Platform of GPU code: AMD (hipcc), NVIDIA (nvcc), OFF, or AUTO: NVIDIA if nvcc and an NVIDIA GPU are here, else AMD if hipcc is, else NVIDIA if nvcc is, else OFF")
+  "Platform of GPU code: AMD (hipcc), NVIDIA (nvcc), OFF, or AUTO: NVIDIA if nvcc and an NVIDIA GPU are here, else AMD \
+if hipcc is, else NVIDIA if nvcc is, else OFF")
 set_property(CACHE HIPRT_GPU PROPERTY STRINGS AUTO AMD NVIDIA OFF)
 set(HIPRT_AMD_ARCHS "gfx90a;gfx1030;gfx1100" CACHE STRING "AMD architectures that GPU code is compiled for")
 set(HIPRT_NVIDIA_ARCHS "90" CACHE STRING "NVIDIA compute capabilities that GPU code is compiled for")
 set(HIPRT_GPU_FLAGS "" CACHE STRING "More compiler flags of every .hip source")
 
-# hiprt_find_amd(<problem>): HIPRT_HIPCC, HIPRT_OFFLOAD_BUNDLER, HIPRT_AMDHIP64, HIPRT_HIP_INCLUDE_DIR and
-# HIPRT_HIP_DEVICE_LIBS. <problem> becomes what is missing, or empty.
+# hiprt_find_amd(<problem>): sets HIPRT_HIPCC, HIPRT_OFFLOAD_BUNDLER, HIPRT_AMDHIP64, HIPRT_HIP_INCLUDE_DIR and
+# HIPRT_HIP_DEVICE_LIBS. <problem> names the missing part, or is empty.
 function(hiprt_find_amd problem)
   set(rocm /opt/rocm)
   find_program(HIPRT_HIPCC hipcc HINTS ${rocm}/bin DOC "AMD's compiler driver")
@@ -46,7 +47,7 @@ function(hiprt_find_amd problem)
   set(HIPRT_HIP_DEVICE_LIBS "${libs}" PARENT_SCOPE)
 endfunction()
 
-# hiprt_find_nvidia(<problem>): CUDAToolkit_NVCC_EXECUTABLE and the targets of CMake's FindCUDAToolkit.
+# hiprt_find_nvidia(<problem>): sets CUDAToolkit_NVCC_EXECUTABLE and makes the targets of CMake's FindCUDAToolkit.
 macro(hiprt_find_nvidia problem)
   find_package(CUDAToolkit QUIET)
   set(${problem} "")
@@ -120,9 +121,9 @@ if(TARGET hiprt_gpu)
 endif()
 
 # hiprt_gpu_flags(<target> <variable>): the flags that a .hip source of the target shares with its C++ sources. These
-# are the include folders and definitions, also of linked libraries, and the configuration. Compile options are for the
-# C++ compiler and are left out: see OPTIONS below and HIPRT_GPU_FLAGS. For an interface library: the flags of its
-# users.
+# are the include folders and definitions, also of linked libraries, and the configuration. Compile options are left
+# out, because they are for the C++ compiler: see OPTIONS below and HIPRT_GPU_FLAGS. For an interface library: the flags
+# of its users.
 function(hiprt_gpu_flags target variable)
   set(interface "")
   get_target_property(type ${target} TYPE)
@@ -166,8 +167,8 @@ function(hiprt_nvidia_command variable)
   set(${variable} ${command} --threads 0 PARENT_SCOPE)
 endfunction()
 
-# hiprt_amd_object(<source> <stem> <flag>...): <stem>.o from one code object per architecture, each made by a command of
-# its own, so that they are compiled at the same time.
+# hiprt_amd_object(<source> <stem> <flag>...): makes <stem>.o from one code object per architecture. Each has a command
+# of its own, so that they compile in parallel.
 function(hiprt_amd_object source stem)
   set(inputs -input=/dev/null)
   set(targets host-x86_64-unknown-linux)

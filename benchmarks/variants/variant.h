@@ -7,15 +7,15 @@
 
 namespace hiprt::bench {
 
-/// Names as on command lines and in JSON.
+/// The values as on command lines and in JSON.
 struct VariantName {
   std::string_view query;     ///< closest, any, all
   std::string_view layout;    ///< float, planes, half, quantized
-  std::string_view tests;     ///< accurate: Watertight + Conservative, fast: Fast + Plain, hardware: both hardware's;
+  std::string_view tests;     ///< accurate: Watertight + Conservative, fast: Fast + Plain, hardware: both by hardware;
                               ///< TRIANGLES-BOXES: the other pairs, e.g. watertight-hardware
   std::string_view stack;     ///< private, tieredN (N entries in shared memory; tiered: 16), shared, rolling,
-                              ///< rolling-pool, global, restart; -ways: the state per level of instances is in shared
-                              ///< memory too
+                              ///< rolling-pool, global, restart; -paths: the state per level of instances (PathMemory)
+                              ///< is in shared memory, too
   std::string_view schedule;  ///< immediate, postponed, batchN, batchNvM: WholeWave<N, M> through trace_batch()
   std::string_view order;     ///< sorted: NearFirst, nearest: NearestFirst, stored: Unordered, tested: AsTested
   std::string_view features;  ///< triangles, splits, masks, filter, custom, custom-filter; placed: a scene that is one
