@@ -60,9 +60,9 @@ std::vector<std::uint8_t> levels_of(const std::vector<std::uint64_t>& codes) {
   return levels;
 }
 
-/// The definition: a range is split where the highest bit changes that its codes do not share. When all codes are
-/// equal, the indices take their place.
-std::uint32_t cut(const std::vector<std::uint64_t>& codes, std::uint32_t first, std::uint32_t last) {
+/// The last index of a range's left part, by definition: a range is split where the highest bit changes that its codes
+/// do not share. When all codes are equal, the indices take their place.
+std::uint32_t last_of_left(const std::vector<std::uint64_t>& codes, std::uint32_t first, std::uint32_t last) {
   const bool same = codes[first] == codes[last];
   const auto number = [&](std::uint32_t i) { return same ? i : codes[i]; };
   std::uint64_t bit = std::uint64_t{1} << 63;
@@ -72,16 +72,16 @@ std::uint32_t cut(const std::vector<std::uint64_t>& codes, std::uint32_t first, 
   return at;
 }
 
-void check_cuts(const Forest& forest, const std::vector<std::uint64_t>& codes, LinkedRef ref, std::uint32_t first,
-                std::uint32_t last) {
+void check_splits(const Forest& forest, const std::vector<std::uint64_t>& codes, LinkedRef ref, std::uint32_t first,
+                  std::uint32_t last) {
   if (first == last) {
     REQUIRE(ref == (first | kLinkedLeaf));
     return;
   }
-  const std::uint32_t at = cut(codes, first, last);
+  const std::uint32_t at = last_of_left(codes, first, last);
   REQUIRE(ref == at + 1);
-  check_cuts(forest, codes, forest.nodes[ref].child[0], first, at);
-  check_cuts(forest, codes, forest.nodes[ref].child[1], at + 1, last);
+  check_splits(forest, codes, forest.nodes[ref].child[0], first, at);
+  check_splits(forest, codes, forest.nodes[ref].child[1], at + 1, last);
 }
 
 /// Sorted codes, many of them equal.
@@ -132,56 +132,69 @@ void add_subsets(const DepthFirstTree& tree, std::uint32_t node, Subsets& subset
   add_subsets(tree, tree.right(node), subsets);
 }
 
-/// Locally-ordered clustering as its definition says it. (So few boxes always have a round that joins one of 32.)
-Subsets slow_ploc(const std::vector<Box>& boxes, unsigned radius) {
-  struct Group {
-    Box box;
-    std::uint64_t code;
-    std::vector<std::uint32_t> leaves;
-  };
+struct SlowCluster {
+  Box box;
+  std::uint64_t code;
+  std::vector<std::uint32_t> leaves;
+};
+
+/// One cluster per box, in the order of the Morton codes.
+std::vector<SlowCluster> sorted_clusters(const std::vector<Box>& boxes) {
   Box centers = empty_box();
   for (const Box& box : boxes) {
     Box center;
     for (unsigned axis = 0; axis < 3; ++axis) center.min[axis] = center.max[axis] = split_position(box, axis);
     grow(centers, center);
   }
-  std::vector<Group> groups;
+  std::vector<SlowCluster> clusters;
+  for (std::uint32_t i = 0; i < boxes.size(); ++i)
+    clusters.push_back({boxes[i], MortonGrid::over(centers, kMortonBits63).code(boxes[i]), {i}});
+  std::stable_sort(clusters.begin(), clusters.end(),
+                   [](const SlowCluster& a, const SlowCluster& b) { return a.code < b.code; });
+  return clusters;
+}
+
+/// The cluster at most @p radius positions away whose common box with cluster @p i has the smallest area.
+int nearest_cluster(const std::vector<SlowCluster>& clusters, int i, int radius) {
+  const int count = static_cast<int>(clusters.size());
+  const auto area = [&](int k) { return half_area(unite(clusters[std::size_t(i)].box, clusters[std::size_t(k)].box)); };
+  int best = -1;
+  for (int j = std::max(0, i - radius); j < count && j <= i + radius; ++j) {
+    if (j == i) continue;
+    if (best < 0 || area(j) < area(best) || (area(j) == area(best) && (i ^ j) < (i ^ best))) best = j;
+  }
+  return best;
+}
+
+/// One round: joins clusters that are each other's nearest, and adds their sets of leaves to @p subsets.
+std::vector<SlowCluster> join_mutually_nearest(const std::vector<SlowCluster>& clusters, int radius, Subsets& subsets) {
+  const int count = static_cast<int>(clusters.size());
+  std::vector<int> nearest;
+  for (int i = 0; i < count; ++i) nearest.push_back(nearest_cluster(clusters, i, radius));
+  std::vector<SlowCluster> next;
+  for (int i = 0; i < count; ++i) {
+    const int j = nearest[std::size_t(i)];
+    SlowCluster cluster = clusters[std::size_t(i)];
+    if (nearest[std::size_t(j)] == i) {
+      if (j < i) continue;
+      const SlowCluster& other = clusters[std::size_t(j)];
+      grow(cluster.box, other.box);
+      cluster.leaves.insert(cluster.leaves.end(), other.leaves.begin(), other.leaves.end());
+      std::sort(cluster.leaves.begin(), cluster.leaves.end());
+      subsets.insert(cluster.leaves);
+    }
+    next.push_back(cluster);
+  }
+  return next;
+}
+
+/// Locally-ordered clustering by its definition. (With so few boxes every round joins at least one cluster in
+/// kPlocMinJoined, so no round joins neighbours instead.)
+Subsets slow_ploc(const std::vector<Box>& boxes, unsigned radius) {
   Subsets subsets;
-  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-    groups.push_back({boxes[i], MortonGrid::over(centers, kMortonBits63).code(boxes[i]), {i}});
-    subsets.insert({i});
-  }
-  std::stable_sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) { return a.code < b.code; });
-  while (groups.size() > 1) {
-    const int count = static_cast<int>(groups.size());
-    std::vector<int> nearest;
-    for (int i = 0; i < count; ++i) {
-      int best = -1;
-      for (int j = std::max(0, i - static_cast<int>(radius)); j < count && j <= i + static_cast<int>(radius); ++j) {
-        if (j == i) continue;
-        const auto area = [&](int k) {
-          return half_area(unite(groups[std::size_t(i)].box, groups[std::size_t(k)].box));
-        };
-        if (best < 0 || area(j) < area(best) || (area(j) == area(best) && (i ^ j) < (i ^ best))) best = j;
-      }
-      nearest.push_back(best);
-    }
-    std::vector<Group> next;
-    for (int i = 0; i < count; ++i) {
-      const int j = nearest[std::size_t(i)];
-      Group group = groups[std::size_t(i)];
-      if (nearest[std::size_t(j)] == i) {
-        if (j < i) continue;
-        const Group& other = groups[std::size_t(j)];
-        grow(group.box, other.box);
-        group.leaves.insert(group.leaves.end(), other.leaves.begin(), other.leaves.end());
-        std::sort(group.leaves.begin(), group.leaves.end());
-        subsets.insert(group.leaves);
-      }
-      next.push_back(group);
-    }
-    groups = next;
-  }
+  for (std::uint32_t i = 0; i < boxes.size(); ++i) subsets.insert({i});
+  std::vector<SlowCluster> clusters = sorted_clusters(boxes);
+  while (clusters.size() > 1) clusters = join_mutually_nearest(clusters, static_cast<int>(radius), subsets);
   return subsets;
 }
 
@@ -205,7 +218,7 @@ TEST_CASE("LBVH makes the tree that the codes define, in any order of the leaves
     for (const std::uint32_t i : order) step(i);
     CAPTURE(round, count);
     forest.check();
-    check_cuts(forest, codes, forest.root, 0, count - 1);
+    check_splits(forest, codes, forest.root, 0, count - 1);
   }
 }
 

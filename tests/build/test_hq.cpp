@@ -212,6 +212,72 @@ TEST_CASE("rounds of reinsertion never increase the area, also in trees of one t
   }
 }
 
+namespace {
+
+/// The leaves of a mesh, and the references of its pre-split.
+struct PreSplit {
+  BuildInput input;
+  PairedPrimitives paired;
+  std::vector<Box> boxes;               ///< Of the leaves.
+  std::vector<std::vector<Box>> parts;  ///< Of each leaf: its references' boxes.
+  std::size_t references = 0;
+
+  PreSplit(Machine& machine, const std::vector<TriangleMesh>& meshes, double budget)
+      : input(SceneInput{meshes, {}}), paired(pair_primitives(machine.engine, input, true)), parts(paired.count) {
+    auto whole = machine.engine.allocate<Reference>(paired.count);
+    machine.engine.for_each(paired.count, MakeReferenceStep{input.table(), paired.leaves.span(), whole.span()});
+    for (std::size_t i = 0; i < paired.count; ++i) boxes.push_back(whole[i].box);
+    std::map<std::uint32_t, std::size_t> leaf_of;
+    for (std::size_t i = 0; i < paired.count; ++i) leaf_of[paired.leaves[i].primitive] = i;
+    const auto split = presplit(machine.engine, input.table(), std::move(whole), budget);
+    references = split.size();
+    for (const Reference& part : split.span()) parts[leaf_of.at(part.primitive)].push_back(part.box);
+  }
+};
+
+/// Every part is a box within its leaf's box.
+void check_parts_within(const PreSplit& split) {
+  for (std::size_t leaf = 0; leaf < split.parts.size(); ++leaf)
+    for (const Box& inner : split.parts[leaf]) {
+      const Box& outer = split.boxes[leaf];
+      for (int axis = 0; axis < 3; ++axis) {
+        REQUIRE(outer.min[axis] <= inner.min[axis]);
+        REQUIRE(inner.min[axis] <= inner.max[axis]);
+        REQUIRE(inner.max[axis] <= outer.max[axis]);
+      }
+    }
+}
+
+/// Whether a box contains the point of the first triangle with these barycentric weights, up to rounding.
+bool holds_point(const Box& box, const LeafCorners& corners, const double (&w)[3]) {
+  const double sum = w[0] + w[1] + w[2];
+  bool inside = true;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const double x = (w[0] * double{corners.v[0].x[axis]} + w[1] * double{corners.v[1].x[axis]} +
+                      w[2] * double{corners.v[2].x[axis]}) /
+                     sum;
+    const double slack = 1e-12 * std::abs(x);
+    inside = inside && x >= double{box.min[axis]} - slack && x <= double{box.max[axis]} + slack;
+  }
+  return inside;
+}
+
+/// Points of every leaf's first triangle are in one of the leaf's parts.
+void check_parts_cover(const PreSplit& split, Random& random) {
+  for (std::size_t leaf = 0; leaf < split.parts.size(); ++leaf) {
+    const LeafCorners corners = leaf_corners(split.input.table(), split.paired.leaves[leaf]);
+    for (int i = 0; i < 20; ++i) {
+      // A point of the triangle, or a corner.
+      double w[3] = {random.unit(), random.unit(), random.unit()};
+      if (i < 3) w[0] = i == 0, w[1] = i == 1, w[2] = i == 2;
+      REQUIRE(std::any_of(split.parts[leaf].begin(), split.parts[leaf].end(),
+                          [&](const Box& box) { return holds_point(box, corners, w); }));
+    }
+  }
+}
+
+}  // namespace
+
 TEST_CASE("pre-splits stay in their triangles' boxes, cover the triangles and keep to the budget") {
   Machine machine;
   constexpr std::uint64_t kSeed = 4;
@@ -221,50 +287,12 @@ TEST_CASE("pre-splits stay in their triangles' boxes, cover the triangles and ke
                            oracle::placed(soup(500, 0.5, 5), 1e30), oracle::placed(soup(500, 0.5, 6), 1e-30)})
     for (const double budget : {1.0, 1.01, 1.5, 8.0}) {
       const std::vector<TriangleMesh> meshes{mesh.view()};
-      const BuildInput all(SceneInput{meshes, {}});
-      const PairedPrimitives paired = pair_primitives(machine.engine, all, true);
-      auto whole = machine.engine.allocate<Reference>(paired.count);
-      machine.engine.for_each(paired.count, MakeReferenceStep{all.table(), paired.leaves.span(), whole.span()});
-      std::vector<Box> boxes;
-      for (std::size_t i = 0; i < paired.count; ++i) boxes.push_back(whole[i].box);
-      std::map<std::uint32_t, std::size_t> leaf_of;
-      for (std::size_t i = 0; i < paired.count; ++i) leaf_of[paired.leaves[i].primitive] = i;
-      const auto parts = presplit(machine.engine, all.table(), std::move(whole), budget);
-      CAPTURE(mesh.triangles.size(), budget, paired.count, parts.size());
-      REQUIRE(parts.size() >= paired.count);
-      REQUIRE(static_cast<double>(parts.size()) <= budget * static_cast<double>(paired.count));
-      std::vector<std::vector<Box>> of_leaf(paired.count);
-      for (const Reference& part : parts.span()) {
-        const std::size_t leaf = leaf_of.at(part.primitive);
-        const Box &outer = boxes[leaf], &inner = part.box;
-        for (int axis = 0; axis < 3; ++axis) {
-          REQUIRE(outer.min[axis] <= inner.min[axis]);
-          REQUIRE(inner.min[axis] <= inner.max[axis]);
-          REQUIRE(inner.max[axis] <= outer.max[axis]);
-        }
-        of_leaf[leaf].push_back(inner);
-      }
-      for (std::size_t g = 0; g < paired.count; ++g) {
-        const LeafCorners corners = leaf_corners(all.table(), paired.leaves[g]);
-        for (int i = 0; i < 20; ++i) {
-          // A point of the first triangle, or a corner.
-          double w[3] = {random.unit(), random.unit(), random.unit()};
-          if (i < 3) w[0] = i == 0, w[1] = i == 1, w[2] = i == 2;
-          const double sum = w[0] + w[1] + w[2];
-          const bool found = std::any_of(of_leaf[g].begin(), of_leaf[g].end(), [&](const Box& box) {
-            bool inside = true;
-            for (unsigned axis = 0; axis < 3; ++axis) {
-              const double x = (w[0] * double{corners.v[0].x[axis]} + w[1] * double{corners.v[1].x[axis]} +
-                                w[2] * double{corners.v[2].x[axis]}) /
-                               sum;
-              const double slack = 1e-12 * std::abs(x);
-              inside = inside && x >= double{box.min[axis]} - slack && x <= double{box.max[axis]} + slack;
-            }
-            return inside;
-          });
-          REQUIRE(found);
-        }
-      }
+      const PreSplit split(machine, meshes, budget);
+      CAPTURE(mesh.triangles.size(), budget, split.paired.count, split.references);
+      REQUIRE(split.references >= split.paired.count);
+      REQUIRE(static_cast<double>(split.references) <= budget * static_cast<double>(split.paired.count));
+      check_parts_within(split);
+      check_parts_cover(split, random);
     }
 }
 
