@@ -66,7 +66,7 @@ class Merger {
     moves_.resize(count);
     used_.resize(count);
     merged_.resize(count);
-    ways_.resize(count);
+    paths_.resize(count);
     sizes_.resize(count);
     for (std::size_t g = 0; g < count; ++g) {
       unsigned below = 0;
@@ -145,7 +145,7 @@ class Merger {
       }
       if (is_group(whole)) used_[group_of(whole)] = true;
       merged_[g].push_back(whole);
-      ways_[g].push_back(here);
+      paths_[g].push_back(here);
     }
   }
 
@@ -165,7 +165,7 @@ class Merger {
       }
       levels.push_back(below + 1);
       result_.groups.push_back(std::move(merged_[g]));
-      result_.paths.push_back(std::move(ways_[g]));
+      result_.paths.push_back(std::move(paths_[g]));
       result_.group_before.push_back(g);
     }
     result_.levels = levels.back();
@@ -179,7 +179,7 @@ class Merger {
   std::vector<bool> moves_;  ///< Whether an instance of it moves.
   std::vector<bool> used_;
   std::vector<std::vector<Instance>> merged_;
-  std::vector<std::vector<MergedPath>> ways_;
+  std::vector<std::vector<MergedPath>> paths_;
   std::uint64_t total_ = 0;  ///< Instances of the groups so far.
   MergedLevels result_;
 };

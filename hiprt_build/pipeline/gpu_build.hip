@@ -226,7 +226,7 @@ class Enqueuer {
       file.leaves = section<typename Layout::Leaf>(kLeavesAt);
       file.first_node = layouts_.file[kNodesAt].offset;
       file.first_leaf = layouts_.file[kLeavesAt].offset;
-      file.ways = reinterpret_cast<std::uint32_t*>(kept_.nodes);
+      file.parents = reinterpret_cast<std::uint32_t*>(kept_.nodes);
       file.leaf_boxes = kept_.leaf_boxes;
       steps_.each(plan_.capacity, "link_up", link_up<Layout>, file, report);
       steps_.each(plan_.capacity, "encode_nodes", encode_nodes<Layout>, file, report);

@@ -19,7 +19,7 @@ struct Scratch {
   std::uint64_t* fault;
   build::MovedGeometry* geometries;
   std::uint32_t* positions;
-  std::uint32_t* ways;
+  std::uint32_t* parents;
   build::QualitySums* parts;
 
   Scratch(Arena& arena, const SceneParts& scene) {
@@ -28,7 +28,7 @@ struct Scratch {
     fault = arena.take<std::uint64_t>(1);
     geometries = arena.take<build::MovedGeometry>(scene.geometry_count);
     positions = arena.take<std::uint32_t>(scene.geometry_count);
-    ways = arena.take<std::uint32_t>(scene.nodes);
+    parents = arena.take<std::uint32_t>(scene.nodes);
     parts = arena.take<build::QualitySums>(kQualityBlocks);
   }
 };
@@ -42,7 +42,8 @@ template <class Layout> class Refitter {
     auto* nodes = reinterpret_cast<typename Layout::Node*>(scene.base + scene.first_node);
     auto* leaves = reinterpret_cast<typename Layout::Leaf*>(scene.base + scene.first_leaf);
     file_ = build::RefitFile<Layout>{
-        header, nodes, leaves, scene.first_node, scene.first_leaf, scratch_.geometries, scratch_.ways, scratch_.outer};
+        header,           nodes,         leaves, scene.first_node, scene.first_leaf, scratch_.geometries,
+        scratch_.parents, scratch_.outer};
     quality_ = build::TreeQuality<Layout>{header, nodes, leaves, scene.first_node, scene.first_leaf, costs};
     result_ = launch(start_refit, Grid{}, stream, {.block = 1, .name = "start_refit"}, scratch_.report, scratch_.outer,
                      scratch_.fault);

@@ -135,7 +135,7 @@ std::vector<MovedGeometry> moved_geometries(const BuildInput& input) {
   return result;
 }
 
-/// A file in memory on its way.
+/// A refit of a file in memory.
 template <class Layout> class Refit {
  public:
   Refit(CpuEngine& engine, std::span<std::byte> bytes, const BufferView& view, const BuildInput& input)
@@ -144,14 +144,14 @@ template <class Layout> class Refit {
         view_(view),
         input_(input),
         geometries_(moved_geometries(input)),
-        ways_(engine.allocate<std::uint32_t>(view.nodes.count)),
+        parents_(engine.allocate<std::uint32_t>(view.nodes.count)),
         file_{reinterpret_cast<FileHeader*>(bytes.data()),
               reinterpret_cast<typename Layout::Node*>(bytes.data() + view.nodes.offset),
               reinterpret_cast<typename Layout::Leaf*>(bytes.data() + view.leaves.offset),
               view.nodes.offset,
               view.leaves.offset,
               geometries_.data(),
-              ways_.data(),
+              parents_.data(),
               &outer_} {}
 
   /// @param writing set once nothing can go wrong and the first byte is about to be written.
@@ -230,7 +230,7 @@ template <class Layout> class Refit {
   const BufferView& view_;
   const BuildInput& input_;
   std::vector<MovedGeometry> geometries_;
-  ScratchArray<std::uint32_t> ways_;
+  ScratchArray<std::uint32_t> parents_;
   OuterPlanes outer_{};
   RefitFile<Layout> file_;
 };

@@ -49,8 +49,8 @@ template <class Layout> struct RefitFile {
   Leaf* leaves;
   std::uint64_t first_node, first_leaf;  ///< Byte offsets in the file.
   const MovedGeometry* geometries;       ///< By number.
-  std::uint32_t* ways;  ///< Per node: the parent's number << kArrivalBits | children that are done. Uninitialised.
-  OuterPlanes* outer;   ///< 0. Layout half only.
+  std::uint32_t* parents;  ///< Per node: the parent's number << kArrivalBits | children that are done. Uninitialised.
+  OuterPlanes* outer;      ///< 0. Layout half only.
   /// Of leaves that hold but a part of their triangles: their boxes. Else nullptr: the boxes of the triangles.
   const Box* leaf_boxes = nullptr;
 
@@ -96,8 +96,8 @@ template <class Layout> struct LinkUpStep {
   HIPRT_HD void operator()(std::size_t i) const {
     for (const NodeRef ref : file.nodes[i].child)
       if (ref != kInvalidRef && is_box(ref))
-        file.ways[file.node(ref)] = static_cast<std::uint32_t>(i) << file.kArrivalBits;
-    if (i == file.node(file.header->root)) file.ways[i] = 0;
+        file.parents[file.node(ref)] = static_cast<std::uint32_t>(i) << file.kArrivalBits;
+    if (i == file.node(file.header->root)) file.parents[i] = 0;
   }
 };
 
@@ -143,10 +143,10 @@ template <class Layout> struct RefitNodeStep {
     for (;;) {
       write(node);
       if (node == root) return;
-      node = file.ways[node] >> file.kArrivalBits;
+      node = file.parents[node] >> file.kArrivalBits;
       // Counted before the arrival is told: from then on another thread may be writing the node.
       const unsigned children = file.box_children(node);
-      const std::uint32_t before = fetch_add_ordered(&file.ways[node], 1);
+      const std::uint32_t before = fetch_add_ordered(&file.parents[node], 1);
       if ((before & ((1u << file.kArrivalBits) - 1)) + 1 != children) return;
     }
   }

@@ -125,7 +125,7 @@ HIPRT_HD HIPRT_FORCE_INLINE std::uint64_t reinsertion_bid(const Reinsertion& mov
 }
 
 /// The subtrees that a move affects.
-template <class Tree> struct ReinsertionWay {
+template <class Tree> struct ReinsertionPath {
   ParentedTree<Tree> tree;
   LinkedRef moving;
   Reinsertion move;
@@ -160,9 +160,9 @@ template <class Tree> struct BidReinsertionStep {
     const std::uint32_t at = lookers.subtree(static_cast<std::uint32_t>(i));
     const std::uint64_t bid = reinsertion_bid(found[i], at);
     if (bid == 0) return;
-    const ReinsertionWay<Tree> way{tree, subtree(tree, at), found[i]};
-    way.visit_changed([&](std::uint32_t number) { raise(&bids[number].change, bid); });
-    way.visit_passed([&](std::uint32_t number) { raise(&bids[number].pass, bid); });
+    const ReinsertionPath<Tree> path{tree, subtree(tree, at), found[i]};
+    path.visit_changed([&](std::uint32_t number) { raise(&bids[number].change, bid); });
+    path.visit_passed([&](std::uint32_t number) { raise(&bids[number].pass, bid); });
   }
 };
 
@@ -179,9 +179,9 @@ template <class Tree> struct GrantReinsertionStep {
     const std::uint64_t bid = reinsertion_bid(found[i], at);
     bool mine = bid != 0 && bids[at].pass <= bid;
     if (mine) {
-      const ReinsertionWay<Tree> way{tree, subtree(tree, at), found[i]};
-      way.visit_changed([&](std::uint32_t number) { mine = mine && bids[number].change == bid; });
-      way.visit_passed([&](std::uint32_t number) { mine = mine && bid_of(number) < bid; });
+      const ReinsertionPath<Tree> path{tree, subtree(tree, at), found[i]};
+      path.visit_changed([&](std::uint32_t number) { mine = mine && bids[number].change == bid; });
+      path.visit_passed([&](std::uint32_t number) { mine = mine && bid_of(number) < bid; });
     }
     granted[i] = mine ? 1 : 0;
   }

@@ -152,7 +152,7 @@ TEST_CASE("LBVH joins the last two of the largest possible number of leaves") {
   CHECK(subtree(parented, kLeaves - 1) == kLeaves - 1);
   CHECK(subtree(parented, kLeaves) == kLinkedLeaf);
   CHECK(subtree(parented, 2 * kLeaves - 1) == ((kLeaves - 1) | kLinkedLeaf));
-  const ReinsertionWay<Tree> path{parented, (kLeaves - 1) | kLinkedLeaf, {}};
+  const ReinsertionPath<Tree> path{parented, (kLeaves - 1) | kLinkedLeaf, {}};
   CHECK(path.number((kLeaves - 1) | kLinkedLeaf) == 2 * kLeaves - 1);
 }
 

@@ -29,7 +29,7 @@ struct GpuPolicy {
   GpuSchedule schedule;
   GpuSchedule schedule_of_levels;  ///< Where there is more than one level of instances, and no motion.
   /// Whether one level's PathMemory are in shared memory; else in the thread's own.
-  bool shared_ways;
+  bool shared_paths;
   unsigned block;  ///< Threads of a block, a multiple of 64: waves are whole.
   /// Entries of a TieredStack in shared memory: of one level, and of more.
   unsigned shared_entries, shared_entries_of_levels;

@@ -145,7 +145,7 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Ki
   with_stack<Kind, kPolicy>(job, [&](const auto& stack) HIPRT_FORCE_INLINE_LAMBDA {
     if constexpr (Kind::kPlaced) {
       trace_placed<Search, kQuery>(job, stack);
-    } else if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_ways) {
+    } else if constexpr (Kind::kLevels == 1 && kGpuPolicies[kPolicy].shared_paths) {
       __shared__ PathMemory<1> path_memory[kGpuPolicies[kPolicy].block];
       trace_all<Kind, Search>(job, {stack, path_memory[threadIdx.x]});
     } else if constexpr (Kind::kLevels != 0) {
