@@ -31,8 +31,8 @@ double cpu_milliseconds() {
   return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
 }
 
-/// With the 20 ms that a monitor waits, 50 ms from call to call. Nothing is asked of code that is not optimised, which
-/// gets less to do.
+/// Together with the 20 ms that a monitor waits, calls are at most 50 ms apart. Code that is not optimised has no limit
+/// and gets less work.
 #if defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 constexpr double kLongest = 30;
 constexpr unsigned kShare = 1;
@@ -85,7 +85,7 @@ void check_build(const Mesh& mesh, const build::BuildOptions& options) {
   });
 }
 
-/// Large triangles across a cloud of small ones, which take all the cuts.
+/// Large triangles across a cloud of small ones: they take all splits.
 Mesh crossed_by_large(unsigned count) {
   Mesh mesh = soup(count, 0.001, 1);
   for (unsigned i = 0; i < 64; ++i) {
@@ -121,8 +121,8 @@ TEST_CASE("pre-splitting checks as often when a small part of the references tak
     const build::PairedPrimitives paired = build::pair_primitives(engine, input, false);
     auto references = engine.allocate<build::Reference>(paired.count);
     engine.for_each(paired.count, build::MakeReferenceStep{table, paired.leaves.span(), references.span()});
-    const auto cut = build::presplit(engine, table, std::move(references), 16.0);
-    CHECK(cut.size() > 5 * paired.count);
+    const auto split = build::presplit(engine, table, std::move(references), 16.0);
+    CHECK(split.size() > 5 * paired.count);
   });
 }
 
@@ -163,28 +163,28 @@ TEST_CASE("a build stops at the call that cancels it, and leaks nothing") {
         const build::SceneInput scene{views,
                                       with_customs ? std::span(customs) : std::span<const build::CustomGeometry>{}};
         // The number of calls before the build ended, or before the stop-th call cancelled it.
-        const auto asked_until = [&](unsigned stop) {
-          unsigned asked = 0;
-          const build::ProgressCallback callback = [&](const build::Progress&) { return ++asked < stop; };
+        const auto calls_until = [&](unsigned stop) {
+          unsigned calls = 0;
+          const build::ProgressCallback callback = [&](const build::Progress&) { return ++calls < stop; };
           build::Monitor monitor(callback, build::Monitor::Interval{0});
           build::MemoryLedger ledger;
           build::CpuEngine engine(monitor, ledger);
           try {
             const auto bvh = tbb::task_arena(threads).execute([&] { return build::build_on(engine, scene, options); });
             CHECK(bvh.has_value());
-            CHECK(asked < stop);
+            CHECK(calls < stop);
           } catch (const build::Cancelled&) {
-            CHECK(asked == stop);
+            CHECK(calls == stop);
           }
-          return asked;
+          return calls;
         };
-        const unsigned all = asked_until(~0u);
+        const unsigned all = calls_until(~0u);
         REQUIRE(all > 10);
-        for (unsigned stop = 1; stop <= 10; ++stop) CHECK(asked_until(stop) == stop);
+        for (unsigned stop = 1; stop <= 10; ++stop) CHECK(calls_until(stop) == stop);
         // With several threads the number of calls varies.
         for (unsigned i = 0; i < 20; ++i) {
           const unsigned stop = 1 + random.below(all);
-          CHECK(asked_until(stop) <= stop);
+          CHECK(calls_until(stop) <= stop);
         }
       }
 }

@@ -149,64 +149,90 @@ TEST_CASE("refits to one point, one line, denormals, the largest floats") {
       }
 }
 
-TEST_CASE("custom primitives beside meshes") {
-  Random random(kSeed);
+namespace {
+
+constexpr std::size_t kCustoms = 300;
+
+std::vector<Box> random_boxes(Random& random) {
+  std::vector<Box> result;
+  for (std::size_t i = 0; i < kCustoms; ++i) {
+    const Position p = random.in_cube(1), q = random.in_cube(1);
+    Box box{};
+    for (std::size_t k = 0; k < 3; ++k) box.min[k] = std::min(p[k], q[k]), box.max[k] = std::max(p[k], q[k]);
+    result.push_back(box);
+  }
+  return result;
+}
+
+/// A mesh and two custom geometries of types 3 and 200, before and after a motion. Primitive 7 of the first is dropped.
+struct CustomMotion {
+  Random random{kSeed};
+  Mesh mesh = star(3, kSeed), moved_mesh = twisted(mesh, 0.4);
+  std::vector<Box> first = random_boxes(random), second = random_boxes(random), moved_second = random_boxes(random),
+                   moved_first = random_boxes(random);
+  std::vector<build::TriangleMesh> meshes{mesh.view()}, moved_meshes{moved_mesh.view()};
+  std::vector<CustomGeometry> customs{{first, 3}, {second, 200, 5}}, moved{{moved_first, 3}, {moved_second, 200}};
+
+  CustomMotion() { first[7].min[1] = moved_first[7].min[1] = std::numeric_limits<float>::quiet_NaN(); }
+
+  SceneInput scene() const { return {meshes, customs}; }
+  SceneInput moved_scene() const { return {moved_meshes, moved}; }
+};
+
+}  // namespace
+
+TEST_CASE("refits of custom primitives beside meshes") {
+  const CustomMotion motion;
   INFO("seed " << kSeed);
-  const auto boxes = [&] {
-    std::vector<Box> result;
-    for (int i = 0; i < 300; ++i) {
-      const Position p = random.in_cube(1), q = random.in_cube(1);
-      Box box{};
-      for (std::size_t k = 0; k < 3; ++k) box.min[k] = std::min(p[k], q[k]), box.max[k] = std::max(p[k], q[k]);
-      result.push_back(box);
-    }
-    return result;
-  };
-  const Mesh mesh = star(3, kSeed), moved_mesh = twisted(mesh, 0.4);
-  std::vector<Box> first = boxes();
-  const std::vector<Box> second = boxes(), moved_second = boxes();
-  std::vector<Box> moved_first = boxes();
-  first[7].min[1] = moved_first[7].min[1] = std::numeric_limits<float>::quiet_NaN();
-  const std::vector meshes{mesh.view()}, moved_meshes{moved_mesh.view()};
-  const std::vector<CustomGeometry> customs{{first, 3}, {second, 200, 5}}, moved{{moved_first, 3}, {moved_second, 200}};
   for (const NodeLayout layout : kLayouts) {
     CAPTURE(static_cast<std::uint32_t>(layout));
-    File file = built(SceneInput{meshes, customs}, {.nodes = layout});
+    File file = built(motion.scene(), {.nodes = layout});
     const std::string before = file.copy();
-    refitted(file, SceneInput{meshes, customs});
+    refitted(file, motion.scene());
     CHECK((file.copy() == before));
-    refitted(file, SceneInput{moved_meshes, moved});
+    refitted(file, motion.moved_scene());
     const BufferView view = file.view();
     test::check_tight_boxes(view);
     CHECK(view.geometries[2].mask == 5);
     unsigned wrong = 0;
-    for (std::size_t i = 0; i < 600; ++i) {
-      const std::uint32_t at = view.primitive_map[mesh.triangles.size() + i];
+    for (std::size_t i = 0; i < 2 * kCustoms; ++i) {
+      const std::uint32_t at = view.primitive_map[motion.mesh.triangles.size() + i];
       if (i == 7) {
         CHECK(at == kInvalidId);
         continue;
       }
       const Box& there = view.records<CustomLeaf>(view.leaves)[at / 2].box[at % 2];
-      const Box& wanted = i < 300 ? moved_first[i] : moved_second[i - 300];
+      const Box& wanted = i < kCustoms ? motion.moved_first[i] : motion.moved_second[i - kCustoms];
       wrong += format_detail::first_different_plane(there, wanted) == format_detail::kNoPlane ? 0 : 1;
     }
     CHECK(wrong == 0);
+  }
+}
+
+TEST_CASE("refits refuse custom primitives that do not match the file") {
+  CustomMotion motion;
+  INFO("seed " << kSeed);
+  const std::vector<Box>&first = motion.first, &second = motion.second, &moved_first = motion.moved_first;
+  for (const NodeLayout layout : kLayouts) {
+    CAPTURE(static_cast<std::uint32_t>(layout));
+    File file = built(motion.scene(), {.nodes = layout});
+    refitted(file, motion.moved_scene());
+    const auto message = [&](std::vector<CustomGeometry> geometries) {
+      return refusal(file, SceneInput{motion.moved_meshes, geometries}).message;
+    };
     std::vector<Box> bad = moved_first;
     std::swap(bad[9].min[2], bad[9].max[2]);
-    const auto wrong_scene = [&](std::vector<CustomGeometry> geometries) {
-      return refusal(file, SceneInput{moved_meshes, geometries}).message;
-    };
-    CHECK_THAT(wrong_scene({{bad, 3, 1, "hair"}, {second, 200}}),
+    CHECK_THAT(message({{bad, 3, 1, "hair"}, {second, 200}}),
                Contains("custom geometry 0 (hair), primitive 9: ") && Contains("inverted"));
     bad[9].min[2] = -std::numeric_limits<float>::infinity();
-    CHECK_THAT(wrong_scene({{bad, 3}, {second, 200}}), Contains("primitive 9: ") && Contains("not finite"));
-    bad = boxes();
-    CHECK_THAT(wrong_scene({{bad, 3}, {second, 200}}), Contains("primitive 7: ") && Contains("needs a new build"));
-    CHECK_THAT(wrong_scene({{moved_first, 3}, {second, 201}}),
+    CHECK_THAT(message({{bad, 3}, {second, 200}}), Contains("primitive 9: ") && Contains("not finite"));
+    const std::vector<Box> others = random_boxes(motion.random);
+    CHECK_THAT(message({{others, 3}, {second, 200}}), Contains("primitive 7: ") && Contains("needs a new build"));
+    CHECK_THAT(message({{moved_first, 3}, {second, 201}}),
                Contains("custom geometry 1: type 201") && Contains("type 200"));
-    CHECK_THAT(wrong_scene({{std::span(moved_first).first(299), 3}, {second, 200}}),
+    CHECK_THAT(message({{std::span(moved_first).first(kCustoms - 1), 3}, {second, 200}}),
                Contains("299 primitives") && Contains("300"));
-    CHECK_THAT(wrong_scene({{moved_first, 3}}), Contains("2 geometries") && Contains("has 3"));
+    CHECK_THAT(message({{moved_first, 3}}), Contains("2 geometries") && Contains("has 3"));
     const std::vector<CustomGeometry> all{{first, 3}, {first, 3}, {second, 200}};
     CHECK_THAT(refusal(file, SceneInput{{}, all}).message,
                Contains("custom geometry 0: geometry 0 of the file") && Contains("a mesh"));

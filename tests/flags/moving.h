@@ -63,6 +63,37 @@ template <class P> unsigned moving_closed_mesh(const std::string& name, const Me
   return faults;
 }
 
+/// The point of a hit lies within the bounds of its instance and of the scene, up to the hit's error.
+template <class Real>
+void expect_within_bounds(Check& check, const SceneView& scene, const Box& of_instance, const BasicRay<Real>& ray,
+                          const BasicPathHit<Real, 1>& hit) {
+  const auto at = exact_point(ray, hit.t);
+  const long double error = hit.error;
+  for (unsigned axis = 0; axis < 3; ++axis)
+    for (const Box& of : {of_instance, scene.bounds}) {
+      const long double low = of.min[axis], high = of.max[axis];
+      check.expect(at[axis] >= low - error && at[axis] <= high + error,
+                   "a hit on instance %u, t %a, at %La on axis %u: outside of [%La, %La] by more than its error %a",
+                   hit.path.instance[0], double{hit.t}, at[axis], axis, low, high, double{hit.error});
+    }
+}
+
+/// The point of a hit is at most the hit's error from the textbook's plane of the triangle.
+template <class Real>
+void expect_on_triangle(Check& check, const build::Motion& motion, const Mesh& mesh, const BasicRay<Real>& ray,
+                        const BasicPathHit<Real, 1>& hit) {
+  Vec3D corner[3];
+  for (unsigned c = 0; c < 3; ++c) {
+    const build::Position& p = mesh.positions[mesh.triangles[hit.primitive][c]];
+    const textbook::Real3 there = textbook::moved(motion, ray.time, {p[0], p[1], p[2]});
+    corner[c] = Vec3D(there[0], there[1], there[2]);
+  }
+  const double off = distance_from_plane(exact_point(ray, hit.t), corner);
+  check.expect(off <= double{hit.error},
+               "a hit on instance %u, t %a: %a from where the textbook has triangle %u, more than its error %a",
+               hit.path.instance[0], double{hit.t}, off, hit.primitive, double{hit.error});
+}
+
 /// Instances of a mesh that move, turn and cross each other. Trees hide no hit. A hit lies within the bounds of its
 /// instance, and at most its error from the triangle's textbook position.
 template <class P> unsigned boxes_of_moving_instances(const std::string& name) {
@@ -78,7 +109,7 @@ template <class P> unsigned boxes_of_moving_instances(const std::string& name) {
   const std::span<const build::Instance> groups[] = {instances};
   scene.make(mesh, P::Layout::kId, groups);
   const auto trials = trials_of_instances<P>(scene.view, mesh, kInstances, 400);
-  unsigned faults = expect_trials<P, false>(name, scene.view, trials);
+  const unsigned faults = expect_trials<P, false>(name, scene.view, trials);
 
   Check check(name + ": hits are where they belong", kSeed + 9);
   const auto file = open_buffer(scene.whole.buffer.bytes());
@@ -89,26 +120,9 @@ template <class P> unsigned boxes_of_moving_instances(const std::string& name) {
     if (!hit.found()) continue;
     const std::uint32_t instance = hit.path.instance[0];
     const Box box = format_detail::InstanceMotionBounds(*file, instance).bounds(scene.view.objects[0].bounds);
-    const auto at = exact_point(ray, hit.t);
-    const long double error = hit.error;
-    for (unsigned axis = 0; axis < 3; ++axis)
-      for (const Box& of : {box, scene.view.bounds}) {
-        const long double low = of.min[axis], high = of.max[axis];
-        check.expect(at[axis] >= low - error && at[axis] <= high + error,
-                     "a hit on instance %u, t %a, at %La on axis %u: outside of [%La, %La] by more than its error %a",
-                     instance, double{hit.t}, at[axis], axis, low, high, double{hit.error});
-      }
-    if (has_half_turn(scene.motions[instance])) continue;
-    Vec3D corner[3];
-    for (unsigned c = 0; c < 3; ++c) {
-      const build::Position& p = mesh.positions[mesh.triangles[hit.primitive][c]];
-      const textbook::Real3 there = textbook::moved(scene.motions[instance], ray.time, {p[0], p[1], p[2]});
-      corner[c] = Vec3D(there[0], there[1], there[2]);
-    }
-    const double off = distance_from_plane(at, corner);
-    check.expect(off <= double{hit.error},
-                 "a hit on instance %u, t %a: %a from where the textbook has triangle %u, more than its error %a",
-                 instance, double{hit.t}, off, hit.primitive, double{hit.error});
+    expect_within_bounds(check, scene.view, box, ray, hit);
+    const build::Motion& motion = scene.motions[instance];
+    if (!has_half_turn(motion)) expect_on_triangle(check, motion, mesh, ray, hit);
   }
   return faults + check.finish(100);
 }

@@ -74,58 +74,70 @@ BasicRay<Real> seen_from(const SceneView& scene, const InstancePath<kLevels>& pa
   return ray;
 }
 
+/// A ray from inside or from outside, at the mesh or near its middle, at any time if the scene moves.
+template <unsigned kLevels>
+Ray ray_at_mesh(const SceneView& scene, const InstancePath<kLevels>& path, const Mesh& mesh, Random& random) {
+  const Vec3 from = lattice_point(random, random.coin() ? 128 : 8192);
+  const Vec3 to = random.below(3) == 0 ? target(mesh, random) : lattice_point(random, 1024);
+  const bool moves = (scene.features & feature_bit(Feature::kMotion)) != 0;
+  const float time = moves ? any_time(random) : 0.0f;
+  Ray ray = between(to_scene(scene, path, time, from), to_scene(scene, path, time, to));
+  ray.time = time;
+  return ray;
+}
+
+/// The spawned ray @p next starts near the hit of @p ray and does not hit the triangle again.
+/// @param path the instance path to the mesh.
+template <class P>
+void expect_leaves(Check& check, const SceneView& scene, const InstancePath<P::kLevels>& path, const Mesh& mesh,
+                   const BasicRay<typename P::Real>& ray, const BasicHit<typename P::Real>& hit,
+                   const BasicRay<typename P::Real>& next) {
+  using Test = typename P::Triangle;
+  // Hit errors: sqrt(3) along a diagonal, and 1 for the rounding of the sum (docs/GUARANTEES.md).
+  constexpr double kMostMoved = 2.74;
+  const double moved = distance(exact_point(ray, hit.t), Vec3D(next.origin)) / double{hit.error};
+  check.expect(moved <= kMostMoved, "off triangle %u: starts %.3f errors from the hit", hit.primitive, moved);
+  // The test of the triangle alone sees also a hit that a nearer triangle hides.
+  const auto local = seen_from(scene, path, next);
+  const auto other = closest<P>(scene, next);
+  const auto again =
+      try_triangle<Test>(mesh, hit.primitive, local, typename Test::template PreparedRay<ArrayLanes>(local));
+  check.put_out(other);
+  check.expect(!again.found() && other.primitive != hit.primitive,
+               "triangle %u is met again, at t %a, by the ray spawned on it: from (%a %a %a) along (%a %a %a)",
+               hit.primitive, double{again.found() ? again.t : other.t}, double{next.origin.x}, double{next.origin.y},
+               double{next.origin.z}, double{next.direction.x}, double{next.direction.y}, double{next.direction.z});
+}
+
 /// @param scene as for closed_meshes().
 template <class P>
 unsigned spawned_rays(const std::string& name, const SceneView& scene, const Mesh& mesh, unsigned rays = 6000) {
   using Real = typename P::Real;
-  using Test = typename P::Triangle;
-  // Hit errors: sqrt(3) along a diagonal, and 1 for the rounding of the sum (docs/GUARANTEES.md).
-  constexpr double kMostMoved = 2.74;
   Check check(name + ": spawned rays", kSeed + 7);
   // The inputs do not depend on the hits.
   Random random(kSeed + 7), of_directions(kSeed + 8);
   const auto path = only_path<P::kLevels>(scene);
-  const bool moves = (scene.features & feature_bit(Feature::kMotion)) != 0;
   for (unsigned i = 0; i < rays; ++i) {
-    // From inside and from outside.
-    const Vec3 from = lattice_point(random, random.coin() ? 128 : 8192);
-    const Vec3 to = random.below(3) == 0 ? target(mesh, random) : lattice_point(random, 1024);
-    const float time = moves ? any_time(random) : 0.0f;
-    Ray aimed = between(to_scene(scene, path, time, from), to_scene(scene, path, time, to));
-    aimed.time = time;
-    const auto ray = convert<Real>(aimed);
+    const auto ray = convert<Real>(ray_at_mesh(scene, path, mesh, random));
     check.on_ray(ray);
     const auto hit = closest<P>(scene, ray);
     check.on_hit(hit);
     if (!hit.found()) continue;
     Vec3D corner[3];
     for (unsigned c = 0; c < 3; ++c)
-      corner[c] = to_scene_in_double(scene, path, time, vec3(mesh.positions[mesh.triangles[hit.primitive][c]]));
-    const Vec3 edge = Vec3(corner[1] - corner[0]);
-    const auto point = exact_point<Real>(ray, hit.t);
+      corner[c] = to_scene_in_double(scene, path, ray.time, vec3(mesh.positions[mesh.triangles[hit.primitive][c]]));
     // Transforms of double rays err less than the judge's.
     if constexpr (P::kLevels == 0 || std::is_same_v<Real, float>) {
-      const double off = distance_from_plane(point, corner);
+      const double off = distance_from_plane(exact_point(ray, hit.t), corner);
       check.expect(off <= double{hit.error}, "the hit is %a from the plane of triangle %u, more than its error %a", off,
                    hit.primitive, double{hit.error});
     }
     BasicRay<Real> next;
-    next.time = time;
-    next.direction = leaving_direction<Real>(ray, hit, edge, of_directions);
+    next.time = ray.time;
+    next.direction = leaving_direction<Real>(ray, hit, Vec3(corner[1] - corner[0]), of_directions);
     next.origin = spawn_origin<Real>(ray, hit, next.direction);
     check.put_out(next);
-    const double moved = distance(point, Vec3D(next.origin)) / double{hit.error};
-    check.expect(moved <= kMostMoved, "off triangle %u: starts %.3f errors from the hit", hit.primitive, moved);
-    // The triangle alone tells also what another, nearer one would hide.
-    const auto local = seen_from(scene, path, next);
-    const auto other = closest<P>(scene, next);
-    const auto again =
-        try_triangle<Test>(mesh, hit.primitive, local, typename Test::template PreparedRay<ArrayLanes>(local));
-    check.put_out(other);
-    check.expect(!again.found() && other.primitive != hit.primitive,
-                 "triangle %u is met again, at t %a, by the ray spawned on it: from (%a %a %a) along (%a %a %a)",
-                 hit.primitive, double{again.found() ? again.t : other.t}, double{next.origin.x}, double{next.origin.y},
-                 double{next.origin.z}, double{next.direction.x}, double{next.direction.y}, double{next.direction.z});
+    expect_leaves<P>(check, scene, path, mesh, ray, hit, next);
   }
   return check.finish(rays / 3);
 }

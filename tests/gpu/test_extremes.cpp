@@ -72,15 +72,30 @@ Vec3 target(const Extreme& extreme, Random& random) {
   return p;
 }
 
-/// One of everything that a ray can be.
-Ray odd_ray(const Extreme& extreme, unsigned kind, Random& random) {
+/// A point up to four sizes away from the target.
+Vec3 origin_around(const Extreme& extreme, Random& random) {
   const auto away = random.on_sphere();
   const double distance = extreme.size * random.uniform(0.0, 4.0);
-  Ray ray;
+  Vec3 origin;
   for (int k = 0; k < 3; ++k) {
     const auto i = static_cast<std::size_t>(k);
-    ray.origin[k] = static_cast<float>(extreme.center[i] + distance * away[i]);
+    origin[k] = static_cast<float>(extreme.center[i] + distance * away[i]);
   }
+  return origin;
+}
+
+/// Makes a ray invalid: NaN or infinity in the origin or direction, NaN in the range, or hardly any direction.
+void break_ray(Ray& ray, unsigned kind, int axis, Random& random) {
+  if (kind == 0) ray.origin[axis] = random.coin() ? kNan : kInfinity;
+  if (kind == 1) ray.direction[axis] = random.coin() ? kNan : -kInfinity;
+  if (kind == 2) (random.coin() ? ray.tmin : ray.tmax) = kNan;
+  if (kind == 3) ray.direction = random.coin() ? Vec3(0.0f) : Vec3(1e-42f);
+}
+
+/// A ray of one of twelve kinds: at an edge or a corner, along an axis, with an extreme length or range, or invalid.
+Ray odd_ray(const Extreme& extreme, unsigned kind, Random& random) {
+  Ray ray;
+  ray.origin = origin_around(extreme, random);
   const Vec3 at = target(extreme, random);
   ray.direction = at - ray.origin;
   const int axis = static_cast<int>(random.below(3));
@@ -107,19 +122,8 @@ Ray odd_ray(const Extreme& extreme, unsigned kind, Random& random) {
     case 5:
       ray.tmin = random.uniform_float(-1, 2), ray.tmax = random.uniform_float(-1, 2);
       break;
-    case 6:
-      ray.origin[axis] = random.coin() ? kNan : kInfinity;
-      break;
-    case 7:
-      ray.direction[axis] = random.coin() ? kNan : -kInfinity;
-      break;
-    case 8:
-      (random.coin() ? ray.tmin : ray.tmax) = kNan;
-      break;
-    case 9:
-      ray.direction = random.coin() ? Vec3(0.0f) : Vec3(1e-42f);
-      break;
-    default:  // As it is: at an edge or a corner.
+    default:  // Invalid up to 9; then unchanged.
+      break_ray(ray, kind % 12 - 6, axis, random);
       break;
   }
   return ray;

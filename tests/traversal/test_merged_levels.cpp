@@ -175,27 +175,52 @@ TEST_CASE("rays have the same hits before and after merging levels, with the sam
   CHECK(one_only < hits / 200);
 }
 
-TEMPLATE_TEST_CASE("exact products give hits with the same bits", "", FloatLayout, PlanesLayout, HalfLayout,
-                   QuantizedLayout) {
-  // Moves by integers, scales by powers of two, quarter turns: nothing rounds.
-  Random random(kSeed + 2);
+namespace {
+
+/// Integer translations, scales by powers of two, quarter turns: nothing rounds.
+Affine exact_affine(Random& random) {
+  Affine result;
+  const unsigned turn = random.below(3);
+  const float scale = std::ldexp(1.0f, static_cast<int>(random.below(3)) - 1);
+  for (unsigned r = 0; r < 3; ++r) {
+    for (unsigned c = 0; c < 3; ++c)
+      result.row[r][c] = c == (r + turn) % 3 ? (random.below(2) == 0 ? scale : -scale) : 0.0f;
+    result.row[r][3] = static_cast<float>(static_cast<int>(random.below(9)) - 4);
+  }
+  return result;
+}
+
+/// A ball in four levels of four instances.
+InstanceScene exact_scene(Random& random, NodeLayout layout) {
   InstanceScene scene;
-  scene.add_file({oracle::icosphere(2)}, TestType::kId);
+  scene.add_file({oracle::icosphere(2)}, layout);
   for (unsigned level = 0; level < 4; ++level) {
     auto& group = scene.groups.emplace_back(4);
     for (Instance& instance : group) {
       instance.object = level == 0 ? 0 : random.below(1 + level);
-      const unsigned turn = random.below(3);
-      const float scale = std::ldexp(1.0f, static_cast<int>(random.below(3)) - 1);
-      for (unsigned r = 0; r < 3; ++r) {
-        for (unsigned c = 0; c < 3; ++c)
-          instance.to_scene.row[r][c] = c == (r + turn) % 3 ? (random.below(2) == 0 ? scale : -scale) : 0.0f;
-        instance.to_scene.row[r][3] = static_cast<float>(static_cast<int>(random.below(9)) - 4);
-      }
+      instance.to_scene = exact_affine(random);
     }
     if (level > 0) group[0].object = level;
   }
   scene.build();
+  return scene;
+}
+
+/// Multiples of 1/32 in [-16, 16].
+Ray exact_ray(Random& random) {
+  const auto coordinate = [&] { return std::ldexp(static_cast<float>(random.below(1025)), -5) - 16.0f; };
+  Ray ray;
+  ray.origin = {coordinate(), coordinate(), coordinate()};
+  ray.direction = {coordinate(), coordinate(), coordinate()};
+  return ray;
+}
+
+}  // namespace
+
+TEMPLATE_TEST_CASE("exact products give hits with the same bits", "", FloatLayout, PlanesLayout, HalfLayout,
+                   QuantizedLayout) {
+  Random random(kSeed + 2);
+  InstanceScene scene = exact_scene(random, TestType::kId);
   const auto merged = merge(scene);
   REQUIRE(merged.has_value());
   InstanceScene other = merged_scene(scene, *merged);
@@ -205,10 +230,7 @@ TEMPLATE_TEST_CASE("exact products give hits with the same bits", "", FloatLayou
   REQUIRE(covers<One>(b));
   unsigned hits = 0;
   for (unsigned i = 0; i < 2000; ++i) {
-    const auto coordinate = [&] { return std::ldexp(static_cast<float>(random.below(1025)), -5) - 16.0f; };
-    Ray ray;
-    ray.origin = {coordinate(), coordinate(), coordinate()};
-    ray.direction = {coordinate(), coordinate(), coordinate()};
+    const Ray ray = exact_ray(random);
     INFO("seed " << kSeed + 2 << ", ray " << i);
     const auto first = closest_hit<P>(a, ray);
     const auto second = closest_hit<One>(b, ray);

@@ -57,10 +57,55 @@ TEST_CASE("transforms at a time equal the textbook's, within the recorded error"
         most = std::max(most, error.is / error.allowed);
       }
     }
-    std::printf("error of places at a time: %-7s at most %.3f of the bound\n", name_of(kind), most);
+    std::printf("error of positions at a time: %-7s at most %.3f of the bound\n", name_of(kind), most);
     CHECK(most > 0.001);
   }
 }
+
+namespace {
+
+Box random_box(Random& random) {
+  const auto corner = random.in_cube(1), other = random.in_cube(1);
+  Box box;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    box.min[axis] = std::min(corner[axis], other[axis]);
+    box.max[axis] = std::max(corner[axis], other[axis]);
+  }
+  return box;
+}
+
+/// The bounds of the textbook positions of a box's corners, at many times.
+struct SampledBounds {
+  Real low[3], high[3];
+  std::size_t samples = 0;
+
+  SampledBounds(const build::Motion& motion, const Box& box) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      low[axis] = std::numeric_limits<double>::infinity();
+      high[axis] = -low[axis];
+    }
+    const Real begin = motion.keys.front().time, whole = Real{motion.keys.back().time} - begin;
+    constexpr unsigned kTimes = 3000;
+    for (unsigned k = 0; k <= kTimes; ++k) add(motion, box, begin + whole * k / kTimes);
+    for (const build::MotionKey& key : motion.keys) add(motion, box, key.time);
+  }
+
+ private:
+  void add(const build::Motion& motion, const Box& box, Real time) {
+    for (unsigned c = 0; c < 8; ++c) {
+      Real3 p;
+      for (unsigned axis = 0; axis < 3; ++axis) p[axis] = (c >> axis & 1u) != 0 ? box.max[axis] : box.min[axis];
+      const Real3 there = moved(motion, time, p);
+      ++samples;
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], there[axis]);
+        high[axis] = std::max(high[axis], there[axis]);
+      }
+    }
+  }
+};
+
+}  // namespace
 
 TEST_CASE("moving points stay within their bounds, and the bounds are tight") {
   Random random(kSeed);
@@ -70,53 +115,28 @@ TEST_CASE("moving points stay within their bounds, and the bounds are tight") {
     for (unsigned i = 0; i < 60; ++i) {
       build::Motion motion = random_motion(random, kind, 2 + random.below(3), 2.0);
       if (kind != MotionKind::kMatrix && i % 3 == 0) {
-        // The largest turn about some axis, in place or far away.
+        // The largest rotation about some axis, near the origin or far away.
         const auto axis = random.on_sphere();
         const double far = i % 2 == 0 ? 0.0 : 1e3;
         motion.keys = {turned_key(0, axis, 0, {far, 0, 0}),
                        turned_key(1, axis, 179.9 / 180 * 3.14159265358979, {far, 0.1, 0})};
       }
       const Recorded recorded(motion);
-      const auto corner = random.in_cube(1), other = random.in_cube(1);
-      Box box;
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        box.min[axis] = std::min(corner[axis], other[axis]);
-        box.max[axis] = std::max(corner[axis], other[axis]);
-      }
-      const Box bounds = recorded.bounds(box);
-      Real low[3], high[3];
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        low[axis] = std::numeric_limits<double>::infinity();
-        high[axis] = -low[axis];
-      }
-      const Real begin = motion.keys.front().time, whole = Real{motion.keys.back().time} - begin;
-      const auto sample = [&](Real time) {
-        for (unsigned c = 0; c < 8; ++c) {
-          Real3 p;
-          for (unsigned axis = 0; axis < 3; ++axis) p[axis] = (c >> axis & 1u) != 0 ? box.max[axis] : box.min[axis];
-          const Real3 there = moved(motion, time, p);
-          ++samples;
-          for (unsigned axis = 0; axis < 3; ++axis) {
-            low[axis] = std::min(low[axis], there[axis]);
-            high[axis] = std::max(high[axis], there[axis]);
-          }
-        }
-      };
-      constexpr unsigned kTimes = 3000;
-      for (unsigned k = 0; k <= kTimes; ++k) sample(begin + whole * k / kTimes);
-      for (const build::MotionKey& key : motion.keys) sample(key.time);
+      const Box box = random_box(random), bounds = recorded.bounds(box);
+      const SampledBounds sampled(motion, box);
+      samples += sampled.samples;
       for (unsigned axis = 0; axis < 3; ++axis) {
         INFO("seed " << kSeed << ", " << name_of(kind) << " motion " << i << ", axis " << axis);
+        const Real low = sampled.low[axis], high = sampled.high[axis];
         // The floats of the keys differ slightly from the textbook's values of the program's keys.
-        const double slack = 0x1p-22 * static_cast<double>(std::fabs(low[axis]) + std::fabs(high[axis]) + 4);
-        REQUIRE(double{bounds.min[axis]} <= static_cast<double>(low[axis]) + slack);
-        REQUIRE(double{bounds.max[axis]} >= static_cast<double>(high[axis]) - slack);
-        const double extent =
-            static_cast<double>(high[axis] - low[axis]) + slack + 0x1p-22 * std::fabs(double{bounds.max[axis]});
+        const double slack = 0x1p-22 * static_cast<double>(std::fabs(low) + std::fabs(high) + 4);
+        REQUIRE(double{bounds.min[axis]} <= static_cast<double>(low) + slack);
+        REQUIRE(double{bounds.max[axis]} >= static_cast<double>(high) - slack);
+        const double extent = static_cast<double>(high - low) + slack + 0x1p-22 * std::fabs(double{bounds.max[axis]});
         loosest = std::min(loosest, extent / (double{bounds.max[axis]} - double{bounds.min[axis]}));
       }
     }
-    std::printf("bounds of motion: %-7s what is filled of the loosest extent %.6f\n", name_of(kind), loosest);
+    std::printf("bounds of motion: %-7s the loosest extent is filled to %.6f\n", name_of(kind), loosest);
     CHECK(loosest > 0.9999);
   }
   std::printf("bounds of motion: %zu samples, none outside\n", samples);

@@ -143,62 +143,88 @@ TEST_CASE("moving instances need tracers that cover motion") {
   }
 }
 
+namespace {
+
+/// A ball in one moving instance.
+struct MovingBall : InstanceScene {
+  oracle::Mesh mesh = oracle::icosphere(2);
+  build::Motion motion;
+
+  explicit MovingBall(build::Motion its_motion) : motion(std::move(its_motion)) {
+    add_file({mesh}, NodeLayout::kPlanes);
+    groups = {{{.object = 0, .motion = &motion}}};
+    build();
+  }
+
+  /// At a random time within the keys, at the ball's textbook position.
+  Ray random_ray(Random& random) const {
+    Ray ray;
+    ray.time = random.uniform_float(static_cast<double>(motion.keys.front().time),
+                                    static_cast<double>(motion.keys.back().time));
+    const Real3 center = moved(motion, ray.time, {0, 0, 0});
+    const auto from = random.on_sphere();
+    const auto at = random.in_cube(0.5);
+    const auto near_center = [&](double x, double y, double z) {
+      return Vec3(center[0] + x, center[1] + y, center[2] + z);
+    };
+    ray.origin = near_center(6 * from[0], 6 * from[1], 6 * from[2]);
+    ray.direction = near_center(at[0], at[1], at[2]) - ray.origin;
+    return ray;
+  }
+};
+
+/// The distance of a hit from the plane of its triangle, and how far the box of the hit's error reaches along the
+/// normal.
+struct PlaneDistance {
+  double distance, allowed;
+};
+
+/// @param p the corners of the triangle.
+PlaneDistance distance_from_plane(const Ray& ray, const Hit& hit, const Real3 (&p)[3]) {
+  const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+  const float direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
+  Real3 e1, e2, off;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    e1[axis] = p[1][axis] - p[0][axis];
+    e2[axis] = p[2][axis] - p[0][axis];
+    off[axis] = Real{origin[axis]} + Real{hit.t} * Real{direction[axis]} - p[0][axis];
+  }
+  const Real3 normal{e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]};
+  Real along = 0, size = 0, sum = 0;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    along += normal[axis] * off[axis];
+    size += normal[axis] * normal[axis];
+    sum += std::fabs(normal[axis]);
+  }
+  return {static_cast<double>(std::fabs(along) / std::sqrt(size)),
+          static_cast<double>(hit.error) * static_cast<double>(sum / std::sqrt(size))};
+}
+
+}  // namespace
+
 TEST_CASE("hits on moving instances are at the textbook position, within their error") {
   Random random(kSeed);
   unsigned hits = 0;
   double most = 0.0;
   for (unsigned i = 0; i < 60; ++i) {
     const auto kind = static_cast<MotionKind>(1 + i % 3);
-    const build::Motion motion = random_motion(random, kind, 3, i % 2 == 0 ? 2.0 : 1e4);
-    const oracle::Mesh mesh = oracle::icosphere(2);
-    InstanceScene scene;
-    scene.add_file({mesh}, NodeLayout::kPlanes);
-    scene.groups = {{{.object = 0, .motion = &motion}}};
-    scene.build();
+    const MovingBall scene(random_motion(random, kind, 3, i % 2 == 0 ? 2.0 : 1e4));
     for (unsigned k = 0; k < 200; ++k) {
-      Ray ray;
-      ray.time = random.uniform_float(static_cast<double>(motion.keys.front().time),
-                                      static_cast<double>(motion.keys.back().time));
-      const Real3 center = moved(motion, ray.time, {0, 0, 0});
-      const auto from = random.on_sphere();
-      const auto at = random.in_cube(0.5);
-      const auto near_center = [&](double x, double y, double z) {
-        return Vec3(center[0] + x, center[1] + y, center[2] + z);
-      };
-      ray.origin = near_center(6 * from[0], 6 * from[1], 6 * from[2]);
-      ray.direction = near_center(at[0], at[1], at[2]) - ray.origin;
+      const Ray ray = scene.random_ray(random);
       const auto hit = closest_hit<Tracer<PlanesLayout, 1>>(scene.view(), ray);
       if (!hit.found()) continue;
       ++hits;
-      // The distance of the point from the triangle's plane, where the textbook takes its corners.
       Real3 p[3];
       for (unsigned c = 0; c < 3; ++c) {
-        const auto& corner = mesh.positions[mesh.triangles[hit.primitive][c]];
-        p[c] = moved(motion, ray.time, {corner[0], corner[1], corner[2]});
+        const auto& corner = scene.mesh.positions[scene.mesh.triangles[hit.primitive][c]];
+        p[c] = moved(scene.motion, ray.time, {corner[0], corner[1], corner[2]});
       }
-      const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
-      const float direction[3] = {ray.direction.x, ray.direction.y, ray.direction.z};
-      Real3 e1, e2, off;
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        e1[axis] = p[1][axis] - p[0][axis];
-        e2[axis] = p[2][axis] - p[0][axis];
-        off[axis] = Real{origin[axis]} + Real{hit.t} * Real{direction[axis]} - p[0][axis];
-      }
-      const Real3 normal{e1[1] * e2[2] - e1[2] * e2[1], e1[2] * e2[0] - e1[0] * e2[2], e1[0] * e2[1] - e1[1] * e2[0]};
-      Real along = 0, size = 0, sum = 0;
-      for (unsigned axis = 0; axis < 3; ++axis) {
-        along += normal[axis] * off[axis];
-        size += normal[axis] * normal[axis];
-        sum += std::fabs(normal[axis]);
-      }
-      // The box of the error reaches as far along the normal as its components tell.
-      const auto distance = static_cast<double>(std::fabs(along) / std::sqrt(size));
-      const double allowed = static_cast<double>(hit.error) * static_cast<double>(sum / std::sqrt(size));
+      const auto [distance, allowed] = distance_from_plane(ray, hit, p);
       INFO("seed " << kSeed << ", motion " << i << ", ray " << k << ", distance " << distance << ", error "
                    << hit.error);
       REQUIRE(distance <= allowed);
       most = std::max(most, distance / allowed);
-      // And a ray from there does not meet it again.
+      // A ray from there does not hit the triangle again.
       Ray next = ray;
       next.direction = hit.normal;
       next.origin = spawn_origin(ray, hit, next.direction);
@@ -206,6 +232,6 @@ TEST_CASE("hits on moving instances are at the textbook position, within their e
       if (outwards) REQUIRE_FALSE(closest_hit<Tracer<PlanesLayout, 1>>(scene.view(), next).found());
     }
   }
-  std::printf("hits on what moves: %u, at most %.3f of their error\n", hits, most);
+  std::printf("hits on moving instances: %u, at most %.3f of their error\n", hits, most);
   CHECK(hits > 5000);
 }
