@@ -16,7 +16,7 @@ using build::Builder;
 
 namespace {
 
-/// Puts a text into the place of the file's provenance.
+/// Replaces the file's provenance with a text.
 void set_provenance(File& file, std::string text) {
   const BufferView view = file.view();
   text.resize(view.provenance.size(), ' ');

@@ -1,4 +1,4 @@
-// Invalid refits: the error names the place, and the file stays as it was.
+// Invalid refits: the error names the triangle or primitive, and the file stays as it was.
 
 #include <hiprt_build/instances.h>
 #include <tests/build/refit_file.h>

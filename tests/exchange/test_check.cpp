@@ -1,4 +1,4 @@
-// Invalid exchange trees: the error names the place. Trees of any shape and depth are accepted.
+// Invalid exchange trees: the error names the position. Trees of any shape and depth are accepted.
 
 #include "trees.h"
 
@@ -149,7 +149,7 @@ TEST_CASE("primitives out of range, in no leaf, twice in one or outside of its b
 
 TEST_CASE("a primitive in two leaves may extend beyond both boxes") {
   Small small;
-  // Triangle 1 is cut at x = 1.5, and its parts are in leaves 4 and 6.
+  // Triangle 1 is split at x = 1.5, and its parts are in leaves 4 and 6.
   small.tree.nodes[2] = {Small::over(1, 3), 4, 3, 0};
   small.tree.nodes[4].box = Small::over(1, 1.5f);
   small.tree.nodes.push_back({Small::over(1.5f, 2), 4, 0, 1});
@@ -158,7 +158,7 @@ TEST_CASE("a primitive in two leaves may extend beyond both boxes") {
   const auto bvh = build::import_tree(small.scene(), small.tree);
   REQUIRE(bvh.has_value());
   CHECK(bvh->statistics.leaves == 5);
-  // The custom primitive in the leaves 3 and 6, too: it stays whole.
+  // The custom primitive in the leaves 3 and 6, too: it is not split.
   small.tree.nodes[6].primitives = 2;
   small.tree.primitives.push_back(3);
   const auto other = build::import_tree(small.scene(), small.tree);

@@ -49,7 +49,7 @@ struct TreeShape {
   unsigned leaf = 1;       ///< Most primitives in a leaf.
 };
 
-/// A tree whose nodes sort their primitives along a random axis and cut the list at random places.
+/// A tree whose nodes sort their primitives along a random axis and split the list at random positions.
 class RandomTree {
  public:
   RandomTree(const std::vector<Box>& boxes, const TreeShape& shape, std::uint64_t seed)
@@ -69,29 +69,29 @@ class RandomTree {
       tree_.nodes[node] = ExchangeNode{box, begin, 0, end - begin};
       return;
     }
-    const auto cuts = cut(begin, end);
+    const auto bounds = split_range(begin, end);
     const auto first = static_cast<std::uint32_t>(tree_.nodes.size());
-    const auto children = static_cast<std::uint32_t>(cuts.size() - 1);
+    const auto children = static_cast<std::uint32_t>(bounds.size() - 1);
     tree_.nodes.resize(first + children);
-    for (std::uint32_t i = 0; i < children; ++i) fill(first + i, cuts[i], cuts[i + 1]);
+    for (std::uint32_t i = 0; i < children; ++i) fill(first + i, bounds[i], bounds[i + 1]);
     Box box = tree_.nodes[first].box;
     for (std::uint32_t i = 1; i < children; ++i) box = box_over(box, tree_.nodes[first + i].box);
     tree_.nodes[node] = ExchangeNode{box, first, children, 0};
   }
 
   /// Ends of the children's lists: begin, ..., end.
-  std::vector<std::uint32_t> cut(std::uint32_t begin, std::uint32_t end) {
+  std::vector<std::uint32_t> split_range(std::uint32_t begin, std::uint32_t end) {
     const unsigned axis = random_.below(3);
     std::stable_sort(tree_.primitives.begin() + begin, tree_.primitives.begin() + end,
                      [&](std::uint32_t a, std::uint32_t b) {
                        return boxes_[a].min[axis] + boxes_[a].max[axis] < boxes_[b].min[axis] + boxes_[b].max[axis];
                      });
-    std::vector<std::uint32_t> cuts{begin, end};
+    std::vector<std::uint32_t> bounds{begin, end};
     const unsigned wanted = 2 + random_.below(shape_.branching - 1);
-    for (unsigned i = 1; i < wanted; ++i) cuts.push_back(begin + 1 + random_.below(end - begin - 1));
-    std::sort(cuts.begin(), cuts.end());
-    cuts.erase(std::unique(cuts.begin(), cuts.end()), cuts.end());
-    return cuts;
+    for (unsigned i = 1; i < wanted; ++i) bounds.push_back(begin + 1 + random_.below(end - begin - 1));
+    std::sort(bounds.begin(), bounds.end());
+    bounds.erase(std::unique(bounds.begin(), bounds.end()), bounds.end());
+    return bounds;
   }
 
   const std::vector<Box>& boxes_;

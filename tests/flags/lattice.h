@@ -87,7 +87,7 @@ inline Ray between(const Vec3& from, const Vec3& to) {
 /// A time from before the first key of lattice_motion() to behind its last.
 inline float any_time(Random& random) { return static_cast<float>(integer(random, 1024) + 256) * 0x1p-8f; }
 
-/// A place of any rotation, scale and shear, mirrored at times, up to @p spread from the origin.
+/// A transform with any rotation, scale and shear, sometimes mirrored, up to @p spread from the origin.
 /// @param flat 1, or a power of two below: how much shorter than others the image of some direction is, none of the
 /// axes.
 inline build::Affine lattice_affine(Random& random, std::uint32_t spread, float flat = 1.0f) {

@@ -154,7 +154,7 @@ inline unsigned shapes_of_any_size() {
   return check.finish();
 }
 
-/// Boxes are the smallest that floats allow around shapes of all sizes, at places of other sizes.
+/// Boxes are the smallest that floats allow around shapes of all sizes, at distances of other sizes.
 inline unsigned boxes_of_shapes() {
   Check check("boxes of shapes", kSeed + 15);
   Random random(kSeed + 15);

@@ -127,8 +127,8 @@ TEST_CASE("the tests' writer and the golden script agree byte by byte") {
 TEST_CASE("a golden file truncated at any length is refused") {
   const TestFile whole = any_golden().read();
   for (std::size_t size = 0; size < whole.size(); ++size) {
-    const TestFile cut(whole.bytes().first(size));
-    const auto result = validate(cut.bytes());
+    const TestFile truncated(whole.bytes().first(size));
+    const auto result = validate(truncated.bytes());
     INFO("size " << size);
     REQUIRE_FALSE(result);
     CHECK(result.error().error == (size < 128 ? FormatError::kTooSmall : FormatError::kSizeMismatch));
@@ -138,10 +138,10 @@ TEST_CASE("a golden file truncated at any length is refused") {
 TEST_CASE("a golden file truncated at any length and sealed again is refused") {
   const TestFile whole = any_golden().read();
   for (std::size_t size = 128; size < whole.size(); ++size) {
-    TestFile cut(whole.bytes().first(size));
-    cut.seal();
+    TestFile truncated(whole.bytes().first(size));
+    truncated.seal();
     INFO("size " << size);
-    REQUIRE_FALSE(validate(cut.bytes()));
+    REQUIRE_FALSE(validate(truncated.bytes()));
   }
 }
 

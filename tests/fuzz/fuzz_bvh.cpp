@@ -75,7 +75,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size >= sizeof(FileHeader) && data[kSwitch] != 0) file.seal();
   const auto valid = validate(file.bytes());
   if (!valid) {
-    require(valid.error().offset <= size, "the report names a place behind the file");
+    require(valid.error().offset <= size, "the report names an offset behind the file");
     return 0;
   }
   const auto view = open_buffer(file.bytes());

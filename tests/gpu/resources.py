@@ -9,13 +9,13 @@ the output of NVIDIA's ptxas -v. Per kernel and architecture the table holds
 
     registers       at most this many (AMD: vector registers, accumulation registers too)
     scratch_bytes   exactly this much private memory per thread (NVIDIA: stack frame)
-    spills          registers in memory for lack of room (NVIDIA: bytes); 0 where it is not said
+    spills          registers spilled to memory (NVIDIA: bytes); 0 where it is not said
 
 and per source
 
     forbidden       instructions, by the beginning of their names, that may not be in AMD's assembly
     private_memory  parts of the names of kernels with arrays per thread. Others may have private memory on NVIDIA only,
-                    for registers that launch bounds leave no room for (spills); --write does not accept more
+                    for registers that launch bounds do not allow (spills); --write does not accept more
 
 An architecture that the table does not know is printed and not compared. The numbers are those of Debian 12's hipcc
 (clang 15) and of CUDA 13.0; other versions may need more or less.

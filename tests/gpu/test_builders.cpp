@@ -15,23 +15,23 @@ namespace {
 
 double cost_of(const build::Buffer& file) { return build::measure_tree(checked_view(file), {}).sah_cost; }
 
-/// A builder with the options that make it a road of its own.
-struct Road {
+/// A builder with options.
+struct Configuration {
   const char* name;
   gpu::BuildOptions options;
 };
 
-const Road kRoads[] = {
+const Configuration kConfigurations[] = {
     {"ploc", {.builder = Builder::kPloc}},
     {"sah", {.builder = Builder::kSah}},
     {"sbvh", {.builder = Builder::kSbvh}},
     {"sbvh, budget 3", {.builder = Builder::kSbvh, .split_budget = 3}},
     {"hq", {.builder = Builder::kHq}},
-    {"lbvh, rounds", {.builder = Builder::kLbvh, .reinsertion_rounds = 3}},
-    {"hploc, cuts", {.builder = Builder::kHploc, .presplit_budget = 1.5}},
-    {"hploc, cuts, rounds", {.builder = Builder::kHploc, .presplit_budget = 1.5, .reinsertion_rounds = 8}},
-    {"ploc, cuts", {.builder = Builder::kPloc, .presplit_budget = 1.2}},
-    {"sbvh, cuts before and on the way", {.builder = Builder::kSbvh, .presplit_budget = 1.3, .reinsertion_rounds = 1}},
+    {"lbvh, reinsertion", {.builder = Builder::kLbvh, .reinsertion_rounds = 3}},
+    {"hploc, pre-splits", {.builder = Builder::kHploc, .presplit_budget = 1.5}},
+    {"hploc, pre-splits, reinsertion", {.builder = Builder::kHploc, .presplit_budget = 1.5, .reinsertion_rounds = 8}},
+    {"ploc, pre-splits", {.builder = Builder::kPloc, .presplit_budget = 1.2}},
+    {"sbvh, pre-splits, reinsertion", {.builder = Builder::kSbvh, .presplit_budget = 1.3, .reinsertion_rounds = 1}},
 };
 
 build::BuildOptions on_host(const gpu::BuildOptions& options) {
@@ -45,10 +45,11 @@ build::BuildOptions on_host(const gpu::BuildOptions& options) {
 }
 
 /// Without pairs, which the host looks for in the whole mesh.
-void check_road(const Road& road, const std::vector<oracle::Mesh>& meshes, double most_above, unsigned least_hits) {
-  INFO(road.name);
+void check_configuration(const Configuration& configuration, const std::vector<oracle::Mesh>& meshes, double most_above,
+                         unsigned least_hits) {
+  INFO(configuration.name);
   Input input(meshes);
-  gpu::BuildOptions options = road.options;
+  gpu::BuildOptions options = configuration.options;
   options.pair_triangles = false;
   gpu::BuildReport report;
   const build::Buffer device = input.build_on_device(options, &report);
@@ -57,7 +58,7 @@ void check_road(const Road& road, const std::vector<oracle::Mesh>& meshes, doubl
   CHECK(report.dropped_not_finite == host.statistics.dropped_not_finite);
   CHECK(report.dropped_degenerate == host.statistics.dropped_degenerate);
   const double device_cost = cost_of(device), host_cost = cost_of(host.buffer);
-  std::printf("%-32s %6zu triangles: leaves %6u, host %6u; SAH cost %9.3f, host %9.3f\n", road.name,
+  std::printf("%-32s %6zu triangles: leaves %6u, host %6u; SAH cost %9.3f, host %9.3f\n", configuration.name,
               meshes[0].triangles.size(), report.leaves, static_cast<unsigned>(host.statistics.leaves), device_cost,
               host_cost);
   CHECK(device_cost <= host_cost * (1 + most_above));
@@ -70,10 +71,11 @@ void check_road(const Road& road, const std::vector<oracle::Mesh>& meshes, doubl
 
 TEST_CASE("every builder, with pre-splits and reinsertion, on the device") {
   INFO("seed " << kSeed);
-  for (const Road& road : kRoads) {
-    check_road(road, {oracle::soup(700, 0.3, kSeed)}, 0.05, 100);
+  for (const Configuration& configuration : kConfigurations) {
+    check_configuration(configuration, {oracle::soup(700, 0.3, kSeed)}, 0.05, 100);
     for (const unsigned count : {0u, 1u, 2u, 3u, 9u, 33u}) {
-      check_road(road, {oracle::first_triangles(oracle::soup(std::max(count, 1u), 0.1, kSeed), count)}, 0.05, 0);
+      check_configuration(configuration,
+                          {oracle::first_triangles(oracle::soup(std::max(count, 1u), 0.1, kSeed), count)}, 0.05, 0);
     }
   }
 }
@@ -86,14 +88,17 @@ TEST_CASE("odd meshes, every builder, on the device") {
   for (std::size_t m = 0; m < std::size(meshes); ++m) {
     INFO("mesh " << m);
     // Where sums of areas are infinite, ranges are halved in the order in which they lie.
-    for (const Road& road : {kRoads[0], kRoads[2], kRoads[7]}) check_road(road, {meshes[m]}, m == 0 ? 0.6 : 0.25, 0);
+    for (const Configuration& configuration : {kConfigurations[0], kConfigurations[2], kConfigurations[7]})
+      check_configuration(configuration, {meshes[m]}, m == 0 ? 0.6 : 0.25, 0);
   }
 }
 
 TEST_CASE("split triangles are covered and cost as much as the host's") {
   INFO("seed " << kSeed);
   const oracle::Mesh mesh = oracle::needles(600, 1e3, kSeed);
-  for (const Road& road : {kRoads[3], kRoads[4], kRoads[7], kRoads[9]}) check_road(road, {mesh}, 0.05, 0);
+  for (const Configuration& configuration :
+       {kConfigurations[3], kConfigurations[4], kConfigurations[7], kConfigurations[9]})
+    check_configuration(configuration, {mesh}, 0.05, 0);
 }
 
 TEST_CASE("pre-splits equal the host's") {
@@ -158,10 +163,10 @@ TEST_CASE("custom primitives are not split") {
     }
   }
   Input mixed({oracle::needles(200, 100, kSeed)}, {boxes});
-  for (const Road& road : kRoads) {
-    INFO(road.name);
+  for (const Configuration& configuration : kConfigurations) {
+    INFO(configuration.name);
     gpu::BuildReport report;
-    gpu::BuildOptions options = road.options;
+    gpu::BuildOptions options = configuration.options;
     options.pair_triangles = false;
     const build::Buffer device = mixed.build_on_device(options, &report);
     CHECK(report.leaves == 300);

@@ -274,9 +274,10 @@ TEST_CASE("memory and options that are not valid are refused") {
             " bytes before the objects, there are " + std::to_string(stage.sizes().output - 256));
   CHECK(message(10, {.bounds = InstanceBounds::kPrimitives}, stage.capacity(), stage.scratch())
             .find("bounds of instances are made on the device of roots") == 0);
-  gpu::InstanceOptions asks;
-  asks.tree.progress = [](const build::Progress&) { return true; };
-  CHECK(message(10, asks, stage.capacity(), stage.scratch()) == "builds over instances do not ask whether to go on");
+  gpu::InstanceOptions with_progress;
+  with_progress.tree.progress = [](const build::Progress&) { return true; };
+  CHECK(message(10, with_progress, stage.capacity(), stage.scratch()) ==
+        "builds over instances do not ask whether to go on");
   CHECK(error_of(gpu::upload_scene(stage.view(), nullptr, stage.allocator, 100)).message ==
         "upload_scene: capacity of 100 bytes, which is no multiple of 256");
   CHECK(error_of(gpu::instance_sizes(stage.objects(), 0xffffffffu)).message.find("4294967295 primitives") == 0);

@@ -74,9 +74,10 @@ TEST_CASE("data that is not a BVH file is not uploaded") {
   CountingAllocator allocator;
   const build::Buffer file = golden();
   const std::span<const std::byte> bytes = file.bytes();
-  const gpu::Error cut = error_of(gpu::upload_scene(bytes.first(bytes.size() - 1), stream, allocator));
-  CHECK(cut.code == ErrorCode::kInvalidInput);
-  CHECK_THAT(cut.message, StartsWith("not a BVH file: 1196 bytes, but its header says 1197: the file is truncated"));
+  const gpu::Error truncated = error_of(gpu::upload_scene(bytes.first(bytes.size() - 1), stream, allocator));
+  CHECK(truncated.code == ErrorCode::kInvalidInput);
+  CHECK_THAT(truncated.message,
+             StartsWith("not a BVH file: 1196 bytes, but its header says 1197: the file is truncated"));
   CHECK_THAT(error_of(gpu::upload_scene(bytes.subspan(1), stream, allocator)).message, Contains("Misaligned"));
   CHECK_THAT(error_of(gpu::upload_scene(std::span<const std::byte>(), stream, allocator)).message,
              Contains("TooSmall"));

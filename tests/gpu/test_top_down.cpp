@@ -35,7 +35,8 @@ constexpr gpu::TopDownTuning kTiny{.task = 96, .wave_range = 40, .spare_levels =
 /// A mesh whose leaves are known, as both the device and the host take it.
 struct Scene {
   oracle::Mesh mesh;
-  std::vector<Reference> references;  ///< With holes where a pair's second triangle was, or one that is dropped.
+  std::vector<Reference>
+      references;  ///< With unused entries for the second triangles of pairs and for dropped triangles.
   std::vector<build::LeafPrimitives> leaves;
 
   explicit Scene(oracle::Mesh from, bool pair = true) : mesh(std::move(from)) {
@@ -81,11 +82,11 @@ struct Outcome {
 };
 
 /// Scratch memory and output hold @p garbage at first.
-Outcome build_on_device(const Scene& scene, double budget, bool cut, const gpu::TopDownTuning& tuning,
+Outcome build_on_device(const Scene& scene, double budget, bool spatial, const gpu::TopDownTuning& tuning,
                         std::byte garbage = std::byte{0xa5}) {
   CountingAllocator allocator;
   const auto n = static_cast<std::uint32_t>(scene.references.size());
-  const auto capacity = static_cast<std::uint32_t>(build::split_capacity(n, cut ? budget : 1.0));
+  const auto capacity = static_cast<std::uint32_t>(build::split_capacity(n, spatial ? budget : 1.0));
   const std::uint64_t bytes = gpu::top_down_scratch(n, capacity, tuning);
   constexpr std::size_t kGuard = 4096;
   auto positions = must(gpu::DeviceArray<build::Position>::from(scene.mesh.positions, nullptr, allocator));
@@ -101,7 +102,7 @@ Outcome build_on_device(const Scene& scene, double budget, bool cut, const gpu::
   must(nodes.fill(garbage, nullptr));
   must(results.fill(garbage, nullptr));
   must(scratch.fill(garbage, nullptr));
-  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, cut},
+  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, spatial},
                              {references.data(), nodes.data(), results.data(), results.data() + 1}, scratch.data(),
                              nullptr, tuning));
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
@@ -209,7 +210,7 @@ void check_covered(const Scene& scene, const Outcome& outcome) {
   CHECK(missing == 0);
 }
 
-double cost_on_host(const Scene& scene, double budget, bool cut, std::size_t& leaves) {
+double cost_on_host(const Scene& scene, double budget, bool spatial, std::size_t& leaves) {
   build::Machine machine;
   const build::TriangleMesh view = scene.mesh.view();
   const build::BuildInput input(build::SceneInput{{&view, 1}, {}});
@@ -217,8 +218,8 @@ double cost_on_host(const Scene& scene, double budget, bool cut, std::size_t& le
   auto references = machine.engine.allocate<build::Reference>(scene.leaves.size());
   for (std::size_t i = 0; i < scene.leaves.size(); ++i)
     build::MakeReferenceStep{table, scene.leaves, references.span()}(i);
-  const build::DepthFirstTree tree = cut ? build::build_sbvh(machine.engine, table, std::move(references), budget)
-                                         : build::build_sah(machine.engine, std::move(references));
+  const build::DepthFirstTree tree = spatial ? build::build_sbvh(machine.engine, table, std::move(references), budget)
+                                             : build::build_sah(machine.engine, std::move(references));
   double cost = 0;
   leaves = tree.references.size();
   for (const build::DepthFirstNode& node : tree.nodes.span()) cost += half_area(node.box);
@@ -227,19 +228,19 @@ double cost_on_host(const Scene& scene, double budget, bool cut, std::size_t& le
 
 /// The tree's cost relative to the host's.
 double check_tree(const Scene& scene, double budget, const gpu::TopDownTuning& tuning, const char* name) {
-  const bool cut = budget > 1.0;
+  const bool spatial = budget > 1.0;
   INFO(name << ", " << scene.leaves.size() << " references, budget " << budget << ", wave_range " << tuning.wave_range);
-  const Outcome outcome = build_on_device(scene, budget, cut, tuning);
-  CHECK(outcome.same_bytes(build_on_device(scene, budget, cut, tuning, std::byte{0x3c})));
+  const Outcome outcome = build_on_device(scene, budget, spatial, tuning);
+  CHECK(outcome.same_bytes(build_on_device(scene, budget, spatial, tuning, std::byte{0x3c})));
   const Walk walk(outcome);
   CHECK(walk.depth() <= build::kMaxDepth);
   if (scene.leaves.empty()) CHECK(outcome.root == kInvalidId);
   CHECK(outcome.leaves >= scene.leaves.size());
   CHECK(outcome.leaves <= build::split_capacity(scene.leaves.size(), budget));
   check_covered(scene, outcome);
-  if (!cut) CHECK(outcome.leaves == scene.leaves.size());
+  if (!spatial) CHECK(outcome.leaves == scene.leaves.size());
   std::size_t host_leaves = 0;
-  const double host = cost_on_host(scene, budget, cut, host_leaves), relative = host > 0 ? walk.cost() / host : 1.0;
+  const double host = cost_on_host(scene, budget, spatial, host_leaves), relative = host > 0 ? walk.cost() / host : 1.0;
   std::printf(
       "%-12s %5zu references, budget %.1f, wave_range %3u: %5u leaves (host %5zu), depth %2u, cost / host's %.4f\n",
       name, scene.leaves.size(), budget, tuning.wave_range, outcome.leaves, host_leaves, walk.depth(), relative);

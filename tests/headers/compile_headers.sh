@@ -3,9 +3,9 @@
 # source file, so that include guards are seen too), and for GPU compilers also those of hiprt_build/gpu, and each
 # KERNEL.
 #
-# Whether a header stands alone is asked of one architecture, the last, and of hiprt_device's headers as device code
-# only (the other compilers see them as host code); a source with all headers and the KERNELs are compiled for all, to
-# the end.
+# Only for the last architecture each header is compiled alone, headers of hiprt_device as device code only (the other
+# compilers see them as host code). A source with all headers, and the KERNELs, are compiled completely for all
+# architectures.
 #
 # COMPILER is g++, clang++, hipcc or nvcc; ARCH is x86-64, x86-64-v3, sm_90, ..., for hipcc one or more, gfx90a,gfx1030.
 # ROOT is the repository, WORK a folder for the generated sources, KERNEL a source file. Exit status: 0, 1 (a file

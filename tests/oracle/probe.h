@@ -47,7 +47,7 @@ struct Probe {
 
 /// Of one ray, or of many.
 struct Tally {
-  std::uint64_t skipped = 0;  ///< Rays that asked nothing.
+  std::uint64_t skipped = 0;  ///< Rays without a known result.
   std::uint64_t faults = 0;
   std::uint64_t lost = 0;
   /// Spawned rays that meet nothing because the mesh folds within the error bound of where they start: their origins
@@ -208,8 +208,8 @@ HIPRT_HD inline bool is_folded(const Target& target, const Ray& ray, const Hit& 
 
 }  // namespace probe_detail
 
-/// Asks the question of ray @p number, any but Question::kTrace. @param trace has closest(ray); for Question::kBoxes
-/// every_box(ray), the same with EveryBox; for crossings all(ray), the number of hits.
+/// Traces the test ray @p number and checks its result. Any question but kTrace. @param trace has closest(ray); for
+/// Question::kBoxes every_box(ray), the same with EveryBox; for crossings all(ray), the number of hits.
 template <class Tracer> HIPRT_HD inline Tally ask(const Probe& probe, std::uint64_t number, const Tracer& trace) {
   using namespace probe_detail;
   Numbers random(number);

@@ -13,7 +13,7 @@ using namespace hiprt::oracle;
 
 namespace {
 
-/// Signed crossings of a ray with the exact surface; rays through edges must not be asked.
+/// Signed crossings of a ray with the exact surface; not for rays through edges.
 int crossings(const Mesh& mesh, const Ray& ray) {
   int count = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20261124;
 
-/// A mesh in several places, as a program holds it.
+/// A mesh at several times, as a program holds it.
 struct Deforming {
   std::vector<Mesh> keys;
   std::vector<float> times, positions;

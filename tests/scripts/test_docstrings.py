@@ -3,7 +3,7 @@
 
 Of every header that hiprt_device.h reaches, and of the public headers: types, concepts, constants and functions at
 namespace scope have a /// comment before them or a ///< behind them. Declarations without an empty line between them
-share a comment, and overloads in a file do. Not asked for: *_detail namespaces, namespace std and specialisations.
+share a comment, and overloads in a file do. Exempt: *_detail namespaces, namespace std and specialisations.
 """
 
 import re

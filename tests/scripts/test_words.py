@@ -8,7 +8,7 @@ Counted, per folder:
 - tables of more than 6 columns, and pages over 250 lines (README.md: 150, decision records: 60).
 
 words_allowed.json, beside this file, holds how many of each kind a folder may have; there is no entry for 0. A higher
-count is a fault. --update stores counts that have fallen; it never raises one. --list prints each place.
+count is a fault. --update stores counts that have fallen; it never raises one. --list prints each fault.
 """
 
 import collections
@@ -166,7 +166,7 @@ def main() -> int:
                 print(f"  {fault.name}:{fault.line}: {fault.text[:140]}")
         elif count < limit:
             print(f"{folder}: {count} {kind}, fewer than the {limit} allowed: --update stores that")
-    print("too much" if worse else f"{sum(counts.values())} places, none more than allowed")
+    print("too much" if worse else f"{sum(counts.values())} faults, none more than allowed")
     return 1 if worse else 0
 
 

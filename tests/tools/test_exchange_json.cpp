@@ -1,4 +1,4 @@
-/// Trees as JSON: reading gives back what was written, bit for bit. Errors name their place in the file.
+/// Trees as JSON: reading gives back what was written, bit for bit. Errors name their position in the file.
 
 #include "temp_folder.h"
 

@@ -12,7 +12,7 @@ using Catch::Contains;
 
 namespace {
 
-/// While it lives, the program was asked to stop.
+/// While it exists, the program has been told to stop.
 struct Interrupted {
   Interrupted() {
     const tools::InterruptGuard guard;

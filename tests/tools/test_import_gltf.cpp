@@ -289,8 +289,8 @@ TEST_CASE("glTF: messages stay short and whole UTF-8") {
       CHECK(contains(message, "..."));
       CHECK_NOTHROW(nlohmann::json(message).dump());
     }
-    const std::string cut = R"({"asset": ")" + shift + umlauts;
-    CHECK(refusal(folder.write("b.gltf", cut)).size() < folder.path().string().size() + 310);
+    const std::string truncated = R"({"asset": ")" + shift + umlauts;
+    CHECK(refusal(folder.write("b.gltf", truncated)).size() < folder.path().string().size() + 310);
   }
 }
 

@@ -78,8 +78,8 @@ TEST_CASE("Raw meshes: a zstd frame ends with its checksum, or is refused") {
   CHECK(load(folder.write("a.mesh.zst", packed)).triangles == kTriangles);
   CHECK(load(folder.write("b.mesh.zst", with_checksum(raw().substr(0, 50)) + compressed(raw().substr(50)))).triangles ==
         kTriangles);
-  for (std::size_t cut = 1; cut <= 4; ++cut)
-    CHECK_THAT(refusal(folder.write("cut.mesh.zst", packed.substr(0, packed.size() - cut))),
+  for (std::size_t missing = 1; missing <= 4; ++missing)
+    CHECK_THAT(refusal(folder.write("cut.mesh.zst", packed.substr(0, packed.size() - missing))),
                Contains("truncated") && Contains("zstd frame"));
   std::string wrong = packed;
   wrong.back() = static_cast<char>(~wrong.back());

@@ -54,7 +54,7 @@ std::vector<unsigned char> ramp(int width, int height) {
   return rgb;
 }
 
-/// The place of the first marker of a kind.
+/// The offset of the first marker of a kind.
 std::size_t marker_at(const std::string& jpeg, char kind) { return jpeg.find(std::string("\xff") + kind); }
 
 }  // namespace

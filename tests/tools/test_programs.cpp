@@ -317,8 +317,8 @@ TEST_CASE("Programs: bvhtrace refuses bad ray files") {
   check_quiet(run({kBvhBuild, folder.write("a.obj", grid_obj(2)), "-o", folder / "a.bvh"}));
   std::string bytes;
   append(bytes, 3u, 0u, 1.0f);
-  const std::string cut = folder.write("cut.rays", bytes);
-  check_failure(folder, {kBvhTrace, folder / "a.bvh", "--rays", cut, "--hits", folder / "h.hits"}, "cut.rays",
+  const std::string truncated = folder.write("cut.rays", bytes);
+  check_failure(folder, {kBvhTrace, folder / "a.bvh", "--rays", truncated, "--hits", folder / "h.hits"}, "cut.rays",
                 {"a.bvh", "a.obj", "cut.rays"});
   check_failure(folder, {kBvhTrace, folder / "a.bvh", "--rays", folder / "none.rays", "--hits", folder / "h.hits"},
                 "none.rays", {"a.bvh", "a.obj", "cut.rays"});

@@ -42,7 +42,7 @@ std::string fault(const std::string& text) {
   return scene.error().message.substr(path.size() + 2);
 }
 
-/// The forest with another value at a place.
+/// The forest with another value at a JSON pointer.
 std::string fault_with(const std::string& pointer, const json& value) {
   json document = json::parse(kForest);
   document[json::json_pointer(pointer)] = value;

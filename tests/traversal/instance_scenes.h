@@ -103,8 +103,7 @@ struct InstanceScene {
   }
 };
 
-/// The closest hit of all instances, each tried: rays are transformed as the library does it, trees over instances are
-/// not asked.
+/// The closest hit by a loop over all instances, without the trees over instances. The library transforms the rays.
 template <class P> class EveryInstance {
  public:
   using Real = typename P::Real;

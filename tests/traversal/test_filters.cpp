@@ -20,7 +20,7 @@ constexpr NodeLayout kLayouts[] = {NodeLayout::kFloat, NodeLayout::kPlanes, Node
 
 using Uv = std::array<float, 2>;
 
-/// Texture coordinates per vertex of each geometry, and a texture that is cut out in rings.
+/// Texture coordinates per vertex of each geometry, and a texture with ring-shaped cut-outs.
 struct Textured {
   std::vector<Mesh> meshes;
   std::vector<std::vector<Uv>> uvs;
@@ -82,22 +82,22 @@ std::string where(unsigned i, const Ray& ray) {
 template <class P> void check_cut_outs(const Textured& textured, const Scene& scene) {
   const CutOut cut_out{&textured};
   Random random(kSeed);
-  std::size_t hits = 0, cut = 0;
+  std::size_t hits = 0, rejected = 0;
   for (unsigned i = 0; i < trials(300); ++i) {
     const Ray ray = random_ray(random);
     const std::vector<Hit> all = every_hit(textured.meshes, ray);
     const auto expected = kept(all, [&](const Hit& hit) { return cut_out(ray, hit) == FilterResult::kAccept; });
     hits += expected.size();
-    cut += all.size() - expected.size();
+    rejected += all.size() - expected.size();
     INFO(scene.name << ", " << where(i, ray));
     REQUIRE(find_fault(Queries<P, CutOut>{scene.traced, cut_out}, ray, expected) == "");
   }
   CHECK(hits > trials(300));
-  CHECK(cut > trials(300));
+  CHECK(rejected > trials(300));
 }
 
-/// The closest hit of exact arithmetic that is not cut out. @return false if rounding could decide about one on the
-/// way.
+/// The closest hit of exact arithmetic that is not cut out. @return false if rounding could decide whether the ray hits
+/// that triangle or one before it.
 bool exact_cut_out(const Textured& textured, const Ray& ray, std::uint32_t& geometry, std::uint32_t& primitive) {
   geometry = primitive = kInvalidId;
   double nearest = std::numeric_limits<double>::infinity();

@@ -79,8 +79,8 @@ std::vector<Case> cases() {
   return result;
 }
 
-/// One instance of a mesh, and another at the same place that no ray sees: a root of one leaf would have no boxes to
-/// test.
+/// One instance of a mesh, and another with the same transform that no ray sees: a root of one leaf would have no boxes
+/// to test.
 InstanceScene scene_of(const Mesh& mesh, NodeLayout layout, const Affine& transform) {
   InstanceScene scene;
   scene.add_file({mesh}, layout);

@@ -228,7 +228,7 @@ TEST_CASE("invalid motions are refused with their numbers") {
                   "determinant 1e-08") == 0);
   CHECK(message({.matrices = {{0, {{{1, 1, 0, 0}, {1, 1, 0, 0}, {0, 0, 1, 0}}}}}}) ==
         "key 0: the matrix has no inverse that floats can hold: determinant 0");
-  // One key, keys in the same place, turns of almost nothing and of almost everything.
+  // One key, equal keys, rotations by almost 0 and by almost 180 degrees.
   CHECK(message({.keys = {{}}}) == "");
   CHECK(message({.keys = {{.time = 0}, {.time = 1}}}) == "");
   CHECK(message({.keys = {turned_key(0, {0, 0, 1}, 0), turned_key(1, {0, 0, 1}, 1e-12)}}) == "");

@@ -50,7 +50,7 @@ BufferView refitted(Scene& scene, const std::vector<Mesh>& moved) {
   return *view;
 }
 
-/// Vertices at a few places: most triangles become degenerate.
+/// Vertices at a small number of positions: most triangles become degenerate.
 Mesh collapsed(Mesh mesh) {
   for (Position& p : mesh.positions)
     for (float& x : p) x = std::round(x);

@@ -234,13 +234,13 @@ TEST_CASE("a private stack that is too small reports a failure", "[stack]") {
 }
 
 TEST_CASE("a deep tree under a restart stack gives the same hits", "[stack]") {
-  // Triangles whose sizes and places grow by 1.3 make a chain.
+  // Triangles whose sizes and positions grow by 1.3 make a chain.
   Mesh chain;
-  double place = 1;
-  for (int i = 0; i < 60; ++i, place *= 1.3) {
+  double offset = 1;
+  for (int i = 0; i < 60; ++i, offset *= 1.3) {
     const auto first = static_cast<std::uint32_t>(chain.positions.size());
     for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}})
-      chain.positions.push_back({static_cast<float>(place * (1 + x)), static_cast<float>(place * (1 + y)), 0.0f});
+      chain.positions.push_back({static_cast<float>(offset * (1 + x)), static_cast<float>(offset * (1 + y)), 0.0f});
     chain.triangles.push_back({first, first + 1, first + 2});
   }
   const Scene scene = make_scene({chain}, {.max_leaf_triangles = 1});

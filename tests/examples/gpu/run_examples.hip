@@ -239,7 +239,7 @@ struct Hair {
     }
   }
 
-  /// By asking every primitive.
+  /// By testing every primitive.
   Hit closest(const Ray& ray) const {
     std::vector<Hit> hits;
     std::uint32_t geometry = 0, primitive = 0;
