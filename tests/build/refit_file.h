@@ -17,7 +17,7 @@ inline constexpr NodeLayout kLayouts[] = {NodeLayout::kFloat, NodeLayout::kPlane
                                           NodeLayout::kQuantized};
 inline constexpr std::uint64_t kSeed = 4711;
 
-/// A built file with what was put in.
+/// A built file.
 struct File {
   build::Bvh bvh;
 
@@ -61,7 +61,7 @@ inline build::RefitStatistics refitted(File& file, const oracle::Mesh& moved, co
   return refitted(file, build::SceneInput{meshes, {}}, options);
 }
 
-/// What is refused leaves the file as it was.
+/// A refused refit leaves the file unchanged.
 inline build::Error refusal(File& file, const build::SceneInput& moved, const build::RefitOptions& options = {}) {
   const std::string before = file.copy();
   const auto result = build::refit(file.bytes(), moved, options);

@@ -1,4 +1,4 @@
-// What a caller gets of a build besides the file: the view of the scene, and the counts of what was dropped.
+// The results of a build besides the file: the view of the scene, and the counts of dropped primitives.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>

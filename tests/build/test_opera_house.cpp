@@ -13,7 +13,7 @@ using namespace hiprt::oracle;
 
 namespace {
 
-/// What a ray at the object costs.
+/// The expected cost of a ray at the object.
 double object_cost(const Mesh& mesh, build::Builder builder) {
   const auto bvh = build::build(std::vector{mesh.view()}, {.builder = builder});
   REQUIRE(bvh.has_value());

@@ -1,4 +1,4 @@
-// Progress and cancelling: how often a build calls the callback, and what a cancelled build leaves behind.
+// Progress and cancelling: how often a build calls the callback, and that a cancelled build leaks nothing.
 
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/pair/pair.h>

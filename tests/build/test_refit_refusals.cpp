@@ -78,7 +78,7 @@ TEST_CASE("every vertex and axis: NaN and infinity are refused with the triangle
           CHECK((named[0] == vertex || named[1] == vertex || named[2] == vertex));
         }
       }
-    // What no triangle of the tree has may be anything.
+    // Vertices that no triangle of the tree uses may have any value.
     Mesh moved = twisted(mesh, 0.1);
     moved.positions.push_back({quiet, infinity, -infinity});
     refitted(paired, moved);

@@ -76,7 +76,7 @@ TEST_CASE("boxes of shapes are the smallest; shapes of size 0 have inverted boxe
   CHECK(boxes[0].max[0] == 1.25f);
   CHECK(boxes[1].max[0] == 2);
   CHECK(boxes[2].max[1] == 4.5f);
-  // 0.1f + 1e-9f is no float: the side goes outwards.
+  // 0.1f + 1e-9f is not a float: the side is rounded outwards.
   const ShapePoint points[] = {{{0.1f, 0, 0}, 1e-9f}, {{0, 0, 0}, 0}};
   const auto spheres = boxes_of({ShapeKind::kSpheres, points, {}});
   CHECK(spheres[0].max[0] == std::nextafter(0.1f, 1.0f));

@@ -11,7 +11,7 @@
 
 namespace hiprt::test {
 
-/// What a node's boxes were made from: the boxes decoded from the child, or the primitives of the run.
+/// The content of a node's boxes: the boxes decoded from the child, or the primitives of the run.
 template <class Layout> class Contents {
  public:
   explicit Contents(const BufferView& view)

@@ -1,4 +1,4 @@
-// What a user's first program does: one triangle, its BVH, one ray. Exit status 0 when the ray hits where it should.
+// A user's first program: one triangle, its BVH, one ray. Exit status 0 when the ray hits at the right point.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/validate.h>

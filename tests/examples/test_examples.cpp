@@ -1,4 +1,4 @@
-// The kernels of the pages in hiprt_device/docs do what they say: run on the host, against brute force.
+// Runs the kernels of the pages in hiprt_device/docs on the host and compares their results with brute force.
 
 #include <tests/examples/test_worlds.h>
 

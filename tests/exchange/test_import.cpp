@@ -70,7 +70,7 @@ ExchangeBvh exported(const build::Bvh& bvh) {
 
 double cost_of(const build::Bvh& bvh) { return build::measure_tree(view_of(bvh)).sah_cost; }
 
-/// The surface area cost of a tree as it stands, one primitive to a leaf record.
+/// The surface area cost of a tree without changes, with one primitive per leaf record.
 double cost_of(const ExchangeBvh& tree) {
   const auto area = [](const Box& box) {
     const double x = box.max[0] - box.min[0], y = box.max[1] - box.min[1], z = box.max[2] - box.min[2];
@@ -169,7 +169,7 @@ TEST_CASE("an import does not depend on the number of threads") {
 }
 
 TEST_CASE("the collapse does not make a tree of four children per node more expensive") {
-  // A tree of four children per node and no pairs must not cost more than it does as it stands.
+  // The import of a tree of four children per node, without pairs, must not cost more than the tree itself.
   const std::vector<Mesh> meshes{soup(3000, 0.05, kSeed)};
   const auto views = oracle::views(meshes);
   for (const unsigned branching : {2u, 3u, 4u}) {
@@ -208,7 +208,7 @@ TEST_CASE("trees of every builder, exported and imported, cost as much and trace
 }
 
 TEST_CASE("a triangle in many leaves is split between them") {
-  // A slanted rectangle of two triangles over a grid of cells: a leaf for each, with a small triangle of its own.
+  // A slanted rectangle of two triangles over a grid of cells: a leaf for each, with another small triangle.
   constexpr std::uint32_t kCells = 40;
   std::vector<Mesh> meshes(1);
   Mesh& mesh = meshes[0];

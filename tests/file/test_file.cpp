@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A folder of its own that goes away with the test.
+/// A temporary folder, removed after the test.
 class Folder {
  public:
   Folder() {

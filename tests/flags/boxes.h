@@ -134,7 +134,7 @@ inline Aim aim_at_boxes(const Vec3& a, const Vec3& b, const Vec3& c, Random& ran
   return {leaves ? at : at - direction, leaves ? at + direction : at, factor};
 }
 
-/// Rays, and what they hit when all is tried.
+/// Rays, and their hits by a loop over all triangles.
 template <class HitType, class Real> struct Trials {
   std::vector<BasicRay<Real>> rays;
   std::vector<HitType> hits;
@@ -213,7 +213,7 @@ inline unsigned boxes_of_meshes(const std::string& location, const Vec3& offset,
   return faults;
 }
 
-/// Rays at a mesh's boxes where instances have it, and what they hit when every triangle of every instance is tried.
+/// Rays at the boxes of a mesh in instances, and their hits by a loop over all triangles of all instances.
 template <class P>
 Trials<BasicPathHit<typename P::Real, 1>, typename P::Real> trials_of_instances(const SceneView& scene,
                                                                                 const Mesh& mesh,

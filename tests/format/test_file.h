@@ -106,7 +106,7 @@ struct TestLeaf {
   std::array<Box, 2> box{kEmpty, kEmpty};  ///< Of a custom leaf.
 };
 
-/// What a file holds, free of layout and offsets. Sections are written in the order nodes, leaves, map, geometries,
+/// The content of a file, without layout and offsets. Sections are written in the order nodes, leaves, map, geometries,
 /// provenance. Layout half can hold boxes of halves only; quantized only boxes on multiples of 1/8 (x, z) and 1/16 (y),
 /// less than 8 above the node's lowest plane.
 struct TestScene {

@@ -60,7 +60,7 @@ void trace(const BufferView& view, std::uint64_t seed) {
     check_hit(view, ray, shape);
     check_hit(view, ray, any_shape);
     require(shape.found() == any_shape.found(), "closest and any hit of shapes disagree");
-    // Until its first hit a closest-hit query tests what an any-hit query tests.
+    // Until its first hit a closest-hit query makes the same tests as an any-hit query.
     require(closest.found() == any.found(), "closest and any hit disagree");
     require(closest.failed() == any.failed(), "only one query refuses the scene");
   }

@@ -36,7 +36,7 @@ template <class Layout> class Refit {
     for (std::uint64_t i = view_.nodes.count; i-- > 0;) {
       Box boxes[kBranching];
       for (unsigned c = 0; c < kBranching; ++c) boxes[c] = content(nodes_[i].child[c], primitives);
-      // What a layout cannot hold is left for validate() to refuse.
+      // validate() refuses values that a layout cannot hold.
       Layout::set_boxes(nodes_[i], boxes);
       bounds = union_of(nodes_[i]);
     }
@@ -143,13 +143,13 @@ inline bool mutate(test::TestFile& file, Random& random) {
     dispatch_layout(before.layout(),
                     [&](auto layout) { Refit<decltype(layout)>(file, before).move_primitives(random); });
   } else {
-    // What is wrong in the header hides all else, so it is changed less often than the content.
+    // A fault in the header hides all others, so the header is changed less often than the content.
     const SectionEntry header{0, 0, 0, sizeof(FileHeader), 1};
     const SectionEntry* const sections[] = {&before.nodes, &before.leaves, &before.primitive_map_entry,
                                             &before.geometry_entry};
     change_word(file, random.below(16) == 0 ? header : *sections[random.below(std::size(sections))], random);
   }
-  // The header may be what was changed: the section table is read again before it is trusted.
+  // The header may have changed: the section table is read again before it is used.
   const auto after = open_buffer(file.bytes());
   if (after && random.below(8) != 0)
     dispatch_layout(after->layout(), [&](auto layout) { Refit<decltype(layout)>(file, *after).fit(); });

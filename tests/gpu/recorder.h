@@ -25,7 +25,7 @@ std::vector<Call> taken();
 /// The next call of that name (without "hip") does nothing and returns @p status.
 void fail_next(const char* name, hipError_t status);
 
-/// A stream of its own, not the default stream.
+/// A new stream, not the default stream.
 class Stream {
  public:
   Stream();

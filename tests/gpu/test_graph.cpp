@@ -21,7 +21,7 @@ namespace {
 constexpr std::uint64_t kSeed = 20261121;
 using Bytes = std::vector<std::byte>;
 
-/// A stream of its own: the default one cannot be captured.
+/// A new stream: the default stream cannot be captured.
 class Stream {
  public:
   Stream() { REQUIRE(hipStreamCreateWithFlags(&stream_, hipStreamNonBlocking) == hipSuccess); }
@@ -218,7 +218,7 @@ TEST_CASE("a refit in a graph") {
 
 namespace {
 
-/// Instances on the device that go along x.
+/// Instances on the device that move along x.
 class MovingInstances {
  public:
   MovingInstances() : instances_(must(gpu::DeviceArray<gpu::DeviceInstance>::make(kCount, nullptr, allocator_))) {

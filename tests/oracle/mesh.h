@@ -50,7 +50,7 @@ inline void append(Mesh& mesh, const Mesh& part) {
   for (const Triangle& t : part.triangles) mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
 }
 
-/// Appends one triangle with vertices of its own.
+/// Appends one triangle with new vertices.
 inline void append(Mesh& mesh, const Position& a, const Position& b, const Position& c) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
   mesh.positions.insert(mesh.positions.end(), {a, b, c});

@@ -241,7 +241,7 @@ inline Mesh grid_plane(unsigned count, unsigned axis, float height) {
   return mesh;
 }
 
-/// Every triangle with vertices of its own, in random order: what welding and pairing have to put together again.
+/// Every triangle with separate vertices, in random order: welding and pairing must find the shared edges.
 inline Mesh scattered(const Mesh& mesh, std::uint64_t seed) {
   Random random(seed);
   Mesh result;

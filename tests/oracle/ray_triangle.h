@@ -8,7 +8,7 @@
 /// n).
 ///
 /// Each decision is first tried in double with a forward error bound (a filter after Shewchuk 1997); float inputs can
-/// neither underflow nor overflow there. What the filter cannot decide is repeated in integers.
+/// neither underflow nor overflow there. Cases that the filter cannot decide are repeated in integers.
 
 #include <hiprt_build/input.h>
 #include <hiprt_device/ray.h>

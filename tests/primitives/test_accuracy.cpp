@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 20270214;
 
-/// What the documentation promises (SphereSet, RoundCurveSet, decision record 0009).
+/// The bounds of the documentation (SphereSet, RoundCurveSet, decision record 0009).
 void check(const Findings& f) {
   INFO(f.first_failure);
   CHECK(f.odd_counts == 0);

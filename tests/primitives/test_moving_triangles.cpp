@@ -141,7 +141,7 @@ TEST_CASE("corners that are not finite: rays miss their triangles while a key ha
       for (const float time : {-2.0f, -1.0f, -0.5f, 0.2f, 0.25f, 0.5f, 2.9f, 3.0f, 4.0f}) {
         INFO("key " << key << ", " << bad);
         Mesh still = deforming.at(time);
-        // With an infinite corner at any time the box is none, and the triangle is not in the tree.
+        // With an infinite corner at any time the box is invalid, and the triangle is not in the tree.
         const bool in_segment = time < 0.25f ? key < 2 : key > 0;
         for (build::Triangle& triangle : still.triangles)
           if (std::isinf(bad) && (broken[triangle[0]] || broken[triangle[1]] || broken[triangle[2]]))

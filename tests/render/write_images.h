@@ -28,7 +28,7 @@ inline float exr_value(unsigned channel, std::uint32_t x, std::uint32_t y) {
   return 0.25f * static_cast<float>(channel) + static_cast<float>(x) - 8.0f * static_cast<float>(y);
 }
 
-/// What a file is like.
+/// The properties of a file.
 struct ExrKind {
   std::uint32_t width = 13, height = 21;
   int left = 0, top = 0;  ///< Of the data window.

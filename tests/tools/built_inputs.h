@@ -27,7 +27,7 @@ namespace hiprt::test {
 
 inline constexpr tools::ToolInfo kTestTool{"test", "", ""};
 
-/// What a Result has; fails the test case otherwise.
+/// The value of a Result; without one the test case fails.
 template <class T> T value_of(build::Result<T> result) {
   if (!result) FAIL(result.error().message);
   return std::move(*result);

@@ -9,7 +9,7 @@
 
 namespace hiprt::test {
 
-/// What a .hair file says; bits of `arrays` say which of the arrays are written.
+/// The content of a .hair file. The bits of `arrays` say which arrays are written.
 struct HairFile {
   std::string magic = "HAIR";
   std::uint32_t strands = 2, points = 5, arrays = 1 | 2 | 4, default_segments = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// What a tool printed with --json.
+/// The output of a tool with --json.
 
 #include "run_command.h"
 

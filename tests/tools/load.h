@@ -1,5 +1,5 @@
 #pragma once
-/// What the importer tests share.
+/// Helpers of the importer tests.
 
 #include "temp_folder.h"
 

@@ -11,7 +11,7 @@
 
 namespace hiprt::test {
 
-/// What a PNG file has.
+/// The content of a PNG file.
 struct PngContent {
   std::uint32_t width, height;
   int color_type = PNG_COLOR_TYPE_RGBA;

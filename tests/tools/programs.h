@@ -1,5 +1,5 @@
 #pragma once
-/// The tools under test, from the build folder, small inputs for them, and what a run that went well looks like.
+/// The tools under test, from the build folder, small inputs for them, and checks of successful runs.
 
 #include "run_command.h"
 #include "temp_folder.h"

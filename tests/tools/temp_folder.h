@@ -1,5 +1,5 @@
 #pragma once
-/// A folder of its own for a test.
+/// A temporary folder for a test.
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-/// Trees as JSON: reading gives back what was written, bit for bit. Errors name their position in the file.
+/// Trees as JSON: values are read back bit for bit. Errors name their position in the file.
 
 #include "temp_folder.h"
 
@@ -29,7 +29,7 @@ build::Result<ExchangeBvh> read(const std::string& text) {
   return tools::read_exchange(folder.write("t.json", text));
 }
 
-/// What is said of a text behind the path.
+/// The error message for a text, after the path.
 std::string refusal(const std::string& text) {
   const auto tree = read(text);
   if (tree) return "";

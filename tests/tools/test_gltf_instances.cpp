@@ -9,7 +9,7 @@ using nlohmann::json;
 
 namespace {
 
-/// Three meshes: two triangles, and lines, which are none.
+/// Three meshes: two of a triangle, and one of lines, which is skipped.
 GltfBuilder two_triangles() {
   GltfBuilder b;
   for (const float z : {0.f, 1.f}) b.add_mesh(b.add_positions({0, 0, z, 1, 0, z, 0, 1, z}));

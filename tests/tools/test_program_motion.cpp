@@ -67,7 +67,7 @@ TEST_CASE("a sliding square is at the position of its keys, in every tool") {
   CHECK(scene["instances"]["motion_segments"] == 1);
   CHECK(scene["bytes"]["motions"] == 32 + 128);
   CHECK_THAT(run({kBvhInfo, sliding.out}).out, Catch::Contains("moving instances"));
-  // The scene is one leaf, whose box goes along.
+  // The scene is one leaf, whose box moves.
   const json leaf = json_of(run({kBvhInfo, sliding.out, "--dump", "--json"}));
   CHECK(leaf["begin"]["min"][0].get<double>() == Approx(0).margin(1e-5));
   CHECK(leaf["end"]["min"][0].get<double>() == Approx(4));

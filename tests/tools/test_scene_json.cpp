@@ -31,7 +31,7 @@ SceneDescription read(const std::string& text) {
   return std::move(*scene);
 }
 
-/// What is wrong, behind the file's path.
+/// The error message after the file's path.
 std::string fault(const std::string& text) {
   const TempFolder folder;
   const std::string path = folder.write("scene.json", text);

@@ -23,7 +23,7 @@ ShapeSet read(const std::string& name, const std::string& bytes) {
   return std::move(*shapes);
 }
 
-/// What is wrong, behind the file's path.
+/// The error message after the file's path.
 std::string fault(const std::string& name, const std::string& bytes) {
   const TempFolder folder;
   const std::string path = folder.write(name, bytes);

@@ -90,7 +90,7 @@ inline Ray integer_ray(Random& random) {
   return ray;
 }
 
-/// What a scene of meshes and custom geometries is made from, which the functors look at too.
+/// The input of a scene of meshes and custom geometries; the functors use it too.
 struct CustomWorld {
   std::vector<Mesh> meshes;
   std::vector<std::vector<Box>> boxes;         ///< Per custom geometry.

@@ -110,14 +110,14 @@ template <OwnedStack Stack> struct RayStack<Stack> {
   typename Stack::Storage storage() { return typename Stack::Storage(memory); }
 };
 
-/// What a query gave until its end.
+/// The hits of a query until its end.
 struct Drained {
   std::vector<Hit> hits;
   std::string wrong;  ///< What was wrong with its states, or "".
   WorkCounter work{};
 };
 
-/// Asks until there is no more, and then some. @param most hits; more are a fault.
+/// Calls next_hit() until the end and three times after it. @param most hits; more are a fault.
 template <class Query> Drained drain(Query& query, std::size_t most = 100000) {
   Drained result;
   if (query.state() != TraversalState::kInit) result.wrong = "not kInit at first";

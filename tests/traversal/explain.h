@@ -116,7 +116,7 @@ struct Bounds {
   double edge;
   double t;  ///< In ulps of D, at less than 60 degrees from the normal.
 };
-/// What the traversal tests assert and the README says. The measured maxima are printed by test_hits.cpp.
+/// The bounds that the traversal tests check and the README states. The measured maxima are printed by test_hits.cpp.
 inline constexpr Bounds kBounds{.plane = 6.0, .edge = 4.0, .t = 2.0};
 
 /// What comparing many hits with the exact ones has shown.

@@ -11,7 +11,7 @@ namespace hiprt::checks {
 
 using namespace textbook;
 
-/// What an axis and an angle give, with the parts of a key that are left out as they are.
+/// The key of a rotation by an axis and an angle. The other parts of the key keep their defaults.
 inline build::MotionKey turned_key(float time, const oracle::Double3& axis, double angle,
                                    const oracle::Double3& translation = {0, 0, 0}) {
   build::MotionKey key{.time = time};

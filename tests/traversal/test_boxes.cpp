@@ -152,7 +152,7 @@ bool holds(const Box& box, const Box& inner) {
   return true;
 }
 
-/// What one box test made of the trials.
+/// The results of one box test.
 struct Count {
   std::uint64_t touched = 0, apart = 0;  ///< By exact arithmetic,
   std::uint64_t culled = 0, kept = 0;    ///< and of those wrongly culled, and kept.
@@ -208,7 +208,7 @@ void run_trial(Random& random, std::vector<Count>& counts) {
   if (kind == 0)
     exponent = -static_cast<int>(random.below(110)), direction_exponent = -static_cast<int>(random.below(40));
   if (kind == 1) exponent = static_cast<int>(random.below(25)), direction_exponent = static_cast<int>(random.below(25));
-  // At the box, or at what one of the layouts makes of it.
+  // At the box, or at the box as one of the layouts rounds it.
   Box target = trial.boxes.child[trial.child];
   scale_boxes(trial.boxes, exponent);
   if (random.coin()) {

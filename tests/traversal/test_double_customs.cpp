@@ -162,7 +162,7 @@ TEST_CASE("double rays hit spheres and curves from far away", "[double]") {
 }
 
 TEST_CASE("double rays hit moving triangles at their positions at the ray's time", "[double]") {
-  // Two keys; between them a mesh of its own, whose vertices are those in between, rounded.
+  // Two keys, and a separate mesh between them, whose vertices are the interpolated ones, rounded.
   const Mesh from = icosphere(2), to = oracle::placed(icosphere(2), 1.5, {0.25, 0, 0});
   std::vector<float> positions;
   for (const Mesh* mesh : {&from, &to})

@@ -97,7 +97,7 @@ TEST_CASE("invalid double rays miss, and rays beyond the range terminate", "[dou
     CHECK(hit.found());
     CHECK(std::abs(hit.t - far) <= 1 + far * 4 * kDoubleUnit);
   }
-  // No guarantee but to come back, without NaN.
+  // The only guarantee: the query returns, without NaN.
   for (const double extreme : {1e-320, 1e-300, 1e200, 1e300, 1.7e308}) {
     ray = good;
     ray.origin.z = -extreme;

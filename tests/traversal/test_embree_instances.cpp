@@ -208,7 +208,7 @@ std::vector<build::MotionKey> even_keys(Random& random, MotionKind kind, unsigne
   return keys;
 }
 
-/// Adds what moves by its parts, or between matrices.
+/// Adds an instance that moves by the parts of its keys, or between matrices.
 void add_moving(Both& both, const std::vector<build::MotionKey>& keys, MotionKind kind, const KeyRange& range) {
   build::Motion motion{.kind = kind}, of_judge{.keys = keys, .kind = kind};
   if (kind == MotionKind::kMatrix) {

@@ -125,7 +125,7 @@ TEST_CASE("moving instances need tracers that cover motion") {
   moving.build();
   CHECK_FALSE(covers<Instanced<Policies>>(moving.view()));
   CHECK(closest_hit<Instanced<Policies>>(moving.view(), Ray{}).failed());
-  // And those see what stands still as others do.
+  // On static scenes these tracers have the hits of the others.
   InstanceScene still;
   still.add_file({oracle::icosphere(2)}, NodeLayout::kPlanes);
   Random random(kSeed);

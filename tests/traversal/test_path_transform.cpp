@@ -36,7 +36,7 @@ struct Chain : InstanceScene {
     build();
   }
 
-  /// A point of the object in the scene, exactly: of what stands still by the file's records.
+  /// A point of the object in the scene, exactly. For static instances it uses the file's records.
   Real3 to_scene(const SceneView& view, float time, bool moves, Real3 p) const {
     std::vector<InstanceRecord> records;
     follow(view, path(), time,

@@ -11,7 +11,7 @@
 
 namespace hiprt::checks {
 
-/// Calls function(i, result) for i in [0, count) on all processors, each thread with a Result of its own.
+/// Calls function(i, result) for i in [0, count) on all processors, each thread with its own Result.
 /// @return the threads' results. Catch2's assertions are not safe in threads: assert on the results.
 /// Plain threads, because the thread sanitizer cannot see into the TBB library.
 template <class Result, class Function>

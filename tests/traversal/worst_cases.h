@@ -65,7 +65,7 @@ inline primitive_detail::ComputedLeaf<float> leaf_of(const Corners& of) {
   return leaf;
 }
 
-/// What the test makes of the triangle, as a complete hit.
+/// The complete hit that the test finds on the triangle.
 template <class Test, class Real> std::optional<BasicHit<Real>> hit_of(const Corners& of, const BasicRay<Real>& ray) {
   const auto leaf = leaf_of(of);
   const typename Test::template PreparedRay<ArrayLanes> prepared(ray);

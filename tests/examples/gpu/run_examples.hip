@@ -161,7 +161,8 @@ int check_stacks(const Scene& soup, Work& work) {
   return faults + compare("persistent", work.hits, work.expected, same);
 }
 
-/// The instruction's own triangle test rounds in its own way; where there is none, both kernels have the host's bits.
+/// The instruction's triangle test has its own rounding. On GPUs without the instruction both kernels have the host's
+/// bits.
 int check_instruction(Work& work) {
   const Scene soup = soup_scene(hiprt::NodeLayout::kFloat);
   start(trace_boxes_in_hardware, kBlocks, soup.device.view, work.device_rays.data(), work.hits.data(), kCount);
