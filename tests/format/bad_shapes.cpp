@@ -11,7 +11,7 @@ namespace hiprt::test {
 
 namespace {
 
-using Place = std::uint64_t (*)(const BufferView&);
+using SectionOffset = std::uint64_t (*)(const BufferView&);
 std::uint64_t records(const BufferView& view) { return view.shape_entry.offset; }
 std::uint64_t points(const BufferView& view) { return view.shape_point_entry.offset; }
 std::uint64_t segments(const BufferView& view) { return view.curve_segment_entry.offset; }
@@ -23,7 +23,7 @@ std::uint64_t none(const BufferView& view) { return records(view) + 3 * sizeof(S
 
 /// @param value of the good file's view.
 template <class Value>
-BadCase wrong(FormatError error, const char* what, Place section, std::uint64_t field, Value value,
+BadCase wrong(FormatError error, const char* what, SectionOffset section, std::uint64_t field, Value value,
               TestFile (*good)(NodeLayout) = shape_file) {
   return {error, what, [=](NodeLayout layout) {
             TestFile file = good(layout);
@@ -64,7 +64,7 @@ BadCase without(SectionKind kind, const char* what, TestFile (*good)(NodeLayout)
 }
 
 /// One element less in a section.
-BadCase shorter(SectionKind kind, const char* what, Place section, TestFile (*good)(NodeLayout)) {
+BadCase shorter(SectionKind kind, const char* what, SectionOffset section, TestFile (*good)(NodeLayout)) {
   return {FormatError::kBadShape, what, [=](NodeLayout layout) {
             TestFile file = good(layout);
             const BufferView view = *open_buffer(file.bytes());

@@ -66,14 +66,14 @@ class ExrContent {
     values.resize(std::size_t{kind.width} * kind.height);
     for (std::uint32_t y = 0; y < kind.height; ++y)
       for (std::uint32_t x = 0; x < kind.width; ++x) {
-        void* const place = &values[std::size_t{y} * kind.width + x];
+        void* const target = &values[std::size_t{y} * kind.width + x];
         const float value = exr_value(channel, x, y);
         if (kind.type == Imf::HALF)
-          *static_cast<std::uint16_t*>(place) = half(value).bits();
+          *static_cast<std::uint16_t*>(target) = half(value).bits();
         else if (kind.type == Imf::FLOAT)
-          *static_cast<std::uint32_t*>(place) = std::bit_cast<std::uint32_t>(value);
+          *static_cast<std::uint32_t*>(target) = std::bit_cast<std::uint32_t>(value);
         else
-          *static_cast<std::uint32_t*>(place) = channel;
+          *static_cast<std::uint32_t*>(target) = channel;
       }
     frame_.insert(kind.channels[channel], Imf::Slice::Make(kind.type, values.data(), header_.dataWindow(), 4,
                                                            4 * std::size_t{width_}, kind.sampling, kind.sampling));

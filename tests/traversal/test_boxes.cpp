@@ -25,7 +25,7 @@ struct Trial {
 
 /// A box of random size, position and flatness.
 Box random_box(Random& random) {
-  const double size = random.log_uniform(1e-6, 1e6), place = random.coin() ? 0.0 : size * random.log_uniform(1, 1e7);
+  const double size = random.log_uniform(1e-6, 1e6), offset = random.coin() ? 0.0 : size * random.log_uniform(1, 1e7);
   const bool lattice = random.below(4) == 0;
   Box box{};
   for (std::size_t k = 0; k < 3; ++k) {

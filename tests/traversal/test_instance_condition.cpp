@@ -247,9 +247,9 @@ TEST_CASE("a condition beyond 2^40 is refused with the determinant", "[extremes]
         REQUIRE(message.find(fault) == 0);
         const double determinant = it.name == "flat" ? 1 / c : 1.0;
         CHECK(std::stod(message.substr(fault.size())) == Approx(determinant).epsilon(1e-3).margin(0));
-        const std::size_t place = message.find(behind);
-        REQUIRE(place != std::string::npos);
-        const double condition = std::stod(message.substr(place + behind.size()));
+        const std::size_t at = message.find(behind);
+        REQUIRE(at != std::string::npos);
+        const double condition = std::stod(message.substr(at + behind.size()));
         CHECK(condition >= it.condition * (1 - 1e-3));
         CHECK(condition <= 9 * it.condition * (1 + 1e-3));
       }
