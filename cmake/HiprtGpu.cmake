@@ -11,6 +11,9 @@ set_property(CACHE HIPRT_GPU PROPERTY STRINGS AUTO AMD NVIDIA OFF)
 set(HIPRT_AMD_ARCHS "gfx90a;gfx1030;gfx1100" CACHE STRING "AMD architectures that GPU code is compiled for")
 set(HIPRT_NVIDIA_ARCHS "90" CACHE STRING "NVIDIA compute capabilities that GPU code is compiled for")
 set(HIPRT_GPU_FLAGS "" CACHE STRING "More compiler flags of every .hip source")
+set(HIPRT_GPU_OPTIMIZATION "-O3" CACHE STRING
+  "Optimisation of .hip sources. -O1: kernels are slower, and compile and emulate in two thirds of the time")
+mark_as_advanced(HIPRT_GPU_OPTIMIZATION)
 
 # hiprt_find_amd(<problem>): sets HIPRT_HIPCC, HIPRT_OFFLOAD_BUNDLER, HIPRT_AMDHIP64, HIPRT_HIP_INCLUDE_DIR and
 # HIPRT_HIP_DEVICE_LIBS. <problem> names the missing part, or is empty.
@@ -130,7 +133,9 @@ function(hiprt_gpu_flags target variable)
   if(type STREQUAL "INTERFACE_LIBRARY")
     set(interface INTERFACE_)
   endif()
+  # Kernels are always inlined: without that they would not compile in less time.
   set(definitions "$<TARGET_PROPERTY:${target},${interface}COMPILE_DEFINITIONS>")
+  set(definitions "$<FILTER:${definitions},EXCLUDE,^HIPRT_LEAVE_INLINING$>")
   # An explicit /usr/include would come before the compiler's own folders, which must come first.
   set(folders "$<TARGET_PROPERTY:${target},${interface}INCLUDE_DIRECTORIES>")
   set(folders "$<REMOVE_DUPLICATES:$<FILTER:${folders},EXCLUDE,^/usr/include$>>")
@@ -211,6 +216,7 @@ endfunction()
 function(hiprt_gpu_objects target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "OPTIONS")
   hiprt_gpu_flags(${target} flags)
+  list(APPEND flags ${HIPRT_GPU_OPTIMIZATION})
   foreach(source IN LISTS arg_UNPARSED_ARGUMENTS)
     cmake_path(ABSOLUTE_PATH source NORMALIZE)
     cmake_path(RELATIVE_PATH source BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} OUTPUT_VARIABLE stem)

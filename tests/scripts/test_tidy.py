@@ -37,10 +37,14 @@ class Clone:
         # Long ago: what has just been written is not remembered, because it may still change.
         os.utime(path, (1e9, 1e9))
 
-    def expect(self, status, known, faults, said=""):
-        done = subprocess.run([self.script, self.root / "build", "tools", "--root", self.root],
+    def git(self, *arguments):
+        name = ["-c", "user.name=test", "-c", "user.email=test@localhost"]
+        subprocess.run(["git", "-C", self.root, *name, *arguments], check=True, capture_output=True)
+
+    def expect(self, status, known, faults, said="", sources=2, more=()):
+        done = subprocess.run([self.script, self.root / "build", "tools", "--root", self.root, *more],
                               capture_output=True, text=True, env=self.environment)
-        counts = f"2 sources, {known} of them known to be clean, {faults} with faults\n"
+        counts = f"{sources} sources, {known} of them known to be clean, {faults} with faults\n"
         if done.returncode != status or not done.stdout.endswith(counts) or not re.search(said, done.stdout):
             sys.exit(f"expected status {status}, '{said}' and '{counts}', got {done.returncode}:\n"
                      f"{done.stdout}{done.stderr}")
@@ -64,6 +68,16 @@ def main():
         clone.expect(0, known=2, faults=0)
         clone.write(".clang-tidy", CONFIG.format(",bugprone-*"))
         clone.expect(0, known=0, faults=0)
+        # Since a commit: neither comments nor spaces are code. A header stands for one source that includes it.
+        clone.git("init", "-q")
+        clone.git("add", "tools")
+        clone.git("commit", "-qm", "one")
+        since = ["--since", "HEAD"]
+        clone.write("tools/a.h", "// Why.\n" + CLEAN.replace(" return", "  return"))
+        clone.expect(0, known=0, faults=0, sources=0, more=since)
+        clone.write("tools/a.h", CLEAN.replace("pointer", "other"))
+        clone.expect(1, known=0, faults=1, sources=1, more=since, said="pointer")
+        clone.write("tools/a.h", CLEAN)
         clone.write("tools/b.cpp", "int b() { return }\n")
         clone.expect(1, known=1, faults=1, said="expected expression")
         for arguments, message in ((["nowhere", "tools"], "nowhere/compile_commands.json"),
