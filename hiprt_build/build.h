@@ -135,4 +135,8 @@ HIPRT_BUILD_API Result<Bvh> build(const SceneInput& scene, const BuildOptions& o
 /// Version of the library, "0.1.0".
 HIPRT_BUILD_API const char* version();
 
+/// @return the version of the Embree that the library was built with, for example "3.13.5"; "" if it was built without
+/// Embree. Then builds with one of Embree's builders return kInvalidInput.
+HIPRT_BUILD_API const char* embree_version();
+
 }  // namespace hiprt::build

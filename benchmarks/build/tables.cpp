@@ -3,7 +3,7 @@
 #include <benchmarks/common/program.h>
 #include <benchmarks/common/summary.h>
 
-#include <embree3/rtcore_config.h>
+#include <hiprt_build/embree/rtcore.h>
 
 #include <cmath>
 

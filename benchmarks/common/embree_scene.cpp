@@ -52,6 +52,7 @@ build::Result<void> EmbreeScene::add(const tools::Mesh& mesh, RTCBuildQuality qu
     std::memcpy(positions, mesh.positions.data(), mesh.positions.size() * sizeof(build::Position));
     std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size() * sizeof(build::Triangle));
     rtcSetGeometryBuildQuality(geometry, quality);  // Scenes of low quality have a tree per geometry.
+    rtcSetGeometryMask(geometry, 0xffffffffu);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_.get(), geometry);
   }

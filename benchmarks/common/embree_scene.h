@@ -1,7 +1,7 @@
 #pragma once
 /// A mesh in Embree.
 
-#include <embree3/rtcore.h>
+#include <hiprt_build/embree/rtcore.h>
 #include <hiprt_build/error.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 

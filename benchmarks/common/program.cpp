@@ -1,7 +1,7 @@
 #include "program.h"
 
 #include <benchmark/benchmark.h>
-#include <embree3/rtcore_config.h>
+#include <hiprt_build/embree/rtcore.h>
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
 #include <tools/render/tracers/tracer.h>

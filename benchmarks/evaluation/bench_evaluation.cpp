@@ -5,7 +5,7 @@
 #include <benchmarks/common/machine.h>
 #include <benchmarks/common/program.h>
 
-#include <embree3/rtcore_config.h>
+#include <hiprt_build/embree/rtcore.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>
 #include <tools/cli/build_names.h>

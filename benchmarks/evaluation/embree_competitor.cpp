@@ -4,7 +4,7 @@
 #include <benchmarks/common/rounds.h>
 #include <benchmarks/trace/embree_trace.h>
 
-#include <embree3/rtcore.h>
+#include <hiprt_build/embree/rtcore.h>
 
 #include <array>
 #include <atomic>

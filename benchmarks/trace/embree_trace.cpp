@@ -18,11 +18,11 @@ RTCRay to_embree(const Ray& ray) {
                 0};
 }
 
-Hit closest(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
+Hit closest(RTCScene scene, const Ray& ray) {
   RTCRayHit query;
   query.ray = to_embree(ray);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(scene, &context, &query);
+  embree::intersect1(scene, query);
   Hit hit;
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
   hit.t = query.ray.tfar;
@@ -34,9 +34,9 @@ Hit closest(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
   return hit;
 }
 
-Hit any(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
+Hit any(RTCScene scene, const Ray& ray) {
   RTCRay query = to_embree(ray);
-  rtcOccluded1(scene, &context, &query);
+  embree::occluded1(scene, query);
   Hit hit;
   if (query.tfar < 0.0f) hit.t = 0.0f, hit.primitive = 0;
   return hit;
@@ -45,12 +45,10 @@ Hit any(RTCScene scene, RTCIntersectContext& context, const Ray& ray) {
 }  // namespace
 
 void embree_trace(RTCScene scene, bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
   if (any_hit)
-    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = any(scene, context, rays[i]);
+    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = any(scene, rays[i]);
   else
-    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = closest(scene, context, rays[i]);
+    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = closest(scene, rays[i]);
 }
 
 }  // namespace hiprt::bench

@@ -1,7 +1,7 @@
 #pragma once
 /// The same queries by Embree, ray by ray.
 
-#include <embree3/rtcore.h>
+#include <hiprt_build/embree/rtcore.h>
 #include <hiprt_device/ray.h>
 
 #include <span>

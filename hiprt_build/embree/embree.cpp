@@ -1,9 +1,8 @@
 #include <hiprt_build/embree/embree.h>
+#include <hiprt_build/embree/rtcore.h>
 #include <hiprt_build/input/references.h>
 #include <hiprt_build/presplit/clip.h>
 #include <hiprt_build/sah_sbvh/sah_reduce.h>
-
-#include <embree3/rtcore.h>
 
 #include <cmath>
 #include <memory>
@@ -207,6 +206,8 @@ void on_error(void* user, RTCError, const char* message) {
 }
 
 }  // namespace
+
+const char* embree_version() { return RTC_VERSION_STRING; }
 
 Result<DepthFirstTree> build_embree(CpuEngine& engine, Builder builder, const GeometryTable& geometries,
                                     ScratchArray<Reference> references, double split_budget) {

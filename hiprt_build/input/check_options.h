@@ -18,6 +18,9 @@ template <class Number> std::string fault(const char* name, Number value, Number
 }
 
 inline std::string builder_fault(Builder builder) {
+  const bool embree = builder >= Builder::kEmbreeLow && builder <= Builder::kEmbreeHigh;
+  if (embree && embree_version()[0] == '\0')
+    return std::string("builder ") + name(builder) + " needs Embree, which this library was built without";
   if (builder >= Builder::kSah && builder <= Builder::kImported) return {};
   return "builder is " + std::to_string(static_cast<int>(builder)) + ", which is none of build::Builder";
 }

@@ -3,7 +3,7 @@
 
 #include <hiprt_build/build.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <set>
 #include <string>

@@ -6,7 +6,7 @@
 #include <tests/build/tight_boxes.h>
 #include <tests/oracle/mesh.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <string>
 #include <vector>

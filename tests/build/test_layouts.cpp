@@ -9,7 +9,7 @@
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cstring>
 

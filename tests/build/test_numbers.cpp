@@ -11,7 +11,7 @@
 #include <hiprt_build/reinsert/reinsert_steps.h>
 #include <tests/build/machine.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <sys/mman.h>
 

@@ -4,7 +4,7 @@
 #include <tests/oracle/cost_within.h>
 #include <tests/oracle/opera_house.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cstdio>
 

@@ -10,7 +10,7 @@
 #include <tests/oracle/odd_meshes.h>
 #include <tools/cli/build_names.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>

@@ -6,7 +6,7 @@
 #include <hiprt_build/shapes.h>
 #include <tests/oracle/meshes.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::oracle;

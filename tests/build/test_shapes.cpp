@@ -6,7 +6,7 @@
 #include <hiprt_build/refit.h>
 #include <hiprt_build/shapes.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <bit>
 #include <limits>

@@ -5,7 +5,7 @@
 #include <hiprt_build/format/record_checks.h>
 #include <hiprt_build/format/view.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 

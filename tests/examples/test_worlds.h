@@ -11,7 +11,7 @@
 #include <tests/traversal/explain.h>
 
 #include <hip/hip_runtime.h>
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <array>
 #include <utility>

@@ -5,7 +5,7 @@
 #include <tests/oracle/mesh.h>
 #include <tests/oracle/random.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <algorithm>
 

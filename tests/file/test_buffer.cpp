@@ -1,7 +1,7 @@
 #include <hiprt_build/buffer.h>
 #include <hiprt_device/format/buffer.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #include <hiprt_build/error.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <set>
 #include <string>

@@ -1,6 +1,6 @@
 #include <hiprt_build/file.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <sys/resource.h>
 #include <sys/stat.h>

@@ -4,7 +4,7 @@
 
 #include "../format/test_scene.h"
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::build;

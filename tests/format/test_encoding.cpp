@@ -6,7 +6,7 @@
 #include <tests/oracle/exact.h>
 #include <tests/oracle/random.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <functional>

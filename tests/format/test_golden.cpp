@@ -6,7 +6,7 @@
 #include <hiprt_build/format/validate.h>
 #include <hiprt_device/format/layout.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <array>
 #include <bit>

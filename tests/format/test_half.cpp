@@ -3,7 +3,7 @@
 #include <hiprt_device/format/half.h>
 #include <tests/oracle/random.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <bit>
 #include <cmath>

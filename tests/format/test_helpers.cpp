@@ -4,7 +4,7 @@
 #include <hiprt_build/format/box.h>
 #include <hiprt_build/format/utf8.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <set>
 #include <string>

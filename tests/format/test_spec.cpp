@@ -8,7 +8,7 @@
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/format/shape.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <fstream>

@@ -6,7 +6,7 @@
 
 #include <hiprt_build/format/validate.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <set>
 

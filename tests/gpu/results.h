@@ -3,7 +3,7 @@
 
 #include <hiprt_build/gpu/error.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <string>
 #include <utility>

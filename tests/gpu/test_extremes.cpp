@@ -11,7 +11,7 @@
 #include <tests/oracle/odd_meshes.h>
 #include <tests/oracle/ray_beside.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <array>
 #include <bit>

@@ -89,6 +89,7 @@ unsigned EmbreeScene::add(const EmbreeScene& object, std::span<const build::Moti
 }
 
 unsigned EmbreeScene::attach(RTCGeometry geometry) {
+  rtcSetGeometryMask(geometry, 0xffffffffu);
   rtcCommitGeometry(geometry);
   const unsigned number = rtcAttachGeometry(scene_.get(), geometry);
   rtcReleaseGeometry(geometry);
@@ -104,9 +105,7 @@ EmbreeHit EmbreeScene::closest(const Ray& ray) const {
   RTCRayHit both{embree_ray(ray), {}};
   both.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   both.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(scene_.get(), &context, &both);
+  embree::intersect1(scene_.get(), both);
   EmbreeHit hit;
   if (both.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
   hit.t = both.ray.tfar;
@@ -120,9 +119,7 @@ EmbreeHit EmbreeScene::closest(const Ray& ray) const {
 
 bool EmbreeScene::any(const Ray& ray) const {
   RTCRay r = embree_ray(ray);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(scene_.get(), &context, &r);
+  embree::occluded1(scene_.get(), r);
   return r.tfar == -std::numeric_limits<float>::infinity();
 }
 

@@ -1,11 +1,11 @@
 #pragma once
-/// Scenes of Embree 3.13 in the terms of this library: an independent reference.
+/// Scenes of Embree in the terms of this library: an independent reference.
 
 #include <hiprt_build/instances.h>
 #include <hiprt_device/ray.h>
 #include <tests/oracle/mesh.h>
 
-#include <embree3/rtcore.h>
+#include <hiprt_build/embree/rtcore.h>
 
 #include <memory>
 #include <span>

@@ -5,7 +5,7 @@
 #include <tests/oracle/odd_meshes.h>
 #include <tests/oracle/ray_box.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::oracle;

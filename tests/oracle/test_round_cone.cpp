@@ -3,7 +3,7 @@
 #include <tests/oracle/random.h>
 #include <tests/oracle/round_cone_distance.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::oracle;

@@ -3,7 +3,7 @@
 #include <tests/primitives/digest.h>
 #include <tests/primitives/measure.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::checks;

@@ -3,7 +3,7 @@
 #include <hiprt_device/query/spawn.h>
 #include <tests/primitives/measure.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::checks;

@@ -3,7 +3,7 @@
 #include <tests/primitives/measure.h>
 #include <tests/primitives/naive.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <chrono>
 

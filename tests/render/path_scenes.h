@@ -9,7 +9,7 @@
 #include <tools/render/image/image.h>
 #include <tools/render/path/path_trace.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <string>
 #include <utility>

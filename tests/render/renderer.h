@@ -6,7 +6,7 @@
 #include <tests/tools/run_command.h>
 #include <tests/tools/temp_folder.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <string>
 #include <utility>

@@ -8,7 +8,7 @@
 #include <tools/render/studio/render.h>
 #include <tools/render/studio/studio.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <array>
 #include <cstring>

@@ -1,7 +1,7 @@
 #include <hiprt_device/math/vec_functions.h>
 #include <tools/render/scene/camera.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <limits>

@@ -10,7 +10,7 @@
 #include <tools/render/image/flip_filters.h>
 #include <tools/render/image/image_compare.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <limits>

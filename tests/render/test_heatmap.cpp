@@ -2,7 +2,7 @@
 #include <tools/render/image/color_map.h>
 #include <tools/render/studio/heatmap.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::tools;

@@ -8,7 +8,7 @@
 #include <tools/render/image/image_read.h>
 #include <tools/render/image/image_write.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::tools;

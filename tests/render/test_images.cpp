@@ -6,7 +6,7 @@
 #include <tools/render/image/image.h>
 #include <tools/render/image/image_write.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 

@@ -7,7 +7,7 @@
 #include <tools/render/path/path_lights.h>
 #include <tools/render/path/path_sky.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <functional>

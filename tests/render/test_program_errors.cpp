@@ -44,7 +44,8 @@ TEST_CASE("bvhrender: --help shows examples, --version the version") {
   CHECK_THAT(help, Contains("Examples:\n  bvhrender ") && Contains("--json") && Contains("Exit status"));
   for (const char* option : {"--output", "--size", "--spp", "--camera", "--mode", "--threads", "--seed"})
     CHECK_THAT(help, Contains(option));
-  CHECK_THAT(render_well({"--version"}), Catch::Matches("bvhrender [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+  CHECK_THAT(render_well({"--version"}),
+             Catch::Matches("bvhrender [0-9]+\\.[0-9]+\\.[0-9]+\nGPU code: .+\nEmbree: .+\n"));
 }
 
 TEST_CASE("bvhrender: bad usage is status 2, before any file is read") {

@@ -1,6 +1,6 @@
 #include <tools/render/studio/sampler.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <set>

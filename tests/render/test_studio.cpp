@@ -2,7 +2,7 @@
 #include <tools/render/image/color.h>
 #include <tools/render/studio/studio.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <random>

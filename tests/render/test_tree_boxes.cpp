@@ -4,7 +4,7 @@
 #include <hiprt_build/instances.h>
 #include <tools/render/studio/tree_boxes.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <algorithm>
 #include <cmath>

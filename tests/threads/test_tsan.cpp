@@ -7,7 +7,7 @@
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 #include <chrono>
 #include <functional>
 #include <numeric>

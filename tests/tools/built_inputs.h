@@ -17,7 +17,7 @@
 
 #include <hiprt_build/format/view.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <string>
 #include <utility>

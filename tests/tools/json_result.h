@@ -3,7 +3,7 @@
 
 #include "run_command.h"
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <nlohmann/json.hpp>
 

@@ -5,7 +5,7 @@
 
 #include <tools/scene_io/mesh/mesh_import.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <string>

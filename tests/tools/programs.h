@@ -4,7 +4,7 @@
 #include "run_command.h"
 #include "temp_folder.h"
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <algorithm>
 #include <array>

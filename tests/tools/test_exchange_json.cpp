@@ -5,7 +5,7 @@
 #include <tests/exchange/trees.h>
 #include <tools/scene_io/exchange_json.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 #include <nlohmann/json.hpp>
 
 #include <bit>

@@ -3,7 +3,7 @@
 #include <tools/base/gpu_code.h>
 #include <tools/render/tracers/gpu_policies.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::tools;

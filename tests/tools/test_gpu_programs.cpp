@@ -10,7 +10,7 @@
 #include <tools/cli/build_names.h>
 #include <tools/scene_io/rays_file.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 #include <nlohmann/json.hpp>
 
 #include <cstdlib>

@@ -8,7 +8,7 @@
 #include <tools/cli/build_names.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <algorithm>
 #include <bit>

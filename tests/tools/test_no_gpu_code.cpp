@@ -4,7 +4,7 @@
 #include <hiprt_build/format/view.h>
 #include <tools/cli/trace_device.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::tools;

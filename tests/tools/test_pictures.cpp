@@ -6,7 +6,7 @@
 #include <tools/scene_io/surface/material_library.h>
 #include <tools/scene_io/surface/picture.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cmath>
 #include <cstdlib>

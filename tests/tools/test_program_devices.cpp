@@ -4,7 +4,7 @@
 
 #include <tools/scene_io/rays_file.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 #include <nlohmann/json.hpp>
 
 using namespace hiprt;

@@ -7,7 +7,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 #include <nlohmann/json.hpp>
 
 using namespace hiprt;

@@ -5,7 +5,7 @@
 
 #include <tools/scene_io/rays_file.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 #include <nlohmann/json.hpp>
 
 #include <fstream>

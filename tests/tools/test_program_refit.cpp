@@ -2,7 +2,7 @@
 
 #include "programs.h"
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 #include <nlohmann/json.hpp>
 
 using namespace hiprt;

@@ -9,7 +9,7 @@
 #include <hiprt_build/format/validate.h>
 #include <hiprt_device/hiprt_device.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>

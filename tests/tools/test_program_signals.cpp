@@ -2,7 +2,7 @@
 
 #include "programs.h"
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt::test;
 using Catch::Contains;

@@ -5,7 +5,7 @@
 
 #include <tools/scene_io/scene/scene_bake.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <limits>
 

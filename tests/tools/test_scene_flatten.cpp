@@ -5,7 +5,7 @@
 
 #include <tools/scene_io/scene/scene_flatten.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::test;

@@ -4,7 +4,7 @@
 
 #include <tools/scene_io/shapes/shape_import.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <limits>
 

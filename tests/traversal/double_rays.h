@@ -8,7 +8,7 @@
 #include <tests/oracle/random.h>
 #include <tests/traversal/scenes.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cstdio>
 

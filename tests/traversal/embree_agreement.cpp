@@ -2,7 +2,7 @@
 #include <tests/traversal/embree_agreement.h>
 #include <tests/traversal/tracers.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 namespace hiprt::checks {
 namespace {

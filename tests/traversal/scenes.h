@@ -9,7 +9,7 @@
 #include <tests/oracle/mesh.h>
 #include <tools/cli/build_names.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <algorithm>
 #include <array>

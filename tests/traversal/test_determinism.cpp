@@ -5,7 +5,7 @@
 #include <tests/traversal/scenes.h>
 #include <tests/traversal/workers.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <tbb/global_control.h>
 

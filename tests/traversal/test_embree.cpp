@@ -5,7 +5,7 @@
 #include <tests/traversal/embree_agreement.h>
 #include <tests/traversal/workers.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::checks;

@@ -8,7 +8,7 @@
 #include <tests/traversal/workers.h>
 
 #include <hiprt_device/query/spawn.h>
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::checks;

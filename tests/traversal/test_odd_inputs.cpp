@@ -8,7 +8,7 @@
 
 #include <hiprt_build/format/validate.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <chrono>
 #include <set>

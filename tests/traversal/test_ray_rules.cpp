@@ -7,7 +7,7 @@
 #include <tests/traversal/scenes.h>
 #include <tests/traversal/tracers.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 using namespace hiprt;
 using namespace hiprt::checks;

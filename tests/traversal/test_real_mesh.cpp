@@ -8,7 +8,7 @@
 #include <tests/traversal/workers.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cstdlib>
 #include <filesystem>

@@ -13,7 +13,7 @@
 #include <tests/traversal/triangle_cases.h>
 #include <tests/traversal/workers.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <optional>
 

@@ -9,7 +9,7 @@
 #include <tests/traversal/explain.h>
 #include <tests/traversal/workers.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <functional>
 

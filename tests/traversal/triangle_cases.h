@@ -6,7 +6,7 @@
 #include <tests/traversal/explain.h>
 #include <tests/traversal/scenes.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <array>
 #include <cmath>

@@ -8,7 +8,7 @@
 #include <tests/oracle/ray_triangle.h>
 #include <tests/traversal/workers.h>
 
-#include <catch2/catch.hpp>
+#include <tests/catch.h>
 
 #include <cstdio>
 #include <optional>

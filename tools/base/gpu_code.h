@@ -5,6 +5,9 @@
 
 namespace hiprt::tools {
 
+/// @return the architectures of this build's GPU code ("gfx90a gfx1030"), or "none" with the reason.
+const char* gpu_code_summary();
+
 /// @return whether @p device runs code that was compiled for the architecture @p name. AMD: only if they are equal.
 /// NVIDIA: also if the major versions are equal and the minor version of @p name is not larger (sm_86 runs sm_80). A
 /// name with a letter at the end (sm_90a) needs exactly that version (sm_90).

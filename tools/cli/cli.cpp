@@ -2,6 +2,7 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/utf8.h>
+#include <tools/base/gpu_code.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -58,7 +59,11 @@ class HelpFormatter : public CLI::Formatter {
 
 }  // namespace
 
-std::string tool_version(const ToolInfo& info) { return std::string(info.name) + " " + build::version(); }
+std::string tool_version(const ToolInfo& info) {
+  const std::string embree = build::embree_version();
+  return std::string(info.name) + " " + build::version() + "\nGPU code: " + gpu_code_summary() + "\nEmbree: " +
+         (embree.empty() ? "none" : embree);
+}
 
 void add_threads_option(CLI::App& app, unsigned& threads) {
   app.add_option("--threads", threads, "Threads to use; 0: as many as the machine has")
