@@ -1,8 +1,8 @@
 #include "program.h"
 
 #include <benchmark/benchmark.h>
-#include <hiprt_build/embree/rtcore.h>
 #include <hiprt_build/build.h>
+#include <hiprt_build/embree/rtcore.h>
 #include <hiprt_build/file.h>
 #include <tools/render/tracers/tracer.h>
 
@@ -15,6 +15,20 @@ namespace {
 
 constexpr int kFailure = 1, kUsage = 2;
 
+/// Google Benchmark 1.8 renamed these members.
+template <class Run> bool has_failed(const Run& run) {
+  if constexpr (requires { run.error_occurred; })
+    return run.error_occurred;
+  else
+    return run.skipped != decltype(run.skipped){};
+}
+template <class Run> const std::string& failure(const Run& run) {
+  if constexpr (requires { run.error_message; })
+    return run.error_message;
+  else
+    return run.skip_message;
+}
+
 /// One line per finished benchmark on stderr; the counters are in the JSON file and the summary.
 class ProgressReporter : public benchmark::BenchmarkReporter {
  public:
@@ -24,10 +38,10 @@ class ProgressReporter : public benchmark::BenchmarkReporter {
   }
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs) {
-      failed_ |= run.error_occurred;
+      failed_ |= has_failed(run);
       GetErrorStream() << run.benchmark_name() << ": ";
-      if (run.error_occurred)
-        GetErrorStream() << "FAILED: " << run.error_message << std::endl;
+      if (has_failed(run))
+        GetErrorStream() << "FAILED: " << failure(run) << std::endl;
       else
         GetErrorStream() << run.real_accumulated_time << " s" << std::endl;
       ran_ = true;

@@ -64,6 +64,16 @@ inline std::uint32_t texel(unsigned red, unsigned green, unsigned blue, unsigned
   return red | green << 8 | blue << 16 | alpha << 24;
 }
 
+/// tinygltf::WriteImageData() into a data URI. Since version 2.9 it has two more parameters.
+template <class Image> bool write_jpeg(Image& image, std::string& uri) {
+  const std::string name = "a.jpg", folder;
+  constexpr auto kWrite = &tinygltf::WriteImageData;
+  if constexpr (requires { kWrite(&folder, &name, &image, true, &uri, nullptr); })
+    return kWrite(&folder, &name, &image, true, &uri, nullptr);
+  else
+    return kWrite(&folder, &name, &image, true, nullptr, nullptr, &uri, nullptr);
+}
+
 /// A baseline JPEG file of best quality, of bytes red, green, blue.
 inline std::string jpeg_file(int width, int height, const std::vector<unsigned char>& rgb) {
   tinygltf::Image image;
@@ -74,9 +84,7 @@ inline std::string jpeg_file(int width, int height, const std::vector<unsigned c
   image.pixel_type = TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE;
   image.image = rgb;
   std::string uri, mime;
-  const std::string name = "a.jpg", folder;
-  if (!tinygltf::WriteImageData(&folder, &name, &image, true, &uri, nullptr))
-    throw std::runtime_error("no JPEG was written");
+  if (!write_jpeg(image, uri)) throw std::runtime_error("no JPEG was written");
   std::vector<unsigned char> bytes;
   tinygltf::DecodeDataURI(&bytes, mime, uri, 0, false);
   return {bytes.begin(), bytes.end()};

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <string_view>
@@ -45,6 +46,22 @@ bool read_file_but_images(std::vector<unsigned char>* out, std::string* error, c
   return false;
 }
 
+/// @tparam Callbacks tinygltf::FsCallbacks; since version 2.9 it also asks for the size of a file, against a limit.
+template <class Callbacks> Callbacks file_callbacks(std::vector<std::string>& files) {
+  Callbacks callbacks{};
+  callbacks.FileExists = &exists;
+  callbacks.ExpandFilePath = &tinygltf::ExpandFilePath;
+  callbacks.ReadWholeFile = &read_file_but_images;
+  callbacks.WriteWholeFile = &tinygltf::WriteWholeFile;
+  if constexpr (requires { callbacks.GetFileSizeInBytes; })
+    callbacks.GetFileSizeInBytes = [](std::size_t* size, std::string*, const std::string&, void*) {
+      *size = 0;
+      return true;
+    };
+  callbacks.user_data = &files;
+  return callbacks;
+}
+
 bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
   return true;
 }
@@ -57,7 +74,7 @@ build::Result<void> parse(std::span<const std::byte> bytes, const std::filesyste
   const auto size = static_cast<unsigned>(bytes.size());
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(ignore_image, nullptr);
-  loader.SetFsCallbacks({&exists, &tinygltf::ExpandFilePath, &read_file_but_images, &tinygltf::WriteWholeFile, &files});
+  loader.SetFsCallbacks(file_callbacks<tinygltf::FsCallbacks>(files));
   const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   std::string error, warning;
   const bool loaded =
