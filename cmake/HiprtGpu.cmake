@@ -42,10 +42,18 @@ function(hiprt_find_amd problem)
     RESULT_VARIABLE status OUTPUT_VARIABLE libs ERROR_VARIABLE libs_error OUTPUT_STRIP_TRAILING_WHITESPACE)
   set(${problem} "" PARENT_SCOPE)
   if(NOT EXISTS "${bundler}")
-    set(${problem} "hipcc has no clang-offload-bundler (Debian package clang-15)" PARENT_SCOPE)
+    set(${problem} "hipcc has no clang-offload-bundler (tools/install-packages gpu)" PARENT_SCOPE)
   elseif(NOT status EQUAL 0)
     set(${problem} "${libs}${libs_error}" PARENT_SCOPE)
   endif()
+  # Newer bundlers want the host's whole triple.
+  set(host host-x86_64-unknown-linux)
+  execute_process(COMMAND ${bundler} -type=o -targets=${host},hipv4-amdgcn-amd-amdhsa--gfx1030 -input=/dev/null
+    -input=/dev/null -output=${PROJECT_BINARY_DIR}/bundle_test RESULT_VARIABLE refused OUTPUT_QUIET ERROR_QUIET)
+  if(refused)
+    string(APPEND host -gnu)
+  endif()
+  set(HIPRT_BUNDLER_HOST ${host} PARENT_SCOPE)
   set(HIPRT_OFFLOAD_BUNDLER "${bundler}" PARENT_SCOPE)
   set(HIPRT_HIP_DEVICE_LIBS "${libs}" PARENT_SCOPE)
 endfunction()
@@ -172,18 +180,29 @@ function(hiprt_nvidia_command variable)
   set(${variable} ${command} --threads 0 PARENT_SCOPE)
 endfunction()
 
+# hiprt_amd_dependencies(<variable> <output>): options by which hipcc writes the names of the files that it reads to
+# <output>.d. clang 21 ignores -MF when it compiles for the device alone.
+function(hiprt_amd_dependencies variable output)
+  set(options "")
+  foreach(option IN ITEMS -dependency-file ${output}.d -MT ${output} -sys-header-deps)
+    list(APPEND options -Xclang ${option})
+  endforeach()
+  set(${variable} ${options} PARENT_SCOPE)
+endfunction()
+
 # hiprt_amd_object(<source> <stem> <flag>...): makes <stem>.o from one code object per architecture. Each has a command
 # of its own, so that they compile in parallel.
 function(hiprt_amd_object source stem)
   set(inputs -input=/dev/null)
-  set(targets host-x86_64-unknown-linux)
+  set(targets ${HIPRT_BUNDLER_HOST})
   set(images "")
   foreach(arch IN LISTS HIPRT_AMD_ARCHS)
     hiprt_amd_command(command ${arch})
     set(image ${stem}.${arch}.co)
+    hiprt_amd_dependencies(dependencies ${image})
     add_custom_command(OUTPUT ${image}
       COMMAND ${command} --cuda-device-only --no-gpu-bundle-output ${ARGN}
-        -c ${source} -o ${image} -MD -MT ${image} -MF ${image}.d
+        -c ${source} -o ${image} ${dependencies}
       DEPENDS ${source} DEPFILE ${image}.d COMMAND_EXPAND_LISTS VERBATIM
       COMMENT "Compiling ${source} for ${arch}")
     list(APPEND images ${image})

@@ -132,9 +132,9 @@ function(hiprt_gpu_listings target source stem variable)
     foreach(arch IN LISTS HIPRT_AMD_ARCHS)
       hiprt_amd_command(command ${arch})
       set(listing ${stem}.${arch}.s)
+      hiprt_amd_dependencies(dependencies ${listing})
       add_custom_command(OUTPUT ${listing}
-        COMMAND ${command} --cuda-device-only ${flags} -S ${source} -o ${listing}
-          -MD -MT ${listing} -MF ${listing}.d
+        COMMAND ${command} --cuda-device-only ${flags} -S ${source} -o ${listing} ${dependencies}
         DEPENDS ${source} DEPFILE ${listing}.d COMMAND_EXPAND_LISTS VERBATIM COMMENT "Listing ${source} for ${arch}")
       list(APPEND listings ${arch}=${listing})
     endforeach()
