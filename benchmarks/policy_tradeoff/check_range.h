@@ -7,12 +7,12 @@ namespace hiprt::bench {
 inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Checks rays [begin, end) of the work one after the other, and adds to its tally.
-/// @param tracer has closest(ray) and, for Question::kBoxes, every_box(ray).
+/// @param tracer has closest(ray) and, for CheckKind::kBoxes, every_box(ray).
 template <class Tracer>
 void check_range(const Work& work, std::uint64_t begin, std::uint64_t end, const Tracer& tracer) {
   std::uint32_t sums[kTallyWords] = {};
   for (std::uint64_t i = begin; i < end; ++i) {
-    const Tally one = oracle::ask(work.probe, work.first + i, tracer);
+    const Tally one = oracle::check_ray(work.probe, work.first + i, tracer);
     sums[0] += static_cast<std::uint32_t>(one.skipped);
     sums[1] += static_cast<std::uint32_t>(one.faults);
     sums[2] += static_cast<std::uint32_t>(one.lost);

@@ -15,7 +15,7 @@ template <auto kRun> void run(const void* job, std::uint64_t begin, std::uint64_
 
 Kernels cpu_kernels(Compiler compiler) {
   const CpuFunction function = compiler == Compiler::kUsual ? run<tradeoff_run_usual> : run<tradeoff_run_fast_math>;
-  // The question in Work::probe tells checks from traces.
+  // The kind in Work::probe tells checks from traces.
   return {{.cpu = function}, {.cpu = function}};
 }
 

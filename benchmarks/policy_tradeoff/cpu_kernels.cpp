@@ -16,7 +16,7 @@ namespace {
 template <class Tracer> void run_range(const Work& work, std::uint64_t begin, std::uint64_t end) {
   const Probe& probe = work.probe;
   const Tracer tracer{&probe.target.scene};
-  if (probe.question != Question::kTrace) return check_range(work, begin, end, tracer);
+  if (probe.kind != CheckKind::kTrace) return check_range(work, begin, end, tracer);
   for (std::uint64_t i = begin; i < end; ++i) probe.target.hits[i] = tracer.closest(probe.target.rays[i]);
 }
 

@@ -141,7 +141,7 @@ build::Result<Tally> Engine::check(const Subject& subject, Probe probe, std::uin
 build::Result<double> Engine::trace(const Subject& subject, std::span<const Ray> rays, std::span<Hit> hits) {
   if (auto set = set_rays(rays); !set) return tl::unexpected(set.error());
   Probe probe;
-  probe.question = Question::kTrace;
+  probe.kind = CheckKind::kTrace;
   Work work = make_work(subject, probe);
   work.count = static_cast<std::uint32_t>(rays.size());
   const Launch launch{.kernel = kernels(subject).trace, .job = &work, .count = work.count};

@@ -38,7 +38,7 @@ class Engine {
   bool can_trace_sphere(const Subject& subject) const;
 
   /// Checks rays [0, count) of a probe. The engine sets the probe's target.
-  /// @pre probe.question != Question::kTrace
+  /// @pre probe.kind != CheckKind::kTrace
   build::Result<Tally> check(const Subject& subject, Probe probe, std::uint64_t count);
   /// Traces rays[i] into hits[i] (closest hit). @return seconds without copies.
   build::Result<double> trace(const Subject& subject, std::span<const Ray> rays, std::span<Hit> hits);

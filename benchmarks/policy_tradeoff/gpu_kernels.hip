@@ -23,8 +23,8 @@ constexpr bool kInstanced = HIPRT_TRADEOFF_INSTANCED;
 template <class Layout, class Triangle, class Boxes> __global__ void check_rays(Work work) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= work.count) return;
-  const Tally tally =
-      oracle::ask(work.probe, work.first + i, Tracer<Layout, Triangle, Boxes, kInstanced>{&work.probe.target.scene});
+  const Tally tally = oracle::check_ray(work.probe, work.first + i,
+                                        Tracer<Layout, Triangle, Boxes, kInstanced>{&work.probe.target.scene});
   if (tally.skipped != 0) atomicAdd(work.tally, 1u);
   if (tally.faults != 0) atomicAdd(work.tally + 1, 1u);
   if (tally.lost != 0) atomicAdd(work.tally + 2, 1u);

@@ -18,7 +18,7 @@ constexpr unsigned least_resident(bool instanced) { return instanced ? 8 : 14; }
 
 /// Item i of a Work is ray first + i.
 struct Kernels {
-  Kernel check;  ///< Checks the ray and counts faults (oracle::ask).
+  Kernel check;  ///< Checks the ray and counts faults (oracle::check_ray).
   Kernel trace;  ///< Traces Target::rays[i] into Target::hits[i].
 };
 

@@ -24,7 +24,7 @@ template <class Row, class Key> std::vector<std::string> keys(const std::vector<
 }
 
 std::string fault_key(const FaultRow& row) {
-  return row.question + (row.origin.empty() ? "" : ", " + row.origin) + ": " + row.model;
+  return row.kind + (row.origin.empty() ? "" : ", " + row.origin) + ": " + row.model;
 }
 
 /// Count per 10^9 rays, with the digits that are significant.
@@ -169,7 +169,7 @@ void add_json(const TradeoffRecord& record, nlohmann::json& json) {
   for (const FaultRow& row : record.faults)
     json["faults"].push_back({{"subject", row.subject},
                               {"model", row.model},
-                              {"question", row.question},
+                              {"question", row.kind},
                               {"origin", row.origin},
                               {"rays", row.rays - row.tally.skipped},
                               {"faults", row.tally.faults},
@@ -204,7 +204,7 @@ void add_json(const TradeoffRecord& record, nlohmann::json& json) {
 
 std::string to_markdown(const TradeoffRecord& record) {
   std::vector<FaultRow> aimed, spawned;
-  for (const FaultRow& row : record.faults) (row.question == "spawned" ? spawned : aimed).push_back(row);
+  for (const FaultRow& row : record.faults) (row.kind == "spawned" ? spawned : aimed).push_back(row);
   std::string text;
   if (!record.speeds.empty()) text += "## Speed\n\n" + speed_table(record);
   if (!aimed.empty())

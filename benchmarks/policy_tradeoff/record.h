@@ -23,8 +23,8 @@ struct SpeedRow {
 /// One check with a number of rays.
 struct FaultRow {
   std::string subject, model;
-  std::string question;  ///< "random", "edges", "vertices", "boxes", "spawned".
-  std::string origin;    ///< Of spawned rays: "spawn_origin", "tmin 0", "tmin 1e-4", ...
+  std::string kind;    ///< "random", "edges", "vertices", "boxes", "spawned".
+  std::string origin;  ///< Of spawned rays: "spawn_origin", "tmin 0", "tmin 1e-4", ...
   std::uint64_t rays = 0;
   Tally tally;
 };

@@ -15,12 +15,12 @@ namespace hiprt::bench {
 namespace {
 
 struct NamedQuestion {
-  Question question;
+  CheckKind kind;
   const char* name;
 };
 constexpr NamedQuestion kAimed[] = {
-    {Question::kRandom, "random"}, {Question::kEdge, "edges"}, {Question::kVertex, "vertices"}};
-constexpr NamedQuestion kBoxes{Question::kBoxes, "boxes"}, kSpawned{Question::kSpawned, "spawned"};
+    {CheckKind::kRandom, "random"}, {CheckKind::kEdge, "edges"}, {CheckKind::kVertex, "vertices"}};
+constexpr NamedQuestion kBoxes{CheckKind::kBoxes, "boxes"}, kSpawned{CheckKind::kSpawned, "spawned"};
 
 class Session {
  public:
@@ -103,10 +103,10 @@ class Session {
     const std::uint64_t count = std::uint64_t{options_.aimed_thousands} * 1000;
     for (const Subject& subject : record_.subjects) {
       // Embree's boxes cannot be widened, and it has no error bounds.
-      const bool own = check.question == Question::kBoxes || (check.question == Question::kSpawned && tmin < 0.0f);
+      const bool own = check.kind == CheckKind::kBoxes || (check.kind == CheckKind::kSpawned && tmin < 0.0f);
       if (!subject.ours && own) continue;
       bar_.update((model.name + ": " + check.name + ": " + subject.name).c_str(), fraction_);
-      const auto tally = engine_.check(subject, {check.question, tmin, 0.0f, {}}, count);
+      const auto tally = engine_.check(subject, {check.kind, tmin, 0.0f, {}}, count);
       if (!tally) return tl::unexpected(tally.error());
       record_.faults.push_back({subject.name, model.name, check.name, origin, count, *tally});
     }
@@ -211,7 +211,7 @@ class Session {
       row.errors = measure_instanced(sphere, instanced, hits, subject.ours);
       if (subject.ours) {
         row.spawned = std::uint64_t{options_.aimed_thousands} * 1000;
-        const auto tally = engine_.check(subject, {Question::kSpawned, -1.0f, sphere.time, {}}, row.spawned);
+        const auto tally = engine_.check(subject, {CheckKind::kSpawned, -1.0f, sphere.time, {}}, row.spawned);
         if (!tally) return tl::unexpected(tally.error());
         row.tally = *tally;
       }
@@ -265,8 +265,8 @@ std::vector<std::string> broken_guarantees(const TradeoffRecord& record) {
   };
   for (const FaultRow& row : record.faults)
     if (promised(row.subject) && row.tally.faults + row.tally.lost != 0 &&
-        (row.question != "spawned" || row.origin == "spawn_origin"))
-      broken.push_back(row.subject + ": " + row.model + ": " + row.question + ": " +
+        (row.kind != "spawned" || row.origin == "spawn_origin"))
+      broken.push_back(row.subject + ": " + row.model + ": " + row.kind + ": " +
                        std::to_string(row.tally.faults + row.tally.lost) + " of " + std::to_string(row.rays) + " rays");
   for (const ErrorRow& row : record.errors) {
     if (promised(row.subject) && row.errors.beyond_bound != 0)

@@ -17,7 +17,7 @@ template <class LayoutType, class TriangleTest, class BoxTest, bool kInstanced =
   const SceneView* scene;
 
   HIPRT_HD Hit closest(const Ray& ray) const { return trace<BoxTest>(ray); }
-  /// Without instances only: Question::kBoxes does not use them, and kernels take long to compile.
+  /// Without instances only: CheckKind::kBoxes does not use them, and kernels take long to compile.
   HIPRT_HD Hit every_box(const Ray& ray) const requires(!kInstanced) { return trace<oracle::EveryBox>(ray); }
 
  private:

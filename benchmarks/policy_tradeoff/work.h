@@ -11,7 +11,7 @@ struct RTCSceneTy;
 
 namespace hiprt::bench {
 
-using oracle::Probe, oracle::Question, oracle::Tally, oracle::Target;
+using oracle::Probe, oracle::CheckKind, oracle::Tally, oracle::Target;
 
 /// Floating-point settings of the compiler: its defaults, or -ffast-math (--use_fast_math) with
 /// HIPRT_ALLOW_FAST_MATH.

@@ -72,7 +72,7 @@ HIPRT_HD HIPRT_FORCE_INLINE CollapsePlan plan_leaf(float half_area, unsigned pri
   CollapsePlan plan{};
   plan.cost[0] = plan.cost[1] = plan.cost[2] = cost;
   plan.leaves = 1;
-  plan.kind = custom ? kHasCustoms : kHasTriangles;
+  plan.kind = (custom ? kHasCustoms : kHasTriangles) & 3u;
   plan.primitives = primitives & 3u;
   plan.nodes1 = plan.nodes2 = CollapsePlan::kBias;
   return plan;

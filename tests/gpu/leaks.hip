@@ -16,7 +16,7 @@
 
 namespace gpu = hiprt::gpu;
 namespace build = hiprt::build;
-using hiprt::oracle::Probe, hiprt::oracle::Question;
+using hiprt::oracle::Probe, hiprt::oracle::CheckKind;
 
 namespace {
 
@@ -42,7 +42,7 @@ struct Crossings : Tracer<hiprt::Reference, hiprt::Conservative> {
 
 template <class T> __global__ void count_faults(Probe probe, std::uint64_t first, unsigned count, unsigned* faults) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count && hiprt::oracle::ask(probe, first + i, T{probe.target.scene}).faults != 0) atomicAdd(faults, 1u);
+  if (i < count && hiprt::oracle::check_ray(probe, first + i, T{probe.target.scene}).faults != 0) atomicAdd(faults, 1u);
 }
 
 using Kernel = void (*)(Probe, std::uint64_t, unsigned, unsigned*);
@@ -50,20 +50,20 @@ struct Check {
   const char* name;
   Kernel kernel;
   bool guaranteed;
-  Question edges, vertices;
+  CheckKind edges, vertices;
 };
 
 using hiprt::Conservative, hiprt::Plain;
 const Check kChecks[] = {
-    {"Watertight, Conservative: leaks", count_faults<Tracer<hiprt::Watertight, Conservative>>, true, Question::kEdge,
-     Question::kVertex},
-    {"Reference, Conservative: leaks", count_faults<Tracer<hiprt::Reference, Conservative>>, true, Question::kEdge,
-     Question::kVertex},
-    {"Reference, Conservative: odd crossings", count_faults<Crossings>, true, Question::kCrossingsEdge,
-     Question::kCrossingsVertex},
-    {"Watertight, Plain: leaks", count_faults<Tracer<hiprt::Watertight, Plain>>, false, Question::kEdge,
-     Question::kVertex},
-    {"Fast, Plain: leaks", count_faults<Tracer<hiprt::Fast, Plain>>, false, Question::kEdge, Question::kVertex},
+    {"Watertight, Conservative: leaks", count_faults<Tracer<hiprt::Watertight, Conservative>>, true, CheckKind::kEdge,
+     CheckKind::kVertex},
+    {"Reference, Conservative: leaks", count_faults<Tracer<hiprt::Reference, Conservative>>, true, CheckKind::kEdge,
+     CheckKind::kVertex},
+    {"Reference, Conservative: odd crossings", count_faults<Crossings>, true, CheckKind::kCrossingsEdge,
+     CheckKind::kCrossingsVertex},
+    {"Watertight, Plain: leaks", count_faults<Tracer<hiprt::Watertight, Plain>>, false, CheckKind::kEdge,
+     CheckKind::kVertex},
+    {"Fast, Plain: leaks", count_faults<Tracer<hiprt::Fast, Plain>>, false, CheckKind::kEdge, CheckKind::kVertex},
 };
 
 /// The value; an error ends the program.
@@ -100,7 +100,7 @@ std::uint64_t check(const NamedMesh& named, std::uint64_t rays) {
   std::uint64_t leaks = 0;
   for (const Check& check : kChecks)
     for (const bool edges : {true, false}) {
-      probe.question = edges ? check.edges : check.vertices;
+      probe.kind = edges ? check.edges : check.vertices;
       constexpr std::uint64_t kMost = 1u << 24;
       std::uint64_t found = 0;
       for (std::uint64_t first = 0; first < rays; first += kMost) {

@@ -10,7 +10,7 @@
 
 namespace hiprt::oracle {
 
-enum class Question : unsigned {
+enum class CheckKind : unsigned {
   kRandom,   ///< From inside in any direction; fault: a miss.
   kEdge,     ///< From inside at a point of an edge; fault: a miss.
   kVertex,   ///< From inside at a vertex; fault: a miss.
@@ -37,8 +37,8 @@ struct Target {
 };
 
 struct Probe {
-  Question question = Question::kRandom;
-  /// Question::kSpawned: below 0 rays start at spawn_origin(); else at the hit point with this tmin, times the mesh's
+  CheckKind kind = CheckKind::kRandom;
+  /// CheckKind::kSpawned: below 0 rays start at spawn_origin(); else at the hit point with this tmin, times the mesh's
   /// extent.
   float tmin = -1.0f;
   float time = 0.0f;  ///< Of the rays.
@@ -123,14 +123,14 @@ HIPRT_HD inline Vec3 outside(const Target& target, Numbers& random) {
   return target.centre + offset;
 }
 
-HIPRT_HD inline bool is_crossings(Question question) {
-  return question == Question::kCrossingsEdge || question == Question::kCrossingsVertex;
+HIPRT_HD inline bool is_crossings(CheckKind kind) {
+  return kind == CheckKind::kCrossingsEdge || kind == CheckKind::kCrossingsVertex;
 }
 
 HIPRT_HD inline Ray aimed_ray(const Probe& probe, Numbers& random) {
   const Target& target = probe.target;
-  const Vec3 from = is_crossings(probe.question) ? outside(target, random) : inside(target, random);
-  if (probe.question == Question::kRandom || probe.question == Question::kSpawned) {
+  const Vec3 from = is_crossings(probe.kind) ? outside(target, random) : inside(target, random);
+  if (probe.kind == CheckKind::kRandom || probe.kind == CheckKind::kSpawned) {
     Ray ray;
     ray.origin = from;
     ray.direction = random.direction();
@@ -140,7 +140,7 @@ HIPRT_HD inline Ray aimed_ray(const Probe& probe, Numbers& random) {
   const unsigned first = random.next() % 3;
   const Vec3 a = vec(target.positions[triangle[first]]),
              b = vec(target.positions[triangle[first == 2 ? 0 : first + 1]]);
-  const bool at_vertex = probe.question == Question::kVertex || probe.question == Question::kCrossingsVertex;
+  const bool at_vertex = probe.kind == CheckKind::kVertex || probe.kind == CheckKind::kCrossingsVertex;
   return ray_to(from, between(a, b, at_vertex ? 0.0f : random.unit()));
 }
 
@@ -208,27 +208,27 @@ HIPRT_HD inline bool is_folded(const Target& target, const Ray& ray, const Hit& 
 
 }  // namespace probe_detail
 
-/// Traces the test ray @p number and checks its result. Any question but kTrace. @param trace has closest(ray); for
-/// Question::kBoxes every_box(ray), the same with EveryBox; for crossings all(ray), the number of hits.
-template <class Tracer> HIPRT_HD inline Tally ask(const Probe& probe, std::uint64_t number, const Tracer& trace) {
+/// Traces the test ray @p number and checks its result. Any kind but kTrace. @param trace has closest(ray); for
+/// CheckKind::kBoxes every_box(ray), the same with EveryBox; for crossings all(ray), the number of hits.
+template <class Tracer> HIPRT_HD inline Tally check_ray(const Probe& probe, std::uint64_t number, const Tracer& trace) {
   using namespace probe_detail;
   Numbers random(number);
-  Ray ray = probe.question == Question::kBoxes ? box_ray(probe.target, number, random) : aimed_ray(probe, random);
+  Ray ray = probe.kind == CheckKind::kBoxes ? box_ray(probe.target, number, random) : aimed_ray(probe, random);
   ray.time = probe.time;
   if constexpr (requires { trace.all(ray); })
-    if (is_crossings(probe.question)) return {0, trace.all(ray) % 2, 0, 0};
+    if (is_crossings(probe.kind)) return {0, trace.all(ray) % 2, 0, 0};
   Hit left;
   Ray first;
   // Only one call of trace.closest(): kernels are twice as large with two.
   for (;;) {
     const Hit hit = trace.closest(ray);
     if constexpr (requires { trace.every_box(ray); })
-      if (probe.question == Question::kBoxes) {
+      if (probe.kind == CheckKind::kBoxes) {
         const Hit truth = trace.every_box(ray);
         const bool same = hit.found() && hit.t == truth.t;
         return {truth.found() ? 0u : 1u, truth.found() && !same ? 1u : 0u, 0, 0};
       }
-    if (probe.question != Question::kSpawned) return {0, hit.found() ? 0u : 1u, 0, 0};
+    if (probe.kind != CheckKind::kSpawned) return {0, hit.found() ? 0u : 1u, 0, 0};
     if (left.found()) {
       const bool folded = !hit.found() && probe.tmin < 0.0f && is_folded(probe.target, first, left);
       return {0, hit.primitive == left.primitive ? 1u : 0u, hit.found() || folded ? 0u : 1u, folded ? 1u : 0u};
