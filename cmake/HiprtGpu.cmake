@@ -3,6 +3,9 @@
 # Sets HIPRT_GPU_PLATFORM to AMD, NVIDIA or OFF, and HIPRT_GPU_REASON to one line that says why. Makes the target
 # hiprt::gpu: the include folders and the runtime library for C++ code that includes <hiprt_build/gpu/gpu.h>.
 # hiprt_amd_problem and hiprt_nvidia_problem name the missing parts of each platform. Empty: it can compile.
+#
+# Projects that add hiprt as a folder, fetch it, or find it installed (component gpu) call hiprt_gpu_objects() too. So
+# what it needs is in cache variables, which every folder sees.
 
 set(HIPRT_GPU "AUTO" CACHE STRING
   "Platform of GPU code: AMD (hipcc), NVIDIA (nvcc), OFF, or AUTO: NVIDIA if nvcc and an NVIDIA GPU are here, else AMD \
@@ -53,16 +56,17 @@ function(hiprt_find_amd problem)
   if(refused)
     string(APPEND host -gnu)
   endif()
-  set(HIPRT_BUNDLER_HOST ${host} PARENT_SCOPE)
-  set(HIPRT_OFFLOAD_BUNDLER "${bundler}" PARENT_SCOPE)
-  set(HIPRT_HIP_DEVICE_LIBS "${libs}" PARENT_SCOPE)
+  set(HIPRT_BUNDLER_HOST ${host} CACHE INTERNAL "The host as the bundler wants it")
+  set(HIPRT_OFFLOAD_BUNDLER "${bundler}" CACHE INTERNAL "The bundler of hipcc's clang")
+  set(HIPRT_HIP_DEVICE_LIBS "${libs}" CACHE INTERNAL "Folder of the device library")
 endfunction()
 
-# hiprt_find_nvidia(<problem>): sets CUDAToolkit_NVCC_EXECUTABLE and makes the targets of CMake's FindCUDAToolkit.
+# hiprt_find_nvidia(<problem>): sets HIPRT_NVCC and makes the targets of CMake's FindCUDAToolkit.
 macro(hiprt_find_nvidia problem)
   find_package(CUDAToolkit QUIET)
+  set(HIPRT_NVCC "${CUDAToolkit_NVCC_EXECUTABLE}" CACHE INTERNAL "NVIDIA's compiler driver")
   set(${problem} "")
-  if(NOT CUDAToolkit_FOUND OR NOT CUDAToolkit_NVCC_EXECUTABLE)
+  if(NOT CUDAToolkit_FOUND OR NOT HIPRT_NVCC)
     set(${problem} "no nvcc (CUDA toolkit)")
   endif()
 endmacro()
@@ -91,8 +95,8 @@ function(hiprt_choose_gpu amd_problem nvidia_problem)
     set(platform ${HIPRT_GPU})
     set(reason "HIPRT_GPU=${HIPRT_GPU}")
   endif()
-  set(HIPRT_GPU_PLATFORM ${platform} PARENT_SCOPE)
-  set(HIPRT_GPU_REASON "${reason}" PARENT_SCOPE)
+  set(HIPRT_GPU_PLATFORM ${platform} CACHE INTERNAL "AMD, NVIDIA or OFF")
+  set(HIPRT_GPU_REASON "${reason}" CACHE INTERNAL "Why HIPRT_GPU_PLATFORM is what it is")
 endfunction()
 
 set(hiprt_amd_problem "not asked for")
@@ -122,12 +126,14 @@ elseif(HIPRT_GPU_PLATFORM STREQUAL "NVIDIA")
   add_library(hiprt_gpu INTERFACE)
   target_include_directories(hiprt_gpu INTERFACE ${CMAKE_CURRENT_LIST_DIR}/hip_nvidia)
   target_include_directories(hiprt_gpu SYSTEM INTERFACE ${CUDAToolkit_INCLUDE_DIRS})
-  target_link_libraries(hiprt_gpu INTERFACE CUDA::cudart_static)
+  # By path: imported targets are unknown in the folder of a project that has added this one.
+  find_package(Threads REQUIRED)
+  target_link_libraries(hiprt_gpu INTERFACE ${CUDA_cudart_static_LIBRARY} ${CMAKE_DL_LIBS} ${CMAKE_THREAD_LIBS_INIT} rt)
 else()
   message(STATUS "hiprt GPU code: OFF (${HIPRT_GPU_REASON})")
 endif()
 if(TARGET hiprt_gpu)
-  target_link_libraries(hiprt_gpu INTERFACE hiprt_device)
+  target_link_libraries(hiprt_gpu INTERFACE hiprt::device)
   add_library(hiprt::gpu ALIAS hiprt_gpu)
 endif()
 
@@ -147,6 +153,7 @@ function(hiprt_gpu_flags target variable)
   # An explicit /usr/include would come before the compiler's own folders, which must come first.
   set(folders "$<TARGET_PROPERTY:${target},${interface}INCLUDE_DIRECTORIES>")
   set(folders "$<REMOVE_DUPLICATES:$<FILTER:${folders},EXCLUDE,^/usr/include$>>")
+  # The caller's project.
   string(REGEX REPLACE "([][+.*()^$?|\\])" "\\\\\\1" root "${PROJECT_SOURCE_DIR}")
   set(own "$<FILTER:${folders},INCLUDE,^${root}>")
   set(others "$<FILTER:${folders},EXCLUDE,^${root}>")
@@ -169,7 +176,7 @@ endfunction()
 # hiprt_nvidia_command(<variable> <arch>...): nvcc with the options of every NVIDIA compilation. The host compiler reads
 # the output of cudafe++, which adds parentheses.
 function(hiprt_nvidia_command variable)
-  set(command ${CUDAToolkit_NVCC_EXECUTABLE} -ccbin ${CMAKE_CXX_COMPILER} -x cu --expt-relaxed-constexpr
+  set(command ${HIPRT_NVCC} -ccbin ${CMAKE_CXX_COMPILER} -x cu --expt-relaxed-constexpr
     -Xcompiler=-Wall,-Wextra,-Wno-parentheses)
   if(HIPRT_WARNINGS_AS_ERRORS)
     list(APPEND command -Werror all-warnings -Xcompiler=-Werror)

@@ -7,6 +7,10 @@ set(hiprt_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hiprt)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_device DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT device
   FILES_MATCHING PATTERN "*.h" PATTERN docs EXCLUDE)
 install(TARGETS hiprt_device EXPORT hiprtDeviceTargets)
+# hiprt_gpu_objects(), and the header that gives CUDA's functions HIP's names.
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/cmake/hip_nvidia DESTINATION ${hiprt_cmake_dir} COMPONENT device)
+install(FILES ${PROJECT_SOURCE_DIR}/cmake/HiprtGpu.cmake DESTINATION ${hiprt_cmake_dir} COMPONENT device)
+install(PROGRAMS ${PROJECT_SOURCE_DIR}/cmake/hip_device_libs.sh DESTINATION ${hiprt_cmake_dir} COMPONENT device)
 install(EXPORT hiprtDeviceTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT device)
 
 if(HIPRT_BUILD_FORMAT)
@@ -24,10 +28,8 @@ endif()
 if(HIPRT_BUILD_LIBRARY)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT build
     FILES_MATCHING PATTERN "*.h" REGEX "/hiprt_build/[a-z_]+$" EXCLUDE)
-  # The GPU runtime, and the header that maps it to CUDA: -I <prefix>/lib/cmake/hiprt/hip_nvidia for nvcc.
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/gpu
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT build FILES_MATCHING PATTERN "*.h")
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/cmake/hip_nvidia DESTINATION ${hiprt_cmake_dir} COMPONENT build)
   set(hiprt_build_targets hiprt_build hiprt_build_static)
   if(TARGET hiprt_build_gpu)
     list(APPEND hiprt_build_targets hiprt_build_gpu)
