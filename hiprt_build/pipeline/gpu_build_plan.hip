@@ -133,7 +133,8 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
   const Layouts layouts(plan);
   if (layouts.file[kPrimitiveMapAt].offset > kAddressLimit)
     return fail(ErrorCode::kTooLarge, plan.primitives, " primitives: their nodes and leaves may end at byte ",
-                layouts.file[kPrimitiveMapAt].offset, ", a node reference addresses ", kAddressLimit);
+                layouts.file[kPrimitiveMapAt].offset, ", a node reference addresses ", kAddressLimit,
+                ". A smaller split_budget or presplit_budget reserves less");
   return layouts;
 }
 

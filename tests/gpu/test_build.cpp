@@ -191,7 +191,7 @@ TEST_CASE("sizes with capacity for splits are known before the build, or refused
   const build::Position position{};
   const build::Triangle triangle{};
   for (const Builder builder : {Builder::kHploc, Builder::kPloc, Builder::kSbvh, Builder::kHq})
-    for (const std::uint32_t count : {1u, 1000u, 1000000u, 50000000u, gpu::kMaxBuildPrimitives}) {
+    for (const std::uint32_t count : {1u, 1000u, 1000000u, 30000000u, gpu::kMaxBuildPrimitives}) {
       const gpu::DeviceGeometry geometry{
           .positions = &position, .triangles = &triangle, .position_count = 1, .primitive_count = count};
       const auto sizes =
