@@ -4,6 +4,7 @@
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/pair/custom_pair.h>
 #include <hiprt_build/statistics.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -20,9 +21,9 @@ using build::SceneInput;
 namespace {
 
 constexpr NodeLayout kLayouts[] = {NodeLayout::kFloat, NodeLayout::kPlanes, NodeLayout::kHalf, NodeLayout::kQuantized};
-constexpr Builder kBuilders[] = {Builder::kSah,       Builder::kLbvh,         Builder::kPloc,
-                                 Builder::kHploc,     Builder::kSbvh,         Builder::kHq,
-                                 Builder::kEmbreeLow, Builder::kEmbreeMedium, Builder::kEmbreeHigh};
+constexpr Builder kBuilders[] = {Builder::kSah,      Builder::kLbvh,        Builder::kPloc,
+                                 Builder::kHploc,    Builder::kSbvh,        Builder::kHq,
+                                 oracle::kEmbreeLow, oracle::kEmbreeMedium, oracle::kEmbreeHigh};
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::uint64_t kSeed = 31;
 
@@ -127,7 +128,7 @@ TEST_CASE("custom primitives beside meshes, in every layout, by every builder") 
       check_boxes(view, customs);
       CHECK(bvh.statistics.customs == hair.size() + cloud.size());
       CHECK(bvh.statistics.triangles == meshes[0].triangles.size() + meshes[1].triangles.size());
-      CHECK(bvh.statistics.builder == (builder == Builder::kEmbreeHigh ? Builder::kEmbreeMedium : builder));
+      CHECK(bvh.statistics.builder == (builder == oracle::kEmbreeHigh ? oracle::kEmbreeMedium : builder));
       const std::string provenance(view.provenance);
       CHECK(provenance.find("\"builder\":\"" + std::string(build::name(builder)) + "\"") != std::string::npos);
       CHECK(provenance.find("\"builder\":\"" + std::string(build::name(bvh.statistics.builder)) + "\"") !=

@@ -7,6 +7,7 @@
 #include <hiprt_build/reinsert/reinsert_rounds.h>
 #include <hiprt_build/statistics.h>
 #include <tests/build/machine.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -313,7 +314,7 @@ TEST_CASE("costs compared with Embree's high quality: sbvh with reinsertion, hq,
         std::pair("large soup", soup(20000, 0.5, 5)), std::pair("needles", needles(20000, 1e3, 6))}) {
     const double sbvh = cost_of(mesh, {.builder = Builder::kSbvh});
     const double moved = cost_of(mesh, {.builder = Builder::kSbvh, .reinsertion_rounds = 8});
-    const double hq = cost_of(mesh, {.builder = Builder::kHq}), high = cost_of(mesh, {.builder = Builder::kEmbreeHigh});
+    const double hq = cost_of(mesh, {.builder = Builder::kHq}), high = cost_of(mesh, {.builder = oracle::kEmbreeHigh});
     const double cheaper =
         cost_of(mesh, {.builder = Builder::kHploc, .presplit_budget = 1.5, .reinsertion_rounds = 32});
     std::printf("%-12s %8.2f %8.2f %8.2f %8.2f %8.2f\n", name, sbvh, moved, hq, cheaper, high);

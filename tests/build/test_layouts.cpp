@@ -6,6 +6,7 @@
 #include <hiprt_build/statistics.h>
 #include <tests/amount.h>
 #include <tests/build/tight_boxes.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -92,8 +93,7 @@ std::vector<std::uint32_t> leaf_bits(const BufferView& view) {
 TEST_CASE("one tree in every layout has the same leaves and tight boxes") {
   checks::Sample sample(2);
   for (const Scene& scene : scenes())
-    for (const build::Builder builder :
-         {build::Builder::kSah, build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh}) {
+    for (const build::Builder builder : {build::Builder::kSah, oracle::kEmbreeMedium, oracle::kEmbreeHigh}) {
       if (!sample.next()) continue;
       const Built reference = built(scene.mesh, {.builder = builder, .nodes = NodeLayout::kPlanes});
       const std::vector<std::uint32_t> leaves = leaf_bits(reference.view);

@@ -3,6 +3,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/format/layout.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -35,9 +36,8 @@ TEST_CASE("a run of leaves has at most max_leaf_triangles triangles") {
   constexpr std::uint64_t kSeed = 23;
   INFO("seed " << kSeed);
   const std::vector<Mesh> meshes{soup(500, 0.3, kSeed), icosphere(3)};
-  for (const build::Builder builder :
-       {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kHq, build::Builder::kEmbreeLow,
-        build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh})
+  for (const build::Builder builder : {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kHq,
+                                       oracle::kEmbreeLow, oracle::kEmbreeMedium, oracle::kEmbreeHigh})
     for (const bool pairs : {true, false})
       for (const unsigned limit : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u, 13u}) {
         // Box nodes so dear that runs are as long as they may be.

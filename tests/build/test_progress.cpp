@@ -6,6 +6,7 @@
 #include <hiprt_build/presplit/presplit.h>
 #include <tests/build/machine.h>
 #include <tests/build/progress_watch.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tools/cli/build_names.h>
@@ -102,7 +103,7 @@ TEST_CASE("builders check for cancellation at least every 50 ms of work") {
   for (const auto& [word, builder] : tools::kBuilders) {
     CAPTURE(word);
     // Embree calls back once per pre-split, far more often than necessary. With fewer pre-splits the test is faster.
-    const double budget = builder == build::Builder::kEmbreeHigh ? 1.0 : 1.5;
+    const double budget = builder == oracle::kEmbreeHigh ? 1.0 : 1.5;
     check_build(mesh, {.builder = builder, .split_budget = budget, .reinsertion_rounds = 2});
   }
 }

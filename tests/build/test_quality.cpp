@@ -1,6 +1,7 @@
 // Tree quality beside Embree's, by one cost function, and the memory of a build.
 
 #include <hiprt_build/statistics.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -28,7 +29,7 @@ Built built(const Mesh& mesh, build::Builder builder) {
 
 TEST_CASE("the split budget: 1 splits nothing, more allows more references and a lower cost") {
   const Mesh mesh = soup(20000, 0.5, 5);
-  const build::Builder builder = GENERATE(build::Builder::kSbvh, build::Builder::kEmbreeHigh);
+  const build::Builder builder = GENERATE(build::Builder::kSbvh, oracle::kEmbreeHigh);
   CAPTURE(build::name(builder));
   std::uint64_t leaves[3];
   double cost[3];
@@ -78,8 +79,8 @@ TEST_CASE(
     const Built ours = built(mesh, build::Builder::kSah);
     const Built lbvh = built(mesh, build::Builder::kLbvh), ploc = built(mesh, build::Builder::kPloc),
                 hploc = built(mesh, build::Builder::kHploc);
-    const Built low = built(mesh, build::Builder::kEmbreeLow), medium = built(mesh, build::Builder::kEmbreeMedium),
-                high = built(mesh, build::Builder::kEmbreeHigh);
+    const Built low = built(mesh, oracle::kEmbreeLow), medium = built(mesh, oracle::kEmbreeMedium),
+                high = built(mesh, oracle::kEmbreeHigh);
     std::printf("%-12s %8.2f %8.2f %8.2f %8.2f %8.2f %8.2f %8.2f %6.2f\n", name, ours.cost, lbvh.cost, ploc.cost,
                 hploc.cost, low.cost, medium.cost, high.cost, ours.peak);
     CHECK(ours.cost <= 1.05 * medium.cost);

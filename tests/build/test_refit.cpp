@@ -4,6 +4,7 @@
 #include <tests/amount.h>
 #include <tests/build/progress_watch.h>
 #include <tests/build/refit_file.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/motions.h>
 #include <tests/oracle/odd_meshes.h>
@@ -22,8 +23,8 @@ using Catch::Contains;
 
 namespace {
 
-constexpr Builder kBuilders[] = {Builder::kSah,  Builder::kLbvh,         Builder::kPloc,       Builder::kHploc,
-                                 Builder::kSbvh, Builder::kEmbreeMedium, Builder::kEmbreeHigh, Builder::kHq};
+constexpr Builder kBuilders[] = {Builder::kSah,  Builder::kLbvh,        Builder::kPloc,      Builder::kHploc,
+                                 Builder::kSbvh, oracle::kEmbreeMedium, oracle::kEmbreeHigh, Builder::kHq};
 
 struct Scene {
   const char* name;

@@ -3,6 +3,7 @@
 #include <hiprt_build/format/checksum.h>
 #include <hiprt_build/statistics.h>
 #include <tests/build/refit_file.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/motions.h>
 #include <tests/oracle/odd_meshes.h>
@@ -108,7 +109,7 @@ TEST_CASE("exchange slack matches its definition: small after a build, larger af
 
 TEST_CASE("split references get the boxes of whole triangles, and the cost ratio shows it") {
   const Mesh mesh = needles(5000, 1e3, kSeed);
-  for (const Builder builder : {Builder::kHq, Builder::kSbvh, Builder::kEmbreeHigh}) {
+  for (const Builder builder : {Builder::kHq, Builder::kSbvh, oracle::kEmbreeHigh}) {
     CAPTURE(build::name(builder));
     File file = built(mesh, {.builder = builder, .split_budget = 3});
     REQUIRE(file.has_splits());

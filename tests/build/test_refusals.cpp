@@ -4,6 +4,7 @@
 #include <hiprt_build/encode/encode.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/shapes.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 
 #include <tests/catch.h>
@@ -65,6 +66,19 @@ TEST_CASE("options out of range are refused with the limits") {
   for (const std::uint32_t layout : {0u, 5u, 99u})
     CHECK_THAT(refusal({mesh.view()}, {.nodes = static_cast<NodeLayout>(layout)}).message,
                Contains("layout " + std::to_string(layout)));
+}
+
+TEST_CASE("a library without Embree has no version of it and refuses its builders") {
+  CHECK((build::embree_version()[0] != '\0') == kHasEmbree);
+  const Mesh mesh = icosphere(1);
+  for (const auto builder : {build::Builder::kEmbreeLow, build::Builder::kEmbreeMedium, build::Builder::kEmbreeHigh}) {
+    const auto bvh = build::build(std::vector{mesh.view()}, {.builder = builder});
+    CHECK(bvh.has_value() == kHasEmbree);
+    if (bvh) continue;
+    CHECK(bvh.error().code == ErrorCode::kInvalidInput);
+    CHECK(bvh.error().message ==
+          std::string("builder ") + name(builder) + " needs Embree, which this library was built without");
+  }
 }
 
 TEST_CASE("values without an enumerator are refused") {

@@ -4,6 +4,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 
@@ -78,7 +79,7 @@ inline std::vector<std::uint32_t> segments_of(const std::vector<CurveVertex>& ha
 inline std::vector<SceneSource> scene_sources(std::uint64_t seed) {
   return {{"soup", star_in_soup(seed)},
           {"sphere", {oracle::icosphere(4)}},
-          {"split", {oracle::needles(1000, 50.0, seed + 1)}, build::Builder::kEmbreeHigh},
+          {"split", {oracle::needles(1000, 50.0, seed + 1)}, oracle::kEmbreeHigh},
           {"custom",
            {oracle::star(3, seed + 2)},
            build::Builder::kSah,

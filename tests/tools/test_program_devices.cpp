@@ -5,6 +5,7 @@
 #include <tools/scene_io/rays_file.h>
 
 #include <tests/catch.h>
+#include <tests/oracle/builders.h>
 #include <nlohmann/json.hpp>
 
 using namespace hiprt;
@@ -88,7 +89,8 @@ TEST_CASE("bvhbuild: --device gpu builds there, or says why not, fails and write
         (used ? "gpu" : "cpu"));
   CHECK(json::parse(run({kBvhBuild, mesh, "-o", bvh, "--json"}).out)["device"] == "cpu");
   for (const std::vector<std::string>& more :
-       {std::vector<std::string>{"--builder", "embree-high"}, std::vector<std::string>{"--builder", "embree-low"}}) {
+       {std::vector<std::string>{"--builder", build::name(oracle::kEmbreeHigh)},
+        std::vector<std::string>{"--builder", build::name(oracle::kEmbreeLow)}}) {
     std::vector<std::string> arguments{kBvhBuild, mesh, "-o", bvh, "--device", "gpu"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const CommandResult refused = run(arguments);

@@ -7,6 +7,7 @@
 #include <tools/scene_io/rays_file.h>
 
 #include <tests/catch.h>
+#include <tests/oracle/builders.h>
 #include <nlohmann/json.hpp>
 
 #include <limits>
@@ -41,8 +42,9 @@ TEST_CASE("Programs: meshes to BVH to hits, with primitive numbers that continue
   const TempFolder folder;
   const std::string bvh = folder / "s.bvh", rays = folder / "r.rays", hits = folder / "r.hits";
   const std::string low = folder.write("low.obj", grid_obj(8)), high = folder.write("high.obj", grid_obj(2, 4));
-  const std::vector<std::string> modes[] = {{"--nodes", "float"}, {"--nodes", "planes"}, {"--builder", "embree-high"},
-                                            {"--no-pairs"},       {"--max-leaf", "1"},   {"--target", "amd"}};
+  const std::vector<std::string> modes[] = {
+      {"--nodes", "float"}, {"--nodes", "planes"}, {"--builder", build::name(oracle::kEmbreeHigh)},
+      {"--no-pairs"},       {"--max-leaf", "1"},   {"--target", "amd"}};
   std::vector<Ray> batch{down(0.75f, 0.25f), down(1.25f, 1.75f), down(7.75f, 7.5f), down(-1, 0), down(3.75f, 0.25f)};
   batch[4].tmax = 4.5f;  // In lengths of the direction, 2: the plane z = 0 is at t = 5.
   REQUIRE(tools::write_rays(rays, false, batch));

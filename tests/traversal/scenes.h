@@ -6,6 +6,7 @@
 #include <hiprt_device/format/quantize.h>
 #include <hiprt_device/scene_view.h>
 #include <tests/oracle/brute_force.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/mesh.h>
 #include <tools/cli/build_names.h>
 
@@ -31,7 +32,7 @@ struct Scene {
 /// Trees of every kind: split from the top or joined from the leaves, of good and of bad quality, with split
 /// references. (tools::kBuilders has all builders.)
 inline constexpr std::array<build::Builder, 4> typical_builders() {
-  return {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kHploc, build::Builder::kEmbreeHigh};
+  return {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kHploc, oracle::kEmbreeHigh};
 }
 
 /// Whether quantized nodes can hold all triangles that are not dropped.
@@ -79,7 +80,7 @@ inline std::vector<Scene> all_scenes(const std::vector<Mesh>& meshes) {
   }
   for (const NodeLayout layout : {NodeLayout::kHalf, NodeLayout::kQuantized}) {
     if (layout == NodeLayout::kQuantized && !fits_quantized(meshes)) continue;
-    for (const build::Builder builder : {build::Builder::kSah, build::Builder::kEmbreeHigh})
+    for (const build::Builder builder : {build::Builder::kSah, oracle::kEmbreeHigh})
       scenes.push_back(make_scene(meshes, {.builder = builder, .nodes = layout}));
   }
   return scenes;

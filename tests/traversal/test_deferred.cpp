@@ -2,6 +2,7 @@
 /// of immediate decisions, bit for bit.
 
 #include <hiprt_device/hiprt_device.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>
 #include <tests/traversal/explain.h>
@@ -141,7 +142,7 @@ TEST_CASE("deferred decisions have the bits of immediate decisions", "[deferred]
   for (const Closed& closed : closed_meshes()) scenes.push_back({closed.mesh});
   for (std::size_t number = 0; number < scenes.size(); ++number) {
     CAPTURE(number);
-    for (const auto builder : {build::Builder::kSah, build::Builder::kEmbreeHigh}) {
+    for (const auto builder : {build::Builder::kSah, oracle::kEmbreeHigh}) {
       const Scene scene = make_scene(scenes[number], {.builder = builder, .nodes = NodeLayout::kPlanes});
       std::size_t met = 0;
       for (unsigned i = 0; i < trials(3000); ++i) {

@@ -2,6 +2,7 @@
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/aim.h>
@@ -95,7 +96,7 @@ TEST_CASE("queries continue after their hits: all builders and layouts", "[queri
 TEST_CASE("queries continue after their hits: schedules, lanes and stacks", "[queries]") {
   for (const Case& test : cases()) {
     CAPTURE(test.name);
-    for (const build::Builder builder : {build::Builder::kSah, build::Builder::kEmbreeHigh})
+    for (const build::Builder builder : {build::Builder::kSah, oracle::kEmbreeHigh})
       for (const unsigned leaf : {1u, 8u}) {
         const std::vector<Mesh>& meshes = test.meshes;
         const Scene scene = make_scene(meshes, {.builder = builder, .max_leaf_triangles = leaf});
@@ -112,7 +113,7 @@ TEST_CASE("queries continue after their hits: schedules, lanes and stacks", "[qu
 
 TEST_CASE("split needles: AnyHit and kRepeat may repeat hits, AllHits does not", "[queries]") {
   const std::vector<Mesh> meshes{needles(300, 50, kSeed)};
-  const Scene scene = make_scene(meshes, {.builder = build::Builder::kEmbreeHigh});
+  const Scene scene = make_scene(meshes, {.builder = oracle::kEmbreeHigh});
   REQUIRE(is_split(scene.traced));
   Random random(kSeed);
   std::size_t once = 0, repeated = 0, any = 0;
@@ -188,7 +189,7 @@ TEST_CASE("queries whose policies do not cover a scene refuse it", "[queries]") 
   using NoMasks =
       Tried<PlanesLayout, Immediate, DefaultLanes, PrivateStack<>, kUnsplit & ~feature_bit(Feature::kMasks)>;
   const std::vector<Mesh> meshes{needles(300, 50, kSeed)};
-  const Scene split = make_scene(meshes, {.builder = build::Builder::kEmbreeHigh}), whole = make_scene(meshes);
+  const Scene split = make_scene(meshes, {.builder = oracle::kEmbreeHigh}), whole = make_scene(meshes);
   REQUIRE(is_split(split.traced));
   check_refusals<NoSplits>(split.traced);
   check_refusals<Tried<FloatLayout>>(whole.traced);

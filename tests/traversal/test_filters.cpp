@@ -2,6 +2,7 @@
 
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_device/traverse/stacks/restart.h>
+#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
 #include <tests/traversal/every_hit.h>
@@ -309,7 +310,7 @@ template <class P> void check_late_stop(const std::vector<Mesh>& meshes, const S
 
 TEST_CASE("kAcceptAndStop ends the traversal with that hit", "[filters]") {
   const Textured textured = textured_soup();
-  for (const build::Builder builder : {build::Builder::kSah, build::Builder::kEmbreeHigh}) {
+  for (const build::Builder builder : {build::Builder::kSah, oracle::kEmbreeHigh}) {
     const Scene scene = make_scene(textured.meshes, {.builder = builder});
     check_first_stop<Tried<PlanesLayout>>(textured.meshes, scene);
     check_first_stop<Tried<PlanesLayout, Postponed>>(textured.meshes, scene);
