@@ -8,6 +8,10 @@ source "$(dirname "${BASH_SOURCE[0]}")/expect.sh"
 
 root=$1
 
+expect 0 "^usage: tools/chroot" "$root/tools/chroot" --help
+expect 2 "SUITE and COMMAND are missing" "$root/tools/chroot" trixie
+expect 2 "'../x' is not a name of a release" "$root/tools/chroot" ../x true
+expect 2 "needs the name of a release" "$root/tools/check" --suite
 for script in quickstart check install-packages; do
   expect 0 "^usage: tools/$script" "$root/tools/$script" --help
   expect 2 "unknown .*'--bad'" "$root/tools/$script" --bad
