@@ -128,7 +128,8 @@ template <class Stack> void check_overflow(const Scene& scene, std::uint32_t cap
   CHECK(failed != 0);
 }
 
-Scene test_scene() { return make_scene({soup(trials(20000), 0.05, kSeed)}, {.max_leaf_triangles = 2}); }
+/// So many triangles overlap that wrong entry distances lose hits of a few rays.
+Scene test_scene() { return make_scene({soup(2000, 0.3, kSeed)}, {.max_leaf_triangles = 2}); }
 
 }  // namespace
 
