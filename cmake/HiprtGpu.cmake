@@ -41,6 +41,10 @@ function(hiprt_find_amd problem)
   # hipcc's own clang knows where the bundler of its version is.
   execute_process(COMMAND ${CMAKE_COMMAND} -E env HIP_PLATFORM=amd ${HIPRT_HIPCC} --offload-arch=gfx1030
     -print-prog-name=clang-offload-bundler OUTPUT_VARIABLE bundler ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
+  execute_process(COMMAND ${CMAKE_COMMAND} -E env HIP_PLATFORM=amd ${HIPRT_HIPCC} --version
+    OUTPUT_VARIABLE version ERROR_QUIET)
+  string(REGEX REPLACE ".*clang version ([0-9]+).*" "\\1" version "${version}")
+  set(HIPRT_HIPCC_CLANG "${version}" CACHE INTERNAL "Major version of hipcc's clang")
   execute_process(COMMAND ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/hip_device_libs.sh ${PROJECT_BINARY_DIR}/hip-device-libs
     RESULT_VARIABLE status OUTPUT_VARIABLE libs ERROR_VARIABLE libs_error OUTPUT_STRIP_TRAILING_WHITESPACE)
   set(${problem} "" PARENT_SCOPE)

@@ -122,6 +122,12 @@ function(hiprt_set_emulated_cases entry cases)
   endif()
 endfunction()
 
+# Registers depend on the compiler: the table has the numbers of clang 15 as gfx1030, those of others as gfx1030.clang17.
+set(hiprt_amd_compiler "")
+if(NOT HIPRT_HIPCC_CLANG STREQUAL "15")
+  set(hiprt_amd_compiler ".clang${HIPRT_HIPCC_CLANG}")
+endif()
+
 # hiprt_gpu_listings(<target> <source> <stem> <variable>): compiles the source, with the flags of the interface library
 # <target>, to listings: <stem>.<arch>.s by hipcc and <stem>.sm_<arch>.txt by nvcc, if installed. <variable> becomes a
 # list of arch=listing. The target <target>_listings builds them.
@@ -136,7 +142,7 @@ function(hiprt_gpu_listings target source stem variable)
       add_custom_command(OUTPUT ${listing}
         COMMAND ${command} --cuda-device-only ${flags} -S ${source} -o ${listing} ${dependencies}
         DEPENDS ${source} DEPFILE ${listing}.d COMMAND_EXPAND_LISTS VERBATIM COMMENT "Listing ${source} for ${arch}")
-      list(APPEND listings ${arch}=${listing})
+      list(APPEND listings ${arch}${hiprt_amd_compiler}=${listing})
     endforeach()
   endif()
   if(NOT hiprt_nvidia_problem)

@@ -4,8 +4,8 @@
     resources.py TABLE SOURCE ARCH=LISTING...            exit 0, or 1 with one line per fault
     resources.py TABLE SOURCE ARCH=LISTING... --write    puts what was measured into the table
 
-SOURCE names the part of the table: a .hip file. ARCH is gfx90a, sm_90, ... Its LISTING is AMD's assembly (hipcc -S) or
-the output of NVIDIA's ptxas -v. Per kernel and architecture the table holds
+SOURCE names the part of the table: a .hip file. ARCH is gfx90a (hipcc with clang 15), gfx90a.clang17, sm_90, ...
+Its LISTING is AMD's assembly (hipcc -S) or the output of NVIDIA's ptxas -v. Per kernel and architecture the table holds
 
     registers       at most this many (AMD: vector registers, accumulation registers too)
     scratch_bytes   exactly this much private memory per thread (NVIDIA: stack frame)
@@ -17,8 +17,7 @@ and per source
     private_memory  parts of the names of kernels with arrays per thread. Others may have private memory on NVIDIA only,
                     for registers that launch bounds do not allow (spills); --write does not accept more
 
-An architecture that the table does not know is printed and not compared. The numbers are those of Debian 12's hipcc
-(clang 15) and of CUDA 13.0; other versions may need more or less.
+An architecture that the table does not know is printed and not compared. NVIDIA's numbers are those of CUDA 13.0.
 """
 import argparse
 import json
