@@ -31,7 +31,7 @@ struct DigestRandom {
   }
   /// 2^k for a random k in [-range, range].
   HIPRT_HD float power(std::uint32_t range) {
-    const auto k = static_cast<std::uint32_t>((bits() >> 32) % (2 * range + 1));
+    const std::uint32_t k = static_cast<std::uint32_t>(bits() >> 32) % (2 * range + 1);
     return std::bit_cast<float>((127 - range + k) << 23);
   }
 };
