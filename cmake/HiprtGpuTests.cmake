@@ -122,7 +122,7 @@ function(hiprt_set_emulated_cases entry cases)
   endif()
 endfunction()
 
-# Registers depend on the compiler: the table has the numbers of clang 15 as gfx1030, those of others as gfx1030.clang17.
+# Registers depend on the compiler: the table calls the numbers of clang 15 gfx1030, others gfx1030.clang17.
 set(hiprt_amd_compiler "")
 if(NOT HIPRT_HIPCC_CLANG STREQUAL "15")
   set(hiprt_amd_compiler ".clang${HIPRT_HIPCC_CLANG}")

@@ -61,8 +61,8 @@ class HelpFormatter : public CLI::Formatter {
 
 std::string tool_version(const ToolInfo& info) {
   const std::string embree = build::embree_version();
-  return std::string(info.name) + " " + build::version() + "\nGPU code: " + gpu_code_summary() + "\nEmbree: " +
-         (embree.empty() ? "none" : embree);
+  return std::string(info.name) + " " + build::version() + "\nGPU code: " + gpu_code_summary() +
+         "\nEmbree: " + (embree.empty() ? "none" : embree);
 }
 
 void add_threads_option(CLI::App& app, unsigned& threads) {
