@@ -43,6 +43,7 @@ std::string subject_table(const std::vector<Subject>& subjects, const std::vecto
                           const std::function<std::string(const Row&)>& key,
                           const std::function<std::string(const Row&)>& cell) {
   std::vector<std::string> names;
+  names.reserve(subjects.size());
   for (const Subject& subject : subjects) names.push_back(subject.name);
   return cross_table("policies", names, keys(rows, key), [&](const std::string& name, const std::string& column) {
     const auto found = std::find_if(rows.begin(), rows.end(),

@@ -170,6 +170,7 @@ int nearest_cluster(const std::vector<SlowCluster>& clusters, int i, int radius)
 std::vector<SlowCluster> join_mutually_nearest(const std::vector<SlowCluster>& clusters, int radius, Subsets& subsets) {
   const int count = static_cast<int>(clusters.size());
   std::vector<int> nearest;
+  nearest.reserve(clusters.size());
   for (int i = 0; i < count; ++i) nearest.push_back(nearest_cluster(clusters, i, radius));
   std::vector<SlowCluster> next;
   for (int i = 0; i < count; ++i) {
