@@ -18,10 +18,12 @@ template <class Row> struct Column {
 /// A table with one line per row.
 template <class Row> std::string table(const std::vector<Row>& rows, const std::vector<Column<Row>>& columns) {
   std::vector<std::string> head;
+  head.reserve(columns.size());
   for (const Column<Row>& column : columns) head.push_back(column.head);
   MarkdownTable result(head);
   for (const Row& row : rows) {
     std::vector<std::string> cells;
+    cells.reserve(columns.size());
     for (const Column<Row>& column : columns) cells.push_back(column.cell(row));
     result.add(std::move(cells));
   }
