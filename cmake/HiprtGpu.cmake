@@ -4,8 +4,8 @@
 # hiprt::gpu: the include folders and the runtime library for C++ code that includes <hiprt_build/gpu/gpu.h>.
 # hiprt_amd_problem and hiprt_nvidia_problem name the missing parts of each platform. Empty: it can compile.
 #
-# Projects that add hiprt as a folder, fetch it, or find it installed (component gpu) call hiprt_gpu_objects() too. So
-# what it needs is in cache variables, which every folder sees.
+# Other projects call hiprt_gpu_objects() too, after add_subdirectory, FetchContent or find_package (component gpu). They
+# see cache variables only, so the results of this file are cache variables.
 
 set(HIPRT_GPU "AUTO" CACHE STRING
   "Platform of GPU code: AMD (hipcc), NVIDIA (nvcc), OFF, or AUTO: NVIDIA if nvcc and an NVIDIA GPU are here, else AMD \
@@ -151,7 +151,7 @@ function(hiprt_gpu_flags target variable)
   if(type STREQUAL "INTERFACE_LIBRARY")
     set(interface INTERFACE_)
   endif()
-  # Kernels are always inlined: without that they would not compile in less time.
+  # Kernels keep forced inlining: they compile as fast with it (gpu_kernels_one_level.hip: 8.5 s, 9.0 s without).
   set(definitions "$<TARGET_PROPERTY:${target},${interface}COMPILE_DEFINITIONS>")
   set(definitions "$<FILTER:${definitions},EXCLUDE,^HIPRT_LEAVE_INLINING$>")
   # An explicit /usr/include would come before the compiler's own folders, which must come first.

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kFailure = 1, kUsage = 2;
 
-/// Google Benchmark 1.8 renamed these members.
+/// The members of a run have other names in Google Benchmark 1.8 than in 1.7.
 template <class Run> bool has_failed(const Run& run) {
   if constexpr (requires { run.error_occurred; })
     return run.error_occurred;

@@ -26,9 +26,10 @@ struct CheckedTree {
   static constexpr std::uint32_t kShared = 0x80000000u;
 
   ScratchArray<std::uint32_t> order;  ///< All nodes, parents before their children.
-  /// Per primitive one of these: its leaf; kShared and a primitive, the same for all primitives in the same leaves;
-  /// kInvalidId if it is dropped. A custom primitive in several leaves goes to the leaf whose box it enlarges least; of
-  /// equal leaves the lower one. It is not split, because its shape inside a part of its box is unknown.
+  /// One value per primitive. It is the number of the primitive's leaf, or kInvalidId if the primitive is dropped.
+  /// Primitives that are in the same several leaves have one value, kShared with the number of one of them. A custom
+  /// primitive in several leaves goes to the leaf whose box it enlarges least; of equal leaves the lower one. It is not
+  /// split, because its shape inside a part of its box is unknown.
   ScratchArray<std::uint32_t> home;
   std::vector<SharedTriangle> shared;  ///< Sorted.
 

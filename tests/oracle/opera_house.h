@@ -13,8 +13,8 @@ inline constexpr double kOperaObjectHalf = 0.01;
 /// @param triangles about so many, at least 100: an eighth is the hall's walls, the others are grains of the object.
 /// @param ratio of the edges of hall and object, at least 4. With more than 1024 the object lies within a cell or two
 ///   of a grid of 10 bits per axis.
-/// @return triangles in random order, like the order in files of merged parts. One program returns the same for the
-///   same arguments; with other compilers the last bits of coordinates may differ.
+/// @return triangles in random order, like the order in files of merged parts. The result depends on the arguments and
+///   on the compiler, which may change the last bits of coordinates.
 inline Mesh opera_house(unsigned triangles, double ratio) {
   Random random(1903);
   const unsigned cells = std::max(1u, static_cast<unsigned>(std::sqrt(triangles / 96.0)));

@@ -64,7 +64,7 @@ inline std::uint32_t texel(unsigned red, unsigned green, unsigned blue, unsigned
   return red | green << 8 | blue << 16 | alpha << 24;
 }
 
-/// tinygltf::WriteImageData() into a data URI. Since version 2.9 it has two more parameters.
+/// tinygltf::WriteImageData() into a data URI. In version 2.9 it has two more parameters than in 2.5.
 template <class Image> bool write_jpeg(Image& image, std::string& uri) {
   const std::string name = "a.jpg", folder;
   constexpr auto kWrite = &tinygltf::WriteImageData;

@@ -46,7 +46,7 @@ bool read_file_but_images(std::vector<unsigned char>* out, std::string* error, c
   return false;
 }
 
-/// @tparam Callbacks tinygltf::FsCallbacks; since version 2.9 it also asks for the size of a file, against a limit.
+/// @tparam Callbacks tinygltf::FsCallbacks. That of version 2.9 also asks for the sizes of files; 0 is below its limit.
 template <class Callbacks> Callbacks file_callbacks(std::vector<std::string>& files) {
   Callbacks callbacks{};
   callbacks.FileExists = &exists;

@@ -8,8 +8,8 @@
 
 namespace hiprt::tools {
 
-/// Appends the meshes of a file, each as an object of its own. Appends their uses to the scene's first group; the id of
-/// an instance is its number there.
+/// Appends each mesh of a file as a separate object. Appends the instances of these objects to the scene's first group.
+/// The id of an instance is its number in that group.
 /// @param times that the file was loaded with.
 /// @pre the scene has the group.
 void add_assembly(SceneDescription& scene, MeshAssembly assembly, const std::vector<float>& times);
