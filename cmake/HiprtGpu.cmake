@@ -4,8 +4,8 @@
 # hiprt::gpu: the include folders and the runtime library for C++ code that includes <hiprt_build/gpu/gpu.h>.
 # hiprt_amd_problem and hiprt_nvidia_problem name the missing parts of each platform. Empty: it can compile.
 #
-# Other projects call hiprt_gpu_objects() too, after add_subdirectory, FetchContent or find_package (component gpu). They
-# see cache variables only, so the results of this file are cache variables.
+# Other projects call hiprt_gpu_objects() too, after add_subdirectory, FetchContent or find_package (component gpu).
+# They see cache variables only, so the results of this file are cache variables.
 
 set(HIPRT_GPU "AUTO" CACHE STRING
   "Platform of GPU code: AMD (hipcc), NVIDIA (nvcc), OFF, or AUTO: NVIDIA if nvcc and an NVIDIA GPU are here, else AMD \

@@ -8,5 +8,6 @@ __global__ void closest_hits(hiprt::SceneView scene, const hiprt::Ray* rays, hip
 }
 
 void launch(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits, unsigned count) {
+  if (count == 0) return;
   closest_hits<<<(count + 63) / 64, 64>>>(scene, rays, hits, count);
 }

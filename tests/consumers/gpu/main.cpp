@@ -13,6 +13,7 @@ int main() {
   const std::vector<hiprt::build::TriangleMesh> meshes{{positions, triangles}};
   const auto bvh = hiprt::build::build(meshes);
   if (!bvh) return std::puts(bvh.error().message.c_str());
-  if (const auto device = hiprt::gpu::current_device(); !device) return std::puts("no GPU here") < 0;
-  launch(bvh->scene(), nullptr, nullptr, 0);
+  const auto device = hiprt::gpu::current_device();
+  std::puts(device ? device->name.c_str() : device.error().message.c_str());
+  if (device) launch(bvh->scene(), nullptr, nullptr, 0);
 }
