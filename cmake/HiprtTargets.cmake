@@ -54,6 +54,10 @@ option(HIPRT_OPTIMIZE_COLD_CODE "Optimise code that takes no time at run time: c
   ON)
 mark_as_advanced(HIPRT_OPTIMIZE_COLD_CODE)
 
+set(HIPRT_PROGRAM_OPTIONS "" CACHE STRING
+  "Compiler options of tools and benchmarks, after those of the build type, for example -O1")
+mark_as_advanced(HIPRT_PROGRAM_OPTIONS)
+
 # hiprt_cold_flags(<variable>): compiler options for code that takes no time at run time.
 function(hiprt_cold_flags variable)
   if(HIPRT_OPTIMIZE_COLD_CODE)
