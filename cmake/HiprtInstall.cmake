@@ -1,5 +1,6 @@
-# Install rules and the package config. Components: device (headers), format (opens and checks files) and build
-# (builders). find_package(hiprt CONFIG COMPONENTS device format) needs neither oneTBB nor Embree.
+# Install rules and the package config. Components: device (headers), format (opens and checks files), build (builders;
+# the shared library itself is in the component library) and tools. find_package(hiprt CONFIG COMPONENTS device format)
+# needs neither oneTBB nor Embree.
 
 include(CMakePackageConfigHelpers)
 set(hiprt_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hiprt)
@@ -35,9 +36,15 @@ if(HIPRT_BUILD_LIBRARY)
     list(APPEND hiprt_build_targets hiprt_build_gpu)
   endif()
   install(TARGETS ${hiprt_build_targets} EXPORT hiprtBuildTargets
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT build
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT build
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT build)
   install(EXPORT hiprtBuildTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT build)
+endif()
+
+if(HIPRT_BUILD_TOOLS)
+  install(TARGETS bvhbuild bvhinfo bvhrender bvhtrace EXPORT hiprtToolsTargets
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT tools)
+  install(EXPORT hiprtToolsTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT tools)
 endif()
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/hiprtConfig.cmake.in
@@ -46,3 +53,5 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/hiprtConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/hiprtConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/hiprtConfig.cmake ${PROJECT_BINARY_DIR}/hiprtConfigVersion.cmake
   DESTINATION ${hiprt_cmake_dir} COMPONENT device)
+
+include(HiprtPackages)

@@ -132,7 +132,7 @@ HIPRT_BUILD_API Result<Bvh> build(std::span<const TriangleMesh> meshes, const Bu
 /// Builds one BVH over meshes and custom primitives.
 HIPRT_BUILD_API Result<Bvh> build(const SceneInput& scene, const BuildOptions& options = {});
 
-/// Version of the library, "0.1.0".
+/// Version of the compiled library, for example "0.2.0". The headers have hiprt_device/version.h.
 HIPRT_BUILD_API const char* version();
 
 /// @return the version of the Embree that the library was built with, for example "3.13.5"; "" if it was built without

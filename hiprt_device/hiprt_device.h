@@ -22,3 +22,4 @@
 #include <hiprt_device/traverse/stacks/shared.h>
 #include <hiprt_device/traverse/stacks/spill.h>
 #include <hiprt_device/traverse/stacks/tiered.h>
+#include <hiprt_device/version.h>

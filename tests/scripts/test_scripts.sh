@@ -1,6 +1,6 @@
 #!/bin/bash
-# test_scripts.sh ROOT: the command lines of tools/quickstart, tools/check and tools/install-packages, up to where they
-# would begin to install or to build.
+# test_scripts.sh ROOT: the command lines of tools/quickstart, check, chroot, package and install-packages, up to where
+# they would begin to install or to build.
 set -uo pipefail
 
 # shellcheck source=tests/scripts/expect.sh
@@ -12,7 +12,8 @@ expect 0 "^usage: tools/chroot" "$root/tools/chroot" --help
 expect 2 "SUITE and COMMAND are missing" "$root/tools/chroot" trixie
 expect 2 "'../x' is not a name of a release" "$root/tools/chroot" ../x true
 expect 2 "needs the name of a release" "$root/tools/check" --suite
-for script in quickstart check install-packages; do
+expect 2 "must be AMD, NVIDIA or OFF" "$root/tools/package" --gpu INTEL
+for script in package quickstart check install-packages; do
   expect 0 "^usage: tools/$script" "$root/tools/$script" --help
   expect 2 "unknown .*'--bad'" "$root/tools/$script" --bad
 done

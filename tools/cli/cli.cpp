@@ -3,6 +3,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/utf8.h>
 #include <tools/base/gpu_code.h>
+#include <tools/cli/manual.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -87,6 +88,25 @@ Cli::~Cli() = default;
 void Cli::add_general_options() {
   app_->add_flag("--json", json_, "Print the results as JSON")->disable_flag_override()->group(kOutputGroup);
   app_->set_help_flag("-h,--help", "Print this help with examples and exit")->group("General");
+  // They act while words are parsed, before missing options are reported, as --help does.
+  const auto print_and_stop = [](const std::string& text) {
+    std::cout << text;
+    throw CLI::Success();
+  };
+  app_->add_flag_callback(
+          "--man", [=, this] { print_and_stop(manual_page(*app_, info_)); },
+          "Print the manual page, for man -l -, and exit")
+      ->disable_flag_override()
+      ->trigger_on_parse()
+      ->group("General");
+  app_->add_option_function<std::string>(
+          "--completion",
+          [=, this](const std::string& shell) { print_and_stop(completion_script(*app_, info_, shell)); },
+          "Print a completion script for this shell and exit")
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}))
+      ->type_name("SHELL")
+      ->trigger_on_parse()
+      ->group("General");
   app_->set_version_flag("--version", tool_version(info_), "Print the version and exit")->group("General");
 }
 
@@ -105,6 +125,8 @@ int Cli::parse(int argc, const char* const* argv, bool& stop) {
     std::cout << app_->help();
   } catch (const CLI::CallForVersion&) {
     std::cout << tool_version(info_) << "\n";
+  } catch (const CLI::Success&) {
+    // --man or --completion: printed.
   } catch (const CLI::ParseError& error) {
     std::cerr << info_.name << ": " << printable(usage_error(error)) << "; see " << info_.name << " --help\n";
     return kExitUsage;

@@ -35,8 +35,9 @@ struct ToolInfo {
   const char* examples;     ///< Lines for the end of --help, without the word "Examples".
 };
 
-/// A command line with --help (with examples), --version and --json. Errors go to stderr as "bvhbuild: what, where";
-/// with --json a failure prints {"error": {"message": ...}} to stdout, too, unless something was printed before.
+/// A command line with --help (with examples), --man, --completion, --version and --json. Errors go to stderr as
+/// "bvhbuild: what, where"; with --json a failure prints {"error": {"message": ...}} to stdout, too, unless something
+/// was printed before.
 ///
 ///     int main(int argc, char** argv) {
 ///       Options options;
@@ -54,7 +55,7 @@ class Cli {
   CLI::App& app() { return *app_; }
   bool json() const { return json_; }
 
-  /// Parses the arguments and calls @p tool, except after --help, --version or a wrong command line.
+  /// Parses the arguments and calls @p tool, except after --help and its like or a wrong command line.
   /// @return the exit status. Exceptions become failures, and so do errors of stdout.
   int run(int argc, const char* const* argv, const std::function<build::Result<void>()>& tool);
 
@@ -75,7 +76,7 @@ class Cli {
   mutable bool printed_ = false;
 };
 
-/// @return e.g. "bvhbuild 0.1.0", for provenance records and --version.
+/// @return e.g. "bvhbuild 0.2.0", for provenance records and --version.
 std::string tool_version(const ToolInfo& info);
 
 /// Adds --threads N, 0 to 4096 (0, the default: as many as the machine has).
