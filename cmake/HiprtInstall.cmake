@@ -10,7 +10,8 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_device DESTINATION ${CMAKE_INSTALL
 install(TARGETS hiprt_device EXPORT hiprtDeviceTargets)
 # hiprt_gpu_objects(), and the header that gives CUDA's functions HIP's names.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/cmake/hip_nvidia DESTINATION ${hiprt_cmake_dir} COMPONENT device)
-install(FILES ${PROJECT_SOURCE_DIR}/cmake/HiprtGpu.cmake DESTINATION ${hiprt_cmake_dir} COMPONENT device)
+install(FILES ${PROJECT_SOURCE_DIR}/cmake/HiprtGpu.cmake ${PROJECT_SOURCE_DIR}/cmake/HiprtLanguages.cmake
+  DESTINATION ${hiprt_cmake_dir} COMPONENT device)
 install(PROGRAMS ${PROJECT_SOURCE_DIR}/cmake/hip_device_libs.sh DESTINATION ${hiprt_cmake_dir} COMPONENT device)
 install(EXPORT hiprtDeviceTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT device)
 

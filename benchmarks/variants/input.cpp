@@ -3,9 +3,9 @@
 #include "../common/spawned_rays.h"
 #include "cpu_kernels.h"
 
+#include <hiprt_build/exec/threads.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/validate.h>
-#include <tbb/parallel_for.h>
 #include <tools/render/scene/camera.h>
 #include <tools/scene_io/rays_file.h>
 
@@ -120,7 +120,7 @@ build::Result<Tree> load_tree(const fs::path& path) {
   auto buffer = build::map_file(path);
   if (!buffer) return tl::unexpected(buffer.error());
   const ParallelLoop side_by_side = [](std::size_t count, const std::function<void(std::size_t)>& body) {
-    tbb::parallel_for(std::size_t{0}, count, body);
+    build::threads::run(0, [&] { build::threads::for_each(count, body); });
   };
   if (const auto valid = validate(buffer->bytes(), side_by_side); !valid)
     return fail(path, "not a valid BVH file: " + to_string(valid.error()));

@@ -1,13 +1,10 @@
 #pragma once
-/// The execution contract on the CPU (oneTBB): a step is a struct of spans with operator()(i), run for every i.
+/// The execution contract on the CPU: a step is a struct of spans with operator()(i), run for every i.
 /// Work is divided by count, never by thread, so that results do not depend on how many threads there are. Internal.
 
 #include <hiprt_build/exec/monitor.h>
 #include <hiprt_build/exec/scratch.h>
-
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
+#include <hiprt_build/exec/threads.h>
 
 #include <algorithm>
 #include <atomic>
@@ -31,7 +28,7 @@ class CpuEngine {
   template <class Step> void for_each(std::size_t n, const Step& step) {
     std::size_t chunk = kChunk;
     if constexpr (requires { Step::kChunk; }) chunk = Step::kChunk;
-    tbb::parallel_for(std::size_t{0}, (n + chunk - 1) / chunk, [&](std::size_t c) {
+    threads::for_each((n + chunk - 1) / chunk, [&](std::size_t c) {
       const std::size_t begin = c * chunk, end = std::min(n, begin + chunk);
       for (std::size_t i = begin; i < end; ++i) step(i);
       monitor_.add(end - begin);
@@ -52,20 +49,17 @@ class CpuEngine {
 
   /// body(chunk, begin, end) for the chunks of [0, n): chunk c is [c * kChunk, ...).
   template <class Body> void for_chunks(std::size_t n, const Body& body) {
-    const std::size_t chunks = chunk_count(n);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, chunks, 1), [&](const tbb::blocked_range<std::size_t>& range) {
-      for (std::size_t c = range.begin(); c < range.end(); ++c) {
-        const std::size_t begin = c * kChunk, end = std::min(n, begin + kChunk);
-        body(c, begin, end);
-        monitor_.add(end - begin);
-      }
+    threads::for_each(chunk_count(n), [&](std::size_t c) {
+      const std::size_t begin = c * kChunk, end = std::min(n, begin + kChunk);
+      body(c, begin, end);
+      monitor_.add(end - begin);
     });
   }
   static std::size_t chunk_count(std::size_t n) { return (n + kChunk - 1) / kChunk; }
 
   /// body(chunk, begin, end) as for_chunks(), of work that is no progress: it only asks whether to go on.
   template <class Body> void for_quiet_chunks(std::size_t n, const Body& body, std::size_t chunk_size = kChunk) {
-    tbb::parallel_for(std::size_t{0}, (n + chunk_size - 1) / chunk_size, [&](std::size_t c) {
+    threads::for_each((n + chunk_size - 1) / chunk_size, [&](std::size_t c) {
       monitor_.check();
       body(c, c * chunk_size, std::min(n, (c + 1) * chunk_size));
     });
@@ -86,7 +80,7 @@ class CpuEngine {
 
   /// Runs both, at the same time if there is a thread free.
   template <class First, class Second> void invoke(const First& first, const Second& second) {
-    tbb::parallel_invoke(first, second);
+    threads::invoke(first, second);
   }
 
   /// Replaces each value by the sum of those before it. @return the sum of all.

@@ -4,9 +4,6 @@
 #include <hiprt_build/error.h>
 #include <hiprt_build/exec/cpu.h>
 
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
-
 #include <exception>
 #include <string>
 #include <type_traits>
@@ -22,10 +19,7 @@ auto run_cpu(const std::string& name, std::size_t geometries, unsigned threads, 
   Monitor monitor(progress);
   MemoryLedger ledger;
   CpuEngine engine(monitor, ledger);
-  // More than the process may use would bring nothing but oneTBB's warning.
-  const std::size_t most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  tbb::task_arena arena(static_cast<int>(threads == 0 ? most : std::min<std::size_t>(threads, most)));
-  return arena.execute([&] { return operation(engine); });
+  return threads::run(threads, [&] { return operation(engine); });
 } catch (const Cancelled&) {
   return tl::unexpected(Error{ErrorCode::kCancelled, "the " + name + " was cancelled"});
 } catch (const std::bad_alloc&) {

@@ -4,9 +4,6 @@
 #include <hiprt_build/presplit/presplit_steps.h>
 #include <hiprt_build/sah_sbvh/sah_reduce.h>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
 namespace hiprt::build {
 namespace {
 
@@ -111,11 +108,11 @@ class Presplitter {
     ScaleSearch search;
     while (!search.done()) {
       const float scale = search.next();
-      const std::size_t total = tbb::parallel_reduce(
-          tbb::blocked_range<std::size_t>(0, references_.size(), CpuEngine::kChunk), std::size_t{0},
-          [&](const tbb::blocked_range<std::size_t>& range, std::size_t sum) {
+      const std::size_t total = threads::reduce(
+          references_.size(), CpuEngine::kChunk, std::size_t{0},
+          [&](std::size_t begin, std::size_t end, std::size_t sum) {
             engine_.monitor().check();
-            for (std::size_t i = range.begin(); i < range.end(); ++i) sum += split_count(weight_[i], scale);
+            for (std::size_t i = begin; i < end; ++i) sum += split_count(weight_[i], scale);
             return sum;
           },
           std::plus<>{});

@@ -4,9 +4,6 @@
 #include <hiprt_build/exec/cpu.h>
 #include <hiprt_build/sah_sbvh/sah_bins.h>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
 namespace hiprt::build {
 
 /// Ranges above this are worth more than one thread.
@@ -18,11 +15,11 @@ template <class T, class Sum, class Combine>
 T reduce_references(CpuEngine& engine, std::span<const Reference> references, const T& none, const Sum& sum,
                     const Combine& combine) {
   if (references.size() < kParallelSize) return sum(references, none);
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, references.size(), CpuEngine::kChunk), none,
-      [&](const tbb::blocked_range<std::size_t>& range, const T& so_far) {
+  return threads::reduce(
+      references.size(), CpuEngine::kChunk, none,
+      [&](std::size_t begin, std::size_t end, const T& so_far) {
         engine.monitor().check();
-        return sum(references.subspan(range.begin(), range.size()), so_far);
+        return sum(references.subspan(begin, end - begin), so_far);
       },
       combine);
 }

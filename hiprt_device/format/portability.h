@@ -18,6 +18,11 @@
 #error "hiprt: a part of -ffast-math breaks the guarantees: compile without it, or define HIPRT_ALLOW_FAST_MATH"
 #endif
 
+#if defined(__MINGW32__) && !defined(__FMA__)
+// MinGW-w64's own fma() does not round as IEEE 754 says, and the error bounds rest on it.
+#error "hiprt: MinGW's fma() is not exact: compile with -mfma or -march=x86-64-v3"
+#endif
+
 #if defined(__HIPCC__) || defined(__CUDACC__) || HIPRT_RUN_TIME_COMPILER
 #if defined(__HIPCC__) && !defined(__CUDACC__) && !HIPRT_RUN_TIME_COMPILER
 #include <hip/hip_runtime.h>

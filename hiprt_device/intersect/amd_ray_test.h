@@ -1,6 +1,7 @@
 #pragma once
-/// Box and triangle tests with the ray instruction of AMD's RDNA2 and RDNA3 GPUs (image_bvh_intersect_ray). They are
-/// policies for scenes of layouts float and half.
+/// Box and triangle tests with the ray instruction of AMD's RDNA GPUs (image_bvh_intersect_ray). They are policies for
+/// scenes of layouts float and half. RDNA4 (gfx120x) has the instruction too, but nobody has verified the bits of its
+/// descriptor there. Its own instructions read nodes of another layout (docs/decisions/0022-rdna4-instructions.md).
 ///
 ///     __global__ void trace(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits) {
 ///       if constexpr (hiprt::kHasRayInstruction)  // for sources that are compiled for other GPUs too
@@ -15,10 +16,12 @@
 #include <hiprt_device/intersect/candidate.h>
 #include <hiprt_device/scene_view.h>
 
-/// 1 while the compiler generates code for a GPU that has the instruction: gfx103x, gfx110x.
+/// 1 while the compiler generates code for a GPU that has the instruction: gfx103x, gfx110x, gfx115x, gfx120x.
 #if defined(__gfx1030__) || defined(__gfx1031__) || defined(__gfx1032__) || defined(__gfx1033__) || \
     defined(__gfx1034__) || defined(__gfx1035__) || defined(__gfx1036__) || defined(__gfx1100__) || \
-    defined(__gfx1101__) || defined(__gfx1102__) || defined(__gfx1103__)
+    defined(__gfx1101__) || defined(__gfx1102__) || defined(__gfx1103__) || defined(__gfx1150__) || \
+    defined(__gfx1151__) || defined(__gfx1152__) || defined(__gfx1153__) || defined(__gfx1200__) || \
+    defined(__gfx1201__)
 #define HIPRT_HAS_RAY_INSTRUCTION HIPRT_DEVICE_CODE
 #else
 #define HIPRT_HAS_RAY_INSTRUCTION 0
@@ -123,8 +126,8 @@ HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(const void*, NodeType, const Vec3
 template <class Lanes> HIPRT_HD constexpr void require_instruction() {
   static_assert(
       Lanes::kScalar && kMayBeNamed,
-      "hiprt: HardwareBoxes and HardwareTriangle need the ray instruction of gfx103x or gfx110x, and this code "
-      "is compiled for another processor; see kHasRayInstruction");
+      "hiprt: HardwareBoxes and HardwareTriangle need the ray instruction of gfx103x, gfx11xx or gfx120x, and this "
+      "code is compiled for another processor; see kHasRayInstruction");
 }
 
 }  // namespace ray_instruction_detail

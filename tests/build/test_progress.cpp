@@ -13,8 +13,6 @@
 
 #include <tests/catch.h>
 
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <ctime>
 #include <string>
@@ -65,7 +63,7 @@ template <class Body> Longest longest_work(const Body& body) {
   build::Monitor monitor(callback, build::Monitor::Interval{0});
   build::MemoryLedger ledger;
   build::CpuEngine engine(monitor, ledger);
-  tbb::task_arena(1).execute([&] { body(engine); });
+  build::threads::run(1, [&] { body(engine); });
   note("end");
   return longest;
 }
@@ -146,7 +144,7 @@ TEST_CASE("progress rises to the end, with a call about every 20 ms") {
 
 TEST_CASE("a build stops at the call that cancels it, and leaks nothing") {
   // Leaks, and whatever is used after its end, are for the address sanitizer to find.
-  const tbb::global_control workers(tbb::global_control::max_allowed_parallelism, 4);
+  const build::threads::Limit workers(4);
   Mesh mesh = soup(1500, 0.3, 3);
   append(mesh, icosphere(3));
   const std::vector views{mesh.view()};
@@ -158,7 +156,7 @@ TEST_CASE("a build stops at the call that cancels it, and leaks nothing") {
   Random random(seed);
   for (const auto& [word, builder] : tools::kBuilders)
     for (const bool with_customs : {false, true})
-      for (const int threads : {1, 4}) {
+      for (const unsigned threads : {1u, 4u}) {
         CAPTURE(word, with_customs, threads);
         const build::BuildOptions options{.builder = builder, .reinsertion_rounds = 1};
         const build::SceneInput scene{views,
@@ -171,7 +169,7 @@ TEST_CASE("a build stops at the call that cancels it, and leaks nothing") {
           build::MemoryLedger ledger;
           build::CpuEngine engine(monitor, ledger);
           try {
-            const auto bvh = tbb::task_arena(threads).execute([&] { return build::build_on(engine, scene, options); });
+            const auto bvh = build::threads::run(threads, [&] { return build::build_on(engine, scene, options); });
             CHECK(bvh.has_value());
             CHECK(calls < stop);
           } catch (const build::Cancelled&) {

@@ -5,9 +5,8 @@
 #include <tests/traversal/scenes.h>
 #include <tests/traversal/workers.h>
 
+#include <hiprt_build/exec/threads.h>
 #include <tests/catch.h>
-
-#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <cstring>
@@ -39,7 +38,7 @@ std::vector<std::vector<Mesh>> inputs() {
 
 TEST_CASE("our builders' files do not depend on the number of threads", "[determinism]") {
   // More threads than the machine may have, so that they are interrupted at any point.
-  const tbb::global_control workers(tbb::global_control::max_allowed_parallelism, 8);
+  const build::threads::Limit workers(8);
   std::size_t number = 0;
   for (const std::vector<Mesh>& meshes : inputs()) {
     CAPTURE(number++);

@@ -1,6 +1,7 @@
 // Refitted files give the hits of newly built ones, bit for bit, and their bytes do not depend on threads. Also: how
 // well a refit's figures predict the work of rays.
 
+#include <hiprt_build/exec/threads.h>
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_build/statistics.h>
@@ -12,7 +13,6 @@
 
 #include <tests/catch.h>
 
-#include <tbb/global_control.h>
 
 #include <cstring>
 
@@ -101,7 +101,7 @@ TEST_CASE("hits of refitted files are those of brute force and of fresh builds, 
 
 TEST_CASE("refitted files do not depend on the number of threads", "[refit]") {
   // More threads than the machine may have, so that they are interrupted at any point.
-  const tbb::global_control workers(tbb::global_control::max_allowed_parallelism, 8);
+  const build::threads::Limit workers(8);
   const std::vector<Mesh> meshes{icosphere(trials(100) > 4 ? 6 : 5), soup(trials(60000), 0.05, 2), identical(3000)};
   const std::vector<Mesh> moved = each(meshes, [](const Mesh& m) { return placed(twisted(m, 0.3), 1e5); });
   const auto moved_views = oracle::views(moved);

@@ -1,24 +1,21 @@
 #include <tools/base/parallel.h>
 
+#include <hiprt_build/exec/threads.h>
 #include <tools/base/interrupt.h>
-
-#include <tbb/global_control.h>
-#include <tbb/info.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <mutex>
 
 namespace hiprt::tools {
 
+namespace threads = build::threads;
+
 struct ThreadLimit::Workers {
-  tbb::global_control control;
+  threads::Limit limit;
 };
 
 ThreadLimit::ThreadLimit(unsigned threads)
-    : threads_(threads == 0 ? static_cast<unsigned>(tbb::info::default_concurrency()) : threads),
-      workers_(new Workers{tbb::global_control(tbb::global_control::max_allowed_parallelism, threads_)}) {}
+    : workers_(new Workers{threads::Limit(threads)}), threads_(threads == 0 ? threads::count() : threads) {}
 
 ThreadLimit::~ThreadLimit() = default;
 
@@ -28,18 +25,14 @@ bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& l
   const std::size_t batches = (count + batch - 1) / batch;
   std::size_t done = 0;
   std::mutex reporting;
-  tbb::task_arena arena(static_cast<int>(limit.threads()));
-  arena.execute([&] {
-    tbb::parallel_for(
-        std::size_t{0}, batches,
-        [&](std::size_t i) {
-          if (interrupted()) return;
-          body(i * batch, std::min(count, (i + 1) * batch));
-          if (!progress) return;
-          const std::lock_guard lock(reporting);
-          progress(static_cast<double>(++done) / static_cast<double>(batches));
-        },
-        tbb::simple_partitioner{});
+  threads::run(limit.threads(), [&] {
+    threads::for_each(batches, [&](std::size_t i) {
+      if (interrupted()) return;
+      body(i * batch, std::min(count, (i + 1) * batch));
+      if (!progress) return;
+      const std::lock_guard lock(reporting);
+      progress(static_cast<double>(++done) / static_cast<double>(batches));
+    });
   });
   return !interrupted();
 }
@@ -47,8 +40,7 @@ bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& l
 void parallel_each(std::size_t count, unsigned threads, const std::function<void(std::size_t)>& body) {
   if (count == 1) return body(0);
   const ThreadLimit limit(threads);
-  tbb::task_arena arena(static_cast<int>(limit.threads()));
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, count, body, tbb::simple_partitioner{}); });
+  threads::run(limit.threads(), [&] { threads::for_each(count, body); });
 }
 
 }  // namespace hiprt::tools

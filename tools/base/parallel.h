@@ -7,7 +7,7 @@
 
 namespace hiprt::tools {
 
-/// While it lives, loops may run this many threads, also more than the machine has (which oneTBB alone does not allow).
+/// While it lives, loops may run this many threads, also more than the machine has.
 class ThreadLimit {
  public:
   /// @param threads 0: as many as the machine has.
@@ -19,8 +19,8 @@ class ThreadLimit {
  private:
   struct Workers;
 
-  unsigned threads_;
   std::unique_ptr<Workers> workers_;
+  unsigned threads_;
 };
 
 /// Splits [0, count) into batches and calls @p body(begin, end) once for each, in no particular order.

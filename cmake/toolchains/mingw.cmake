@@ -1,0 +1,14 @@
+# Debian's MinGW-w64 compiler for 64-bit Windows, and wine for the programs that a test runs. HIPRT_WINDOWS_INCLUDE is a
+# folder with the headers glm, tl, nlohmann and xxhash.h, and CMAKE_PREFIX_PATH has their CMake files.
+set(CMAKE_SYSTEM_NAME Windows)
+set(CMAKE_SYSTEM_PROCESSOR x86_64)
+set(CMAKE_C_COMPILER x86_64-w64-mingw32-gcc-posix)
+set(CMAKE_CXX_COMPILER x86_64-w64-mingw32-g++-posix)
+set(CMAKE_RC_COMPILER x86_64-w64-mingw32-windres)
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+# Programs need no other file than wine's.
+set(CMAKE_EXE_LINKER_FLAGS_INIT -static)
+find_program(HIPRT_WINE NAMES wine64 wine64-stable wine PATHS /usr/lib/wine)
+if(HIPRT_WINE)
+  set(CMAKE_CROSSCOMPILING_EMULATOR ${HIPRT_WINE})
+endif()

@@ -1,0 +1,160 @@
+#include <hiprt_build/file.h>
+
+#if !defined(NOMINMAX)
+#define NOMINMAX  // GCC's headers define it.
+#endif
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace hiprt::build {
+
+namespace {
+
+/// Closes a handle when it goes out of scope.
+class Handle {
+ public:
+  explicit Handle(HANDLE handle) : handle_(handle == INVALID_HANDLE_VALUE ? nullptr : handle) {}
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() { static_cast<void>(close()); }
+
+  HANDLE get() const { return handle_; }
+  explicit operator bool() const { return handle_ != nullptr; }
+  bool close() { return handle_ == nullptr || ::CloseHandle(std::exchange(handle_, nullptr)) != 0; }
+
+ private:
+  HANDLE handle_;
+};
+
+/// The path in UTF-8, whatever the code page of the process is.
+std::string text_of(const std::filesystem::path& path) {
+  const std::u8string text = path.u8string();
+  return {text.begin(), text.end()};
+}
+
+tl::unexpected<Error> io_error(std::string_view action, const std::filesystem::path& path, std::string_view reason) {
+  return tl::unexpected(
+      Error{ErrorCode::kIo, "cannot " + std::string(action) + " '" + text_of(path) + "': " + std::string(reason)});
+}
+
+tl::unexpected<Error> system_error(std::string_view action, const std::filesystem::path& path) {
+  return io_error(action, path, std::system_category().message(static_cast<int>(::GetLastError())));
+}
+
+bool write_all(HANDLE file, std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    DWORD written = 0;
+    const DWORD size = static_cast<DWORD>(std::min<std::size_t>(bytes.size(), std::size_t{1} << 30));
+    if (::WriteFile(file, bytes.data(), size, &written, nullptr) == 0) return false;
+    bytes = bytes.subspan(written);
+  }
+  return true;
+}
+
+/// The file that a write to @p path replaces. Links are followed, so that they stay links.
+Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
+  if (!path.has_filename()) return io_error("write", path, "it names no file");
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) return io_error("write", path, "it is a directory");
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    return io_error("write", path, "it is not a regular file");
+  const DWORD attributes = ::GetFileAttributesW(path.c_str());
+  if (attributes != INVALID_FILE_ATTRIBUTES && (attributes & FILE_ATTRIBUTE_READONLY) != 0)
+    return io_error("write", path, "it is read-only");
+  if (!std::filesystem::is_symlink(path, error)) return path;
+  const auto target = std::filesystem::canonical(path, error);
+  if (error) return io_error("follow the link", path, error.message());
+  return target;
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+/// Creates a file in @p folder. @return its handle, or INVALID_HANDLE_VALUE with the system's error.
+HANDLE create_temporary(const std::filesystem::path& folder, std::filesystem::path& name) {
+  static std::atomic<std::uint32_t> counter{0};
+  constexpr int kAttempts = 100;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    name = folder / (".hiprt-" + std::to_string(::GetCurrentProcessId()) + "-" + std::to_string(counter++) + ".tmp");
+    HANDLE file = ::CreateFileW(name.c_str(), GENERIC_WRITE, 0, nullptr, CREATE_NEW, FILE_ATTRIBUTE_NORMAL, nullptr);
+    if (file != INVALID_HANDLE_VALUE || ::GetLastError() != ERROR_FILE_EXISTS) return file;
+  }
+  return INVALID_HANDLE_VALUE;
+}
+
+/// Fills the temporary file and renames it.
+/// @return what failed, or nullptr; GetLastError() has the reason.
+const char* fill_and_rename(Handle& file, const std::filesystem::path& temporary, const std::filesystem::path& target,
+                            std::span<const std::byte> bytes) {
+  if (!write_all(file.get(), bytes)) return "write";
+  if (::FlushFileBuffers(file.get()) == 0) return "flush";
+  if (!file.close()) return "close";
+  if (::MoveFileExW(temporary.c_str(), target.c_str(), MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) == 0)
+    return "replace";
+  return nullptr;
+}
+
+}  // namespace
+
+Result<Buffer> map_file(const std::filesystem::path& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(status)) return io_error("map", path, "it is a directory");
+  const Handle file(::CreateFileW(path.c_str(), GENERIC_READ, FILE_SHARE_READ, nullptr, OPEN_EXISTING,
+                                  FILE_ATTRIBUTE_NORMAL, nullptr));
+  if (!file) return system_error("open", path);
+  if (::GetFileType(file.get()) != FILE_TYPE_DISK) return io_error("map", path, "it is not a regular file");
+  LARGE_INTEGER size{};
+  if (::GetFileSizeEx(file.get(), &size) == 0) return system_error("examine", path);
+  if (size.QuadPart == 0) return io_error("map", path, "it is empty");
+  const Handle mapping(::CreateFileMappingW(file.get(), nullptr, PAGE_READONLY, 0, 0, nullptr));
+  if (!mapping) return system_error("map", path);
+  // The view keeps the mapping and the file open.
+  void* data = ::MapViewOfFile(mapping.get(), FILE_MAP_READ, 0, 0, 0);
+  if (data == nullptr) return system_error("map", path);
+  return Buffer(static_cast<std::byte*>(data), static_cast<std::size_t>(size.QuadPart),
+                [](std::byte* start, std::size_t) { ::UnmapViewOfFile(start); });
+}
+
+Result<void> check_writable(const std::filesystem::path& path) {
+  const auto target = resolve_target(path);
+  if (!target) return tl::unexpected(target.error());
+  const std::filesystem::path folder = folder_of(*target);
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(folder, ignored))
+    return io_error("write", path, "there is no folder '" + text_of(folder) + "'");
+  // Windows knows whether a file can be created only when one is.
+  std::filesystem::path temporary;
+  Handle file(create_temporary(folder, temporary));
+  if (!file) return system_error("create a temporary file beside", path);
+  static_cast<void>(file.close());
+  ::DeleteFileW(temporary.c_str());
+  return {};
+}
+
+Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  const auto target = resolve_target(path);
+  if (!target) return tl::unexpected(target.error());
+  std::filesystem::path temporary;
+  Handle file(create_temporary(folder_of(*target), temporary));
+  if (!file) return system_error("create a temporary file beside", path);
+  if (const char* failed = fill_and_rename(file, temporary, *target, bytes)) {
+    auto error = system_error(failed, path);
+    static_cast<void>(file.close());
+    ::DeleteFileW(temporary.c_str());
+    return error;
+  }
+  return {};
+}
+
+}  // namespace hiprt::build
