@@ -148,9 +148,8 @@ template <class T, class Sum, class Combine>
 T reduce(std::size_t n, std::size_t chunk, const T& none, const Sum& sum, const Combine& combine) {
   const std::size_t parts = (n + chunk - 1) / chunk;
   std::vector<std::optional<T>> results(parts);
-  for_each(parts, [&](std::size_t part) {
-    results[part].emplace(sum(part * chunk, std::min(n, (part + 1) * chunk), none));
-  });
+  for_each(parts,
+           [&](std::size_t part) { results[part].emplace(sum(part * chunk, std::min(n, (part + 1) * chunk), none)); });
   T total = none;
   for (const std::optional<T>& result : results) total = combine(total, *result);
   return total;

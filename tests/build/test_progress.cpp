@@ -13,7 +13,6 @@
 
 #include <tests/catch.h>
 
-
 #include <ctime>
 #include <string>
 

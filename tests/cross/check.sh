@@ -26,11 +26,13 @@ install() {
 check_aarch64() {
   dpkg --add-architecture arm64
   install cmake ninja-build crossbuild-essential-arm64 qemu-user libglm-dev libcli11-dev nlohmann-json3-dev \
-    libexpected-dev fonts-dejavu-core python3 git libtbb-dev:arm64 libopenexr-dev:arm64 libxxhash-dev:arm64 libzstd-dev:arm64 \
+    libexpected-dev fonts-dejavu-core python3 git \
+    libtbb-dev:arm64 libopenexr-dev:arm64 libxxhash-dev:arm64 libzstd-dev:arm64 \
     libtinygltf-dev:arm64 libpng-dev:arm64 libfreetype-dev:arm64 libgmp-dev:arm64 catch2:arm64 libembree-dev:arm64
   quietly cmake -S "$root/tests/cross" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCROSS_TESTS=ON \
     "-DCMAKE_TOOLCHAIN_FILE=$root/cmake/toolchains/aarch64.cmake" "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG" \
-    -DHIPRT_GPU=OFF -DHIPRT_FORCE_INLINING=OFF -DHIPRT_OPTIMIZE_COLD_CODE=OFF -DHIPRT_TEST_SET=quick -DHIPRT_WARNINGS_AS_ERRORS=ON
+    -DHIPRT_GPU=OFF -DHIPRT_FORCE_INLINING=OFF -DHIPRT_OPTIMIZE_COLD_CODE=OFF \
+    -DHIPRT_TEST_SET=quick -DHIPRT_WARNINGS_AS_ERRORS=ON
   quietly cmake --build "$build" -j "$jobs"
   echo "aarch64: the library, the tools and the tests compile"
   # The emulator knows no processor of its own: programs that start programs are not run.

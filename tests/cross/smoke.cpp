@@ -1,5 +1,5 @@
-/// Builds BVHs with every builder that needs no Embree, writes and opens files, and traces rays. It prints a checksum of
-/// the hits, which is the same on every machine.
+/// Builds BVHs with every builder that needs no Embree, writes and opens files, and traces rays. It prints a checksum
+/// of the hits, which is the same on every machine.
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>

@@ -103,11 +103,8 @@ TEMPLATE_TEST_CASE("one of the exceptions of the bodies is passed on, and all th
     CHECK(running == 0);
     CHECK_THROWS_WITH(TestType::run(4, [&] { TestType::invoke([&] { body(3); }, [&] { body(0); }); }), "body");
     CHECK_THROWS_WITH(TestType::run(4, [&] { TestType::invoke([&] { body(0); }, [&] { body(3); }); }), "body");
-    CHECK_THROWS_WITH(TestType::run(4,
-                                    [&] {
-                                      TestType::for_each(4, [&](std::size_t) { TestType::for_each(10, body); });
-                                    }),
-                      "body");
+    CHECK_THROWS_WITH(
+        TestType::run(4, [&] { TestType::for_each(4, [&](std::size_t) { TestType::for_each(10, body); }); }), "body");
     CHECK(running == 0);
   }
 }

@@ -13,7 +13,6 @@
 
 #include <tests/catch.h>
 
-
 #include <cstring>
 
 using namespace hiprt;
