@@ -202,7 +202,8 @@ function(hiprt_amd_dependencies variable output)
 endfunction()
 
 # hiprt_amd_object(<source> <stem> <flag>...): makes <stem>.o from one code object per architecture. Each has a command
-# of its own, so that they compile in parallel.
+# of its own, so that they compile in parallel. The source's property HIPRT_FLAGS_<arch> has more flags of one of them,
+# HIPRT_FLAGS_HOST those of the host's code.
 function(hiprt_amd_object source stem)
   set(inputs -input=/dev/null)
   set(targets ${HIPRT_BUNDLER_HOST})
@@ -211,8 +212,12 @@ function(hiprt_amd_object source stem)
     hiprt_amd_command(command ${arch})
     set(image ${stem}.${arch}.co)
     hiprt_amd_dependencies(dependencies ${image})
+    get_source_file_property(more ${source} HIPRT_FLAGS_${arch})
+    if(NOT more)
+      set(more "")
+    endif()
     add_custom_command(OUTPUT ${image}
-      COMMAND ${command} --cuda-device-only --no-gpu-bundle-output ${ARGN}
+      COMMAND ${command} --cuda-device-only --no-gpu-bundle-output ${ARGN} ${more}
         -c ${source} -o ${image} ${dependencies}
       DEPENDS ${source} DEPFILE ${image}.d COMMAND_EXPAND_LISTS VERBATIM
       COMMENT "Compiling ${source} for ${arch}")
@@ -223,9 +228,13 @@ function(hiprt_amd_object source stem)
   list(JOIN targets "," targets)
   list(GET HIPRT_AMD_ARCHS 0 first)
   hiprt_amd_command(command ${first})
+  get_source_file_property(more ${source} HIPRT_FLAGS_HOST)
+  if(NOT more)
+    set(more "")
+  endif()
   add_custom_command(OUTPUT ${stem}.o
     COMMAND ${HIPRT_OFFLOAD_BUNDLER} -type=o -bundle-align=4096 -targets=${targets} ${inputs} -output=${stem}.hipfb
-    COMMAND ${command} --cuda-host-only -Xclang -fcuda-include-gpubinary -Xclang ${stem}.hipfb -fPIC ${ARGN}
+    COMMAND ${command} --cuda-host-only -Xclang -fcuda-include-gpubinary -Xclang ${stem}.hipfb -fPIC ${ARGN} ${more}
       -c ${source} -o ${stem}.o -MD -MT ${stem}.o -MF ${stem}.o.d
     DEPENDS ${source} ${images} BYPRODUCTS ${stem}.hipfb DEPFILE ${stem}.o.d COMMAND_EXPAND_LISTS VERBATIM
     COMMENT "Compiling ${source} for the host")

@@ -3,9 +3,18 @@
 #include <hiprt_build/exec/gpu_scan.h>
 #include <hiprt_build/gpu/launch.h>
 
+// hipcc's pass for an architecture that rocPRIM does not know has HIPRT_ROCPRIM 0, its host pass 1: the host then launches
+// the kernels of rocPRIM on the GPUs of HIPRT_ROCPRIM_ARCHS only.
 #if defined(__CUDACC__)
 #include <cub/device/device_radix_sort.cuh>
+#elif HIPRT_ROCPRIM
+#include <hiprt_build/gpu/device.h>
+
+#include <rocprim/device/device_radix_sort.hpp>
 #endif
+
+#include <algorithm>
+#include <string_view>
 
 namespace hiprt::build {
 
@@ -109,8 +118,10 @@ static __global__ void __launch_bounds__(kBlock)
 
 }  // namespace gpu_sort_detail
 
-gpu::Result<void> sort_pairs(void* temp, std::size_t& temp_bytes, SortBuffers& buffers, std::uint32_t count,
-                             hipStream_t stream) {
+namespace {
+
+gpu::Result<void> own_sort(void* temp, std::size_t& temp_bytes, SortBuffers& buffers, std::uint32_t count,
+                           hipStream_t stream) {
   using namespace gpu_sort_detail;
   const std::uint32_t tiles = (count + kTile - 1) / kTile;
   if (temp == nullptr) {
@@ -134,6 +145,45 @@ gpu::Result<void> sort_pairs(void* temp, std::size_t& temp_bytes, SortBuffers& b
     buffers.current = to;
   }
   return {};
+}
+
+#if HIPRT_ROCPRIM
+
+gpu::Result<void> rocprim_sort(void* temp, std::size_t& temp_bytes, SortBuffers& buffers, std::uint32_t count,
+                               hipStream_t stream) {
+  rocprim::double_buffer<std::uint64_t> keys(buffers.keys[buffers.current], buffers.keys[buffers.current ^ 1]);
+  rocprim::double_buffer<std::uint32_t> values(buffers.values[buffers.current], buffers.values[buffers.current ^ 1]);
+  const hipError_t status = rocprim::radix_sort_pairs(temp, temp_bytes, keys, values, count, 0, 64, stream);
+  buffers.current = keys.current() == buffers.keys[0] ? 0 : 1;
+  return gpu::check(status, "rocprim::radix_sort_pairs", count, " keys");
+}
+
+/// Whether rocPRIM knows the current device. The runtime says for each device once what it is.
+bool rocprim_knows_device() {
+  constexpr std::string_view kKnown = " " HIPRT_ROCPRIM_ARCHS " ";
+  int index = 0;
+  if (hipGetDevice(&index) != hipSuccess) return false;
+  static thread_local int asked = -1;
+  static thread_local bool knows = false;
+  if (asked != index) {
+    const auto device = gpu::device_detail::read(index);
+    if (!device) return false;
+    knows = kKnown.find(" " + device->architecture + " ") != std::string_view::npos;
+    asked = index;
+  }
+  return knows;
+}
+
+#endif
+
+}  // namespace
+
+gpu::Result<void> sort_pairs(void* temp, std::size_t& temp_bytes, SortBuffers& buffers, std::uint32_t count,
+                             hipStream_t stream) {
+#if HIPRT_ROCPRIM
+  if (count > 0 && rocprim_knows_device()) return rocprim_sort(temp, temp_bytes, buffers, count, stream);
+#endif
+  return own_sort(temp, temp_bytes, buffers, count, stream);
 }
 
 #endif
