@@ -1,7 +1,8 @@
-# Which of HIPRT_AMD_ARCHS the installed rocPRIM knows. The GPU builders sort with it there, and with their own radix sort
-# on the other architectures.
+# Which of HIPRT_AMD_ARCHS the installed rocPRIM knows. The GPU builders sort with it there, and with their own radix
+# sort on the other architectures.
 #
-# Sets HIPRT_ROCPRIM_ARCHS, and HIPRT_ROCPRIM_FLAGS for the compiler. rocPRIM before ROCm 5.5, as Debian 12 has it, does not compile for gfx1100.
+# Sets HIPRT_ROCPRIM_ARCHS, and HIPRT_ROCPRIM_FLAGS for the compiler. Debian 12's rocPRIM (5.3) does not
+# compile for gfx1100.
 
 set(HIPRT_ROCPRIM "AUTO" CACHE STRING "Sort with rocPRIM on AMD GPUs: AUTO (where it knows the GPU) or OFF")
 set_property(CACHE HIPRT_ROCPRIM PROPERTY STRINGS AUTO OFF)

@@ -1,8 +1,8 @@
 #pragma once
 /// Sorts 64-bit keys with 32-bit values on the device. Equal keys keep their order. Nothing is allocated. Internal.
 ///
-/// NVIDIA: CUB. AMD: rocPRIM on the architectures that the installed one knows (HIPRT_ROCPRIM_ARCHS), else our own radix
-/// sort. The results are the same.
+/// NVIDIA: CUB. AMD: rocPRIM on the architectures that the installed one knows (HIPRT_ROCPRIM_ARCHS), else our own
+/// radix sort. The results are the same.
 
 #include <hiprt_build/gpu/error.h>
 

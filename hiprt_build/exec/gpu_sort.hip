@@ -3,8 +3,8 @@
 #include <hiprt_build/exec/gpu_scan.h>
 #include <hiprt_build/gpu/launch.h>
 
-// hipcc's pass for an architecture that rocPRIM does not know has HIPRT_ROCPRIM 0, its host pass 1: the host then launches
-// the kernels of rocPRIM on the GPUs of HIPRT_ROCPRIM_ARCHS only.
+// hipcc's pass for an architecture that rocPRIM does not know has HIPRT_ROCPRIM 0, its host pass 1: the host then
+// launches the kernels of rocPRIM on the GPUs of HIPRT_ROCPRIM_ARCHS only.
 #if defined(__CUDACC__)
 #include <cub/device/device_radix_sort.cuh>
 #elif HIPRT_ROCPRIM
