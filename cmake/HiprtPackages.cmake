@@ -56,7 +56,6 @@ set(CPACK_PACKAGE_CONTACT "${HIPRT_PACKAGE_CONTACT}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
 set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
-set(CPACK_PACKAGE_CHECKSUM "")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_PRE_BUILD_SCRIPTS ${hiprt_packages}/bundle.cmake)
 
@@ -75,10 +74,12 @@ set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 set(hiprt_library_package libhiprt-build${HIPRT_ABI})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME ${hiprt_library_package})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
-set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${hiprt_packages}/symbols ${hiprt_packages}/triggers)
-set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "builders of bounding volume hierarchies for ray tracing
- The shared library hiprt::build: builds, checks and opens BVH files for CPUs
- and GPUs. Programs that were linked with it need this package.")
+configure_file(${hiprt_packages}/shlibs.in ${hiprt_package_files}/shlibs @ONLY)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${hiprt_packages}/symbols ${hiprt_package_files}/shlibs
+  ${hiprt_packages}/triggers)
+set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "builders of bounding volume hierarchies for ray tracing
+The shared library hiprt::build: builds, checks and opens BVH files for CPUs
+and GPUs. Programs that were linked with it need this package.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libhiprt-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
@@ -88,17 +89,17 @@ if(HIPRT_EMBREE_VERSION)
   list(APPEND hiprt_dev_depends libembree-dev)
 endif()
 list(JOIN hiprt_dev_depends ", " CPACK_DEBIAN_DEV_PACKAGE_DEPENDS)
-set(CPACK_COMPONENT_DEV_DESCRIPTION "ray traversal in headers, and the builder library (development files)
- Headers for kernels of HIP and CUDA and for C++20: closest, any and all hits,
- instances, motion blur, custom primitives. With the static libraries of the
- builders, and files for CMake and pkg-config.")
+set(CPACK_DEBIAN_DEV_DESCRIPTION "ray traversal in headers, and the builder library (development files)
+Headers for kernels of HIP and CUDA and for C++20: closest, any and all hits,
+instances, motion blur, custom primitives. With the static libraries of the
+builders, and files for CMake and pkg-config.")
 
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME hiprt-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION graphics)
-set(CPACK_COMPONENT_TOOLS_DESCRIPTION "command line tools that build, check, trace and render BVH files
- bvhbuild builds a bounding volume hierarchy of meshes, shapes or scenes of
- instances; bvhinfo describes and checks it; bvhtrace traces rays; bvhrender
- renders pictures.")
+set(CPACK_DEBIAN_TOOLS_DESCRIPTION "command line tools that build, check, trace and render BVH files
+bvhbuild builds a bounding volume hierarchy of meshes, shapes or scenes of
+instances; bvhinfo describes and checks it; bvhtrace traces rays; bvhrender
+renders pictures.")
 
 # What Debian wants in each package. gzip -n writes no time.
 file(READ ${PROJECT_SOURCE_DIR}/LICENSE license)

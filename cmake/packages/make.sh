@@ -43,19 +43,21 @@ quietly() {
   fi
 }
 
-# make KIND SOURCE BUILD: packages in BUILD/packages.
+# Archives have no GPU code.
+platform_of() {
+  if [[ $1 == archive ]]; then echo OFF; else echo "$gpu"; fi
+}
+
+# make KIND SOURCE BUILD: packages in BUILD/packages. Kinds of the same platform share a build folder.
 make() {
-  local kind=$1 source=$2 build=$3 platform=$gpu generator=DEB map
+  local kind=$1 source=$2 build=$3 generator=DEB map
   # The folder of the sources is in no file.
   map="-ffile-prefix-map=$source=/usr/src/hiprt"
-  if [[ $kind == archive ]]; then
-    platform=OFF
-    generator=TGZ
-  fi
+  if [[ $kind == archive ]]; then generator=TGZ; fi
   rm -rf "$build/packages"
   mkdir -p "$build"
   quietly "$build/configure.log" cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-    -DCMAKE_INSTALL_PREFIX=/usr "-DCMAKE_CXX_FLAGS=$map" "-DHIPRT_GPU_FLAGS=$map" -DHIPRT_GPU="$platform" \
+    -DCMAKE_INSTALL_PREFIX=/usr "-DCMAKE_CXX_FLAGS=$map" "-DHIPRT_GPU_FLAGS=$map" -DHIPRT_GPU="$(platform_of "$kind")" \
     -DHIPRT_BUILD_TESTS=OFF -DHIPRT_BUILD_BENCHMARKS=OFF -DCMAKE_INSTALL_LIBDIR="$(library_folder "$kind")"
   quietly "$build/build.log" cmake --build "$build" -j "$jobs"
   (cd "$build" && quietly "$build/cpack.log" cpack -G "$generator")
@@ -70,8 +72,15 @@ packages() {
   find "$1/packages" -maxdepth 1 \( -name '*.deb' -o -name '*.tar.gz' \) | sort
 }
 
+other=$(mktemp -d)
+trap 'rm -rf "$other"' EXIT
+if $repeat; then
+  mkdir "$other/source"
+  (cd "$root" && find . -mindepth 1 -maxdepth 1 ! -name build ! -name .git -print0 | tar -c --null -T - -f -) |
+    tar -x -C "$other/source" -f -
+fi
 for kind in "${kinds[@]}"; do
-  build=$root/build/package/$kind
+  build=$root/build/package/$(platform_of "$kind")
   echo "tools/package: compiles and packs ($kind)"
   make "$kind" "$root" "$build"
   mapfile -t made < <(packages "$build")
@@ -85,20 +94,15 @@ for kind in "${kinds[@]}"; do
       quietly "$build/lintian.log" lintian --allow-root --fail-on error "${made[@]}"
     fi
     echo "tools/package: the same again in another folder ($kind)"
-    other=$(mktemp -d)
-    trap 'rm -rf "$other"' EXIT
-    mkdir "$other/source"
-    (cd "$root" && find . -mindepth 1 -maxdepth 1 ! -name build ! -name .git -print0 | tar -c --null -T - -f -) |
-      tar -x -C "$other/source" -f -
-    make "$kind" "$other/source" "$other/build"
+    again=$other/build/$(platform_of "$kind")
+    make "$kind" "$other/source" "$again"
     for package in "${made[@]}"; do
-      if ! cmp "$package" "$other/build/packages/${package##*/}"; then
-        cp "$other/build/packages/${package##*/}" "$build/packages/${package##*/}.second"
+      if ! cmp "$package" "$again/packages/${package##*/}"; then
+        cp "$again/packages/${package##*/}" "$build/packages/${package##*/}.second"
         echo "tools/package: two builds of ${package##*/} differ (the second: $package.second)" >&2
         exit 1
       fi
     done
-    rm -rf "$other"
   fi
   cp "${made[@]}" "$output"
 done
