@@ -60,6 +60,9 @@ trap 'rm -rf "$work"' EXIT
 soname=$(objdump -p "$library" | awk '$1 == "SONAME" { print $2 }')
 abi=${soname##*.so.}
 stored=${stored:-$here/hiprt_build-$abi.abi.xz}
+# Compilers describe equal types in different ways.
+stored_by="GCC 12"
+compiler=$(readelf -p .comment "$library" | sed -n 's/.*GCC: ([^)]*) \([0-9]*\).*/GCC \1/p' | head -1)
 symbols=$root/cmake/packages/symbols
 header="$soname libhiprt-build$abi #MINVER#"
 version=$(sed -n 's/#define HIPRT_LIBRARY_[MP][A-Z]* \([0-9]*\)/\1/p' "$root/hiprt_device/version.h" | paste -sd.)
@@ -97,7 +100,9 @@ if ! diff -u "$symbols" "$work/symbols"; then
   failed=1
 fi
 xz -dc "$stored" >"$work/old.abi"
-if ! abidiff --no-added-syms "$work/old.abi" "$work/new.abi"; then
+if [[ $compiler != "$stored_by" ]]; then
+  echo "SKIPPED: types: the stored ABI is $stored_by's, and ${compiler:-another compiler} made this library"
+elif ! abidiff --no-added-syms "$work/old.abi" "$work/new.abi"; then
   echo "check_abi.sh: programs that were linked with $soname would not work with this library (see --help)" >&2
   failed=1
 fi

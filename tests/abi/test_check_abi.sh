@@ -29,6 +29,10 @@ check() {
   fi
 }
 
+if grep -q "SKIPPED: types" <("$here/check_abi.sh" "$library"); then
+  echo "SKIPPED: this compiler's types cannot be compared with the stored ABI"
+  exit 77
+fi
 check same 0 ''
 check a_new_function 0 '/_ZN5hiprt5build14embree_versionEv/d'
 check a_function_that_vanished 1 's/_ZN5hiprt5build14embree_versionEv/_ZN5hiprt5build14embree_versionEi/'
