@@ -12,6 +12,9 @@
 
 #include <cstdlib>
 
+/// What libtbb itself sets to zero or copies (the sanitizer watches memset and its like in every library).
+extern "C" const char* __tsan_default_suppressions() { return "called_from_lib:libtbb.so\n"; }
+
 namespace tbb::detail::r1 {
 namespace {
 
@@ -28,14 +31,18 @@ class Announced final : public d1::task {
   explicit Announced(d1::task& original) : original_(&original) {}
 
  private:
-  d1::task* execute(d1::execution_data& data) override { return take()->execute(data); }
-  d1::task* cancel(d1::execution_data& data) override { return take()->cancel(data); }
-
-  d1::task* take() {
+  // After an exception of execute() libtbb calls cancel() of the same task.
+  d1::task* execute(d1::execution_data& data) override {
     __tsan_acquire(this);
-    d1::task* original = original_;
+    d1::task* const following = original_->execute(data);
     delete this;
-    return original;
+    return following;
+  }
+  d1::task* cancel(d1::execution_data& data) override {
+    __tsan_acquire(this);
+    d1::task* const following = original_->cancel(data);
+    delete this;
+    return following;
   }
 
   d1::task* original_;
@@ -48,12 +55,21 @@ d1::task& announce(d1::task& original) {
   return *announced;
 }
 
-/// The tasks count down (instrumented, in oneTBB's headers); libtbb reads the zero.
-void acquire_count(d1::wait_context& waited) {
-  // The counter is private: it is the second of two 8-byte members.
-  static_assert(sizeof(d1::wait_context) == 16);
-  __tsan_acquire(reinterpret_cast<char*>(&waited) + 8);
-}
+/// The tasks count down (instrumented, in oneTBB's headers); libtbb reads the zero, and may pass on an exception then.
+class AcquireCount {
+ public:
+  explicit AcquireCount(d1::wait_context& waited) : waited_(&waited) {}
+  AcquireCount(const AcquireCount&) = delete;
+  AcquireCount& operator=(const AcquireCount&) = delete;
+  ~AcquireCount() {
+    // The counter is private: it is the second of two 8-byte members.
+    static_assert(sizeof(d1::wait_context) == 16);
+    __tsan_acquire(reinterpret_cast<char*>(waited_) + 8);
+  }
+
+ private:
+  d1::wait_context* waited_;
+};
 
 class Delegate final : public d1::delegate_base {
  public:
@@ -89,15 +105,15 @@ void execute_and_wait(d1::task& task, d1::task_group_context& context, d1::wait_
   static const auto original =
       next<void(d1::task&, d1::task_group_context&, d1::wait_context&, d1::task_group_context&)>(
           "_ZN3tbb6detail2r116execute_and_waitERNS0_2d14taskERNS2_18task_group_contextERNS2_12wait_contextES6_");
+  const AcquireCount acquire(waited);
   original(announce(task), context, waited, waited_context);
-  acquire_count(waited);
 }
 
 void wait(d1::wait_context& waited, d1::task_group_context& context) {
   static const auto original = next<void(d1::wait_context&, d1::task_group_context&)>(
       "_ZN3tbb6detail2r14waitERNS0_2d112wait_contextERNS2_18task_group_contextE");
+  const AcquireCount acquire(waited);
   original(waited, context);
-  acquire_count(waited);
 }
 
 void execute(d1::task_arena_base& arena, d1::delegate_base& delegate) {
