@@ -42,7 +42,7 @@ class SahBuilder {
   std::size_t split(std::size_t begin, std::size_t end, const RangeBounds& bounds, unsigned depth) {
     const std::size_t count = end - begin, half = begin + count / 2;
     if (count == 2) return half;
-    if (depth + std::bit_width(count) >= kMaxDepth) return half;
+    if (depth + static_cast<unsigned>(std::bit_width(count)) >= kMaxDepth) return half;
     if (count <= kSweepSize) {
       const std::size_t left = sweep_split(range(begin, end));
       return left == 0 ? half : begin + left;
