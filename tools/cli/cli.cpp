@@ -20,6 +20,12 @@ namespace hiprt::tools {
 
 namespace {
 
+/// What --version prints.
+std::string version_text(const ToolInfo& info) {
+  const std::string embree = build::embree_version();
+  return tool_version(info) + "\nGPU code: " + gpu_code_summary() + "\nEmbree: " + (embree.empty() ? "none" : embree);
+}
+
 /// Messages hold names and contents of files: what a terminal would take for a command is shown as \x1b.
 std::string printable(std::string_view text) {
   std::string result;
@@ -60,11 +66,7 @@ class HelpFormatter : public CLI::Formatter {
 
 }  // namespace
 
-std::string tool_version(const ToolInfo& info) {
-  const std::string embree = build::embree_version();
-  return std::string(info.name) + " " + build::version() + "\nGPU code: " + gpu_code_summary() +
-         "\nEmbree: " + (embree.empty() ? "none" : embree);
-}
+std::string tool_version(const ToolInfo& info) { return std::string(info.name) + " " + build::version(); }
 
 void add_threads_option(CLI::App& app, unsigned& threads) {
   app.add_option("--threads", threads, "Threads to use; 0: as many as the machine has")
@@ -107,7 +109,7 @@ void Cli::add_general_options() {
       ->type_name("SHELL")
       ->trigger_on_parse()
       ->group("General");
-  app_->set_version_flag("--version", tool_version(info_), "Print the version and exit")->group("General");
+  app_->set_version_flag("--version", version_text(info_), "Print the version and exit")->group("General");
 }
 
 int Cli::parse(int argc, const char* const* argv, bool& stop) {
@@ -124,7 +126,7 @@ int Cli::parse(int argc, const char* const* argv, bool& stop) {
   } catch (const CLI::CallForHelp&) {
     std::cout << app_->help();
   } catch (const CLI::CallForVersion&) {
-    std::cout << tool_version(info_) << "\n";
+    std::cout << version_text(info_) << "\n";
   } catch (const CLI::Success&) {
     // --man or --completion: printed.
   } catch (const CLI::ParseError& error) {

@@ -76,7 +76,7 @@ class Cli {
   mutable bool printed_ = false;
 };
 
-/// @return e.g. "bvhbuild 0.2.0", for provenance records and --version.
+/// @return e.g. "bvhbuild 0.2.0", for provenance records.
 std::string tool_version(const ToolInfo& info);
 
 /// Adds --threads N, 0 to 4096 (0, the default: as many as the machine has).
