@@ -127,8 +127,8 @@ class AccessorReader {
     const int index_type = sparse.indices.componentType;
     const int index_size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(index_type));
     // Offsets are int in tinygltf 2.8 and size_t in 2.9.
-    if (sparse.count < 0 || std::cmp_less(sparse.indices.byteOffset, 0) ||
-        std::cmp_less(sparse.values.byteOffset, 0) || index_size <= 0)
+    if (sparse.count < 0 || std::cmp_less(sparse.indices.byteOffset, 0) || std::cmp_less(sparse.values.byteOffset, 0) ||
+        index_size <= 0)
       return fail("its sparse part has a negative count or offset, or an unknown type");
     const auto count = static_cast<std::uint64_t>(sparse.count);
     const auto where = locate(sparse.indices.bufferView, static_cast<std::uint64_t>(sparse.indices.byteOffset), count,
