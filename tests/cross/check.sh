@@ -28,7 +28,7 @@ check_aarch64() {
   install cmake ninja-build crossbuild-essential-arm64 qemu-user libglm-dev libcli11-dev nlohmann-json3-dev \
     libexpected-dev fonts-dejavu-core python3 git \
     libtbb-dev:arm64 libopenexr-dev:arm64 libxxhash-dev:arm64 libzstd-dev:arm64 \
-    libtinygltf-dev:arm64 libpng-dev:arm64 libfreetype-dev:arm64 libgmp-dev:arm64 catch2:arm64 libembree-dev:arm64
+    libtinygltf-dev:arm64 libpng-dev:arm64 libfreetype-dev:arm64 libgmp-dev:arm64 catch2 libembree-dev:arm64
   quietly cmake -S "$root/tests/cross" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCROSS_TESTS=ON \
     "-DCMAKE_TOOLCHAIN_FILE=$root/cmake/toolchains/aarch64.cmake" "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG" \
     -DHIPRT_GPU=OFF -DHIPRT_FORCE_INLINING=OFF -DHIPRT_OPTIMIZE_COLD_CODE=OFF \
