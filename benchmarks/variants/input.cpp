@@ -120,7 +120,7 @@ build::Result<Tree> load_tree(const fs::path& path) {
   auto buffer = build::map_file(path);
   if (!buffer) return tl::unexpected(buffer.error());
   const ParallelLoop side_by_side = [](std::size_t count, const std::function<void(std::size_t)>& body) {
-    build::threads::run(0, [&] { build::threads::for_each(count, body); });
+    build::Threads::run(0, [&] { build::Threads::for_each(count, body); });
   };
   if (const auto valid = validate(buffer->bytes(), side_by_side); !valid)
     return fail(path, "not a valid BVH file: " + to_string(valid.error()));

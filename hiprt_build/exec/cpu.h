@@ -28,7 +28,7 @@ class CpuEngine {
   template <class Step> void for_each(std::size_t n, const Step& step) {
     std::size_t chunk = kChunk;
     if constexpr (requires { Step::kChunk; }) chunk = Step::kChunk;
-    threads::for_each((n + chunk - 1) / chunk, [&](std::size_t c) {
+    Threads::for_each((n + chunk - 1) / chunk, [&](std::size_t c) {
       const std::size_t begin = c * chunk, end = std::min(n, begin + chunk);
       for (std::size_t i = begin; i < end; ++i) step(i);
       monitor_.add(end - begin);
@@ -49,7 +49,7 @@ class CpuEngine {
 
   /// body(chunk, begin, end) for the chunks of [0, n): chunk c is [c * kChunk, ...).
   template <class Body> void for_chunks(std::size_t n, const Body& body) {
-    threads::for_each(chunk_count(n), [&](std::size_t c) {
+    Threads::for_each(chunk_count(n), [&](std::size_t c) {
       const std::size_t begin = c * kChunk, end = std::min(n, begin + kChunk);
       body(c, begin, end);
       monitor_.add(end - begin);
@@ -59,7 +59,7 @@ class CpuEngine {
 
   /// body(chunk, begin, end) as for_chunks(), of work that is no progress: it only asks whether to go on.
   template <class Body> void for_quiet_chunks(std::size_t n, const Body& body, std::size_t chunk_size = kChunk) {
-    threads::for_each((n + chunk_size - 1) / chunk_size, [&](std::size_t c) {
+    Threads::for_each((n + chunk_size - 1) / chunk_size, [&](std::size_t c) {
       monitor_.check();
       body(c, c * chunk_size, std::min(n, (c + 1) * chunk_size));
     });
@@ -80,7 +80,7 @@ class CpuEngine {
 
   /// Runs both, at the same time if there is a thread free.
   template <class First, class Second> void invoke(const First& first, const Second& second) {
-    threads::invoke(first, second);
+    Threads::invoke(first, second);
   }
 
   /// Replaces each value by the sum of those before it. @return the sum of all.

@@ -19,7 +19,7 @@ auto run_cpu(const std::string& name, std::size_t geometries, unsigned threads, 
   Monitor monitor(progress);
   MemoryLedger ledger;
   CpuEngine engine(monitor, ledger);
-  return threads::run(threads, [&] { return operation(engine); });
+  return Threads::run(threads, [&] { return operation(engine); });
 } catch (const Cancelled&) {
   return tl::unexpected(Error{ErrorCode::kCancelled, "the " + name + " was cancelled"});
 } catch (const std::bad_alloc&) {

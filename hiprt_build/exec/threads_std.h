@@ -13,9 +13,9 @@
 #include <thread>
 #include <vector>
 
-namespace hiprt::build::threads_std {
+namespace hiprt::build {
 
-namespace detail {
+namespace std_threads_detail {
 
 /// The threads that nested loops share.
 class Crew {
@@ -97,75 +97,79 @@ class Helpers {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace detail
-
+/// What StdThreads::Limit asks for; 0: as many threads as the machine has.
 inline std::atomic<unsigned> limit{0};
 
-inline unsigned count() {
-  const unsigned asked = limit.load();
-  return asked != 0 ? asked : std::max(1u, std::thread::hardware_concurrency());
-}
+}  // namespace std_threads_detail
 
-template <class Body> auto run(unsigned threads, const Body& body) {
-  detail::Crew crew(threads == 0 ? count() : std::min(threads, count()));
-  struct Restore {
-    detail::Crew* before = detail::crew;
-    ~Restore() { detail::crew = before; }
-  } restore;
-  detail::crew = &crew;
-  return body();
-}
+struct StdThreads {
+  static unsigned count() {
+    const unsigned asked = std_threads_detail::limit.load();
+    return asked != 0 ? asked : std::max(1u, std::thread::hardware_concurrency());
+  }
 
-template <class Body> void for_each(std::size_t n, const Body& body) {
-  std::atomic<std::size_t> next{0};
-  detail::Failure failure;
-  const auto work = [&] {
-    failure.guard([&] {
-      for (std::size_t i; !failure.failed() && (i = next.fetch_add(1, std::memory_order_relaxed)) < n;) body(i);
-    });
-  };
-  {
-    detail::Helpers helpers;
-    for (std::size_t more = 1; more < n && helpers.start(work); ++more) {
+  template <class Body> static auto run(unsigned threads, const Body& body) {
+    std_threads_detail::Crew crew(threads == 0 ? count() : std::min(threads, count()));
+    struct Restore {
+      std_threads_detail::Crew* before = std_threads_detail::crew;
+      ~Restore() { std_threads_detail::crew = before; }
+    } restore;
+    std_threads_detail::crew = &crew;
+    return body();
+  }
+
+  template <class Body> static void for_each(std::size_t n, const Body& body) {
+    std::atomic<std::size_t> next{0};
+    std_threads_detail::Failure failure;
+    const auto work = [&] {
+      failure.guard([&] {
+        for (std::size_t i; !failure.failed() && (i = next.fetch_add(1, std::memory_order_relaxed)) < n;) body(i);
+      });
+    };
+    {
+      std_threads_detail::Helpers helpers;
+      for (std::size_t more = 1; more < n && helpers.start(work); ++more) {
+      }
+      work();
     }
-    work();
+    failure.pass_on();
   }
-  failure.pass_on();
-}
 
-template <class First, class Second> void invoke(const First& first, const Second& second) {
-  detail::Failure failure;
-  {
-    detail::Helpers helpers;
-    const bool started = helpers.start([&] { failure.guard(second); });
-    failure.guard(first);
-    if (!started && !failure.failed()) failure.guard(second);
+  template <class First, class Second> static void invoke(const First& first, const Second& second) {
+    std_threads_detail::Failure failure;
+    {
+      std_threads_detail::Helpers helpers;
+      const bool started = helpers.start([&] { failure.guard(second); });
+      failure.guard(first);
+      if (!started && !failure.failed()) failure.guard(second);
+    }
+    failure.pass_on();
   }
-  failure.pass_on();
-}
 
-template <class T, class Sum, class Combine>
-T reduce(std::size_t n, std::size_t chunk, const T& none, const Sum& sum, const Combine& combine) {
-  const std::size_t parts = (n + chunk - 1) / chunk;
-  std::vector<std::optional<T>> results(parts);
-  for_each(parts,
-           [&](std::size_t part) { results[part].emplace(sum(part * chunk, std::min(n, (part + 1) * chunk), none)); });
-  T total = none;
-  for (const std::optional<T>& result : results) total = combine(total, *result);
-  return total;
-}
+  template <class T, class Sum, class Combine>
+  static T reduce(std::size_t n, std::size_t chunk, const T& none, const Sum& sum, const Combine& combine) {
+    const std::size_t parts = (n + chunk - 1) / chunk;
+    std::vector<std::optional<T>> results(parts);
+    for_each(parts, [&](std::size_t part) {
+      results[part].emplace(sum(part * chunk, std::min(n, (part + 1) * chunk), none));
+    });
+    T total = none;
+    for (const std::optional<T>& result : results) total = combine(total, *result);
+    return total;
+  }
 
-/// While it lives, loops may use this many threads.
-class Limit {
- public:
-  /// @param threads 0: as many as the machine has.
-  explicit Limit(unsigned threads) : before_(limit.exchange(threads)) {}
-  Limit(const Limit&) = delete;
-  Limit& operator=(const Limit&) = delete;
-  ~Limit() { limit.store(before_); }
+  /// While it lives, loops may use this many threads.
+  class Limit {
+   public:
+    /// @param threads 0: as many as the machine has.
+    explicit Limit(unsigned threads) : before_(std_threads_detail::limit.exchange(threads)) {}
+    Limit(const Limit&) = delete;
+    Limit& operator=(const Limit&) = delete;
+    ~Limit() { std_threads_detail::limit.store(before_); }
 
- private:
-  unsigned before_;
+   private:
+    unsigned before_;
+  };
 };
 
-}  // namespace hiprt::build::threads_std
+}  // namespace hiprt::build

@@ -1,4 +1,5 @@
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/file_target.h>
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -18,6 +19,8 @@ namespace hiprt::build {
 
 namespace {
 
+using namespace file_detail;
+
 /// Closes a file descriptor when it goes out of scope.
 class File {
  public:
@@ -34,13 +37,14 @@ class File {
   int descriptor_;
 };
 
-tl::unexpected<Error> io_error(std::string_view action, const std::filesystem::path& path, std::string_view reason) {
-  return tl::unexpected(
-      Error{ErrorCode::kIo, "cannot " + std::string(action) + " '" + path.string() + "': " + std::string(reason)});
-}
-
 tl::unexpected<Error> system_error(std::string_view action, const std::filesystem::path& path) {
   return io_error(action, path, std::generic_category().message(errno));
+}
+
+/// Whether an existing file may be replaced.
+Result<void> permitted(const std::filesystem::path& path) {
+  if (::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0) return system_error("write", path);
+  return {};
 }
 
 bool write_all(int descriptor, std::span<const std::byte> bytes) {
@@ -53,27 +57,6 @@ bool write_all(int descriptor, std::span<const std::byte> bytes) {
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
   return true;
-}
-
-/// The file that a write to @p path replaces. Links are followed, so that they stay links. Only regular files are
-/// replaced: for root, a rename over /dev/null would succeed.
-Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
-  if (!path.has_filename()) return io_error("write", path, "it names no file");
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (std::filesystem::is_directory(status)) return io_error("write", path, "it is a directory");
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    return io_error("write", path, "it is not a regular file");
-  if (std::filesystem::exists(status) && ::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0)
-    return system_error("write", path);
-  if (!std::filesystem::is_symlink(path, error)) return path;
-  const auto target = std::filesystem::canonical(path, error);
-  if (error) return io_error("follow the link", path, error.message());
-  return target;
-}
-
-std::filesystem::path folder_of(const std::filesystem::path& path) {
-  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
 /// Creates a file in @p folder with the permissions that the umask gives.
@@ -128,19 +111,17 @@ Result<Buffer> map_file(const std::filesystem::path& path) {
 }
 
 Result<void> check_writable(const std::filesystem::path& path) {
-  const auto target = resolve_target(path);
+  const auto target = resolve_target(path, permitted);
   if (!target) return tl::unexpected(target.error());
-  const std::filesystem::path folder = folder_of(*target);
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(folder, ignored))
-    return io_error("write", path, "there is no folder '" + folder.string() + "'");
-  if (::faccessat(AT_FDCWD, folder.c_str(), W_OK | X_OK, AT_EACCESS) != 0)
+  const auto folder = existing_folder_of(path, *target);
+  if (!folder) return tl::unexpected(folder.error());
+  if (::faccessat(AT_FDCWD, folder->c_str(), W_OK | X_OK, AT_EACCESS) != 0)
     return system_error("create a temporary file beside", path);
   return {};
 }
 
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  const auto target = resolve_target(path);
+  const auto target = resolve_target(path, permitted);
   if (!target) return tl::unexpected(target.error());
   const std::filesystem::path folder = folder_of(*target);
   std::filesystem::path temporary;

@@ -1,4 +1,5 @@
 #include <hiprt_build/file.h>
+#include <hiprt_build/format/file_target.h>
 
 #if !defined(NOMINMAX)
 #define NOMINMAX  // GCC's headers define it.
@@ -18,6 +19,8 @@ namespace hiprt::build {
 
 namespace {
 
+using namespace file_detail;
+
 /// Closes a handle when it goes out of scope.
 class Handle {
  public:
@@ -34,19 +37,16 @@ class Handle {
   HANDLE handle_;
 };
 
-/// The path in UTF-8, whatever the code page of the process is.
-std::string text_of(const std::filesystem::path& path) {
-  const std::u8string text = path.u8string();
-  return {text.begin(), text.end()};
-}
-
-tl::unexpected<Error> io_error(std::string_view action, const std::filesystem::path& path, std::string_view reason) {
-  return tl::unexpected(
-      Error{ErrorCode::kIo, "cannot " + std::string(action) + " '" + text_of(path) + "': " + std::string(reason)});
-}
-
 tl::unexpected<Error> system_error(std::string_view action, const std::filesystem::path& path) {
   return io_error(action, path, std::system_category().message(static_cast<int>(::GetLastError())));
+}
+
+/// Whether an existing file may be replaced.
+Result<void> permitted(const std::filesystem::path& path) {
+  const DWORD attributes = ::GetFileAttributesW(path.c_str());
+  if (attributes != INVALID_FILE_ATTRIBUTES && (attributes & FILE_ATTRIBUTE_READONLY) != 0)
+    return io_error("write", path, "it is read-only");
+  return {};
 }
 
 bool write_all(HANDLE file, std::span<const std::byte> bytes) {
@@ -57,27 +57,6 @@ bool write_all(HANDLE file, std::span<const std::byte> bytes) {
     bytes = bytes.subspan(written);
   }
   return true;
-}
-
-/// The file that a write to @p path replaces. Links are followed, so that they stay links.
-Result<std::filesystem::path> resolve_target(const std::filesystem::path& path) {
-  if (!path.has_filename()) return io_error("write", path, "it names no file");
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (std::filesystem::is_directory(status)) return io_error("write", path, "it is a directory");
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    return io_error("write", path, "it is not a regular file");
-  const DWORD attributes = ::GetFileAttributesW(path.c_str());
-  if (attributes != INVALID_FILE_ATTRIBUTES && (attributes & FILE_ATTRIBUTE_READONLY) != 0)
-    return io_error("write", path, "it is read-only");
-  if (!std::filesystem::is_symlink(path, error)) return path;
-  const auto target = std::filesystem::canonical(path, error);
-  if (error) return io_error("follow the link", path, error.message());
-  return target;
-}
-
-std::filesystem::path folder_of(const std::filesystem::path& path) {
-  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
 
 /// Creates a file in @p folder. @return its handle, or INVALID_HANDLE_VALUE with the system's error.
@@ -127,15 +106,13 @@ Result<Buffer> map_file(const std::filesystem::path& path) {
 }
 
 Result<void> check_writable(const std::filesystem::path& path) {
-  const auto target = resolve_target(path);
+  const auto target = resolve_target(path, permitted);
   if (!target) return tl::unexpected(target.error());
-  const std::filesystem::path folder = folder_of(*target);
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(folder, ignored))
-    return io_error("write", path, "there is no folder '" + text_of(folder) + "'");
+  const auto folder = existing_folder_of(path, *target);
+  if (!folder) return tl::unexpected(folder.error());
   // Windows knows whether a file can be created only when one is.
   std::filesystem::path temporary;
-  Handle file(create_temporary(folder, temporary));
+  Handle file(create_temporary(*folder, temporary));
   if (!file) return system_error("create a temporary file beside", path);
   static_cast<void>(file.close());
   ::DeleteFileW(temporary.c_str());
@@ -143,7 +120,7 @@ Result<void> check_writable(const std::filesystem::path& path) {
 }
 
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
-  const auto target = resolve_target(path);
+  const auto target = resolve_target(path, permitted);
   if (!target) return tl::unexpected(target.error());
   std::filesystem::path temporary;
   Handle file(create_temporary(folder_of(*target), temporary));

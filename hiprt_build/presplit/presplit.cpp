@@ -108,7 +108,7 @@ class Presplitter {
     ScaleSearch search;
     while (!search.done()) {
       const float scale = search.next();
-      const std::size_t total = threads::reduce(
+      const std::size_t total = Threads::reduce(
           references_.size(), CpuEngine::kChunk, std::size_t{0},
           [&](std::size_t begin, std::size_t end, std::size_t sum) {
             engine_.monitor().check();

@@ -15,7 +15,7 @@ template <class T, class Sum, class Combine>
 T reduce_references(CpuEngine& engine, std::span<const Reference> references, const T& none, const Sum& sum,
                     const Combine& combine) {
   if (references.size() < kParallelSize) return sum(references, none);
-  return threads::reduce(
+  return Threads::reduce(
       references.size(), CpuEngine::kChunk, none,
       [&](std::size_t begin, std::size_t end, const T& so_far) {
         engine.monitor().check();

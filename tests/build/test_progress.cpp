@@ -62,7 +62,7 @@ template <class Body> Longest longest_work(const Body& body) {
   build::Monitor monitor(callback, build::Monitor::Interval{0});
   build::MemoryLedger ledger;
   build::CpuEngine engine(monitor, ledger);
-  build::threads::run(1, [&] { body(engine); });
+  build::Threads::run(1, [&] { body(engine); });
   note("end");
   return longest;
 }
@@ -143,7 +143,7 @@ TEST_CASE("progress rises to the end, with a call about every 20 ms") {
 
 TEST_CASE("a build stops at the call that cancels it, and leaks nothing") {
   // Leaks, and whatever is used after its end, are for the address sanitizer to find.
-  const build::threads::Limit workers(4);
+  const build::Threads::Limit workers(4);
   Mesh mesh = soup(1500, 0.3, 3);
   append(mesh, icosphere(3));
   const std::vector views{mesh.view()};
@@ -168,7 +168,7 @@ TEST_CASE("a build stops at the call that cancels it, and leaks nothing") {
           build::MemoryLedger ledger;
           build::CpuEngine engine(monitor, ledger);
           try {
-            const auto bvh = build::threads::run(threads, [&] { return build::build_on(engine, scene, options); });
+            const auto bvh = build::Threads::run(threads, [&] { return build::build_on(engine, scene, options); });
             CHECK(bvh.has_value());
             CHECK(calls < stop);
           } catch (const build::Cancelled&) {

@@ -14,43 +14,19 @@
 namespace hiprt::build {
 namespace {
 
-/// The functions of threads.h, as members of a type.
-struct Std {
-  using Limit = threads_std::Limit;
-  static unsigned count() { return threads_std::count(); }
-  static auto run(unsigned threads, const auto& body) { return threads_std::run(threads, body); }
-  static void for_each(std::size_t n, const auto& body) { threads_std::for_each(n, body); }
-  static void invoke(const auto& first, const auto& second) { threads_std::invoke(first, second); }
-  static auto reduce(std::size_t n, std::size_t chunk, const auto& none, const auto& sum, const auto& combine) {
-    return threads_std::reduce(n, chunk, none, sum, combine);
-  }
-};
-
-/// The ones that this build uses: oneTBB's by default.
-struct Chosen {
-  using Limit = threads::Limit;
-  static unsigned count() { return threads::count(); }
-  static auto run(unsigned threads, const auto& body) { return threads::run(threads, body); }
-  static void for_each(std::size_t n, const auto& body) { threads::for_each(n, body); }
-  static void invoke(const auto& first, const auto& second) { threads::invoke(first, second); }
-  static auto reduce(std::size_t n, std::size_t chunk, const auto& none, const auto& sum, const auto& combine) {
-    return threads::reduce(n, chunk, none, sum, combine);
-  }
-};
-
 /// A sum by halves, as the builders divide ranges.
-template <class Threads> long sum_by_halves(const std::vector<int>& values, std::size_t begin, std::size_t end) {
+template <class Library> long sum_by_halves(const std::vector<int>& values, std::size_t begin, std::size_t end) {
   if (end - begin <= 16) return std::accumulate(values.begin() + long(begin), values.begin() + long(end), 0L);
   const std::size_t middle = begin + (end - begin) / 2;
   long left = 0, right = 0;
-  Threads::invoke([&] { left = sum_by_halves<Threads>(values, begin, middle); },
-                  [&] { right = sum_by_halves<Threads>(values, middle, end); });
+  Library::invoke([&] { left = sum_by_halves<Library>(values, begin, middle); },
+                  [&] { right = sum_by_halves<Library>(values, middle, end); });
   return left + right;
 }
 
 }  // namespace
 
-TEMPLATE_TEST_CASE("a loop runs every body once, in a crew and alone", "", Std, Chosen) {
+TEMPLATE_TEST_CASE("a loop runs every body once, in a crew and alone", "", StdThreads, Threads) {
   const typename TestType::Limit limit(4);
   for (const std::size_t n : {0u, 1u, 2u, 3u, 1000u})
     for (const unsigned threads : {0u, 1u, 2u, 4u, 100u}) {
@@ -62,7 +38,7 @@ TEMPLATE_TEST_CASE("a loop runs every body once, in a crew and alone", "", Std, 
     }
 }
 
-TEMPLATE_TEST_CASE("nested loops and halves give the result of one thread", "", Std, Chosen) {
+TEMPLATE_TEST_CASE("nested loops and halves give the result of one thread", "", StdThreads, Threads) {
   const typename TestType::Limit limit(4);
   std::vector<int> values(5000);
   std::iota(values.begin(), values.end(), 1);
@@ -87,7 +63,8 @@ TEMPLATE_TEST_CASE("nested loops and halves give the result of one thread", "", 
   }
 }
 
-TEMPLATE_TEST_CASE("one of the exceptions of the bodies is passed on, and all threads have ended", "", Std, Chosen) {
+TEMPLATE_TEST_CASE("one of the exceptions of the bodies is passed on, and all threads have ended", "", StdThreads,
+                   Threads) {
   const typename TestType::Limit limit(4);
   for (int round = 0; round < 50; ++round) {
     std::atomic<int> running{0};
@@ -109,7 +86,7 @@ TEMPLATE_TEST_CASE("one of the exceptions of the bodies is passed on, and all th
   }
 }
 
-TEMPLATE_TEST_CASE("no more threads work than were asked for", "", Std, Chosen) {
+TEMPLATE_TEST_CASE("no more threads work than were asked for", "", StdThreads, Threads) {
   const typename TestType::Limit limit(8);
   CHECK(TestType::count() == 8);
   for (const unsigned threads : {1u, 2u, 4u}) {

@@ -38,7 +38,7 @@ std::vector<std::vector<Mesh>> inputs() {
 
 TEST_CASE("our builders' files do not depend on the number of threads", "[determinism]") {
   // More threads than the machine may have, so that they are interrupted at any point.
-  const build::threads::Limit workers(8);
+  const build::Threads::Limit workers(8);
   std::size_t number = 0;
   for (const std::vector<Mesh>& meshes : inputs()) {
     CAPTURE(number++);

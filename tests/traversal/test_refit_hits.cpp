@@ -100,7 +100,7 @@ TEST_CASE("hits of refitted files are those of brute force and of fresh builds, 
 
 TEST_CASE("refitted files do not depend on the number of threads", "[refit]") {
   // More threads than the machine may have, so that they are interrupted at any point.
-  const build::threads::Limit workers(8);
+  const build::Threads::Limit workers(8);
   const std::vector<Mesh> meshes{icosphere(trials(100) > 4 ? 6 : 5), soup(trials(60000), 0.05, 2), identical(3000)};
   const std::vector<Mesh> moved = each(meshes, [](const Mesh& m) { return placed(twisted(m, 0.3), 1e5); });
   const auto moved_views = oracle::views(moved);

@@ -8,14 +8,14 @@
 
 namespace hiprt::tools {
 
-namespace threads = build::threads;
+using build::Threads;
 
 struct ThreadLimit::Workers {
-  threads::Limit limit;
+  Threads::Limit limit;
 };
 
 ThreadLimit::ThreadLimit(unsigned threads)
-    : workers_(new Workers{threads::Limit(threads)}), threads_(threads == 0 ? threads::count() : threads) {}
+    : workers_(new Workers{Threads::Limit(threads)}), threads_(threads == 0 ? Threads::count() : threads) {}
 
 ThreadLimit::~ThreadLimit() = default;
 
@@ -25,8 +25,8 @@ bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& l
   const std::size_t batches = (count + batch - 1) / batch;
   std::size_t done = 0;
   std::mutex reporting;
-  threads::run(limit.threads(), [&] {
-    threads::for_each(batches, [&](std::size_t i) {
+  Threads::run(limit.threads(), [&] {
+    Threads::for_each(batches, [&](std::size_t i) {
       if (interrupted()) return;
       body(i * batch, std::min(count, (i + 1) * batch));
       if (!progress) return;
@@ -40,7 +40,7 @@ bool parallel_batches(std::size_t count, std::size_t batch, const ThreadLimit& l
 void parallel_each(std::size_t count, unsigned threads, const std::function<void(std::size_t)>& body) {
   if (count == 1) return body(0);
   const ThreadLimit limit(threads);
-  threads::run(limit.threads(), [&] { threads::for_each(count, body); });
+  Threads::run(limit.threads(), [&] { Threads::for_each(count, body); });
 }
 
 }  // namespace hiprt::tools
