@@ -28,19 +28,24 @@ endforeach()
 
 # Manual pages and completions: the tools print them. A cross build needs an emulator for that.
 if(HIPRT_BUILD_TOOLS AND (NOT CMAKE_CROSSCOMPILING OR CMAKE_CROSSCOMPILING_EMULATOR))
+  # Debian wants manual pages compressed. gzip -n writes no time.
+  find_program(HIPRT_GZIP gzip REQUIRED)
+  mark_as_advanced(HIPRT_GZIP)
   set(manuals "")
   foreach(tool IN ITEMS bvhbuild bvhinfo bvhrender bvhtrace)
-    set(page ${hiprt_package_files}/man/${tool}.1)
+    set(page ${hiprt_package_files}/man/${tool}.1.gz)
     set(bash ${hiprt_package_files}/bash/${tool})
     set(zsh ${hiprt_package_files}/zsh/_${tool})
     set(fish ${hiprt_package_files}/fish/${tool}.fish)
     add_custom_command(OUTPUT ${page} ${bash} ${zsh} ${fish}
-      COMMAND ${tool} --man > ${page}
+      COMMAND ${tool} --man > ${hiprt_package_files}/man/${tool}.1
+      COMMAND ${HIPRT_GZIP} -9nf ${hiprt_package_files}/man/${tool}.1
       COMMAND ${tool} --completion bash > ${bash}
       COMMAND ${tool} --completion zsh > ${zsh}
       COMMAND ${tool} --completion fish > ${fish}
       DEPENDS ${tool} VERBATIM COMMENT "Writing the manual page and completions of ${tool}")
     list(APPEND manuals ${page})
+    install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT tools)
     install(FILES ${bash} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT tools)
     install(FILES ${zsh} DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT tools)
     install(FILES ${fish} DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT tools)
@@ -84,7 +89,10 @@ and GPUs. Programs that were linked with it need this package.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libhiprt-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_SHLIBDEPS OFF)
-set(hiprt_dev_depends "${hiprt_library_package} (= ${PROJECT_VERSION})" libglm-dev libexpected-dev libtbb-dev)
+set(hiprt_dev_depends "${hiprt_library_package} (= ${PROJECT_VERSION})" libglm-dev libexpected-dev)
+if(HIPRT_THREADS STREQUAL "tbb")
+  list(APPEND hiprt_dev_depends libtbb-dev)
+endif()
 if(HIPRT_EMBREE_VERSION)
   list(APPEND hiprt_dev_depends libembree-dev)
 endif()
@@ -101,7 +109,7 @@ bvhbuild builds a bounding volume hierarchy of meshes, shapes or scenes of
 instances; bvhinfo describes and checks it; bvhtrace traces rays; bvhrender
 renders pictures.")
 
-# What Debian wants in each package. gzip -n writes no time.
+# Debian wants a copyright file and a changelog in each package.
 file(READ ${PROJECT_SOURCE_DIR}/LICENSE license)
 string(REGEX REPLACE "^MIT License\n\nCopyright[^\n]*\n\n" "" license "${license}")
 string(STRIP "${license}" license)
@@ -110,16 +118,9 @@ string(REPLACE "\n" "\n " license " ${license}")
 configure_file(${hiprt_packages}/copyright.in ${hiprt_package_files}/copyright @ONLY)
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 configure_file(${hiprt_packages}/changelog.in ${hiprt_package_files}/changelog @ONLY)
-find_program(HIPRT_GZIP gzip)
-mark_as_advanced(HIPRT_GZIP)
 if(HIPRT_GZIP)
   execute_process(COMMAND ${HIPRT_GZIP} -9nc ${hiprt_package_files}/changelog
     OUTPUT_FILE ${hiprt_package_files}/changelog.gz)
-  foreach(page IN LISTS manuals)
-    cmake_path(GET page FILENAME name)
-    install(CODE "execute_process(COMMAND ${HIPRT_GZIP} -9nc \"${page}\" OUTPUT_FILE \"${page}.gz\")" COMPONENT tools)
-    install(FILES ${page}.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT tools)
-  endforeach()
   foreach(group IN ITEMS library dev tools)
     string(TOUPPER ${group} upper)
     install(FILES ${hiprt_package_files}/copyright ${hiprt_package_files}/changelog.gz COMPONENT debian_${group}

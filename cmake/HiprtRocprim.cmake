@@ -1,5 +1,5 @@
-# Which of HIPRT_AMD_ARCHS the installed rocPRIM knows. The GPU builders sort with it there, and with their own radix
-# sort on the other architectures.
+# Finds the architectures of HIPRT_AMD_ARCHS for which the installed rocPRIM compiles. The GPU builders sort with
+# rocPRIM on these, and with their own radix sort on the others.
 #
 # Sets HIPRT_ROCPRIM_ARCHS, and HIPRT_ROCPRIM_FLAGS for the compiler. Debian 12's rocPRIM (5.3) does not
 # compile for gfx1100.

@@ -12,7 +12,7 @@
 
 #include <cstdlib>
 
-/// What libtbb itself sets to zero or copies (the sanitizer watches memset and its like in every library).
+/// The sanitizer watches memset() and similar functions in every library. It shall ignore the calls of libtbb.
 extern "C" const char* __tsan_default_suppressions() { return "called_from_lib:libtbb.so\n"; }
 
 namespace tbb::detail::r1 {

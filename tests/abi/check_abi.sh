@@ -102,7 +102,7 @@ fi
 xz -dc "$stored" >"$work/old.abi"
 if [[ $compiler != "$stored_by" ]]; then
   echo "SKIPPED: types: the stored ABI is $stored_by's, and ${compiler:-another compiler} made this library"
-elif ! abidiff --no-added-syms "$work/old.abi" "$work/new.abi"; then
+elif ! abidiff --suppressions "$here/suppressions.ini" --no-added-syms "$work/old.abi" "$work/new.abi"; then
   echo "check_abi.sh: programs that were linked with $soname would not work with this library (see --help)" >&2
   failed=1
 fi

@@ -37,4 +37,5 @@ check same 0 ''
 check a_new_function 0 '/_ZN5hiprt5build14embree_versionEv/d'
 check a_function_that_vanished 1 's/_ZN5hiprt5build14embree_versionEv/_ZN5hiprt5build14embree_versionEi/'
 check a_type_of_another_size 1 "s/\\(<class-decl name='BuildOptions' size-in-bits='\\)[0-9]*'/\\18'/"
+check a_returned_type 1 "s/\\(<class-decl name='MergedLevels' size-in-bits='\\)[0-9]*'/\\18'/"
 echo "check_abi.sh found each change"

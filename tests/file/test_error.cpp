@@ -2,10 +2,15 @@
 
 #include <tests/catch.h>
 
+#include <cstddef>
 #include <set>
 #include <string>
 
+using hiprt::build::Error;
 using hiprt::build::ErrorCode;
+
+// Programs that are linked with an older library read this layout. The abi test does not see it.
+static_assert(offsetof(Error, message) == 8 && sizeof(Error) == 8 + sizeof(std::string));
 
 TEST_CASE("every error code has a name of its own") {
   std::set<std::string> names;

@@ -90,7 +90,7 @@ Cli::~Cli() = default;
 void Cli::add_general_options() {
   app_->add_flag("--json", json_, "Print the results as JSON")->disable_flag_override()->group(kOutputGroup);
   app_->set_help_flag("-h,--help", "Print this help with examples and exit")->group("General");
-  // They act while words are parsed, before missing options are reported, as --help does.
+  // CLI11 calls these functions while it parses, before it reports missing options. --help works in the same way.
   const auto print_and_stop = [](const std::string& text) {
     std::cout << text;
     throw CLI::Success();

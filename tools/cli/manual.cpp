@@ -12,7 +12,7 @@ namespace hiprt::tools {
 
 namespace {
 
-/// What a user types after an option.
+/// The value of an option, as --help describes it.
 struct Value {
   bool taken = false;
   bool file = false;
@@ -65,7 +65,7 @@ std::string escaped(std::string_view text, std::string_view special, std::string
 
 // --- Manual pages ---------------------------------------------------------------------------------------------------
 
-/// Text that man(7) prints as it is.
+/// @return the text, with escapes for the characters that man(7) would interpret.
 std::string roff(std::string_view text) {
   std::string result;
   for (const char character : text) {
@@ -81,7 +81,7 @@ std::string roff(std::string_view text) {
   return result;
 }
 
-/// Paragraphs are filled; those with indented lines are tables, which keep their lines.
+/// Splits text into paragraphs. A paragraph with indented lines is a table: its lines are kept.
 std::string paragraphs(const std::string& text) {
   std::string result, block;
   const auto flush = [&] {
