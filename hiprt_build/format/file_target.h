@@ -36,7 +36,7 @@ Result<std::filesystem::path> resolve_target(const std::filesystem::path& path, 
   if (std::filesystem::exists(status))
     if (Result<void> allowed = permitted(path); !allowed) return tl::unexpected(allowed.error());
   if (!std::filesystem::is_symlink(path, error)) return path;
-  const auto target = std::filesystem::canonical(path, error);
+  auto target = std::filesystem::canonical(path, error);
   if (error) return io_error("follow the link", path, error.message());
   return target;
 }
@@ -48,7 +48,7 @@ inline std::filesystem::path folder_of(const std::filesystem::path& path) {
 /// folder_of(@p path), which must exist.
 inline Result<std::filesystem::path> existing_folder_of(const std::filesystem::path& path,
                                                         const std::filesystem::path& target) {
-  const std::filesystem::path folder = folder_of(target);
+  std::filesystem::path folder = folder_of(target);
   std::error_code ignored;
   if (!std::filesystem::is_directory(folder, ignored))
     return io_error("write", path, "there is no folder '" + text_of(folder) + "'");

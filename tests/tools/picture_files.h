@@ -47,6 +47,7 @@ inline std::string png_file(PngContent content) {
   png_write_info(png, info);
   const std::size_t stride = content.rows.size() / content.height;
   std::vector<png_bytep> rows;
+  rows.reserve(content.height);
   for (std::uint32_t y = 0; y < content.height; ++y) rows.push_back(content.rows.data() + y * stride);
   png_write_image(png, rows.data());
   png_write_end(png, info);

@@ -20,6 +20,7 @@ std::vector<Result> for_each_parallel(std::size_t count, const Function& functio
   std::vector<Result> results(threads);
   std::atomic<std::size_t> next{0};
   std::vector<std::jthread> pool;
+  pool.reserve(threads);
   for (std::size_t k = 0; k < threads; ++k)
     pool.emplace_back([&, k] {
       Result own{};
