@@ -157,6 +157,22 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     else
       return state_.path_memory->instance[level];
   }
+  /// InstanceRecord::id of an instance of the path. Called where depth() is more than @p level.
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t instance_id([[maybe_unused]] const SceneView& scene,
+                                                        [[maybe_unused]] unsigned level) const {
+    if constexpr (kLevels == 0) {
+      return kInvalidId;
+    } else if constexpr (kLevels == 1) {
+      return scene.instances[state_.instance].id;
+    } else {
+      const InstanceRecord* instances = scene.instances;
+      if (level != 0) {
+        const ObjectRecord& outside = *state_.path_memory->entered[level - 1].object;
+        instances = reinterpret_cast<const InstanceRecord*>(scene.base + outside.offset + outside.instances);
+      }
+      return instances[state_.path_memory->instance[level]].id;
+    }
+  }
   /// nullptr: the scene. With one level always nullptr: the traversal does not need it.
   HIPRT_HD HIPRT_FORCE_INLINE const ObjectRecord* object() const {
     if constexpr (kLevels <= 1)

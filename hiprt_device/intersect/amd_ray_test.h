@@ -182,9 +182,24 @@ struct HardwareTriangle {
       const float denominator = met.as_float(1), t = met.as_float(0) / denominator;
       const float scale = 1.0f / denominator;
       if (!(absolute(t) <= kMax)) continue;
-      if (!accept(Candidate{t, met.as_float(2) * scale, met.as_float(3) * scale}, triangle)) return false;
+      if (!accept(Candidate{t, met.as_float(2) * scale, met.as_float(3) * scale, faces(leaf, triangle, ray.direction)},
+                  triangle))
+        return false;
     }
     return true;
+  }
+
+ private:
+  /// Whether a line in this direction meets the triangle's front, as far as float tells.
+  HIPRT_HD static HIPRT_FORCE_INLINE bool faces(const FloatLeaf& leaf, unsigned triangle, const Vec3& direction) {
+    const auto corner = [&](unsigned k) {
+      const float(&v)[3] = leaf.vertex[corner_vertex(triangle, k)];
+      return Vec3(v[0], v[1], v[2]);
+    };
+    const Vec3 edge1 = corner(1) - corner(0), edge2 = corner(2) - corner(0);
+    const float x = edge1.y * edge2.z - edge1.z * edge2.y, y = edge1.z * edge2.x - edge1.x * edge2.z,
+                z = edge1.x * edge2.y - edge1.y * edge2.x;
+    return x * direction.x + y * direction.y + z * direction.z < 0.0f;
   }
 };
 

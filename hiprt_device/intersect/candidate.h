@@ -6,9 +6,19 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// A crossing of a line with a triangle; u and v are the weights of the mesh's corners 1 and 2.
-template <class Real> struct BasicCandidate { Real t, u, v; };
+/// A crossing of a line with a triangle.
+template <class Real> struct BasicCandidate {
+  Real t, u, v;  ///< u and v are the weights of the mesh's corners 1 and 2.
+  /// The line comes from the side where the corners are counter-clockwise. It is as exact as the test's decision.
+  bool front = true;
+};
 using Candidate = BasicCandidate<float>;
+
+/// @param area of the triangle as the z axis sees it, positive if its corners are counter-clockwise.
+/// @param dz the line's direction along that axis.
+template <class Real> HIPRT_HD HIPRT_FORCE_INLINE bool is_front(Real area, Real dz) {
+  return (area > Real(0)) != (dz > Real(0));
+}
 
 /// Chooses between values. Some compilers would choose between addresses, which puts variables into memory.
 template <class T> HIPRT_HD HIPRT_FORCE_INLINE T choose(bool condition, T a, T b) { return condition ? +a : +b; }

@@ -95,8 +95,8 @@ HIPRT_HD HIPRT_FORCE_INLINE InDouble find_in_double(const LineAndTriangle& of, f
   const double error = fused_multiply_add(4.0 * off, spread, 0x1p-50 * (magnitude(z[0]) + spread));
   const bool behind = d[2] > 0.0 ? depth < -error : depth > error;
   if (!(off < 0x1p-26) || (!behind && !(error < 0x1p-26 * magnitude(depth)))) return InDouble::kUndecided;
-  result = {static_cast<float>(depth * (inverse * sum)), static_cast<float>(w1 * scale),
-            static_cast<float>(w2 * scale)};
+  result = {static_cast<float>(depth * (inverse * sum)), static_cast<float>(w1 * scale), static_cast<float>(w2 * scale),
+            is_front(sum, d[2])};
   return InDouble::kPasses;
 }
 
@@ -124,17 +124,18 @@ class ExactDecision {
     // Edge functions opposite to corners 0, 1 and 2; the product along the normal; the plane's distance along the
     // normal.
     double value[5] = {};
-    bool positive = false, negative = false;
+    bool positive = false, negative = false, front = false;
     HIPRT_NO_UNROLL
     for (unsigned step = 0; step < 5; ++step) {
       const int sign = find(step, value[step]);
+      front = step == 3 ? sign < 0 : front;
       positive = positive || (step < 3 && sign > 0);
       negative = negative || (step < 3 && sign < 0);
       // An edge of length 0 has no sign.
       if ((positive && negative) || (step < 4 && sign == 0)) return false;
     }
     result = {static_cast<float>(value[4] / value[3]), static_cast<float>(value[1] / value[3]),
-              static_cast<float>(value[2] / value[3])};
+              static_cast<float>(value[2] / value[3]), front};
     return true;
   }
 

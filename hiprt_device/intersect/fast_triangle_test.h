@@ -41,7 +41,9 @@ struct Fast {
       const float w1 = Lanes::get(weight1, triangle), w2 = Lanes::get(weight2, triangle);
       float weight[3] = {max_of(1.0f - w1 - w2, 0.0f), w1, w2};
       to_mesh_order(weight, info.triangle_ids >> (8 * triangle));
-      if (!accept(Candidate{Lanes::get(distance, triangle), weight[1], weight[2]}, triangle)) return false;
+      // The determinant is -dot(direction, normal).
+      const bool front = Lanes::get(reciprocal, triangle) > 0.0f;
+      if (!accept(Candidate{Lanes::get(distance, triangle), weight[1], weight[2], front}, triangle)) return false;
     }
     return true;
   }

@@ -69,12 +69,13 @@ template <class Test> struct ShearedTriangleTest {
     to_mesh_order(corners.weight, id);
     to_mesh_order(corners.z, id);
     const Real(&w)[3] = corners.weight;
-    const Real reciprocal = divided(Real(1), w[0] + w[1] + w[2]);
+    const Real sum = w[0] + w[1] + w[2], reciprocal = divided(Real(1), sum);
     result.u = w[1] * reciprocal;
     result.v = w[2] * reciprocal;
     const Real depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
                                           fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
     result.t = divided(depth, dz);
+    result.front = is_front(sum, dz);
   }
 
   /// The triangle's corners in the mesh's order.
@@ -153,6 +154,7 @@ struct Watertight : ShearedTriangleTest<Watertight> {
     result.u = static_cast<float>(weight[1] / sum);
     result.v = static_cast<float>(weight[2] / sum);
     result.t = static_cast<float>(depth / sum / static_cast<double>(ray.dz));
+    result.front = is_front(sum, static_cast<double>(ray.dz));
     return true;
   }
 };

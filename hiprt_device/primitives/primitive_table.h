@@ -9,6 +9,7 @@
 /// PrimitiveTable has one list per ray type: HIPRT's table of types and ray types (HPG 2024).
 
 #include <hiprt_device/filter.h>
+#include <hiprt_device/instances/path_reader.h>
 #include <hiprt_device/primitives/primitive.h>
 
 namespace hiprt {
@@ -19,6 +20,14 @@ struct PrimitiveId {
   std::uint32_t geometry;             ///< Number of the geometry in the scene, or in the object that has it.
   std::uint32_t primitive;            ///< Within the geometry.
   std::uint32_t object = kInvalidId;  ///< In an instance: the object's number (InstanceRecord::object).
+};
+
+/// The same with the instances that lead to the primitive: depth(), path() and instance_id(level). Functors get this
+/// type. One that reads them takes the parameter as a template: `const auto& id`.
+/// @tparam Levels of the traversal.
+template <class Levels> struct PathPrimitiveId : PrimitiveId, PathReader<Levels> {
+  HIPRT_HD HIPRT_FORCE_INLINE PathPrimitiveId(const PrimitiveId& id, const SceneView& scene, const Levels& levels)
+      : PrimitiveId(id), PathReader<Levels>(scene, levels) {}
 };
 
 namespace primitive_detail {
@@ -39,7 +48,8 @@ concept TakesId = requires(const T& functor, const BasicRay<Real>& ray, Real t, 
 
 /// A functor with `bool intersect(ray, tmin, tmax, id, report) const`.
 ///
-/// id is a PrimitiveId. For a type with one geometry it may be the std::uint32_t number of the primitive. intersect()
+/// id is a PrimitiveId, or a template parameter that also tells the instances (PathPrimitiveId). For a type with one
+/// geometry it may be the std::uint32_t number of the primitive. intersect()
 /// calls report(CustomHit) for each crossing of the ray in [tmin, tmax] and returns false as soon as report does.
 /// Every call must report the same crossing at the same t, with the same bits. The traversal discards hits outside
 /// [tmin, tmax].
@@ -65,13 +75,13 @@ template <class... Functors> struct PrimitiveList;
 
 template <> struct PrimitiveList<> {
   static constexpr unsigned kCount = 0;
-  template <class Real, class Report>
+  template <class Real, class Id, class Report>
   HIPRT_HD HIPRT_FORCE_INLINE bool intersect(unsigned, const BasicRay<Real>&, std::type_identity_t<Real>,
-                                             std::type_identity_t<Real>, PrimitiveId, Report&&) const {
+                                             std::type_identity_t<Real>, const Id&, Report&&) const {
     return true;
   }
-  template <class Real>
-  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const BasicHit<Real>&) const {
+  template <class Real, class HitType>
+  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned, const BasicRay<Real>&, const HitType&) const {
     return FilterResult::kAccept;
   }
 };
@@ -89,9 +99,9 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
   HIPRT_HD constexpr PrimitiveList(const First& of_type_0, const Others&... of_next_types)
       : first(of_type_0), others(of_next_types...) {}
 
-  template <class Real, class Report>
+  template <class Real, class Id, class Report>
   HIPRT_HD HIPRT_FORCE_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
-                                             std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+                                             std::type_identity_t<Real> tmax, const Id& id, Report&& report) const {
     static_assert(CustomPrimitive<First, Real>,
                   "hiprt: PrimitiveList: a primitive has no intersect() for this query's rays (float or double)");
     if (type != 0) return others.intersect(type - 1, ray, tmin, tmax, id, report);
@@ -100,9 +110,8 @@ template <class First, class... Others> struct PrimitiveList<First, Others...> {
     else
       return first.intersect(ray, tmin, tmax, id.primitive, report);
   }
-  template <class Real>
-  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray,
-                                                  const BasicHit<Real>& hit) const {
+  template <class Real, class HitType>
+  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const HitType& hit) const {
     if (type != 0) return others.filter(type - 1, ray, hit);
     if constexpr (requires { first.filter(ray, hit); }) return first.filter(ray, hit);
     static_assert(
@@ -153,14 +162,13 @@ template <class Table> struct TableRow {
   Table table;
   unsigned ray_type = 0;  ///< Row of the table. Rays of a type beyond the last meet no custom primitive.
 
-  template <class Real, class Report>
+  template <class Real, class Id, class Report>
   HIPRT_HD HIPRT_FORCE_INLINE bool intersect(unsigned type, const BasicRay<Real>& ray, std::type_identity_t<Real> tmin,
-                                             std::type_identity_t<Real> tmax, PrimitiveId id, Report&& report) const {
+                                             std::type_identity_t<Real> tmax, const Id& id, Report&& report) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.intersect(type, ray, tmin, tmax, id, report); });
   }
-  template <class Real>
-  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray,
-                                                  const BasicHit<Real>& hit) const {
+  template <class Real, class HitType>
+  HIPRT_HD HIPRT_FORCE_INLINE FilterResult filter(unsigned type, const BasicRay<Real>& ray, const HitType& hit) const {
     return table.with_row(ray_type, [&](const auto& row) { return row.filter(type, ray, hit); });
   }
 };

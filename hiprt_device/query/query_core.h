@@ -22,6 +22,38 @@ enum class TraversalState {
 
 inline namespace HIPRT_ISA_NAMESPACE {
 
+/// The FilterQuestions of a search.
+template <class Search>
+class FilterAnswers
+    : public PathReader<
+          Levels<Search::PolicyType::kLevels, Search::PolicyType::kMoves, typename Search::PolicyType::Real>> {
+  using P = typename Search::PolicyType;
+  using Real = typename P::Real;
+  using Reader = PathReader<Levels<P::kLevels, P::kMoves, Real>>;
+
+ public:
+  HIPRT_HD HIPRT_FORCE_INLINE FilterAnswers(const Search& search, const LeafHit<Real>& found,
+                                            const typename Search::Result& candidate)
+      : Reader(*search.scene_, search.traversal_.levels()), search_(&search), found_(&found), candidate_(&candidate) {}
+
+  HIPRT_HD HIPRT_FORCE_INLINE bool is_front() const {
+    if (found_->custom == nullptr) return found_->at.front;
+    const BasicVec3<Real>& n = found_->custom->normal;
+    const BasicVec3<Real> d = this->levels_->ray(*this->scene_, search_->ray_.get()).direction;
+    return !(n.x * d.x + n.y * d.y + n.z * d.z > Real(0));
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE BasicVec3<Real> normal() const {
+    typename Search::Result hit = *candidate_;
+    search_->complete_surface(hit, found_->custom == nullptr ? found_->leaf : kInvalidRef);
+    return hit.normal;
+  }
+
+ private:
+  const Search* search_;
+  const LeafHit<Real>* found_;
+  const typename Search::Result* candidate_;
+};
+
 /// A search for the hits of one ray.
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
 /// @tparam kResumable whether the search can continue in the middle of the tree (find_any() after a hit).
@@ -137,21 +169,27 @@ class HitSearch {
   /// The current hit with normal and error bound, if P::kSurface. A custom primitive has reported its own.
   HIPRT_HD HIPRT_FORCE_INLINE Result complete_hit() const {
     Result hit = this->hit();
-    if constexpr (!P::kSurface) return hit;
-    using Leaf = typename P::Layout::Leaf;
-    const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_FORCE_INLINE_LAMBDA {
-      if (leaf_ != kInvalidRef)
-        complete<typename P::Layout>(hit, ray, *reinterpret_cast<const Leaf*>(base + ref_offset(leaf_)), leaf_ & 1u);
-    };
-    if constexpr (P::kLevels == 0)
-      complete_in(ray_.get(), scene_->base);
-    else if (hit.found())
-      complete_along<P::kMoves>(*scene_, hit, ray_.get(), complete_in);
+    if constexpr (P::kSurface) complete_surface(hit, leaf_);
     return hit;
   }
 
  private:
   friend DeferredDecisions<HitSearch>;
+  friend FilterAnswers<HitSearch>;
+
+  /// Sets normal and error bound of a hit.
+  /// @param leaf with the triangle; kInvalidRef: a custom primitive, whose own are transformed.
+  HIPRT_HD HIPRT_FORCE_INLINE void complete_surface(Result& hit, NodeRef leaf) const {
+    using Leaf = typename P::Layout::Leaf;
+    const auto complete_in = [&](const BasicRay<Real>& ray, const std::byte* base) HIPRT_FORCE_INLINE_LAMBDA {
+      if (leaf != kInvalidRef)
+        complete<typename P::Layout>(hit, ray, *reinterpret_cast<const Leaf*>(base + ref_offset(leaf)), leaf & 1u);
+    };
+    if constexpr (P::kLevels == 0)
+      complete_in(ray_.get(), scene_->base);
+    else if (hit.found())
+      complete_along<P::kMoves>(*scene_, hit, ray_.get(), complete_in);
+  }
 
   HIPRT_HD HIPRT_FORCE_INLINE bool is_covered() const {
     if constexpr (requires { primitives_.covers(*scene_); })
@@ -220,7 +258,8 @@ class HitSearch {
         stop = result == FilterResult::kAcceptAndStop;
       }
     }
-    const FilterResult result = filter_(ray_.get(), candidate);
+    const FilterResult result =
+        call_filter(filter_, ray_.get(), candidate, FilterAnswers<HitSearch>(*this, found, candidate));
     return result == FilterResult::kAccept && stop ? FilterResult::kAcceptAndStop : result;
   }
 

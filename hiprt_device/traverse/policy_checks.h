@@ -70,9 +70,10 @@ template <class P> struct PolicyCheck {
 /// @tparam Filter, Primitives as those of ClosestHit.
 template <class P, class Filter, class Primitives> struct QueryCheck {
   static_assert(PolicyCheck<P>::kChecked);
-  static_assert(IntersectionFilter<Filter, typename P::Real>,
-                "hiprt: a filter needs FilterResult operator()(ray, hit) const for the rays' Real; see concept "
-                "IntersectionFilter");
+  static_assert(
+      IntersectionFilter<Filter, typename P::Real>,
+      "hiprt: a filter needs FilterResult operator()(ray, hit) const for the rays' Real, or three parameters; see "
+      "concept IntersectionFilter");
   static_assert(PrimitiveSet<Primitives, typename P::Real>,
                 "hiprt: custom primitives must be a PrimitiveList, a TableRow or SceneShapes for the rays' Real; see "
                 "concept PrimitiveSet");

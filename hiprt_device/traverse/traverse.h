@@ -243,8 +243,10 @@ class Traversal : public RayState<P, Order, Test> {
       const auto report = [&](const BasicCustomHit<Real>& hit) HIPRT_FORCE_INLINE_LAMBDA {
         return offer(BasicCandidate<Real>{hit.t, hit.u, hit.v}, slot, &hit);
       };
-      if (!primitives.intersect(type, levels_.ray(scene, ray.get()), max_of(ray.get().tmin, Real(0)), limit,
-                                PrimitiveId{geometry, primitive, levels_.object_number(scene)}, report))
+      if (!primitives.intersect(
+              type, levels_.ray(scene, ray.get()), max_of(ray.get().tmin, Real(0)), limit,
+              PathPrimitiveId<decltype(levels_)>({geometry, primitive, levels_.object_number(scene)}, scene, levels_),
+              report))
         return false;
     }
     return true;

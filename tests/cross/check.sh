@@ -30,14 +30,15 @@ check_aarch64() {
     libtbb-dev:arm64 libopenexr-dev:arm64 libxxhash-dev:arm64 libzstd-dev:arm64 \
     libtinygltf-dev:arm64 libpng-dev:arm64 libfreetype-dev:arm64 libgmp-dev:arm64 catch2 libembree-dev:arm64
   quietly cmake -S "$root/tests/cross" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCROSS_TESTS=ON \
-    "-DCMAKE_TOOLCHAIN_FILE=$root/cmake/toolchains/aarch64.cmake" "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG -DHIPRT_CHECKS_SLOW=1" \
+    "-DCMAKE_TOOLCHAIN_FILE=$root/cmake/toolchains/aarch64.cmake" \
+    "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG -DHIPRT_CHECKS_SLOW=1" \
     -DHIPRT_GPU=OFF -DHIPRT_FORCE_INLINING=OFF -DHIPRT_OPTIMIZE_COLD_CODE=OFF \
     -DHIPRT_TEST_SET=quick -DHIPRT_WARNINGS_AS_ERRORS=ON
   quietly cmake --build "$build" -j "$jobs"
   echo "aarch64: the library, the tools and the tests compile"
   ctest --test-dir "$build" -R '^smoke$' --output-on-failure | tail -3
   qemu-aarch64 "$build/hiprt/tools/bvhinfo" --version
-  # Those that start compilers, or compare builders on large meshes, take more than ten minutes.
+  # The tests that are left out start compilers, or build large meshes: they take more than ten minutes.
   ctest --test-dir "$build" -j "$jobs" --stop-time "$(date -d '+10 minutes' +%H:%M:%S)" --output-on-failure \
     -L unit -LE threads -E '^examples$|_v3$|^build_quality$' | tail -70
 }

@@ -45,9 +45,12 @@ HIPRT_HD inline std::uint64_t digest_of(const Hit& hit) {
 struct AcceptAll {
   HIPRT_HD FilterResult operator()(const Ray&, const Hit&) const { return FilterResult::kAccept; }
 };
-struct RejectThird {
-  HIPRT_HD FilterResult operator()(const Ray&, const Hit& hit) const {
-    return hit.primitive % 3 == 0 ? FilterResult::kReject : FilterResult::kAccept;
+/// Asks for all that a filter may ask in a scene without instances.
+struct RejectSome {
+  template <class Questions>
+  HIPRT_HD FilterResult operator()(const Ray&, const Hit& hit, const Questions& questions) const {
+    const bool reject = questions.is_front() ? hit.primitive % 3 == 0 : questions.normal().x > 0.0f;
+    return reject && questions.depth() == 0 ? FilterResult::kReject : FilterResult::kAccept;
   }
 };
 struct StopAtOnce {

@@ -214,7 +214,7 @@ __global__ void __launch_bounds__(kBlock) trace(Job job) {
 }
 
 template <class Filter> constexpr Filtering filtering_of() {
-  return std::is_same_v<Filter, RejectThird>  ? Filtering::kReject
+  return std::is_same_v<Filter, RejectSome>   ? Filtering::kReject
          : std::is_same_v<Filter, StopAtOnce> ? Filtering::kStop
                                               : Filtering::kNone;
 }

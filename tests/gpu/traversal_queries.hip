@@ -32,11 +32,11 @@ std::span<const Variant> query_variants() {
 std::span<const Variant> filter_variants() {
   static const Variant variants[] = {
       variant<Planes, Default, Query::kClosest, AcceptAll>("accept"),
-      variant<Planes, Default, Query::kClosest, RejectThird>("reject"),
+      variant<Planes, Default, Query::kClosest, RejectSome>("reject"),
       variant<Planes, Default, Query::kClosest, StopAtOnce>("stop"),
-      variant<Planes, Default, Query::kAny, RejectThird>("reject, any"),
+      variant<Planes, Default, Query::kAny, RejectSome>("reject, any"),
       variant<Planes, Default, Query::kAny, StopAtOnce>("stop, any"),
-      variant<Planes, Default, Query::kAll, RejectThird>("reject, all"),
+      variant<Planes, Default, Query::kAll, RejectSome>("reject, all"),
   };
   return variants;
 }

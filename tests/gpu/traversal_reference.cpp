@@ -60,7 +60,7 @@ HostResults make_host_results(const SceneSource& source, const SceneView& scene,
     reference.at_edge.push_back(aimed.at_edge);
   }
   reference.plain = trace_all_on_host<NoFilter>(source, scene, reference.rays);
-  reference.rejecting = trace_all_on_host<RejectThird>(source, scene, reference.rays);
+  reference.rejecting = trace_all_on_host<RejectSome>(source, scene, reference.rays);
   return reference;
 }
 

@@ -17,7 +17,7 @@ struct Expected {
   std::uint64_t all_digest = 0;
 };
 
-/// A scene's rays and what they hit, without a filter and with RejectThird.
+/// A scene's rays and what they hit, without a filter and with RejectSome.
 struct HostResults {
   std::vector<Ray> rays;
   std::vector<bool> at_edge;  ///< Of each ray.
