@@ -33,9 +33,11 @@ if(HIPRT_BUILD_LIBRARY)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/gpu
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT build FILES_MATCHING PATTERN "*.h")
   set(hiprt_build_targets hiprt_build hiprt_build_static)
-  if(TARGET hiprt_build_gpu)
-    list(APPEND hiprt_build_targets hiprt_build_gpu)
-  endif()
+  foreach(target IN ITEMS hiprt_build_gpu hiprt_rtc)
+    if(TARGET ${target})
+      list(APPEND hiprt_build_targets ${target})
+    endif()
+  endforeach()
   install(TARGETS ${hiprt_build_targets} EXPORT hiprtBuildTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT build
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT build)

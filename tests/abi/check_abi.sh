@@ -7,11 +7,12 @@ root=$(cd "$here/../.." && pwd)
 
 usage() {
   cat <<TEXT
-usage: tests/abi/check_abi.sh [--update] [--stored FILE] LIBRARY
+usage: tests/abi/check_abi.sh [--update] [--stored FILE] [--dump FILE] LIBRARY
 
 Compares libhiprt_build.so, compiled with -g, with the ABI of its SONAME:
   cmake/packages/symbols        the exported names, a file of the Debian package
   tests/abi/hiprt_build-*.abi.xz  functions and types, as abidw of libabigail writes them (or --stored FILE)
+--dump keeps what abidw writes about the library in a file, or takes it from there.
 A program that was linked with an older library of the same SONAME must work with this one. So nothing may vanish and no
 type may change its layout. New functions are written to the list of names by --update.
 
@@ -25,6 +26,7 @@ TEXT
 update=false
 library=""
 stored=""
+dump=""
 while [[ $# -gt 0 ]]; do
   case $1 in
     -h | --help)
@@ -34,6 +36,10 @@ while [[ $# -gt 0 ]]; do
     --update) update=true ;;
     --stored)
       stored=${2:-}
+      shift
+      ;;
+    --dump)
+      dump=${2:-}
       shift
       ;;
     -*)
@@ -78,14 +84,17 @@ fi
   for name in $names; do echo " $name@Base ${since[$name]:-$version}"; done
 } >"$work/symbols"
 
-abidw --exported-interfaces-only --no-show-locs --no-comp-dir-path --no-corpus-path --drop-private-types \
-  --headers-dir "$root/hiprt_build" --type-id-style hash "$library" |
-  sed "s#path='[^']*/\(hiprt_build\|hiprt_device\)/#path='\1/#" >"$work/new.abi"
+dump=${dump:-$work/new.abi}
+if [[ ! -s $dump ]]; then
+  abidw --exported-interfaces-only --no-show-locs --no-comp-dir-path --no-corpus-path --drop-private-types \
+    --headers-dir "$root/hiprt_build" --type-id-style hash "$library" |
+    sed "s#path='[^']*/\(hiprt_build\|hiprt_device\)/#path='\1/#" >"$dump"
+fi
 if $update; then
   cp "$work/symbols" "$symbols"
   if [[ ! -e $stored ]]; then
     rm -f "$here"/hiprt_build-*.abi.xz
-    xz -9ec "$work/new.abi" >"$stored"
+    xz -9ec "$dump" >"$stored"
   fi
   exit 0
 fi
@@ -102,7 +111,7 @@ fi
 xz -dc "$stored" >"$work/old.abi"
 if [[ $compiler != "$stored_by" ]]; then
   echo "SKIPPED: types: the stored ABI is $stored_by's, and ${compiler:-another compiler} made this library"
-elif ! abidiff --suppressions "$here/suppressions.ini" --no-added-syms "$work/old.abi" "$work/new.abi"; then
+elif ! abidiff --suppressions "$here/suppressions.ini" --no-added-syms "$work/old.abi" "$dump"; then
   echo "check_abi.sh: programs that were linked with $soname would not work with this library (see --help)" >&2
   failed=1
 fi

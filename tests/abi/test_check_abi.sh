@@ -17,7 +17,7 @@ check() {
     exit 1
   fi
   xz -0c "$work/$1.abi" >"$work/$1.abi.xz"
-  "$here/check_abi.sh" --stored "$work/$1.abi.xz" "$library" >"$work/$1.log" 2>&1 || status=$?
+  "$here/check_abi.sh" --dump "$work/dump" --stored "$work/$1.abi.xz" "$library" >"$work/$1.log" 2>&1 || status=$?
   if [[ $status -eq 77 ]]; then
     cat "$work/$1.log"
     exit 77
@@ -29,7 +29,7 @@ check() {
   fi
 }
 
-if grep -q "SKIPPED: types" <("$here/check_abi.sh" "$library"); then
+if grep -q "SKIPPED: types" <("$here/check_abi.sh" --dump "$work/dump" "$library"); then
   echo "SKIPPED: this compiler's types cannot be compared with the stored ABI"
   exit 77
 fi

@@ -1,31 +1,22 @@
-// A kernel that is compiled while the program runs. NVRTC has the same calls with another prefix (nvrtcCreateProgram,
-// ...; -arch=sm_90 in place of --offload-arch=gfx1030).
-
-#include <hip/hiprtc.h>
+#include <hiprt_build/gpu/compile.h>
 
 #include <cstdio>
-#include <string>
-#include <vector>
 
 constexpr const char* kSource = R"(#include <hiprt_device/hiprt_device.h>
 struct Tracer : hiprt::Policies {
-  using Triangle = hiprt::TRIANGLE_TEST;  // chosen at run time
+  using Triangle = hiprt::TRIANGLE_TEST;  // Chosen at run time.
 };
-extern "C" __global__ void trace(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits, unsigned count) {
+template <class P>
+__global__ void trace(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit* hits, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) hits[i] = hiprt::closest_hit<Tracer>(scene, rays[i]);
+  if (i < count) hits[i] = hiprt::closest_hit<P>(scene, rays[i]);
 })";
 
 int main(int argc, char** argv) {
-  const std::string include = std::string("-I") + (argc > 1 ? argv[1] : ".");  // The folder that holds hiprt_device/.
-  const char* options[] = {"-std=c++20", "--offload-arch=gfx1030", include.c_str(), "-DTRIANGLE_TEST=Watertight"};
-  hiprtcProgram program;
-  if (hiprtcCreateProgram(&program, kSource, "trace.hip", 0, nullptr, nullptr) != HIPRTC_SUCCESS) return 1;
-  const hiprtcResult result = hiprtcCompileProgram(program, 4, options);
-  if (result != HIPRTC_SUCCESS) return std::puts(hiprtcGetErrorString(result));  // Details: hiprtcGetProgramLog().
-  std::size_t size = 0;
-  hiprtcGetCodeSize(program, &size);
-  std::vector<char> code(size);
-  hiprtcGetCode(program, code.data());  // For hipModuleLoadData() and hipModuleLaunchKernel().
-  std::printf("compiled: %s\n", size > 4096 ? "a kernel" : "nothing");
+  const std::vector<std::string> names{"trace<Tracer>"};
+  const auto kernels = hiprt::gpu::compile_kernels(
+      kSource, names, {.architecture = argc > 1 ? argv[1] : "gfx1030", .flags = {"-DTRIANGLE_TEST=Watertight"}});
+  if (!kernels) return std::puts(kernels.error().message.c_str());
+  // hipModuleLoadData(), or cuModuleLoadData(), takes kernels->code.data(); ...ModuleGetFunction() takes the name.
+  std::printf("compiled: %s\n", kernels->names[0].c_str());
 }

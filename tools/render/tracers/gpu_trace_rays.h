@@ -191,7 +191,11 @@ GpuTraceKernel choose_triangle(Query query, const TracePolicies& policies) {
 template <class Kind, std::size_t kPolicy>
 GpuTraceKernel choose_layout(NodeLayout layout, Query query, const TracePolicies& policies) {
   constexpr GpuPolicy kThis = kGpuPolicies[kPolicy];
-  if constexpr (kThis.architectures.starts_with(kPlatform)) {
+  if constexpr (!kThis.architectures.starts_with(kPlatform)) {
+    return nullptr;
+  } else if constexpr (!Kind::kAllLayouts) {
+    return layout == NodeLayout::kPlanes ? choose_triangle<Kind, kPolicy, PlanesLayout>(query, policies) : nullptr;
+  } else {
     switch (layout) {
       case NodeLayout::kFloat:
         return choose_triangle<Kind, kPolicy, FloatLayout>(query, policies);
@@ -228,6 +232,13 @@ struct KernelKind {
   static constexpr bool kMoves = kOfMotion;
   using Filter = Asked;
   using Primitives = Customs;
+  /// Otherwise only PlanesLayout (HIPRT_FEW_TRACE_KERNELS).
+#if HIPRT_FEW_TRACE_KERNELS
+  static constexpr bool kAllLayouts =
+      kLevels == 0 && !kPlaced && std::is_same_v<Filter, NoFilter> && std::is_same_v<Primitives, NoPrimitives>;
+#else
+  static constexpr bool kAllLayouts = true;
+#endif
   /// Whether there are kernels of other tests than the default ones.
   static constexpr bool kAllTests = kLevels <= kGpuChoiceLevels && !kMoves && !kPlaced &&
                                     std::is_same_v<Filter, NoFilter> && std::is_same_v<Primitives, NoPrimitives>;

@@ -1,0 +1,196 @@
+#include <hiprt_build/rtc/compiler.h>
+#include <hiprt_build/rtc/embedded_headers.h>
+
+#include <dlfcn.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <system_error>
+
+namespace hiprt::gpu::rtc {
+
+using build::Error;
+using build::ErrorCode;
+using build::Result;
+
+namespace {
+
+/// The newest first.
+constexpr const char* kNvrtcNames[] = {"libnvrtc.so.13", "libnvrtc.so.12", "libnvrtc.so"};
+/// Until ROCm 5 hipRTC is a part of the runtime.
+constexpr const char* kHiprtcNames[] = {"libhiprtc.so.7", "libhiprtc.so.6", "libhiprtc.so", "libamdhip64.so.5",
+                                        "libamdhip64.so"};
+
+const char* name_of(CompilerKind kind) { return kind == CompilerKind::kNvrtc ? "NVRTC" : "hipRTC"; }
+
+tl::unexpected<Error> fail(ErrorCode code, std::string message) {
+  return tl::unexpected(Error{code, std::move(message)});
+}
+
+template <class Function> bool find(void* library, const std::string& name, Function& function) {
+  function = reinterpret_cast<Function>(dlsym(library, name.c_str()));
+  return function != nullptr;
+}
+
+}  // namespace
+
+/// Destroys the program at the end.
+class Compiler::OwnedProgram {
+ public:
+  explicit OwnedProgram(const Compiler& compiler) : compiler_(compiler) {}
+  ~OwnedProgram() {
+    if (program != nullptr) compiler_.destroy_(&program);
+  }
+  OwnedProgram(const OwnedProgram&) = delete;
+  OwnedProgram& operator=(const OwnedProgram&) = delete;
+  Program program = nullptr;
+
+ private:
+  const Compiler& compiler_;
+};
+
+/// @return the name of a function that the library lacks, or nullptr.
+const char* Compiler::find_functions(void* library) {
+  const bool nvrtc = kind_ == CompilerKind::kNvrtc;
+  const std::string prefix = nvrtc ? "nvrtc" : "hiprtc";
+  if (!find(library, prefix + "GetErrorString", error_string_)) return "GetErrorString";
+  if (!find(library, prefix + "Version", version_)) return "Version";
+  if (!find(library, prefix + "CreateProgram", create_)) return "CreateProgram";
+  if (!find(library, prefix + "DestroyProgram", destroy_)) return "DestroyProgram";
+  if (!find(library, prefix + "AddNameExpression", add_name_)) return "AddNameExpression";
+  if (!find(library, prefix + "CompileProgram", compile_)) return "CompileProgram";
+  if (!find(library, prefix + "GetProgramLogSize", log_size_)) return "GetProgramLogSize";
+  if (!find(library, prefix + "GetProgramLog", log_)) return "GetProgramLog";
+  if (!find(library, prefix + "GetLoweredName", lowered_name_)) return "GetLoweredName";
+  const std::string code = prefix + (nvrtc ? "GetCUBIN" : "GetCode");
+  if (!find(library, code + "Size", code_size_) || !find(library, code, code_)) return "GetCode";
+  if (nvrtc && (!find(library, "nvrtcGetPTXSize", ptx_size_) || !find(library, "nvrtcGetPTX", ptx_))) return "GetPTX";
+  return nullptr;
+}
+
+std::string Compiler::describe_library() const {
+  int major = 0, minor = 0;
+  version_(&major, &minor);
+  std::string text = std::string(name_of(kind_)) + " " + std::to_string(major) + "." + std::to_string(minor);
+  Dl_info info{};
+  if (dladdr(reinterpret_cast<const void*>(version_), &info) == 0 || info.dli_fname == nullptr) return text;
+  std::error_code error;
+  const auto path = std::filesystem::canonical(info.dli_fname, error);
+  if (error) return text + " " + info.dli_fname;
+  text += " " + path.string() + " " + std::to_string(std::filesystem::file_size(path, error));
+  return text + " " + std::to_string(std::filesystem::last_write_time(path, error).time_since_epoch().count());
+}
+
+Result<Compiler*> Compiler::load(CompilerKind kind, const std::string& library) {
+  static std::mutex mutex;
+  static std::map<std::pair<CompilerKind, std::string>, std::unique_ptr<Compiler>> loaded;
+  const std::scoped_lock lock(mutex);
+  std::unique_ptr<Compiler>& compiler = loaded[{kind, library}];
+  if (compiler) return compiler.get();
+
+  std::vector<const char*> candidates;
+  if (!library.empty())
+    candidates = {library.c_str()};
+  else if (kind == CompilerKind::kNvrtc)
+    candidates.assign(std::begin(kNvrtcNames), std::end(kNvrtcNames));
+  else
+    candidates.assign(std::begin(kHiprtcNames), std::end(kHiprtcNames));
+  std::string reasons;
+  for (const char* candidate : candidates) {
+    void* const handle = dlopen(candidate, RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr) {
+      const char* const reason = dlerror();
+      reasons += std::string("\n  ") + (reason != nullptr ? reason : candidate);
+      continue;
+    }
+    std::unique_ptr<Compiler> made(new Compiler(kind));
+    if (const char* missing = made->find_functions(handle)) {
+      reasons += std::string("\n  ") + candidate + ": it lacks " + missing;
+      dlclose(handle);
+      continue;
+    }
+    made->identity_ = made->describe_library();
+    compiler = std::move(made);
+    return compiler.get();
+  }
+  return fail(ErrorCode::kBackend, std::string("cannot load ") + name_of(kind) + ":" + reasons);
+}
+
+std::vector<std::string> Compiler::flags_of(const CompileOptions& options) const {
+  const bool nvrtc = kind_ == CompilerKind::kNvrtc;
+  std::vector<std::string> flags{(nvrtc ? "--gpu-architecture=" : "--offload-arch=") + options.architecture};
+  const bool has_language = std::any_of(options.flags.begin(), options.flags.end(), [](const std::string& flag) {
+    return flag.starts_with("-std=") || flag.starts_with("--std=");
+  });
+  if (!has_language) flags.push_back("-std=c++20");
+  flags.insert(flags.end(), options.flags.begin(), options.flags.end());
+  return flags;
+}
+
+tl::unexpected<Error> Compiler::failed(const char* what, int result) const {
+  return fail(ErrorCode::kBackend, std::string(name_of(kind_)) + ": " + what + ": " + error_string_(result));
+}
+
+std::string Compiler::log_of(Program program) const {
+  std::size_t size = 0;
+  if (log_size_(program, &size) != 0 || size == 0) return {};
+  std::string log(size, '\0');
+  if (log_(program, log.data()) != 0) return {};
+  while (!log.empty() && (log.back() == '\0' || log.back() == '\n')) log.pop_back();
+  return log;
+}
+
+Result<CompiledKernels> Compiler::compile(const std::string& source, std::span<const std::string> names,
+                                          const CompileOptions& options) {
+  std::unique_lock lock(mutex_, std::defer_lock);
+  if (kind_ == CompilerKind::kHiprtc) lock.lock();
+
+  std::vector<const char*> texts{"#pragma once\n"}, header_names{"hip/hip_runtime.h"};
+  for (const EmbeddedHeader& header : embedded_headers()) {
+    texts.push_back(header.text);
+    header_names.push_back(header.name);
+  }
+  for (const SourceHeader& header : options.headers) {
+    texts.push_back(header.text.empty() ? "\n" : header.text.c_str());  // hipRTC takes no empty header.
+    header_names.push_back(header.name.c_str());
+  }
+  OwnedProgram owned(*this);
+  if (const int result = create_(&owned.program, source.c_str(), options.file.c_str(), static_cast<int>(texts.size()),
+                                 texts.data(), header_names.data()))
+    return failed("create program", result);
+  for (const std::string& name : names)
+    if (const int result = add_name_(owned.program, name.c_str())) return failed(name.c_str(), result);
+
+  const std::vector<std::string> flags = flags_of(options);
+  std::vector<const char*> pointers;
+  pointers.reserve(flags.size());
+  for (const std::string& flag : flags) pointers.push_back(flag.c_str());
+  if (const int result = compile_(owned.program, static_cast<int>(pointers.size()), pointers.data()))
+    return fail(ErrorCode::kInvalidInput, std::string(name_of(kind_)) + " cannot compile '" + options.file + "' for " +
+                                              options.architecture + ": " + error_string_(result) + "\n" +
+                                              log_of(owned.program));
+  return result_of(owned.program, names, options);
+}
+
+Result<CompiledKernels> Compiler::result_of(Program program, std::span<const std::string> names,
+                                            const CompileOptions& options) const {
+  CompiledKernels kernels;
+  kernels.log = log_of(program);
+  for (const std::string& name : names) {
+    const char* lowered = nullptr;
+    if (const int result = lowered_name_(program, name.c_str(), &lowered); result != 0 || lowered == nullptr)
+      return fail(ErrorCode::kInvalidInput, "'" + options.file + "' has no kernel '" + name + "'");
+    kernels.names.emplace_back(lowered);
+  }
+  const bool ptx = options.architecture.starts_with("compute_");
+  std::size_t size = 0;
+  if (const int result = (ptx ? ptx_size_ : code_size_)(program, &size)) return failed("size of the code", result);
+  if (size == 0) return fail(ErrorCode::kInvalidInput, "no code for architecture " + options.architecture);
+  kernels.code.resize(size);
+  if (const int result = (ptx ? ptx_ : code_)(program, reinterpret_cast<char*>(kernels.code.data())))
+    return failed("code", result);
+  return kernels;
+}
+
+}  // namespace hiprt::gpu::rtc

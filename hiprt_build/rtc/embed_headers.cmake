@@ -1,0 +1,17 @@
+# Writes a C++ source with the text of headers.
+# usage: cmake -DROOT=FOLDER -DOUTPUT=FILE -P embed_headers.cmake: the headers are those of ROOT/hiprt_device
+file(GLOB_RECURSE headers RELATIVE ${ROOT} ${ROOT}/hiprt_device/*.h)
+list(SORT headers)
+set(table "")
+file(WRITE ${OUTPUT}.new
+  "#include <hiprt_build/rtc/embedded_headers.h>\n\nnamespace hiprt::gpu::rtc {\nnamespace {\n\n")
+foreach(header IN LISTS headers)
+  file(READ ${ROOT}/${header} text)
+  file(APPEND ${OUTPUT}.new "constexpr char k")
+  string(MAKE_C_IDENTIFIER "${header}" name)
+  file(APPEND ${OUTPUT}.new "${name}[] = R\"hiprt(${text})hiprt\";\n")
+  string(APPEND table "    {\"${header}\", k${name}},\n")
+endforeach()
+file(APPEND ${OUTPUT}.new "constexpr EmbeddedHeader kHeaders[] = {\n${table}};\n\n}  // namespace\n
+std::span<const EmbeddedHeader> embedded_headers() { return kHeaders; }\n\n}  // namespace hiprt::gpu::rtc\n")
+file(RENAME ${OUTPUT}.new ${OUTPUT})
