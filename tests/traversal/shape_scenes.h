@@ -23,7 +23,11 @@ struct ShapeObject {
     const auto point = [&](const oracle::Position& at, double radius) {
       return ShapePoint{{at[0], at[1], at[2]}, static_cast<float>(radius)};
     };
-    for (unsigned i = 0; i < count; ++i) balls.push_back(point(random.in_cube(1), random.log_uniform(0.01, 0.3)));
+    // One random number per statement: compilers evaluate arguments in different orders.
+    for (unsigned i = 0; i < count; ++i) {
+      const double radius = random.log_uniform(0.01, 0.3);
+      balls.push_back(point(random.in_cube(1), radius));
+    }
     balls.push_back(point(random.in_cube(1), 0));
     std::vector<std::uint32_t> points;
     for (unsigned strand = 0; strand < count; ++strand) {
