@@ -18,9 +18,9 @@ namespace {
 
 /// The newest first.
 constexpr const char* kNvrtcNames[] = {"libnvrtc.so.13", "libnvrtc.so.12", "libnvrtc.so"};
-/// Until ROCm 5 hipRTC is a part of the runtime.
-constexpr const char* kHiprtcNames[] = {"libhiprtc.so.7", "libhiprtc.so.6", "libhiprtc.so", "libamdhip64.so.5",
-                                        "libamdhip64.so"};
+/// Up to ROCm 5 the runtime has hipRTC too.
+constexpr const char* kHiprtcNames[] = {"libhiprtc.so.7", "libhiprtc.so.6",   "libhiprtc.so.5",
+                                        "libhiprtc.so",   "libamdhip64.so.5", "libamdhip64.so"};
 
 const char* name_of(CompilerKind kind) { return kind == CompilerKind::kNvrtc ? "NVRTC" : "hipRTC"; }
 
