@@ -23,7 +23,8 @@ enum class FilterResult {
 };
 
 /// What a filter may ask about a hit, besides the hit itself: its third parameter, a template. The query has a class
-/// like this one, which computes only what is asked.
+/// like this one, which computes only what is asked. In scenes of instances it also has path(): the numbers of the
+/// instances, the outermost first.
 template <class Real> struct FilterQuestions {
   /// Whether the ray comes from the side where the triangle's corners are counter-clockwise: where the normal points.
   /// As exact as the triangle test's decision. In an instance it is the object's side, also if the instance mirrors it.
@@ -32,8 +33,8 @@ template <class Real> struct FilterQuestions {
   /// As Hit::normal of the query's result.
   HIPRT_HD BasicVec3<Real> normal() const;
   HIPRT_HD std::uint32_t depth() const;  ///< Number of instances around the primitive.
-  HIPRT_HD std::uint32_t instance_id(
-      unsigned level) const;  ///< InstanceRecord::id; level < depth(), 0 is the outermost.
+  /// InstanceRecord::id. @param level less than depth(); 0: the outermost.
+  HIPRT_HD std::uint32_t instance_id(unsigned level) const;
 };
 
 /// A filter is called with the ray and a candidate: its t, u, v, geometry and primitive. In scenes of instances the
@@ -83,7 +84,8 @@ struct ExceptPrimitive {
 
 /// Rejects triangles and custom primitives by the side that the ray comes from (FilterQuestions::is_front()).
 ///
-/// A closed surface does not leak: where a ray enters it, one of the triangles is a front for the test that decides.
+/// With the tests Watertight, Reference and WatertightDouble a closed surface does not leak: where a ray enters it, one
+/// of the triangles is a front.
 struct CullFaces {
   bool front = false;  ///< Reject hits on fronts.
   bool back = true;    ///< Reject hits on backs.

@@ -10,7 +10,7 @@
 
 namespace hiprt::build::file_detail {
 
-/// The path in UTF-8 on Windows, and as it is elsewhere.
+/// @return the path: in UTF-8 on Windows, unchanged elsewhere.
 inline std::string text_of(const std::filesystem::path& path) {
   const std::u8string text = path.u8string();
   return {text.begin(), text.end()};
