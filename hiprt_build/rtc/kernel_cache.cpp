@@ -10,7 +10,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <new>
 
 namespace hiprt::gpu::rtc {
 
@@ -73,22 +72,13 @@ std::filesystem::path file_of(const std::filesystem::path& folder, const std::st
 
 }  // namespace
 
-KernelKey::KernelKey() : state_(XXH3_createState()) {
-  if (state_ == nullptr) throw std::bad_alloc();
-  XXH3_128bits_reset(static_cast<XXH3_state_t*>(state_));
-}
-KernelKey::~KernelKey() { XXH3_freeState(static_cast<XXH3_state_t*>(state_)); }
-
 void KernelKey::add(std::string_view text) {
   add(text.size());
-  XXH3_128bits_update(static_cast<XXH3_state_t*>(state_), text.data(), text.size());
+  content_ += text;
 }
-void KernelKey::add(std::size_t count) {
-  const std::uint64_t number = count;
-  XXH3_128bits_update(static_cast<XXH3_state_t*>(state_), &number, sizeof number);
-}
+void KernelKey::add(std::size_t count) { content_ += std::to_string(count) + ' '; }
 std::string KernelKey::text() const {
-  const XXH128_hash_t hash = XXH3_128bits_digest(static_cast<const XXH3_state_t*>(state_));
+  const XXH128_hash_t hash = XXH3_128bits(content_.data(), content_.size());
   std::array<char, 33> digits{};
   std::snprintf(digits.data(), digits.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
                 static_cast<unsigned long long>(hash.low64));

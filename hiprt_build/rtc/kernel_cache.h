@@ -13,11 +13,6 @@ namespace hiprt::gpu::rtc {
 /// Makes the key: a hash of 128 bits.
 class KernelKey {
  public:
-  KernelKey();
-  KernelKey(const KernelKey&) = delete;
-  KernelKey& operator=(const KernelKey&) = delete;
-  ~KernelKey();
-
   /// Adds a text. The order counts, and so does where one text ends.
   void add(std::string_view text);
   /// Adds the length of a list.
@@ -26,7 +21,7 @@ class KernelKey {
   std::string text() const;
 
  private:
-  void* state_;
+  std::string content_;
 };
 
 /// @return the folder of the options, or the default; empty if the environment names none.
