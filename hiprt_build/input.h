@@ -1,6 +1,7 @@
 #pragma once
 /// The input of a builder: meshes and custom primitives.
 
+#include <hiprt_build/strided_span.h>
 #include <hiprt_device/format/node.h>
 #include <hiprt_device/format/shape.h>
 
@@ -15,16 +16,28 @@ namespace hiprt::build {
 using Position = std::array<float, 3>;
 /// Three indices of positions.
 using Triangle = std::array<std::uint32_t, 3>;
+/// Two triangles of a mesh, by number, that are to share a leaf. Equal numbers: one triangle alone.
+using TrianglePair = std::array<std::uint32_t, 2>;
 
-/// An indexed triangle mesh. It becomes one geometry. build() reads the spans and does not keep them.
+/// A triangle mesh. It becomes one geometry. build() reads the spans and does not keep them.
 /// The builder drops triangles with a NaN or infinite corner, or with two corners at the same position. Dropped
 /// triangles keep their number, no ray hits them, and BuildStatistics counts them. Triangles without area but with
 /// three distinct corners stay, because they can close a gap between neighbours.
 struct TriangleMesh {
-  std::span<const Position> positions;  ///< Fewer than 2^31.
-  std::span<const Triangle> triangles;  ///< Indices below positions.size(). Fewer than 2^30; of all meshes, than 2^31.
-  std::uint32_t mask = 0xffffffffu;     ///< A ray sees the mesh iff (ray.mask & mask) != 0.
-  std::string_view name{};              ///< For the provenance block.
+  StridedSpan<Position> positions{};  ///< Fewer than 2^31.
+  /// Indices below positions.size(). Fewer than 2^30; of all meshes, than 2^31. Positions without triangles are an
+  /// error, unless implicit_triangles is set.
+  StridedSpan<Triangle> triangles{};
+  std::uint32_t mask = 0xffffffffu;  ///< A ray sees the mesh iff (ray.mask & mask) != 0.
+  std::string_view name{};           ///< For the provenance block.
+  std::uint32_t type = 0;            ///< The program's own number, up to kMaxGeometryType: FilterQuestions::type().
+  /// Triangle i has the positions 3 i, 3 i + 1 and 3 i + 2, and triangles is empty. The number of positions is a
+  /// multiple of 3.
+  bool implicit_triangles = false;
+  /// If not empty, the leaves: these pairs, and each other triangle alone. A triangle is in one pair at most. Two
+  /// triangles without a common edge get a leaf each; so do two that run through it in the same direction. Builders
+  /// that split triangles may separate a pair.
+  std::span<const TrianglePair> pairs{};
 };
 
 /// Spheres or round linear curves. build() reads the spans and does not keep them.
@@ -48,8 +61,8 @@ struct Shapes {
 /// The builder drops boxes with NaN or infinite coordinates, or with min > max, as it drops degenerate triangles. A box
 /// must contain all points at which the program's function may report a hit.
 struct CustomGeometry {
-  std::span<const Box> boxes;        ///< Primitive i is in boxes[i]. With all primitives of the scene fewer than 2^31.
-  std::uint8_t type = 0;             ///< The program's own number for what the primitives are.
+  BoxSpan boxes{};                   ///< Primitive i is in boxes[i]. With all primitives of the scene fewer than 2^31.
+  std::uint32_t type = 0;            ///< The program's own number, up to kMaxGeometryType: selects the functor.
   std::uint32_t mask = 0xffffffffu;  ///< A ray sees the geometry iff (ray.mask & mask) != 0.
   std::string_view name{};           ///< For the provenance block.
   /// The shapes of the primitives, for the file, so that a tracer needs nothing else (SceneShapes). One per box; each

@@ -8,6 +8,7 @@
 #include <hiprt_build/export.h>
 #include <hiprt_device/format/motion.h>
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,19 @@ struct Motion {
   std::vector<MotionKey> keys{};
   MotionKind kind = MotionKind::kSlerp;
   std::vector<MatrixKey> matrices{};  ///< Instead of keys. Kinds other than kMatrix decompose() them.
+};
+
+/// What is wrong with the keys of a motion.
+enum class MotionFault : std::uint32_t {
+  kNone = 0,
+  kNotFinite = 1,   ///< A number of a key.
+  kNoRotation = 2,  ///< A quaternion of length 0.
+  kZeroScale = 3,
+  kSignChange = 4,  ///< Of a scale, from the key before.
+  kNoInverse = 5,   ///< A matrix.
+  kBadTime = 6,     ///< Not finite, not after the key before, or too far from it.
+  kSingular = 7,    ///< Between the key and the next.
+  kBadKeys = 8,     ///< On the device: keys that are not there.
 };
 
 /// Decomposes a matrix by Gram-Schmidt orthogonalization. Two mirrored axes become a rotation, so that the result is

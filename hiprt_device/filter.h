@@ -30,6 +30,8 @@ template <class Real> struct FilterQuestions {
   /// As exact as the triangle test's decision. In an instance it is the object's side, also if the instance mirrors it.
   /// For a custom primitive: whether the normal and the ray's direction point against each other.
   HIPRT_HD bool is_front() const;
+  /// The geometry's type: build::TriangleMesh::type or build::CustomGeometry::type.
+  HIPRT_HD std::uint32_t type() const;
   /// As Hit::normal of the query's result.
   HIPRT_HD BasicVec3<Real> normal() const;
   HIPRT_HD std::uint32_t depth() const;  ///< Number of instances around the primitive.

@@ -140,7 +140,7 @@ ShapeKind shape_of(const BufferView& view, std::size_t geometry) {
 /// "custom primitives of type 7", "spheres of type 0", "segments of curves of type 1, 12 points".
 std::string custom_text(const BufferView& view, std::size_t i) {
   const ShapeKind shape = shape_of(view, i);
-  const std::string type = " of type " + std::to_string(custom_type(view.geometries[i].flags));
+  const std::string type = " of type " + std::to_string(geometry_type(view.geometries[i].flags));
   if (shape == ShapeKind::kSpheres) return "spheres" + type;
   if (shape != ShapeKind::kCurves) return "custom primitives" + type;
   return "segments of curves" + type + ", " + std::to_string(view.shapes[i].point_count) + " points";
@@ -168,7 +168,7 @@ nlohmann::json geometry_json(const BufferView& view, std::size_t i) {
                          geometry.primitive_count},
                         {"dropped", geometry.dropped_count},
                         {"mask", geometry.mask}};
-  if (custom) result["type"] = custom_type(geometry.flags);
+  if (custom) result["type"] = geometry_type(geometry.flags);
   const ShapeKind shape = shape_of(view, i);
   if (shape == ShapeKind::kNone) return result;
   result["shapes"] = shape == ShapeKind::kCurves ? "curves" : "spheres";

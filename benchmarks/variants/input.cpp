@@ -61,9 +61,9 @@ build::Result<std::vector<Box>> load_boxes(const fs::path& path) {
 build::Result<void> check_boxes(const Tree& tree) {
   for (const GeometryRecord& geometry : tree.view.geometries)
     if ((geometry.flags & kGeometryCustom) != 0 &&
-        (geometry.primitive_count != tree.boxes.size() || custom_type(geometry.flags) != 0))
+        (geometry.primitive_count != tree.boxes.size() || geometry_type(geometry.flags) != 0))
       return fail(tree.path, "a geometry of " + std::to_string(geometry.primitive_count) +
-                                 " custom primitives of type " + std::to_string(custom_type(geometry.flags)) +
+                                 " custom primitives of type " + std::to_string(geometry_type(geometry.flags)) +
                                  ", but " + std::to_string(tree.boxes.size()) + " boxes for type 0");
   return {};
 }

@@ -7,24 +7,39 @@
 #include <hiprt_build/lbvh_ploc/lbvh.h>
 #include <hiprt_build/lbvh_ploc/morton.h>
 #include <hiprt_build/pair/pair_window.h>
+#include <hiprt_build/pipeline/gpu_geometry.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 
 namespace hiprt::build::kernels {
 
 /// What all blocks read and write.
 struct BatchJob {
-  const std::array<float, 3>* positions;
-  const std::array<std::uint32_t, 3>* triangles;
-  std::uint32_t position_count;
-  const std::uint32_t* first;  ///< Triangle of each mesh; one more at the end.
+  GeometryView together;                  ///< The arrays that all meshes share.
+  const gpu::DeviceGeometry* geometries;  ///< Or arrays of their own; else nullptr.
+  const std::uint32_t* first;             ///< Primitive of each mesh; one more at the end.
   bool pair, hploc;
   std::uint32_t radius;
   CollapseCosts costs;
   std::byte* base;
   std::uint64_t nodes_offset, leaves_offset;  ///< Mesh i has the records from its first triangle on.
-  const GeometryRecord* record;               ///< One for all.
+  GeometryRecord* records;                    ///< Per mesh; one for all if the arrays are shared.
   SceneView* views;
+  gpu::BatchCounts* counts;
   gpu::BatchReport* report;
+  std::uint64_t size;  ///< Bytes behind base.
+
+  HIPRT_HD GeometryView geometry(std::uint32_t mesh) const {
+    if (geometries != nullptr) {
+      GeometryView view = gpu::view_of(geometries[mesh]);
+      view.given_pairs = false;
+      return view;
+    }
+    GeometryView view = together;
+    view.triangles += std::uint64_t{first[mesh]} * sizeof(Triangle);
+    view.primitive_count = first[mesh + 1] - first[mesh];
+    return view;
+  }
+  HIPRT_HD GeometryRecord* record(std::uint32_t mesh) const { return geometries != nullptr ? records + mesh : records; }
 };
 
 /// @tparam kMost triangles of a mesh.
@@ -63,8 +78,7 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
 
   __device__ void run() {
     if (threadIdx.x == 0) {
-      m_.geometry = GeometryView{
-          job_.positions, job_.triangles + first_, nullptr, job_.position_count, count_, 0, 0xffffffffu, 0};
+      m_.geometry = job_.geometry(mesh_);
       m_.state.bounds.clear();
       m_.state.centers.clear();
       m_.state.counts = GroupCounts{};
@@ -183,17 +197,26 @@ template <unsigned kMost, unsigned kThreads> class BatchBlock {
     const bool is_run = counts.leaves != 0 && ((root & kLinkedLeaf) != 0 || m_.plans[root].is_run());
     SceneView view;
     view.base = job_.base;
-    view.size = 0;
-    view.geometries = job_.record;
+    view.size = job_.size;
+    view.geometries = job_.record(mesh_);
+    const bool custom = m_.geometry.is_custom();
     if (is_run)
-      view.root = make_ref(job_.leaves_offset + std::uint64_t{first_} * sizeof(PlanesLeaf), NodeType::kTriangle0);
+      view.root = make_ref(job_.leaves_offset + std::uint64_t{first_} * sizeof(PlanesLeaf),
+                           custom ? NodeType::kProcedural : NodeType::kTriangle0);
     else if (counts.leaves != 0)
       view.root = make_ref(job_.nodes_offset + std::uint64_t{first_} * sizeof(PlanesBoxNode), NodeType::kBox32);
     view.stack_bound = m_.state.wide.stack_need;
-    view.features = counts.leaves != 0 ? feature_bit(Feature::kTriangles) : 0;
+    view.features = counts.leaves == 0 ? 0 : feature_bit(custom ? Feature::kCustom : Feature::kTriangles);
+    if (m_.geometry.mask != 0xffffffffu) view.features |= feature_bit(Feature::kMasks);
     view.layout = NodeLayout::kPlanes;
     view.bounds = m_.state.bounds.get();
     job_.views[mesh_] = view;
+    job_.counts[mesh_] = {counts.leaves == 0 || is_run ? 0u : m_.plans[root].nodes, counts.leaves};
+    if (job_.geometries != nullptr) {
+      const std::uint32_t dropped =
+          counts.dropped[kNotFinite] + counts.dropped[kDegenerate] + counts.dropped[kBadIndex];
+      *job_.record(mesh_) = GeometryRecord{0, count_, dropped, m_.geometry.mask, m_.geometry.flags};
+    }
     const auto dropped = [&](DropReason reason, std::uint32_t& sum) {
       const std::uint32_t count = counts.dropped[reason];
       if (count != 0) fetch_add(&sum, count);
@@ -218,14 +241,23 @@ __global__ void __launch_bounds__(kThreads) build_batch(BatchJob job, std::uint3
   BatchBlock<kMost, kThreads>(job, memory, mesh).run();
 }
 
+/// Numbers of primitives, and 0 at the end.
+static __global__ void __launch_bounds__(kBlock)
+    count_primitives(const gpu::DeviceGeometry* geometries, std::uint32_t count, std::uint32_t* counts) {
+  const std::uint32_t i = thread_index();
+  if (i <= count) counts[i] = i < count ? geometries[i].primitive_count : 0;
+}
+
 static __global__ void start_batch(gpu::BatchReport report, gpu::BatchReport* to, GeometryRecord* record) {
   *to = report;
   *record = GeometryRecord{0, 0, 0, 0xffffffffu, 0};
 }
 
 /// A mesh that was too large for a block.
-static __global__ void adopt_scene(const gpu::BuildReport* from, SceneView* to, gpu::BatchReport* report) {
+static __global__ void adopt_scene(const gpu::BuildReport* from, SceneView* to, gpu::BatchCounts* counts,
+                                   gpu::BatchReport* report) {
   *to = from->view;
+  *counts = from->view.root == kInvalidRef ? gpu::BatchCounts{} : gpu::BatchCounts{from->nodes, from->leaves};
   report->bad_indices += from->bad_indices;
   report->dropped_not_finite += from->dropped_not_finite;
   report->dropped_degenerate += from->dropped_degenerate;

@@ -43,8 +43,8 @@ template <class Layout> struct LeafWriter {
     leaves[at] = record;
   }
   HIPRT_HD void write_custom(std::uint32_t at, const GeometryView& customs, const LeafInfo& info, Box& box) const {
-    const Box first = customs.boxes[info.primitive[0]];
-    const Box second = info.primitive[1] == kInvalidId ? empty_box() : customs.boxes[info.primitive[1]];
+    const Box first = customs.box(info.primitive[0]);
+    const Box second = info.primitive[1] == kInvalidId ? empty_box() : customs.box(info.primitive[1]);
     static_assert(sizeof(Leaf) == sizeof(CustomLeaf));
     *reinterpret_cast<CustomLeaf*>(leaves + at) = CustomLeaf{{first, second}, info};
     grow(box, first);

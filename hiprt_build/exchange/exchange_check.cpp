@@ -60,7 +60,7 @@ LocalPrimitive locate(const BuildInput& input, std::uint32_t primitive) {
 
 DropReason drop_reason_of(const BuildInput& input, LocalPrimitive at) {
   const GeometryView& geometry = input.geometries[at.geometry];
-  if (geometry.is_custom()) return drop_reason(geometry.boxes[at.primitive]);
+  if (geometry.is_custom()) return drop_reason(geometry.box(at.primitive));
   TriangleCorners corners;
   return load_triangle(geometry, at.primitive, corners);
 }

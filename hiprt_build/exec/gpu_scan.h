@@ -131,6 +131,12 @@ static __global__ void __launch_bounds__(kBlock) scan_tile(const std::uint32_t* 
 
 }  // namespace gpu_scan_detail
 
+/// @return the bytes of temporary memory that a scan of so many values needs.
+inline std::size_t scan_bytes(std::uint32_t count) {
+  using namespace gpu_scan_detail;
+  return (std::size_t{(count + kTile - 1) / kTile} + 1) * sizeof(std::uint64_t);
+}
+
 /// sums[i] = values[0] + ... + values[i - 1], in 32 bits. If only the device knows the number of values, fill the rest
 /// of @p count with 0. The sums behind the last value are then the sum of all.
 /// @param temp aligned to 8 bytes. If nullptr, the function only stores the needed size in @p temp_bytes.
@@ -141,7 +147,7 @@ inline gpu::Result<void> exclusive_scan(void* temp, std::size_t& temp_bytes, con
                                         hipStream_t stream) {
   using namespace gpu_scan_detail;
   const std::uint32_t tiles = (count + kTile - 1) / kTile;
-  const std::size_t bytes = (std::size_t{tiles} + 1) * sizeof(std::uint64_t);
+  const std::size_t bytes = scan_bytes(count);
   if (temp == nullptr) {
     temp_bytes = bytes;
     return {};

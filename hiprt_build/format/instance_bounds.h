@@ -3,6 +3,7 @@
 
 #include <hiprt_build/format/box.h>
 #include <hiprt_build/format/motion_bounds.h>
+#include <hiprt_build/format/short_stack.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_device/math/affine.h>
 
@@ -69,19 +70,6 @@ struct PendingPart {
   HIPRT_HD friend bool operator<(const PendingPart& a, const PendingPart& b) { return a.excess < b.excess; }
 };
 
-/// A vector of at most kMost elements, without an allocation.
-template <class T, unsigned kMost> class ShortStack {
- public:
-  HIPRT_HD bool empty() const { return size_ == 0; }
-  HIPRT_HD void clear() { size_ = 0; }
-  HIPRT_HD void push_back(const T& value) { values_[size_++] = value; }
-  HIPRT_HD const T& back() const { return values_[size_ - 1]; }
-  HIPRT_HD void pop_back() { --size_; }
-
- private:
-  T values_[kMost];
-  unsigned size_ = 0;
-};
 /// A stack of PendingPart, for bounds from up to @p kLevels levels.
 template <unsigned kLevels> using ShortPartStack = ShortStack<PendingPart, 1 + (kBranching - 1) * kLevels>;
 

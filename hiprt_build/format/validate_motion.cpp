@@ -72,12 +72,13 @@ Check check_segment(const BufferView& view, const MotionRecord& motion, std::spa
                       std::bit_cast<float>(std::bit_cast<SegmentWords>(segments[i])[bad]), 0.0f);
   if (view.has_moving_boxes())
     if (auto shutter = check_shutter(*view.header, segments[i]); !shutter) return shutter;
-  if (const auto singular = magnify(magnification, segments[i], motion.kind))
+  motion_detail::BadMatrix singular{};
+  if (!magnify(magnification, segments[i], motion.kind, singular))
     return fail_double(FormatError::kBadMotion,
                        at + (motion.kind == MotionKind::kMatrix
                                  ? offsetof(MotionSegment, linear)
                                  : offsetof(MotionSegment, turning) + offsetof(TurningSegment, stretch)),
-                       singular->determinant, 0.0);
+                       singular.determinant, 0.0);
   return {};
 }
 

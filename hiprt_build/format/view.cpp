@@ -112,7 +112,7 @@ tl::expected<void, FormatIssue> check_geometries(const BufferView& view) {
     if (geometry.first_primitive != next) return fail(FormatError::kPrimitiveCount, at, geometry.first_primitive, next);
     if (geometry.primitive_count > header.primitive_count - next || geometry.primitive_count >= kInvalidId)
       return fail(FormatError::kPrimitiveCount, at + 8, geometry.primitive_count, header.primitive_count - next);
-    const std::uint32_t known = (geometry.flags & kGeometryCustom) != 0 ? custom_geometry_flags(0xff) : 0u;
+    constexpr std::uint32_t known = custom_geometry_flags(kMaxGeometryType);
     if ((geometry.flags & ~known) != 0) return fail(FormatError::kBadReservedField, at + 28, geometry.flags, known);
     next += geometry.primitive_count;
   }

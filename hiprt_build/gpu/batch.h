@@ -22,7 +22,14 @@ struct DeviceBatch {
   const std::uint32_t* device_first = nullptr;  ///< The same numbers on the device.
 };
 
-/// A mesh with more triangles is built by itself, as build_scene() does, after the others; it takes memory twice.
+/// Geometries with arrays and strides of their own: meshes and boxes in any mixture. They may share arrays. Pairs are
+/// ignored, except by geometries that are built by themselves.
+struct GeometryBatch {
+  std::span<const DeviceGeometry> geometries{};       ///< On the host: read before the call returns.
+  const DeviceGeometry* device_geometries = nullptr;  ///< The same on the device.
+};
+
+/// A geometry with more primitives is built by itself, as build_scene() does, after the others; it takes memory twice.
 inline constexpr std::uint32_t kBatchTriangles = 256;
 
 /// In device memory, written when the stream passes the build; sums over all meshes.
@@ -31,10 +38,17 @@ struct BatchReport {
   std::uint32_t too_deep = 0;  ///< Scenes that are empty because of BuildStatus::kTooDeep.
 };
 
+/// Numbers of records of one scene.
+struct BatchCounts {
+  std::uint32_t nodes = 0, leaves = 0;
+};
+
 /// Where the results will be: in the output's memory.
 struct BatchScenes {
   const SceneView* views = nullptr;  ///< Of mesh i, whose hits have geometry 0.
   const BatchReport* report = nullptr;
+  const BatchCounts* counts = nullptr;  ///< Of mesh i.
+  std::uint32_t count = 0;              ///< Number of meshes or geometries.
 };
 
 /// @param options builder, pairs, leaves and costs as for a scene; layout kPlanes.
@@ -44,5 +58,22 @@ Result<BuildSizes> batch_sizes(const DeviceBatch& batch, const BuildOptions& opt
 /// Starts the builds on the stream and returns, as enqueue_build().
 Result<BatchScenes> enqueue_batch(const DeviceBatch& batch, const BuildOptions& options, std::byte* output,
                                   std::byte* scratch, hipStream_t stream);
+
+/// The same for geometries.
+Result<BuildSizes> batch_sizes(const GeometryBatch& batch, const BuildOptions& options = {});
+Result<BatchScenes> enqueue_batch(const GeometryBatch& batch, const BuildOptions& options, std::byte* output,
+                                  std::byte* scratch, hipStream_t stream);
+
+/// Scenes of a batch in memory of their exact size.
+struct CompactBatch {
+  DeviceBuffer buffer;
+  BatchScenes scenes;  ///< In the buffer.
+};
+
+/// Copies the scenes of a batch to a new buffer, without the gaps between them. Waits for the stream once. The old
+/// output is unused once the stream has passed the copies.
+/// @return kTooLarge if nodes and leaves would end beyond the addresses of node references, or the errors of
+/// DeviceBuffer and of launches.
+Result<CompactBatch> compact_batch(const BatchScenes& scenes, hipStream_t stream, Allocator& allocator);
 
 }  // namespace hiprt::gpu

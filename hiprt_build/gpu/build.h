@@ -23,14 +23,25 @@ namespace hiprt::gpu {
 /// Triangles with an index past the positions are dropped too, and counted.
 struct DeviceGeometry {
   const build::Position* positions = nullptr;
-  const build::Triangle* triangles = nullptr;
+  const build::Triangle* triangles = nullptr;  ///< nullptr only with implicit_triangles.
   /// Of custom primitives; then positions and triangles are nullptr. A custom geometry without primitives needs an
   /// address other than nullptr, too.
   const Box* boxes = nullptr;
   std::uint32_t position_count = 0;
   std::uint32_t primitive_count = 0;  ///< Triangles or boxes. Of all geometries at most kMaxBuildPrimitives.
   std::uint32_t mask = 0xffffffffu;   ///< As build::TriangleMesh::mask.
-  std::uint8_t type = 0;              ///< Of custom primitives; as build::CustomGeometry::type.
+  std::uint32_t type = 0;             ///< As build::TriangleMesh::type and build::CustomGeometry::type.
+  /// Triangle i has the positions 3 i, 3 i + 1 and 3 i + 2; as build::TriangleMesh::implicit_triangles.
+  bool implicit_triangles = false;
+  /// In bytes, multiples of 4: the distances between positions, triangles and boxes in memory.
+  std::uint32_t position_stride = sizeof(build::Position);
+  std::uint32_t triangle_stride = sizeof(build::Triangle);
+  std::uint32_t box_stride = sizeof(Box);
+  /// Offset in bytes of a box's upper corner: a multiple of 4. Boxes of two float4 have stride 32 and offset 16.
+  std::uint32_t box_upper = sizeof(float[3]);
+  /// As build::TriangleMesh::pairs; nullptr: the builder chooses. Pairs with triangles that do not exist are ignored.
+  const build::TrianglePair* pairs = nullptr;
+  std::uint32_t pair_count = 0;
 };
 
 /// Primitives of one build, all geometries together.
@@ -63,6 +74,7 @@ enum class BuildStatus : std::uint32_t {
   kBadIndex = 1,  ///< Triangles have an index past the positions. The scene is complete without those triangles.
   kTooDeep = 2,   ///< A traversal would need more than 180 stack entries: the scene is empty.
   kTooLarge = 3,  ///< Layout quantized: a coordinate of 2^126 or more; the scene is empty.
+  kBadTree = 4,   ///< enqueue_import(): the nodes do not form a tree, see bad_node; the scene is empty.
 };
 
 /// The result of a build, in device memory. It is written when the stream passes the build. Without padding, so that it
@@ -76,9 +88,11 @@ struct BuildReport {
   std::uint32_t pairs = 0;  ///< Leaves with two primitives, before splitting.
   std::uint32_t dropped_not_finite = 0, dropped_degenerate = 0, bad_indices = 0;
   build::Builder builder = build::Builder::kHploc;  ///< That made the tree: kLbvh if kHploc's was too deep.
+  std::uint32_t missing = 0;                        ///< enqueue_import(): primitives without a leaf.
+  std::uint32_t bad_node = 0;  ///< kBadTree: a node, or nodes + number of a leaf, that is out of range or shared.
 };
 
-static_assert(sizeof(BuildReport) == sizeof(SceneView) + 10 * sizeof(std::uint32_t));
+static_assert(sizeof(BuildReport) == sizeof(SceneView) + 12 * sizeof(std::uint32_t));
 
 /// @return kInvalidInput or kTooLarge with the number and its limit, or the runtime's error.
 Result<BuildSizes> build_sizes(std::span<const DeviceGeometry> geometries, const BuildOptions& options = {});

@@ -26,12 +26,15 @@ std::string describe(const BuildInput& input, std::size_t geometry);
 /// "mesh 3 (chair.obj), triangle 17: " or "custom geometry 0 (hair), primitive 4: "
 std::string describe(const BuildInput& input, std::size_t geometry, std::size_t primitive);
 
-/// Checks that the numbers of geometries, vertices and primitives are within the limits of files and builders. Reads no
-/// array.
+/// Checks the numbers of geometries, vertices and primitives, and strides and types, against the limits of files and
+/// builders. Reads no array.
 Result<void> check_sizes(const SceneInput& scene);
 
 /// Refuses indices past the vertices and names the first.
 Result<void> check_indices(CpuEngine& engine, const BuildInput& input);
+
+/// Refuses pairs of triangles that do not exist, and triangles in two pairs.
+Result<void> check_pairs(CpuEngine& engine, const BuildInput& input);
 
 /// Checks shapes: as many as boxes, valid ones (shape_boxes()), and each inside its box.
 Result<void> check_shapes(CpuEngine& engine, const BuildInput& input);

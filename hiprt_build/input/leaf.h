@@ -82,8 +82,8 @@ HIPRT_HD HIPRT_FORCE_INLINE LeafCorners leaf_corners(const GeometryTable& geomet
 /// The box of a leaf's primitives. @param first the lower one, in its geometry.
 HIPRT_HD HIPRT_FORCE_INLINE Box leaf_box(const GeometryView& geometry, std::uint32_t first, LeafContents contents) {
   if (geometry.is_custom()) {
-    const Box box = geometry.boxes[first];
-    return contents.is_pair() ? unite(box, geometry.boxes[first + contents.distance()]) : box;
+    const Box box = geometry.box(first);
+    return contents.is_pair() ? unite(box, geometry.box(first + contents.distance())) : box;
   }
   const LeafCorners corners = leaf_corners(geometry, first, contents);
   Box box = empty_box();
@@ -97,8 +97,8 @@ inline SimdBox leaf_simd_box(const GeometryTable& geometries, const LeafPrimitiv
   const std::uint32_t first = leaf.primitive - geometry.first;
   SimdBox box;
   if (geometry.is_custom()) {
-    box.add(to_simd(geometry.boxes[first]));
-    if (leaf.contents.is_pair()) box.add(to_simd(geometry.boxes[first + leaf.contents.distance()]));
+    box.add(to_simd(geometry.box(first)));
+    if (leaf.contents.is_pair()) box.add(to_simd(geometry.box(first + leaf.contents.distance())));
   } else {
     for (const Point& v : leaf_corners(geometry, first, leaf.contents).v) box.add(to_float4(v));
   }

@@ -1,5 +1,7 @@
 #include <hiprt_build/input/provenance.h>
 
+#include <hiprt_build/input/build_input.h>
+
 #include <nlohmann/json.hpp>
 
 #define XXH_INLINE_ALL
@@ -48,19 +50,38 @@ std::optional<double> number(const nlohmann::json& document, const char* group, 
 
 using Json = nlohmann::ordered_json;
 
+/// The elements without the gaps between them, so that the hash does not depend on strides.
+template <class T, class View> std::span<const T> packed(const View& elements, std::vector<T>& copy) {
+  if (!elements.has_gaps()) return {static_cast<const T*>(elements.data()), elements.size()};
+  copy.resize(elements.size());
+  for (std::size_t i = 0; i < copy.size(); ++i) copy[i] = elements[i];
+  return copy;
+}
+
+std::string hash_of(Monitor& monitor, const TriangleMesh& mesh) {
+  std::vector<Position> positions;
+  std::vector<Triangle> triangles;
+  return hash(monitor, packed(mesh.positions, positions), packed(mesh.triangles, triangles), std::span(&mesh.mask, 1));
+}
+
+std::string hash_of(Monitor& monitor, const CustomGeometry& custom) {
+  std::vector<Box> boxes;
+  return hash(monitor, packed(custom.boxes, boxes), std::span(&custom.mask, 1), custom.shapes.points,
+              custom.shapes.segments);
+}
+
 Json describe_input(Monitor& monitor, const SceneInput& scene) {
   Json geometries = Json::array();
   for (const TriangleMesh& mesh : scene.meshes)
     geometries.push_back({{"name", std::string(mesh.name)},
                           {"vertices", mesh.positions.size()},
-                          {"triangles", mesh.triangles.size()},
-                          {"xxh3", hash(monitor, mesh.positions, mesh.triangles, std::span(&mesh.mask, 1))}});
+                          {"triangles", triangle_count(mesh)},
+                          {"xxh3", hash_of(monitor, mesh)}});
   for (const CustomGeometry& custom : scene.customs)
     geometries.push_back({{"name", std::string(custom.name)},
                           {"customs", custom.boxes.size()},
                           {"type", custom.type},
-                          {"xxh3", hash(monitor, custom.boxes, std::span(&custom.mask, 1), custom.shapes.points,
-                                        custom.shapes.segments)}});
+                          {"xxh3", hash_of(monitor, custom)}});
   return geometries;
 }
 

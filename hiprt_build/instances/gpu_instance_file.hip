@@ -4,27 +4,37 @@
 #include <hiprt_build/format/checksum.h>
 #include <hiprt_build/instances/gpu_instance_layout.h>
 #include <hiprt_build/instances/instance_fault.h>
+#include <hiprt_build/instances/pack_object.h>
 
 #include <algorithm>
 #include <cstring>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace hiprt::gpu {
 namespace {
 
-/// Sections of a scene's file besides those of its tree. They take the place of the provenance.
-constexpr std::uint32_t kInstancesAt = kProvenanceAt, kObjectsAt = kInstancesAt + 1, kObjectFilesAt = kObjectsAt + 1,
-                        kSceneSections = kObjectFilesAt + 1;
+using build::PackedObject;
 
-/// The file without gaps.
-FileLayout scene_layout(const InstanceReport& report, std::uint64_t objects, std::uint64_t object_bytes) {
-  const FileLayout tree = tree_layout(report.view.layout, {report.nodes, report.leaves, report.instances, 1},
-                                      kSceneSections - kTreeSections);
-  FileLayout file(kSceneSections);
-  for (std::uint32_t i = 0; i < kProvenanceAt; ++i) file.keep(tree[i], tree[i].offset + tree[i].count * tree[i].stride);
+/// Positions in scene_layout(), behind those of the tree. They take the place of the provenance.
+constexpr std::uint32_t kInstancesAt = kProvenanceAt, kObjectsAt = kInstancesAt + 1, kObjectFilesAt = kObjectsAt + 1,
+                        kMotionsAt = kObjectFilesAt + 1, kSegmentsAt = kMotionsAt + 1;
+
+/// The file without gaps. @param segments 0: nothing moves.
+FileLayout scene_layout(const InstanceReport& report, std::uint64_t objects, std::uint64_t object_bytes,
+                        std::uint64_t segments) {
+  FileLayout file(segments == 0 ? kMotionsAt : kSegmentsAt + 1);
+  file.add(SectionKind::kNodes, report.nodes, node_size(report.view.layout));
+  file.add(SectionKind::kLeaves, report.leaves, sizeof(CustomLeaf));
+  file.add(SectionKind::kPrimitiveMap, report.instances, sizeof(std::uint32_t));
+  file.add(SectionKind::kGeometries, 1, sizeof(GeometryRecord));
   file.add(SectionKind::kInstances, report.instances, sizeof(InstanceRecord));
   file.add(SectionKind::kObjects, objects, sizeof(ObjectRecord));
   file.add(SectionKind::kObjectFiles, object_bytes, 1, kSectionRequired, kBufferAlignment);
+  if (segments == 0) return file;
+  file.add(SectionKind::kMotions, report.instances, sizeof(MotionRecord));
+  file.add(SectionKind::kMotionSegments, segments, sizeof(MotionSegment));
   return file;
 }
 
@@ -99,6 +109,15 @@ std::string describe(const InstanceReport& report, std::uint32_t objects) {
       return "object " + std::to_string(report.object) + ", the scene has " + std::to_string(objects);
     case InstanceStatus::kBadFlags:
       return "flags that are none of InstanceFlags";
+    case InstanceStatus::kBadMotion:
+      return build::describe_fault(report.motion_fault, report.key, report.determinant);
+    case InstanceStatus::kOtherLayout:
+      return "object " + std::to_string(report.object) + " has another node layout than the scene's objects";
+    case InstanceStatus::kOtherShutter:
+      return "object " + std::to_string(report.object) +
+             " has moving boxes; give their shutter to SceneObjects, or build it without motion";
+    case InstanceStatus::kNotInTree:
+      return "it was empty when the tree was built, and is not now; build the tree again";
     default:
       return "its bounds are beyond what floats hold";
   }
@@ -129,35 +148,140 @@ Result<InstanceReport> read_report(const InstanceReport* report, const SceneObje
   }
 }
 
-Result<build::Buffer> download_file(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream) {
-  try {
-    Downloader device(stream);
-    std::vector<ObjectRecord> records(objects.count);
-    device.copy(records.data(), objects.records, records.size() * sizeof(ObjectRecord));
-    if (auto done = device.wait(); !done) return tl::unexpected(std::move(done.error()));
-    const std::vector<ObjectRecord> there = records;
-    std::uint64_t object_bytes = 0;
-    for (ObjectRecord& record : records) {
-      record.offset = align_up(object_bytes, kBufferAlignment);
-      object_bytes = record.offset + record.size;
+namespace {
+
+/// A scene of instances on its way to a file.
+class SceneDownload {
+ public:
+  SceneDownload(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream)
+      : report_(report),
+        objects_(objects),
+        device_(stream),
+        from_(output_tree_layout(report.view.layout, report.instances)) {}
+
+  Result<build::Buffer> run() {
+    instances_.resize(report_.instances);
+    there_.resize(objects_.count);
+    std::vector<MotionRecord> motions(report_.view.motions == nullptr ? 0 : report_.instances);
+    copy(instances_, report_.view.instances);
+    copy(there_, objects_.records);
+    copy(motions, report_.view.motions);
+    if (auto done = device_.wait(); !done) return tl::unexpected(std::move(done.error()));
+    if (auto done = read_segments(motions); !done) return tl::unexpected(std::move(done.error()));
+    if (auto done = plan_objects(); !done) return tl::unexpected(std::move(done.error()));
+    return write();
+  }
+
+ private:
+  template <class T> void copy(std::vector<T>& to, const T* from) {
+    device_.copy(to.data(), from, to.size() * sizeof(T));
+  }
+
+  Result<void> read_segments(const std::vector<MotionRecord>& motions) {
+    std::uint64_t begin = ~std::uint64_t{0}, end = 0;
+    for (const MotionRecord& motion : motions) {
+      if (motion.count == 0) continue;
+      begin = std::min(begin, motion.segments);
+      end = std::max(end, motion.segments + motion.count * sizeof(MotionSegment));
     }
-    const FileLayout file = scene_layout(report, objects.count, object_bytes);
-    const FileLayout from = output_tree_layout(report.view.layout, report.instances);
+    if (end == 0) return {};
+    std::vector<MotionSegment> segments(static_cast<std::size_t>((end - begin) / sizeof(MotionSegment)));
+    copy(segments, reinterpret_cast<const MotionSegment*>(report_.view.base + begin));
+    if (auto done = device_.wait(); !done) return done;
+    motions_ = build::pack_motions(motions, [&](std::uint64_t offset) {
+      return segments[static_cast<std::size_t>((offset - begin) / sizeof(MotionSegment))];
+    });
+    return {};
+  }
+
+  /// Whether the objects lie in one file's copy, and need no packing.
+  bool is_file() const { return objects_.base != nullptr; }
+
+  /// The records, with offsets that count from the first object's file.
+  Result<void> plan_objects() {
+    if (!is_file())
+      if (auto done = pack(); !done) return done;
+    for (std::size_t i = 0; i < there_.size(); ++i) {
+      ObjectRecord& record = records_.emplace_back(is_file() ? there_[i] : packed_[i].record);
+      record.offset = align_up(object_bytes_, kBufferAlignment);
+      object_bytes_ = record.offset + record.size;
+    }
+    return {};
+  }
+  Result<void> pack() {
+    std::map<std::pair<std::uint64_t, std::uint64_t>, std::vector<std::byte>> memory;
+    for (const ObjectRecord& record : there_) {
+      std::vector<std::byte>& bytes = memory[{record.offset, record.size}];
+      if (!bytes.empty() || record.root == kInvalidRef) continue;
+      bytes.resize(static_cast<std::size_t>(record.size));
+      copy(bytes, reinterpret_cast<const std::byte*>(static_cast<std::uintptr_t>(record.offset)));
+    }
+    if (auto done = device_.wait(); !done) return done;
+    for (std::size_t i = 0; i < there_.size(); ++i) {
+      auto object = build::pack_object(memory[{there_[i].offset, there_[i].size}], there_[i], objects_.layout,
+                                       objects_.shutter_begin, objects_.shutter_rate, packed_);
+      if (!object) return fail(object.error().code, "object ", i, ": ", object.error().message);
+      packed_.push_back(std::move(*object));
+    }
+    return {};
+  }
+
+  Result<build::Buffer> write() {
+    const FileLayout file = scene_layout(report_, records_.size(), object_bytes_, motions_.segments.size());
     build::Buffer buffer(static_cast<std::size_t>(file.byte_size()));
     std::byte* bytes = buffer.bytes().data();
     for (unsigned i = 0; i < kProvenanceAt; ++i)
-      device.copy(bytes + file[i].offset, report.view.base + from[i].offset, file[i].count * file[i].stride);
-    device.copy(bytes + file[kInstancesAt].offset, report.view.instances, report.instances * sizeof(InstanceRecord));
-    for (std::size_t i = 0; i < records.size(); ++i) {
-      records[i].offset += file[kObjectFilesAt].offset;
-      device.copy(bytes + records[i].offset, objects.base + there[i].offset, records[i].size);
+      device_.copy(bytes + file[i].offset, report_.view.base + from_[i].offset, file[i].count * file[i].stride);
+    for (std::size_t i = 0; i < records_.size(); ++i) {
+      records_[i].offset += file[kObjectFilesAt].offset;
+      std::byte* to = bytes + records_[i].offset;
+      if (is_file())
+        device_.copy(to, objects_.base + there_[i].offset, records_[i].size);
+      else
+        std::memcpy(to, packed_[i].file.bytes().data(), packed_[i].file.size());
     }
-    if (auto done = device.wait(); !done) return tl::unexpected(std::move(done.error()));
-    std::memcpy(bytes + file[kObjectsAt].offset, records.data(), records.size() * sizeof(ObjectRecord));
-    move_children(bytes + file[kNodesAt].offset, report, from, file);
-    write_header(bytes, report, from, file);
+    if (auto done = device_.wait(); !done) return tl::unexpected(std::move(done.error()));
+    put(bytes, file[kInstancesAt], instances_);
+    put(bytes, file[kObjectsAt], records_);
+    if (!motions_.segments.empty()) {
+      for (MotionRecord& motion : motions_.records)
+        if (motion.count != 0) motion.segments += file[kSegmentsAt].offset;
+      put(bytes, file[kMotionsAt], motions_.records);
+      put(bytes, file[kSegmentsAt], motions_.segments);
+    }
+    if (!is_file()) enter_packed(reinterpret_cast<CustomLeaf*>(bytes + file[kLeavesAt].offset));
+    move_children(bytes + file[kNodesAt].offset, report_, from_, file);
+    write_header(bytes, report_, from_, file);
     reinterpret_cast<FileHeader*>(bytes)->checksum = file_checksum(std::as_const(buffer).bytes());
     return buffer;
+  }
+
+  template <class Records> static void put(std::byte* bytes, const SectionEntry& section, const Records& records) {
+    std::memcpy(bytes + section.offset, records.data(), static_cast<std::size_t>(section.count * section.stride));
+  }
+
+  /// Rays enter the packed objects at other nodes.
+  void enter_packed(CustomLeaf* leaves) const {
+    for (std::uint32_t i = 0; i < report_.leaves; ++i)
+      leaves[i].info.primitive[1] = packed_[instances_[leaves[i].info.primitive[0]].object].record.root;
+  }
+
+  const InstanceReport& report_;
+  const SceneObjects& objects_;
+  Downloader device_;
+  FileLayout from_;  ///< Of the tree, in the output.
+  std::vector<InstanceRecord> instances_;
+  build::PackedMotions motions_;
+  std::vector<ObjectRecord> there_, records_;
+  std::vector<PackedObject> packed_;
+  std::uint64_t object_bytes_ = 0;
+};
+
+}  // namespace
+
+Result<build::Buffer> download_file(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream) {
+  try {
+    return SceneDownload(report, objects, stream).run();
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kOutOfMemory, "no host memory for the file of a scene of ", report.instances, " instances");
   }

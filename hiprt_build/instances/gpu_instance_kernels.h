@@ -3,6 +3,7 @@
 
 #include <hiprt_build/gpu/instances.h>
 #include <hiprt_build/input/geometry.h>
+#include <hiprt_build/instances/gpu_motion.h>
 #include <hiprt_build/instances/make_instance.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 
@@ -21,7 +22,13 @@ struct SharedNeeds {
   std::uint64_t condition, reach;  ///< The bits of doubles, which are not negative.
   std::uint32_t levels, stack;
   std::uint32_t features;
-  std::uint32_t fault;  ///< 8 * instance + status of the first; kInvalidId: none.
+  std::uint32_t fault;  ///< kStatuses * instance + status of the first; kInvalidId: none.
+
+  /// More than there are InstanceStatus. Instances are below 2^28.
+  static constexpr std::uint32_t kStatuses = 16;
+  HIPRT_HD void add_fault(std::uint32_t instance, InstanceStatus status) {
+    if (status != InstanceStatus::kOk) hiprt::lower(&fault, kStatuses * instance + static_cast<std::uint32_t>(status));
+  }
 
   HIPRT_HD void clear() {
     const format_detail::InstanceNeeds none;
@@ -53,6 +60,7 @@ struct SharedNeeds {
 template <class Layout> struct MakeInstanceStep {
   const DeviceInstance* instances;
   std::uint32_t count;
+  const gpu::KeyRange* ranges;  ///< nullptr: nothing moves.
   gpu::SceneObjects objects;
   unsigned levels;  ///< Of the objects' nodes that boxes are made of.
   InstanceRecord* records;
@@ -65,20 +73,37 @@ template <class Layout> struct MakeInstanceStep {
     const DeviceInstance instance = instances[i];
     if (instance.object >= objects.count) return InstanceStatus::kBadObject;
     if ((instance.flags & ~InstanceFlags::kKnown) != 0) return InstanceStatus::kBadFlags;
+    const ObjectRecord& object = objects.records[instance.object];
+    if (const InstanceStatus fault = fault_of(object); fault != InstanceStatus::kOk) return fault;
+    // MoveInstanceStep makes the moving ones.
+    if (ranges != nullptr && ranges[i].count != 0) return InstanceStatus::kOk;
     MadeInstance made = make_instance(instance.to_scene.row);
     if (made.fault != TransformFault::kNone) return static_cast<InstanceStatus>(made.fault);
-    made.record.object = instance.object;
-    made.record.mask = instance.mask;
-    made.record.id = instance.id;
-    made.record.flags = instance.flags;
+    set_numbers(made.record, instance);
     records[i] = made.record;
-    const ObjectRecord& object = objects.records[instance.object];
     if (object.root == kInvalidRef) return InstanceStatus::kOk;
     needs.add(made.record, object);
     const Box box = instance_box<Layout>(made.record, object, objects.base + object.offset, levels);
     if (format_detail::first_bad_plane(box) != format_detail::kNoPlane) return InstanceStatus::kTooFar;
     boxes[i] = box;
     return InstanceStatus::kOk;
+  }
+
+  HIPRT_HD static void set_numbers(InstanceRecord& record, const DeviceInstance& instance) {
+    record.object = instance.object;
+    record.mask = instance.mask;
+    record.id = instance.id;
+    record.flags = instance.flags;
+  }
+
+ private:
+  /// Records of enqueue_objects() have the object's layout where files have 0.
+  HIPRT_HD InstanceStatus fault_of(const ObjectRecord& object) const {
+    if (object.root == kInvalidRef) return InstanceStatus::kOk;
+    if (object.reserved != 0 && object.reserved != static_cast<std::uint32_t>(objects.layout))
+      return InstanceStatus::kOtherLayout;
+    const bool moving_boxes = (object.features & feature_bit(Feature::kMovingBoxes)) != 0;
+    return moving_boxes && objects.shutter_rate == 0.0f ? InstanceStatus::kOtherShutter : InstanceStatus::kOk;
   }
 };
 
@@ -97,7 +122,7 @@ __global__ void __launch_bounds__(kInstanceBlock) make_instances(MakeInstanceSte
     format_detail::InstanceNeeds mine;
     const InstanceStatus status = step(i, mine);
     together.add(mine);
-    if (status != InstanceStatus::kOk) hiprt::lower(&together.fault, 8 * i + static_cast<std::uint32_t>(status));
+    together.add_fault(i, status);
   }
   __syncthreads();
   if (threadIdx.x == 0) needs->add(together);
@@ -111,19 +136,24 @@ struct InstancePlan {
   gpu::SceneObjects objects;
   CustomLeaf* leaves;
   InstanceRecord* records;
+  MotionRecord* motions;      ///< nullptr: nothing moves.
   ObjectRecord* own_objects;  ///< With offsets that count from the output.
   InstanceReport* report;
+  std::uint64_t size;  ///< Bytes of the output.
 };
 
 /// What the tree's build and the instances say, in this order.
 HIPRT_HD inline void judge(const InstancePlan& plan, const SharedNeeds& needs, InstanceReport& report) {
   if (needs.fault != kInvalidId) {
-    report.status = static_cast<InstanceStatus>(needs.fault & 7u);
-    report.instance = needs.fault >> 3;
+    report.status = static_cast<InstanceStatus>(needs.fault % SharedNeeds::kStatuses);
+    report.instance = needs.fault / SharedNeeds::kStatuses;
     const DeviceInstance& instance = plan.from.instances[report.instance];
     report.object = instance.object;
+    const bool moves = plan.motions != nullptr && plan.from.motions.ranges[report.instance].count != 0;
+    const bool of_keys = moves && report.object < plan.objects.count;
+    const Affine to_scene = of_keys ? judge_motion(plan.from.motions, report) : instance.to_scene;
     if (report.status != InstanceStatus::kNoInverse) return;
-    const MadeInstance made = make_instance(instance.to_scene.row);
+    const MadeInstance made = make_instance(to_scene.row);
     report.determinant = made.determinant;
     report.condition = made.condition;
     return;
@@ -151,7 +181,9 @@ HIPRT_HD inline InstanceReport instance_report(const InstancePlan& plan, const S
   report.leaves = plan.built->leaves;
   SceneView& view = report.view;
   view = plan.built->view;
+  view.size = plan.size;
   view.instances = plan.records;
+  view.motions = plan.motions;
   view.objects = plan.own_objects;
   view.features = needs.features;
   view.levels = needs.levels;
@@ -178,7 +210,10 @@ static __global__ void __launch_bounds__(kBlock) finish_instances(InstancePlan p
   }
   if (i < plan.objects.count) {
     ObjectRecord object = plan.objects.records[i];
-    object.offset += static_cast<std::uint64_t>(plan.objects.base - plan.output);
+    // Modulo 2^64: separate objects may lie before the output.
+    object.offset += reinterpret_cast<std::uintptr_t>(plan.objects.base);
+    object.offset -= reinterpret_cast<std::uintptr_t>(plan.output);
+    object.reserved = 0;
     plan.own_objects[i] = object;
   }
   if (i == 0) *plan.report = instance_report(plan, *needs);

@@ -43,7 +43,7 @@ static __global__ void __launch_bounds__(kGroupBlock)
     windows(WaveGroup{}, shared[my_group], w, [&](const PairedPrimitive& paired) {
       const Reference reference{paired.box, paired.contents, paired.primitive};
       references[paired.primitive] = reference;
-      if (singles != nullptr && EdgeTable::is_single(reference))
+      if (singles != nullptr && EdgeTable::is_single(reference) && !windows.geometries[paired.geometry].given_pairs)
         singles[fetch_add(&state->counts.singles, 1)] = paired.primitive;
       if (paired.dropped != kKept) {
         fetch_add(&counts.dropped[paired.dropped], 1);

@@ -76,6 +76,32 @@ struct ShakeHandsStep {
   }
 };
 
+/// Step: the mates of the caller's pair i, if one leaf can hold its triangles.
+struct GivenPairStep {
+  const TriangleMesh& mesh;
+  std::span<const std::uint8_t> reason;
+  std::span<const std::uint32_t> home;
+  std::span<HalfEdge> mate;
+
+  void operator()(std::size_t i) const {
+    const std::uint32_t a = mesh.pairs[i][0], b = mesh.pairs[i][1];
+    if (a == b || reason[a] != kKept || reason[b] != kKept || !MatchEdgesStep::may_pair(4 * a, 4 * b)) return;
+    if (!home.empty() && home[a] != home[b]) return;
+    for (std::uint32_t edge = 0; edge < 9; ++edge) {
+      const std::uint32_t k = edge / 3, n = edge % 3;
+      if (corner(a, k) != corner(b, (n + 1) % 3) || corner(a, (k + 1) % 3) != corner(b, n)) continue;
+      mate[a] = 4 * b + n;
+      mate[b] = 4 * a + k;
+      return;
+    }
+  }
+
+ private:
+  const Position& corner(std::uint32_t triangle, std::uint32_t k) const {
+    return mesh.positions[mesh.triangles[triangle][k]];
+  }
+};
+
 constexpr int kRounds = 6;
 
 /// Mates of a mesh's triangles (half-edge of the other triangle), kInvalidId for single ones.
@@ -86,6 +112,10 @@ ScratchArray<HalfEdge> match_triangles(CpuEngine& engine, const TriangleMesh& me
   auto mate = engine.allocate<HalfEdge>(mesh.triangles.size());
   engine.fill(mate.span(), kInvalidId);
   if (!pair_triangles) return mate;
+  if (!mesh.pairs.empty()) {
+    engine.for_each(mesh.pairs.size(), GivenPairStep{mesh, reason, home, mate.span()});
+    return mate;
+  }
   auto partner = find_partners(engine, mesh, reason);
   if (!home.empty()) engine.for_each(mesh.triangles.size(), StayHomeStep{home, partner.span()});
   auto choice = engine.allocate<std::uint8_t>(mesh.triangles.size());
@@ -114,7 +144,7 @@ LeafContents contents_of(const TriangleMesh& mesh, std::uint32_t i, HalfEdge oth
 
 /// Step: whether custom primitive i is dropped.
 struct ClassifyBoxStep {
-  std::span<const Box> boxes;
+  const BoxSpan& boxes;
   std::span<std::uint8_t> reason;
 
   void operator()(std::size_t i) const { reason[i] = drop_reason(boxes[i]); }
@@ -176,7 +206,7 @@ void pair_mesh(CpuEngine& engine, const TriangleMesh& mesh, std::size_t geometry
 
 void pair_customs(CpuEngine& engine, const CustomGeometry& custom, std::size_t geometry, std::uint32_t first, bool pair,
                   std::span<const std::uint32_t> home, PairedPrimitives& result) {
-  const auto boxes = custom.boxes;
+  const BoxSpan& boxes = custom.boxes;
   auto reason = engine.allocate<std::uint8_t>(boxes.size());
   engine.for_each(boxes.size(), ClassifyBoxStep{boxes, reason.span()});
   PrimitiveCounts counts;

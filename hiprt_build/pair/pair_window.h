@@ -87,7 +87,7 @@ template <class Group> struct PairWindow {
     const GeometryView& mesh = geometries[g];
     shared.geometry[i] = g;
     if (mesh.is_custom()) {
-      shared.dropped[i] = drop_reason(mesh.boxes[begin + i - mesh.first]);
+      shared.dropped[i] = drop_reason(mesh.box(begin + i - mesh.first));
       return;
     }
     TriangleCorners corners;
@@ -99,6 +99,7 @@ template <class Group> struct PairWindow {
       shared.corner[3 * i + k] = corners.v[k];
       hashes[k] = hash(corners.v[k]);
     }
+    if (mesh.given_pairs) return;
     for (unsigned k = 0; k < 3; ++k) shared.key[3 * i + k] = edge_key(hashes[k], hashes[k == 2 ? 0 : k + 1]) + 2 * g;
   }
 
@@ -186,7 +187,7 @@ template <class Group> struct PairWindow {
 
   HIPRT_HD bool joins_next(const GeometryView& customs, std::uint32_t first) const {
     if (!pair || first + 1 >= customs.primitive_count) return false;
-    const Box &a = customs.boxes[first], &b = customs.boxes[first + 1];
+    const Box a = customs.box(first), b = customs.box(first + 1);
     return drop_reason(a) == kKept && drop_reason(b) == kKept && share_leaf(a, b);
   }
   /// 2 i and 2 i + 1, if both are in the window.

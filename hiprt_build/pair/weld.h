@@ -18,7 +18,7 @@ struct WeldStep {
   static constexpr std::size_t kBlock = 16;
   static constexpr std::size_t kChunk = CpuEngine::kChunk / kBlock;
 
-  std::span<const Position> positions;
+  StridedSpan<Position> positions;
   std::span<std::uint32_t> table;
   std::span<std::uint32_t> canonical;
 

@@ -119,6 +119,7 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
   const BuildInput input(job.scene);
   const GeometryTable geometries = input.table();
   if (auto indices = check_indices(engine, input); !indices) return tl::unexpected(indices.error());
+  if (auto pairs = check_pairs(engine, input); !pairs) return tl::unexpected(pairs.error());
   if (auto shapes = check_shapes(engine, input); !shapes) return tl::unexpected(shapes.error());
   CheckedTree checked;
   if (job.imported != nullptr) {

@@ -1,12 +1,16 @@
 #include <hiprt_build/format/dispatch_layout.h>
 #include <hiprt_build/gpu/build.h>
+#include <hiprt_build/gpu/import.h>
 
 #include <hiprt_build/encode/gpu_encode_kernels.h>
+#include <hiprt_build/exchange/gpu_import_kernels.h>
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/lbvh_ploc/gpu_climb_kernels.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>
+#include <hiprt_build/pair/given_pairs.h>
 #include <hiprt_build/pair/gpu_pair_kernels.h>
 #include <hiprt_build/pipeline/gpu_build_plan.h>
+#include <hiprt_build/pipeline/gpu_geometry.h>
 #include <hiprt_build/pipeline/gpu_kernels.h>
 #include <hiprt_build/presplit/gpu_presplit.h>
 #include <hiprt_build/reinsert/gpu_reinsert.h>
@@ -26,11 +30,13 @@ using build::WideWriter;
 /// One build on its kind into a stream.
 class Enqueuer {
  public:
-  Enqueuer(const Layouts& layouts, const BuildOptions& options, std::byte* output, std::byte* scratch,
-           hipStream_t stream)
+  /// @param imported of a plan that imports.
+  Enqueuer(const Layouts& layouts, const BuildOptions& options, const DeviceTree& imported, std::byte* output,
+           std::byte* scratch, hipStream_t stream)
       : layouts_(layouts),
         plan_(layouts.plan),
         options_(options),
+        imported_(imported),
         output_(output),
         steps_(stream),
         transient_pieces_(layouts.transient_in_output ? output + layouts.transient_offset() : scratch + layouts.kept),
@@ -48,10 +54,13 @@ class Enqueuer {
     steps_.one("start", start, kept_.state);
     put(geometries);
     if (plan_.primitives != 0) {
-      pair();
+      pair(geometries);
       if (plan_.splits()) steps_.one("note_whole", note_whole, kept_.state);
       if (plan_.presplits()) presplit();
-      plan_.from_top() ? split() : join();
+      if (plan_.imports())
+        import(geometries[0]);
+      else
+        plan_.from_top() ? split() : join();
       ask("collapse", 0.8);
       dispatch_layout(plan_.layout, [&](auto layout) { write<decltype(layout)>(); });
     }
@@ -83,24 +92,16 @@ class Enqueuer {
       const std::size_t count = std::min<std::size_t>(GeometryChunk::kSize, geometries.size() - begin);
       GeometryChunk chunk{};
       for (std::size_t i = 0; i < count; ++i) {
-        const DeviceGeometry& geometry = geometries[begin + i];
-        const std::uint32_t flags = geometry.boxes != nullptr ? custom_geometry_flags(geometry.type) : 0u;
-        chunk.views[i] = {geometry.positions,
-                          geometry.triangles,
-                          geometry.boxes,
-                          geometry.position_count,
-                          geometry.primitive_count,
-                          first,
-                          geometry.mask,
-                          flags};
-        first += geometry.primitive_count;
+        chunk.views[i] = view_of(geometries[begin + i]);
+        chunk.views[i].first = first;
+        first += geometries[begin + i].primitive_count;
       }
       steps_.blocks("put_geometries", GeometryChunk::kSize, 1, put_geometries, chunk, static_cast<std::uint32_t>(begin),
                     static_cast<std::uint32_t>(count), kept_.geometries, section<GeometryRecord>(kGeometriesAt));
     }
   }
 
-  void pair() {
+  void pair(std::span<const DeviceGeometry> geometries) {
     const std::uint32_t n = plan_.primitives;
     steps_.fill_bytes("the primitive map", section<std::uint32_t>(kPrimitiveMapAt), n, 0xff);
     const std::uint64_t windows = (n - 1) / build::kPairWindow + 1;
@@ -108,10 +109,26 @@ class Enqueuer {
                       {geometries_, plan_.pairs}, transient_.references, transient_.pairing.singles,
                       section<GeometryRecord>(kGeometriesAt), kept_.state);
     if (!plan_.pairs) return;
+    pair_as_given(geometries);
+    if (plan_.imports()) return;
     steps_.then([&] {
       return enqueue_pair_by_edges(geometries_, transient_.references, transient_.pairing, kept_.state,
                                    steps_.stream());
     });
+  }
+
+  /// The claims of triangles lie where the table of edges will be.
+  void pair_as_given(std::span<const DeviceGeometry> geometries) {
+    const auto claims = reinterpret_cast<std::uint32_t*>(transient_.pairing.table);
+    std::uint32_t first = 0;
+    for (std::size_t g = 0; g < geometries.size(); first += geometries[g++].primitive_count) {
+      const DeviceGeometry& geometry = geometries[g];
+      if (geometry.pairs == nullptr || geometry.pair_count == 0 || geometry.primitive_count == 0) continue;
+      const build::GivenPairs pairs{view_of(geometry), first, geometry.pairs, geometry.pair_count, claims};
+      steps_.fill_bytes("claims", claims, geometry.primitive_count, 0xff);
+      steps_.each(geometry.pair_count, "claim_pairs", claim_pairs, pairs);
+      steps_.each(geometry.pair_count, "join_pairs", join_pairs, pairs, transient_.references, kept_.state);
+    }
   }
 
   void presplit() {
@@ -144,6 +161,39 @@ class Enqueuer {
           {transient_.sorted.references, kept_.nodes, &state->root, &state->counts.leaves}, transient_.stage,
           steps_.stream(), plan_.tuning());
     });
+    steps_.each(plan_.capacity, "list_primitives", list_primitives, transient_.sorted.references, plan_.capacity,
+                kept_.primitives);
+    finish_tree();
+  }
+
+  /// The caller's tree.
+  void import(const DeviceGeometry& geometry) {
+    ask("import", 0.2);
+    const std::uint32_t leaves = plan_.imported_leaves;
+    Arena arena(transient_.stage);
+    build::GpuImport job{};
+    build::GpuImport::take(arena, plan_.primitives, leaves, job);
+    job.tree = imported_;
+    job.pairs = plan_.pairs ? geometry.pairs : nullptr;
+    job.pair_count = geometry.pair_count;
+    job.primitives = plan_.primitives;
+    job.references = transient_.references;
+    job.leaves = transient_.sorted.references;
+    job.nodes = kept_.nodes;
+    steps_.one("start_import", start_import, kept_.state);
+    steps_.fill_bytes("uses", job.uses, plan_.primitives, 0);
+    steps_.fill_bytes("parents", job.parents, 2 * std::uint64_t{leaves}, 0xff);
+    steps_.fill_bytes("arrivals", job.met, leaves, 0);
+    steps_.fill_bytes("leaves below", job.below, leaves, 0);
+    steps_.fill_bytes("nodes", job.nodes, plan_.capacity, 0xff);
+    steps_.each(leaves, "count_uses", count_uses, job, kept_.state);
+    steps_.each(leaves, "link_children", link_children, job, kept_.state);
+    steps_.each(leaves, "make_leaves", make_leaves, job, kept_.state);
+    steps_.each(leaves, "splice", splice, job, kept_.state);
+    steps_.each(plan_.capacity, "drop_bad_tree", drop_bad_tree, job, kept_.state);
+    steps_.one("end_import", end_import, kept_.state);
+    steps_.each(plan_.primitives, "count_missing", count_missing, job, geometries_,
+                section<GeometryRecord>(kGeometriesAt), kept_.state);
     steps_.each(plan_.capacity, "list_primitives", list_primitives, transient_.sorted.references, plan_.capacity,
                 kept_.primitives);
     finish_tree();
@@ -250,6 +300,7 @@ class Enqueuer {
   const Layouts& layouts_;
   const BuildPlan& plan_;
   const BuildOptions& options_;
+  const DeviceTree& imported_;
   std::byte* output_;
   Launcher steps_;
   Arena transient_pieces_, kept_pieces_;
@@ -259,19 +310,62 @@ class Enqueuer {
   build::GeometryTable geometries_{};
 };
 
+Result<void> check_memory(const char* function, const std::byte* output, const std::byte* scratch) {
+  for (const std::byte* memory : {output, scratch})
+    if (memory == nullptr || reinterpret_cast<std::uintptr_t>(memory) % kDeviceAlignment != 0)
+      return fail(ErrorCode::kInvalidInput, function, ": output and scratch must be aligned to ", kDeviceAlignment,
+                  " bytes");
+  return {};
+}
+
+Result<Layouts> plan_import(const DeviceGeometry& geometry, const DeviceTree& tree, const BuildOptions& wanted) {
+  if (geometry.primitive_count == 0) return plan_build({&geometry, 1}, wanted);
+  if (tree.leaf_count == 0 || tree.leaf_count > kMaxBuildPrimitives)
+    return fail(ErrorCode::kInvalidInput, "import: a tree of ", tree.leaf_count, " leaves over ",
+                geometry.primitive_count, " primitives; it must have 1 to ", kMaxBuildPrimitives);
+  if (tree.leaves == nullptr || (tree.nodes == nullptr && tree.leaf_count > 1))
+    return fail(ErrorCode::kInvalidInput, "import: nodes and leaves must not be nullptr");
+  BuildOptions options = wanted;
+  options.builder = Builder::kHploc;
+  options.presplit_budget = 1.0;
+  options.split_budget.reset();
+  if (!options.reinsertion_rounds) options.reinsertion_rounds = 0;
+  return plan_build({&geometry, 1}, options, tree.leaf_count);
+}
+
+Result<const BuildReport*> enqueue(const Layouts& layouts, std::span<const DeviceGeometry> geometries,
+                                   const BuildOptions& options, const DeviceTree& tree, std::byte* output,
+                                   std::byte* scratch, hipStream_t stream) {
+  Enqueuer enqueuer(layouts, options, tree, output, scratch, stream);
+  if (auto started = enqueuer.run(geometries); !started) return tl::unexpected(std::move(started.error()));
+  return reinterpret_cast<const BuildReport*>(output + layouts.report);
+}
+
 }  // namespace
 
 Result<const BuildReport*> enqueue_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
                                          std::byte* output, std::byte* scratch, hipStream_t stream) {
   const auto layouts = plan_build(geometries, options);
   if (!layouts) return tl::unexpected(layouts.error());
-  for (const std::byte* memory : {output, scratch})
-    if (memory == nullptr || reinterpret_cast<std::uintptr_t>(memory) % kDeviceAlignment != 0)
-      return fail(ErrorCode::kInvalidInput, "enqueue_build: output and scratch must be aligned to ", kDeviceAlignment,
-                  " bytes");
-  Enqueuer enqueuer(*layouts, options, output, scratch, stream);
-  if (auto started = enqueuer.run(geometries); !started) return tl::unexpected(std::move(started.error()));
-  return reinterpret_cast<const BuildReport*>(output + layouts->report);
+  if (auto memory = check_memory("enqueue_build", output, scratch); !memory)
+    return tl::unexpected(std::move(memory.error()));
+  return enqueue(*layouts, geometries, options, DeviceTree{}, output, scratch, stream);
+}
+
+Result<BuildSizes> import_sizes(const DeviceGeometry& geometry, const DeviceTree& tree, const BuildOptions& options) {
+  const auto layouts = plan_import(geometry, tree, options);
+  if (!layouts) return tl::unexpected(layouts.error());
+  return layouts->sizes();
+}
+
+Result<const BuildReport*> enqueue_import(const DeviceGeometry& geometry, const DeviceTree& tree,
+                                          const BuildOptions& options, std::byte* output, std::byte* scratch,
+                                          hipStream_t stream) {
+  const auto layouts = plan_import(geometry, tree, options);
+  if (!layouts) return tl::unexpected(layouts.error());
+  if (auto memory = check_memory("enqueue_import", output, scratch); !memory)
+    return tl::unexpected(std::move(memory.error()));
+  return enqueue(*layouts, {&geometry, 1}, options, tree, output, scratch, stream);
 }
 
 }  // namespace hiprt::gpu

@@ -25,16 +25,18 @@ struct BuildPlan {
   double split_budget = 1.0, presplit_budget = 1.0;  ///< 1 where there are custom primitives.
   unsigned rounds = 0, radius = 0;
   std::size_t sort_bytes = 0;
+  std::uint32_t imported_leaves = 0;  ///< Of the caller's tree; 0: the builder makes one.
 
+  bool imports() const { return imported_leaves != 0; }
   bool from_top() const {
     return builder == build::Builder::kSah || builder == build::Builder::kSbvh || builder == build::Builder::kHq;
   }
   TopDownTuning tuning() const { return TopDownTuning::for_spatial_splits(split_budget > 1.0); }
   bool presplits() const { return pieces != primitives; }
   /// Whether a primitive can be in several leaves.
-  bool splits() const { return capacity != primitives; }
+  bool splits() const { return capacity != primitives || imports(); }
   /// Whether a pass over the whole tree makes its plans: where they do not come with its nodes.
-  bool finishes() const { return rounds != 0 || from_top() || builder == build::Builder::kPloc; }
+  bool finishes() const { return rounds != 0 || from_top() || imports() || builder == build::Builder::kPloc; }
 };
 
 /// Memory that is needed until the binary tree is complete. It lies where the wide nodes and leaves will be, if they
@@ -81,6 +83,8 @@ struct Layouts {
   }
 };
 
-Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options);
+/// @param imported_leaves of a caller's tree over one geometry; 0: the builder makes the tree.
+Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& options,
+                           std::uint32_t imported_leaves = 0);
 
 }  // namespace hiprt::gpu

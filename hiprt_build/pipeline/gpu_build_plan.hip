@@ -1,5 +1,8 @@
 #include <hiprt_build/pipeline/gpu_build_plan.h>
 
+#include <hiprt_build/pipeline/gpu_geometry.h>
+
+#include <hiprt_build/exchange/gpu_import.h>
 #include <hiprt_build/input/builder_defaults.h>
 #include <hiprt_build/input/check_options.h>
 #include <hiprt_build/input/references.h>
@@ -28,11 +31,7 @@ Result<std::uint32_t> check_geometries(std::span<const DeviceGeometry> geometrie
   for (std::size_t i = 0; i < geometries.size(); ++i) {
     const DeviceGeometry& geometry = geometries[i];
     primitives += geometry.primitive_count;
-    const bool mesh = geometry.positions != nullptr && geometry.triangles != nullptr && geometry.boxes == nullptr;
-    const bool custom = geometry.boxes != nullptr && geometry.positions == nullptr && geometry.triangles == nullptr;
-    if (geometry.primitive_count != 0 && !mesh && !custom)
-      return fail(ErrorCode::kInvalidInput, "geometry ", i, ": ", geometry.primitive_count,
-                  " primitives need positions and triangles, or boxes alone");
+    if (auto checked = check_arrays(geometry, i); !checked) return tl::unexpected(std::move(checked.error()));
   }
   if (primitives > kMaxBuildPrimitives)
     return fail(ErrorCode::kTooLarge, primitives, " primitives, the limit is ", kMaxBuildPrimitives);
@@ -57,17 +56,78 @@ std::uint64_t stage_scratch(const BuildPlan& plan) {
   if (plan.from_top()) most = std::max(most, top_down_scratch(plan.pieces, plan.capacity, plan.tuning()));
   if (plan.builder == Builder::kPloc) most = std::max(most, ploc_scratch(plan.capacity));
   if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.capacity, plan.rounds));
+  if (plan.imports()) {
+    Arena arena;
+    build::GpuImport import{};
+    build::GpuImport::take(arena, plan.primitives, plan.imported_leaves, import);
+    most = std::max(most, arena.size());
+  }
   return most;
 }
 
+/// Pairs are the caller's, and a pair may need two leaves.
+void plan_import(BuildPlan& plan, std::span<const DeviceGeometry> geometries, std::uint32_t leaves) {
+  plan.builder = Builder::kImported;
+  plan.imported_leaves = leaves;
+  plan.pairs = geometries[0].pairs != nullptr && geometries[0].pair_count != 0;
+  plan.presplit_budget = plan.split_budget = 1.0;
+  plan.pieces = plan.primitives;
+  plan.capacity = plan.pairs ? 2 * leaves : leaves;
+}
+
+/// What is wrong with a stride, or nothing.
+std::string stride_fault(const char* name, std::uint32_t stride, std::size_t element) {
+  if (stride % 4 == 0 && stride >= element) return {};
+  return std::string(name) + " of " + std::to_string(stride) + " bytes; it must be a multiple of 4, at least " +
+         std::to_string(element);
+}
+
+std::string fault_of(const DeviceGeometry& geometry) {
+  const bool indices = geometry.implicit_triangles ? geometry.triangles == nullptr : geometry.triangles != nullptr;
+  const bool mesh = geometry.positions != nullptr && indices && geometry.boxes == nullptr;
+  const bool custom = geometry.boxes != nullptr && geometry.positions == nullptr && geometry.triangles == nullptr;
+  if (geometry.type > kMaxGeometryType)
+    return "type " + std::to_string(geometry.type) + ", the limit is " + std::to_string(kMaxGeometryType);
+  if (geometry.primitive_count == 0) {
+    if (geometry.boxes == nullptr && !geometry.implicit_triangles && geometry.position_count != 0)
+      return std::to_string(geometry.position_count) +
+             " positions but no triangles; give triangles, or set implicit_triangles";
+    return {};
+  }
+  if (!mesh && !custom)
+    return std::to_string(geometry.primitive_count) +
+           " primitives need positions and triangles, positions with implicit_triangles, or boxes alone";
+  if (geometry.implicit_triangles && std::uint64_t{3} * geometry.primitive_count != geometry.position_count)
+    return std::to_string(geometry.primitive_count) + " implicit triangles need three times as many positions, not " +
+           std::to_string(geometry.position_count);
+  if (custom) {
+    constexpr std::uint32_t kCorner = sizeof(float[3]);
+    if (geometry.box_upper % 4 != 0 || geometry.box_upper < kCorner || geometry.box_stride < kCorner ||
+        geometry.box_upper > geometry.box_stride - kCorner)
+      return "box_upper of " + std::to_string(geometry.box_upper) + " bytes; it must be a multiple of 4, from 12 to " +
+             "box_stride - 12";
+    return stride_fault("box_stride", geometry.box_stride, sizeof(Box));
+  }
+  if (const std::string fault = stride_fault("triangle_stride", geometry.triangle_stride, sizeof(build::Triangle));
+      !fault.empty())
+    return fault;
+  return stride_fault("position_stride", geometry.position_stride, sizeof(build::Position));
+}
+
 }  // namespace
+
+Result<void> check_arrays(const DeviceGeometry& geometry, std::size_t i) {
+  const std::string fault = fault_of(geometry);
+  if (fault.empty()) return {};
+  return fail(ErrorCode::kInvalidInput, "geometry ", i, ": ", fault);
+}
 
 Transient::Transient(Arena& arena, const BuildPlan& plan) : references(arena.take<Reference>(plan.primitives)) {
   const std::uint32_t n = plan.pieces;
   Arena before = arena;
   if (plan.pairs) pairing = EdgeTableScratch::take(before, plan.primitives);
   if (plan.presplits()) parts = arena.take<Reference>(n);
-  if (!plan.from_top()) {
+  if (!plan.from_top() && !plan.imports()) {
     for (unsigned i = 0; i < 2; ++i) {
       sort.keys[i] = arena.take<std::uint64_t>(n);
       sort.values[i] = arena.take<std::uint32_t>(n);
@@ -108,7 +168,8 @@ Layouts::Layouts(const BuildPlan& build_plan)
   transient_in_output = transient_offset() + transient <= file[kPrimitiveMapAt].offset;
 }
 
-Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& wanted) {
+Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const BuildOptions& wanted,
+                           std::uint32_t imported_leaves) {
   if (auto checked = check_options(wanted); !checked) return tl::unexpected(std::move(checked.error()));
   const BuildOptions options = build::with_defaults(wanted);
   const auto primitives = check_geometries(geometries);
@@ -126,8 +187,9 @@ Result<Layouts> plan_build(std::span<const DeviceGeometry> geometries, const Bui
   plan.radius = options.ploc_radius;
   plan.pieces = capacity_after(plan.primitives, plan.presplit_budget);
   plan.capacity = plan.from_top() ? capacity_after(plan.pieces, plan.split_budget) : plan.pieces;
+  if (imported_leaves != 0) plan_import(plan, geometries, imported_leaves);
   build::SortBuffers none{};
-  if (!plan.from_top())
+  if (!plan.from_top() && !plan.imports())
     if (auto asked = build::sort_pairs(nullptr, plan.sort_bytes, none, plan.pieces, nullptr); !asked)
       return tl::unexpected(std::move(asked.error()));
   const Layouts layouts(plan);

@@ -24,6 +24,8 @@ static __global__ void start(BuildState* state) {
   state->whole = kInvalidId;
   state->root = kInvalidId;
   state->too_deep = 0;
+  state->bad_node = kInvalidId;
+  state->missing = 0;
   state->wide = WideProgress{};
 }
 
@@ -144,10 +146,13 @@ static __global__ void finish(OutputPlan plan, const CollapsePlan* plans, const 
   report.dropped_not_finite = counts.dropped[kNotFinite];
   report.dropped_degenerate = counts.dropped[kDegenerate];
   report.bad_indices = counts.dropped[kBadIndex];
-  report.status = tree.too_deep             ? BuildStatus::kTooDeep
-                  : tree.too_large          ? BuildStatus::kTooLarge
-                  : report.bad_indices != 0 ? BuildStatus::kBadIndex
-                                            : BuildStatus::kOk;
+  report.missing = state->missing;
+  report.bad_node = state->bad_node == kInvalidId ? 0 : state->bad_node;
+  report.status = state->bad_node != kInvalidId ? BuildStatus::kBadTree
+                  : tree.too_deep               ? BuildStatus::kTooDeep
+                  : tree.too_large              ? BuildStatus::kTooLarge
+                  : report.bad_indices != 0     ? BuildStatus::kBadIndex
+                                                : BuildStatus::kOk;
   report.builder = state->too_deep != 0 ? Builder::kLbvh : plan.builder;
   *plan.report = report;
 }

@@ -82,6 +82,9 @@ Result<BuiltScene> compact(const BuildReport* report, hipStream_t stream, Alloca
     done = fail(
         ErrorCode::kInvalidInput,
         "a coordinate of 2^126 (8.5e37) or more, which node layout quantized cannot hold; float, planes and half can");
+  if (done && from.report.status == BuildStatus::kBadTree)
+    done = fail(ErrorCode::kInvalidInput, "the imported nodes do not form a tree: see node ", from.report.bad_node,
+                " (numbers from the number of nodes on are leaves)");
   if (done) done = copy(from.head.data(), from.report.view.base, kHeadSize, hipMemcpyDeviceToHost, stream);
   if (done) done = wait(stream);
   if (!done) return tl::unexpected(std::move(done.error()));

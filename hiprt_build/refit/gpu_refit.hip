@@ -3,6 +3,7 @@
 
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/launch.h>
+#include <hiprt_build/pipeline/gpu_geometry.h>
 #include <hiprt_build/refit/gpu_refit_kernels.h>
 #include <hiprt_device/format/quantize.h>
 
@@ -17,8 +18,7 @@ struct Scratch {
   RefitReport* report;
   build::OuterPlanes* outer;
   std::uint64_t* fault;
-  build::MovedGeometry* geometries;
-  std::uint32_t* positions;
+  build::GeometryView* geometries;
   std::uint32_t* parents;
   build::QualitySums* parts;
 
@@ -26,8 +26,7 @@ struct Scratch {
     report = arena.take<RefitReport>(1);
     outer = arena.take<build::OuterPlanes>(1);
     fault = arena.take<std::uint64_t>(1);
-    geometries = arena.take<build::MovedGeometry>(scene.geometry_count);
-    positions = arena.take<std::uint32_t>(scene.geometry_count);
+    geometries = arena.take<build::GeometryView>(scene.geometry_count);
     parents = arena.take<std::uint32_t>(scene.nodes);
     parts = arena.take<build::QualitySums>(kQualityBlocks);
   }
@@ -55,7 +54,7 @@ template <class Layout> class Refitter {
     const float limit = Layout::kId == NodeLayout::kQuantized ? kQuantizedLimit : build::kNoLimit;
     if (result_)
       result_ = launch(check_leaves<Layout>, scene_.leaves, stream_, {.block = kRefitBlock, .name = "check_leaves"},
-                       file_, leaves, scratch_.positions, limit, scratch_.fault);
+                       file_, leaves, limit, scratch_.fault);
     each("link_up", build::LinkUpStep<Layout>{file_}, nodes);
     each("move_leaves", build::MoveLeafStep<Layout>{file_}, leaves);
     each("refit_nodes", build::RefitNodeStep<Layout>{file_}, nodes);
@@ -87,15 +86,11 @@ template <class Layout> class Refitter {
       const std::size_t count = std::min<std::size_t>(MovedChunk::kSize, moved.size() - begin);
       MovedChunk chunk{};
       for (std::size_t i = 0; i < count; ++i) {
-        const DeviceGeometry& geometry = moved[begin + i];
-        chunk.geometries[i] = {reinterpret_cast<const float*>(geometry.positions),
-                               reinterpret_cast<const std::uint32_t*>(geometry.triangles), geometry.boxes};
-        chunk.primitives[i] = geometry.primitive_count;
-        chunk.positions[i] = geometry.position_count;
+        chunk.geometries[i] = view_of(moved[begin + i]);
       }
       result_ = launch(put_moved, Grid{}, stream_, {.block = MovedChunk::kSize, .name = "put_moved"}, chunk,
                        static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(count), scene_.geometries,
-                       scratch_.geometries, scratch_.positions, scratch_.fault);
+                       scratch_.geometries, scratch_.fault);
     }
   }
 
@@ -158,6 +153,8 @@ Result<const RefitReport*> enqueue_refit(const SceneParts& scene, std::span<cons
   if (auto checked = check_scene(scene, scratch); !checked) return tl::unexpected(std::move(checked.error()));
   if (moved.size() != scene.geometry_count)
     return fail(ErrorCode::kInvalidInput, "refit: ", moved.size(), " geometries, the scene has ", scene.geometry_count);
+  for (std::size_t i = 0; i < moved.size(); ++i)
+    if (auto arrays = check_arrays(moved[i], i); !arrays) return tl::unexpected(std::move(arrays.error()));
   return dispatch_layout(scene.layout, [&](auto layout) {
     Refitter<decltype(layout)> refitter(scene, scratch, stream, costs);
     refitter.refit(moved);

@@ -14,8 +14,7 @@ inline constexpr unsigned kQualityBlocks = 512;
 /// Arguments of put_moved().
 struct MovedChunk {
   static constexpr unsigned kSize = 64;
-  MovedGeometry geometries[kSize];
-  std::uint32_t primitives[kSize], positions[kSize];
+  GeometryView geometries[kSize];
 };
 
 static __global__ void start_refit(gpu::RefitReport* report, OuterPlanes* outer, std::uint64_t* fault) {
@@ -30,16 +29,14 @@ HIPRT_HD inline std::uint64_t fault_key(gpu::RefitStatus status, std::uint32_t p
 }
 
 static __global__ void put_moved(MovedChunk chunk, std::uint32_t begin, std::uint32_t count,
-                                 const GeometryRecord* records, MovedGeometry* geometries, std::uint32_t* positions,
-                                 std::uint64_t* fault) {
+                                 const GeometryRecord* records, GeometryView* geometries, std::uint64_t* fault) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= count) return;
   geometries[begin + i] = chunk.geometries[i];
-  positions[begin + i] = chunk.positions[i];
   const GeometryRecord record = records[begin + i];
   const bool custom = (record.flags & kGeometryCustom) != 0;
-  if (record.primitive_count != chunk.primitives[i] ||
-      (chunk.primitives[i] != 0 && custom != chunk.geometries[i].is_custom()))
+  const GeometryView& moved = chunk.geometries[i];
+  if (record.primitive_count != moved.primitive_count || (moved.primitive_count != 0 && custom != moved.is_custom()))
     raise(fault, fault_key(gpu::RefitStatus::kOtherScene, begin + i));
 }
 
@@ -60,24 +57,23 @@ HIPRT_HD inline gpu::RefitStatus to_status(MoveFault fault) {
 }
 
 /// Whether the indices of a leaf's triangles can be followed.
-HIPRT_HD inline bool has_good_indices(const MovedGeometry& mesh, std::uint32_t positions, const LeafInfo& info) {
+HIPRT_HD inline bool has_good_indices(const GeometryView& mesh, const LeafInfo& info) {
   for (unsigned t = 0; t < 2; ++t)
     for (unsigned k = 0; k < 3 && info.primitive[t] != kInvalidId; ++k)
-      if (mesh.triangles[std::uint64_t{3} * info.primitive[t] + k] >= positions) return false;
+      if (mesh.triangle(info.primitive[t])[k] >= mesh.position_count) return false;
   return true;
 }
 
 template <class Layout>
 __global__ void __launch_bounds__(kRefitBlock)
-    check_leaves(RefitFile<Layout> file, std::uint32_t leaves, const std::uint32_t* positions, float limit,
-                 std::uint64_t* fault) {
+    check_leaves(RefitFile<Layout> file, std::uint32_t leaves, float limit, std::uint64_t* fault) {
   const std::uint32_t i = blockIdx.x * kRefitBlock + threadIdx.x;
   // Other scenes have arrays of other sizes.
   if (i >= leaves || *fault >= fault_key(gpu::RefitStatus::kOtherScene, kInvalidId)) return;
   const LeafInfo info = file.leaves[i].info;
   const std::uint32_t g = info.geometry_and_flags & kGeometryMask;
   gpu::RefitStatus status = gpu::RefitStatus::kOk;
-  if (!file.geometries[g].is_custom() && !has_good_indices(file.geometries[g], positions[g], info))
+  if (!file.geometries[g].is_custom() && !has_good_indices(file.geometries[g], info))
     status = gpu::RefitStatus::kBadIndex;
   else
     status = to_status(leaf_fault(file.geometries, info, limit));

@@ -1,22 +1,9 @@
 #pragma once
-/// The moved primitives of a built scene, and the reasons why a refit cannot write them. Internal.
+/// Reasons why a refit cannot write the moved primitives of a built scene. Internal.
 
-#include <hiprt_build/input/dropped_primitives.h>
+#include <hiprt_build/input/geometry.h>
 
 namespace hiprt::build {
-
-/// A mesh, or custom primitives, in memory of the host or the device.
-struct MovedGeometry {
-  const float* positions = nullptr;          ///< Three per vertex.
-  const std::uint32_t* triangles = nullptr;  ///< Three vertices per triangle.
-  const Box* boxes = nullptr;                ///< Of custom primitives; of meshes null.
-
-  HIPRT_HD HIPRT_FORCE_INLINE bool is_custom() const { return boxes != nullptr; }
-  /// @pre a mesh. @param k 0 to 2.
-  HIPRT_HD HIPRT_FORCE_INLINE const float* corner(std::uint32_t triangle, unsigned k) const {
-    return positions + std::uint64_t{3} * triangles[std::uint64_t{3} * triangle + k];
-  }
-};
 
 /// Why a leaf cannot hold its moved primitives.
 enum class MoveFault : std::uint8_t {
@@ -32,7 +19,7 @@ struct StoredTriangle {
   const float* corner[3];
 
   /// @param triangle_id its byte.
-  HIPRT_HD HIPRT_FORCE_INLINE StoredTriangle(const MovedGeometry& mesh, std::uint32_t triangle,
+  HIPRT_HD HIPRT_FORCE_INLINE StoredTriangle(const GeometryView& mesh, std::uint32_t triangle,
                                              std::uint32_t triangle_id) {
     const unsigned rotation = TriangleId::to_rotation(triangle_id);
     for (unsigned k = 0; k < 3; ++k) corner[k] = mesh.corner(triangle, (k + rotation) % 3);
@@ -40,20 +27,19 @@ struct StoredTriangle {
 };
 
 /// Triangle 0 or 1 of a triangle leaf. @pre it has it.
-HIPRT_HD HIPRT_FORCE_INLINE StoredTriangle stored_triangle(const MovedGeometry& mesh, const LeafInfo& info,
+HIPRT_HD HIPRT_FORCE_INLINE StoredTriangle stored_triangle(const GeometryView& mesh, const LeafInfo& info,
                                                            unsigned which) {
   return StoredTriangle(mesh, info.primitive[which], info.triangle_ids >> (8 * which) & 0xffu);
 }
 
 /// @param limit that coordinates must stay below in magnitude; kNoLimit.
-HIPRT_HD HIPRT_FORCE_INLINE MoveFault primitive_fault(const MovedGeometry& geometry, std::uint32_t primitive,
+HIPRT_HD HIPRT_FORCE_INLINE MoveFault primitive_fault(const GeometryView& geometry, std::uint32_t primitive,
                                                       float limit) {
   const bool custom = geometry.is_custom();
-  if (custom && drop_reason(geometry.boxes[primitive]) == kDegenerate) return MoveFault::kInverted;
+  const Box box = custom ? geometry.box(primitive) : Box{};
+  if (custom && drop_reason(box) == kDegenerate) return MoveFault::kInverted;
   for (unsigned k = 0; k < (custom ? 2u : 3u); ++k) {
-    const float* position = !custom  ? geometry.corner(primitive, k)
-                            : k == 0 ? geometry.boxes[primitive].min
-                                     : geometry.boxes[primitive].max;
+    const float* position = !custom ? geometry.corner(primitive, k) : k == 0 ? box.min : box.max;
     if (!is_within(position, kNoLimit)) return MoveFault::kNotFinite;
     if (!is_within(position, limit)) return MoveFault::kTooLarge;
   }
@@ -61,8 +47,8 @@ HIPRT_HD HIPRT_FORCE_INLINE MoveFault primitive_fault(const MovedGeometry& geome
 }
 
 /// @pre indices are good.
-HIPRT_HD HIPRT_FORCE_INLINE MoveFault leaf_fault(const MovedGeometry* geometries, const LeafInfo& info, float limit) {
-  const MovedGeometry& geometry = geometries[info.geometry_and_flags & kGeometryMask];
+HIPRT_HD HIPRT_FORCE_INLINE MoveFault leaf_fault(const GeometryView* geometries, const LeafInfo& info, float limit) {
+  const GeometryView& geometry = geometries[info.geometry_and_flags & kGeometryMask];
   const MoveFault first = primitive_fault(geometry, info.primitive[0], limit);
   if (first != MoveFault::kNone || info.primitive[1] == kInvalidId) return first;
   const MoveFault second = primitive_fault(geometry, info.primitive[1], limit);
@@ -73,8 +59,8 @@ HIPRT_HD HIPRT_FORCE_INLINE MoveFault leaf_fault(const MovedGeometry* geometries
 }
 
 /// Whether a builder would keep the primitive. @pre indices are good.
-HIPRT_HD HIPRT_FORCE_INLINE bool would_be_kept(const MovedGeometry& geometry, std::uint32_t primitive) {
-  if (geometry.is_custom()) return drop_reason(geometry.boxes[primitive]) == kKept;
+HIPRT_HD HIPRT_FORCE_INLINE bool would_be_kept(const GeometryView& geometry, std::uint32_t primitive) {
+  if (geometry.is_custom()) return drop_reason(geometry.box(primitive)) == kKept;
   return drop_reason(geometry.corner(primitive, 0), geometry.corner(primitive, 1), geometry.corner(primitive, 2)) ==
          kKept;
 }

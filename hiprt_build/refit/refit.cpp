@@ -40,10 +40,10 @@ Result<void> check_geometries(const BufferView& view, const BuildInput& input) {
       return tl::unexpected(invalid(describe(input, g) + ": " + std::to_string(input.geometries[g].primitive_count) +
                                     (custom ? " primitives" : " triangles") + ", but the file to refit has " +
                                     std::to_string(record.primitive_count)));
-    if (custom && input.customs[g - input.meshes.size()].type != custom_type(record.flags))
+    if (input.geometries[g].flags != record.flags)
       return tl::unexpected(invalid(describe(input, g) + ": type " +
-                                    std::to_string(input.customs[g - input.meshes.size()].type) +
-                                    ", but in the file to refit type " + std::to_string(custom_type(record.flags))));
+                                    std::to_string(geometry_type(input.geometries[g].flags)) +
+                                    ", but in the file to refit type " + std::to_string(geometry_type(record.flags))));
   }
   return {};
 }
@@ -90,7 +90,7 @@ const char* reason(MoveFault fault, bool custom) {
 
 /// Finds the first leaf that cannot hold its moved primitives.
 Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const BuildInput& input,
-                          std::span<const MovedGeometry> geometries) {
+                          std::span<const GeometryView> geometries) {
   const float limit = view.layout() == NodeLayout::kQuantized ? kQuantizedLimit : kNoLimit;
   const std::span<const CustomLeaf> leaves = view.records<CustomLeaf>(view.leaves);
   const std::size_t i = engine.find_first(leaves.size(), [&](std::size_t k) {
@@ -111,7 +111,7 @@ Result<void> check_leaves(CpuEngine& engine, const BufferView& view, const Build
 
 /// Finds the first primitive that is in no leaf, and now would be.
 Result<void> check_dropped(CpuEngine& engine, const BufferView& view, const BuildInput& input,
-                           std::span<const MovedGeometry> geometries) {
+                           std::span<const GeometryView> geometries) {
   for (std::size_t g = 0; g < geometries.size(); ++g) {
     if (view.geometries[g].dropped_count == 0) continue;
     const std::uint32_t* map = view.primitive_map.data() + input.geometries[g].first;
@@ -125,16 +125,6 @@ Result<void> check_dropped(CpuEngine& engine, const BufferView& view, const Buil
   return {};
 }
 
-std::vector<MovedGeometry> moved_geometries(const BuildInput& input) {
-  std::vector<MovedGeometry> result;
-  result.reserve(input.geometries.size());
-  for (const TriangleMesh& mesh : input.meshes)
-    result.push_back({reinterpret_cast<const float*>(mesh.positions.data()),
-                      reinterpret_cast<const std::uint32_t*>(mesh.triangles.data()), nullptr});
-  for (const CustomGeometry& custom : input.customs) result.push_back({nullptr, nullptr, custom.boxes.data()});
-  return result;
-}
-
 /// A refit of a file in memory.
 template <class Layout> class Refit {
  public:
@@ -143,7 +133,7 @@ template <class Layout> class Refit {
         bytes_(bytes),
         view_(view),
         input_(input),
-        geometries_(moved_geometries(input)),
+        geometries_(input.geometries),
         parents_(engine.allocate<std::uint32_t>(view.nodes.count)),
         file_{reinterpret_cast<FileHeader*>(bytes.data()),
               reinterpret_cast<typename Layout::Node*>(bytes.data() + view.nodes.offset),
@@ -229,7 +219,7 @@ template <class Layout> class Refit {
   std::span<std::byte> bytes_;
   const BufferView& view_;
   const BuildInput& input_;
-  std::vector<MovedGeometry> geometries_;
+  std::span<const GeometryView> geometries_;
   ScratchArray<std::uint32_t> parents_;
   OuterPlanes outer_{};
   RefitFile<Layout> file_;
@@ -241,6 +231,7 @@ Result<RefitStatistics> run(CpuEngine& engine, std::span<std::byte> file, const 
   if (!view) return tl::unexpected(invalid("not a BVH file to refit: " + to_string(view.error())));
   if (view->has_instances())
     return tl::unexpected(invalid("a scene of instances cannot be refitted, only its objects' files can"));
+  if (auto sizes = check_sizes(moved); !sizes) return tl::unexpected(sizes.error());
   const BuildInput input(moved);
   if (auto checked = check_geometries(*view, input); !checked) return tl::unexpected(checked.error());
   return dispatch_layout(view->layout(), [&](auto layout) {

@@ -48,7 +48,7 @@ template <class Layout> struct RefitFile {
   Node* nodes;
   Leaf* leaves;
   std::uint64_t first_node, first_leaf;  ///< Byte offsets in the file.
-  const MovedGeometry* geometries;       ///< By number.
+  const GeometryView* geometries;        ///< By number.
   std::uint32_t* parents;  ///< Per node: the parent's number << kArrivalBits | children that are done. Uninitialised.
   OuterPlanes* outer;      ///< 0. Layout half only.
   /// Of leaves that hold but a part of their triangles: their boxes. Else nullptr: the boxes of the triangles.
@@ -108,20 +108,20 @@ template <class Layout> struct MoveLeafStep {
   HIPRT_HD void operator()(std::size_t i) const {
     typename Layout::Leaf& leaf = file.leaves[i];
     const LeafInfo& info = leaf.info;
-    const MovedGeometry& geometry = file.geometries[info.geometry_and_flags & kGeometryMask];
+    const GeometryView& geometry = file.geometries[info.geometry_and_flags & kGeometryMask];
     if (geometry.is_custom())
-      move_boxes(reinterpret_cast<CustomLeaf&>(leaf), geometry.boxes);
+      move_boxes(reinterpret_cast<CustomLeaf&>(leaf), geometry);
     else
       move_vertices(leaf, geometry);
     if constexpr (Layout::kId == NodeLayout::kHalf) file.outer->add(file.leaf_box(leaf, geometry.is_custom()));
   }
 
  private:
-  HIPRT_HD HIPRT_FORCE_INLINE static void move_boxes(CustomLeaf& leaf, const Box* boxes) {
+  HIPRT_HD HIPRT_FORCE_INLINE static void move_boxes(CustomLeaf& leaf, const GeometryView& customs) {
     for (unsigned k = 0; k < 2; ++k)
-      if (leaf.info.primitive[k] != kInvalidId) leaf.box[k] = boxes[leaf.info.primitive[k]];
+      if (leaf.info.primitive[k] != kInvalidId) leaf.box[k] = customs.box(leaf.info.primitive[k]);
   }
-  HIPRT_HD HIPRT_FORCE_INLINE static void move_vertices(typename Layout::Leaf& leaf, const MovedGeometry& mesh) {
+  HIPRT_HD HIPRT_FORCE_INLINE static void move_vertices(typename Layout::Leaf& leaf, const GeometryView& mesh) {
     const StoredTriangle first = stored_triangle(mesh, leaf.info, 0);
     const bool pair = leaf.info.primitive[1] != kInvalidId;
     const float* v3 = pair ? stored_triangle(mesh, leaf.info, 1).corner[1] : first.corner[2];

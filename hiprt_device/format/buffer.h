@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little,
 /// The first bytes of a file, and the alignments in memory of its sections and of the file itself.
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
-inline constexpr std::uint16_t kVersionMinor = 4;
+inline constexpr std::uint16_t kVersionMinor = 5;
 inline constexpr std::uint64_t kSectionAlignment = 128;
 inline constexpr std::uint64_t kBufferAlignment = 256;
 /// The maximal number of sections. It keeps the check of a hostile file cheap.
@@ -102,16 +102,19 @@ struct GeometryRecord {
   std::uint64_t primitive_count;  ///< Number of primitives, including dropped ones.
   std::uint64_t dropped_count;    ///< Number of primitives that are in no leaf (not finite, degenerate or inverted).
   std::uint32_t mask;             ///< A ray sees the geometry iff (ray.mask & mask) != 0.
-  std::uint32_t flags;            ///< Bit 0 kGeometryCustom; bits 15-8 custom type; others zero.
+  std::uint32_t flags;            ///< Bit 0 kGeometryCustom; bits 31-8 type; others zero.
 };
 
 /// A bit of GeometryRecord::flags: the primitives are custom, in custom leaves.
 inline constexpr std::uint32_t kGeometryCustom = 1;
-/// The program's own number for the type of a custom geometry's primitives, 0 to 255. Zero for meshes.
-HIPRT_HD constexpr std::uint32_t custom_type(std::uint32_t geometry_flags) { return geometry_flags >> 8 & 0xffu; }
-HIPRT_HD constexpr std::uint32_t custom_geometry_flags(std::uint8_t type) {
-  return kGeometryCustom | static_cast<std::uint32_t>(type) << 8;
-}
+/// The largest type of a geometry.
+inline constexpr std::uint32_t kMaxGeometryType = (1u << 24) - 1;
+/// The program's own number for what the geometry's primitives are. It selects functors and filters.
+HIPRT_HD constexpr std::uint32_t geometry_type(std::uint32_t geometry_flags) { return geometry_flags >> 8; }
+/// @param type up to kMaxGeometryType.
+HIPRT_HD constexpr std::uint32_t mesh_flags(std::uint32_t type) { return type << 8; }
+/// @param type up to kMaxGeometryType.
+HIPRT_HD constexpr std::uint32_t custom_geometry_flags(std::uint32_t type) { return kGeometryCustom | type << 8; }
 
 static_assert(sizeof(FileHeader) == 128 && sizeof(SectionEntry) == 32 && sizeof(GeometryRecord) == 32);
 #if !HIPRT_RUN_TIME_COMPILER  // Run-time compilers have no offsetof.

@@ -71,6 +71,13 @@
 #define HIPRT_OUTLINE HIPRT_FORCE_INLINE
 #endif
 
+/// For large code that runs rarely, such as arithmetic in double: one copy of it in each kernel keeps kernels small.
+#if defined(__CUDACC__) || defined(__HIPCC__)
+#define HIPRT_COLD __attribute__((noinline)) inline
+#else
+#define HIPRT_COLD inline
+#endif
+
 /// Stands before a template with HIPRT_HD that calls host functions when it is instantiated for hosts. nvcc would
 /// refuse it.
 #if defined(__CUDACC__) && !defined(__clang__)

@@ -42,6 +42,9 @@ class FilterAnswers
     const BasicVec3<Real> d = this->levels_->ray(*this->scene_, search_->ray_.get()).direction;
     return !(n.x * d.x + n.y * d.y + n.z * d.z > Real(0));
   }
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t type() const {
+    return geometry_type(this->levels_->geometry(*this->scene_, candidate_->geometry).flags);
+  }
   HIPRT_HD HIPRT_FORCE_INLINE BasicVec3<Real> normal() const {
     typename Search::Result hit = *candidate_;
     search_->complete_surface(hit, found_->custom == nullptr ? found_->leaf : kInvalidRef);
@@ -252,7 +255,7 @@ class HitSearch {
     bool stop = false;
     if constexpr (Primitives::kCount != 0) {
       if (found.custom != nullptr) {
-        const unsigned type = custom_type(traversal_.levels().geometry(*scene_, candidate.geometry).flags);
+        const unsigned type = geometry_type(traversal_.levels().geometry(*scene_, candidate.geometry).flags);
         const FilterResult result = primitives_.filter(type, ray_.get(), candidate);
         if (result == FilterResult::kReject) return result;
         stop = result == FilterResult::kAcceptAndStop;

@@ -234,7 +234,7 @@ class Traversal : public RayState<P, Order, Test> {
                                                const Primitives& primitives, const CustomLeaf& leaf,
                                                const LeafInfo& info, Offer&& offer) {
     const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
-    const unsigned type = custom_type(levels_.geometry(scene, geometry).flags);
+    const unsigned type = geometry_type(levels_.geometry(scene, geometry).flags);
     for (unsigned slot = 0; slot < 2; ++slot) {
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
       if (primitive == kInvalidId ||

@@ -134,7 +134,7 @@ TEST_CASE("files hold shapes, and the same ones for every builder and number of 
     }
     const auto segments = view.segments_of(0);
     CHECK(std::vector(segments.begin(), segments.end()) == wig.segments);
-    CHECK(custom_type(view.geometries[0].flags) == 9);
+    CHECK(geometry_type(view.geometries[0].flags) == 9);
     const build::Bvh again = built(custom, {.builder = builder});
     CHECK(std::equal(again.buffer.bytes().begin(), again.buffer.bytes().end(), bvh.buffer.bytes().begin()));
   }

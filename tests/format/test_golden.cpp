@@ -106,7 +106,7 @@ TEST_CASE("the golden file with custom leaves matches the specification") {
   CHECK(view->header->features == (feature_bit(Feature::kTriangles) | feature_bit(Feature::kCustom)));
   CHECK(view->geometries[0].flags == 0);
   CHECK(view->geometries[1].flags == custom_geometry_flags(7));
-  CHECK(custom_type(view->geometries[1].flags) == 7);
+  CHECK(geometry_type(view->geometries[1].flags) == 7);
   const auto nodes = view->records<PlanesBoxNode>(view->nodes);
   const auto leaves = view->records<PlanesLeaf>(view->leaves);
   CHECK(ref_type(nodes[0].child[2]) == NodeType::kProcedural);

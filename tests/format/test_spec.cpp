@@ -199,7 +199,7 @@ std::map<std::string, std::vector<Constant>> constant_tables() {
           {"Shape kinds", {CONSTANT(ShapeKind, kNone), CONSTANT(ShapeKind, kSpheres), CONSTANT(ShapeKind, kCurves)}},
           {"Motion kinds", {CONSTANT(MotionKind, kSlerp), CONSTANT(MotionKind, kNlerp), CONSTANT(MotionKind, kMatrix)}},
           {"Instance flags", {CONSTANT(InstanceFlags, kNoFilter)}},
-          {"Geometry flags", {CONSTANT(hiprt, kGeometryCustom), {0xff00, "custom_type"}}},
+          {"Geometry flags", {CONSTANT(hiprt, kGeometryCustom), {0xffffff00, "geometry_type"}}},
           {"Children byte", {{0x0f, "children_mask"}, {0x30, "children_order_axis"}}},
           {"Node types",
            {CONSTANT(NodeType, kTriangle0), CONSTANT(NodeType, kTriangle1), CONSTANT(NodeType, kTriangle2),
@@ -280,10 +280,11 @@ TEST_CASE("numbers in FORMAT.md's text are the code's") {
   CHECK(kMaxCondition == std::ldexp(1.0f, 40));
   CHECK(kInstanceStackEntries == 3);
   CHECK(kVersionMajor == 1);
-  CHECK(kVersionMinor == 4);
+  CHECK(kVersionMinor == 5);
   CHECK(TriangleId::kCustom == 0xc0);
-  CHECK(custom_geometry_flags(0xff) == 0xff01);
-  CHECK(custom_type(0xab01) == 0xab);
+  CHECK(custom_geometry_flags(kMaxGeometryType) == 0xffffff01u);
+  CHECK(mesh_flags(kMaxGeometryType) == 0xffffff00u);
+  CHECK(geometry_type(0xabcdef01u) == 0xabcdef);
   CHECK(children_mask(0x2d) == 0xd);
   CHECK(children_order_axis(0x2d) == 2);
   CHECK(kHalfInfinity == 0x7c00);

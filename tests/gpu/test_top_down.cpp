@@ -54,15 +54,12 @@ struct Scene {
   /// Two geometries that share the mesh's positions.
   std::vector<build::GeometryView> views_of(const build::Position* positions, const build::Triangle* triangles) const {
     const auto all = static_cast<std::uint32_t>(mesh.triangles.size()), first = all / 3;
-    std::vector<build::GeometryView> views(2);
-    for (build::GeometryView& view : views) {
-      view.positions = positions;
-      view.position_count = static_cast<std::uint32_t>(mesh.positions.size());
-    }
-    views[0].triangles = triangles;
-    views[0].primitive_count = first;
-    views[1].triangles = triangles + first;
-    views[1].primitive_count = all - first;
+    const auto view = [&](std::uint32_t begin, std::uint32_t end) {
+      return build::GeometryView::of_mesh(positions, static_cast<std::uint32_t>(mesh.positions.size()),
+                                          sizeof(build::Position), triangles + begin, end - begin,
+                                          sizeof(build::Triangle));
+    };
+    std::vector<build::GeometryView> views{view(0, first), view(first, all)};
     views[1].first = first;
     return views;
   }

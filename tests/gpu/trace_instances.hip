@@ -7,7 +7,7 @@
 namespace hiprt::checks {
 namespace {
 
-using Tracer = Instanced<Policies, 2>;
+using Tracer = Moving<Instanced<Policies, 2>>;
 
 struct Rolling : Policies {
   using Stack = RollingStack<8>;

@@ -11,6 +11,7 @@ namespace hiprt::oracle {
 /// @pre there are so many.
 inline Mesh first_triangles(Mesh mesh, std::size_t count) {
   mesh.triangles.resize(count);
+  if (count == 0) mesh.positions.clear();
   return mesh;
 }
 
