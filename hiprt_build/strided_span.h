@@ -39,6 +39,8 @@ template <class T> class StridedSpan {
   constexpr std::size_t stride() const { return stride_; }
   constexpr const void* data() const { return first_; }
   constexpr bool has_gaps() const { return stride_ != sizeof(T); }
+  /// @pre !has_gaps()
+  std::span<const T> contiguous() const { return {static_cast<const T*>(first_), size_}; }
   const T& operator[](std::size_t i) const {
     return *reinterpret_cast<const T*>(static_cast<const std::byte*>(first_) + i * stride_);
   }

@@ -104,8 +104,8 @@ class EmbreeCompetitor : public Competitor {
     void* triangles = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               sizeof(build::Triangle), mesh.triangles.size());
     if (positions == nullptr || triangles == nullptr) return;  // check() reports the error.
-    std::memcpy(positions, mesh.positions.data(), mesh.positions.size_bytes());
-    std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size_bytes());
+    std::memcpy(positions, mesh.positions.data(), mesh.positions.contiguous().size_bytes());
+    std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.contiguous().size_bytes());
     rtcSetGeometryBuildQuality(geometry.get(), mode_.quality);
     rtcCommitGeometry(geometry.get());
     rtcAttachGeometry(scene, geometry.get());

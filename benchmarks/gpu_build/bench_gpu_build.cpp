@@ -3,6 +3,7 @@
 #include "builder_choice.h"
 #include "instances.h"
 #include "median.h"
+#include "objects.h"
 
 #include <benchmarks/common/flags.h>
 #include <benchmarks/common/markdown.h>
@@ -32,7 +33,7 @@ using build::Result;
 
 struct Options {
   std::vector<std::string> builders{"lbvh", "lbvh30", "hploc"};
-  std::vector<std::string> batches, instances;
+  std::vector<std::string> batches, instances, objects;
   std::string json, save, nodes = "planes";
   unsigned repeats = 15, pairs = 1, graphs = 0;
 };
@@ -334,15 +335,16 @@ int run(const Options& options, const std::vector<std::string>& paths) {
     return 1;
   }
   const auto none = nlohmann::json::array();
-  nlohmann::json results = none, batches = none, instances = none;
+  nlohmann::json results = none, batches = none, instances = none, objects = none;
   bool good = run_scenes(options, paths, stream, results);
   good = run_batches(options, stream, batches) && good;
   const InstanceBench bench{options.instances, options.builders, options.repeats, options.graphs != 0};
   good = run_instances(bench, stream, instances) && good;
+  good = run_objects({options.objects, options.repeats}, stream, objects) && good;
   if (!options.json.empty()) {
-    const nlohmann::json document = {{"device", device->name},     {"commit", HIPRT_BENCH_COMMIT},
-                                     {"repeats", options.repeats}, {"results", results},
-                                     {"batches", batches},         {"instances", instances}};
+    const nlohmann::json document = {
+        {"device", device->name}, {"commit", HIPRT_BENCH_COMMIT}, {"repeats", options.repeats}, {"results", results},
+        {"batches", batches},     {"instances", instances},       {"objects", objects}};
     std::ofstream file(options.json);
     file << document.dump(1) << "\n";
     good = good && file.good();
@@ -359,6 +361,8 @@ int main(int argc, char** argv) {
       list_flag("batches", "MESHESxTRIANGLES,...", "batches of ribbons, e.g. 20000x224", options.batches),
       list_flag("instances", "COUNT,...", "BVHs over this number of instances of one object, e.g. 10000",
                 options.instances),
+      list_flag("objects", "COUNT,...", "scenes of this number of objects, all built on the device, e.g. 10000",
+                options.objects),
       number_flag("graphs", "1: measures captured graphs too, 0: not (default)", options.graphs, 0, 1),
       number_flag("repeats", "timed builds, after 3 others; the median counts (default 15)", options.repeats, 1, 1000),
       number_flag("pairs", "1: leaves with pairs of triangles (default), 0: single triangles", options.pairs, 0, 1),
@@ -368,7 +372,8 @@ int main(int argc, char** argv) {
   const std::string fault = take_flags(argc, argv, flags);
   const std::vector<std::string> paths(argv + 1, argv + argc);
   const bool help = !paths.empty() && (paths[0] == "--help" || paths[0] == "-h");
-  if (!fault.empty() || help || (paths.empty() && options.batches.empty() && options.instances.empty())) {
+  if (!fault.empty() || help ||
+      (paths.empty() && options.batches.empty() && options.instances.empty() && options.objects.empty())) {
     (help ? std::cout : std::cerr) << (fault.empty() ? "" : "bench_gpu_build: " + fault + "\n")
                                    << "usage: bench_gpu_build [FLAG...] SCENE.mesh...\n"
                                    << describe(flags);

@@ -1,5 +1,6 @@
 #include "instances.h"
 
+#include "bench_data.h"
 #include "builder_choice.h"
 #include "median.h"
 
@@ -10,10 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <charconv>
-#include <cmath>
 #include <iostream>
-#include <random>
 
 namespace hiprt::bench {
 namespace {
@@ -28,41 +26,13 @@ gpu::Allocator& allocator() {
 
 /// A scene with one instance of a ball of 1600 triangles.
 Result<build::Bvh> ball() {
-  constexpr unsigned kRings = 20, kColumns = 40;
-  std::vector<build::Position> positions;
-  std::vector<build::Triangle> triangles;
-  for (unsigned ring = 0; ring <= kRings; ++ring)
-    for (unsigned column = 0; column < kColumns; ++column) {
-      const float latitude = 3.14159265f * (static_cast<float>(ring) / kRings - 0.5f);
-      const float longitude = 6.2831853f * static_cast<float>(column) / kColumns;
-      positions.push_back(
-          {std::cos(latitude) * std::cos(longitude), std::cos(latitude) * std::sin(longitude), std::sin(latitude)});
-      const std::uint32_t here = ring * kColumns + column, next = ring * kColumns + (column + 1) % kColumns;
-      if (ring == kRings) continue;
-      triangles.push_back({here, next, next + kColumns});
-      triangles.push_back({here, next + kColumns, here + kColumns});
-    }
-  const build::TriangleMesh meshes[] = {{positions, triangles}};
+  const Ball mesh = make_ball(20, 40);
+  const build::TriangleMesh meshes[] = {{mesh.positions, mesh.triangles}};
   auto object = build::build(meshes);
   if (!object) return object;
   const std::span<const std::byte> files[] = {object->buffer.bytes()};
   const build::Instance one[] = {{.object = 0}};
   return build::build_instances(files, one);
-}
-
-/// Random rotations and scales, in a cube in which a tenth of the instances touch another.
-std::vector<gpu::DeviceInstance> make_instances(std::uint32_t count) {
-  std::mt19937 random(1);
-  const auto number = [&] { return 2.0f * static_cast<float>(random() >> 8) * 0x1p-24f - 1.0f; };
-  const float half = 2.0f * std::cbrt(static_cast<float>(count));
-  std::vector<gpu::DeviceInstance> instances(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    build::MotionKey key{.translation = {half * number(), half * number(), half * number()},
-                         .rotation = {number(), number(), number(), 0.01f + number()}};
-    for (float& scale : key.scale) scale = 1.0f + 0.4f * number();
-    instances[i] = {.to_scene = build::compose(key).to_scene, .id = i};
-  }
-  return instances;
 }
 
 /// Time of a graph that is captured from work().
@@ -147,13 +117,6 @@ Result<MeasuredInstances> measure(const BufferView& view, std::uint32_t count, c
   if (!graph) return tl::unexpected(graph.error());
   result.graph_ms = *graph;
   return result;
-}
-
-/// @return 0 if the text is no valid count.
-std::uint32_t parse_count(const std::string& text) {
-  std::uint32_t count = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);
-  return error == std::errc() && end == text.data() + text.size() && count < gpu::kMaxBuildPrimitives ? count : 0;
 }
 
 }  // namespace

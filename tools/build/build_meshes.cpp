@@ -44,7 +44,11 @@ build::Result<Built> build_meshes(const build::SceneInput& scene, BuildRequest r
   return Built{std::move(*bvh), tree ? build::Builder::kImported : options.builder, false};
 }
 
-build::TriangleMesh view_of(const Mesh& mesh) { return {mesh.positions, mesh.triangles, 0xffffffffu, mesh.name}; }
+build::TriangleMesh view_of(const Mesh& mesh) {
+  // Files may hold points that no triangle uses, and nothing else.
+  if (mesh.triangles.empty()) return {.name = mesh.name};
+  return {mesh.positions, mesh.triangles, 0xffffffffu, mesh.name};
+}
 
 std::vector<build::TriangleMesh> views(std::span<const Mesh> meshes) {
   std::vector<build::TriangleMesh> result;

@@ -17,9 +17,9 @@ struct DeviceMeshes {
   std::vector<gpu::DeviceGeometry> geometries;
 
   build::Result<void> add(const build::TriangleMesh& mesh, gpu::Allocator& allocator) {
-    auto points = gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, allocator);
+    auto points = gpu::DeviceArray<build::Position>::from(mesh.positions.contiguous(), nullptr, allocator);
     if (!points) return tl::unexpected(points.error());
-    auto corners = gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, allocator);
+    auto corners = gpu::DeviceArray<build::Triangle>::from(mesh.triangles.contiguous(), nullptr, allocator);
     if (!corners) return tl::unexpected(corners.error());
     geometries.push_back({.positions = points->data(),
                           .triangles = corners->data(),

@@ -1,0 +1,22 @@
+#pragma once
+/// Times of scenes whose objects and instances the device builds.
+
+#include <hip/hip_runtime.h>
+#include <nlohmann/json_fwd.hpp>
+
+#include <string>
+#include <vector>
+
+namespace hiprt::bench {
+
+struct ObjectBench {
+  std::vector<std::string> counts;  ///< Numbers of objects, as texts. Each has one instance.
+  unsigned repeats = 15;
+};
+
+/// Measures a batch build of the objects (tetrahedra to balls of 288 triangles), the records of the objects, a build
+/// over their instances, and an update of that. Validates the downloaded scene. Prints a table and appends to
+/// @p results. @return false after an error, which is printed.
+bool run_objects(const ObjectBench& bench, hipStream_t stream, nlohmann::json& results);
+
+}  // namespace hiprt::bench
