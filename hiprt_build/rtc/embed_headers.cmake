@@ -1,6 +1,6 @@
 # Writes a C++ source with the text of headers.
-# usage: cmake -DROOT=FOLDER -DOUTPUT=FILE -P embed_headers.cmake: the headers are those of ROOT/hiprt_device. Headers of
-# hiprt_device/compat have the names that programs of HIPRT write: hiprt/hiprt_device.h.
+# usage: cmake -DROOT=FOLDER -DOUTPUT=FILE -P embed_headers.cmake: the headers are those of ROOT/hiprt_device.
+# Headers of hiprt_device/compat have the names that programs of HIPRT write: hiprt/hiprt_device.h.
 file(GLOB_RECURSE headers RELATIVE ${ROOT} ${ROOT}/hiprt_device/*.h)
 list(SORT headers)
 set(table "")
