@@ -1,5 +1,9 @@
 // The scenes of the test on GPUs, and the same program on the host.
 
+// nvcc makes host functions of the program's device functions.
+#define intersectFunc intersect_on_host
+#define filterFunc filter_on_host
+
 #include <hiprt_build/build.h>
 #include <hiprt_build/instances.h>
 #include <hiprt_build/open_scene.h>

@@ -65,8 +65,9 @@ struct Launch {
 };
 
 HIPRT_DEVICE inline hiprt::test::TraceResult resultOf(const hiprtHit& hit, hiprtTraversalState state) {
-  hiprt::test::TraceResult result{hit.t,      hit.uv.x, hit.uv.y, {hit.normal.x, hit.normal.y, hit.normal.z},
-                                  hit.primID, {},       state,    hit.hasHit() ? 1u : 0u};
+  hiprt::test::TraceResult result{hit.t, hit.uv.x, hit.uv.y, {hit.normal.x, hit.normal.y, hit.normal.z}, hit.primID};
+  result.state = static_cast<uint32_t>(state);
+  result.hits = hit.hasHit() ? 1u : 0u;
   for (uint32_t i = 0; i < hiprtMaxInstanceLevels; ++i) result.instance[i] = hit.instanceIDs[i];
   return result;
 }
@@ -91,7 +92,7 @@ template <class Traversal> HIPRT_DEVICE inline hiprt::test::TraceResult sumOf(Tr
     sum.v = hiprt::max(sum.v, hit.uv.y);
     sum.normal[0] = hiprt::max(sum.normal[0], hit.normal.x);
   }
-  sum.state = traversal.getCurrentState();
+  sum.state = static_cast<uint32_t>(traversal.getCurrentState());
   return sum;
 }
 

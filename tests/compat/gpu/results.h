@@ -10,8 +10,8 @@ namespace hiprt::test {
 
 /// Numbers of a hit, or of all hits.
 struct TraceResult {
-  float t, u, v, normal[3];
-  std::uint32_t primitive, instance[4], state, hits;
+  float t = 0, u = 0, v = 0, normal[3] = {};
+  std::uint32_t primitive = 0, instance[4] = {}, state = 0, hits = 0;
 };
 /// The results of one ray: geometries of triangles and of squares, a scene, each with the closest hit and all hits.
 inline constexpr unsigned kResultsPerRay = 6;
