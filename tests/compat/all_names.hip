@@ -74,7 +74,11 @@ extern "C" __global__ void GeometryKernel(hiprtGeometry geometry, hiprtRay ray, 
 extern "C" __global__ void SceneKernel(hiprtScene scene, hiprtRay ray, hiprtGlobalStackBuffer buffer,
                                        hiprtGlobalStackBuffer instanceBuffer, uint32_t* hits) {
   __shared__ uint32_t cache[64 * 8];
-  const hiprtSharedStackBuffer shared{8, cache}, none{};
+  // Not in its initialiser: at -O0 clang 15 makes a constant of it, which cannot hold an address of shared memory.
+  hiprtSharedStackBuffer shared{};
+  shared.stackSize = 8;
+  shared.stackData = cache;
+  const hiprtSharedStackBuffer none{};
   hiprtDynamicStack stack(buffer, shared);
   hiprtGlobalInstanceStack instanceStack(instanceBuffer, none);
   hiprtDynamicInstanceStack otherStack(instanceBuffer, none);

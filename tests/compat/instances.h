@@ -37,8 +37,15 @@ class Forest {
     INFO((bvh ? std::string() : bvh.error().message));
     REQUIRE(bvh.has_value());
     built_ = std::move(*bvh);
+    view_ = built_.scene();
   }
-  SceneView view() const { return built_.scene(); }
+  SceneView view() const { return view_; }
+  /// Gives the geometry of an object a type: geomType + 1.
+  void set_type(std::uint32_t object, std::uint32_t geom_type) {
+    SceneView of_object;
+    of_object.geometries = ObjectView(view_, view_.objects[object]).geometries;
+    test::set_type(of_object, geom_type);
+  }
 
   /// The normal of a hit's triangle, in the object.
   std::array<double, 3> normal_of(const hiprtHit& hit) const {
@@ -72,6 +79,7 @@ class Forest {
   std::deque<build::Motion> motions_;
   std::vector<std::span<const std::byte>> files_;
   build::Bvh built_;
+  SceneView view_;
 };
 
 }  // namespace hiprt::test

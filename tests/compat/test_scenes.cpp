@@ -139,14 +139,14 @@ TEST_CASE("functions in instances get the ray of the object, and the instances")
   Random random(kSeed + 23);
   const Spheres spheres(Points{{{0, 0, 0}, 1}});
   const Triangles triangles(Corners{{-3, -3, 0}, {3, -3, 0}, {0, 3, 0}});
-  set_type(spheres.view(), 0);
-  set_type(triangles.view(), 1);
   Forest forest;
   forest.add_file(spheres.bvh);
   forest.add_file(triangles.bvh);
   for (std::uint32_t i = 0; i < 6; ++i)
     forest.add_instance({.object = i % 2, .to_scene = checks::random_affine(random, 2.0)});
   forest.build();
+  forest.set_type(0, 0);
+  forest.set_type(1, 1);
   const SceneView view = forest.view();
   const hiprtScene scene = scene_handle(&view);
   Table table(2, 1);
