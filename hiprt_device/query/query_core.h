@@ -52,10 +52,12 @@ class FilterAnswers
     ray.tmax = search_->limit_;
     return ray;
   }
-  HIPRT_HD HIPRT_FORCE_INLINE unsigned type() const {
-    return custom_type(this->levels_->geometry(*this->scene_, found_->geometry).flags);
+  // The following are for hiprt_device/compat.
+  /// GeometryRecord::flags of the primitive's geometry.
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t geometry_flags() const {
+    return this->levels_->geometry(*this->scene_, found_->geometry).flags;
   }
-  /// The leaf's record and the triangle's number in it, for hiprt_device/compat. Triangles only.
+  /// The leaf's record and the triangle's number in it. Triangles only.
   HIPRT_HD HIPRT_FORCE_INLINE const std::byte* leaf() const {
     return this->levels_->base(*this->scene_) + ref_offset(found_->leaf);
   }
