@@ -161,6 +161,7 @@ class AnyHitTraversal : public TraversalBase<P, typename P::AnyOrder, true, Stac
       : AnyHitTraversal::TraversalBase(arguments, stack) {}
 
  private:
+  static_assert(__is_trivially_copyable(typename AnyHitTraversal::TraversalBase::Search), "a query is kept as bytes");
   TraversalMemory<P> memory_;
   union {
     typename AnyHitTraversal::TraversalBase::Search saved_;  ///< After a hit.
