@@ -6,8 +6,10 @@ include(CMakePackageConfigHelpers)
 set(hiprt_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hiprt)
 
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_device DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT device
-  FILES_MATCHING PATTERN "*.h" PATTERN docs EXCLUDE)
-install(TARGETS hiprt_device EXPORT hiprtDeviceTargets)
+  FILES_MATCHING PATTERN "*.h" PATTERN docs EXCLUDE PATTERN compat EXCLUDE)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_device/compat/hiprt
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_compat COMPONENT device FILES_MATCHING PATTERN "*.h")
+install(TARGETS hiprt_device hiprt_compat EXPORT hiprtDeviceTargets)
 # hiprt_gpu_objects(), and the header that gives CUDA's functions HIP's names.
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/cmake/hip_nvidia DESTINATION ${hiprt_cmake_dir} COMPONENT device)
 install(FILES ${PROJECT_SOURCE_DIR}/cmake/HiprtGpu.cmake ${PROJECT_SOURCE_DIR}/cmake/HiprtLanguages.cmake

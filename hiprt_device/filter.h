@@ -34,6 +34,8 @@ template <class Real> struct FilterQuestions {
   HIPRT_HD std::uint32_t type() const;
   /// As Hit::normal of the query's result.
   HIPRT_HD BasicVec3<Real> normal() const;
+  /// The ray as the object sees it. Its tmax is the t of the closest hit so far.
+  HIPRT_HD BasicRay<Real> object_ray() const;
   HIPRT_HD std::uint32_t depth() const;  ///< Number of instances around the primitive.
   /// InstanceRecord::id. @param level less than depth(); 0: the outermost.
   HIPRT_HD std::uint32_t instance_id(unsigned level) const;

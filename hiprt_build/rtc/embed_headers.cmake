@@ -1,5 +1,6 @@
 # Writes a C++ source with the text of headers.
-# usage: cmake -DROOT=FOLDER -DOUTPUT=FILE -P embed_headers.cmake: the headers are those of ROOT/hiprt_device
+# usage: cmake -DROOT=FOLDER -DOUTPUT=FILE -P embed_headers.cmake: the headers are those of ROOT/hiprt_device.
+# Headers of hiprt_device/compat have the names that programs of HIPRT write: hiprt/hiprt_device.h.
 file(GLOB_RECURSE headers RELATIVE ${ROOT} ${ROOT}/hiprt_device/*.h)
 list(SORT headers)
 set(table "")
@@ -10,7 +11,8 @@ foreach(header IN LISTS headers)
   file(APPEND ${OUTPUT}.new "constexpr char k")
   string(MAKE_C_IDENTIFIER "${header}" name)
   file(APPEND ${OUTPUT}.new "${name}[] = R\"hiprt(${text})hiprt\";\n")
-  string(APPEND table "    {\"${header}\", k${name}},\n")
+  string(REGEX REPLACE "^hiprt_device/compat/" "" included "${header}")
+  string(APPEND table "    {\"${included}\", k${name}},\n")
 endforeach()
 file(APPEND ${OUTPUT}.new "constexpr EmbeddedHeader kHeaders[] = {\n${table}};\n\n}  // namespace\n
 std::span<const EmbeddedHeader> embedded_headers() { return kHeaders; }\n\n}  // namespace hiprt::gpu::rtc\n")

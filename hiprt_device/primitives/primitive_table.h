@@ -70,6 +70,12 @@ concept PrimitiveSet = requires(const T& set, const BasicRay<Real>& ray, Real t,
   { set.filter(0u, ray, hit) } -> std::same_as<FilterResult>;
 };
 
+/// Whether a set's hits count at any t, and without the query's filter (T::kAnyT). For hiprt_device/compat.
+///
+/// The rule is HIPRT's. Such a set reports at most one hit per primitive. A closest-hit query takes each and cuts the
+/// ray there. The set's least_t is the least t of triangles; boxes are tested from the ray's tmin on.
+template <class T> inline constexpr bool kCountsAnyT = requires { requires T::kAnyT; };
+
 /// Functor i is for custom type i (CustomGeometry::type). Primitives of other types are never hit.
 template <class... Functors> struct PrimitiveList;
 

@@ -50,6 +50,21 @@ class FilterAnswers
     search_->complete_surface(hit, found_->custom == nullptr ? found_->leaf : kInvalidRef);
     return hit.normal;
   }
+  HIPRT_HD HIPRT_FORCE_INLINE BasicRay<Real> object_ray() const {
+    BasicRay<Real> ray = this->levels_->ray(*this->scene_, search_->ray_.get());
+    ray.tmax = search_->limit_;
+    return ray;
+  }
+  // The following are for hiprt_device/compat.
+  /// GeometryRecord::flags of the primitive's geometry.
+  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t geometry_flags() const {
+    return this->levels_->geometry(*this->scene_, found_->geometry).flags;
+  }
+  /// The leaf's record and the triangle's number in it. Triangles only.
+  HIPRT_HD HIPRT_FORCE_INLINE const std::byte* leaf() const {
+    return this->levels_->base(*this->scene_) + ref_offset(found_->leaf);
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE unsigned leaf_triangle() const { return found_->leaf & 1u; }
 
  private:
   const Search* search_;
@@ -82,7 +97,7 @@ class HitSearch {
         traversal_(scene, ray, is_covered() && is_traceable(ray) ? scene.root : kInvalidRef, storage),
         hit_path_(storage, 1),
         after_path_(storage, 2),
-        after_t_(max_of(ray.tmin, Real(0))),
+        after_t_(least_t(ray, primitives)),
         limit_(finite(ray.tmax)) {
     if constexpr (kDefers) deferred_.low = limit_;
     if (!is_covered()) state_ = TraversalState::kRefused;
@@ -98,6 +113,11 @@ class HitSearch {
       if (hit_.found()) hit.path = hit_path_.path();
     return hit;
   }
+
+  /// The leaf with the triangle of the current hit; kInvalidRef: a custom primitive.
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef leaf() const { return leaf_; }
+  /// Continues with another copy of the scene's view, for searches that are copied.
+  HIPRT_HD HIPRT_FORCE_INLINE void use(const SceneView& scene) { scene_ = &scene; }
 
   /// Whether a search can find more. If not, hit() is a miss, or says that the search failed.
   HIPRT_HD HIPRT_FORCE_INLINE bool can_go_on() {
@@ -131,14 +151,15 @@ class HitSearch {
       if (deferred_.open.is_crowded()) return decisions.search_again();
       decisions.decide_hits();
     } else {
-      const Outcome outcome =
-          traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                         [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
-                           if (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)) return true;
-                           if (!accept(found)) return true;
-                           limit_ = found.at.t;
-                           return !stopped_;
-                         });
+      const Outcome outcome = traversal_.run(
+          *scene_, ray_, limit_, primitives_, counter_, may_pause,
+          [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
+            if (!counts_at_any_t(found) && (!(found.at.t >= after_t_ && found.at.t <= limit_) || loses_tie(found)))
+              return true;
+            if (!accept(found)) return true;
+            limit_ = found.at.t;
+            return !stopped_;
+          });
       if (outcome == Outcome::kPaused) return false;
     }
     // Limit and t share a register until here.
@@ -151,11 +172,12 @@ class HitSearch {
   /// Searches one more hit, whichever comes first.
   /// @return as find_closest().
   HIPRT_HD HIPRT_FORCE_INLINE bool find_any(bool may_pause) {
-    const Outcome outcome = traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                                           [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
-                                             if (!(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
-                                             return !accept(found);
-                                           });
+    const Outcome outcome =
+        traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
+                       [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
+                         if (!counts_at_any_t(found) && !(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
+                         return !accept(found);
+                       });
     if (outcome == Outcome::kPaused) return false;
     conclude(outcome == Outcome::kStopped);
     return true;
@@ -206,6 +228,17 @@ class HitSearch {
     return tmax < kMax ? tmax : kMax;
   }
 
+  /// Triangles count from this t on.
+  HIPRT_HD static HIPRT_FORCE_INLINE Real least_t(const BasicRay<Real>& ray,
+                                                  [[maybe_unused]] const Primitives& primitives) {
+    if constexpr (kCountsAnyT<Primitives>) return primitives.least_t;
+    return max_of(ray.tmin, Real(0));
+  }
+  HIPRT_HD static HIPRT_FORCE_INLINE bool counts_at_any_t([[maybe_unused]] const LeafHit<Real>& found) {
+    if constexpr (kCountsAnyT<Primitives>) return found.custom != nullptr;
+    return false;
+  }
+
   /// Whether another hit at the same t comes first, or a query has reported this hit already.
   ///
   /// Of hits at the same t the one with the lowest geometry, then the lowest primitive number wins.
@@ -250,6 +283,7 @@ class HitSearch {
   }
 
   HIPRT_HD HIPRT_FORCE_INLINE FilterResult call_filters(const LeafHit<Real>& found, const Result& candidate) const {
+    if (counts_at_any_t(found)) return FilterResult::kAccept;
     if constexpr (P::kLevels != 0 && kFilters)
       if (traversal_.levels().without_filter(*scene_)) return FilterResult::kAccept;
     bool stop = false;
@@ -269,6 +303,8 @@ class HitSearch {
   HIPRT_HD HIPRT_FORCE_INLINE void conclude(bool found) {
     state_ = found ? TraversalState::kHit : without_hit();
     if (found) return;
+    if constexpr (kCountsAnyT<Primitives>)
+      if (state_ == TraversalState::kStackOverflow) return;  // The hit may be of use all the same.
     forget_hit();
     if (state_ == TraversalState::kFinished) return;
     hit_.t = std::numeric_limits<Real>::quiet_NaN();

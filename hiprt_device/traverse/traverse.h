@@ -205,12 +205,14 @@ class Traversal : public RayState<P, Order, Test> {
     const auto offer = [&](const BasicCandidate<Real>& at, unsigned slot,
                            const BasicCustomHit<Real>* custom) HIPRT_FORCE_INLINE_LAMBDA {
       if constexpr (kObserved) counter.on_candidate(slot, static_cast<float>(at.t));
+      // A functor that may be called once per primitive is not called again for what it has reported.
+      const bool by_slot = kCountsAnyT<Primitives> && custom != nullptr;
       if constexpr (kResumable)
-        if (met++ < skip_) return true;
+        if (!by_slot && met++ < skip_) return true;
       const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
       if (visit(LeafHit<Real>{at, custom, geometry, primitive, leaf_ + (custom == nullptr ? slot : 0u)})) return true;
-      if constexpr (kResumable) skip_ = met;
+      if constexpr (kResumable) skip_ = by_slot ? slot + 1 : met;
       return false;
     };
     bool go_on = true;
@@ -237,6 +239,7 @@ class Traversal : public RayState<P, Order, Test> {
     const unsigned type = geometry_type(levels_.geometry(scene, geometry).flags);
     for (unsigned slot = 0; slot < 2; ++slot) {
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
+      if (kResumable && kCountsAnyT<Primitives> && slot < skip_) continue;
       if (primitive == kInvalidId ||
           !meets_box<Lanes>(leaf.box[slot], slabs_, boxes_.near_end(tmin_), boxes_.far_end(limit)))
         continue;

@@ -29,7 +29,8 @@ skip() {
 device_headers=()
 runtime_headers=()
 whole=()
-strict=(-std=c++20 -Wall -Wextra -Werror "-I$root")
+includes=("-I$root" "-I$root/hiprt_device/compat")
+strict=(-std=c++20 -Wall -Wextra -Werror "${includes[@]}")
 case $compiler in
   g++ | clang++)
     command -v "$compiler" >/dev/null || skip "$compiler not found"
@@ -57,7 +58,7 @@ case $compiler in
     # std::bit_cast, std::numeric_limits and the like are constexpr, which this flag lets device code call;
     # hiprt::device asks for it too. The host compiler sees text that cudafe++ wrote, with parentheses of its own.
     command=("$nvcc" -x cu -std=c++20 "-arch=$arch" --expt-relaxed-constexpr -Werror all-warnings
-      -Xcompiler=-Wall,-Wextra,-Werror,-Wno-parentheses "-I$root" "-I$root/cmake/hip_nvidia" -o /dev/null)
+      -Xcompiler=-Wall,-Wextra,-Werror,-Wno-parentheses "${includes[@]}" "-I$root/cmake/hip_nvidia" -o /dev/null)
     device_headers=(-ptx)
     runtime_headers=(-c)
     whole=(-c)

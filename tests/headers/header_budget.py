@@ -30,7 +30,8 @@ TOLERANCE = 0.02
 
 def public_headers(root):
     """What a host program may include; headers of hiprt_build/gpu need a GPU's compiler or runtime."""
-    found = ['hiprt_device/hiprt_device.h', 'hiprt_device/primitives/scene_shapes.h', 'hiprt_device/scene_view.h']
+    found = ['hiprt_device/hiprt_device.h', 'hiprt_device/primitives/scene_shapes.h', 'hiprt_device/scene_view.h',
+             'hiprt/hiprt_types.h', 'hiprt/hiprt_device.h']
     for pattern in ('hiprt_build/*.h', 'hiprt_build/format/validate.h', 'hiprt_build/format/view.h'):
         found += [os.path.relpath(path, root) for path in sorted(glob.glob(os.path.join(root, pattern)))]
     return found
@@ -41,7 +42,8 @@ def measure(compiler, root, header):
         source = os.path.join(folder, 'source.cpp')
         with open(source, 'w', encoding='utf-8') as f:
             f.write(f'#include <{header}>\n')
-        result = subprocess.run([compiler, '-std=c++20', f'-I{root}', '-H', '-E', source],
+        result = subprocess.run([compiler, '-std=c++20', f'-I{root}', f'-I{root}/hiprt_device/compat', '-H',
+                                 '-E', source],
                                 capture_output=True, text=True)
     if result.returncode != 0:
         sys.exit(f'{header} does not compile:\n{result.stderr}')

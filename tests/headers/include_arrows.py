@@ -24,6 +24,7 @@ MODULES = {
     'hiprt_device/primitives/': 'primitives',
     'hiprt_device/traverse/': 'traverse',
     'hiprt_device/query/': 'query',
+    'hiprt_device/compat/': 'compat',
     'hiprt_device/': 'query',
     'hiprt_build/format/': 'host_format',
     'hiprt_build/gpu/': 'gpu',
@@ -54,6 +55,8 @@ MAY_INCLUDE = {
     'primitives': {'format', 'math', 'scene', 'ray', 'intersect', 'instances'},
     'traverse': {'format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives'},
     'query': set(DEVICE_MODULES),
+    # HIPRT's names over the queries. Nothing of the library needs them.
+    'compat': set(DEVICE_MODULES),
     # instances: only_instance.h makes the PlacedObject that kernels take.
     'host_format': {'format', 'math', 'scene', 'instances'},
     'build': {'format', 'math', 'scene', 'host_format', 'gpu'},
@@ -69,6 +72,8 @@ MAY_INCLUDE = {
     'path': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers', 'studio'},
     'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'image', 'render_scene', 'tracers', 'studio', 'path'},
 }
+# A folder of the include path of programs that include <hiprt/...>.
+COMPAT = 'hiprt_device/compat/'
 # Includes of other packages that are allowed in some modules only.
 GPU = re.compile(r'(hip|cuda|cub|rocprim|thrust)(/|_|\.)')
 ENGINES = re.compile(r'(tbb|oneapi|embree3|nlohmann)/')
@@ -118,6 +123,8 @@ def resolve(root, path, name, quoted):
         near = os.path.normpath(os.path.join(os.path.dirname(path), name))
         if os.path.isfile(os.path.join(root, near)):
             return near
+    if name.startswith('hiprt/'):
+        name = COMPAT + name
     return name if os.path.isfile(os.path.join(root, name)) else None
 
 
@@ -131,10 +138,12 @@ def fault(root, path, name, quoted):
     # Compiled where there is no GPU runtime.
     host_only = mine in ('build', 'host_format') and (public or path.endswith('.cpp'))
     if target is None:
-        if quoted or name.startswith(('hiprt_device/', 'hiprt_build/', 'tools/')):
+        if quoted or name.startswith(('hiprt_device/', 'hiprt_build/', 'hiprt/', 'tools/')):
             return f'{name} does not exist in the project'
         if name.startswith('glm/') and path not in ('hiprt_device/math/vec.h', 'hiprt_device/math/vec_functions.h'):
             return 'only hiprt_device/math/vec.h and vec_functions.h include GLM'
+        if mine == 'compat' and path != COMPAT + 'hiprt/hiprt_common.h':
+            return 'in hiprt_device/compat only hiprt_common.h includes other packages'
         in_device = mine in DEVICE_MODULES
         if in_device and not GPU.match(name) and not name.startswith('glm/') and \
                 path not in ('hiprt_device/format/standard.h', 'hiprt_device/math/lanes.h') and not ENGINES.match(name):

@@ -1,5 +1,5 @@
 /// run_time_compile ROOT KERNEL...: compiles source files of kernels with a run-time compiler, without a shim. The only
-/// options are the language, the architecture and the folder of hiprt_device. It needs no GPU.
+/// options are the language, the architecture and the folders of the headers. It needs no GPU.
 ///
 /// HIPRT_NVRTC: by NVRTC; otherwise by hipRTC. Exit status: 0, or 1 (a file failed; its log is printed).
 
@@ -30,13 +30,13 @@ bool compile(const std::string& root, const char* path) {
   HIPRT_RTC(Program) program;
   if (HIPRT_RTC(CreateProgram)(&program, source.str().c_str(), path, 1, headers, header_names) != HIPRT_RTC_SUCCESS)
     return false;
-  const std::string include = "-I" + root;
+  const std::string include = "-I" + root, names = include + "/hiprt_device/compat";
 #if HIPRT_NVRTC
-  const char* options[] = {"-std=c++20", "-arch=sm_90", include.c_str()};
+  const char* options[] = {"-std=c++20", "-arch=sm_90", include.c_str(), names.c_str()};
 #else
-  const char* options[] = {"-std=c++20", "--offload-arch=gfx1030", include.c_str()};
+  const char* options[] = {"-std=c++20", "--offload-arch=gfx1030", include.c_str(), names.c_str()};
 #endif
-  const auto result = HIPRT_RTC(CompileProgram)(program, 3, options);
+  const auto result = HIPRT_RTC(CompileProgram)(program, 4, options);
   if (result != HIPRT_RTC_SUCCESS) {
     std::size_t size = 0;
     HIPRT_RTC(GetProgramLogSize)(program, &size);

@@ -39,6 +39,23 @@ __global__ void trace(hiprt::SceneView scene, const hiprt::Ray* rays, hiprt::Hit
   if (i < count) hits[i] = hiprt::closest_hit<P>(scene, rays[i]);
 }
 )";
+/// A program of HIPRT: it needs no folder of headers either.
+constexpr const char* kHiprt = R"(#include <hiprt/impl/hiprt_device_impl.h>
+#include <hiprt/hiprt_vec.h>
+HIPRT_DEVICE bool intersectFunc(uint32_t, uint32_t, const hiprtFuncTableHeader&, const hiprtRay&, void*, hiprtHit&) {
+  return false;
+}
+HIPRT_DEVICE bool filterFunc(uint32_t, uint32_t, const hiprtFuncTableHeader&, const hiprtRay&, void*, const hiprtHit&) {
+  return false;
+}
+extern "C" __global__ void TraceKernel(hiprtScene scene, float3 origin, float3 direction, hiprtHit* hit) {
+  hiprtRay ray;
+  ray.origin = origin;
+  ray.direction = 2.0f * direction;
+  hiprtSceneTraversalClosest traversal(scene, ray);
+  *hit = traversal.getNextHit();
+}
+)";
 const std::vector<std::string> kNames{"twice<float>", "twice<int>"};
 
 CompileOptions options_of(const std::string& architecture) {
@@ -100,6 +117,16 @@ TEST_CASE("kernels with hiprt's headers compile, wherever the program runs") {
     CHECK(kernels->names[0].starts_with("_Z"));
   }
   fs::current_path(before);
+}
+
+TEST_CASE("kernels with HIPRT's names compile") {
+  for (const std::string& architecture : architectures()) {
+    CAPTURE(architecture);
+    const auto kernels = gpu::compile_kernels(kHiprt, {}, options_of(architecture));
+    INFO((kernels ? std::string() : kernels.error().message));
+    REQUIRE(kernels.has_value());
+    CHECK(kernels->code.size() > 4096);
+  }
 }
 
 TEST_CASE("names, and headers of the program") {
