@@ -43,7 +43,7 @@ class FilterAnswers
     return !(n.x * d.x + n.y * d.y + n.z * d.z > Real(0));
   }
   HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t type() const {
-    return geometry_type(this->levels_->geometry(*this->scene_, candidate_->geometry).flags);
+    return geometry_type(this->levels_->geometry(*this->scene_, found_->geometry).flags);
   }
   HIPRT_HD HIPRT_FORCE_INLINE BasicVec3<Real> normal() const {
     typename Search::Result hit = *candidate_;
@@ -56,10 +56,6 @@ class FilterAnswers
     return ray;
   }
   // The following are for hiprt_device/compat.
-  /// GeometryRecord::flags of the primitive's geometry.
-  HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t geometry_flags() const {
-    return this->levels_->geometry(*this->scene_, found_->geometry).flags;
-  }
   /// The leaf's record and the triangle's number in it. Triangles only.
   HIPRT_HD HIPRT_FORCE_INLINE const std::byte* leaf() const {
     return this->levels_->base(*this->scene_) + ref_offset(found_->leaf);

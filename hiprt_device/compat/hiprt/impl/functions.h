@@ -87,7 +87,7 @@ template <class Layout> struct FunctionFilter {
   HIPRT_HD HIPRT_FORCE_INLINE FilterResult operator()(const Ray&, const HitType& candidate,
                                                       const Questions& questions) const {
     if (!functions.has_table) return FilterResult::kAccept;
-    const unsigned type = questions.geometry_flags() >> 8;
+    const unsigned type = questions.type();
     if (type == 0) return FilterResult::kAccept;
     const Ray ray = questions.object_ray();
     hiprtHit hit = no_hit();
