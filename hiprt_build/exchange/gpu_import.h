@@ -2,7 +2,7 @@
 /// A caller's tree, and the memory that its import needs. Internal.
 
 #include <hiprt_build/exec/gpu_arena.h>
-#include <hiprt_build/gpu/import.h>
+#include <hiprt_build/gpu/job.h>
 #include <hiprt_build/tree/binary_tree.h>
 
 namespace hiprt::build {
@@ -26,11 +26,11 @@ struct GpuImport {
   /// A pair whose triangles cannot share a leaf needs two.
   HIPRT_HD std::uint32_t slots() const { return pairs == nullptr ? 1 : 2; }
   HIPRT_HD std::uint32_t capacity() const { return slots() * tree.leaf_count; }
-  static void take(gpu::Arena& arena, std::uint32_t primitives, std::uint32_t leaves, GpuImport& import) {
-    import.uses = arena.take<std::uint32_t>(primitives);
-    import.parents = arena.take<std::uint32_t>(2 * std::uint64_t{leaves});
-    import.met = arena.take<std::uint32_t>(leaves);
-    import.below = arena.take<std::uint32_t>(leaves);
+  static void take(gpu::Arena& arena, std::uint32_t primitives, std::uint32_t leaves, GpuImport& job) {
+    job.uses = arena.take<std::uint32_t>(primitives);
+    job.parents = arena.take<std::uint32_t>(2 * std::uint64_t{leaves});
+    job.met = arena.take<std::uint32_t>(leaves);
+    job.below = arena.take<std::uint32_t>(leaves);
   }
 
   /// The references of a leaf: one or two.
