@@ -2,7 +2,7 @@
 /// A caller's tree, and the memory that its import needs. Internal.
 
 #include <hiprt_build/exec/gpu_arena.h>
-#include <hiprt_build/gpu/job.h>
+#include <hiprt_build/gpu/import.h>
 #include <hiprt_build/tree/binary_tree.h>
 
 namespace hiprt::build {
