@@ -3,6 +3,7 @@
 
 #include <hiprt_build/gpu/objects.h>
 #include <hiprt_build/instances/gpu_motion.h>
+#include <hiprt_build/instances/make_instance.h>
 #include <hiprt_build/instances/motion_segments.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>
