@@ -2,6 +2,7 @@
 
 #include <tools/base/gpu_device.h>
 
+#include <hiprt_build/format/file_layout.h>
 #include <hiprt_build/format/instance_bounds.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/event.h>
