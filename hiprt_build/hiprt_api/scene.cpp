@@ -1,0 +1,264 @@
+#include <hiprt_build/hiprt_api/scene.h>
+
+#include <hiprt_build/exec/gpu_arena.h>
+#include <hiprt_build/gpu/objects.h>
+#include <hiprt_build/hiprt_api/geometry_input.h>
+
+#include <algorithm>
+
+namespace hiprt::api {
+namespace {
+
+SceneArrays arrays_of(const hiprtSceneBuildInput& input) {
+  return {.instances = static_cast<const hiprtInstance*>(input.instances),
+          .headers = static_cast<const hiprtTransformHeader*>(input.instanceTransformHeaders),
+          .frames = input.instanceFrames,
+          .masks = static_cast<const std::uint32_t*>(input.instanceMasks),
+          .instance_count = input.instanceCount,
+          .frame_count = input.instanceFrames != nullptr ? input.frameCount : 0,
+          .type = input.frameType};
+}
+
+/// Trees of the caller are not read: the builder's are as good, and the hits are the same.
+gpu::InstanceOptions options_for_instances(const hiprtBuildOptions& options) {
+  gpu::InstanceOptions result;
+  const BuildKind kind = kind_of(options);
+  result.tree.builder = kind == BuildKind::kFast ? build::Builder::kLbvh : build::Builder::kHploc;
+  if (kind == BuildKind::kHigh) result.tree.reinsertion_rounds = 8;
+  return result;
+}
+
+/// Arrays in scratch memory.
+struct SceneScratch {
+  SceneParts parts{};
+  ObjectRecord* records;  ///< Of the instances' objects.
+  std::byte* build;
+
+  SceneScratch(gpu::Arena& arena, const SceneArrays& from, std::uint64_t build_bytes) {
+    parts.views = arena.take<SceneView>(from.instance_count);
+    parts.instances = arena.take<gpu::DeviceInstance>(from.instance_count);
+    if (from.may_move()) {
+      parts.ranges = arena.take<gpu::KeyRange>(from.instance_count);
+      if (from.type == hiprtFrameTypeMatrix)
+        parts.matrices = arena.take<build::MatrixKey>(from.frame_count);
+      else
+        parts.keys = arena.take<build::MotionKey>(from.frame_count);
+    }
+    records = arena.take<ObjectRecord>(from.instance_count);
+    build = arena.take<std::byte>(build_bytes);
+  }
+};
+
+std::uint32_t key_count(const SceneArrays& from) { return from.may_move() ? from.frame_count : 0; }
+
+/// @param objects of the table.
+Result<gpu::BuildSizes> sizes_of(const SceneArrays& from, std::uint32_t objects, const hiprtBuildOptions& options) {
+  auto sizes = gpu::instance_sizes(gpu::separate_objects(nullptr, objects), from.instance_count,
+                                   options_for_instances(options), key_count(from));
+  if (!sizes) return sizes;
+  gpu::Arena arena;
+  SceneScratch(arena, from, sizes->scratch);
+  sizes->scratch = arena.size();
+  return sizes;
+}
+
+/// The scenes among the objects of a scene.
+struct InnerScenes {
+  std::vector<InnerScene> scenes;            ///< Each once.
+  std::vector<std::uint32_t> scene_of;       ///< Of instance i its number; kNone: a geometry. Empty: all are.
+  std::uint32_t objects = 0, instances = 0;  ///< Sums.
+
+  static constexpr std::uint32_t kNone = ~0u;
+};
+
+Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, hipStream_t stream) {
+  InnerScenes inner;
+  // Without other scenes there is no need to wait for the stream.
+  if (!SceneRegistry::instance().has_other(self)) return inner;
+  std::vector<hiprtInstance> instances(from.instance_count);
+  auto done = gpu::check(hipMemcpyAsync(instances.data(), from.instances, instances.size() * sizeof(hiprtInstance),
+                                        hipMemcpyDeviceToHost, stream),
+                         "hipMemcpyAsync", "instances");
+  if (done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");
+  if (!done) return tl::unexpected(std::move(done.error()));
+  std::map<const void*, std::uint32_t> numbers;
+  for (std::uint32_t i = 0; i < from.instance_count; ++i) {
+    if (instances[i].type != hiprtInstanceTypeScene) continue;
+    if (inner.scene_of.empty()) inner.scene_of.assign(from.instance_count, InnerScenes::kNone);
+    const void* const handle = instances[i].scene;
+    const auto [at, is_new] = numbers.emplace(handle, static_cast<std::uint32_t>(inner.scenes.size()));
+    inner.scene_of[i] = at->second;
+    if (!is_new) continue;
+    const auto parts = SceneRegistry::instance().find(handle);
+    if (!parts) return gpu::fail(ErrorCode::kInvalidInput, "instance ", i, " is of a scene that was not built");
+    inner.scenes.push_back({static_cast<const ObjectHeader*>(handle), parts->instances, parts->more, parts->more_count,
+                            parts->objects, from.instance_count + inner.objects, nullptr});
+    inner.objects += parts->objects;
+    inner.instances += parts->instances + parts->more_count;
+  }
+  return inner;
+}
+
+/// A table with room for the objects of inner scenes, and the copies of their records.
+class Nesting {
+ public:
+  Nesting(InnerScenes& inner, const SceneArrays& from, hipStream_t stream)
+      : inner_(inner), from_(from), stream_(stream), memory_(nullptr, stream) {}
+
+  /// @param records of the instances' objects.
+  /// @param copies room for inner.instances records.
+  /// @return the whole table.
+  Result<ObjectRecord*> enqueue(const ObjectRecord* records, InstanceRecord* copies) {
+    const std::uint64_t table_bytes = (from_.instance_count + inner_.objects) * sizeof(ObjectRecord);
+    const std::uint64_t links_at = (table_bytes + kAlignment - 1) / kAlignment * kAlignment;
+    const auto memory = memory_.of_size(links_at + from_.instance_count * sizeof(InstanceRecord*));
+    if (!memory) return tl::unexpected(memory.error());
+    auto* const table = reinterpret_cast<ObjectRecord*>(*memory);
+    auto done = gpu::check(
+        hipMemcpyAsync(table, records, from_.instance_count * sizeof(ObjectRecord), hipMemcpyDeviceToDevice, stream_),
+        "hipMemcpyAsync");
+    for (InnerScene& scene : inner_.scenes) {
+      scene.copy = copies;
+      copies += scene.instances + scene.more_count;
+      if (done) done = enqueue_inner(scene, table, stream_);
+    }
+    std::vector<InstanceRecord*> links(from_.instance_count, nullptr);
+    for (std::size_t i = 0; i < links.size(); ++i)
+      if (inner_.scene_of[i] != InnerScenes::kNone) links[i] = inner_.scenes[inner_.scene_of[i]].copy;
+    if (done)
+      done = gpu::check(hipMemcpyAsync(*memory + links_at, links.data(), links.size() * sizeof(links[0]),
+                                       hipMemcpyHostToDevice, stream_),
+                        "hipMemcpyAsync");
+    if (done)
+      done = enqueue_links(reinterpret_cast<InstanceRecord* const*>(*memory + links_at), table, from_.instance_count,
+                           stream_);
+    if (!done) return tl::unexpected(std::move(done.error()));
+    return table;
+  }
+
+ private:
+  InnerScenes& inner_;
+  const SceneArrays& from_;
+  hipStream_t stream_;
+  Scratch memory_;
+};
+
+Result<void> build_one(const hiprtSceneBuildInput& input, const hiprtBuildOptions& options, Scratch& temporary,
+                       hipStream_t stream, const Found& found) {
+  const SceneArrays from = arrays_of(input);
+  auto inner = find_inner(from, found.header(), stream);
+  if (!inner) return tl::unexpected(inner.error());
+  const std::uint32_t objects = from.instance_count + inner->objects;
+  const auto sizes = sizes_of(from, objects, options);
+  if (!sizes) return tl::unexpected(sizes.error());
+  const std::uint64_t copies_at = (sizes->output + kAlignment - 1) / kAlignment * kAlignment;
+  if (auto room = found.pool->reserve(found.index, copies_at + inner->instances * sizeof(InstanceRecord)); !room)
+    return room;
+  const auto memory = temporary.of_size(sizes->scratch);
+  if (!memory) return tl::unexpected(memory.error());
+  gpu::Arena arena(*memory);
+  const SceneScratch scratch(arena, from, 0);
+  auto done = enqueue_parts(from, scratch.parts, stream);
+  if (done) done = gpu::enqueue_objects(scratch.parts.views, from.instance_count, scratch.records, stream);
+  if (!done) return done;
+  Member& member = found.member();
+  auto* const copies = reinterpret_cast<InstanceRecord*>(member.storage + copies_at);
+  const ObjectRecord* table = scratch.records;
+  Nesting nesting(*inner, from, stream);
+  if (!inner->scenes.empty()) {
+    const auto whole = nesting.enqueue(scratch.records, copies);
+    if (!whole) return tl::unexpected(whole.error());
+    table = *whole;
+  }
+  gpu::DeviceInstances instances{.instances = scratch.parts.instances, .count = from.instance_count};
+  if (scratch.parts.ranges != nullptr)
+    instances.motions = {.ranges = scratch.parts.ranges,
+                         .keys = scratch.parts.keys,
+                         .matrices = scratch.parts.matrices,
+                         .key_count = from.frame_count};
+  const auto report = gpu::enqueue_instances(gpu::separate_objects(table, objects), instances,
+                                             options_for_instances(options), member.storage, scratch.build, stream);
+  if (!report) return tl::unexpected(report.error());
+  member.instances = *report;
+  member.built = true;
+  SceneRegistry::instance().set(found.header(), {from.instance_count, objects, copies, inner->instances});
+  return enqueue_headers(&(*report)->view, found.header(), 1, stream);
+}
+
+}  // namespace
+
+SceneRegistry& SceneRegistry::instance() {
+  static SceneRegistry registry;
+  return registry;
+}
+
+void SceneRegistry::set(const void* handle, const BuiltSceneParts& parts) {
+  const std::scoped_lock lock(mutex_);
+  scenes_[handle] = parts;
+}
+
+void SceneRegistry::remove(const void* handle) {
+  const std::scoped_lock lock(mutex_);
+  scenes_.erase(handle);
+}
+
+std::optional<BuiltSceneParts> SceneRegistry::find(const void* handle) const {
+  const std::scoped_lock lock(mutex_);
+  const auto at = scenes_.find(handle);
+  return at == scenes_.end() ? std::nullopt : std::optional(at->second);
+}
+
+bool SceneRegistry::has_other(const void* handle) const {
+  const std::scoped_lock lock(mutex_);
+  return scenes_.size() > scenes_.count(handle);
+}
+
+Result<std::uint64_t> temporary_size(SceneInputs inputs, const hiprtBuildOptions& options) {
+  std::uint64_t most = 0;
+  for (const hiprtSceneBuildInput& input : inputs) {
+    const auto sizes = sizes_of(arrays_of(input), input.instanceCount, options);
+    if (!sizes) return tl::unexpected(sizes.error());
+    most = std::max(most, sizes->scratch);
+  }
+  // The caller's buffer may be aligned to less.
+  return most + kAlignment;
+}
+
+Result<void> create_scenes(hiprtContext context, SceneInputs inputs, const hiprtBuildOptions& options,
+                           hiprtScene* const* outs) {
+  auto pool = std::make_shared<Pool>();
+  pool->members.resize(inputs.size());
+  std::uint64_t bytes = inputs.size() * sizeof(ObjectHeader);
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const auto sizes = sizes_of(arrays_of(inputs[i]), inputs[i].instanceCount, options);
+    if (!sizes) return tl::unexpected(sizes.error());
+    pool->members[i].capacity = sizes->output;
+    bytes += sizes->output;
+  }
+  auto memory = Allocation::make(bytes);
+  if (!memory) return tl::unexpected(std::move(memory.error()));
+  pool->memory = std::move(*memory);
+  std::byte* at = pool->memory.data() + inputs.size() * sizeof(ObjectHeader);
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    pool->members[i].storage = at;
+    at += pool->members[i].capacity;
+    *outs[i] = pool->header(i);
+  }
+  context->scenes.add(std::move(pool));
+  return {};
+}
+
+Result<void> build_scenes(hiprtContext context, hiprtBuildOperation operation, SceneInputs inputs,
+                          const hiprtBuildOptions& options, void* temporary, hipStream_t stream,
+                          const hiprtScene* scenes) {
+  if (operation != hiprtBuildOperationBuild && operation != hiprtBuildOperationUpdate) return {};
+  Scratch scratch(temporary, stream);
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const Found found = context->scenes.find(scenes[i]);
+    if (!found) return gpu::fail(ErrorCode::kInvalidInput, "scene ", i, " is none of this context");
+    if (auto built = build_one(inputs[i], options, scratch, stream, found); !built) return built;
+  }
+  return {};
+}
+
+}  // namespace hiprt::api
