@@ -123,14 +123,3 @@ hiprtError hiprtBuildTraceKernels(hiprtContext context, uint32_t function_count,
     return wants_functions ? find_functions(*module, function_count, function_names, functions_out) : Result<void>();
   });
 }
-
-hiprtError hiprtBuildTraceKernelsFromBitcode(hiprtContext context, uint32_t function_count, const char** function_names,
-                                             const char* module_name, const char* bitcode, size_t bitcode_size,
-                                             uint32_t geometry_types, uint32_t ray_types, hiprtFuncNameSet* name_sets,
-                                             hiprtApiFunction* functions_out, bool) {
-  if (context == nullptr || module_name == nullptr || bitcode == nullptr || bitcode_size == 0 ||
-      functions_out == nullptr || function_count == 0 || !all_there(function_names, function_count))
-    return hiprtErrorInvalidParameter;
-  static_cast<void>(geometry_types), static_cast<void>(ray_types), static_cast<void>(name_sets);
-  return hiprtErrorNotImplemented;
-}

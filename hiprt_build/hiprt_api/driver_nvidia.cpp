@@ -5,13 +5,15 @@
 #include <dlfcn.h>
 
 #include <cstring>
+#include <string_view>
 
 namespace hiprt::api {
 namespace {
 
 /// A CUresult: 0 is success.
 using Status = int;
-constexpr int kInputCubin = 0, kInputPtx = 1;
+/// Kinds of code, CUjitInputType.
+constexpr int kInputCubin = 0, kInputPtx = 1, kInputFatbin = 2;
 
 struct Functions {
   Status (*initialize)(unsigned) = nullptr;
@@ -67,6 +69,13 @@ const Functions& driver() {
   return functions;
 }
 
+int kind_of(std::span<const std::byte> code) {
+  const auto begins_with = [&](std::string_view magic) {
+    return code.size() > magic.size() && std::memcmp(code.data(), magic.data(), magic.size()) == 0;
+  };
+  return begins_with("\x7f\x45LF") ? kInputCubin : begins_with("\x50\xed\x55\xba") ? kInputFatbin : kInputPtx;
+}
+
 /// cuLink...: destroyed at the end.
 class Linker {
  public:
@@ -81,13 +90,9 @@ class Linker {
     const Functions& cuda = driver();
     auto done = cuda.check(cuda.link_create(2, options, values, &state_), "cuLinkCreate");
     for (const auto& part : parts) {
-      const bool elf = part.size() > 4 && std::memcmp(part.data(),
-                                                      "\x7f"
-                                                      "ELF",
-                                                      4) == 0;
       if (done)
-        done = cuda.check(cuda.link_add(state_, elf ? kInputCubin : kInputPtx, const_cast<std::byte*>(part.data()),
-                                        part.size(), "part", 0, nullptr, nullptr),
+        done = cuda.check(cuda.link_add(state_, kind_of(part), const_cast<std::byte*>(part.data()), part.size(), "part",
+                                        0, nullptr, nullptr),
                           "cuLinkAddData");
     }
     void* code = nullptr;
