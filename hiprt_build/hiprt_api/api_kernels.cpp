@@ -3,7 +3,9 @@
 #include <hiprt_build/gpu/compile.h>
 #include <hiprt_build/hiprt_api/context.h>
 #include <hiprt_build/hiprt_api/trace_source.h>
+#include <hiprt_build/rtc/embedded_headers.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 
@@ -61,6 +63,12 @@ gpu::CompileOptions options_of(const hiprtContextObject& context, const char* na
   return result;
 }
 
+/// Programs may bring AMD's headers, which have the names of ours.
+bool is_ours(std::string_view name) {
+  const auto ours = gpu::rtc::embedded_headers();
+  return std::any_of(ours.begin(), ours.end(), [&](const auto& header) { return name == header.name; });
+}
+
 /// @return the module with the program, compiled now or before.
 Result<void*> module_of(hiprtContextObject& context, const Program& program) {
   const std::string key = program.key();
@@ -116,7 +124,8 @@ hiprtError hiprtBuildTraceKernels(hiprtContext context, uint32_t function_count,
       const std::scoped_lock lock(context->modules_mutex);
       program.options = options_of(*context, module_name, option_count, options, cache);
     }
-    for (uint32_t i = 0; i < header_count; ++i) program.options.headers.push_back({include_names[i], headers[i]});
+    for (uint32_t i = 0; i < header_count; ++i)
+      if (!is_ours(include_names[i])) program.options.headers.push_back({include_names[i], headers[i]});
     const auto module = module_of(*context, program);
     if (!module) return tl::unexpected(module.error());
     if (module_out != nullptr) *module_out = *module;

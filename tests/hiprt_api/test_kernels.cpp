@@ -52,8 +52,8 @@ TEST_CASE("kernels from source, with generated dispatchers, headers and options"
   Program program;
   const std::string cache = (std::filesystem::temp_directory_path() / "hiprt_api_cache").string();
   HIPRT_OK(hiprtSetCacheDirPath(program.context, cache.c_str()));
-  const char* const headers[] = {"#pragma once\n#define FACTOR (TWO * 1.5f)\n"};
-  const char* const includes[] = {"own/factor.h"};
+  const char* const headers[] = {"#pragma once\n#define FACTOR (TWO * 1.5f)\n", "#error of another library\n"};
+  const char* const includes[] = {"own/factor.h", "hiprt/hiprt_device.h"};
   const char* options[] = {"-DTWO=2.0f", "-std=c++17"};
   const char* names[] = {"Trace"};
   hiprtFuncNameSet sets[4];
@@ -62,7 +62,7 @@ TEST_CASE("kernels from source, with generated dispatchers, headers and options"
   hiprtApiFunction function = nullptr, again = nullptr, other = nullptr;
   hiprtApiModule module = nullptr;
   const auto compile = [&](const char* source, hiprtApiFunction& out) {
-    return hiprtBuildTraceKernels(program.context, 1, names, source, "same name", 1, const_cast<const char**>(headers),
+    return hiprtBuildTraceKernels(program.context, 1, names, source, "same name", 2, const_cast<const char**>(headers),
                                   const_cast<const char**>(includes), 2, options, 4, 1, sets, &out, &module, true);
   };
   HIPRT_OK(compile(kSource, function));
@@ -114,4 +114,48 @@ TEST_CASE("missing arguments of compilations") {
                                nullptr, &function, nullptr, false) == hiprtErrorInvalidParameter);
   CHECK(hiprtBuildTraceKernels(program.context, 1, names, kSource, "m", 0, nullptr, nullptr, 0, nullptr, 0, 1, nullptr,
                                nullptr, nullptr, false) == hiprtErrorInvalidParameter);
+}
+
+#if defined(__HIP_PLATFORM_NVIDIA__)
+TEST_CASE("the context that was current before is current again") {
+  HIP_OK(hipDeviceSynchronize());
+  void* const driver = dlopen("libcuda.so.1", RTLD_NOW);
+  REQUIRE(driver != nullptr);
+  using Retain = int (*)(void**, int);
+  using Get = int (*)(void**);
+  using Set = int (*)(void*);
+  const auto retain = reinterpret_cast<Retain>(dlsym(driver, "cuDevicePrimaryCtxRetain"));
+  const auto get = reinterpret_cast<Get>(dlsym(driver, "cuCtxGetCurrent"));
+  const auto set = reinterpret_cast<Set>(dlsym(driver, "cuCtxSetCurrent"));
+  void *primary = nullptr, *current = nullptr;
+  REQUIRE(retain(&primary, 0) == 0);
+  REQUIRE(set(nullptr) == 0);
+  hiprtContext context = nullptr;
+  HIPRT_OK(hiprtCreateContext(HIPRT_API_VERSION, {primary, 0, kDeviceType}, context));
+  hiprtFuncTable table = nullptr;
+  HIPRT_OK(hiprtCreateFuncTable(context, 2, 2, table));
+  REQUIRE(get(&current) == 0);
+  CHECK(current == nullptr);
+  REQUIRE(set(primary) == 0);
+  HIPRT_OK(hiprtDestroyFuncTable(context, table));
+  REQUIRE(get(&current) == 0);
+  CHECK(current == primary);
+  HIPRT_OK(hiprtDestroyContext(context));
+}
+#endif
+
+TEST_CASE("too little device memory", "[.memory]") {
+  Program program;
+  hiprtGeometryBuildInput boxes;
+  boxes.type = hiprtPrimitiveTypeAABBList;
+  boxes.primitive.aabbList = {program.take(24), 260000000, 24};
+  std::vector<hiprtGeometry> made;
+  hiprtError result = hiprtSuccess;
+  for (unsigned i = 0; i < 16 && result == hiprtSuccess; ++i) {
+    hiprtGeometry geometry = nullptr;
+    result = hiprtCreateGeometry(program.context, boxes, {hiprtBuildFlagBitPreferFastBuild, 0}, geometry);
+    if (result == hiprtSuccess) made.push_back(geometry);
+  }
+  CHECK(result == hiprtErrorOutOfDeviceMemory);
+  for (const hiprtGeometry geometry : made) HIPRT_OK(hiprtDestroyGeometry(program.context, geometry));
 }
