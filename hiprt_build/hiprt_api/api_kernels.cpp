@@ -7,7 +7,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <cstring>
+#include <string_view>
 
 using namespace hiprt;
 using api::ErrorCode;
@@ -34,14 +34,17 @@ struct Program {
   }
 };
 
-/// The headers of this library need C++20: older languages of the caller are left out.
-bool is_older_language(const char* option) {
-  for (const char* prefix : {"-std=", "--std="})
-    if (std::strncmp(option, prefix, std::strlen(prefix)) == 0) {
-      const char* const language = option + std::strlen(prefix);
-      for (const char* older : {"c++03", "c++11", "c++14", "c++17", "gnu++11", "gnu++14", "gnu++17"})
-        if (std::strcmp(language, older) == 0) return true;
-    }
+bool begins_with(std::string_view text, std::string_view beginning) {
+  return text.substr(0, beginning.size()) == beginning;
+}
+
+/// Options that are left out: the headers of this library need C++20, and the architecture is the device's.
+bool is_replaced(std::string_view option) {
+  for (const std::string_view older : {"c++03", "c++11", "c++14", "c++17", "gnu++11", "gnu++14", "gnu++17"})
+    for (const char* prefix : {"-std=", "--std="})
+      if (option == prefix + std::string(older)) return true;
+  for (const std::string_view architecture : {"-arch=", "--gpu-architecture=", "--offload-arch="})
+    if (begins_with(option, architecture)) return true;
   return false;
 }
 
@@ -53,9 +56,7 @@ gpu::CompileOptions options_of(const hiprtContextObject& context, const char* na
   result.cached = cache;
   result.cache = context.cache_folder;
   for (std::uint32_t i = 0; i < count; ++i) {
-    if (options[i] == nullptr || is_older_language(options[i])) continue;
-    // "-I" and its folder may be two options.
-    result.flags.emplace_back(options[i]);
+    if (options[i] != nullptr && !is_replaced(options[i])) result.flags.emplace_back(options[i]);
   }
   const char* const root = std::getenv("HIPRT_PATH");
   result.flags.push_back(std::string("-I") + (root != nullptr && *root != '\0' ? root : ".."));

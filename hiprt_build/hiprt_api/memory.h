@@ -83,31 +83,42 @@ class HeadroomAllocator final : public gpu::Allocator {
 /// The caller's temporary buffer, aligned. Where the caller has none, memory of the stream's.
 class Scratch {
  public:
-  explicit Scratch(void* buffer, hipStream_t stream) : data_(aligned(buffer)), stream_(stream) {}
+  Scratch(void* buffer, hipStream_t stream) : data_(aligned(buffer)), stream_(stream) {}
   Scratch(const Scratch&) = delete;
   Scratch& operator=(const Scratch&) = delete;
-  ~Scratch() {
-    if (own_ != nullptr) gpu::error_detail::ignore(hipFreeAsync(own_, stream_));
-  }
+  ~Scratch() { release(); }
 
   /// @return the buffer, which the caller trusts to have so many bytes.
   Result<std::byte*> of_size(std::uint64_t bytes) {
     if (data_ != nullptr && (own_ == nullptr || bytes <= own_size_)) return data_;
-    if (own_ != nullptr) gpu::error_detail::ignore(hipFreeAsync(own_, stream_));
-    own_ = nullptr;
-    void* memory = nullptr;
-    if (auto got = gpu::check(hipMallocAsync(&memory, bytes, stream_), "hipMallocAsync", bytes, " bytes"); !got)
+    release();
+    const auto size = static_cast<std::size_t>(bytes);
+    hipError_t status = hipMallocAsync(&own_, size, stream_);
+    of_stream_ = status == hipSuccess;
+    // Some devices have no pools.
+    if (!of_stream_ && status != hipErrorOutOfMemory) status = hipMalloc(&own_, size);
+    if (auto got = gpu::check(status, "hipMallocAsync", bytes, " bytes"); !got) {
+      own_ = nullptr;
       return tl::unexpected(std::move(got.error()));
-    own_ = memory;
+    }
     own_size_ = bytes;
-    return data_ = static_cast<std::byte*>(memory);
+    return data_ = static_cast<std::byte*>(own_);
   }
 
  private:
+  void release() {
+    if (own_ == nullptr) return;
+    if (!of_stream_) gpu::error_detail::ignore(hipStreamSynchronize(stream_));
+    gpu::error_detail::ignore(of_stream_ ? hipFreeAsync(own_, stream_) : hipFree(own_));
+    own_ = nullptr;
+    data_ = nullptr;
+  }
+
   std::byte* data_;
   hipStream_t stream_;
   void* own_ = nullptr;
   std::uint64_t own_size_ = 0;
+  bool of_stream_ = false;
 };
 
 }  // namespace hiprt::api

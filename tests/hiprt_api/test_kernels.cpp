@@ -148,7 +148,7 @@ TEST_CASE("too little device memory", "[.memory]") {
   Program program;
   hiprtGeometryBuildInput boxes;
   boxes.type = hiprtPrimitiveTypeAABBList;
-  boxes.primitive.aabbList = {program.take(24), 260000000, 24};
+  boxes.primitive.aabbList = {program.take(24), 100000000, 24};
   std::vector<hiprtGeometry> made;
   hiprtError result = hiprtSuccess;
   for (unsigned i = 0; i < 16 && result == hiprtSuccess; ++i) {
