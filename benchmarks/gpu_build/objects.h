@@ -14,8 +14,9 @@ struct ObjectBench {
   unsigned repeats = 15;
 };
 
-/// Measures a batch build of the objects (tetrahedra to balls of 288 triangles), the records of the objects, a build
-/// over their instances, and an update of that. Validates the downloaded scene. Prints a table and appends to
+/// Measures a batch build of the objects (4 to 220 triangles each), the records of the objects, a build
+/// over their instances, and an update of that. Validates the downloaded scene, up to 100,000 objects. Prints a table
+/// and appends to
 /// @p results. @return false after an error, which is printed.
 bool run_objects(const ObjectBench& bench, hipStream_t stream, nlohmann::json& results);
 

@@ -26,11 +26,11 @@ struct GpuImport {
   /// A pair whose triangles cannot share a leaf needs two.
   HIPRT_HD std::uint32_t slots() const { return pairs == nullptr ? 1 : 2; }
   HIPRT_HD std::uint32_t capacity() const { return slots() * tree.leaf_count; }
-  static void take(gpu::Arena& arena, std::uint32_t primitives, std::uint32_t leaves, GpuImport& task) {
-    task.uses = arena.take<std::uint32_t>(primitives);
-    task.parents = arena.take<std::uint32_t>(2 * std::uint64_t{leaves});
-    task.met = arena.take<std::uint32_t>(leaves);
-    task.below = arena.take<std::uint32_t>(leaves);
+  static void take(gpu::Arena& arena, std::uint32_t primitives, std::uint32_t leaves, GpuImport& job) {
+    job.uses = arena.take<std::uint32_t>(primitives);
+    job.parents = arena.take<std::uint32_t>(2 * std::uint64_t{leaves});
+    job.met = arena.take<std::uint32_t>(leaves);
+    job.below = arena.take<std::uint32_t>(leaves);
   }
 
   /// The references of a leaf: one or two.

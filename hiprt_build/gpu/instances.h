@@ -14,6 +14,8 @@
 #include <hiprt_build/instances.h>
 #include <hiprt_build/motion.h>
 
+#include <string_view>
+
 namespace hiprt::gpu {
 
 /// As build::Instance. Motions are separate: DeviceMotions.
@@ -131,8 +133,10 @@ Result<const InstanceReport*> enqueue_update(const SceneObjects& objects, const 
 /// @return kInvalidInput with the instance and its determinant, kTooLarge, or the runtime's error.
 Result<InstanceReport> read_report(const InstanceReport* report, const SceneObjects& objects, hipStream_t stream);
 
-/// The scene's file in host memory, objects and all; waits for the stream.
+/// The scene's file in host memory, complete with objects, provenance and checksum; waits for the stream.
 /// @param report of read_report().
-Result<build::Buffer> download_file(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream);
+/// @param tool for the provenance, e.g. the command line.
+Result<build::Buffer> download_file(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream,
+                                    std::string_view tool = {});
 
 }  // namespace hiprt::gpu

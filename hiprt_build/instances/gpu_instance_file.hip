@@ -5,6 +5,7 @@
 #include <hiprt_build/instances/gpu_instance_layout.h>
 #include <hiprt_build/instances/instance_fault.h>
 #include <hiprt_build/instances/pack_object.h>
+#include <hiprt_build/pipeline/gpu_file.h>
 
 #include <algorithm>
 #include <cstring>
@@ -19,11 +20,11 @@ using build::PackedObject;
 
 /// Positions in scene_layout(), behind those of the tree. They take the place of the provenance.
 constexpr std::uint32_t kInstancesAt = kProvenanceAt, kObjectsAt = kInstancesAt + 1, kObjectFilesAt = kObjectsAt + 1,
-                        kMotionsAt = kObjectFilesAt + 1, kSegmentsAt = kMotionsAt + 1;
+                        kOriginAt = kObjectFilesAt + 1, kMotionsAt = kOriginAt + 1, kSegmentsAt = kMotionsAt + 1;
 
-/// The file without gaps. @param segments 0: nothing moves.
+/// The file without gaps. @param segments 0: nothing moves. @param provenance its bytes.
 FileLayout scene_layout(const InstanceReport& report, std::uint64_t objects, std::uint64_t object_bytes,
-                        std::uint64_t segments) {
+                        std::uint64_t segments, std::uint64_t provenance) {
   FileLayout file(segments == 0 ? kMotionsAt : kSegmentsAt + 1);
   file.add(SectionKind::kNodes, report.nodes, node_size(report.view.layout));
   file.add(SectionKind::kLeaves, report.leaves, sizeof(CustomLeaf));
@@ -32,6 +33,7 @@ FileLayout scene_layout(const InstanceReport& report, std::uint64_t objects, std
   file.add(SectionKind::kInstances, report.instances, sizeof(InstanceRecord));
   file.add(SectionKind::kObjects, objects, sizeof(ObjectRecord));
   file.add(SectionKind::kObjectFiles, object_bytes, 1, kSectionRequired, kBufferAlignment);
+  file.add(SectionKind::kProvenance, provenance, 1, 0);
   if (segments == 0) return file;
   file.add(SectionKind::kMotions, report.instances, sizeof(MotionRecord));
   file.add(SectionKind::kMotionSegments, segments, sizeof(MotionSegment));
@@ -153,10 +155,11 @@ namespace {
 /// A scene of instances on its way to a file.
 class SceneDownload {
  public:
-  SceneDownload(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream)
+  SceneDownload(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream, std::string_view tool)
       : report_(report),
         objects_(objects),
         device_(stream),
+        tool_(tool),
         from_(output_tree_layout(report.view.layout, report.instances)) {}
 
   Result<build::Buffer> run() {
@@ -227,7 +230,9 @@ class SceneDownload {
   }
 
   Result<build::Buffer> write() {
-    const FileLayout file = scene_layout(report_, records_.size(), object_bytes_, motions_.segments.size());
+    const std::string provenance = build::instance_provenance(report_, tool_);
+    const FileLayout file =
+        scene_layout(report_, records_.size(), object_bytes_, motions_.segments.size(), provenance.size());
     build::Buffer buffer(static_cast<std::size_t>(file.byte_size()));
     std::byte* bytes = buffer.bytes().data();
     for (unsigned i = 0; i < kProvenanceAt; ++i)
@@ -243,6 +248,7 @@ class SceneDownload {
     if (auto done = device_.wait(); !done) return tl::unexpected(std::move(done.error()));
     put(bytes, file[kInstancesAt], instances_);
     put(bytes, file[kObjectsAt], records_);
+    put(bytes, file[kOriginAt], provenance);
     if (!motions_.segments.empty()) {
       for (MotionRecord& motion : motions_.records)
         if (motion.count != 0) motion.segments += file[kSegmentsAt].offset;
@@ -269,6 +275,7 @@ class SceneDownload {
   const InstanceReport& report_;
   const SceneObjects& objects_;
   Downloader device_;
+  std::string_view tool_;
   FileLayout from_;  ///< Of the tree, in the output.
   std::vector<InstanceRecord> instances_;
   build::PackedMotions motions_;
@@ -279,9 +286,10 @@ class SceneDownload {
 
 }  // namespace
 
-Result<build::Buffer> download_file(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream) {
+Result<build::Buffer> download_file(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream,
+                                    std::string_view tool) {
   try {
-    return SceneDownload(report, objects, stream).run();
+    return SceneDownload(report, objects, stream, tool).run();
   } catch (const std::bad_alloc&) {
     return fail(ErrorCode::kOutOfMemory, "no host memory for the file of a scene of ", report.instances, " instances");
   }

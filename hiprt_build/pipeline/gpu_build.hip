@@ -58,7 +58,7 @@ class Enqueuer {
       if (plan_.splits()) steps_.one("note_whole", note_whole, kept_.state);
       if (plan_.presplits()) presplit();
       if (plan_.imports())
-        import_tree(geometries[0]);
+        adopt(geometries[0]);
       else
         plan_.from_top() ? split() : join();
       ask("collapse", 0.8);
@@ -167,7 +167,7 @@ class Enqueuer {
   }
 
   /// The caller's tree.
-  void import_tree(const DeviceGeometry& geometry) {
+  void adopt(const DeviceGeometry& geometry) {
     ask("import", 0.2);
     const std::uint32_t leaves = plan_.imported_leaves;
     Arena arena(transient_.stage);

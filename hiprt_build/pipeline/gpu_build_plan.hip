@@ -58,8 +58,8 @@ std::uint64_t stage_scratch(const BuildPlan& plan) {
   if (plan.finishes()) most = std::max(most, finish_tree_scratch(plan.capacity, plan.rounds));
   if (plan.imports()) {
     Arena arena;
-    build::GpuImport task{};
-    build::GpuImport::take(arena, plan.primitives, plan.imported_leaves, task);
+    build::GpuImport job{};
+    build::GpuImport::take(arena, plan.primitives, plan.imported_leaves, job);
     most = std::max(most, arena.size());
   }
   return most;

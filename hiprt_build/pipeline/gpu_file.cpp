@@ -11,22 +11,30 @@
 namespace hiprt::build {
 namespace {
 
-std::string make_provenance(const gpu::BuildReport& report, std::string_view tool) {
-  using Json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
+
+std::string make_provenance(std::string_view tool, const Json& statistics) {
   const Json document = {{"tool", tool.empty() ? "hiprt_build" : std::string(tool)},
                          {"library", std::string("hiprt ") + version()},
                          {"device", "gpu"},
-                         {"statistics",
-                          {{"builder", name(report.builder)},
-                           {"dropped_not_finite", report.dropped_not_finite},
-                           {"dropped_degenerate", report.dropped_degenerate},
-                           {"pairs", report.pairs},
-                           {"nodes", report.nodes},
-                           {"leaves", report.leaves}}}};
+                         {"statistics", statistics}};
   return document.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+std::string make_provenance(const gpu::BuildReport& report, std::string_view tool) {
+  return make_provenance(tool, {{"builder", name(report.builder)},
+                                {"dropped_not_finite", report.dropped_not_finite},
+                                {"dropped_degenerate", report.dropped_degenerate},
+                                {"pairs", report.pairs},
+                                {"nodes", report.nodes},
+                                {"leaves", report.leaves}});
+}
+
 }  // namespace
+
+std::string instance_provenance(const gpu::InstanceReport& report, std::string_view tool) {
+  return make_provenance(tool, {{"instances", report.instances}, {"nodes", report.nodes}, {"leaves", report.leaves}});
+}
 
 Buffer complete_file(std::span<const std::byte> bytes, const gpu::BuildReport& report, std::string_view tool) {
   const std::string provenance = make_provenance(report, tool);

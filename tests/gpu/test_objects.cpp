@@ -2,12 +2,16 @@
 // downloaded files are validated, and their hits compared with a loop over all instances.
 
 #include <hiprt_build/gpu/objects.h>
+#include <hiprt_build/instances/gpu_motion.h>
+#include <hiprt_build/instances/make_instance.h>
+#include <hiprt_build/instances/motion_segments.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>
 #include <tests/gpu/trace_instances.h>
 #include <tests/traversal/instance_scenes.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <optional>
 
 using namespace hiprt;
@@ -160,6 +164,15 @@ struct Top {
   std::byte *output, *scratch;
 };
 
+/// Translating the tracer for amdrun takes a minute: tools/check leaves that to --all.
+bool traces_on_device() {
+#if defined(HIPRT_QUICK_TESTS)
+  return std::getenv("HIPRT_EMULATED_CASES") == nullptr;
+#else
+  return true;
+#endif
+}
+
 /// The device's hits are the host's in the downloaded file.
 void check_device_hits(World& world, const gpu::InstanceReport* report, float begin = 0, float end = 0) {
   Random random(kSeed);
@@ -186,7 +199,7 @@ TEST_CASE("instances of separately built objects") {
   CHECK(world.memory.allocator.calls == before + 1);  // Of this test's own, for the instances.
   world.download(report, top.objects);
   check_rays<Instanced<Policies, 1>>(world.scene, kSeed, 300);
-  check_device_hits(world, report);
+  if (traces_on_device()) check_device_hits(world, report);
 }
 
 TEST_CASE("instances of groups that the device has built") {
@@ -202,7 +215,7 @@ TEST_CASE("instances of groups that the device has built") {
   world.download(report, top.objects);
   CHECK(world.scene.view().levels == 2);
   check_rays<Instanced<Policies, 2>>(world.scene, kSeed, 300);
-  check_device_hits(world, report);
+  if (traces_on_device()) check_device_hits(world, report);
 }
 
 namespace {
@@ -249,13 +262,13 @@ TEST_CASE("instances of a batch of geometries with arrays of their own, and of a
   scene.groups.push_back(random_instances(80, scenes.count, kSeed));
   const gpu::InstanceReport* report = over_batch(world, scenes, scene.groups[0]);
   check_rays<Instanced<Policies, 1>>(scene, kSeed, 300);
-  check_device_hits(world, report);
+  if (traces_on_device()) check_device_hits(world, report);
   const auto compact = must(gpu::compact_batch(scenes, nullptr, world.memory.allocator));
   CHECK(compact.buffer.size() < sizes.output);
   REQUIRE(hipMemset(output, 0xa5, static_cast<std::size_t>(sizes.output)) == hipSuccess);
   report = over_batch(world, compact.scenes, scene.groups[0]);
   check_rays<Instanced<Policies, 1>>(scene, kSeed, 300);
-  check_device_hits(world, report);
+  if (traces_on_device()) check_device_hits(world, report);
 }
 
 TEST_CASE("a batch of boxes and meshes") {
@@ -306,7 +319,7 @@ TEST_CASE("an update has the hits of a build") {
   world.scene.groups.push_back(instances);
   world.download(report, top.objects);
   check_rays<Instanced<Policies, 1>>(world.scene, kSeed, 300);
-  check_device_hits(world, report);
+  if (traces_on_device()) check_device_hits(world, report);
   // Object 5 is empty: its instances have no leaf.
   const auto empty = std::find_if(instances.begin(), instances.end(), [](const Instance& i) { return i.object == 5; });
   REQUIRE(empty != instances.end());
@@ -359,7 +372,7 @@ TEST_CASE("motions on the device: valid bounds, and the hits of a loop over all 
   world.download(report, top.objects);
   using Tracer = Moving<Instanced<Policies, 1>>;
   check_rays<Tracer>(world.scene, kSeed, 300);
-  check_device_hits(world, report, -1, 3);
+  if (traces_on_device()) check_device_hits(world, report, -1, 3);
   const auto device = trace_instances(world.scene.view(), {});
   // The same scene by the host: the same transforms at all times, so the same hits.
   const build::Buffer downloaded = std::move(world.scene.file);
@@ -380,6 +393,41 @@ TEST_CASE("motions on the device: valid bounds, and the hits of a loop over all 
   on_device.matrices = nullptr;
   world.download(top.run(instances, on_device), top.objects);
   check_rays<Tracer>(world.scene, kSeed, 200);
+}
+
+TEST_CASE("segments and swept boxes of the device's text are the host's") {
+  INFO("seed " << kSeed);
+  Random random(kSeed);
+  for (const MotionKind kind : {MotionKind::kSlerp, MotionKind::kNlerp, MotionKind::kMatrix}) {
+    for (unsigned run = 0; run < 40; ++run) {
+      INFO("kind " << static_cast<unsigned>(kind) << ", run " << run);
+      std::vector<MatrixKey> keys;
+      for (unsigned k = 0; k < 4; ++k) {
+        const Affine to_scene = kind == MotionKind::kMatrix
+                                    ? affine({0, 0, 1}, 0.3 * k, {1, 2, 1}, {1.0 * k, 0, 0})
+                                    : affine(random.on_sphere(), 2.5 * k, {1, 2, 1}, {1.0 * k, 0, 0});
+        keys.push_back({static_cast<float>(k), to_scene});
+      }
+      const build::Motion motion{.kind = kind, .matrices = keys};
+      const auto host = must(build::make_motion(motion));
+      const KeyRange range{0, 4};
+      const gpu::DeviceMotions from{&range, nullptr, keys.data(), 4, kind};
+      std::vector<MotionSegment> segments(3);
+      const build::MadeMotion made = build::make_motion(
+          build::InstanceKeys{from, range}, [&](std::uint32_t i, const MotionSegment& s) { segments[i] = s; });
+      REQUIRE(made.fault == build::MotionFault::kNone);
+      CHECK(made.magnification.condition == host.magnification.condition);
+      const auto position = random.in_cube(2);
+      const Box box{{position[0], position[1], position[2]}, {position[0] + 1, position[1] + 2, position[2] + 1}};
+      InstanceRecord record = build::make_instance(host.first.to_scene.row).record;
+      const Box swept = build::SweptBounds{segments.data(), 3, kind}.bounds(box),
+                expected = format_detail::InstanceMotionBounds(record, host.segments, kind).bounds(box);
+      for (unsigned axis = 0; axis < 3; ++axis) {
+        CHECK(swept.min[axis] == expected.min[axis]);
+        CHECK(swept.max[axis] == expected.max[axis]);
+      }
+    }
+  }
 }
 
 TEST_CASE("invalid motions and objects are refused with their numbers") {

@@ -6,6 +6,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/validate.h>
+#include <hiprt_build/format/view.h>
 #include <tests/gpu/random_scene.h>
 #include <tests/oracle/builders.h>
 #include <tools/cli/build_names.h>
@@ -85,6 +86,44 @@ TEST_CASE("bvhbuild: a GPU builds as the options say; auto is the GPU for its bu
   CHECK(build_with({"--device", "auto", "--builder", build::name(oracle::kEmbreeHigh)})["device"] ==
         (oracle::kHasEmbree ? "cpu" : "gpu"));
   CHECK(build_with({})["device"] == "cpu");
+}
+
+TEST_CASE("bvhbuild: a scene whose tree over instances a GPU has built has the CPU's hits") {
+  const TempFolder folder;
+  folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\nf 2 4 3\n");
+  json instances = json::array();
+  for (int i = 0; i < 40; ++i)
+    instances.push_back({{"object", "quad"}, {"translate", {0.3 * i - 6, 0.2 * (i % 7), 0.5 * (i % 3)}}, {"id", i}});
+  const auto build_on = [&](const std::string& device, const json& all) {
+    const json scene{{"format", "hiprt scene"},
+                     {"version", 1},
+                     {"scene", "row"},
+                     {"objects", {{"quad", {"quad.obj"}}}},
+                     {"groups", {{"row", all}}}};
+    folder.write("s.json", scene.dump());
+    return run({HIPRT_BVHBUILD, folder / "s.json", "-o", folder / (device + ".bvh"), "--device", device, "--json"});
+  };
+  const std::string rays = write_rays(folder);
+  std::string hits[2];
+  for (const std::string device : {"cpu", "gpu"}) {
+    const CommandResult built = build_on(device, instances);
+    INFO(built.err);
+    REQUIRE(built.status == 0);
+    CHECK(json::parse(built.out)["device"] == device);
+    const auto file = build::map_file(folder / (device + ".bvh"));
+    REQUIRE(validate(file->bytes()).has_value());
+    CHECK((open_buffer(file->bytes())->provenance.find("\"gpu\"") != std::string_view::npos) == (device == "gpu"));
+    const json traced = run_well(
+        {HIPRT_BVHTRACE, folder / (device + ".bvh"), "--rays", rays, "--hits", folder / "h.hits", "--device", "cpu"});
+    CHECK(traced["hits"] > 50);
+    hits[device == "gpu" ? 1 : 0] = read_file(folder / "h.hits");
+  }
+  CHECK((hits[0] == hits[1]));
+  instances[7]["translate"] = {3e38, 0, 0};
+  instances[7]["scale"] = 2e38;
+  const CommandResult refused = build_on("gpu", instances);
+  CHECK(refused.status == 1);
+  CHECK_THAT(refused.err, Contains("s.json: groups.row[7]: its bounds are beyond what floats hold"));
 }
 
 TEST_CASE("bvhtrace: the hit file of a GPU is the CPU's, in every layout, for closest and any hit") {

@@ -4,10 +4,13 @@
 #include <tools/base/parallel.h>
 #include <tools/build/build_meshes.h>
 #include <tools/build/build_progress.h>
+#include <tools/build/gpu_builder.h>
 #include <tools/build/shape_geometries.h>
 
 #include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/format/view.h>
 
+#include <algorithm>
 #include <atomic>
 #include <charconv>
 #include <mutex>
@@ -149,7 +152,24 @@ std::string in_description(const SceneDescription& scene, const std::string& mes
   return location + (rest.starts_with(' ') ? ":" : "") + std::string(rest);
 }
 
-build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const build::Buffer> files,
+/// Whether the GPU makes the trees over instances: of one level without motion, opened instances and shapes.
+bool joins_on_gpu(const SceneDescription& scene, std::span<const std::span<const std::byte>> objects,
+                  const build::InstanceOptions& options) {
+  if (scene.groups.size() != 1 || options.opening_budget > 1.0 ||
+      options.bounds == build::InstanceBounds::kPrimitives || options.tree.builder > build::Builder::kHq)
+    return false;
+  const auto moves = [](const build::Instance& instance) { return instance.motion != nullptr; };
+  const auto has_shapes = [](std::span<const std::byte> file) {
+    const auto view = open_buffer(file);
+    return !view || !view->shapes.empty();
+  };
+  const auto& instances = scene.groups[0].instances;
+  return std::none_of(instances.begin(), instances.end(), moves) &&
+         std::none_of(objects.begin(), objects.end(), has_shapes);
+}
+
+/// @param on_gpu whether the GPU has built the objects.
+build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const build::Buffer> files, bool on_gpu,
                                const BuildRequest& request, const ProgressSink& progress) {
   std::vector<std::span<const std::byte>> objects;
   std::vector<std::span<const build::Instance>> groups;
@@ -163,8 +183,11 @@ build::Result<build::Bvh> join(const SceneDescription& scene, std::span<const bu
   options.tree.threads = request.options.threads;
   options.tree.tool = request.options.tool;
   options.tree.progress = build_progress(progress);
-  auto bvh = build::build_instances(build::InstancedScene{objects, groups}, options);
+  const bool by_gpu = on_gpu && joins_on_gpu(scene, objects, options);
+  auto bvh = by_gpu ? join_on_gpu(objects, groups[0], options)
+                    : build::build_instances(build::InstancedScene{objects, groups}, options);
   if (interrupted()) return cancelled();
+  if (!bvh && by_gpu && bvh.error().message.starts_with("instance ")) bvh.error().message.insert(0, "group 0, ");
   if (!bvh) return tl::unexpected(build::Error{bvh.error().code, in_description(scene, bvh.error().message)});
   return bvh;
 }
@@ -180,7 +203,7 @@ build::Result<BuiltScene> build_scene(SceneDescription& scene, const BuildReques
   scene.meshes.clear();
   scene.shapes.clear();
   result.object_seconds = watch.lap();
-  auto bvh = join(scene, *files, request, progress);
+  auto bvh = join(scene, *files, result.on_gpu, request, progress);
   if (!bvh) return tl::unexpected(std::move(bvh.error()));
   result.file = std::move(bvh->buffer);
   result.instance_seconds = watch.lap();

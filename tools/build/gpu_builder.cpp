@@ -2,8 +2,11 @@
 
 #include <tools/base/gpu_device.h>
 
+#include <hiprt_build/format/file_layout.h>
+#include <hiprt_build/format/instance_bounds.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/gpu/event.h>
+#include <hiprt_build/gpu/instances.h>
 
 #include <chrono>
 
@@ -113,6 +116,82 @@ build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> mesh
   const auto sizes = gpu::build_sizes(copies.geometries, wanted);
   bvh.statistics.scratch_bytes_peak = sizes ? sizes->output + sizes->scratch : 0;
   bvh.statistics.total_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return bvh;
+}
+
+namespace {
+
+/// The objects' files on the device, one behind the other, with room before them.
+struct DeviceObjects {
+  gpu::DeviceBuffer memory;
+  gpu::DeviceArray<ObjectRecord> records;
+  gpu::SceneObjects objects;
+  gpu::BuildSizes sizes;
+
+  static build::Result<DeviceObjects> make(std::span<const std::span<const std::byte>> files, std::uint32_t instances,
+                                           const gpu::InstanceOptions& options, gpu::Allocator& allocator) {
+    std::vector<ObjectRecord> records;
+    std::uint64_t end = 0;
+    for (const std::span<const std::byte> file : files) {
+      const auto view = open_buffer(file);
+      if (!view) return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, to_string(view.error())});
+      records.push_back(format_detail::describe(*view));
+      records.back().offset = align_up(end, kBufferAlignment);
+      end = records.back().offset + file.size();
+    }
+    gpu::SceneObjects objects{nullptr, nullptr, static_cast<std::uint32_t>(files.size()),
+                              files.empty() ? NodeLayout::kPlanes : open_buffer(files[0])->layout()};
+    const auto sizes = gpu::instance_sizes(objects, instances, options);
+    if (!sizes) return tl::unexpected(sizes.error());
+    auto memory = gpu::DeviceBuffer::make(sizes->output + end, nullptr, allocator, kBufferAlignment);
+    if (!memory) return tl::unexpected(memory.error());
+    for (std::size_t i = 0; i < files.size(); ++i)
+      if (auto copied = memory->upload(files[i], nullptr, sizes->output + records[i].offset); !copied)
+        return tl::unexpected(copied.error());
+    auto on_device = gpu::DeviceArray<ObjectRecord>::from(records, nullptr, allocator);
+    if (!on_device) return tl::unexpected(on_device.error());
+    objects.base = memory->data() + sizes->output;
+    objects.records = on_device->data();
+    // The records are read before they go.
+    if (auto passed = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize"); !passed)
+      return tl::unexpected(passed.error());
+    return DeviceObjects{std::move(*memory), std::move(*on_device), objects, *sizes};
+  }
+};
+
+}  // namespace
+
+build::Result<build::Bvh> join_on_gpu(std::span<const std::span<const std::byte>> objects,
+                                      std::span<const build::Instance> instances,
+                                      const build::InstanceOptions& options) {
+  if (const auto device = usable_device(); !device) return tl::unexpected(device.error());
+  gpu::DeviceAllocator allocator;
+  std::vector<gpu::DeviceInstance> copies;
+  copies.reserve(instances.size());
+  for (const build::Instance& instance : instances)
+    copies.push_back({instance.to_scene, instance.object, instance.mask, instance.id,
+                      instance.without_filter ? InstanceFlags::kNoFilter : 0});
+  const auto count = static_cast<std::uint32_t>(instances.size());
+  const gpu::InstanceOptions wanted{
+      .tree = {.builder = options.tree.builder, .reinsertion_rounds = options.tree.reinsertion_rounds},
+      .bounds = options.bounds};
+  auto there = DeviceObjects::make(objects, count, wanted, allocator);
+  if (!there) return tl::unexpected(std::move(there.error()));
+  const auto from = gpu::DeviceArray<gpu::DeviceInstance>::from(copies, nullptr, allocator);
+  if (!from) return tl::unexpected(from.error());
+  auto scratch = gpu::DeviceBuffer::make(there->sizes.scratch, nullptr, allocator);
+  if (!scratch) return tl::unexpected(std::move(scratch.error()));
+  const auto report = gpu::enqueue_instances(there->objects, {from->data(), count}, wanted, there->memory.data(),
+                                             scratch->data(), nullptr);
+  if (!report) return tl::unexpected(report.error());
+  const auto read = gpu::read_report(*report, there->objects, nullptr);
+  if (!read) return tl::unexpected(read.error());
+  auto file = gpu::download_file(*read, there->objects, nullptr, options.tree.tool);
+  if (!file) return tl::unexpected(std::move(file.error()));
+  build::Bvh bvh{std::move(*file), {}};
+  bvh.statistics.customs = count;
+  bvh.statistics.nodes = read->nodes;
+  bvh.statistics.leaves = read->leaves;
   return bvh;
 }
 

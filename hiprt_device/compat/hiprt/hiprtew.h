@@ -8,6 +8,10 @@
 ///     if (result != HIPRTEW_SUCCESS) return;
 ///     hiprtCreateContext(HIPRT_API_VERSION, input, context);
 
+#if defined(HIPRT_API_VERSION)
+#error "hiprtew.h takes the place of hiprt.h: include one of them"
+#endif
+
 // The functions are declared under other names, so that the pointers can have theirs.
 #define hiprtCreateContext hiprtCreateContext_of_library
 #define hiprtDestroyContext hiprtDestroyContext_of_library
