@@ -3,6 +3,7 @@
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/objects.h>
 #include <hiprt_build/hiprt_api/geometry_input.h>
+#include <hiprt_build/hiprt_api/inner_scenes.h>
 
 #include <algorithm>
 
@@ -62,87 +63,6 @@ Result<gpu::BuildSizes> sizes_of(const SceneArrays& from, std::uint32_t objects,
   return sizes;
 }
 
-/// The scenes among the objects of a scene.
-struct InnerScenes {
-  std::vector<InnerScene> scenes;            ///< Each once.
-  std::vector<std::uint32_t> scene_of;       ///< Of instance i its number; kNone: a geometry. Empty: all are.
-  std::uint32_t objects = 0, instances = 0;  ///< Sums.
-
-  static constexpr std::uint32_t kNone = ~0u;
-};
-
-Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, hipStream_t stream) {
-  InnerScenes inner;
-  // Without other scenes there is no need to wait for the stream.
-  if (!SceneRegistry::instance().has_other(self)) return inner;
-  std::vector<hiprtInstance> instances(from.instance_count);
-  auto done = gpu::check(hipMemcpyAsync(instances.data(), from.instances, instances.size() * sizeof(hiprtInstance),
-                                        hipMemcpyDeviceToHost, stream),
-                         "hipMemcpyAsync", "instances");
-  if (done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");
-  if (!done) return tl::unexpected(std::move(done.error()));
-  std::map<const void*, std::uint32_t> numbers;
-  for (std::uint32_t i = 0; i < from.instance_count; ++i) {
-    if (instances[i].type != hiprtInstanceTypeScene) continue;
-    if (inner.scene_of.empty()) inner.scene_of.assign(from.instance_count, InnerScenes::kNone);
-    const void* const handle = instances[i].scene;
-    const auto [at, is_new] = numbers.emplace(handle, static_cast<std::uint32_t>(inner.scenes.size()));
-    inner.scene_of[i] = at->second;
-    if (!is_new) continue;
-    const auto parts = SceneRegistry::instance().find(handle);
-    if (!parts) return gpu::fail(ErrorCode::kInvalidInput, "instance ", i, " is of a scene that was not built");
-    inner.scenes.push_back({static_cast<const ObjectHeader*>(handle), parts->instances, parts->more, parts->more_count,
-                            parts->objects, from.instance_count + inner.objects, nullptr});
-    inner.objects += parts->objects;
-    inner.instances += parts->instances + parts->more_count;
-  }
-  return inner;
-}
-
-/// A table with room for the objects of inner scenes, and the copies of their records.
-class Nesting {
- public:
-  Nesting(InnerScenes& inner, const SceneArrays& from, hipStream_t stream)
-      : inner_(inner), from_(from), stream_(stream), memory_(nullptr, stream) {}
-
-  /// @param records of the instances' objects.
-  /// @param copies room for inner.instances records.
-  /// @return the whole table.
-  Result<ObjectRecord*> enqueue(const ObjectRecord* records, InstanceRecord* copies) {
-    const std::uint64_t table_bytes = (from_.instance_count + inner_.objects) * sizeof(ObjectRecord);
-    const std::uint64_t links_at = (table_bytes + kAlignment - 1) / kAlignment * kAlignment;
-    const auto memory = memory_.of_size(links_at + from_.instance_count * sizeof(InstanceRecord*));
-    if (!memory) return tl::unexpected(memory.error());
-    auto* const table = reinterpret_cast<ObjectRecord*>(*memory);
-    auto done = gpu::check(
-        hipMemcpyAsync(table, records, from_.instance_count * sizeof(ObjectRecord), hipMemcpyDeviceToDevice, stream_),
-        "hipMemcpyAsync");
-    for (InnerScene& scene : inner_.scenes) {
-      scene.copy = copies;
-      copies += scene.instances + scene.more_count;
-      if (done) done = enqueue_inner(scene, table, stream_);
-    }
-    std::vector<InstanceRecord*> links(from_.instance_count, nullptr);
-    for (std::size_t i = 0; i < links.size(); ++i)
-      if (inner_.scene_of[i] != InnerScenes::kNone) links[i] = inner_.scenes[inner_.scene_of[i]].copy;
-    if (done)
-      done = gpu::check(hipMemcpyAsync(*memory + links_at, links.data(), links.size() * sizeof(links[0]),
-                                       hipMemcpyHostToDevice, stream_),
-                        "hipMemcpyAsync");
-    if (done)
-      done = enqueue_links(reinterpret_cast<InstanceRecord* const*>(*memory + links_at), table, from_.instance_count,
-                           stream_);
-    if (!done) return tl::unexpected(std::move(done.error()));
-    return table;
-  }
-
- private:
-  InnerScenes& inner_;
-  const SceneArrays& from_;
-  hipStream_t stream_;
-  Scratch memory_;
-};
-
 Result<void> build_one(const hiprtSceneBuildInput& input, const hiprtBuildOptions& options, Scratch& temporary,
                        hipStream_t stream, const Found& found) {
   const SceneArrays from = arrays_of(input);
@@ -164,7 +84,7 @@ Result<void> build_one(const hiprtSceneBuildInput& input, const hiprtBuildOption
   Member& member = found.member();
   auto* const copies = reinterpret_cast<InstanceRecord*>(member.storage + copies_at);
   const ObjectRecord* table = scratch.records;
-  Nesting nesting(*inner, from, stream);
+  Nesting nesting(*inner, from.instance_count, stream);
   if (!inner->scenes.empty()) {
     const auto whole = nesting.enqueue(scratch.records, copies);
     if (!whole) return tl::unexpected(whole.error());
@@ -186,32 +106,6 @@ Result<void> build_one(const hiprtSceneBuildInput& input, const hiprtBuildOption
 }
 
 }  // namespace
-
-SceneRegistry& SceneRegistry::instance() {
-  static SceneRegistry registry;
-  return registry;
-}
-
-void SceneRegistry::set(const void* handle, const BuiltSceneParts& parts) {
-  const std::scoped_lock lock(mutex_);
-  scenes_[handle] = parts;
-}
-
-void SceneRegistry::remove(const void* handle) {
-  const std::scoped_lock lock(mutex_);
-  scenes_.erase(handle);
-}
-
-std::optional<BuiltSceneParts> SceneRegistry::find(const void* handle) const {
-  const std::scoped_lock lock(mutex_);
-  const auto at = scenes_.find(handle);
-  return at == scenes_.end() ? std::nullopt : std::optional(at->second);
-}
-
-bool SceneRegistry::has_other(const void* handle) const {
-  const std::scoped_lock lock(mutex_);
-  return scenes_.size() > scenes_.count(handle);
-}
 
 Result<std::uint64_t> temporary_size(SceneInputs inputs, const hiprtBuildOptions& options) {
   std::uint64_t most = 0;
