@@ -9,9 +9,12 @@ using api::Result;
 
 namespace {
 
-bool all_valid(const hiprtGeometryBuildInput* inputs, std::uint32_t count) {
+bool all_counted(const hiprtGeometryBuildInput* inputs, std::uint32_t count) {
+  return inputs != nullptr && count != 0 && std::all_of(inputs, inputs + count, api::has_counts);
+}
+bool all_valid(const hiprtGeometryBuildInput* inputs, std::uint32_t count, const hiprtBuildOptions& options) {
   return inputs != nullptr && count != 0 &&
-         std::all_of(inputs, inputs + count, [](const auto& input) { return api::is_valid(input); });
+         std::all_of(inputs, inputs + count, [&](const auto& input) { return api::is_valid(input, options); });
 }
 
 template <class Pointer> bool all_there(Pointer* pointers, std::uint32_t count) {
@@ -28,7 +31,7 @@ hiprtError hiprtCreateGeometry(hiprtContext context, const hiprtGeometryBuildInp
 
 hiprtError hiprtCreateGeometries(hiprtContext context, uint32_t count, const hiprtGeometryBuildInput* inputs,
                                  hiprtBuildOptions options, hiprtGeometry** outs) {
-  if (context == nullptr || !all_valid(inputs, count) || !all_there(outs, count)) return hiprtErrorInvalidParameter;
+  if (context == nullptr || !all_counted(inputs, count) || !all_there(outs, count)) return hiprtErrorInvalidParameter;
   return api::run(context, "hiprtCreateGeometries", [&] {
     return api::create_geometries(context, {inputs, count}, options, outs);
   });
@@ -56,7 +59,7 @@ hiprtError hiprtGetGeometryBuildTemporaryBufferSize(hiprtContext context, const 
 hiprtError hiprtGetGeometriesBuildTemporaryBufferSize(hiprtContext context, uint32_t count,
                                                       const hiprtGeometryBuildInput* inputs, hiprtBuildOptions options,
                                                       size_t& out) {
-  if (context == nullptr || !all_valid(inputs, count)) return hiprtErrorInvalidParameter;
+  if (context == nullptr || !all_counted(inputs, count)) return hiprtErrorInvalidParameter;
   return api::run(context, "hiprtGetGeometriesBuildTemporaryBufferSize", [&]() -> Result<void> {
     const auto size = api::temporary_size(api::GeometryInputs(inputs, count), options);
     if (!size) return tl::unexpected(size.error());
@@ -74,7 +77,7 @@ hiprtError hiprtBuildGeometry(hiprtContext context, hiprtBuildOperation operatio
 hiprtError hiprtBuildGeometries(hiprtContext context, hiprtBuildOperation operation, uint32_t count,
                                 const hiprtGeometryBuildInput* inputs, hiprtBuildOptions options,
                                 hiprtDevicePtr temporary, hiprtApiStream stream, hiprtGeometry* geometries) {
-  if (context == nullptr || !all_valid(inputs, count) || !all_there(geometries, count))
+  if (context == nullptr || !all_valid(inputs, count, options) || !all_there(geometries, count))
     return hiprtErrorInvalidParameter;
   return api::run(context, "hiprtBuildGeometries", [&] {
     return api::build_geometries(context, operation, {inputs, count}, options, temporary,

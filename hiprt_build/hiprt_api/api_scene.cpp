@@ -9,9 +9,9 @@ using api::Result;
 
 namespace {
 
-bool all_valid(const hiprtSceneBuildInput* inputs, std::uint32_t count) {
+bool all_valid(const hiprtSceneBuildInput* inputs, std::uint32_t count, bool builds = false) {
   return inputs != nullptr && count != 0 &&
-         std::all_of(inputs, inputs + count, [](const auto& input) { return api::is_valid(input); });
+         std::all_of(inputs, inputs + count, [&](const auto& input) { return api::is_valid(input, builds); });
 }
 
 template <class Pointer> bool all_there(Pointer* pointers, std::uint32_t count) {
@@ -74,7 +74,8 @@ hiprtError hiprtBuildScene(hiprtContext context, hiprtBuildOperation operation, 
 hiprtError hiprtBuildScenes(hiprtContext context, hiprtBuildOperation operation, uint32_t count,
                             const hiprtSceneBuildInput* inputs, hiprtBuildOptions options, hiprtDevicePtr temporary,
                             hiprtApiStream stream, hiprtScene* scenes) {
-  if (context == nullptr || !all_valid(inputs, count) || !all_there(scenes, count)) return hiprtErrorInvalidParameter;
+  if (context == nullptr || !all_valid(inputs, count, true) || !all_there(scenes, count))
+    return hiprtErrorInvalidParameter;
   return api::run(context, "hiprtBuildScenes", [&] {
     return api::build_scenes(context, operation, {inputs, count}, options, temporary, static_cast<hipStream_t>(stream),
                              scenes);

@@ -4,13 +4,29 @@
 
 namespace hiprt::api {
 
-bool is_valid(const hiprtGeometryBuildInput& input) {
-  if (input.type == hiprtPrimitiveTypeAABBList)
-    return input.primitive.aabbList.aabbs != nullptr && input.primitive.aabbList.aabbCount != 0;
+namespace {
+
+/// An address that is never read, for pointers that the program does not have yet.
+template <class T> const T* or_placeholder(const void* pointer) {
+  static const char none = 0;
+  return static_cast<const T*>(pointer != nullptr ? pointer : &none);
+}
+
+}  // namespace
+
+bool has_counts(const hiprtGeometryBuildInput& input) {
+  if (input.type == hiprtPrimitiveTypeAABBList) return input.primitive.aabbList.aabbCount != 0;
   if (input.type != hiprtPrimitiveTypeTriangleMesh) return false;
   const hiprtTriangleMeshPrimitive& mesh = input.primitive.triangleMesh;
-  if (mesh.vertices == nullptr || mesh.vertexCount == 0) return false;
-  return mesh.triangleIndices == nullptr ? mesh.vertexCount >= 3 : mesh.triangleCount != 0;
+  return mesh.triangleIndices == nullptr ? mesh.vertexCount >= 3 : mesh.vertexCount != 0 && mesh.triangleCount != 0;
+}
+
+bool is_valid(const hiprtGeometryBuildInput& input, const hiprtBuildOptions& options) {
+  if (!has_counts(input)) return false;
+  const hiprtBvhNodeList& list = input.nodeList;
+  if (imports(input, options) && (list.internalNodes == nullptr || list.leafNodes == nullptr)) return false;
+  return input.type == hiprtPrimitiveTypeAABBList ? input.primitive.aabbList.aabbs != nullptr
+                                                  : input.primitive.triangleMesh.vertices != nullptr;
 }
 
 gpu::DeviceGeometry geometry_of(const hiprtGeometryBuildInput& input) {
@@ -18,14 +34,14 @@ gpu::DeviceGeometry geometry_of(const hiprtGeometryBuildInput& input) {
   geometry.type = input.geomType == hiprtInvalidValue ? 0 : input.geomType + 1;
   if (input.type == hiprtPrimitiveTypeAABBList) {
     const hiprtAABBListPrimitive& list = input.primitive.aabbList;
-    geometry.boxes = static_cast<const Box*>(list.aabbs);
+    geometry.boxes = or_placeholder<Box>(list.aabbs);
     geometry.primitive_count = list.aabbCount;
     geometry.box_stride = list.aabbStride != 0 ? list.aabbStride : static_cast<std::uint32_t>(sizeof(Box));
     geometry.box_upper = geometry.box_stride / 2;
     return geometry;
   }
   const hiprtTriangleMeshPrimitive& mesh = input.primitive.triangleMesh;
-  geometry.positions = static_cast<const build::Position*>(mesh.vertices);
+  geometry.positions = or_placeholder<build::Position>(mesh.vertices);
   geometry.position_count = mesh.vertexCount;
   if (mesh.vertexStride != 0) geometry.position_stride = mesh.vertexStride;
   if (mesh.triangleIndices == nullptr) {
@@ -46,8 +62,8 @@ gpu::DeviceGeometry geometry_of(const hiprtGeometryBuildInput& input) {
 gpu::DeviceTree tree_of(const hiprtGeometryBuildInput& input) {
   static_assert(sizeof(gpu::ImportedNode) == sizeof(hiprtInternalNode));
   static_assert(sizeof(gpu::ImportedLeaf) == sizeof(hiprtLeafNode));
-  return {.nodes = static_cast<const gpu::ImportedNode*>(input.nodeList.internalNodes),
-          .leaves = static_cast<const gpu::ImportedLeaf*>(input.nodeList.leafNodes),
+  return {.nodes = or_placeholder<gpu::ImportedNode>(input.nodeList.internalNodes),
+          .leaves = or_placeholder<gpu::ImportedLeaf>(input.nodeList.leafNodes),
           .leaf_count = input.nodeList.nodeCount};
 }
 

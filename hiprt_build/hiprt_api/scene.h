@@ -34,8 +34,9 @@ class SceneRegistry {
   std::map<const void*, BuiltSceneParts> scenes_;
 };
 
-inline bool is_valid(const hiprtSceneBuildInput& input) {
-  return input.instances != nullptr && input.instanceCount != 0;
+/// Whether counts are there, and the pointer that a build reads.
+inline bool is_valid(const hiprtSceneBuildInput& input, bool builds) {
+  return input.instanceCount != 0 && (!builds || input.instances != nullptr);
 }
 
 /// The largest of all scenes: they are built one after the other.

@@ -178,6 +178,16 @@ TEST_CASE("stack buffers, and missing arguments of a context") {
   hiprtGeometry geometry = nullptr;
   CHECK(hiprtCreateGeometry(program.context, hiprtGeometryBuildInput{}, {0, 0}, geometry) ==
         hiprtErrorInvalidParameter);
+  // Sizes and creation need no arrays, builds do.
+  hiprtGeometryBuildInput counted;
+  counted.type = hiprtPrimitiveTypeTriangleMesh;
+  counted.primitive.triangleMesh.vertexCount = 30;
+  size_t size = 0;
+  HIPRT_OK(hiprtGetGeometryBuildTemporaryBufferSize(program.context, counted, {0, 0}, size));
+  HIPRT_OK(hiprtCreateGeometry(program.context, counted, {0, 0}, geometry));
+  CHECK(hiprtBuildGeometry(program.context, hiprtBuildOperationBuild, counted, {0, 0}, nullptr, nullptr, geometry) ==
+        hiprtErrorInvalidParameter);
+  HIPRT_OK(hiprtDestroyGeometry(program.context, geometry));
   CHECK(hiprtDestroyGeometry(program.context, nullptr) == hiprtErrorInvalidParameter);
   hiprtFuncTable table = nullptr;
   CHECK(hiprtCreateFuncTable(program.context, 0, 1, table) == hiprtErrorInvalidParameter);
