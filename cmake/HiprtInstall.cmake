@@ -1,6 +1,6 @@
 # Install rules and the package config. Components: device (headers), format (opens and checks files), build (builders;
-# the shared library itself is in the component library) and tools. find_package(hiprt CONFIG COMPONENTS device format)
-# needs neither oneTBB nor Embree.
+# the shared library itself is in the component library), tools, and hiprt_api (the library that takes libhiprt's
+# place). find_package(hiprt CONFIG COMPONENTS device format) needs neither oneTBB nor Embree.
 
 include(CMakePackageConfigHelpers)
 set(hiprt_cmake_dir ${CMAKE_INSTALL_LIBDIR}/cmake/hiprt)
@@ -44,6 +44,11 @@ if(HIPRT_BUILD_LIBRARY)
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT build
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT build)
   install(EXPORT hiprtBuildTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT build)
+endif()
+
+if(TARGET hiprt_api)
+  install(TARGETS hiprt_api EXPORT hiprtApiTargets LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT hiprt_api)
+  install(EXPORT hiprtApiTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT hiprt_api)
 endif()
 
 if(HIPRT_BUILD_TOOLS)

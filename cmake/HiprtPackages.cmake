@@ -1,5 +1,6 @@
 # Packages of CPack: for Debian libhiprt-build1 (the shared library), libhiprt-dev (headers, static libraries, CMake
-# and pkg-config files) and hiprt-tools (programs, manual pages, completions); for other systems one archive (TGZ).
+# and pkg-config files), hiprt-tools (programs, manual pages, completions) and libhiprt0300164 (takes libhiprt's place);
+# for other systems one archive (TGZ).
 # tools/package makes and checks them.
 #
 # Equal sources give equal packages: with SOURCE_DATE_EPOCH in the environment, also in other folders.
@@ -110,6 +111,17 @@ bvhbuild builds a bounding volume hierarchy of meshes, shapes or scenes of
 instances; bvhinfo describes and checks it; bvhtrace traces rays; bvhrender
 renders pictures.")
 
+set(hiprt_package_groups library dev tools)
+if(TARGET hiprt_api)
+  list(APPEND hiprt_package_groups hiprt_api)
+  set(CPACK_DEBIAN_HIPRT_API_PACKAGE_NAME libhiprt0300164)
+  set(CPACK_DEBIAN_HIPRT_API_PACKAGE_SECTION libs)
+  set(CPACK_DEBIAN_HIPRT_API_DESCRIPTION "ray tracing library for programs of AMD's HIPRT
+The shared library libhiprt0300164.so has the functions of HIPRT 3.1 for one
+kind of GPU. It needs the driver of the GPU, and a run-time compiler for
+kernels that programs bring as source.")
+endif()
+
 # Debian wants a copyright file and a changelog in each package.
 file(READ ${PROJECT_SOURCE_DIR}/LICENSE license)
 string(REGEX REPLACE "^MIT License\n\nCopyright[^\n]*\n\n" "" license "${license}")
@@ -122,7 +134,7 @@ configure_file(${hiprt_packages}/changelog.in ${hiprt_package_files}/changelog @
 if(HIPRT_GZIP)
   execute_process(COMMAND ${HIPRT_GZIP} -9nc ${hiprt_package_files}/changelog
     OUTPUT_FILE ${hiprt_package_files}/changelog.gz)
-  foreach(group IN ITEMS library dev tools)
+  foreach(group IN LISTS hiprt_package_groups)
     string(TOUPPER ${group} upper)
     install(FILES ${hiprt_package_files}/copyright ${hiprt_package_files}/changelog.gz COMPONENT debian_${group}
       DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${CPACK_DEBIAN_${upper}_PACKAGE_NAME} EXCLUDE_FROM_ALL)
@@ -142,3 +154,9 @@ endforeach()
 foreach(component IN ITEMS debian_tools tools)
   cpack_add_component(${component} GROUP tools)
 endforeach()
+if(TARGET hiprt_api)
+  cpack_add_component_group(hiprt_api)
+  foreach(component IN ITEMS debian_hiprt_api hiprt_api)
+    cpack_add_component(${component} GROUP hiprt_api)
+  endforeach()
+endif()

@@ -78,7 +78,10 @@ add_headers() {
   while IFS= read -r header; do
     name=${header#"$root"/}
     printf '#include <%s>\n#include <%s>\n' "$name" "$name" >"$work/$1/${name//\//__}.$suffix"
-    if [[ ${#whole[@]} -gt 0 ]]; then printf '#include <%s>\n' "$name" >>"$work/whole/all_headers.$suffix"; fi
+    # hiprtew.h takes the place of hiprt.h: a source has one of them.
+    if [[ ${#whole[@]} -gt 0 && $name != */hiprtew.h ]]; then
+      printf '#include <%s>\n' "$name" >>"$work/whole/all_headers.$suffix"
+    fi
     count=$((count + 1))
   done < <(find "$2" -name '*.h' | sort)
   if [[ $count -eq $found ]]; then

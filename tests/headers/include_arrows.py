@@ -29,6 +29,7 @@ MODULES = {
     'hiprt_build/format/': 'host_format',
     'hiprt_build/gpu/': 'gpu',
     'hiprt_build/rtc/': 'rtc',
+    'hiprt_build/hiprt_api/': 'hiprt_api',
     'hiprt_build/': 'build',
     'tools/base/': 'base',
     'tools/scene_io/': 'scene_io',
@@ -62,6 +63,8 @@ MAY_INCLUDE = {
     'build': {'format', 'math', 'scene', 'host_format', 'gpu'},
     'gpu': {'format', 'math', 'scene', 'host_format', 'build'},
     'rtc': {'host_format', 'build', 'gpu'},
+    # The library in libhiprt's place. Nothing needs it.
+    'hiprt_api': LIBRARY | {'rtc', 'compat'},
     'base': LIBRARY,
     'scene_io': LIBRARY | {'base'},
     'scene_build': LIBRARY | {'base', 'scene_io'},
@@ -142,8 +145,8 @@ def fault(root, path, name, quoted):
             return f'{name} does not exist in the project'
         if name.startswith('glm/') and path not in ('hiprt_device/math/vec.h', 'hiprt_device/math/vec_functions.h'):
             return 'only hiprt_device/math/vec.h and vec_functions.h include GLM'
-        if mine == 'compat' and path != COMPAT + 'hiprt/hiprt_common.h':
-            return 'in hiprt_device/compat only hiprt_common.h includes other packages'
+        if mine == 'compat' and path not in (COMPAT + 'hiprt/hiprt_common.h', COMPAT + 'hiprt/hiprtew.h'):
+            return 'in hiprt_device/compat only hiprt_common.h and hiprtew.h include other packages'
         in_device = mine in DEVICE_MODULES
         if in_device and not GPU.match(name) and not name.startswith('glm/') and \
                 path not in ('hiprt_device/format/standard.h', 'hiprt_device/math/lanes.h') and not ENGINES.match(name):

@@ -1,0 +1,67 @@
+#include <hiprt_build/format/file_layout.h>
+#include <hiprt_build/gpu/refit.h>
+#include <hiprt_build/hiprt_api/geometry.h>
+#include <hiprt_build/hiprt_api/kernels.h>
+
+namespace hiprt::api {
+namespace {
+
+/// What the host must know of a tree before it can be refitted.
+struct Head {
+  gpu::BuildReport report;
+  FileHeader header;
+  SectionEntry sections[4];
+};
+
+Result<void> read(void* to, const void* from, std::size_t bytes, hipStream_t stream) {
+  auto copied = gpu::check(hipMemcpyAsync(to, from, bytes, hipMemcpyDeviceToHost, stream), "hipMemcpyAsync");
+  return copied ? gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize") : copied;
+}
+
+Result<gpu::SceneParts> parts_of(const Member& member, hipStream_t stream) {
+  Head head;
+  auto done = read(&head.report, member.report, sizeof(head.report), stream);
+  if (done && head.report.status != gpu::BuildStatus::kOk && head.report.status != gpu::BuildStatus::kBadIndex)
+    return gpu::SceneParts{};
+  if (done) done = read(&head.header, member.storage, sizeof(head.header) + sizeof(head.sections), stream);
+  if (!done) return tl::unexpected(std::move(done.error()));
+  return gpu::SceneParts{.base = member.storage,
+                         .layout = head.report.view.layout,
+                         .root = head.report.view.root,
+                         .first_node = head.sections[kNodesAt].offset,
+                         .nodes = head.report.nodes,
+                         .first_leaf = head.sections[kLeavesAt].offset,
+                         .leaves = head.report.leaves,
+                         .geometries = head.report.view.geometries,
+                         .geometry_count = head.report.geometries};
+}
+
+}  // namespace
+
+Result<bool> refit_geometry(const Found& found, const gpu::DeviceGeometry& moved, std::byte* scratch,
+                            hipStream_t stream) {
+  static_assert(offsetof(Head, sections) == offsetof(Head, header) + sizeof(FileHeader));
+  static_assert(kNodesAt < 4 && kLeavesAt < 4);
+  const Member& member = found.member();
+  const auto parts = parts_of(member, stream);
+  if (!parts) return tl::unexpected(parts.error());
+  if (parts->root == kInvalidRef || parts->geometry_count != 1) return false;
+  const auto refitted = gpu::enqueue_refit(*parts, {&moved, 1}, scratch, stream);
+  if (!refitted) return tl::unexpected(refitted.error());
+  gpu::RefitReport report;
+  if (auto done = read(&report, *refitted, sizeof(report), stream); !done)
+    return tl::unexpected(std::move(done.error()));
+  if (report.status != gpu::RefitStatus::kOk) return false;
+  // Compaction copies the view of the build's report.
+  auto* const view = const_cast<SceneView*>(&member.report->view);
+  if (auto done =
+          gpu::check(hipMemcpyAsync(view, &(*refitted)->view, sizeof(SceneView), hipMemcpyDeviceToDevice, stream),
+                     "hipMemcpyAsync");
+      !done)
+    return tl::unexpected(std::move(done.error()));
+  if (auto done = enqueue_headers(&(*refitted)->view, found.header(), 1, stream); !done)
+    return tl::unexpected(std::move(done.error()));
+  return true;
+}
+
+}  // namespace hiprt::api
