@@ -21,9 +21,9 @@ template <class T> class StridedSpan {
   constexpr StridedSpan() = default;
   /// An array without gaps.
   template <class Range>
-  requires(!std::same_as<std::remove_cvref_t<Range>, StridedSpan> && std::constructible_from<std::span<const T>, Range>)
+  requires(!std::same_as<Range, StridedSpan> && std::constructible_from<std::span<const T>, const Range&>)
       // NOLINTNEXTLINE(google-explicit-constructor)
-      constexpr StridedSpan(Range&& range)
+      constexpr StridedSpan(const Range& range)
       : StridedSpan(std::span<const T>(range)) {}
   // NOLINTNEXTLINE(google-explicit-constructor)
   constexpr StridedSpan(std::span<const T> elements) : first_(elements.data()), size_(elements.size()) {}
@@ -56,9 +56,9 @@ class BoxSpan {
  public:
   constexpr BoxSpan() = default;
   template <class Range>
-  requires(!std::same_as<std::remove_cvref_t<Range>, BoxSpan> && std::constructible_from<std::span<const Box>, Range>)
+  requires(!std::same_as<Range, BoxSpan> && std::constructible_from<std::span<const Box>, const Range&>)
       // NOLINTNEXTLINE(google-explicit-constructor)
-      constexpr BoxSpan(Range&& range)
+      constexpr BoxSpan(const Range& range)
       : BoxSpan(std::span<const Box>(range)) {}
   // NOLINTNEXTLINE(google-explicit-constructor)
   constexpr BoxSpan(std::span<const Box> boxes) : first_(boxes.data()), size_(boxes.size()) {}

@@ -44,7 +44,7 @@ Result<void*> link_module(hiprtContextObject& context, const api::FunctionNames&
   const auto linked = api::link_code(parts);
   if (!linked) return tl::unexpected(linked.error());
   const auto module = api::load_module(*linked);
-  if (!module) return module;
+  if (!module) return tl::unexpected(module.error());
   const std::scoped_lock lock(context.modules_mutex);
   const auto [at, is_new] = context.modules.emplace(key, *module);
   if (!is_new) api::unload_module(*module);

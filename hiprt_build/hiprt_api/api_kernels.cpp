@@ -10,7 +10,6 @@
 #include <string_view>
 
 using namespace hiprt;
-using api::ErrorCode;
 using api::Result;
 
 namespace {
@@ -81,7 +80,7 @@ Result<void*> module_of(hiprtContextObject& context, const Program& program) {
   if (!compiled) return tl::unexpected(compiled.error());
   if (!compiled->log.empty()) api::log(context, hiprtLogLevelInfo, compiled->log);
   const auto module = api::load_module(compiled->code);
-  if (!module) return module;
+  if (!module) return tl::unexpected(module.error());
   const std::scoped_lock lock(context.modules_mutex);
   const auto [at, is_new] = context.modules.emplace(key, *module);
   if (!is_new) api::unload_module(*module);

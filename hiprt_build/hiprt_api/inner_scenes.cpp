@@ -33,7 +33,7 @@ Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, hipStr
 Result<ObjectRecord*> Nesting::enqueue(const ObjectRecord* records, InstanceRecord* copies) {
   const std::uint64_t table_bytes = (instances_ + inner_.objects) * sizeof(ObjectRecord);
   const std::uint64_t links_at = (table_bytes + kAlignment - 1) / kAlignment * kAlignment;
-  const auto memory = memory_.of_size(links_at + instances_ * sizeof(InstanceRecord*));
+  const auto memory = memory_.of_size(links_at + instances_ * sizeof(void*));
   if (!memory) return tl::unexpected(memory.error());
   auto* const table = reinterpret_cast<ObjectRecord*>(*memory);
   auto done =
@@ -48,9 +48,9 @@ Result<ObjectRecord*> Nesting::enqueue(const ObjectRecord* records, InstanceReco
   for (std::size_t i = 0; i < links.size(); ++i)
     if (inner_.scene_of[i] != InnerScenes::kNone) links[i] = inner_.scenes[inner_.scene_of[i]].copy;
   if (done)
-    done = gpu::check(hipMemcpyAsync(*memory + links_at, links.data(), links.size() * sizeof(links[0]),
-                                     hipMemcpyHostToDevice, stream_),
-                      "hipMemcpyAsync");
+    done = gpu::check(
+        hipMemcpyAsync(*memory + links_at, links.data(), links.size() * sizeof(void*), hipMemcpyHostToDevice, stream_),
+        "hipMemcpyAsync");
   if (done)
     done = enqueue_links(reinterpret_cast<InstanceRecord* const*>(*memory + links_at), table, instances_, stream_);
   if (!done) return tl::unexpected(std::move(done.error()));

@@ -20,7 +20,6 @@ using build::MatrixKey;
 using build::MotionKey;
 using Catch::Matchers::Contains;
 using gpu::DeviceInstance;
-using gpu::InstanceStatus;
 using gpu::KeyRange;
 using hiprt::oracle::Random;
 

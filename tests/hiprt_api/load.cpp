@@ -1,6 +1,7 @@
 // Loads the library at run time: all functions are found. The main file has the pointers.
 
-#define _ENABLE_HIPRTEW
+// HIPRT gives the name.
+#define _ENABLE_HIPRTEW  // NOLINT(bugprone-reserved-identifier)
 #include <hiprt/hiprtew.h>
 
 #include <cstdio>

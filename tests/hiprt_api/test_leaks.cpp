@@ -21,8 +21,9 @@ void live_and_die(unsigned seed) {
   std::mt19937 random(seed);
   std::vector<hiprtGeometry> geometries;
   std::vector<hiprtScene> scenes;
-  for (const hiprtBuildFlags flags : {hiprtBuildFlagBitPreferFastBuild, hiprtBuildFlagBitPreferBalancedBuild,
-                                      hiprtBuildFlagBitPreferHighQualityBuild})
+  const hiprtBuildFlags kinds[] = {hiprtBuildFlagBitPreferFastBuild, hiprtBuildFlagBitPreferBalancedBuild,
+                                   hiprtBuildFlagBitPreferHighQualityBuild};
+  for (const hiprtBuildFlags flags : kinds)
     geometries.push_back(program.build(Mesh::soup(2000, seed).upload(program), flags));
   HIPRT_OK(hiprtCompactGeometry(program.context, nullptr, geometries[1], geometries[1]));
   program.rebuild(Mesh::soup(2000, seed).upload(program), hiprtBuildFlagBitPreferFastBuild, geometries[0],

@@ -25,7 +25,7 @@ hiprtFrameMatrix matrix_at(float x, float y, float z, float scale = 1.0f, float 
 TEST_CASE("instances with frames and masks") {
   Program program;
   const hiprtGeometry triangle = program.build(Mesh::triangle().upload(program));
-  for (const hiprtBuildFlags flags : {0, 1, 2}) {
+  for (const hiprtBuildFlags flags : {0u, 1u, 2u}) {
     CAPTURE(flags);
     SceneArraysOnHost arrays;
     for (unsigned i = 0; i < 4; ++i) arrays.add(triangle);

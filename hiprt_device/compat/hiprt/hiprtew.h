@@ -127,7 +127,7 @@ enum {
 #else
 #define HIPRTEW_POINTER(name) extern decltype(&name##_of_library) name;
 #endif
-HIPRTEW_FUNCTIONS(HIPRTEW_POINTER)
+HIPRTEW_FUNCTIONS(HIPRTEW_POINTER)  // NOLINT(misc-definitions-in-headers): one file of a program has them.
 #undef HIPRTEW_POINTER
 
 #if defined(_ENABLE_HIPRTEW)
@@ -162,7 +162,7 @@ inline int load_functions() {
 }  // namespace hiprt::compat_detail
 
 /// Loads the library at the first call.
-void hiprtewInit(int* resultOut) {
+void hiprtewInit(int* resultOut) {  // NOLINT(misc-definitions-in-headers)
   static const int result = hiprt::compat_detail::load_functions();
   *resultOut = result;
 }
