@@ -124,8 +124,8 @@ std::vector<BadCase> geometry_cases() {
          return BadFile{patched(scene, scene.geometries_at() + 32 + 8, std::uint64_t{1}).file, 80};
        }},
       {E::kBadReservedField, "geometry flags", row_with(geometry(1, 28), 2u)},
-      {E::kBadReservedField, "the type of a mesh", row_with(geometry(1, 28), 0x100u)},
-      {E::kBadReservedField, "custom geometry flags", row_with(geometry(1, 28), 0x10001u)},
+      {E::kBadReservedField, "the highest flag of a mesh below its type", row_with(geometry(1, 28), 0x80u)},
+      {E::kBadReservedField, "custom geometry flags", row_with(geometry(1, 28), 0x11u)},
       {E::kDroppedCount, "none instead of one", row_with<std::uint64_t>(geometry(0, 16), 0)},
       {E::kDroppedCount, "one instead of none", row_with<std::uint64_t>(geometry(1, 16), 1)},
       {E::kPrimitiveMapMismatch, "another leaf", row_with([](const TestScene& s) { return s.map_at(); }, 2u)},

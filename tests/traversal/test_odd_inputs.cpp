@@ -222,9 +222,8 @@ TEST_CASE("every builder: sizes at the borders of tasks and chunks, and the hits
 }
 
 TEST_CASE("no geometry and empty geometries: every ray misses", "[odd]") {
-  for (const std::vector<Mesh>& meshes :
-       {std::vector<Mesh>{}, std::vector<Mesh>{Mesh{}}, std::vector<Mesh>{Mesh{}, Mesh{}},
-        std::vector<Mesh>{Mesh{{{1, 2, 3}}, {}, 1}}}) {
+  for (const std::vector<Mesh>& meshes : {std::vector<Mesh>{}, std::vector<Mesh>{Mesh{}},
+                                          std::vector<Mesh>{Mesh{}, Mesh{}}, std::vector<Mesh>{Mesh{{}, {}, 1}}}) {
     const std::vector<Scene> scenes = all_scenes(meshes);
     require_valid(scenes);
     for (const Scene& scene : scenes)
