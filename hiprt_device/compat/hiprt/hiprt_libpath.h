@@ -1,4 +1,5 @@
 #pragma once
+// NOLINTBEGIN(misc-definitions-in-headers): one file of a program includes it.
 /// Names of the libraries that Orochi's oroInitialize() tries, each list with a null at its end.
 ///
 /// The arrays are variables with external linkage, as in HIPRT: include this header in one source file of a program.
@@ -16,3 +17,4 @@ const char* g_hiprtc_paths[] = {
     "libhiprtc.so",   "/opt/rocm/lib/libhiprtc.so", "libhiprtc.so.7", "libhiprtc.so.6", "libhiprtc.so.5",
     "libamdhip64.so", "libamdhip64.so.5",           nullptr};
 #endif
+// NOLINTEND(misc-definitions-in-headers)

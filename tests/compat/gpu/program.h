@@ -28,6 +28,7 @@ HIPRT_DEVICE inline bool cutOut(const hiprtRay&, const void* data, void*, const 
   return hit.uv.x > *static_cast<const float*>(data) || (hit.primID & 7u) == 3u;
 }
 
+// NOLINTNEXTLINE(misc-definitions-in-headers): one file of a program has it.
 HIPRT_DEVICE bool intersectFunc(uint32_t geomType, uint32_t rayType, const hiprtFuncTableHeader& tableHeader,
                                 const hiprtRay& ray, void* payload, hiprtHit& hit) {
   const uint32_t index = tableHeader.numGeomTypes * rayType + geomType;
@@ -40,6 +41,7 @@ HIPRT_DEVICE bool intersectFunc(uint32_t geomType, uint32_t rayType, const hiprt
   }
 }
 
+// NOLINTNEXTLINE(misc-definitions-in-headers): one file of a program has it.
 HIPRT_DEVICE bool filterFunc(uint32_t geomType, uint32_t rayType, const hiprtFuncTableHeader& tableHeader,
                              const hiprtRay& ray, void* payload, const hiprtHit& hit) {
   const uint32_t index = tableHeader.numGeomTypes * rayType + geomType;

@@ -35,7 +35,8 @@ template <class Layout> HIPRT_HD inline Vec3 triangle_normal(const std::byte* re
 template <class Path> HIPRT_HD HIPRT_FORCE_INLINE void set_instances(hiprtHit& hit, const Path& path) {
   for (uint32_t i = 0; i < hiprtMaxInstanceLevels; ++i) hit.instanceIDs[i] = hiprtInvalidValue;
   if constexpr (requires { path.instance[0]; }) {
-    constexpr unsigned kLevels = sizeof(path.instance) / sizeof(path.instance[0]);
+    constexpr unsigned kLevels =
+        sizeof(path.instance) / sizeof(path.instance[0]);  // NOLINT(bugprone-sizeof-expression)
     for (unsigned i = 0; i < kLevels; ++i)
       if (i < path.depth) hit.instanceIDs[i] = path.instance[i];
   }

@@ -30,7 +30,7 @@ template <class Stack> struct UserStack {
 
    private:
     /// Entries of the program's stack per entry.
-    static constexpr unsigned kWords = sizeof(Entry) / sizeof(std::uint32_t);
+    static constexpr unsigned kWords = sizeof(Entry) / sizeof(std::uint32_t);  // NOLINT(bugprone-sizeof-expression)
     Stack* stack_;
   };
 };
