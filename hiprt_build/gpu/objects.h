@@ -1,5 +1,6 @@
 #pragma once
-/// Objects for instances from scenes on the device, each in memory of its own. Nothing passes through the host.
+/// Turns scenes on the device into objects that instances may refer to. Each scene may lie in a separate allocation.
+/// The host copies nothing and waits for nothing.
 ///
 ///     auto built = hiprt::gpu::enqueue_build({&mesh, 1}, {}, output, scratch, stream);
 ///     auto hair = hiprt::gpu::enqueue_batch(batch, {}, batch_output, scratch, stream);

@@ -11,33 +11,12 @@ using api::Result;
 
 namespace {
 
-/// In front of a compact file: the header, and the report for updates.
-constexpr std::uint64_t kReportAt = sizeof(api::ObjectHeader);
-constexpr std::uint64_t kHeadroom = 2 * sizeof(api::ObjectHeader);
-static_assert(sizeof(gpu::BuildReport) <= sizeof(api::ObjectHeader));
-
-Result<void> upload(void* to, const void* from, std::size_t bytes, hipStream_t stream) {
-  auto done = gpu::check(hipMemcpyAsync(to, from, bytes, hipMemcpyHostToDevice, stream), "hipMemcpyAsync");
-  return done ? gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize") : done;
-}
-
 /// A geometry that was built alone.
 Result<std::shared_ptr<api::Pool>> compact_one(const Found& from, hipStream_t stream) {
-  api::HeadroomAllocator allocator(kHeadroom);
-  auto pool = std::make_shared<api::Pool>();
+  api::HeadroomAllocator allocator(api::kHeadroom);
   const auto scene = gpu::compact(from.member().report, stream, allocator);
   if (!scene) return tl::unexpected(scene.error());
-  pool->memory = allocator.adopt(scene->buffer.data());
-  api::Member member;
-  member.storage = pool->memory.data() + kHeadroom;
-  member.capacity = pool->memory.size() - kHeadroom;
-  member.report = reinterpret_cast<const gpu::BuildReport*>(pool->memory.data() + kReportAt);
-  member.built = true;
-  pool->members.push_back(member);
-  auto done = upload(pool->header(0), &scene->view, sizeof(scene->view), stream);
-  if (done) done = upload(pool->memory.data() + kReportAt, &scene->report, sizeof(scene->report), stream);
-  if (!done) return tl::unexpected(std::move(done.error()));
-  return pool;
+  return api::pool_of_one(allocator, scene->buffer.data(), scene->report, stream);
 }
 
 /// Geometries of a batch: @p count from number @p first on.

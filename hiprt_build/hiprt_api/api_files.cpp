@@ -14,10 +14,6 @@ using api::Result;
 
 namespace {
 
-/// In front of a file on the device: the header, and the report for updates.
-constexpr std::uint64_t kReportAt = sizeof(api::ObjectHeader);
-constexpr std::uint64_t kHeadroom = 2 * sizeof(api::ObjectHeader);
-
 Result<void> wait_for_all() { return gpu::check(hipDeviceSynchronize(), "hipDeviceSynchronize"); }
 
 Result<void> upload(void* to, const void* from, std::size_t bytes) {
@@ -84,27 +80,15 @@ Result<void> save_scene(const hiprtContextObject& context, hiprtScene handle, co
 
 /// A pool of one object with a checked file.
 Result<std::shared_ptr<api::Pool>> load(const SceneFile& file) {
-  api::HeadroomAllocator allocator(kHeadroom);
+  api::HeadroomAllocator allocator(api::kHeadroom);
   const auto scene = gpu::upload_scene(file.view(), nullptr, allocator);
   if (!scene) return tl::unexpected(scene.error());
-  auto pool = std::make_shared<api::Pool>();
-  pool->memory = allocator.adopt(scene->buffer.data());
   gpu::BuildReport report;
   report.view = scene->view;
   report.nodes = static_cast<std::uint32_t>(file.view().nodes.count);
   report.leaves = static_cast<std::uint32_t>(file.view().leaves.count);
   report.geometries = file.view().header->geometry_count;
-  api::Member member;
-  member.storage = pool->memory.data() + kHeadroom;
-  member.capacity = pool->memory.size() - kHeadroom;
-  member.report = reinterpret_cast<const gpu::BuildReport*>(pool->memory.data() + kReportAt);
-  member.built = true;
-  pool->members.push_back(member);
-  auto done = gpu::check(hipStreamSynchronize(nullptr), "hipStreamSynchronize");
-  if (done) done = upload(pool->header(0), &scene->view, sizeof(scene->view));
-  if (done) done = upload(pool->memory.data() + kReportAt, &report, sizeof(report));
-  if (!done) return tl::unexpected(std::move(done.error()));
-  return pool;
+  return api::pool_of_one(allocator, scene->buffer.data(), report, nullptr);
 }
 
 Result<void> load_geometry(hiprtContextObject& context, hiprtGeometry& out, const char* path) {

@@ -94,6 +94,20 @@ Result<void> build_batch(Pool& pool, const Batch& batch, Scratch& temporary, hip
   return enqueue_headers(scenes->views, pool.header(0), pool.batched, stream);
 }
 
+/// The numbers below @p count that are not in @p left_out, which is sorted.
+std::vector<std::uint32_t> numbers_without(std::span<const std::uint32_t> left_out, std::size_t count) {
+  std::vector<std::uint32_t> numbers;
+  numbers.reserve(count - left_out.size());
+  auto next = left_out.begin();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (next != left_out.end() && *next == i)
+      ++next;
+    else
+      numbers.push_back(i);
+  }
+  return numbers;
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> small_inputs(GeometryInputs inputs, const hiprtBuildOptions& options) {
@@ -126,12 +140,7 @@ Result<std::uint64_t> temporary_size(GeometryInputs inputs, const hiprtBuildOpti
     if (!sizes) return tl::unexpected(sizes.error());
     most = sizes->scratch;
   }
-  std::size_t next = 0;
-  for (std::uint32_t i = 0; i < inputs.size(); ++i) {
-    if (next < small.size() && small[next] == i) {
-      ++next;
-      continue;
-    }
+  for (const std::uint32_t i : numbers_without(small, inputs.size())) {
     const auto sizes = geometry_sizes(inputs[i], options);
     if (!sizes) return tl::unexpected(sizes.error());
     most = std::max(most, sizes->scratch);
@@ -157,12 +166,7 @@ Result<void> create_geometries(hiprtContext context, GeometryInputs inputs, cons
   // Members of the batch come first.
   std::vector<std::uint32_t> order = small;
   order.reserve(inputs.size());
-  std::size_t next = 0;
-  for (std::uint32_t i = 0; i < inputs.size(); ++i) {
-    if (next < small.size() && small[next] == i) {
-      ++next;
-      continue;
-    }
+  for (const std::uint32_t i : numbers_without(small, inputs.size())) {
     const auto sizes = geometry_sizes(inputs[i], options);
     if (!sizes) return tl::unexpected(sizes.error());
     pool->members[order.size()].capacity = align(sizes->output);
@@ -194,12 +198,7 @@ Result<void> build_geometries(hiprtContext context, hiprtBuildOperation operatio
   } else {
     small.clear();
   }
-  std::size_t next = 0;
-  for (std::uint32_t i = 0; i < inputs.size(); ++i) {
-    if (next < small.size() && small[next] == i) {
-      ++next;
-      continue;
-    }
+  for (const std::uint32_t i : numbers_without(small, inputs.size())) {
     const Found found = context->geometries.find(geometries[i]);
     if (!found) return gpu::fail(ErrorCode::kInvalidInput, "geometry ", i, " is none of this context");
     if (auto built = build_one(operation, inputs[i], options, scratch, stream, found); !built) return built;

@@ -2,6 +2,7 @@
 
 #include <hiprt_build/exec/gpu_launcher.h>
 #include <hiprt_build/instances/make_instance.h>
+#include <hiprt_build/instances/motion_keys.h>
 #include <hiprt_build/pipeline/gpu_state.h>
 
 namespace hiprt::api {
@@ -22,26 +23,19 @@ __device__ build::Affine matrix_of(const hiprtFrameMatrix& frame) {
   return affine;
 }
 
-/// Unit quaternion (x, y, z, w) of an axis and an angle. Angle 0 is the identity, whatever the axis.
-__device__ void quaternion_of(const hiprtFloat4& rotation, double (&q)[4]) {
+/// Unit quaternion of an axis and an angle. Angle 0 is the identity, whatever the axis.
+__device__ build::Quaternion quaternion_of(const hiprtFloat4& rotation) {
   const double axis[3] = {static_cast<double>(rotation.x), static_cast<double>(rotation.y),
                           static_cast<double>(rotation.z)};
   const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
-  for (double& x : q) x = 0.0;
-  q[3] = 1.0;
-  if (rotation.w == 0.0f || !(length > 0.0)) return;
+  if (rotation.w == 0.0f || !(length > 0.0)) return {{0.0, 0.0, 0.0, 1.0}};
   const double half = 0.5 * static_cast<double>(rotation.w), factor = sin(half) / length;
-  for (unsigned k = 0; k < 3; ++k) q[k] = axis[k] * factor;
-  q[3] = cos(half);
+  return {{axis[0] * factor, axis[1] * factor, axis[2] * factor, cos(half)}};
 }
 
 __device__ build::Affine matrix_of(const hiprtFrameSRT& frame) {
-  double q[4];
-  quaternion_of(frame.rotation, q);
-  const double x = q[0], y = q[1], z = q[2], w = q[3];
-  const double rotation[3][3] = {{1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)},
-                                 {2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)},
-                                 {2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)}};
+  double rotation[3][3];
+  build::motion_keys_detail::rotation_of(quaternion_of(frame.rotation), rotation);
   const float scale[3] = {frame.scale.x, frame.scale.y, frame.scale.z};
   const float translation[3] = {frame.translation.x, frame.translation.y, frame.translation.z};
   build::Affine affine;
@@ -93,9 +87,8 @@ __global__ void make_keys(SceneArrays from, SceneParts to) {
   const auto& frame = static_cast<const hiprtFrameSRT*>(from.frames)[i];
   build::MotionKey key;
   key.time = frame.time;
-  double q[4];
-  quaternion_of(frame.rotation, q);
-  for (unsigned k = 0; k < 4; ++k) key.rotation[k] = static_cast<float>(q[k]);
+  const build::Quaternion q = quaternion_of(frame.rotation);
+  for (unsigned k = 0; k < 4; ++k) key.rotation[k] = static_cast<float>(q.x[k]);
   const float scale[3] = {frame.scale.x, frame.scale.y, frame.scale.z};
   const float translation[3] = {frame.translation.x, frame.translation.y, frame.translation.z};
   for (unsigned k = 0; k < 3; ++k) {

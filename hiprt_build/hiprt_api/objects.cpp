@@ -1,6 +1,16 @@
 #include <hiprt_build/hiprt_api/objects.h>
 
 namespace hiprt::api {
+namespace {
+
+constexpr std::uint64_t kReportAt = sizeof(ObjectHeader);
+static_assert(kReportAt + sizeof(gpu::BuildReport) <= kHeadroom);
+
+Result<void> upload(void* to, const void* from, std::size_t bytes, hipStream_t stream) {
+  return gpu::check(hipMemcpyAsync(to, from, bytes, hipMemcpyHostToDevice, stream), "hipMemcpyAsync", bytes, " bytes");
+}
+
+}  // namespace
 
 Result<void> Pool::reserve(std::size_t i, std::uint64_t bytes) {
   Member& member = members[i];
@@ -12,6 +22,24 @@ Result<void> Pool::reserve(std::size_t i, std::uint64_t bytes) {
   const std::scoped_lock lock(mutex);
   late[i] = std::move(*more);
   return {};
+}
+
+Result<std::shared_ptr<Pool>> pool_of_one(HeadroomAllocator& allocator, const std::byte* file,
+                                          const gpu::BuildReport& report, hipStream_t stream) {
+  auto pool = std::make_shared<Pool>();
+  pool->memory = allocator.adopt(file);
+  std::byte* const report_at = pool->memory.data() + kReportAt;
+  Member member;
+  member.storage = pool->memory.data() + kHeadroom;
+  member.capacity = pool->memory.size() - kHeadroom;
+  member.report = reinterpret_cast<const gpu::BuildReport*>(report_at);
+  member.built = true;
+  pool->members.push_back(member);
+  auto done = upload(pool->header(0), &report.view, sizeof(report.view), stream);
+  if (done) done = upload(report_at, &report, sizeof(report), stream);
+  if (done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");
+  if (!done) return tl::unexpected(std::move(done.error()));
+  return pool;
 }
 
 void ObjectTable::add(std::shared_ptr<Pool> pool) {

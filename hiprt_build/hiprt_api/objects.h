@@ -51,6 +51,16 @@ struct Pool {
   Result<void> reserve(std::size_t i, std::uint64_t bytes);
 };
 
+/// Room in front of a file on the device, for pool_of_one(): a header, and the report for updates.
+inline constexpr std::uint64_t kHeadroom = 2 * sizeof(ObjectHeader);
+
+/// A pool of one built geometry or loaded scene.
+/// @param allocator of headroom kHeadroom. @p file came from it; the memory moves to the pool.
+/// @param report of that file.
+/// @param stream is waited for.
+Result<std::shared_ptr<Pool>> pool_of_one(HeadroomAllocator& allocator, const std::byte* file,
+                                          const gpu::BuildReport& report, hipStream_t stream);
+
 /// An object of a table.
 struct Found {
   std::shared_ptr<Pool> pool;  ///< nullptr: the handle is of another context.

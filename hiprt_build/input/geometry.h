@@ -12,11 +12,11 @@ namespace hiprt::build {
 
 /// A mesh or custom primitives. Trivial, because shared memory of kernels holds it.
 struct GeometryView {
-  const std::byte* positions;  ///< Of a mesh.
-  const std::byte* triangles;  ///< Of a mesh; nullptr: implicit triangles.
-  const std::byte* boxes;      ///< Of custom primitives; then the others are nullptr.
-  std::uint32_t stride;        ///< In bytes, of positions or boxes.
-  std::uint32_t second;        ///< In bytes: the stride of triangles, or the offset of a box's upper corner.
+  const std::byte* positions;              ///< Of a mesh.
+  const std::byte* triangles;              ///< Of a mesh; nullptr: implicit triangles.
+  const std::byte* boxes;                  ///< Of custom primitives; then the others are nullptr.
+  std::uint32_t stride;                    ///< In bytes, of positions or boxes.
+  std::uint32_t triangle_stride_or_upper;  ///< In bytes: of a mesh, or the offset of a box's upper corner.
   std::uint32_t position_count;
   std::uint32_t primitive_count;
   std::uint32_t first;  ///< Number of its first primitive among those of all geometries.
@@ -53,18 +53,20 @@ struct GeometryView {
   /// The indices of a triangle. @pre a mesh.
   HIPRT_HD HIPRT_FORCE_INLINE std::array<std::uint32_t, 3> triangle(std::uint32_t i) const {
     if (triangles == nullptr) return {3 * i, 3 * i + 1, 3 * i + 2};
-    const auto* index = reinterpret_cast<const std::uint32_t*>(triangles + std::uint64_t{i} * second);
+    const auto* index = reinterpret_cast<const std::uint32_t*>(triangles + std::uint64_t{i} * triangle_stride_or_upper);
     return {index[0], index[1], index[2]};
   }
   /// @pre a mesh. @param k 0 to 2.
   HIPRT_HD HIPRT_FORCE_INLINE const float* corner(std::uint32_t triangle, unsigned k) const {
     if (triangles == nullptr) return position(3 * triangle + k);
-    return position(reinterpret_cast<const std::uint32_t*>(triangles + std::uint64_t{triangle} * second)[k]);
+    return position(
+        reinterpret_cast<const std::uint32_t*>(triangles + std::uint64_t{triangle} * triangle_stride_or_upper)[k]);
   }
   /// @pre custom primitives.
   HIPRT_HD HIPRT_FORCE_INLINE Box box(std::uint32_t i) const {
     const std::byte* lower = boxes + std::uint64_t{i} * stride;
-    const auto *min = reinterpret_cast<const float*>(lower), *max = reinterpret_cast<const float*>(lower + second);
+    const auto *min = reinterpret_cast<const float*>(lower),
+               *max = reinterpret_cast<const float*>(lower + triangle_stride_or_upper);
     return Box{{min[0], min[1], min[2]}, {max[0], max[1], max[2]}};
   }
 };

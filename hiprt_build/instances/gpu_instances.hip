@@ -80,28 +80,30 @@ Result<InstanceLayouts> plan_instances(const SceneObjects& objects, std::uint32_
   return InstanceLayouts{*tree, places, {places.size, arena.size()}};
 }
 
-Result<void> check_memory(const SceneObjects& objects, const DeviceInstances& instances, const InstanceLayouts& layouts,
-                          const std::byte* output, const std::byte* scratch) {
+/// The plan, and a check of the memory. @param function for messages.
+Result<InstanceLayouts> checked_plan(const char* function, const SceneObjects& objects,
+                                     const DeviceInstances& instances, const InstanceOptions& options,
+                                     const std::byte* output, const std::byte* scratch) {
+  auto layouts = plan_instances(objects, instances.count, options, instances.motions.key_count);
+  if (!layouts) return layouts;
   for (const std::byte* memory : {output, scratch})
     if (memory == nullptr || reinterpret_cast<std::uintptr_t>(memory) % kDeviceAlignment != 0)
-      return fail(ErrorCode::kInvalidInput, "enqueue_instances: output and scratch must be aligned to ",
-                  kDeviceAlignment, " bytes");
+      return fail(ErrorCode::kInvalidInput, function, ": output and scratch must be aligned to ", kDeviceAlignment,
+                  " bytes");
   if (instances.instances == nullptr && instances.count != 0)
-    return fail(ErrorCode::kInvalidInput, "enqueue_instances: ", instances.count, " instances at nullptr");
+    return fail(ErrorCode::kInvalidInput, function, ": ", instances.count, " instances at nullptr");
   const DeviceMotions& motions = instances.motions;
   if ((motions.ranges != nullptr) != (motions.key_count != 0) ||
       (motions.ranges != nullptr && (motions.keys != nullptr) == (motions.matrices != nullptr)))
-    return fail(ErrorCode::kInvalidInput,
-                "enqueue_instances: motions need ranges, a key_count, and either keys or matrices");
+    return fail(ErrorCode::kInvalidInput, function, ": motions need ranges, a key_count, and either keys or matrices");
   if (motions.ranges != nullptr && (motions.kind < MotionKind::kSlerp || motions.kind > MotionKind::kMatrix))
-    return fail(ErrorCode::kInvalidInput, "enqueue_instances: motions of unknown kind ",
-                static_cast<unsigned>(motions.kind));
-  if (objects.base == nullptr) return {};
+    return fail(ErrorCode::kInvalidInput, function, ": motions of unknown kind ", static_cast<unsigned>(motions.kind));
+  if (objects.base == nullptr) return layouts;
   const auto begin = reinterpret_cast<std::uintptr_t>(output), base = reinterpret_cast<std::uintptr_t>(objects.base);
-  if (base < begin || base - begin < layouts.sizes.output)
-    return fail(ErrorCode::kInvalidInput, "enqueue_instances: the output needs ", layouts.sizes.output,
+  if (base < begin || base - begin < layouts->sizes.output)
+    return fail(ErrorCode::kInvalidInput, function, ": the output needs ", layouts->sizes.output,
                 " bytes before the objects, there are ", base < begin ? std::uintptr_t{0} : base - begin);
-  return {};
+  return layouts;
 }
 
 /// Where the scene's own arrays are in the output.
@@ -255,20 +257,16 @@ class InstanceBuild {
 Result<const InstanceReport*> enqueue_instances(const SceneObjects& objects, const DeviceInstances& instances,
                                                 const InstanceOptions& options, std::byte* output, std::byte* scratch,
                                                 hipStream_t stream) {
-  const auto layouts = plan_instances(objects, instances.count, options, instances.motions.key_count);
+  const auto layouts = checked_plan("enqueue_instances", objects, instances, options, output, scratch);
   if (!layouts) return tl::unexpected(layouts.error());
-  if (auto good = check_memory(objects, instances, *layouts, output, scratch); !good)
-    return tl::unexpected(std::move(good.error()));
   return InstanceBuild(objects, instances, options, *layouts, output, scratch, stream).build();
 }
 
 Result<const InstanceReport*> enqueue_update(const SceneObjects& objects, const DeviceInstances& instances,
                                              const InstanceOptions& options, std::byte* output, std::byte* scratch,
                                              hipStream_t stream) {
-  const auto layouts = plan_instances(objects, instances.count, options, instances.motions.key_count);
+  const auto layouts = checked_plan("enqueue_update", objects, instances, options, output, scratch);
   if (!layouts) return tl::unexpected(layouts.error());
-  if (auto good = check_memory(objects, instances, *layouts, output, scratch); !good)
-    return tl::unexpected(std::move(good.error()));
   const DeviceGeometry geometry = tree_geometry(instances.count, nullptr);
   const auto tree = plan_build({&geometry, 1}, tree_options(objects, options));
   if (!tree) return tl::unexpected(tree.error());

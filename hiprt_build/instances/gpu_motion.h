@@ -104,7 +104,7 @@ template <class Put> HIPRT_HD MadeMotion make_motion(const InstanceKeys& keys, c
                                                   : gpu_motion_detail::make<MotionKey>(keys, put);
 }
 
-/// As InstanceMotionBounds, without memory of its own.
+/// As InstanceMotionBounds. It reads the segments from the caller's array and allocates nothing.
 struct SweptBounds {
   const MotionSegment* segments;
   std::uint32_t count;

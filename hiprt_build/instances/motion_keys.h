@@ -1,6 +1,7 @@
 #pragma once
 /// Keys of motions as transforms, and the segments between them, in double. On hosts and devices. Internal.
 
+#include <hiprt_build/format/box.h>
 #include <hiprt_build/format/motion_bounds.h>
 #include <hiprt_build/motion.h>
 
@@ -17,7 +18,7 @@ namespace motion_keys_detail {
 
 HIPRT_HD inline bool is_finite(const float* numbers, unsigned count) {
   bool finite = true;
-  for (unsigned i = 0; i < count; ++i) finite = finite && numbers[i] - numbers[i] == 0.0f;
+  for (unsigned i = 0; i < count; ++i) finite = finite && format_detail::is_finite(numbers[i]);
   return finite;
 }
 

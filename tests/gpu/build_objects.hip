@@ -23,13 +23,13 @@ int main() {
   const auto positions = must(gpu::DeviceArray<build::Position>::from(corners, nullptr, memory));
   const gpu::DeviceGeometry mesh{
       .positions = positions.data(), .position_count = 3, .primitive_count = 1, .implicit_triangles = true};
-  // The object. A scene may have many, each in memory of its own.
+  // Build the object. A scene may have many objects in separate allocations.
   const gpu::BuildSizes sizes = must(gpu::build_sizes({&mesh, 1}));
   auto object = bytes(sizes.output), scratch = bytes(sizes.scratch), records = bytes(sizeof(ObjectRecord));
   const auto built = must(gpu::enqueue_build({&mesh, 1}, {}, object.data(), scratch.data(), nullptr));
   auto* record = reinterpret_cast<ObjectRecord*>(records.data());
   must(gpu::enqueue_objects({{gpu::object_of(built)}}, record, nullptr));
-  // The scene: the object as it is, and moved by 4 along z.
+  // Build the scene: one instance at the origin, one moved by 4 along z.
   const gpu::DeviceInstance two[] = {{}, {.to_scene = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 4}}}}};
   const auto instances = must(gpu::DeviceArray<gpu::DeviceInstance>::from(two, nullptr, memory));
   const gpu::SceneObjects objects = gpu::separate_objects(record, 1);

@@ -1,7 +1,8 @@
 #pragma once
 /// Arithmetic of vectors under HIPRT's names: operators, and functions in namespace hiprt.
 ///
-/// All are templates. So where a compiler or a program has a function of its own for a type, a call takes that one.
+/// All functions are templates. So a non-template function for the same type, of the compiler or the program, is
+/// preferred.
 
 #include <hiprt/hiprt_vec.h>
 #include <hiprt/impl/vector_traits.h>

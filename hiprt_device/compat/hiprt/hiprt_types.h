@@ -6,7 +6,7 @@
 /// An object of the host.
 typedef struct hiprtContextObject* hiprtContext;
 typedef void* hiprtDevicePtr;
-/// Device pointers that kernels take by value. Programs do not read what is there.
+/// Device pointers that kernels take by value. Programs must not read through them.
 typedef hiprtDevicePtr hiprtGeometry;
 typedef hiprtDevicePtr hiprtScene;
 typedef hiprtDevicePtr hiprtFuncTable;

@@ -67,7 +67,7 @@ class TraversalMemory<P> {
 /// What both kinds of traversals share.
 /// @tparam P policies.
 /// @tparam Order, kResumable as those of HitSearch.
-/// @tparam Stack the program's stack; it is used only if it is a class of its own.
+/// @tparam Stack the program's stack class. Stacks of this library are replaced by a private stack.
 template <class P, class Order, bool kResumable, class Stack> class TraversalBase {
  public:
   HIPRT_HD HIPRT_FORCE_INLINE hiprtTraversalState getCurrentState() const { return state_; }
@@ -144,7 +144,7 @@ class AnyHitTraversal : public TraversalBase<P, typename P::AnyOrder, true, Stac
     if (this->state_ == hiprtTraversalStateFinished || this->state_ == hiprtTraversalStateStackOverflow)
       return no_hit();
     const SceneView scene = view_of(this->arguments_.scene);
-    // The constructor writes to the memory only what is there already.
+    // The first call set up the memory. Doing so again writes the same values.
     auto search = this->search_in(scene, memory_);
     if (this->state_ == hiprtTraversalStateHit) {
       search = saved_;
