@@ -78,4 +78,12 @@ g++ -std=c++20 "$consumers/one_triangle.cpp" $(pkg-config --cflags --libs hiprt-
 LD_LIBRARY_PATH=$prefix/lib ./one_triangle
 g++ -std=c++20 "$consumers/device_only/device_only.cpp" $(pkg-config --cflags --libs hiprt-format) -o device_only
 ./device_only
+# Packages without GPU code do not have it.
+library=$(find /hiprt/files -name 'libhiprt0300164_*.deb')
+if [[ -n $library ]]; then
+  echo "the library for programs of HIPRT"
+  apt install -y --no-install-recommends "$library"
+  g++ -std=c++17 -I "$prefix/include/hiprt_compat" "$consumers/hiprt_library.cpp" -l:libhiprt0300164.so -o hiprt_library
+  ./hiprt_library
+fi
 echo "All of the $kind works."
