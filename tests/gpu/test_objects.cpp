@@ -5,7 +5,6 @@
 
 using namespace hiprt;
 using namespace hiprt::checks;
-using gpu::DeviceInstance;
 using hiprt::oracle::Random;
 
 namespace {
