@@ -2,10 +2,10 @@
 
 #include "builder_choice.h"
 #include "instances.h"
-#include "median.h"
 #include "objects.h"
 
 #include <benchmarks/common/flags.h>
+#include <benchmarks/common/gpu_medians.h>
 #include <benchmarks/common/markdown.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/validate.h>

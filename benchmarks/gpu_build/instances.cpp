@@ -2,8 +2,8 @@
 
 #include "bench_data.h"
 #include "builder_choice.h"
-#include "median.h"
 
+#include <benchmarks/common/gpu_medians.h>
 #include <benchmarks/common/markdown.h>
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/gpu/instances.h>

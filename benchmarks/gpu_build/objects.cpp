@@ -1,8 +1,8 @@
 #include "objects.h"
 
 #include "bench_data.h"
-#include "median.h"
 
+#include <benchmarks/common/gpu_medians.h>
 #include <benchmarks/common/markdown.h>
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/gpu/objects.h>

@@ -14,15 +14,29 @@ std::uint64_t align(std::uint64_t bytes) { return (bytes + kAlignment - 1) / kAl
 class Batch {
  public:
   Batch(GeometryInputs inputs, std::span<const std::uint32_t> numbers) {
+    geometries_.swap(kept());
+    geometries_.clear();
     geometries_.reserve(numbers.size());
     for (const std::uint32_t i : numbers) geometries_.push_back(geometry_of(inputs[i]));
     // One by one they may have pairs; batches ignore them.
+  }
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+  ~Batch() {
+    if (geometries_.capacity() <= kMostKept) kept().swap(geometries_);
   }
 
   Result<gpu::BuildSizes> sizes() const {
     auto sizes = gpu::batch_sizes({geometries_, geometries_.data()}, batch_options());
     if (sizes) sizes->scratch += description_bytes();
     return sizes;
+  }
+
+  /// Sizes depend on nothing else.
+  bool has_counts(std::span<const std::uint32_t> counts) const {
+    return std::equal(
+        geometries_.begin(), geometries_.end(), counts.begin(), counts.end(),
+        [](const gpu::DeviceGeometry& geometry, std::uint32_t n) { return geometry.primitive_count == n; });
   }
 
   Result<gpu::BatchScenes> enqueue(std::byte* output, std::byte* scratch, hipStream_t stream) const {
@@ -36,6 +50,13 @@ class Batch {
   }
 
  private:
+  /// Memory for the thread's next batch. New pages would take as long as the conversion.
+  static std::vector<gpu::DeviceGeometry>& kept() {
+    static thread_local std::vector<gpu::DeviceGeometry> memory;
+    return memory;
+  }
+  static constexpr std::size_t kMostKept = 65536;
+
   std::uint64_t description_bytes() const { return align(geometries_.size() * sizeof(gpu::DeviceGeometry)); }
 
   std::vector<gpu::DeviceGeometry> geometries_;
@@ -62,6 +83,7 @@ Result<void> build_one(hiprtBuildOperation operation, const hiprtGeometryBuildIn
                           : gpu::enqueue_build({&geometry, 1}, how, member.storage, *scratch, stream);
   if (!report) return tl::unexpected(report.error());
   member.report = *report;
+  member.parts.reset();
   member.built = true;
   return enqueue_headers(&(*report)->view, found.header(), 1, stream);
 }
@@ -78,9 +100,9 @@ std::shared_ptr<Pool> pool_of(const hiprtContextObject& context, std::span<const
 }
 
 Result<void> build_batch(Pool& pool, const Batch& batch, Scratch& temporary, hipStream_t stream) {
-  const auto sizes = batch.sizes();
+  const auto sizes = batch.has_counts(pool.batch_counts) ? pool.batch_sizes : batch.sizes();
   if (!sizes) return tl::unexpected(sizes.error());
-  if (sizes->output > pool.batch_capacity)
+  if (sizes->output > pool.batch_sizes.output)
     return gpu::fail(ErrorCode::kInvalidInput, "the batch has more primitives than when it was created");
   const auto scratch = temporary.of_size(sizes->scratch);
   if (!scratch) return tl::unexpected(scratch.error());
@@ -159,10 +181,12 @@ Result<void> create_geometries(hiprtContext context, GeometryInputs inputs, cons
   if (!small.empty()) {
     const auto sizes = Batch(inputs, small).sizes();
     if (!sizes) return tl::unexpected(sizes.error());
-    pool->batch_capacity = sizes->output;
+    pool->batch_sizes = *sizes;
+    pool->batch_counts.reserve(small.size());
+    for (const std::uint32_t i : small) pool->batch_counts.push_back(primitive_count(inputs[i]));
   }
   const std::uint64_t batch_at = bytes;
-  bytes += align(pool->batch_capacity);
+  bytes += align(pool->batch_sizes.output);
   // Members of the batch come first.
   std::vector<std::uint32_t> order = small;
   order.reserve(inputs.size());
@@ -177,7 +201,7 @@ Result<void> create_geometries(hiprtContext context, GeometryInputs inputs, cons
   if (!memory) return tl::unexpected(std::move(memory.error()));
   pool->memory = std::move(*memory);
   pool->batch_storage = pool->memory.data() + batch_at;
-  std::byte* at = pool->batch_storage + align(pool->batch_capacity);
+  std::byte* at = pool->batch_storage + align(pool->batch_sizes.output);
   for (std::size_t i = small.size(); i < order.size(); ++i) {
     pool->members[i].storage = at;
     at += pool->members[i].capacity;

@@ -14,6 +14,12 @@ template <class T> const T* or_placeholder(const void* pointer) {
 
 }  // namespace
 
+std::uint32_t primitive_count(const hiprtGeometryBuildInput& input) {
+  if (input.type == hiprtPrimitiveTypeAABBList) return input.primitive.aabbList.aabbCount;
+  const hiprtTriangleMeshPrimitive& mesh = input.primitive.triangleMesh;
+  return mesh.triangleIndices == nullptr ? mesh.vertexCount / 3 : mesh.triangleCount;
+}
+
 bool has_counts(const hiprtGeometryBuildInput& input) {
   if (input.type == hiprtPrimitiveTypeAABBList) return input.primitive.aabbList.aabbCount != 0;
   if (input.type != hiprtPrimitiveTypeTriangleMesh) return false;
@@ -32,10 +38,10 @@ bool is_valid(const hiprtGeometryBuildInput& input, const hiprtBuildOptions& opt
 gpu::DeviceGeometry geometry_of(const hiprtGeometryBuildInput& input) {
   gpu::DeviceGeometry geometry;
   geometry.type = input.geomType == hiprtInvalidValue ? 0 : input.geomType + 1;
+  geometry.primitive_count = primitive_count(input);
   if (input.type == hiprtPrimitiveTypeAABBList) {
     const hiprtAABBListPrimitive& list = input.primitive.aabbList;
     geometry.boxes = or_placeholder<Box>(list.aabbs);
-    geometry.primitive_count = list.aabbCount;
     geometry.box_stride = list.aabbStride != 0 ? list.aabbStride : static_cast<std::uint32_t>(sizeof(Box));
     geometry.box_upper = geometry.box_stride / 2;
     return geometry;
@@ -46,10 +52,8 @@ gpu::DeviceGeometry geometry_of(const hiprtGeometryBuildInput& input) {
   if (mesh.vertexStride != 0) geometry.position_stride = mesh.vertexStride;
   if (mesh.triangleIndices == nullptr) {
     geometry.implicit_triangles = true;
-    geometry.primitive_count = mesh.vertexCount / 3;
   } else {
     geometry.triangles = static_cast<const build::Triangle*>(mesh.triangleIndices);
-    geometry.primitive_count = mesh.triangleCount;
     if (mesh.triangleStride != 0) geometry.triangle_stride = mesh.triangleStride;
   }
   if (mesh.trianglePairIndices != nullptr && mesh.trianglePairCount != 0) {
@@ -92,7 +96,7 @@ gpu::BuildOptions batch_options() { return {.builder = build::Builder::kHploc}; 
 
 bool is_small(const hiprtGeometryBuildInput& input, const hiprtBuildOptions& options) {
   const std::uint32_t most = std::min(options.batchBuildMaxPrimCount, gpu::kBatchTriangles);
-  return kind_of(options) != BuildKind::kImport && geometry_of(input).primitive_count <= most;
+  return kind_of(options) != BuildKind::kImport && primitive_count(input) <= most;
 }
 
 }  // namespace hiprt::api

@@ -15,6 +15,8 @@ inline BuildKind kind_of(const hiprtBuildOptions& options) { return static_cast<
 bool has_counts(const hiprtGeometryBuildInput& input);
 /// Whether counts and pointers are there that a build reads.
 bool is_valid(const hiprtGeometryBuildInput& input, const hiprtBuildOptions& options);
+/// Triangles or boxes.
+std::uint32_t primitive_count(const hiprtGeometryBuildInput& input);
 /// Pointers that are null become others: sizes do not depend on them.
 gpu::DeviceGeometry geometry_of(const hiprtGeometryBuildInput& input);
 gpu::DeviceTree tree_of(const hiprtGeometryBuildInput& input);

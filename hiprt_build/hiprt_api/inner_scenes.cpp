@@ -2,10 +2,28 @@
 
 namespace hiprt::api {
 
-Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, hipStream_t stream) {
+namespace {
+
+/// Whether any instance is of a scene.
+Result<bool> has_inner(const SceneArrays& from, std::uint32_t* flag, hipStream_t stream) {
+  std::uint32_t found = 0;
+  auto done = enqueue_scene_flag(from, flag, stream);
+  if (done)
+    done = gpu::check(hipMemcpyAsync(&found, flag, sizeof(found), hipMemcpyDeviceToHost, stream), "hipMemcpyAsync");
+  if (done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");
+  if (!done) return tl::unexpected(std::move(done.error()));
+  return found != 0;
+}
+
+}  // namespace
+
+Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, std::uint32_t* flag, hipStream_t stream) {
   InnerScenes inner;
   // Without other scenes there is no need to wait for the stream.
   if (!SceneRegistry::instance().has_other(self)) return inner;
+  const auto has = has_inner(from, flag, stream);
+  if (!has) return tl::unexpected(has.error());
+  if (!*has) return inner;
   std::vector<hiprtInstance> instances(from.instance_count);
   auto done = gpu::check(hipMemcpyAsync(instances.data(), from.instances, instances.size() * sizeof(hiprtInstance),
                                         hipMemcpyDeviceToHost, stream),

@@ -16,7 +16,8 @@ struct InnerScenes {
 
 /// Waits for the stream if there are other scenes.
 /// @param self the handle of the scene that is built.
-Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, hipStream_t stream);
+/// @param flag scratch memory.
+Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, std::uint32_t* flag, hipStream_t stream);
 
 /// A table with room for the objects of inner scenes, and the copies of their records. The memory is the stream's: it
 /// ends with the object.

@@ -98,6 +98,11 @@ __global__ void make_keys(SceneArrays from, SceneParts to) {
   to.keys[i] = key;
 }
 
+__global__ void find_scenes(SceneArrays from, std::uint32_t* flag) {
+  const std::uint32_t i = thread_index();
+  if (i < from.instance_count && from.instances[i].type == hiprtInstanceTypeScene) *flag = 1;
+}
+
 HIPRT_HD std::uint64_t address_of(const void* pointer) { return reinterpret_cast<std::uintptr_t>(pointer); }
 
 __global__ void copy_objects(InnerScene inner, ObjectRecord* table) {
@@ -141,6 +146,14 @@ Result<void> enqueue_parts(const SceneArrays& from, const SceneParts& to, hipStr
   gpu::Launcher steps(stream);
   steps.each(from.instance_count, "make_parts", make_parts, from, to);
   if (to.ranges != nullptr) steps.each(from.frame_count, "make_keys", make_keys, from, to);
+  return steps.result();
+}
+
+Result<void> enqueue_scene_flag(const SceneArrays& from, std::uint32_t* flag, hipStream_t stream) {
+  if (auto cleared = gpu::check(hipMemsetAsync(flag, 0, sizeof(*flag), stream), "hipMemsetAsync"); !cleared)
+    return cleared;
+  gpu::Launcher steps(stream);
+  steps.each(from.instance_count, "find_scenes", find_scenes, from, flag);
   return steps.result();
 }
 

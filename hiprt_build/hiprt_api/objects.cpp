@@ -34,7 +34,7 @@ Result<std::shared_ptr<Pool>> pool_of_one(HeadroomAllocator& allocator, const st
   member.capacity = pool->memory.size() - kHeadroom;
   member.report = reinterpret_cast<const gpu::BuildReport*>(report_at);
   member.built = true;
-  pool->members.push_back(member);
+  pool->members.push_back(std::move(member));
   auto done = upload(pool->header(0), &report.view, sizeof(report.view), stream);
   if (done) done = upload(report_at, &report, sizeof(report), stream);
   if (done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");

@@ -6,6 +6,7 @@
 
 #include <hiprt_build/gpu/batch.h>
 #include <hiprt_build/gpu/instances.h>
+#include <hiprt_build/gpu/refit.h>
 #include <hiprt_build/hiprt_api/memory.h>
 
 #include <map>
@@ -27,6 +28,7 @@ struct Member {
   std::uint64_t capacity = 0;                      ///< Bytes there. 0: of a batch, or not known yet.
   const gpu::BuildReport* report = nullptr;        ///< Of a geometry that was built alone.
   const gpu::InstanceReport* instances = nullptr;  ///< Of a scene.
+  std::unique_ptr<gpu::SceneParts> parts;          ///< Of a geometry that was updated since its build.
   bool alive = true;
   bool built = false;
 };
@@ -39,8 +41,9 @@ struct Pool {
   /// The first so many geometries are built together.
   std::uint32_t batched = 0;
   std::byte* batch_storage = nullptr;
-  std::uint64_t batch_capacity = 0;
-  gpu::BatchScenes batch{};  ///< Of the last build.
+  std::vector<std::uint32_t> batch_counts;  ///< Primitives of each when they were created.
+  gpu::BuildSizes batch_sizes;              ///< For these numbers.
+  gpu::BatchScenes batch{};                 ///< Of the last build.
   /// Storage of members that did not fit in their own.
   std::mutex mutex;
   std::map<std::size_t, Allocation> late;

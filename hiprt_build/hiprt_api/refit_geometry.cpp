@@ -42,9 +42,13 @@ Result<bool> refit_geometry(const Found& found, const gpu::DeviceGeometry& moved
                             hipStream_t stream) {
   static_assert(offsetof(Head, sections) == offsetof(Head, header) + sizeof(FileHeader));
   static_assert(kNodesAt < 4 && kLeavesAt < 4);
-  const Member& member = found.member();
-  const auto parts = parts_of(member, stream);
-  if (!parts) return tl::unexpected(parts.error());
+  Member& member = found.member();
+  if (!member.parts) {
+    const auto read = parts_of(member, stream);
+    if (!read) return tl::unexpected(read.error());
+    member.parts = std::make_unique<gpu::SceneParts>(*read);
+  }
+  const gpu::SceneParts* const parts = member.parts.get();
   if (parts->root == kInvalidRef || parts->geometry_count != 1) return false;
   const auto refitted = gpu::enqueue_refit(*parts, {&moved, 1}, scratch, stream);
   if (!refitted) return tl::unexpected(refitted.error());

@@ -66,7 +66,9 @@ Result<gpu::BuildSizes> sizes_of(const SceneArrays& from, std::uint32_t objects,
 Result<void> build_one(const hiprtSceneBuildInput& input, const hiprtBuildOptions& options, Scratch& temporary,
                        hipStream_t stream, const Found& found) {
   const SceneArrays from = arrays_of(input);
-  auto inner = find_inner(from, found.header(), stream);
+  const auto flag = temporary.of_size(kAlignment);
+  if (!flag) return tl::unexpected(flag.error());
+  auto inner = find_inner(from, found.header(), reinterpret_cast<std::uint32_t*>(*flag), stream);
   if (!inner) return tl::unexpected(inner.error());
   const std::uint32_t objects = from.instance_count + inner->objects;
   const auto sizes = sizes_of(from, objects, options);

@@ -95,6 +95,16 @@
 #define HIPRT_NO_UNROLL
 #endif
 
+/// Stands before a short loop over an array that must need few registers on NVIDIA's GPUs. AMD's compiler moves arrays
+/// to memory unless all indices are known, so there it is unrolled.
+#if defined(__CUDA_ARCH__)
+#define HIPRT_NO_UNROLL_ON_NVIDIA _Pragma("unroll 1")
+#elif defined(__HIP_DEVICE_COMPILE__)
+#define HIPRT_NO_UNROLL_ON_NVIDIA _Pragma("unroll")
+#else
+#define HIPRT_NO_UNROLL_ON_NVIDIA
+#endif
+
 /// The name of the inline namespace for this instruction set.
 ///
 /// A program may contain the same functions compiled for several x86-64 levels and choose at run time. The inline

@@ -72,19 +72,18 @@ HIPRT_HD inline void complete_along(const SceneView& scene, BasicPathHit<Real, k
   using surface_detail::kUnit, surface_detail::to_bound;
   surface_detail::EnteredInstance<kMoves, Real> entered[kLevels];
   BasicRay<Real> local = ray;
-  unsigned depth = 0;
-  const auto enter = [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord* motion) {
-    entered[depth++].enter(record, motion, local, hit.t);
+  const auto enter = [&](const InstanceRecord& record, const ObjectRecord&, const MotionRecord* motion, unsigned i) {
+    entered[i].enter(record, motion, local, hit.t);
     local = ray_to_object(record, local);
   };
   const ObjectView view = follow<kMoves>(scene, hit.path, ray.time, enter);
   complete_in(local, view.base);
-  while (depth-- > 0) {
-    const InstanceRecord& record = entered[depth].record();
+  for_levels_backwards<kLevels>(hit.path.depth, [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA {
+    const InstanceRecord& record = entered[i].record();
     const Real length = max_component(hit.normal);
     hit.normal = normal_to_scene(record, length > Real(0) ? divided(hit.normal, length) : hit.normal);
-    hit.error = entered[depth].error_outside(hit.error);
-  }
+    hit.error = entered[i].error_outside(hit.error);
+  });
   if (hit.path.depth != 0)
     hit.error = to_bound(
         fused_multiply_add(Real(4) * kUnit<Real>,

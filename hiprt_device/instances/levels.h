@@ -137,10 +137,7 @@ template <unsigned kLevels, bool kMoves, class Real = float> class Levels {
     } else if constexpr (kLevels == 1) {
       return {depth(), {depth() == 0 ? 0 : state_.instance}};
     } else {
-      InstancePath<kLevels> path;
-      path.depth = state_.depth;
-      for (unsigned i = 0; i < state_.depth; ++i) path.instance[i] = state_.path_memory->instance[i];
-      return path;
+      return path_of<kLevels>(state_.depth, state_.path_memory->instance);
     }
   }
   HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t depth() const {

@@ -63,8 +63,8 @@ HIPRT_HD HIPRT_FORCE_INLINE void invert_turning(const TurningSegment& segment, M
   const float first = arc ? cosine(turn) : r, second = arc ? sine(turn) : s;
   float q[4], u[6];
   for (unsigned k = 0; k < 4; ++k) q[k] = between(segment.rotation[0][k], segment.rotation[1][k], first, second);
-  for (unsigned k = 0; k < 6; ++k) u[k] = between(segment.stretch[0][k], segment.stretch[1][k], r, s);
   const InverseRotation turned(q);
+  for (unsigned k = 0; k < 6; ++k) u[k] = between(segment.stretch[0][k], segment.stretch[1][k], r, s);
   const float x = divided(1.0f, u[0]), y = divided(1.0f, u[1]), z = divided(1.0f, u[2]);
   for (unsigned c = 0; c < 3; ++c) {
     linear[2][c] = z * turned.row[2][c];
@@ -74,17 +74,19 @@ HIPRT_HD HIPRT_FORCE_INLINE void invert_turning(const TurningSegment& segment, M
   }
 }
 
-/// The inverse of the interpolated matrix, in double, rounded once.
-HIPRT_HD inline void invert_matrix(const MotionSegment& segment, float s, float (&linear)[3][3]) {
-  double between[3][3];
-  for (unsigned r = 0; r < 3; ++r)
-    for (unsigned c = 0; c < 3; ++c) {
-      const double a = segment.linear[0][r][c], b = segment.linear[1][r][c];
-      between[r][c] = fused_multiply_add(static_cast<double>(s), b - a, a);
-    }
-  const LinearInverse inverse(between);
-  for (unsigned r = 0; r < 3; ++r)
-    for (unsigned c = 0; c < 3; ++c) linear[r][c] = nearest_float(inverse.row[r][c]);
+/// The inverse of the interpolated matrix, in double, rounded once. It computes one entry at a time from memory,
+/// because registers limit how many rays a GPU traces at a time.
+HIPRT_HD HIPRT_FORCE_INLINE void invert_matrix(const MotionSegment& segment, float s, float (&linear)[3][3]) {
+  const auto between = [&](unsigned r, unsigned c) HIPRT_FORCE_INLINE_LAMBDA {
+    const double a = segment.linear[0][r][c], b = segment.linear[1][r][c];
+    return fused_multiply_add(static_cast<double>(s), b - a, a);
+  };
+  const double determinant = affine_detail::determinant<double>(between);
+  HIPRT_NO_UNROLL_ON_NVIDIA
+  for (unsigned k = 0; k < 9; ++k) {
+    const unsigned r = k / 3, c = k - 3 * r;
+    linear[r][c] = nearest_float(affine_detail::cofactor<double>(between, c, r) / determinant);
+  }
 }
 
 }  // namespace motion_detail
@@ -122,15 +124,15 @@ HIPRT_HD HIPRT_OUTLINE InstanceRecord at_time(const InstanceRecord& instance, co
   placed.id = instance.id;
   placed.flags = instance.flags;
   const auto* segments = reinterpret_cast<const MotionSegment*>(base + motion.segments);
-  const MotionSegment segment =
-      load_record(segments[segment_at(motion.count, time, [&](std::uint32_t i) { return segments[i].time[0]; })]);
+  const MotionSegment& segment =
+      segments[segment_at(motion.count, time, [&](std::uint32_t i) { return segments[i].time[0]; })];
   const float s = part_of(segment.time[0], segment.time[1], time);
-  for (unsigned k = 0; k < 3; ++k)
-    placed.translation[k] = motion_detail::between(segment.translation[0][k], segment.translation[1][k], 1.0f - s, s);
   if (motion.kind == MotionKind::kMatrix)
     motion_detail::invert_matrix(segment, s, placed.linear);
   else
     motion_detail::invert_turning(segment.turning, motion.kind, s, placed.linear);
+  for (unsigned k = 0; k < 3; ++k)
+    placed.translation[k] = motion_detail::between(segment.translation[0][k], segment.translation[1][k], 1.0f - s, s);
   return placed;
 }
 

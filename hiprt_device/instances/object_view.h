@@ -36,9 +36,8 @@ struct ObjectView {
   template <bool kMoves, class Real>
   HIPRT_HD HIPRT_FORCE_INLINE BasicRay<Real> ray_into(std::uint32_t i, const BasicRay<Real>& ray) const {
     if constexpr (kMoves)
-      return ray_to_object(instance<kMoves>(i, ray.time), ray);
-    else
-      return ray_to_object(load_record(instances[i]), ray);
+      if (motions != nullptr) return ray_to_object(at_time(instances[i], motions[i], base, ray.time), ray);
+    return ray_to_object(load_record(instances[i]), ray);
   }
   /// The motion of instance @p i; nullptr: it stands still.
   template <bool kMoves> HIPRT_HD HIPRT_FORCE_INLINE const MotionRecord* motion(std::uint32_t i) const {
@@ -48,6 +47,7 @@ struct ObjectView {
 
 /// Calls visit(record, object, motion) for the instances of a path, the outermost first, at a time. motion is nullptr
 /// for instances that do not move.
+/// @param visit may take the number of the instance on the path, too.
 /// @return the BVH at the end of the path.
 /// @tparam kMoves false: for scenes where nothing moves.
 template <bool kMoves = true, unsigned kLevels, class Visit>
@@ -55,13 +55,17 @@ HIPRT_HD HIPRT_FORCE_INLINE ObjectView follow(const SceneView& scene, const Inst
                                               Visit&& visit) {
   ObjectView view(scene);
   if constexpr (kLevels != 0) {
-    for (unsigned i = 0; i < path.depth; ++i) {
+    for_levels<kLevels>(path.depth, [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA {
       const std::uint32_t instance = path.instance[i];
       // A path continues only where there are instances. NOLINTNEXTLINE(clang-analyzer-core.NullDereference)
       const ObjectRecord& object = scene.objects[view.instances[instance].object];
-      visit(view.template instance<kMoves>(instance, time), object, view.template motion<kMoves>(instance));
+      const MotionRecord* const motion = view.template motion<kMoves>(instance);
+      if constexpr (requires { visit(view.instances[instance], object, motion, i); })
+        visit(view.template instance<kMoves>(instance, time), object, motion, i);
+      else
+        visit(view.template instance<kMoves>(instance, time), object, motion);
       view = ObjectView(scene, object);
-    }
+    });
   }
   return view;
 }

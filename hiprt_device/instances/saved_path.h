@@ -47,8 +47,7 @@ template <unsigned kLevels> class SavedPath {
     if constexpr (kLevels == 1)
       if (state_.instance != kInvalidId) path = {1, {state_.instance}};
     if constexpr (kLevels > 1) {
-      path.depth = state_.depth;
-      for (unsigned i = 0; i < state_.depth; ++i) path.instance[i] = state_.instance[i];
+      return path_of<kLevels>(state_.depth, state_.instance);
     }
     return path;
   }

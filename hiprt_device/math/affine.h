@@ -8,6 +8,33 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+namespace affine_detail {
+
+/// A cofactor of a matrix of 3 x 3.
+/// @tparam Number of its entries.
+/// @param entry Number(unsigned row, unsigned column).
+template <class Number, class Entry>
+HIPRT_HD HIPRT_FORCE_INLINE double cofactor(Entry&& entry, unsigned r, unsigned c) {
+  // Cyclic neighbours have the sign of the cofactor in them.
+  const unsigned r1 = r == 2 ? 0 : r + 1, r2 = r == 0 ? 2 : r - 1, c1 = c == 2 ? 0 : c + 1, c2 = c == 0 ? 2 : c - 1;
+  const double from = static_cast<double>(entry(r1, c2)), to = static_cast<double>(entry(r2, c1));
+  const double minus = from * to;
+  const double difference =
+      fused_multiply_add(static_cast<double>(entry(r1, c1)), static_cast<double>(entry(r2, c2)), -minus);
+  // Products of floats are exact. For doubles, Kahan's correction follows.
+  if constexpr (sizeof(Number) == sizeof(float)) return difference;
+  return difference + fused_multiply_add(-from, to, minus);
+}
+
+template <class Number, class Entry> HIPRT_HD HIPRT_FORCE_INLINE double determinant(Entry&& entry) {
+  const auto at = [&](unsigned c) { return static_cast<double>(entry(0, c)); };
+  return fused_multiply_add(
+      at(0), cofactor<Number>(entry, 0, 0),
+      fused_multiply_add(at(1), cofactor<Number>(entry, 0, 1), at(2) * cofactor<Number>(entry, 0, 2)));
+}
+
+}  // namespace affine_detail
+
 /// The inverse of an instance's linear part.
 struct LinearInverse {
   double row[3][3];
@@ -16,21 +43,10 @@ struct LinearInverse {
   HIPRT_HD explicit LinearInverse(const InstanceRecord& instance) : LinearInverse(instance.linear) {}
 
   template <class Number> HIPRT_HD explicit LinearInverse(const Number (&m)[3][3]) {
-    // Cyclic neighbours have the sign of the cofactor in them.
-    const auto cofactor = [&](unsigned r, unsigned c) {
-      const unsigned r1 = (r + 1) % 3, r2 = (r + 2) % 3, c1 = (c + 1) % 3, c2 = (c + 2) % 3;
-      const double minus = static_cast<double>(m[r1][c2]) * static_cast<double>(m[r2][c1]);
-      const double difference =
-          fused_multiply_add(static_cast<double>(m[r1][c1]), static_cast<double>(m[r2][c2]), -minus);
-      // Products of floats are exact. For doubles, Kahan's correction follows.
-      if constexpr (sizeof(Number) == sizeof(float)) return difference;
-      return difference + fused_multiply_add(-static_cast<double>(m[r1][c2]), static_cast<double>(m[r2][c1]), minus);
-    };
-    determinant = fused_multiply_add(static_cast<double>(m[0][0]), cofactor(0, 0),
-                                     fused_multiply_add(static_cast<double>(m[0][1]), cofactor(0, 1),
-                                                        static_cast<double>(m[0][2]) * cofactor(0, 2)));
+    const auto entry = [&](unsigned r, unsigned c) { return m[r][c]; };
+    determinant = affine_detail::determinant<Number>(entry);
     for (unsigned r = 0; r < 3; ++r)
-      for (unsigned c = 0; c < 3; ++c) row[r][c] = cofactor(c, r) / determinant;
+      for (unsigned c = 0; c < 3; ++c) row[r][c] = affine_detail::cofactor<Number>(entry, c, r) / determinant;
   }
 
   HIPRT_HD bool exists() const {

@@ -112,8 +112,13 @@ class HitSearch {
 
   /// The leaf with the triangle of the current hit; kInvalidRef: a custom primitive.
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef leaf() const { return leaf_; }
-  /// Continues with another copy of the scene's view, for searches that are copied.
-  HIPRT_HD HIPRT_FORCE_INLINE void use(const SceneView& scene) { scene_ = &scene; }
+  /// Where find_any() has stopped at a hit.
+  using Position = typename Traversal<P, Order, kResumable, SearchTest<false, typename P::Triangle>>::Position;
+  HIPRT_HD HIPRT_FORCE_INLINE Position position() const { return traversal_.position(); }
+  /// Continues there: for a search that has been made again, as the first was made.
+  HIPRT_HD HIPRT_FORCE_INLINE void resume(const Position& position) {
+    traversal_.resume(*scene_, ray_, limit_, position);
+  }
 
   /// Whether a search can find more. If not, hit() is a miss, or says that the search failed.
   HIPRT_HD HIPRT_FORCE_INLINE bool can_go_on() {

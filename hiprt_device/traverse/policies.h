@@ -80,6 +80,9 @@ struct Policies {
   static constexpr FeatureMask kFeatures = kKnownFeatures;
   /// Whether closest and all hits on triangles have a normal and an error bound. If not, both are 0 and cost nothing.
   static constexpr bool kSurface = true;
+  /// Whether the SceneView lies in global memory, where loads take long, and not among the kernel's arguments. Then a
+  /// register keeps what every node needs of it.
+  static constexpr bool kViewInMemory = false;
   /// Number of nested instances that a ray may be in. 0: no code for instances. Instanced<> sets it.
   static constexpr unsigned kLevels = 0;
   /// Whether instances may move. false: no code for motion. Moving<> sets it.
@@ -124,6 +127,7 @@ concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Sta
   { P::kLevels } -> std::convertible_to<unsigned>;
   { P::kMoves } -> std::convertible_to<bool>;
   { P::kSurface } -> std::convertible_to<bool>;
+  { P::kViewInMemory } -> std::convertible_to<bool>;
 };
 
 /// Whether a tracer with policies P can trace the scene: its layout, its features and its levels.

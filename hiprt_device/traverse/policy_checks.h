@@ -58,8 +58,9 @@ template <class P> struct PolicyCheck {
         { P::kLevels } -> std::convertible_to<unsigned>;
         { P::kMoves } -> std::convertible_to<bool>;
         { P::kSurface } -> std::convertible_to<bool>;
+        { P::kViewInMemory } -> std::convertible_to<bool>;
       },
-      "hiprt: policies need kFeatures, kLevels, kMoves and kSurface: derive them from hiprt::Policies");
+      "hiprt: policies need kFeatures, kLevels, kMoves, kSurface and kViewInMemory: derive them from hiprt::Policies");
 
   static constexpr bool kChecked = true;
   using Ray = BasicRay<typename P::Real>;

@@ -34,6 +34,7 @@ template <PolicySet P, class Order, class Test> class RayState {
         tmin_(max_of(ray.tmin, Real(0))),
         backtrack_(storage, root),
         node_(root) {
+    if constexpr (kKeepsBase) base_.first = scene.base;
     save_slabs(scene.instances != nullptr, margin(scene, ray));
   }
 
@@ -51,6 +52,28 @@ template <PolicySet P, class Order, class Test> class RayState {
     node_ = scene.root;
     leaf_ = kInvalidRef;
     skip_ = 0;
+  }
+
+  /// Where a traversal has stopped at a hit. What else it needs is computed from the ray again.
+  struct Position {
+    hiprt::Levels<P::kLevels, P::kMoves, Real> levels;
+    BacktrackOf<typename P::Stack, typename Order::Entry> backtrack;
+    NodeRef node, leaf;
+    unsigned skip;
+  };
+  HIPRT_HD HIPRT_FORCE_INLINE Position position() const { return {levels_, backtrack_, node_, leaf_, skip_}; }
+  /// Continues there.
+  /// @param ray that of the constructor, and the memory of its storage is as the stopped traversal has left it.
+  HIPRT_HD HIPRT_FORCE_INLINE void resume(const SceneView& scene, const QueryRay& ray, Real limit,
+                                          const Position& position) {
+    levels_ = position.levels;
+    backtrack_ = position.backtrack;
+    node_ = position.node;
+    leaf_ = position.leaf;
+    skip_ = position.skip;
+    if constexpr (kHasLevels)
+      if (levels_.depth() != 0)
+        begin_object(scene.objects[levels_.object_number(scene)], levels_.ray(scene, ray.get()), limit);
   }
 
   /// Whether the stack was too small, so that parts of the tree were not visited.
@@ -81,6 +104,17 @@ template <PolicySet P, class Order, class Test> class RayState {
   static_assert(!kHasLevels || (!kTestSorts && !BacktrackingStack<typename P::Stack>),
                 "hiprt: Instanced cannot be used with a restart trail or a box test that sorts");
 
+  /// Whether a register keeps where the file begins. With levels one does in any case.
+  static constexpr bool kKeepsBase = !kHasLevels && P::kViewInMemory;
+
+  /// First byte of the file that the ray is in.
+  HIPRT_HD HIPRT_FORCE_INLINE const std::byte* base(const SceneView& scene) const {
+    if constexpr (kKeepsBase)
+      return base_.first;
+    else
+      return levels_.base(scene);
+  }
+
   template <class Primitives> HIPRT_HD static constexpr bool has_custom() {
     return Primitives::kCount != 0 && (P::kFeatures & feature_bit(Feature::kCustom)) != 0;
   }
@@ -102,8 +136,8 @@ template <PolicySet P, class Order, class Test> class RayState {
   HIPRT_HD HIPRT_FORCE_INLINE void enter_instance(const SceneView& scene, const QueryRay& ray, Real limit,
                                                   typename P::Counter& counter) {
     if (is_end(leaf_) || !is_at_instance<Primitives>(scene)) return;
-    const CustomLeaf leaf = load_record(*reinterpret_cast<const CustomLeaf*>(levels_.base(scene) + ref_offset(leaf_)));
-    if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
+    const CustomLeaf leaf = load_record(*reinterpret_cast<const CustomLeaf*>(base(scene) + ref_offset(leaf_)));
+    if constexpr (kObserved) counter.on_leaf_at(base(scene), leaf_);
     leaf_ = kInvalidRef;
     if (!meets_instance_box(scene, ray, leaf, limit)) return;
     const std::uint32_t instance = leaf.info.primitive[0];
@@ -111,24 +145,19 @@ template <PolicySet P, class Order, class Test> class RayState {
     if constexpr (requires { counter.on_instance(); }) counter.on_instance();
     if ((record.mask & ray.get().mask) == 0 || node_ == kOverflowRef) return;
     const BasicRay<Real> local = levels_.ray_into(scene, instance, levels_.ray_before(scene, ray.get()));
-    if (!is_traceable(local)) return;
-    if (!backtrack_.reserve()) {
-      node_ = leaf_ = kOverflowRef;
+    const bool traceable = is_traceable(local);
+    if (!traceable || !backtrack_.reserve()) {
+      if (traceable) node_ = leaf_ = kOverflowRef;
+      // Read back, so that no register keeps them while ray_into() needs many.
+      slabs_ = slabs_outside(scene, ray);
+      prepared_ = PreparedRay(BasicRay<Real>{});
       return;
     }
     go_below(entered_ref(leaf.info));
-    const ObjectRecord& in_file = scene.objects[record.object];
-    const ObjectRecord object = load_record(in_file);
+    const ObjectRecord& object = scene.objects[record.object];
     if constexpr (kObserved) counter.on_enter(instance);
-    levels_.enter(scene, instance, in_file, local);
-    boxes_ = BoxRay<Real>(local, object.bounds, limit);
-    // A group of instances has no triangles: only its boxes are tested.
-    if (P::kLevels > 1 && object.instances != 0) {
-      slabs_ = RaySlabs<Lanes>(boxes_.ray(local), margin(object, local));
-      save_slabs(true, margin(object, local));
-    } else {
-      prepare(local, margin(object, local));
-    }
+    levels_.enter(scene, instance, object, local);
+    begin_object(object, local, limit);
   }
 
   /// Leaves the instances that have no more nodes to visit.
@@ -147,11 +176,30 @@ template <PolicySet P, class Order, class Test> class RayState {
         node_ = backtrack_.pop(boxes_.far_end(limit));
       } while (node_ == kExitRef);
       // Outside there are only instances: no triangle is tested.
-      if (!is_end(node_)) slabs_ = RaySlabs<Lanes>(levels_.slabs(), boxes_.ray(levels_.ray(scene, ray.get())).origin);
+      if (!is_end(node_)) slabs_ = slabs_outside(scene, ray);
     }
   }
 
  private:
+  /// Prepares the tests for an object that the ray has entered.
+  /// @param local the ray as the object sees it.
+  HIPRT_HD HIPRT_FORCE_INLINE void begin_object(const ObjectRecord& in_file, const BasicRay<Real>& local, Real limit) {
+    const ObjectRecord object = load_record(in_file);
+    boxes_ = BoxRay<Real>(local, object.bounds, limit);
+    // A group of instances has no triangles: only its boxes are tested.
+    if (P::kLevels > 1 && object.instances != 0) {
+      slabs_ = RaySlabs<Lanes>(boxes_.ray(local), margin(object, local));
+      save_slabs(true, margin(object, local));
+      prepared_ = PreparedRay(BasicRay<Real>{});
+    } else {
+      prepare(local, margin(object, local));
+    }
+  }
+
+  /// The slabs of the file of instances that the ray is in.
+  HIPRT_HD HIPRT_FORCE_INLINE RaySlabs<Lanes> slabs_outside(const SceneView& scene, const QueryRay& ray) const {
+    return RaySlabs<Lanes>(levels_.slabs(), boxes_.ray(levels_.ray(scene, ray.get())).origin);
+  }
   HIPRT_HD HIPRT_FORCE_INLINE float margin(const SceneView& scene, const BasicRay<Real>& ray) const {
     const Vec3& origin = boxes_.ray(ray).origin;
     if constexpr (kHasLevels)
@@ -211,7 +259,13 @@ template <PolicySet P, class Order, class Test> class RayState {
   }
 
  protected:
+  struct Base {
+    const std::byte* first;
+  };
+  struct NoBase {};
+
   Levels<P::kLevels, P::kMoves, Real> levels_;
+  [[no_unique_address]] std::conditional_t<kKeepsBase, Base, NoBase> base_;
   [[no_unique_address]] BoxRay<Real> boxes_;
   RaySlabs<Lanes> slabs_;
   PreparedRay prepared_;

@@ -173,11 +173,11 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
-    const Node& node = *reinterpret_cast<const Node*>(levels_.base(scene) + ref_offset(node_));
+    const Node& node = *reinterpret_cast<const Node*>(this->base(scene) + ref_offset(node_));
     const BoxHits<Lanes> hits =
         intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(boxes_.near_end(tmin_)), Lanes::uniform(limit));
     if constexpr (kObserved) {
-      NodeVisit visit{levels_.base(scene), node_, {}, {}};
+      NodeVisit visit{this->base(scene), node_, {}, {}};
       for (unsigned i = 0; i < kBranching; ++i) {
         visit.met[i] = hits.hit(i);
         visit.enter[i] = boxes_.t_at(Lanes::get(hits.enter, i));
@@ -198,8 +198,8 @@ class Traversal : public RayState<P, Order, Test> {
   HIPRT_HD HIPRT_FORCE_INLINE bool test_leaf(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                              const Primitives& primitives, typename P::Counter& counter,
                                              Visit&& visit) {
-    const std::byte* record = levels_.base(scene) + ref_offset(leaf_);
-    if constexpr (kObserved) counter.on_leaf_at(levels_.base(scene), leaf_);
+    const std::byte* record = this->base(scene) + ref_offset(leaf_);
+    if constexpr (kObserved) counter.on_leaf_at(this->base(scene), leaf_);
     const LeafInfo info = load_info(record);
     unsigned met = 0;
     const auto offer = [&](const BasicCandidate<Real>& at, unsigned slot,

@@ -16,6 +16,8 @@ and per source
     forbidden       instructions, by the beginning of their names, that may not be in AMD's assembly
     private_memory  parts of the names of kernels with arrays per thread. Others may have private memory on NVIDIA only,
                     for registers that launch bounds do not allow (spills); --write does not accept more
+    shared_memory   parts of the names of kernels that declare shared memory. AMD's compiler moves small arrays there,
+                    for as many threads as a block may have, and then few blocks fit
 
 An architecture that the table does not know is printed and not compared. NVIDIA's numbers are those of CUDA 13.0.
 """
@@ -26,7 +28,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-DEFAULTS = {'forbidden': ['flat_load', 'flat_store', 'flat_atomic'], 'private_memory': []}
+DEFAULTS = {'forbidden': ['flat_load', 'flat_store', 'flat_atomic'], 'private_memory': [], 'shared_memory': []}
 COLUMNS = ['kernel', 'arch', 'registers', 'at most', 'sgprs', 'scratch', 'expected', 'shared', 'spills']
 
 
@@ -141,6 +143,8 @@ def compare(source, part, usage, used):
                 yield f"{where}: {values['registers']} registers, at most {wanted['registers']} expected"
             if is_needless(part, kernel, arch, values):
                 yield f"{where}: scratch_bytes {values['scratch_bytes']}, but it has no array"
+            if values['shared_bytes'] != 0 and not any(name in kernel for name in part.get('shared_memory', [])):
+                yield f"{where}: shared_bytes {values['shared_bytes']}, but it declares no shared memory"
             for key in ('scratch_bytes', 'spills'):
                 if values[key] != wanted.get(key, 0):
                     yield f"{where}: {key} {values[key]}, {wanted.get(key, 0)} expected"

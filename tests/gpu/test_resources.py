@@ -45,8 +45,13 @@ def no_arrays(part, kernel, arch):
     part['private_memory'] = []
 
 
+def no_shared(part, kernel, arch):
+    part['shared_memory'] = []
+
+
 expect('a new table: arrays must be named', 1, 'but it has no array', None, '--write')
-empty = {'sources': {SOURCE: {'forbidden': ['flat_'], 'private_memory': ['follow<'], 'kernels': {}}}}
+empty = {'sources': {SOURCE: {'forbidden': ['flat_'], 'private_memory': ['follow<'],
+                              'shared_memory': ['block_maximum'], 'kernels': {}}}}
 good = expect('a table without numbers', 0, 'all within', empty, '--write')
 expect('the same again', 0, 'all within', good)
 expect('no table', 1, 'is not in', None)
@@ -93,6 +98,7 @@ fault('too many registers', 'registers, at most', one_less)
 fault('fewer registers than allowed', 'all within', one_more, 0)
 fault('other scratch', 'scratch_bytes', other_scratch)
 fault('private memory without arrays', 'but it has no array', no_arrays)
+fault('undeclared shared memory', 'declares no shared memory', no_shared)
 fault('other spills', 'spills 0, 2 expected', spills)
 fault('a kernel that the table lacks', 'not in the table', no_kernel)
 fault('a kernel that is gone', 'ghost', ghost)

@@ -11,7 +11,7 @@ class hiprtGeomTraversalClosest
                                      hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                      hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u)
       : hiprt::compat_detail::ClosestTraversal<hiprt::compat_detail::TrianglePolicies<hiprtPrivateStack>>(
-            {geom, ray, payload, funcTable, rayType}, nullptr) {}
+            nullptr, geom, ray, payload, funcTable, rayType) {}
 };
 /// The same with a stack of the caller.
 template <class hiprtStack>
@@ -22,7 +22,7 @@ class hiprtGeomTraversalClosestCustomStack
                                                 hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                                 hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u)
       : hiprt::compat_detail::ClosestTraversal<hiprt::compat_detail::TrianglePolicies<hiprtStack>, hiprtStack>(
-            {geom, ray, payload, funcTable, rayType}, &stack) {}
+            &stack, geom, ray, payload, funcTable, rayType) {}
 };
 /// Triangles of one geometry: one hit per call, in no order.
 class hiprtGeomTraversalAnyHit
@@ -32,7 +32,7 @@ class hiprtGeomTraversalAnyHit
                                     hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                     hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u)
       : hiprt::compat_detail::AnyHitTraversal<hiprt::compat_detail::TrianglePolicies<hiprtPrivateStack>>(
-            {geom, ray, payload, funcTable, rayType}, nullptr) {}
+            nullptr, geom, ray, payload, funcTable, rayType) {}
 };
 /// The same with a stack of the caller.
 template <class hiprtStack>
@@ -43,7 +43,7 @@ class hiprtGeomTraversalAnyHitCustomStack
                                                hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                                hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u)
       : hiprt::compat_detail::AnyHitTraversal<hiprt::compat_detail::TrianglePolicies<hiprtStack>, hiprtStack>(
-            {geom, ray, payload, funcTable, rayType}, &stack) {}
+            &stack, geom, ray, payload, funcTable, rayType) {}
 };
 /// Custom primitives, or triangles, of one geometry: the closest hit.
 class hiprtGeomCustomTraversalClosest
@@ -53,7 +53,7 @@ class hiprtGeomCustomTraversalClosest
                                            hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                            hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u)
       : hiprt::compat_detail::ClosestTraversal<hiprt::compat_detail::CustomPolicies<hiprtPrivateStack>>(
-            {geom, ray, payload, funcTable, rayType}, nullptr) {}
+            nullptr, geom, ray, payload, funcTable, rayType) {}
 };
 /// The same with a stack of the caller.
 template <class hiprtStack>
@@ -65,7 +65,7 @@ class hiprtGeomCustomTraversalClosestCustomStack
                                                       void* payload = nullptr, hiprtFuncTable funcTable = nullptr,
                                                       uint32_t rayType = 0u)
       : hiprt::compat_detail::ClosestTraversal<hiprt::compat_detail::CustomPolicies<hiprtStack>, hiprtStack>(
-            {geom, ray, payload, funcTable, rayType}, &stack) {}
+            &stack, geom, ray, payload, funcTable, rayType) {}
 };
 /// Custom primitives, or triangles, of one geometry: one hit per call, in no order.
 class hiprtGeomCustomTraversalAnyHit
@@ -75,7 +75,7 @@ class hiprtGeomCustomTraversalAnyHit
                                           hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                           hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u)
       : hiprt::compat_detail::AnyHitTraversal<hiprt::compat_detail::CustomPolicies<hiprtPrivateStack>>(
-            {geom, ray, payload, funcTable, rayType}, nullptr) {}
+            nullptr, geom, ray, payload, funcTable, rayType) {}
 };
 /// The same with a stack of the caller.
 template <class hiprtStack>
@@ -87,59 +87,51 @@ class hiprtGeomCustomTraversalAnyHitCustomStack
                                                      void* payload = nullptr, hiprtFuncTable funcTable = nullptr,
                                                      uint32_t rayType = 0u)
       : hiprt::compat_detail::AnyHitTraversal<hiprt::compat_detail::CustomPolicies<hiprtStack>, hiprtStack>(
-            {geom, ray, payload, funcTable, rayType}, &stack) {}
+            &stack, geom, ray, payload, funcTable, rayType) {}
 };
 /// A scene of instances: the closest hit.
-class hiprtSceneTraversalClosest : public hiprt::compat_detail::ClosestTraversal<
-                                       hiprt::compat_detail::ScenePolicies<hiprtPrivateStack, hiprtMaxInstanceLevels>> {
+class hiprtSceneTraversalClosest
+    : public hiprt::compat_detail::ClosestTraversal<hiprt::compat_detail::ScenePolicies<hiprtPrivateStack>> {
  public:
   HIPRT_HD hiprtSceneTraversalClosest(hiprtScene scene, const hiprtRay& ray, hiprtRayMask mask = hiprtFullRayMask,
                                       hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                       hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u, float time = 0.0f)
-      : hiprt::compat_detail::ClosestTraversal<
-            hiprt::compat_detail::ScenePolicies<hiprtPrivateStack, hiprtMaxInstanceLevels>>(
-            {scene, ray, payload, funcTable, rayType, mask, time}, nullptr) {}
+      : hiprt::compat_detail::ClosestTraversal<hiprt::compat_detail::ScenePolicies<hiprtPrivateStack>>(
+            nullptr, scene, ray, payload, funcTable, rayType, mask, time) {}
 };
-/// The same with stacks of the caller. With hiprtEmptyInstanceStack the scene has one level of instances.
+/// The same with stacks of the caller. The instance stack is not used: the path is in the thread's own memory.
 template <class hiprtStack, class hiprtInstanceStack>
 class hiprtSceneTraversalClosestCustomStack
-    : public hiprt::compat_detail::ClosestTraversal<
-          hiprt::compat_detail::ScenePolicies<hiprtStack, hiprt::compat_detail::kLevelsOf<hiprtInstanceStack>>,
-          hiprtStack> {
+    : public hiprt::compat_detail::ClosestTraversal<hiprt::compat_detail::ScenePolicies<hiprtStack>, hiprtStack> {
  public:
   HIPRT_HD hiprtSceneTraversalClosestCustomStack(hiprtScene scene, const hiprtRay& ray, hiprtStack& stack,
                                                  hiprtInstanceStack&, hiprtRayMask mask = hiprtFullRayMask,
                                                  hiprtTraversalHint = hiprtTraversalHintDefault,
                                                  void* payload = nullptr, hiprtFuncTable funcTable = nullptr,
                                                  uint32_t rayType = 0u, float time = 0.0f)
-      : hiprt::compat_detail::ClosestTraversal<
-            hiprt::compat_detail::ScenePolicies<hiprtStack, hiprt::compat_detail::kLevelsOf<hiprtInstanceStack>>,
-            hiprtStack>({scene, ray, payload, funcTable, rayType, mask, time}, &stack) {}
+      : hiprt::compat_detail::ClosestTraversal<hiprt::compat_detail::ScenePolicies<hiprtStack>, hiprtStack>(
+            &stack, scene, ray, payload, funcTable, rayType, mask, time) {}
 };
 /// A scene of instances: one hit per call, in no order.
-class hiprtSceneTraversalAnyHit : public hiprt::compat_detail::AnyHitTraversal<
-                                      hiprt::compat_detail::ScenePolicies<hiprtPrivateStack, hiprtMaxInstanceLevels>> {
+class hiprtSceneTraversalAnyHit
+    : public hiprt::compat_detail::AnyHitTraversal<hiprt::compat_detail::ScenePolicies<hiprtPrivateStack>> {
  public:
   HIPRT_HD hiprtSceneTraversalAnyHit(hiprtScene scene, const hiprtRay& ray, hiprtRayMask mask = hiprtFullRayMask,
                                      hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                      hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u, float time = 0.0f)
-      : hiprt::compat_detail::AnyHitTraversal<
-            hiprt::compat_detail::ScenePolicies<hiprtPrivateStack, hiprtMaxInstanceLevels>>(
-            {scene, ray, payload, funcTable, rayType, mask, time}, nullptr) {}
+      : hiprt::compat_detail::AnyHitTraversal<hiprt::compat_detail::ScenePolicies<hiprtPrivateStack>>(
+            nullptr, scene, ray, payload, funcTable, rayType, mask, time) {}
 };
-/// The same with stacks of the caller. With hiprtEmptyInstanceStack the scene has one level of instances.
+/// The same with stacks of the caller. The instance stack is not used: the path is in the thread's own memory.
 template <class hiprtStack, class hiprtInstanceStack>
 class hiprtSceneTraversalAnyHitCustomStack
-    : public hiprt::compat_detail::AnyHitTraversal<
-          hiprt::compat_detail::ScenePolicies<hiprtStack, hiprt::compat_detail::kLevelsOf<hiprtInstanceStack>>,
-          hiprtStack> {
+    : public hiprt::compat_detail::AnyHitTraversal<hiprt::compat_detail::ScenePolicies<hiprtStack>, hiprtStack> {
  public:
   HIPRT_HD hiprtSceneTraversalAnyHitCustomStack(hiprtScene scene, const hiprtRay& ray, hiprtStack& stack,
                                                 hiprtInstanceStack&, hiprtRayMask mask = hiprtFullRayMask,
                                                 hiprtTraversalHint = hiprtTraversalHintDefault, void* payload = nullptr,
                                                 hiprtFuncTable funcTable = nullptr, uint32_t rayType = 0u,
                                                 float time = 0.0f)
-      : hiprt::compat_detail::AnyHitTraversal<
-            hiprt::compat_detail::ScenePolicies<hiprtStack, hiprt::compat_detail::kLevelsOf<hiprtInstanceStack>>,
-            hiprtStack>({scene, ray, payload, funcTable, rayType, mask, time}, &stack) {}
+      : hiprt::compat_detail::AnyHitTraversal<hiprt::compat_detail::ScenePolicies<hiprtStack>, hiprtStack>(
+            &stack, scene, ray, payload, funcTable, rayType, mask, time) {}
 };

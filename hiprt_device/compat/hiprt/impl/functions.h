@@ -19,29 +19,31 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// What the functions get besides the ray and the hit.
 struct Functions {
-  hiprtFuncTableHeader header{0u, 1u, nullptr};
+  hiprtFuncTable table = nullptr;  ///< Filters are not called without one.
   void* payload = nullptr;
   std::uint32_t ray_type = 0;
-  float min_t = 0.0f;      ///< Of the program's ray.
-  bool has_table = false;  ///< Filters are not called without a table.
+  float min_t = 0.0f;  ///< Of the program's ray.
 
   /// @param type geomType + 1 as the geometry has it; 0: none.
   HIPRT_HD HIPRT_FORCE_INLINE bool intersects([[maybe_unused]] unsigned type, [[maybe_unused]] const hiprtRay& ray,
                                               [[maybe_unused]] hiprtHit& hit) const {
 #if HIPRT_COMPAT_HAS_FUNCTIONS
-    return intersectFunc(type - 1u, ray_type, header, ray, payload, hit);
+    return intersectFunc(type - 1u, ray_type, header(), ray, payload, hit);
 #else
     return false;
 #endif
   }
   HIPRT_HD HIPRT_FORCE_INLINE bool accepts(unsigned type, [[maybe_unused]] const hiprtRay& ray,
                                            [[maybe_unused]] const hiprtHit& hit) const {
-    if (type == 0 || !has_table) return true;
+    if (type == 0 || table == nullptr) return true;
 #if HIPRT_COMPAT_HAS_FUNCTIONS
-    return !filterFunc(type - 1u, ray_type, header, ray, payload, hit);
+    return !filterFunc(type - 1u, ray_type, header(), ray, payload, hit);
 #else
     return true;
 #endif
+  }
+  HIPRT_HD HIPRT_FORCE_INLINE hiprtFuncTableHeader header() const {
+    return table == nullptr ? hiprtFuncTableHeader{0u, 1u, nullptr} : *static_cast<const hiprtFuncTableHeader*>(table);
   }
   /// The ray that the functions get.
   HIPRT_HD HIPRT_FORCE_INLINE hiprtRay ray_of(const Ray& in_object, float limit) const {
@@ -86,7 +88,7 @@ template <class Layout> struct FunctionFilter {
   template <class HitType, class Questions>
   HIPRT_HD HIPRT_FORCE_INLINE FilterResult operator()(const Ray&, const HitType& candidate,
                                                       const Questions& questions) const {
-    if (!functions.has_table) return FilterResult::kAccept;
+    if (functions.table == nullptr) return FilterResult::kAccept;
     const unsigned type = questions.type();
     if (type == 0) return FilterResult::kAccept;
     const Ray ray = questions.object_ray();

@@ -13,6 +13,7 @@ struct BasePolicies : Policies {
   using Schedule = Postponed;
 #endif
   static constexpr bool kSurface = false;
+  static constexpr bool kViewInMemory = true;  // A handle is its address.
 };
 
 /// The private stack of this library: it has room for every tree of the builders.
@@ -31,7 +32,7 @@ template <class Stack> struct TrianglePolicies : StackPolicies<Stack> {
 /// For one geometry of any kind.
 template <class Stack> struct CustomPolicies : StackPolicies<Stack> {};
 /// For scenes.
-template <class Stack, unsigned kLevels> struct ScenePolicies : Moving<Instanced<StackPolicies<Stack>, kLevels>> {};
+template <class Stack> struct ScenePolicies : Moving<Instanced<StackPolicies<Stack>, hiprtMaxInstanceLevels>> {};
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt::compat_detail

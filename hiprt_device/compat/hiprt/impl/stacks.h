@@ -101,7 +101,7 @@ class hiprtDynamicInstanceStack : public hiprt::compat_detail::ArrayStack<hiprtI
  public:
   HIPRT_HD hiprtDynamicInstanceStack(hiprtGlobalStackBuffer, hiprtSharedStackBuffer) {}
 };
-/// For scenes with one level of instances: the traversal has no code for more.
+/// HIPRT has it for scenes with one level of instances. Here such scenes may have more.
 class hiprtEmptyInstanceStack {
  public:
   HIPRT_HD hiprtInstanceStackEntry pop() { return hiprtInstanceStackEntry{}; }
@@ -118,10 +118,5 @@ template <class Stack> inline constexpr bool kIsNamedStack = false;
 template <> inline constexpr bool kIsNamedStack<hiprtPrivateStack> = true;
 template <> inline constexpr bool kIsNamedStack<hiprtGlobalStack> = true;
 template <> inline constexpr bool kIsNamedStack<hiprtDynamicStack> = true;
-
-/// Levels of instances of a traversal with an instance stack. Its memory is not used: the paths are in the thread's
-/// own.
-template <class InstanceStack> inline constexpr unsigned kLevelsOf = hiprtMaxInstanceLevels;
-template <> inline constexpr unsigned kLevelsOf<hiprtEmptyInstanceStack> = 1u;
 
 }  // namespace hiprt::compat_detail

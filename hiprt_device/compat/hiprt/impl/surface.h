@@ -55,9 +55,11 @@ HIPRT_HD HIPRT_FORCE_INLINE hiprtHit no_hit() {
 template <class Path>
 HIPRT_HD HIPRT_FORCE_INLINE const std::byte* object_base(const SceneView& scene, const Path& path) {
   ObjectView view(scene);
-  if constexpr (requires { path.instance[0]; })
-    for (unsigned i = 0; i < path.depth; ++i)
+  if constexpr (requires { path.instance[0]; }) {
+    for_levels<hiprtMaxInstanceLevels, hiprtMaxInstanceLevels>(path.depth, [&](unsigned i) HIPRT_FORCE_INLINE_LAMBDA {
       view = ObjectView(scene, scene.objects[view.instances[path.instance[i]].object]);
+    });
+  }
   return view.base;
 }
 

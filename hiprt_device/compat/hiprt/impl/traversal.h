@@ -19,15 +19,7 @@ struct Arguments {
   std::uint32_t mask = hiprtFullRayMask;
   float time = 0.0f;
 
-  HIPRT_HD HIPRT_FORCE_INLINE Functions functions() const {
-    Functions functions;
-    if (table != nullptr) functions.header = *static_cast<const hiprtFuncTableHeader*>(table);
-    functions.payload = payload;
-    functions.ray_type = ray_type;
-    functions.min_t = ray.minT;
-    functions.has_table = table != nullptr;
-    return functions;
-  }
+  HIPRT_HD HIPRT_FORCE_INLINE Functions functions() const { return {table, payload, ray_type, ray.minT}; }
   /// @tparam kCustom boxes of custom primitives count from t = 0 on, whatever minT is.
   template <bool kCustom> HIPRT_HD HIPRT_FORCE_INLINE Ray query_ray() const {
     return {to_vec3(ray.origin), kCustom ? 0.0f : ray.minT, to_vec3(ray.direction), ray.maxT, mask, time};
@@ -64,6 +56,17 @@ class TraversalMemory<P> {
   std::conditional_t<P::kLevels == 0, None, Paths> paths_;
 };
 
+/// The program's stack, if the traversal uses it.
+template <class Stack> struct StackPointer {
+  Stack* own;
+  HIPRT_HD HIPRT_FORCE_INLINE Stack* get() const { return own; }
+};
+template <class Named>
+requires kIsNamedStack<Named>
+struct StackPointer<Named> {
+  HIPRT_HD HIPRT_FORCE_INLINE Named* get() const { return nullptr; }
+};
+
 /// What both kinds of traversals share.
 /// @tparam P policies.
 /// @tparam Order, kResumable as those of HitSearch.
@@ -78,9 +81,15 @@ template <class P, class Order, bool kResumable, class Stack> class TraversalBas
   using Filter = FunctionFilter<typename P::Layout>;
   using Search = HitSearch<P, Order, kResumable, Filter, Primitives>;
 
-  HIPRT_HD HIPRT_FORCE_INLINE TraversalBase(const Arguments& arguments, Stack* stack)
-      : arguments_(arguments), stack_(stack) {
-    if constexpr (!kIsNamedStack<Stack>) stack_->reset();
+  /// @param others the arguments behind the ray.
+  template <class... Others>
+  HIPRT_HD HIPRT_FORCE_INLINE TraversalBase([[maybe_unused]] Stack* stack, const void* scene, const hiprtRay& ray,
+                                            Others... others)
+      : arguments_{scene, ray, others...} {
+    if constexpr (!kIsNamedStack<Stack>) {
+      stack_.own = stack;
+      stack->reset();
+    }
   }
 
   HIPRT_HD HIPRT_FORCE_INLINE Search search_in(const SceneView& scene, TraversalMemory<P>& memory) const {
@@ -90,11 +99,11 @@ template <class P, class Order, bool kResumable, class Stack> class TraversalBas
       primitives.functions = functions;
       primitives.least_t = max_of(arguments_.ray.minT, 0.0f);
     }
-    return Search(scene, arguments_.template query_ray<kCustom>(), memory.storage(stack_), Filter{functions},
+    return Search(scene, arguments_.template query_ray<kCustom>(), memory.storage(stack_.get()), Filter{functions},
                   primitives, {});
   }
   /// The search's hit, or a miss. Notes the state.
-  HIPRT_HD HIPRT_FORCE_INLINE hiprtHit result_of(const Search& search, const SceneView& scene) {
+  HIPRT_HD HIPRT_FORCE_INLINE hiprtHit result_of(const Search& search) {
     const bool overflow = search.state() == TraversalState::kStackOverflow;
     // A closest hit ends the traversal.
     state_ = overflow                                               ? hiprtTraversalStateStackOverflow
@@ -103,11 +112,13 @@ template <class P, class Order, bool kResumable, class Stack> class TraversalBas
     const auto hit = search.hit();
     // Scenes give what was found before the overflow.
     if (!hit.found() || (overflow && (kResumable || P::kLevels == 0))) return no_hit();
-    return to_hiprt<typename P::Layout>(scene, hit, search.leaf());
+    // Read again, so that no register keeps the view during the search.
+    return to_hiprt<typename P::Layout>(view_of(forget(static_cast<const std::byte*>(arguments_.scene))), hit,
+                                        search.leaf());
   }
 
   Arguments arguments_;
-  Stack* stack_;
+  [[no_unique_address]] StackPointer<Stack> stack_;
   hiprtTraversalState state_ = hiprtTraversalStateInit;
 };
 
@@ -118,21 +129,22 @@ class ClosestTraversal : public TraversalBase<P, typename P::ClosestOrder, false
   /// The closest hit; a miss if there is none, and after the first call.
   HIPRT_HD HIPRT_FORCE_INLINE hiprtHit getNextHit() {
     if (this->state_ != hiprtTraversalStateInit) return no_hit();
-    const SceneView scene = view_of(this->arguments_.scene);
+    const SceneView& scene = view_of(this->arguments_.scene);
     TraversalMemory<P> memory;
     auto search = this->search_in(scene, memory);
     search.find_closest(false);
-    return this->result_of(search, scene);
+    return this->result_of(search);
   }
 
  protected:
-  HIPRT_HD HIPRT_FORCE_INLINE ClosestTraversal(const Arguments& arguments, Stack* stack)
-      : ClosestTraversal::TraversalBase(arguments, stack) {}
+  template <class... All>
+  HIPRT_HD HIPRT_FORCE_INLINE explicit ClosestTraversal(Stack* stack, const All&... all)
+      : ClosestTraversal::TraversalBase(stack, all...) {}
 };
 
 /// Finds one hit per call, in no order.
 ///
-/// Between calls the query is kept as bytes. getNextHit() works on a copy, so that it can be in registers.
+/// Between calls it keeps where the query has stopped. Each call makes the query anew, so that it can be in registers.
 template <class P, class Stack = hiprtPrivateStack>
 class AnyHitTraversal : public TraversalBase<P, typename P::AnyOrder, true, Stack> {
  public:
@@ -143,28 +155,26 @@ class AnyHitTraversal : public TraversalBase<P, typename P::AnyOrder, true, Stac
   HIPRT_HD HIPRT_FORCE_INLINE hiprtHit getNextHit() {
     if (this->state_ == hiprtTraversalStateFinished || this->state_ == hiprtTraversalStateStackOverflow)
       return no_hit();
-    const SceneView scene = view_of(this->arguments_.scene);
+    const SceneView& scene = view_of(this->arguments_.scene);
     // The first call set up the memory. Doing so again writes the same values.
     auto search = this->search_in(scene, memory_);
-    if (this->state_ == hiprtTraversalStateHit) {
-      search = saved_;
-      search.use(scene);
-    }
+    if (this->state_ == hiprtTraversalStateHit) search.resume(position_);
     search.find_any(false);
-    const hiprtHit hit = this->result_of(search, scene);
-    if (this->state_ == hiprtTraversalStateHit) saved_ = search;
-    return hit;
+    if (search.state() == TraversalState::kHit) position_ = search.position();
+    return this->result_of(search);
   }
 
  protected:
-  HIPRT_HD HIPRT_FORCE_INLINE AnyHitTraversal(const Arguments& arguments, Stack* stack)
-      : AnyHitTraversal::TraversalBase(arguments, stack) {}
+  template <class... All>
+  HIPRT_HD HIPRT_FORCE_INLINE explicit AnyHitTraversal(Stack* stack, const All&... all)
+      : AnyHitTraversal::TraversalBase(stack, all...) {}
 
  private:
-  static_assert(__is_trivially_copyable(typename AnyHitTraversal::TraversalBase::Search), "a query is kept as bytes");
+  using Position = typename AnyHitTraversal::TraversalBase::Search::Position;
+  static_assert(__is_trivially_copyable(Position));
   TraversalMemory<P> memory_;
   union {
-    typename AnyHitTraversal::TraversalBase::Search saved_;  ///< After a hit.
+    Position position_;  ///< After a hit.
   };
 };
 
