@@ -94,8 +94,9 @@ std::shared_ptr<Pool> pool_of(const hiprtContextObject& context, std::span<const
   if (numbers.empty()) return nullptr;
   const Found first = context.geometries.find(geometries[numbers[0]]);
   if (!first || first.index != 0 || first.pool->batched != numbers.size()) return nullptr;
+  const bool some_gone = first.pool->alive != first.pool->members.size();
   for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (geometries[numbers[i]] != first.pool->header(i) || !first.pool->members[i].alive) return nullptr;
+    if (geometries[numbers[i]] != first.pool->header(i) || (some_gone && !first.pool->members[i].alive)) return nullptr;
   return first.pool;
 }
 
@@ -108,11 +109,10 @@ Result<void> build_batch(Pool& pool, const Batch& batch, Scratch& temporary, hip
   if (!scratch) return tl::unexpected(scratch.error());
   const auto scenes = batch.enqueue(pool.batch_storage, *scratch, stream);
   if (!scenes) return tl::unexpected(scenes.error());
+  const bool first = pool.batch.views == nullptr;
   pool.batch = *scenes;
-  for (std::uint32_t i = 0; i < pool.batched; ++i) {
-    pool.members[i].built = true;
-    pool.members[i].report = nullptr;
-  }
+  if (first)
+    for (std::uint32_t i = 0; i < pool.batched; ++i) pool.members[i].built = true;
   return enqueue_headers(scenes->views, pool.header(0), pool.batched, stream);
 }
 
