@@ -65,7 +65,7 @@ Result<hiprtScene> scene_of_one(Library& library, hiprtGeometry geometry, hipStr
   hiprtSceneBuildInput input{};
   input.instances = instances->data();
   input.instanceCount = 1;
-  const auto scene = library.build(input, {hiprtBuildFlagBitPreferFastBuild, 0}, stream);
+  auto scene = library.build(input, {hiprtBuildFlagBitPreferFastBuild, 0}, stream);
   if (auto done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize"); !done)
     return tl::unexpected(done.error());
   return scene;

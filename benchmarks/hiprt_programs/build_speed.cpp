@@ -21,7 +21,7 @@ gpu::Allocator& allocator() {
 /// Rows of a table and of JSON.
 class Comparison {
  public:
-  Comparison(std::string head, unsigned repeats, hipStream_t stream, nlohmann::json& results)
+  Comparison(const std::string& head, unsigned repeats, hipStream_t stream, nlohmann::json& results)
       : repeats_(repeats), stream_(stream), results_(&results), name_(head), table_({head, "own ms", "ms", "x own"}) {}
 
   Result<void> add(const std::string& function, const Enqueue& own, const Enqueue& named) {
