@@ -6,7 +6,11 @@
 #include <dlfcn.h>
 #endif
 
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
 
 using namespace hiprt_api_test;
 
@@ -46,6 +50,37 @@ void launch(hiprtApiFunction function, unsigned threads, void** arguments) {
   HIP_OK(hipDeviceSynchronize());
 }
 
+/// Traces three rays with functions of type 1, which reports t = 3 * data, and of type 3, which rejects primitive 0.
+void check_functions(Program& program, hiprtApiFunction function) {
+  const std::vector<float> boxes{0, 0, 0, 1, 1, 1};
+  hiprtGeometryBuildInput balls;
+  balls.type = hiprtPrimitiveTypeAABBList;
+  balls.geomType = 1;
+  balls.primitive.aabbList = {program.copy(boxes), 1, 24};
+  auto triangle = Mesh::triangle().upload(program);
+  triangle.geomType = 3;
+  auto plain = Mesh::triangle().upload(program);
+  SceneArraysOnHost arrays;
+  for (const auto* input : {&balls, &triangle, &plain}) arrays.add(program.build(*input));
+  arrays.move({0, 0, 0});
+  arrays.move({2, 0, 0});
+  arrays.move({4, 0, 0});
+  hiprtScene scene = program.build(arrays.upload(program));
+  hiprtFuncTable table = nullptr;
+  HIPRT_OK(hiprtCreateFuncTable(program.context, 4, 1, table));
+  HIPRT_OK(hiprtSetFuncTable(program.context, table, 1, 0, {program.copy(std::vector<float>{2.0f}), nullptr}));
+  const std::vector<hiprtRay> rays{ray_at(0.5f, 0.5f), ray_at(2.2f, 0.2f), ray_at(4.2f, 0.2f)};
+  const hiprtRay* device_rays = program.copy(rays);
+  auto* hits = static_cast<hiprtHit*>(program.take(rays.size() * sizeof(hiprtHit)));
+  void* arguments[] = {&scene, &table, &device_rays, &hits};
+  launch(function, 3, arguments);
+  const auto result = program.read(hits, rays.size());
+  CHECK(result[0].t == Approx(6.0));
+  CHECK_FALSE(result[1].hasHit());
+  CHECK((result[2].t == Approx(10.0) && result[2].instanceID == 2));
+  HIPRT_OK(hiprtDestroyFuncTable(program.context, table));
+}
+
 }  // namespace
 
 TEST_CASE("kernels from source, with generated dispatchers, headers and options", "[run-time]") {
@@ -74,35 +109,40 @@ TEST_CASE("kernels from source, with generated dispatchers, headers and options"
   CHECK(other != function);
   CHECK(compile("this does not compile", other) == hiprtErrorInternal);
 
-  const std::vector<float> boxes{0, 0, 0, 1, 1, 1};
-  hiprtGeometryBuildInput balls;
-  balls.type = hiprtPrimitiveTypeAABBList;
-  balls.geomType = 1;
-  balls.primitive.aabbList = {program.copy(boxes), 1, 24};
-  auto triangle = Mesh::triangle().upload(program);
-  triangle.geomType = 3;
-  auto plain = Mesh::triangle().upload(program);
-  SceneArraysOnHost arrays;
-  for (const auto* input : {&balls, &triangle, &plain}) arrays.add(program.build(*input));
-  arrays.move({0, 0, 0});
-  arrays.move({2, 0, 0});
-  arrays.move({4, 0, 0});
-  hiprtScene scene = program.build(arrays.upload(program));
-  hiprtFuncTable table = nullptr;
-  HIPRT_OK(hiprtCreateFuncTable(program.context, 4, 1, table));
-  HIPRT_OK(hiprtSetFuncTable(program.context, table, 1, 0, {program.copy(std::vector<float>{2.0f}), nullptr}));
-  const std::vector<hiprtRay> rays{ray_at(0.5f, 0.5f), ray_at(2.2f, 0.2f), ray_at(4.2f, 0.2f)};
-  const hiprtRay* device_rays = program.copy(rays);
-  auto* hits = static_cast<hiprtHit*>(program.take(rays.size() * sizeof(hiprtHit)));
-  void* arguments[] = {&scene, &table, &device_rays, &hits};
-  launch(function, 3, arguments);
-  const auto result = program.read(hits, rays.size());
-  CHECK(result[0].t == Approx(6.0));
-  CHECK_FALSE(result[1].hasHit());
-  CHECK((result[2].t == Approx(10.0) && result[2].instanceID == 2));
-  HIPRT_OK(hiprtDestroyFuncTable(program.context, table));
+  check_functions(program, function);
   std::filesystem::remove_all(cache);
 }
+
+#if defined(__HIP_PLATFORM_NVIDIA__)
+TEST_CASE("kernels from code of the program, linked to generated dispatchers", "[run-time]") {
+  Program program;
+  const char* const folder = std::getenv("HIPRT_TEST_LINKED");
+  const char* names[] = {"LinkedTrace"};
+  hiprtFuncNameSet sets[4];
+  sets[1].intersectFuncName = "linkedSphere";
+  sets[3].filterFuncName = "linkedNoFirst";
+  for (const char* kind : {"cubin", "fatbin"}) {
+    CAPTURE(kind);
+    std::ifstream file((folder != nullptr ? folder : HIPRT_TEST_LINKED) + std::string("/linked.") + kind,
+                       std::ios::binary);
+    REQUIRE(file);
+    const std::string code{std::istreambuf_iterator<char>(file), {}};
+    hiprtApiFunction function = nullptr, again = nullptr;
+    const auto link = [&](const std::string& from, hiprtApiFunction& out) {
+      return hiprtBuildTraceKernelsFromBitcode(program.context, 1, names, "linked", from.data(), from.size(), 4, 1,
+                                               sets, &out, false);
+    };
+    HIPRT_OK(link(code, function));
+    HIPRT_OK(link(code, again));
+    CHECK(function == again);
+    check_functions(program, function);
+    CHECK(link("no code", again) == hiprtErrorInternal);
+    names[0] = "NotThere";
+    CHECK(link(code, again) == hiprtErrorInternal);
+    names[0] = "LinkedTrace";
+  }
+}
+#endif
 
 TEST_CASE("missing arguments of compilations") {
   Program program;
