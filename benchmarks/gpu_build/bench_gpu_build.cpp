@@ -4,6 +4,7 @@
 #include "instances.h"
 #include "objects.h"
 
+#include <benchmarks/common/device_memory.h>
 #include <benchmarks/common/flags.h>
 #include <benchmarks/common/gpu_medians.h>
 #include <benchmarks/common/markdown.h>
@@ -65,19 +66,15 @@ class Scene {
   static Result<Scene> make(std::string name, const tools::Mesh& mesh) {
     Scene scene;
     scene.name = std::move(name);
-    auto positions = gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, allocator());
+    auto positions = gpu::DeviceArray<build::Position>::from(mesh.positions, nullptr, device_memory());
     if (!positions) return tl::unexpected(positions.error());
-    auto triangles = gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, allocator());
+    auto triangles = gpu::DeviceArray<build::Triangle>::from(mesh.triangles, nullptr, device_memory());
     if (!triangles) return tl::unexpected(triangles.error());
     scene.positions_ = std::move(*positions);
     scene.triangles_ = std::move(*triangles);
     if (auto done = gpu::check(hipDeviceSynchronize(), "hipDeviceSynchronize"); !done)
       return tl::unexpected(done.error());
     return scene;
-  }
-  static gpu::Allocator& allocator() {
-    static gpu::DeviceAllocator device;
-    return device;
   }
   gpu::DeviceGeometry geometry() const {
     return {.positions = positions_.data(),
@@ -116,7 +113,7 @@ Result<void> time_builds(const Scene& scene, const gpu::BuildOptions& options, u
 /// Refits to the same vertices; moved vertices take the same time.
 Result<double> time_refits(const Scene& scene, gpu::BuiltScene& built, unsigned repeats, hipStream_t stream) {
   const gpu::SceneParts parts = gpu::parts_of(built);
-  auto scratch = gpu::DeviceBuffer::make(gpu::refit_scratch(parts), stream, Scene::allocator());
+  auto scratch = gpu::DeviceBuffer::make(gpu::refit_scratch(parts), stream, device_memory());
   if (!scratch) return tl::unexpected(scratch.error());
   const gpu::DeviceGeometry geometry = scene.geometry();
   return median_of(repeats, stream, [&] { return gpu::enqueue_refit(parts, {&geometry, 1}, scratch->data(), stream); });
@@ -125,7 +122,7 @@ Result<double> time_refits(const Scene& scene, gpu::BuiltScene& built, unsigned 
 /// Downloads, validates and measures the BVH, and then times refits.
 Result<void> judge(const Scene& scene, const gpu::BuildReport* report, const Options& options, hipStream_t stream,
                    Measured& measured) {
-  auto built = gpu::compact(report, stream, Scene::allocator());
+  auto built = gpu::compact(report, stream, device_memory());
   if (!built) return tl::unexpected(built.error());
   measured.report = built->report;
   const auto file = gpu::download_file(*built, "bench_gpu_build", stream);
@@ -157,9 +154,9 @@ Result<Measured> measure(const Scene& scene, const std::string& builder_name, co
   const gpu::DeviceGeometry geometry = scene.geometry();
   const auto sizes = gpu::build_sizes({&geometry, 1}, build_options);
   if (!sizes) return tl::unexpected(sizes.error());
-  auto output = gpu::DeviceBuffer::make(sizes->output, stream, Scene::allocator());
+  auto output = gpu::DeviceBuffer::make(sizes->output, stream, device_memory());
   if (!output) return tl::unexpected(output.error());
-  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, Scene::allocator());
+  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, device_memory());
   if (!scratch) return tl::unexpected(scratch.error());
   std::vector<double> times;
   if (auto timed = time_builds(scene, build_options, options.repeats, output->data(), scratch->data(), stream, times);
@@ -216,15 +213,15 @@ Result<MeasuredBatch> measure_batch(std::uint32_t count, std::uint32_t triangles
   const Ribbons ribbons(count, triangles);
   const auto scene = Scene::make("batch", ribbons.mesh);
   if (!scene) return tl::unexpected(scene.error());
-  const auto first = gpu::DeviceArray<std::uint32_t>::from(ribbons.first, stream, Scene::allocator());
+  const auto first = gpu::DeviceArray<std::uint32_t>::from(ribbons.first, stream, device_memory());
   if (!first) return tl::unexpected(first.error());
   const gpu::DeviceGeometry all = scene->geometry();
   const gpu::DeviceBatch batch{all.positions, all.triangles, all.position_count, ribbons.first, first->data()};
   const auto sizes = gpu::batch_sizes(batch, *build_options);
   if (!sizes) return tl::unexpected(sizes.error());
-  auto output = gpu::DeviceBuffer::make(sizes->output, stream, Scene::allocator());
+  auto output = gpu::DeviceBuffer::make(sizes->output, stream, device_memory());
   if (!output) return tl::unexpected(output.error());
-  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, Scene::allocator());
+  auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, device_memory());
   if (!scratch) return tl::unexpected(scratch.error());
   const auto median = median_of(options.repeats, stream, [&] {
     return gpu::enqueue_batch(batch, *build_options, output->data(), scratch->data(), stream);

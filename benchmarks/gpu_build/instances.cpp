@@ -3,6 +3,7 @@
 #include "bench_data.h"
 #include "builder_choice.h"
 
+#include <benchmarks/common/device_memory.h>
 #include <benchmarks/common/gpu_medians.h>
 #include <benchmarks/common/markdown.h>
 #include <hiprt_build/format/validate.h>
@@ -18,11 +19,6 @@ namespace {
 
 using build::InstanceBounds;
 using build::Result;
-
-gpu::Allocator& allocator() {
-  static gpu::DeviceAllocator device;
-  return device;
-}
 
 /// A scene with one instance of a ball of 1600 triangles.
 Result<build::Bvh> ball() {
@@ -69,11 +65,11 @@ struct Prepared {
                                hipStream_t stream) {
     const auto sizes = gpu::instance_sizes(gpu::objects_in(view), count, options);
     if (!sizes) return tl::unexpected(sizes.error());
-    auto scene = gpu::upload_scene(view, stream, allocator(), sizes->output);
+    auto scene = gpu::upload_scene(view, stream, device_memory(), sizes->output);
     if (!scene) return tl::unexpected(scene.error());
-    auto instances = gpu::DeviceArray<gpu::DeviceInstance>::from(make_instances(count), stream, allocator());
+    auto instances = gpu::DeviceArray<gpu::DeviceInstance>::from(make_instances(count), stream, device_memory());
     if (!instances) return tl::unexpected(instances.error());
-    auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, allocator());
+    auto scratch = gpu::DeviceBuffer::make(sizes->scratch, stream, device_memory());
     if (!scratch) return tl::unexpected(scratch.error());
     if (auto passed = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize"); !passed)
       return tl::unexpected(std::move(passed.error()));

@@ -2,6 +2,7 @@
 
 #include "bench_data.h"
 
+#include <benchmarks/common/device_memory.h>
 #include <benchmarks/common/gpu_medians.h>
 #include <benchmarks/common/markdown.h>
 #include <hiprt_build/format/validate.h>
@@ -16,11 +17,6 @@ namespace {
 
 using build::Result;
 
-gpu::Allocator& allocator() {
-  static gpu::DeviceAllocator device;
-  return device;
-}
-
 /// Device memory for everything. Values are set by make(), in this order.
 struct World {
   std::vector<gpu::DeviceArray<build::Position>> positions;
@@ -33,22 +29,17 @@ struct World {
 
   static Result<World> make(std::uint32_t count, hipStream_t stream) {
     World world;
-    Result<void> done;
-    const auto set = [&](auto& to, auto made) {
-      if (!done) return;
-      if (made)
-        to = std::move(*made);
-      else
-        done = tl::unexpected(made.error());
-    };
+    Keeper keeper;
     // Six shapes, from 4 to 220 triangles: a block builds each.
     for (const unsigned rings : {1u, 2u, 3u, 5u, 8u, 10u}) {
       const Ball ball = make_ball(rings, rings + 1);
-      set(world.positions.emplace_back(), gpu::DeviceArray<build::Position>::from(ball.positions, stream, allocator()));
-      set(world.triangles.emplace_back(), gpu::DeviceArray<build::Triangle>::from(ball.triangles, stream, allocator()));
+      keeper.keep(world.positions.emplace_back(),
+                  gpu::DeviceArray<build::Position>::from(ball.positions, stream, device_memory()));
+      keeper.keep(world.triangles.emplace_back(),
+                  gpu::DeviceArray<build::Triangle>::from(ball.triangles, stream, device_memory()));
       // The arrays are read before the copies are waited for.
-      if (done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");
-      if (!done) return tl::unexpected(std::move(done.error()));
+      keeper.keep(gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize"));
+      if (!keeper.done()) return tl::unexpected(keeper.done().error());
     }
     for (std::uint32_t i = 0; i < count; ++i) {
       const auto& points = world.positions[i % world.positions.size()];
@@ -64,19 +55,20 @@ struct World {
       // The second frame: a tenth of an object's size further.
       for (unsigned axis = 0; axis < 3; ++axis) instances[1][i].to_scene.row[axis][3] += 0.1f;
     }
-    set(world.device_geometries, gpu::DeviceArray<gpu::DeviceGeometry>::from(world.geometries, stream, allocator()));
+    keeper.keep(world.device_geometries,
+                gpu::DeviceArray<gpu::DeviceGeometry>::from(world.geometries, stream, device_memory()));
     for (unsigned f = 0; f < 2; ++f)
-      set(world.frames[f], gpu::DeviceArray<gpu::DeviceInstance>::from(instances[f], stream, allocator()));
-    set(world.records, gpu::DeviceArray<ObjectRecord>::make(count, stream, allocator()));
+      keeper.keep(world.frames[f], gpu::DeviceArray<gpu::DeviceInstance>::from(instances[f], stream, device_memory()));
+    keeper.keep(world.records, gpu::DeviceArray<ObjectRecord>::make(count, stream, device_memory()));
     const auto batch = gpu::batch_sizes(world.batch());
     const auto top = gpu::instance_sizes(gpu::separate_objects(nullptr, count), count);
     if (!batch || !top) return tl::unexpected(batch ? top.error() : batch.error());
-    set(world.batch_output, gpu::DeviceBuffer::make(batch->output, stream, allocator()));
-    set(world.batch_scratch, gpu::DeviceBuffer::make(batch->scratch, stream, allocator()));
-    set(world.output, gpu::DeviceBuffer::make(top->output, stream, allocator()));
-    set(world.scratch, gpu::DeviceBuffer::make(top->scratch, stream, allocator()));
-    if (done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");
-    if (!done) return tl::unexpected(std::move(done.error()));
+    keeper.keep(world.batch_output, gpu::DeviceBuffer::make(batch->output, stream, device_memory()));
+    keeper.keep(world.batch_scratch, gpu::DeviceBuffer::make(batch->scratch, stream, device_memory()));
+    keeper.keep(world.output, gpu::DeviceBuffer::make(top->output, stream, device_memory()));
+    keeper.keep(world.scratch, gpu::DeviceBuffer::make(top->scratch, stream, device_memory()));
+    keeper.keep(gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize"));
+    if (!keeper.done()) return tl::unexpected(keeper.done().error());
     return world;
   }
 

@@ -1,5 +1,6 @@
 #include "build_speed.h"
 
+#include <benchmarks/common/device_memory.h>
 #include <benchmarks/common/gpu_medians.h>
 #include <benchmarks/common/markdown.h>
 #include <benchmarks/gpu_build/bench_data.h>
@@ -12,11 +13,6 @@ namespace hiprt::bench {
 namespace {
 
 using build::Result;
-
-gpu::Allocator& allocator() {
-  static gpu::DeviceAllocator device;
-  return device;
-}
 
 /// Rows of a table and of JSON.
 class Comparison {
@@ -58,9 +54,9 @@ struct Memory {
 
   static Result<Memory> make(const Result<gpu::BuildSizes>& sizes) {
     if (!sizes) return tl::unexpected(sizes.error());
-    auto output = gpu::DeviceBuffer::make(sizes->output, nullptr, allocator());
+    auto output = gpu::DeviceBuffer::make(sizes->output, nullptr, device_memory());
     if (!output) return tl::unexpected(output.error());
-    auto scratch = gpu::DeviceBuffer::make(sizes->scratch, nullptr, allocator());
+    auto scratch = gpu::DeviceBuffer::make(sizes->scratch, nullptr, device_memory());
     if (!scratch) return tl::unexpected(scratch.error());
     return Memory{std::move(*output), std::move(*scratch)};
   }
@@ -86,10 +82,10 @@ Result<void> compare_builder(Comparison& comparison, Library& library, DeviceMes
 
 Result<void> compare_update(Comparison& comparison, Library& library, DeviceMesh& mesh, hipStream_t stream) {
   const gpu::DeviceGeometry geometry = mesh.own();
-  auto scene = gpu::build_scene({&geometry, 1}, {}, stream, allocator());
+  auto scene = gpu::build_scene({&geometry, 1}, {}, stream, device_memory());
   if (!scene) return tl::unexpected(scene.error());
   const gpu::SceneParts parts = gpu::parts_of(*scene);
-  auto scratch = gpu::DeviceBuffer::make(gpu::refit_scratch(parts), nullptr, allocator());
+  auto scratch = gpu::DeviceBuffer::make(gpu::refit_scratch(parts), nullptr, device_memory());
   if (!scratch) return tl::unexpected(scratch.error());
   const hiprtGeometryBuildInput input = mesh.named();
   const hiprtBuildOptions options{hiprtBuildFlagBitPreferBalancedBuild, 0};
@@ -121,13 +117,13 @@ Result<void> compare_scene(Comparison& comparison, Library& library, DeviceMesh&
   const std::vector<hiprtInstance> named(count, instance);
   Result<void> done;
   const auto upload = [&]<class T>(const std::vector<T>& values) {
-    auto array = gpu::DeviceArray<T>::from(values, stream, allocator());
+    auto array = gpu::DeviceArray<T>::from(values, stream, device_memory());
     if (array && done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");
     if (!array) done = tl::unexpected(array.error());
     return array ? std::move(*array) : gpu::DeviceArray<T>();
   };
   const gpu::DeviceGeometry description = mesh.own();
-  auto object = gpu::build_scene({&description, 1}, {.builder = build::Builder::kLbvh}, stream, allocator());
+  auto object = gpu::build_scene({&description, 1}, {.builder = build::Builder::kLbvh}, stream, device_memory());
   if (!object) return tl::unexpected(object.error());
   // HIPRT's instances name their objects by address. So this library's side gets an object per instance, too.
   const auto views = upload(std::vector<SceneView>(count, object->view));
@@ -181,10 +177,10 @@ Result<std::string> time_batch(Library& library, std::uint32_t count, unsigned r
                                nlohmann::json& results) {
   Comparison comparison("batch", repeats, stream, results);
   const Ball ball = make_ball(8, 9);
-  auto mesh = DeviceMesh::make(ball.positions, ball.triangles, allocator());
+  auto mesh = DeviceMesh::make(ball.positions, ball.triangles, device_memory());
   if (!mesh) return tl::unexpected(mesh.error());
   const std::vector<gpu::DeviceGeometry> geometries(count, mesh->own());
-  auto described = gpu::DeviceArray<gpu::DeviceGeometry>::from(geometries, nullptr, allocator());
+  auto described = gpu::DeviceArray<gpu::DeviceGeometry>::from(geometries, nullptr, device_memory());
   if (!described) return tl::unexpected(described.error());
   if (auto done = gpu::check(hipDeviceSynchronize(), "hipDeviceSynchronize"); !done)
     return tl::unexpected(done.error());

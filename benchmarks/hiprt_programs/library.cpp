@@ -33,7 +33,9 @@ Library::~Library() {
   if (context_ != nullptr) hiprtDestroyContext(context_);
 }
 
-Result<void> Library::reserve(std::size_t bytes) {
+Result<void> Library::reserve(const char* function, const std::function<hiprtError(std::size_t&)>& size_of) {
+  std::size_t bytes = 0;
+  if (auto got = check_hiprt(size_of(bytes), function); !got) return got;
   if (bytes <= temporary_.size()) return {};
   auto buffer = gpu::DeviceBuffer::make(bytes, nullptr, allocator_);
   if (!buffer) return tl::unexpected(buffer.error());
@@ -47,10 +49,9 @@ Result<hiprtGeometry> Library::build(const hiprtGeometryBuildInput& input, hiprt
   auto done = check_hiprt(hiprtCreateGeometry(context_, input, options, geometry), "hiprtCreateGeometry");
   if (!done) return tl::unexpected(done.error());
   geometries_.push_back(geometry);
-  std::size_t bytes = 0;
-  done = check_hiprt(hiprtGetGeometryBuildTemporaryBufferSize(context_, input, options, bytes),
-                     "hiprtGetGeometryBuildTemporaryBufferSize");
-  if (done) done = reserve(bytes);
+  done = reserve("hiprtGetGeometryBuildTemporaryBufferSize", [&](std::size_t& bytes) {
+    return hiprtGetGeometryBuildTemporaryBufferSize(context_, input, options, bytes);
+  });
   if (done) done = rebuild(hiprtBuildOperationBuild, input, options, stream, geometry);
   if (!done) return tl::unexpected(done.error());
   return geometry;
@@ -61,10 +62,9 @@ Result<hiprtScene> Library::build(const hiprtSceneBuildInput& input, hiprtBuildO
   auto done = check_hiprt(hiprtCreateScene(context_, input, options, scene), "hiprtCreateScene");
   if (!done) return tl::unexpected(done.error());
   scenes_.push_back(scene);
-  std::size_t bytes = 0;
-  done = check_hiprt(hiprtGetSceneBuildTemporaryBufferSize(context_, input, options, bytes),
-                     "hiprtGetSceneBuildTemporaryBufferSize");
-  if (done) done = reserve(bytes);
+  done = reserve("hiprtGetSceneBuildTemporaryBufferSize", [&](std::size_t& bytes) {
+    return hiprtGetSceneBuildTemporaryBufferSize(context_, input, options, bytes);
+  });
   if (done) done = rebuild(input, options, stream, scene);
   if (!done) return tl::unexpected(done.error());
   return scene;
@@ -81,10 +81,9 @@ Result<std::vector<hiprtGeometry>> Library::build(const std::vector<hiprtGeometr
                           "hiprtCreateGeometries");
   if (!done) return tl::unexpected(done.error());
   geometries_.insert(geometries_.end(), geometries.begin(), geometries.end());
-  std::size_t bytes = 0;
-  done = check_hiprt(hiprtGetGeometriesBuildTemporaryBufferSize(context_, count, inputs.data(), options, bytes),
-                     "hiprtGetGeometriesBuildTemporaryBufferSize");
-  if (done) done = reserve(bytes);
+  done = reserve("hiprtGetGeometriesBuildTemporaryBufferSize", [&](std::size_t& bytes) {
+    return hiprtGetGeometriesBuildTemporaryBufferSize(context_, count, inputs.data(), options, bytes);
+  });
   if (done) done = rebuild(inputs, options, stream, geometries);
   if (!done) return tl::unexpected(done.error());
   return geometries;

@@ -6,6 +6,7 @@
 
 #include <hiprt/hiprt.h>
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <utility>
@@ -43,7 +44,9 @@ class Library {
 
  private:
   Library() = default;
-  build::Result<void> reserve(std::size_t bytes);
+  /// Makes the temporary buffer large enough.
+  /// @param function name of the function that size_of() calls.
+  build::Result<void> reserve(const char* function, const std::function<hiprtError(std::size_t&)>& size_of);
 
   hiprtContext context_ = nullptr;
   gpu::DeviceAllocator allocator_;

@@ -100,7 +100,7 @@ std::span<const NamesKernel> names_kernels() {
        address(scene_stack_kernel<hiprtSceneTraversalClosestCustomStack, hiprtGlobalInstanceStack>)},
       {"SceneTraversalAnyHit", true, true, address(scene_kernel<hiprtSceneTraversalAnyHit>)},
       {"SceneTraversalAnyHit, function table", true, true, address(scene_table_kernel<hiprtSceneTraversalAnyHit>)},
-      {"SceneTraversalAnyHit, global stack, one level", true, true,
+      {"SceneTraversalAnyHit, global stack, empty instance stack", true, true,
        address(scene_stack_kernel<hiprtSceneTraversalAnyHitCustomStack, hiprtEmptyInstanceStack>)},
   };
   return kernels;

@@ -1,5 +1,6 @@
 #include "trace_speed.h"
 
+#include <benchmarks/common/device_memory.h>
 #include <benchmarks/common/gpu_medians.h>
 #include <benchmarks/common/markdown.h>
 #include <benchmarks/common/spawned_rays.h>
@@ -16,11 +17,6 @@ namespace hiprt::bench {
 namespace {
 
 using build::Result;
-
-gpu::Allocator& allocator() {
-  static gpu::DeviceAllocator device;
-  return device;
-}
 
 Result<void> launch(const void* kernel, std::uint32_t count, void** arguments, hipStream_t stream) {
   return gpu::check(
@@ -46,9 +42,9 @@ NamedRays named(std::string kind, bool any_hit, const std::vector<Ray>& rays) {
 
 /// Closest hits with normals.
 Result<std::vector<Hit>> trace_hits(hiprtGeometry geometry, const std::vector<hiprtRay>& rays, hipStream_t stream) {
-  auto device_rays = gpu::DeviceArray<hiprtRay>::from(rays, stream, allocator());
+  auto device_rays = gpu::DeviceArray<hiprtRay>::from(rays, stream, device_memory());
   if (!device_rays) return tl::unexpected(device_rays.error());
-  auto device_hits = gpu::DeviceArray<Hit>::make(rays.size(), stream, allocator());
+  auto device_hits = gpu::DeviceArray<Hit>::make(rays.size(), stream, device_memory());
   if (!device_hits) return tl::unexpected(device_hits.error());
   NamesJob job{};
   job.geometry = geometry;
@@ -73,22 +69,16 @@ struct Launches {
 
   static Result<Launches> make(const TracedScene& scene, const std::vector<hiprtRay>& rays, hipStream_t stream) {
     Launches launches;
-    Result<void> done;
-    const auto keep = [&](auto& to, auto made) {
-      if (!done) return;
-      if (made)
-        to = std::move(*made);
-      else
-        done = tl::unexpected(made.error());
-    };
+    Keeper keeper;
     const std::size_t threads = (rays.size() + kNamesBlock - 1) / kNamesBlock * kNamesBlock;
-    keep(launches.rays, gpu::DeviceArray<hiprtRay>::from(rays, stream, allocator()));
-    keep(launches.results, gpu::DeviceArray<NamesResult>::make(rays.size(), stream, allocator()));
-    keep(launches.stack, gpu::DeviceBuffer::make(threads * kGlobalEntries * sizeof(int), stream, allocator()));
-    keep(launches.instance_stack,
-         gpu::DeviceBuffer::make(threads * hiprtMaxInstanceLevels * sizeof(hiprtInstanceStackEntry), stream,
-                                 allocator()));
-    if (!done) return tl::unexpected(done.error());
+    keeper.keep(launches.rays, gpu::DeviceArray<hiprtRay>::from(rays, stream, device_memory()));
+    keeper.keep(launches.results, gpu::DeviceArray<NamesResult>::make(rays.size(), stream, device_memory()));
+    keeper.keep(launches.stack,
+                gpu::DeviceBuffer::make(threads * kGlobalEntries * sizeof(int), stream, device_memory()));
+    keeper.keep(launches.instance_stack,
+                gpu::DeviceBuffer::make(threads * hiprtMaxInstanceLevels * sizeof(hiprtInstanceStackEntry), stream,
+                                        device_memory()));
+    if (!keeper.done()) return tl::unexpected(keeper.done().error());
     NamesJob& job = launches.job;
     job.geometry = scene.geometry;
     job.scene = scene.scene;

@@ -14,16 +14,9 @@ std::uint64_t align(std::uint64_t bytes) { return (bytes + kAlignment - 1) / kAl
 class Batch {
  public:
   Batch(GeometryInputs inputs, std::span<const std::uint32_t> numbers) {
-    geometries_.swap(kept());
-    geometries_.clear();
     geometries_.reserve(numbers.size());
     for (const std::uint32_t i : numbers) geometries_.push_back(geometry_of(inputs[i]));
     // One by one they may have pairs; batches ignore them.
-  }
-  Batch(const Batch&) = delete;
-  Batch& operator=(const Batch&) = delete;
-  ~Batch() {
-    if (geometries_.capacity() <= kMostKept) kept().swap(geometries_);
   }
 
   Result<gpu::BuildSizes> sizes() const {
@@ -50,13 +43,6 @@ class Batch {
   }
 
  private:
-  /// Memory for the thread's next batch. New pages would take as long as the conversion.
-  static std::vector<gpu::DeviceGeometry>& kept() {
-    static thread_local std::vector<gpu::DeviceGeometry> memory;
-    return memory;
-  }
-  static constexpr std::size_t kMostKept = 65536;
-
   std::uint64_t description_bytes() const { return align(geometries_.size() * sizeof(gpu::DeviceGeometry)); }
 
   std::vector<gpu::DeviceGeometry> geometries_;
@@ -94,9 +80,8 @@ std::shared_ptr<Pool> pool_of(const hiprtContextObject& context, std::span<const
   if (numbers.empty()) return nullptr;
   const Found first = context.geometries.find(geometries[numbers[0]]);
   if (!first || first.index != 0 || first.pool->batched != numbers.size()) return nullptr;
-  const bool some_gone = first.pool->alive != first.pool->members.size();
   for (std::size_t i = 0; i < numbers.size(); ++i)
-    if (geometries[numbers[i]] != first.pool->header(i) || (some_gone && !first.pool->members[i].alive)) return nullptr;
+    if (geometries[numbers[i]] != first.pool->header(i) || !first.pool->members[i].alive) return nullptr;
   return first.pool;
 }
 
@@ -109,10 +94,8 @@ Result<void> build_batch(Pool& pool, const Batch& batch, Scratch& temporary, hip
   if (!scratch) return tl::unexpected(scratch.error());
   const auto scenes = batch.enqueue(pool.batch_storage, *scratch, stream);
   if (!scenes) return tl::unexpected(scenes.error());
-  const bool first = pool.batch.views == nullptr;
   pool.batch = *scenes;
-  if (first)
-    for (std::uint32_t i = 0; i < pool.batched; ++i) pool.members[i].built = true;
+  for (std::uint32_t i = 0; i < pool.batched; ++i) pool.members[i].built = true;
   return enqueue_headers(scenes->views, pool.header(0), pool.batched, stream);
 }
 
