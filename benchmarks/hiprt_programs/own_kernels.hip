@@ -3,7 +3,6 @@
 #include "trace_job.h"
 
 #include <hip/hip_runtime.h>
-#include <hiprt/impl/scene_handles.h>
 #include <hiprt_device/hiprt_device.h>
 
 namespace hiprt::bench {
@@ -28,7 +27,7 @@ __device__ Ray load_ray(const NamesJob& job, std::uint32_t i) {
 template <class P, bool kScene, bool kAny> __global__ void query_kernel(NamesJob job) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= job.count) return;
-  const SceneView scene = compat_detail::view_of(kScene ? job.scene : job.geometry);
+  const SceneView& scene = kScene ? job.scene_view : job.geometry_view;
   const Hit hit = kAny ? any_hit<P>(scene, load_ray(job, i)) : closest_hit<P>(scene, load_ray(job, i));
   job.results[i] = {hit.found() ? hit.t : -1.0f, hit.primitive};
 }
@@ -36,8 +35,7 @@ template <class P, bool kScene, bool kAny> __global__ void query_kernel(NamesJob
 __global__ void hits_kernel(NamesJob job, Hit* hits) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i >= job.count) return;
-  const SceneView scene = compat_detail::view_of(job.geometry);
-  hits[i] = closest_hit<Policies>(scene, load_ray(job, i));
+  hits[i] = closest_hit<Policies>(job.geometry_view, load_ray(job, i));
 }
 
 template <class P, bool kScene, bool kAny> const void* address() {

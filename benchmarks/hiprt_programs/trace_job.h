@@ -3,6 +3,7 @@
 
 #include <hiprt/hiprt_types.h>
 #include <hiprt_device/ray.h>
+#include <hiprt_device/scene_view.h>
 
 #include <span>
 
@@ -21,8 +22,10 @@ struct NamesResult {
 
 /// What a kernel gets.
 struct NamesJob {
-  void* geometry;        ///< A hiprtGeometry.
-  void* scene;           ///< A hiprtScene with the geometry as its only instance.
+  void* geometry;  ///< A hiprtGeometry.
+  void* scene;     ///< A hiprtScene with the geometry as its only instance.
+  /// What the handles point to: this library\'s programs pass views to kernels.
+  SceneView geometry_view, scene_view;
   hiprtFuncTable table;  ///< nullptr. The compiler does not know.
   hiprtGlobalStackBuffer stack;
   hiprtGlobalStackBuffer instance_stack;

@@ -40,6 +40,11 @@ NamedRays named(std::string kind, bool any_hit, const std::vector<Ray>& rays) {
   return result;
 }
 
+/// A handle is the address of a view on the device.
+Result<void> read_view(SceneView& view, const void* handle) {
+  return gpu::check(hipMemcpy(&view, handle, sizeof(view), hipMemcpyDeviceToHost), "hipMemcpy");
+}
+
 /// Closest hits with normals.
 Result<std::vector<Hit>> trace_hits(hiprtGeometry geometry, const std::vector<hiprtRay>& rays, hipStream_t stream) {
   auto device_rays = gpu::DeviceArray<hiprtRay>::from(rays, stream, device_memory());
@@ -47,7 +52,7 @@ Result<std::vector<Hit>> trace_hits(hiprtGeometry geometry, const std::vector<hi
   auto device_hits = gpu::DeviceArray<Hit>::make(rays.size(), stream, device_memory());
   if (!device_hits) return tl::unexpected(device_hits.error());
   NamesJob job{};
-  job.geometry = geometry;
+  if (auto read = read_view(job.geometry_view, geometry); !read) return tl::unexpected(read.error());
   job.rays = device_rays->data();
   job.count = static_cast<std::uint32_t>(rays.size());
   Hit* to = device_hits->data();
@@ -78,8 +83,10 @@ struct Launches {
     keeper.keep(launches.instance_stack,
                 gpu::DeviceBuffer::make(threads * hiprtMaxInstanceLevels * sizeof(hiprtInstanceStackEntry), stream,
                                         device_memory()));
-    if (!keeper.done()) return tl::unexpected(keeper.done().error());
     NamesJob& job = launches.job;
+    keeper.keep(read_view(job.geometry_view, scene.geometry));
+    keeper.keep(read_view(job.scene_view, scene.scene));
+    if (!keeper.done()) return tl::unexpected(keeper.done().error());
     job.geometry = scene.geometry;
     job.scene = scene.scene;
     job.stack = {kGlobalEntries, 0, launches.stack.data()};
