@@ -32,6 +32,9 @@ struct CompileOptions {
   std::vector<std::string> flags{};  ///< More options of the compiler, such as "-DX=1". The language is C++20.
   /// Besides those of hiprt_device. hip/hip_runtime.h is there too, and empty: both compilers know its content.
   std::vector<SourceHeader> headers{};
+  /// LLVM bitcode of AMD that is linked to the source before both are optimised. hipcc -fgpu-rdc -emit-llvm -c makes
+  /// it, with --offload-device-only, or with --gpu-bundle-output for several processors. That clang must not be newer.
+  std::span<const std::byte> bitcode{};
   std::string file = "kernels.hip";  ///< Name of the source in the compiler's messages.
   bool cached = true;                ///< Whether to keep compiled kernels in a folder, and to look there first.
   /// That folder. It may be deleted at any time. Empty: hiprt/kernels below $XDG_CACHE_HOME or ~/.cache.

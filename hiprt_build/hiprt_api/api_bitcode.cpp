@@ -11,23 +11,6 @@ using api::Result;
 
 namespace {
 
-/// The dispatchers as relocatable code.
-Result<std::vector<std::byte>> compile_dispatchers(hiprtContextObject& context, const api::FunctionNames& names,
-                                                   bool cache) {
-  gpu::CompileOptions options;
-  options.architecture = context.architecture;
-  options.flags = {"--relocatable-device-code=true"};
-  options.file = "dispatchers";
-  options.cached = cache;
-  {
-    const std::scoped_lock lock(context.modules_mutex);
-    options.cache = context.cache_folder;
-  }
-  auto compiled = gpu::compile_kernels(api::program_of(names, "", "dispatchers"), {}, options);
-  if (!compiled) return tl::unexpected(std::move(compiled.error()));
-  return std::move(compiled->code);
-}
-
 Result<void*> link_module(hiprtContextObject& context, const api::FunctionNames& names, const char* code,
                           std::size_t size, bool cache) {
   const std::string key = "bitcode:" + api::dispatcher_of(names) + std::string(code, size);
@@ -35,13 +18,16 @@ Result<void*> link_module(hiprtContextObject& context, const api::FunctionNames&
     const std::scoped_lock lock(context.modules_mutex);
     if (const auto known = context.modules.find(key); known != context.modules.end()) return known->second;
   }
-  const auto dispatchers = compile_dispatchers(context, names, cache);
-  if (!dispatchers) return tl::unexpected(dispatchers.error());
-  // PTX is text that ends with a zero.
-  std::vector<std::byte> program(size + 1);
-  std::transform(code, code + size, program.begin(), [](char c) { return static_cast<std::byte>(c); });
-  const std::span<const std::byte> parts[] = {program, *dispatchers};
-  const auto linked = api::link_code(parts);
+  gpu::CompileOptions options;
+  options.architecture = context.architecture;
+  options.file = "dispatchers";
+  options.cached = cache;
+  {
+    const std::scoped_lock lock(context.modules_mutex);
+    options.cache = context.cache_folder;
+  }
+  const std::span<const std::byte> program = std::as_bytes(std::span(code, size));
+  const auto linked = api::compile_and_link(api::program_of(names, "", "dispatchers"), std::move(options), program);
   if (!linked) return tl::unexpected(linked.error());
   const auto module = api::load_module(*linked);
   if (!module) return tl::unexpected(module.error());
@@ -61,10 +47,6 @@ hiprtError hiprtBuildTraceKernelsFromBitcode(hiprtContext context, uint32_t func
       functions_out == nullptr || function_count == 0 || function_names == nullptr ||
       std::any_of(function_names, function_names + function_count, [](const char* name) { return name == nullptr; }))
     return hiprtErrorInvalidParameter;
-  if (!api::kServesNvidia) {
-    api::log(*context, hiprtLogLevelError, "hiprtBuildTraceKernelsFromBitcode: not there for AMD");
-    return hiprtErrorNotImplemented;
-  }
   return api::run(context, "hiprtBuildTraceKernelsFromBitcode", [&]() -> Result<void> {
     const auto module = link_module(*context, {geometry_types, ray_types, name_sets}, bitcode, bitcode_size, cache);
     if (!module) return tl::unexpected(module.error());

@@ -1,10 +1,12 @@
 #pragma once
 /// The calls of the driver that the HIP runtime's names do not cover: contexts and modules. Internal.
 
+#include <hiprt_build/gpu/compile.h>
 #include <hiprt_build/gpu/error.h>
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace hiprt::api {
@@ -45,7 +47,10 @@ Result<void*> load_module(std::span<const std::byte> code);
 Result<void*> find_function(void* module, const char* name);
 void unload_module(void* module) noexcept;
 
-/// Links relocatable PTX or cubins. @return kBackend on AMD.
-Result<std::vector<std::byte>> link_code(std::span<const std::span<const std::byte>> parts);
+/// Compiles a source and links it to code of the program: on AMD LLVM bitcode, on NVIDIA PTX, a cubin or a fat binary,
+/// all relocatable.
+/// @return code for load_module(), or what the compiler or the linker says.
+Result<std::vector<std::byte>> compile_and_link(const std::string& source, gpu::CompileOptions options,
+                                                std::span<const std::byte> program);
 
 }  // namespace hiprt::api

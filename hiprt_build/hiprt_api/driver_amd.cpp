@@ -42,8 +42,12 @@ Result<void*> find_function(void* module, const char* name) {
 
 void unload_module(void* module) noexcept { static_cast<void>(hipModuleUnload(static_cast<hipModule_t>(module))); }
 
-Result<std::vector<std::byte>> link_code(std::span<const std::span<const std::byte>>) {
-  return gpu::fail(ErrorCode::kBackend, "bitcode is not linked on AMD");
+Result<std::vector<std::byte>> compile_and_link(const std::string& source, gpu::CompileOptions options,
+                                                std::span<const std::byte> program) {
+  options.bitcode = program;
+  auto compiled = gpu::compile_kernels(source, {}, options);
+  if (!compiled) return tl::unexpected(std::move(compiled.error()));
+  return std::move(compiled->code);
 }
 
 }  // namespace hiprt::api

@@ -151,7 +151,15 @@ Result<void*> find_function(void* module, const char* name) {
 
 void unload_module(void* module) noexcept { static_cast<void>(driver().unload(module)); }
 
-Result<std::vector<std::byte>> link_code(std::span<const std::span<const std::byte>> parts) {
+Result<std::vector<std::byte>> compile_and_link(const std::string& source, gpu::CompileOptions options,
+                                                std::span<const std::byte> program) {
+  options.flags.emplace_back("--relocatable-device-code=true");
+  const auto compiled = gpu::compile_kernels(source, {}, options);
+  if (!compiled) return tl::unexpected(compiled.error());
+  // PTX is text that ends with a zero.
+  std::vector<std::byte> copy(program.begin(), program.end());
+  copy.push_back({});
+  const std::span<const std::byte> parts[] = {copy, compiled->code};
   return Linker().link(parts);
 }
 

@@ -42,6 +42,7 @@ std::string key_of(const rtc::Compiler& compiler, std::string_view source, std::
   for (const std::string& name : names) key.add(name);
   key.add(options.flags.size());
   for (const std::string& flag : options.flags) key.add(flag);
+  key.add({reinterpret_cast<const char*>(options.bitcode.data()), options.bitcode.size()});
   key.add(options.headers.size());
   for (const SourceHeader& header : options.headers) {
     key.add(header.name);
@@ -61,6 +62,7 @@ Result<CompiledKernels> compile_or_find(std::string_view source, std::span<const
   const bool amd = architecture.starts_with("gfx");
   if (!amd && !architecture.starts_with("sm_") && !architecture.starts_with("compute_"))
     return invalid("architecture '" + architecture + "': must begin with gfx, sm_ or compute_");
+  if (!amd && !options.bitcode.empty()) return invalid("bitcode is for AMD, and not for " + architecture);
   if (auto checked = check(source, names, options); !checked) return tl::unexpected(std::move(checked.error()));
   const auto compiler =
       rtc::Compiler::load(amd ? rtc::CompilerKind::kHiprtc : rtc::CompilerKind::kNvrtc, options.library);

@@ -1,3 +1,4 @@
+#include <hiprt_build/rtc/bitcode.h>
 #include <hiprt_build/rtc/compiler.h>
 #include <hiprt_build/rtc/embedded_headers.h>
 
@@ -6,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <system_error>
 
 namespace hiprt::gpu::rtc {
@@ -162,7 +164,16 @@ Result<CompiledKernels> Compiler::compile(const std::string& source, std::span<c
   for (const std::string& name : names)
     if (const int result = add_name_(owned.program, name.c_str())) return failed(name.c_str(), result);
 
-  const std::vector<std::string> flags = flags_of(options);
+  std::vector<std::string> flags = flags_of(options);
+  std::optional<MemoryFile> linked;
+  if (!options.bitcode.empty()) {
+    const auto bitcode = find_bitcode(options.bitcode, options.architecture);
+    if (!bitcode) return tl::unexpected(bitcode.error());
+    auto file = MemoryFile::make(*bitcode);
+    if (!file) return tl::unexpected(std::move(file.error()));
+    linked.emplace(std::move(*file));
+    flags.insert(flags.end(), {"-Xclang", "-mlink-bitcode-file", "-Xclang", linked->path()});
+  }
   std::vector<const char*> pointers;
   pointers.reserve(flags.size());
   for (const std::string& flag : flags) pointers.push_back(flag.c_str());

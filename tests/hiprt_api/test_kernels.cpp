@@ -113,15 +113,19 @@ TEST_CASE("kernels from source, with generated dispatchers, headers and options"
   std::filesystem::remove_all(cache);
 }
 
-#if defined(__HIP_PLATFORM_NVIDIA__)
 TEST_CASE("kernels from code of the program, linked to generated dispatchers", "[run-time]") {
   Program program;
+#if defined(__HIP_PLATFORM_NVIDIA__)
+  constexpr const char* kKinds[] = {"cubin", "fatbin"};
+#else
+  constexpr const char* kKinds[] = {"bitcode", "bundle"};
+#endif
   const char* const folder = std::getenv("HIPRT_TEST_LINKED");
   const char* names[] = {"LinkedTrace"};
   hiprtFuncNameSet sets[4];
   sets[1].intersectFuncName = "linkedSphere";
   sets[3].filterFuncName = "linkedNoFirst";
-  for (const char* kind : {"cubin", "fatbin"}) {
+  for (const char* kind : kKinds) {
     CAPTURE(kind);
     std::ifstream file((folder != nullptr ? folder : HIPRT_TEST_LINKED) + std::string("/linked.") + kind,
                        std::ios::binary);
@@ -137,12 +141,12 @@ TEST_CASE("kernels from code of the program, linked to generated dispatchers", "
     CHECK(function == again);
     check_functions(program, function);
     CHECK(link("no code", again) == hiprtErrorInternal);
+    CHECK(link(code.substr(0, code.size() / 4), again) == hiprtErrorInternal);
     names[0] = "NotThere";
     CHECK(link(code, again) == hiprtErrorInternal);
     names[0] = "LinkedTrace";
   }
 }
-#endif
 
 TEST_CASE("missing arguments of compilations") {
   Program program;
