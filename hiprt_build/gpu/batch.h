@@ -76,4 +76,10 @@ struct CompactBatch {
 /// DeviceBuffer and of launches.
 Result<CompactBatch> compact_batch(const BatchScenes& scenes, hipStream_t stream, Allocator& allocator);
 
+/// One scene of a batch as a file in host memory: a geometry without provenance. Waits for the stream.
+/// @param number below scenes.count.
+/// @return kInvalidInput for a number that is none, or the errors of compact_batch().
+Result<build::Buffer> download_file(const BatchScenes& scenes, std::uint32_t number, hipStream_t stream,
+                                    Allocator& allocator);
+
 }  // namespace hiprt::gpu

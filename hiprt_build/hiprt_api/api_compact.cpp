@@ -30,6 +30,8 @@ Result<std::shared_ptr<api::Pool>> compact_batch(const api::Pool& from, std::siz
   auto pool = std::make_shared<api::Pool>();
   pool->memory = allocator.adopt(batch->buffer.data());
   pool->members.resize(count);
+  pool->batch = batch->scenes;
+  pool->compact = true;
   for (api::Member& member : pool->members) member.built = true;
   auto done = api::enqueue_headers(batch->scenes.views, pool->header(0), count, stream);
   // Destroyed inputs are read until the stream has passed the copies.
@@ -57,7 +59,7 @@ Result<void> compact(hiprtContextObject& context, std::uint32_t count, hipStream
     if (!from || !from.member().built)
       return gpu::fail(build::ErrorCode::kInvalidInput, "geometry ", i, " is none of this context, or was not built");
     // Compact geometries of a batch are compact already.
-    if (from.member().report == nullptr && from.pool->batch.views == nullptr) {
+    if (from.member().report == nullptr && from.pool->compact) {
       *outs[i] = geometries[i];
       ++i;
       continue;

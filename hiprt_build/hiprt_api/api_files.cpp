@@ -5,7 +5,8 @@
 #include <hiprt_build/hiprt_api/scene.h>
 #include <hiprt_build/open_scene.h>
 
-#include <algorithm>
+#include <utility>
+#include <vector>
 
 using namespace hiprt;
 using api::ErrorCode;
@@ -35,10 +36,11 @@ Result<void> write(Result<build::Buffer> file, const char* path) {
 Result<void> save_geometry(const hiprtContextObject& context, hiprtGeometry geometry, const char* path) {
   const auto found = built_object(context.geometries, geometry);
   if (!found) return tl::unexpected(found.error());
-  if (found->member().report == nullptr)
-    return gpu::fail(ErrorCode::kInvalidInput, "a geometry that was built in a batch cannot be saved");
   if (auto done = wait_for_all(); !done) return done;
   gpu::DeviceAllocator memory;
+  if (found->member().report == nullptr)
+    return write(gpu::download_file(found->pool->batch, static_cast<std::uint32_t>(found->index), nullptr, memory),
+                 path);
   const auto scene = gpu::compact(found->member().report, nullptr, memory);
   if (!scene) return tl::unexpected(scene.error());
   return write(gpu::download_file(*scene, "hiprtSaveGeometry", nullptr), path);
@@ -67,8 +69,6 @@ Result<void> save_scene(const hiprtContextObject& context, hiprtScene handle, co
   if (!parts || report == nullptr)
     return gpu::fail(ErrorCode::kInvalidInput, "a scene that was loaded cannot be saved");
   if (auto done = wait_for_all(); !done) return done;
-  if (parts->objects > parts->instances)
-    return gpu::fail(ErrorCode::kInvalidInput, "a scene with scenes inside cannot be saved");
   auto records = absolute_objects(handle, parts->objects);
   if (!records) return tl::unexpected(std::move(records.error()));
   const gpu::SceneObjects objects =
@@ -89,6 +89,39 @@ Result<std::shared_ptr<api::Pool>> load(const SceneFile& file) {
   report.leaves = static_cast<std::uint32_t>(file.view().leaves.count);
   report.geometries = file.view().header->geometry_count;
   return api::pool_of_one(allocator, scene->buffer.data(), report, nullptr);
+}
+
+/// Puts the instance records of the scenes inside a loaded scene into one array, as those of a built one are. The array
+/// becomes late[0] of the pool.
+/// @return its length.
+Result<std::uint32_t> gather_inner(const BufferView& file, api::Pool& pool) {
+  std::vector<ObjectRecord> objects(file.objects.begin(), file.objects.end());
+  std::vector<InstanceRecord> records;
+  std::vector<std::size_t> first;
+  for (const ObjectRecord& object : objects) {
+    first.push_back(records.size());
+    if (object.instances == 0) continue;
+    const std::byte* const at = file.bytes.data() + object.offset;
+    const auto* const begin = reinterpret_cast<const InstanceRecord*>(at + object.instances);
+    records.insert(records.end(), begin, begin + reinterpret_cast<const FileHeader*>(at)->primitive_count);
+  }
+  if (records.empty()) return 0;
+  const std::size_t bytes = records.size() * sizeof(InstanceRecord);
+  auto memory = api::Allocation::make(bytes);
+  if (!memory) return tl::unexpected(std::move(memory.error()));
+  SceneView view;
+  auto done = upload(memory->data(), records.data(), bytes);
+  if (done) done = gpu::check(hipMemcpy(&view, pool.header(0), sizeof(view), hipMemcpyDeviceToHost), "hipMemcpy");
+  // Offsets count from the object, modulo 2^64.
+  for (std::size_t i = 0; i < objects.size(); ++i)
+    if (objects[i].instances != 0)
+      objects[i].instances = reinterpret_cast<std::uintptr_t>(memory->data()) + first[i] * sizeof(InstanceRecord) -
+                             (reinterpret_cast<std::uintptr_t>(view.base) + objects[i].offset);
+  if (done)
+    done = upload(const_cast<ObjectRecord*>(view.objects), objects.data(), objects.size() * sizeof(ObjectRecord));
+  if (!done) return tl::unexpected(std::move(done.error()));
+  pool.late[0] = std::move(*memory);
+  return static_cast<std::uint32_t>(records.size());
 }
 
 Result<void> load_geometry(hiprtContextObject& context, hiprtGeometry& out, const char* path) {
@@ -113,10 +146,11 @@ Result<void> load_scene(hiprtContextObject& context, hiprtScene& out, const char
   if (!pool) return tl::unexpected(pool.error());
   (*pool)->members[0].report = nullptr;
   out = (*pool)->header(0);
-  // A scene with scenes inside cannot be inside of another one: its records are not one array.
-  if (std::all_of(view.objects.begin(), view.objects.end(), [](const auto& object) { return object.instances == 0; }))
-    api::SceneRegistry::instance().set(out, {static_cast<std::uint32_t>(view.instances.size()),
-                                             static_cast<std::uint32_t>(view.objects.size()), nullptr, 0});
+  const auto inner = gather_inner(view, **pool);
+  if (!inner) return tl::unexpected(inner.error());
+  api::SceneRegistry::instance().set(
+      out, {static_cast<std::uint32_t>(view.instances.size()), static_cast<std::uint32_t>(view.objects.size()),
+            reinterpret_cast<const InstanceRecord*>((*pool)->late[0].data()), *inner});
   context.scenes.add(std::move(*pool));
   return {};
 }

@@ -44,6 +44,7 @@ struct Pool {
   std::vector<std::uint32_t> batch_counts;  ///< Primitives of each when they were created.
   gpu::BuildSizes batch_sizes;              ///< For these numbers.
   gpu::BatchScenes batch{};                 ///< Of the last build.
+  bool compact = false;                     ///< The memory has no gaps between the batch's scenes.
   /// Storage of members that did not fit in their own.
   std::mutex mutex;
   std::map<std::size_t, Allocation> late;

@@ -202,30 +202,89 @@ class SceneDownload {
 
   /// The records, with offsets that count from the first object's file.
   Result<void> plan_objects() {
-    if (!is_file())
-      if (auto done = pack(); !done) return done;
-    for (std::size_t i = 0; i < there_.size(); ++i) {
-      ObjectRecord& record = records_.emplace_back(is_file() ? there_[i] : packed_[i].record);
+    if (is_file())
+      records_ = there_;
+    else if (auto done = pack(); !done)
+      return done;
+    for (const PackedObject& object : packed_) records_.push_back(object.record);
+    for (ObjectRecord& record : records_) {
       record.offset = align_up(object_bytes_, kBufferAlignment);
       object_bytes_ = record.offset + record.size;
     }
     return {};
   }
+
   Result<void> pack() {
+    find_equal();
     std::map<std::pair<std::uint64_t, std::uint64_t>, std::vector<std::byte>> memory;
-    for (const ObjectRecord& record : there_) {
+    for (const std::uint32_t i : order_) {
+      const ObjectRecord& record = there_[i];
       std::vector<std::byte>& bytes = memory[{record.offset, record.size}];
       if (!bytes.empty() || record.root == kInvalidRef) continue;
       bytes.resize(static_cast<std::size_t>(record.size));
       copy(bytes, reinterpret_cast<const std::byte*>(static_cast<std::uintptr_t>(record.offset)));
     }
     if (auto done = device_.wait(); !done) return done;
-    for (std::size_t i = 0; i < there_.size(); ++i) {
-      auto object = build::pack_object(memory[{there_[i].offset, there_[i].size}], there_[i], objects_.layout,
-                                       objects_.shutter_begin, objects_.shutter_rate, packed_);
+    const auto memory_of = [&](std::uint32_t i) -> std::span<const std::byte> {
+      return memory[{there_[i].offset, there_[i].size}];
+    };
+    std::map<std::uint32_t, std::vector<InstanceRecord>> inner;
+    for (const std::uint32_t i : order_)
+      if (there_[i].instances != 0) inner[i] = inner_instances(there_[i], memory_of(i));
+    if (auto done = device_.wait(); !done) return done;
+    if (auto done = order_objects(inner); !done) return done;
+    for (const std::uint32_t i : order_) {
+      auto object = build::pack_object(memory_of(i), inner[i], there_[i], objects_.layout, objects_.shutter_begin,
+                                       objects_.shutter_rate, packed_);
       if (!object) return fail(object.error().code, "object ", i, ": ", object.error().message);
       packed_.push_back(std::move(*object));
     }
+    return {};
+  }
+
+  /// Objects with equal records are one in the file.
+  void find_equal() {
+    std::map<std::string_view, std::uint32_t> known;
+    number_.resize(there_.size());
+    for (std::uint32_t i = 0; i < there_.size(); ++i) {
+      const std::string_view record(reinterpret_cast<const char*>(&there_[i]), sizeof(ObjectRecord));
+      const auto [at, is_new] = known.emplace(record, static_cast<std::uint32_t>(order_.size()));
+      number_[i] = at->second;
+      if (is_new) order_.push_back(i);
+    }
+  }
+
+  /// The records of a scene inside. They may lie elsewhere than its tree. To be waited for.
+  std::vector<InstanceRecord> inner_instances(const ObjectRecord& there, std::span<const std::byte> memory) {
+    GeometryRecord geometry{};
+    if (there.geometries > memory.size() || memory.size() - there.geometries < sizeof(geometry)) return {};
+    std::memcpy(&geometry, memory.data() + there.geometries, sizeof(geometry));
+    std::vector<InstanceRecord> records(static_cast<std::size_t>(geometry.primitive_count));
+    // Modulo 2^64.
+    copy(records, reinterpret_cast<const InstanceRecord*>(static_cast<std::uintptr_t>(there.offset + there.instances)));
+    return records;
+  }
+
+  /// In a file, objects come before the scenes of them. Numbers of objects become those of the file.
+  Result<void> order_objects(std::map<std::uint32_t, std::vector<InstanceRecord>>& inner) {
+    bool ordered = true;
+    for (const auto& [object, records] : inner)
+      for (const InstanceRecord& record : records) {
+        if (record.object >= there_.size())
+          return fail(ErrorCode::kInvalidInput, "object ", object, ": an instance of object ", record.object,
+                      ", the scene has ", there_.size());
+        ordered = ordered && number_[record.object] < number_[object];
+      }
+    if (!ordered) {
+      std::stable_sort(order_.begin(), order_.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return there_[a].levels < there_[b].levels; });
+      std::vector<std::uint32_t> place_of(order_.size());
+      for (std::uint32_t place = 0; place < order_.size(); ++place) place_of[number_[order_[place]]] = place;
+      for (std::uint32_t& number : number_) number = place_of[number];
+    }
+    for (auto& [object, records] : inner)
+      for (InstanceRecord& record : records) record.object = number_[record.object];
+    for (InstanceRecord& record : instances_) record.object = number_[record.object];
     return {};
   }
 
@@ -280,6 +339,8 @@ class SceneDownload {
   std::vector<InstanceRecord> instances_;
   build::PackedMotions motions_;
   std::vector<ObjectRecord> there_, records_;
+  std::vector<std::uint32_t> number_;  ///< In the file, of each object there.
+  std::vector<std::uint32_t> order_;   ///< Objects there, as they follow one another in the file.
   std::vector<PackedObject> packed_;
   std::uint64_t object_bytes_ = 0;
 };

@@ -16,8 +16,9 @@ template <class Layout> class Packer {
   using Node = typename Layout::Node;
 
  public:
-  Packer(std::span<const std::byte> memory, const ObjectRecord& there, std::span<const PackedObject> others)
-      : memory_(memory), there_(there), others_(others), instances_(there.instances != 0) {}
+  Packer(std::span<const std::byte> memory, std::span<const InstanceRecord> instances, const ObjectRecord& there,
+         std::span<const PackedObject> others)
+      : memory_(memory), records_(instances), there_(there), others_(others), instances_(there.instances != 0) {}
 
   Result<PackedObject> pack(float shutter_begin, float shutter_rate) {
     if (!read_geometries() || !walk() || !read_instances()) return tl::unexpected(invalid("device memory is no tree"));
@@ -84,11 +85,7 @@ template <class Layout> class Packer {
   bool read_instances() {
     if (!instances_) return true;
     const std::uint64_t count = geometries_[0].primitive_count;
-    for (std::uint64_t i = 0; i < count; ++i) {
-      const auto* record = at<InstanceRecord>(there_.instances + i * sizeof(InstanceRecord));
-      if (record == nullptr) return false;
-      records_.push_back(*record);
-    }
+    if (records_.size() != count) return false;
     bool good = true;
     std::vector<MotionRecord> motions;
     for (std::uint64_t i = 0; there_.motions != 0 && i < count && good; ++i) {
@@ -234,6 +231,7 @@ template <class Layout> class Packer {
   }
 
   std::span<const std::byte> memory_;
+  std::span<const InstanceRecord> records_;
   const ObjectRecord& there_;
   std::span<const PackedObject> others_;
   bool instances_;
@@ -241,7 +239,6 @@ template <class Layout> class Packer {
   std::vector<Node> nodes_;
   std::vector<CustomLeaf> leaves_;  ///< Of any kind: all leaves have one size.
   std::vector<std::uint32_t> map_;
-  std::vector<InstanceRecord> records_;
   PackedMotions motions_;
   std::unordered_map<NodeRef, std::uint64_t> numbers_;  ///< Of box nodes and of the first leaves of runs.
   PackedObject packed_;
@@ -249,10 +246,12 @@ template <class Layout> class Packer {
 
 }  // namespace
 
-Result<PackedObject> pack_object(std::span<const std::byte> memory, const ObjectRecord& there, NodeLayout layout,
-                                 float shutter_begin, float shutter_rate, std::span<const PackedObject> others) {
-  return dispatch_layout(
-      layout, [&](auto tag) { return Packer<decltype(tag)>(memory, there, others).pack(shutter_begin, shutter_rate); });
+Result<PackedObject> pack_object(std::span<const std::byte> memory, std::span<const InstanceRecord> instances,
+                                 const ObjectRecord& there, NodeLayout layout, float shutter_begin, float shutter_rate,
+                                 std::span<const PackedObject> others) {
+  return dispatch_layout(layout, [&](auto tag) {
+    return Packer<decltype(tag)>(memory, instances, there, others).pack(shutter_begin, shutter_rate);
+  });
 }
 
 }  // namespace hiprt::build

@@ -23,12 +23,14 @@ struct PackedObject {
 };
 
 /// @param memory a copy of the object's memory; references count from its first byte.
+/// @param instances of a scene, by their objects' numbers among @p others.
 /// @param there its record, as enqueue_objects() makes it.
 /// @param shutter_begin, shutter_rate of the scene, for objects whose boxes move.
-/// @param others objects with lower numbers, which instances may be of.
+/// @param others the objects before it in the file.
 /// @return kInvalidInput if the memory holds no such tree.
-Result<PackedObject> pack_object(std::span<const std::byte> memory, const ObjectRecord& there, NodeLayout layout,
-                                 float shutter_begin, float shutter_rate, std::span<const PackedObject> others);
+Result<PackedObject> pack_object(std::span<const std::byte> memory, std::span<const InstanceRecord> instances,
+                                 const ObjectRecord& there, NodeLayout layout, float shutter_begin, float shutter_rate,
+                                 std::span<const PackedObject> others);
 
 /// The motions of a file, with their segments one after the other.
 struct PackedMotions {

@@ -96,6 +96,69 @@ TEST_CASE("instances of a batch of geometries with arrays of their own, and of a
   if (traces_on_device()) check_device_hits(world, report);
 }
 
+TEST_CASE("scenes of a batch as files") {
+  World world(kSeed);
+  world.scene.files.clear();
+  std::vector<gpu::DeviceGeometry> geometries;
+  std::vector<oracle::Mesh> meshes;
+  for (const unsigned count : {5u, 40u, 1u, 300u}) {
+    meshes.push_back(oracle::soup(count, 0.5, kSeed + count));
+    meshes.back().mask = count;
+    geometries.push_back(upload(world.memory, meshes.back()));
+    geometries.back().mask = count;
+    world.scene.add_file({meshes.back()}, NodeLayout::kPlanes);
+  }
+  geometries.push_back(upload(world.memory, {}));
+  const gpu::GeometryBatch batch{geometries, world.memory.copy(geometries)};
+  const gpu::BuildSizes sizes = must(gpu::batch_sizes(batch));
+  const auto scenes =
+      must(gpu::enqueue_batch(batch, {}, world.memory.take(sizes.output), world.memory.take(sizes.scratch), nullptr));
+  const auto compact = must(gpu::compact_batch(scenes, nullptr, world.memory.allocator));
+  for (const gpu::BatchScenes& from : {scenes, compact.scenes}) {
+    for (std::uint32_t i = 0; i < scenes.count; ++i) {
+      CAPTURE(i);
+      const build::Buffer file = must(gpu::download_file(from, i, nullptr, world.memory.allocator));
+      const auto summary = validate(file.bytes());
+      INFO((summary ? std::string() : to_string(summary.error())));
+      REQUIRE(summary.has_value());
+      const auto view = open_buffer(file.bytes());
+      if (i == meshes.size()) {
+        CHECK(view->geometries.empty());
+        continue;
+      }
+      REQUIRE(view->geometries.size() == 1);
+      CHECK(view->geometries[0].primitive_count == geometries[i].primitive_count);
+      CHECK(view->geometries[0].mask == geometries[i].mask);
+      const SceneView scene = make_scene_view(*view);
+      const SceneView same = make_scene_view(*open_buffer(std::as_const(world.scene.files[i]).bytes()));
+      Random random(kSeed);
+      for (unsigned k = 0; k < 200; ++k) {
+        const Ray ray = random_ray(random, 2.0);
+        const Hit a = closest_hit<Policies>(scene, ray), b = closest_hit<Policies>(same, ray);
+        REQUIRE(a.primitive == b.primitive);
+        REQUIRE(a.t == b.t);
+      }
+    }
+  }
+  CHECK(error_of(gpu::download_file(scenes, 5, nullptr, world.memory.allocator)).message ==
+        "download_file: scene 5, the batch has 5");
+}
+
+TEST_CASE("objects with equal records are one in the file") {
+  World world(kSeed);
+  auto* const twice = reinterpret_cast<ObjectRecord*>(world.memory.take(2 * World::kObjects * sizeof(ObjectRecord)));
+  for (const std::uint32_t first : {0u, World::kObjects})
+    REQUIRE(hipMemcpy(twice + first, world.records, World::kObjects * sizeof(ObjectRecord), hipMemcpyDeviceToDevice) ==
+            hipSuccess);
+  TopLevel top(world, gpu::separate_objects(twice, 2 * World::kObjects), 60);
+  std::vector<Instance> instances = random_instances(60, 2 * World::kObjects, kSeed);
+  world.download(top.run(instances), top.objects);
+  CHECK(open_buffer(std::as_const(world.scene.file).bytes())->objects.size() == World::kObjects);
+  for (Instance& instance : instances) instance.object %= World::kObjects;
+  world.scene.groups.push_back(instances);
+  check_rays<Instanced<Policies, 1>>(world.scene, kSeed, 300);
+}
+
 TEST_CASE("a batch of boxes and meshes") {
   World world(kSeed);
   Random random(kSeed);

@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
+#include <string>
 
 using namespace hiprt_api_test;
 
@@ -33,8 +35,21 @@ TEST_CASE("a batch of small geometries beside a large one, compacted") {
     }
   };
   check_all();
+  const std::string path = (std::filesystem::temp_directory_path() / "hiprt_api_batch.bvh").string();
+  const auto check_files = [&] {
+    for (const uint32_t i : {0u, 2u, 5u}) {
+      CAPTURE(i);
+      hiprtGeometry loaded = nullptr;
+      HIPRT_OK(hiprtSaveGeometry(program.context, geometries[i], path.c_str()));
+      HIPRT_OK(hiprtLoadGeometry(program.context, loaded, path.c_str()));
+      check_hits(meshes[i], rays, program.trace(trace_geometry, loaded, rays));
+    }
+    std::filesystem::remove(path);
+  };
+  check_files();
   HIPRT_OK(hiprtCompactGeometries(program.context, count, nullptr, geometries.data(), addresses.data()));
   check_all();
+  check_files();
   // One of a batch alone.
   HIPRT_OK(hiprtBuildGeometry(program.context, hiprtBuildOperationBuild, inputs[1], options, program.take(1u << 22),
                               nullptr, geometries[1]));

@@ -178,6 +178,17 @@ TEST_CASE("scenes of scenes") {
   };
   check(three, in_middle);
   check(whole, in_whole);
+  // Files keep the scenes inside. Loaded ones may be inside of another scene.
+  const std::string path = (std::filesystem::temp_directory_path() / "hiprt_api_nested.bvh").string();
+  hiprtScene loaded = nullptr;
+  HIPRT_OK(hiprtSaveScene(program.context, whole, path.c_str()));
+  HIPRT_OK(hiprtLoadScene(program.context, loaded, path.c_str()));
+  check(loaded, in_whole);
+  HIPRT_OK(hiprtSaveScene(program.context, three, path.c_str()));
+  HIPRT_OK(hiprtLoadScene(program.context, loaded, path.c_str()));
+  std::filesystem::remove(path);
+  outer.instances[1].scene = loaded;
+  check(program.build(outer.upload(program)), in_whole);
   // Records were copied: the inner scenes' handles stay theirs.
   const auto hits = program.trace(trace_scene, pair, {ray_at(2.2f, 0.2f)});
   CHECK((hits[0].instanceIDs[0] == 1 && hits[0].instanceIDs[1] == kNo));
