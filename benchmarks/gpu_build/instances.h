@@ -1,7 +1,8 @@
 #pragma once
 /// Build times of BVHs over instances on the device.
 
-#include <hip/hip_runtime.h>
+#include <hiprt_build/gpu/hip.h>
+
 #include <nlohmann/json_fwd.hpp>
 
 #include <string>

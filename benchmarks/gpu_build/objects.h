@@ -1,7 +1,8 @@
 #pragma once
 /// Times of scenes whose objects and instances the device builds.
 
-#include <hip/hip_runtime.h>
+#include <hiprt_build/gpu/hip.h>
+
 #include <nlohmann/json_fwd.hpp>
 
 #include <string>

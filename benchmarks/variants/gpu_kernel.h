@@ -5,7 +5,7 @@
 #include "box_set.h"
 #include "gpu_kernels.h"
 
-#include <hip/hip_runtime.h>
+#include <hiprt_build/gpu/hip.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/query/batch.h>
 #include <hiprt_device/traverse/hardware_policies.h>

@@ -2,8 +2,7 @@
 /// Errors of the GPU runtime as values.
 
 #include <hiprt_build/error.h>
-
-#include <hip/hip_runtime.h>
+#include <hiprt_build/gpu/hip.h>
 
 #include <string>
 #include <type_traits>

@@ -39,6 +39,9 @@ class Event {
   /// Waits until the work before the event is done. @return also the errors of that work.
   Result<void> synchronize() const { return check(hipEventSynchronize(event_), "hipEventSynchronize"); }
 
+  /// Whether the work before the event is done, or failed. Does not wait.
+  bool is_reached() const { return hipEventQuery(event_) != hipErrorNotReady; }
+
   /// Milliseconds of the device from @p start to this event, both recorded and reached.
   Result<float> milliseconds_since(const Event& start) const {
     float milliseconds = 0.0f;

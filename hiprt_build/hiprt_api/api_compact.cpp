@@ -56,7 +56,7 @@ Result<void> compact(hiprtContextObject& context, std::uint32_t count, hipStream
   const std::vector<hiprtGeometry> geometries(ins, ins + count);
   for (std::uint32_t i = 0; i < count;) {
     const Found from = context.geometries.find(geometries[i]);
-    if (!from || !from.member().built)
+    if (!from || !from.is_built())
       return gpu::fail(build::ErrorCode::kInvalidInput, "geometry ", i, " is none of this context, or was not built");
     // Compact geometries of a batch are compact already.
     if (from.member().report == nullptr && from.pool->compact) {

@@ -23,7 +23,7 @@ Result<void> upload(void* to, const void* from, std::size_t bytes) {
 
 Result<Found> built_object(const api::ObjectTable& table, const void* handle) {
   Found found = table.find(handle);
-  if (!found || !found.member().built)
+  if (!found || !found.is_built())
     return gpu::fail(ErrorCode::kInvalidInput, "the object is none of this context, or was not built");
   return found;
 }

@@ -12,11 +12,6 @@ namespace {
 bool all_counted(const hiprtGeometryBuildInput* inputs, std::uint32_t count) {
   return inputs != nullptr && count != 0 && std::all_of(inputs, inputs + count, api::has_counts);
 }
-bool all_valid(const hiprtGeometryBuildInput* inputs, std::uint32_t count, const hiprtBuildOptions& options) {
-  return inputs != nullptr && count != 0 &&
-         std::all_of(inputs, inputs + count, [&](const auto& input) { return api::is_valid(input, options); });
-}
-
 template <class Pointer> bool all_there(Pointer* pointers, std::uint32_t count) {
   return pointers != nullptr && std::none_of(pointers, pointers + count, [](auto p) { return p == nullptr; });
 }
@@ -77,10 +72,15 @@ hiprtError hiprtBuildGeometry(hiprtContext context, hiprtBuildOperation operatio
 hiprtError hiprtBuildGeometries(hiprtContext context, hiprtBuildOperation operation, uint32_t count,
                                 const hiprtGeometryBuildInput* inputs, hiprtBuildOptions options,
                                 hiprtDevicePtr temporary, hiprtApiStream stream, hiprtGeometry* geometries) {
-  if (context == nullptr || !all_valid(inputs, count, options) || !all_there(geometries, count))
+  if (context == nullptr || inputs == nullptr || count == 0 || !all_there(geometries, count))
     return hiprtErrorInvalidParameter;
-  return api::run(context, "hiprtBuildGeometries", [&] {
-    return api::build_geometries(context, operation, {inputs, count}, options, temporary,
-                                 static_cast<hipStream_t>(stream), geometries);
+  bool valid = true;
+  const hiprtError done = api::run(context, "hiprtBuildGeometries", [&]() -> Result<void> {
+    const auto built = api::build_geometries(context, operation, {inputs, count}, options, temporary,
+                                             static_cast<hipStream_t>(stream), geometries);
+    if (!built) return tl::unexpected(built.error());
+    valid = *built;
+    return {};
   });
+  return valid ? done : hiprtErrorInvalidParameter;
 }

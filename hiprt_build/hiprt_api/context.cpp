@@ -59,6 +59,7 @@ hiprtError hiprtDestroyContext(hiprtContext context) {
     for (const auto& [content, module] : context->modules) hiprt::api::unload_module(module);
     context->geometries.abandon();
     context->scenes.abandon();
+    context->host_buffers.clear();
     return {};
   });
   delete context;

@@ -2,6 +2,7 @@
 /// The host object behind a hiprtContext. Internal.
 
 #include <hiprt_build/hiprt_api/driver.h>
+#include <hiprt_build/hiprt_api/host_buffers.h>
 #include <hiprt_build/hiprt_api/objects.h>
 
 #include <hiprt/hiprt.h>
@@ -19,6 +20,7 @@ struct hiprtContextObject {
 
   hiprt::api::ObjectTable geometries;
   hiprt::api::ObjectTable scenes;
+  hiprt::api::HostBuffers host_buffers;
 
   /// Of function tables: their numbers of types.
   struct TableSize {

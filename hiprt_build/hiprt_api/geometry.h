@@ -4,11 +4,7 @@
 #include <hiprt_build/hiprt_api/context.h>
 #include <hiprt_build/hiprt_api/geometry_input.h>
 
-#include <span>
-
 namespace hiprt::api {
-
-using GeometryInputs = std::span<const hiprtGeometryBuildInput>;
 
 /// Bytes of a geometry that is built alone. Scratch is enough for updates too.
 Result<gpu::BuildSizes> geometry_sizes(const hiprtGeometryBuildInput& input, const hiprtBuildOptions& options);
@@ -16,7 +12,8 @@ Result<std::uint64_t> temporary_size(GeometryInputs inputs, const hiprtBuildOpti
 /// @param outs addresses of the handles.
 Result<void> create_geometries(hiprtContext context, GeometryInputs inputs, const hiprtBuildOptions& options,
                                hiprtGeometry* const* outs);
-Result<void> build_geometries(hiprtContext context, hiprtBuildOperation operation, GeometryInputs inputs,
+/// @return false if counts or pointers are missing: then nothing is built.
+Result<bool> build_geometries(hiprtContext context, hiprtBuildOperation operation, GeometryInputs inputs,
                               const hiprtBuildOptions& options, void* temporary, hipStream_t stream,
                               const hiprtGeometry* geometries);
 
@@ -24,8 +21,5 @@ Result<void> build_geometries(hiprtContext context, hiprtBuildOperation operatio
 /// @return false: the tree cannot have them and must be built.
 Result<bool> refit_geometry(const Found& found, const gpu::DeviceGeometry& moved, std::byte* scratch,
                             hipStream_t stream);
-
-/// The inputs of a call that are built together, by number.
-std::vector<std::uint32_t> small_inputs(GeometryInputs inputs, const hiprtBuildOptions& options);
 
 }  // namespace hiprt::api

@@ -108,6 +108,8 @@ HIPRT_FORWARD_AS(const char*, "AMD's runtime libamdhip64 is not here", hipGetErr
 
 HIPRT_FORWARD(hipMalloc, (void** pointer, size_t bytes), (pointer, bytes))
 HIPRT_FORWARD(hipFree, (void* pointer), (pointer))
+HIPRT_FORWARD(hipHostMalloc, (void** pointer, size_t bytes, unsigned flags), (pointer, bytes, flags))
+HIPRT_FORWARD(hipHostFree, (void* pointer), (pointer))
 HIPRT_FORWARD(hipMallocAsync, (void** pointer, size_t bytes, hipStream_t stream), (pointer, bytes, stream))
 HIPRT_FORWARD(hipFreeAsync, (void* pointer, hipStream_t stream), (pointer, stream))
 HIPRT_FORWARD(hipMemGetInfo, (size_t * free_bytes, size_t* total), (free_bytes, total))
@@ -117,6 +119,11 @@ HIPRT_FORWARD(hipMemcpyAsync, (void* to, const void* from, size_t bytes, hipMemc
 HIPRT_FORWARD(hipMemset, (void* to, int value, size_t bytes), (to, value, bytes))
 HIPRT_FORWARD(hipMemsetAsync, (void* to, int value, size_t bytes, hipStream_t stream), (to, value, bytes, stream))
 HIPRT_FORWARD(hipStreamSynchronize, (hipStream_t stream), (stream))
+HIPRT_FORWARD(hipEventCreate, (hipEvent_t * event), (event))
+HIPRT_FORWARD(hipEventDestroy, (hipEvent_t event), (event))
+HIPRT_FORWARD(hipEventQuery, (hipEvent_t event), (event))
+HIPRT_FORWARD(hipEventRecord, (hipEvent_t event, hipStream_t stream), (event, stream))
+HIPRT_FORWARD(hipEventSynchronize, (hipEvent_t event), (event))
 
 HIPRT_FORWARD(hipModuleLoadData, (hipModule_t * module, const void* code), (module, code))
 HIPRT_FORWARD(hipModuleGetFunction, (hipFunction_t * found, hipModule_t module, const char* name),

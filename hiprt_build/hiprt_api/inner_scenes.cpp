@@ -1,29 +1,32 @@
 #include <hiprt_build/hiprt_api/inner_scenes.h>
 
+#include <cstring>
+
 namespace hiprt::api {
 
-namespace {
-
-/// Whether any instance is of a scene.
-Result<bool> has_inner(const SceneArrays& from, std::uint32_t* flag, hipStream_t stream) {
-  std::uint32_t found = 0;
+Result<InnerQuestion> InnerQuestion::ask(HostBuffers& buffers, const SceneArrays& from, std::uint32_t* flag,
+                                         hipStream_t stream) {
+  auto copy = buffers.take(sizeof(*flag));
+  if (!copy) return tl::unexpected(std::move(copy.error()));
   auto done = enqueue_scene_flag(from, flag, stream);
   if (done)
-    done = gpu::check(hipMemcpyAsync(&found, flag, sizeof(found), hipMemcpyDeviceToHost, stream), "hipMemcpyAsync");
-  if (done) done = gpu::check(hipStreamSynchronize(stream), "hipStreamSynchronize");
+    done = gpu::check(hipMemcpyAsync((*copy)->data(), flag, sizeof(*flag), hipMemcpyDeviceToHost, stream),
+                      "hipMemcpyAsync");
+  if (done) done = (*copy)->record(stream);
   if (!done) return tl::unexpected(std::move(done.error()));
+  return InnerQuestion(buffers, std::move(*copy));
+}
+
+Result<bool> InnerQuestion::answer() {
+  if (auto done = copy_->wait(); !done) return tl::unexpected(std::move(done.error()));
+  std::uint32_t found = 0;
+  std::memcpy(&found, copy_->data(), sizeof(found));
+  buffers_->give_back(std::move(copy_));
   return found != 0;
 }
 
-}  // namespace
-
-Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, std::uint32_t* flag, hipStream_t stream) {
+Result<InnerScenes> find_inner(const SceneArrays& from, hipStream_t stream) {
   InnerScenes inner;
-  // Without other scenes there is no need to wait for the stream.
-  if (!SceneRegistry::instance().has_other(self)) return inner;
-  const auto has = has_inner(from, flag, stream);
-  if (!has) return tl::unexpected(has.error());
-  if (!*has) return inner;
   std::vector<hiprtInstance> instances(from.instance_count);
   auto done = gpu::check(hipMemcpyAsync(instances.data(), from.instances, instances.size() * sizeof(hiprtInstance),
                                         hipMemcpyDeviceToHost, stream),
@@ -50,7 +53,7 @@ Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, std::u
 
 Result<ObjectRecord*> Nesting::enqueue(const ObjectRecord* records, InstanceRecord* copies) {
   const std::uint64_t table_bytes = (instances_ + inner_.objects) * sizeof(ObjectRecord);
-  const std::uint64_t links_at = (table_bytes + kAlignment - 1) / kAlignment * kAlignment;
+  const std::uint64_t links_at = align_up(table_bytes);
   const auto memory = memory_.of_size(links_at + instances_ * sizeof(void*));
   if (!memory) return tl::unexpected(memory.error());
   auto* const table = reinterpret_cast<ObjectRecord*>(*memory);

@@ -14,10 +14,23 @@ struct InnerScenes {
   static constexpr std::uint32_t kNone = ~0u;
 };
 
-/// Waits for the stream if there are other scenes.
-/// @param self the handle of the scene that is built.
-/// @param flag scratch memory.
-Result<InnerScenes> find_inner(const SceneArrays& from, const void* self, std::uint32_t* flag, hipStream_t stream);
+/// Whether any instance of a scene is of a scene: asked before the build, and answered while it runs.
+class InnerQuestion {
+ public:
+  /// @param flag scratch memory, unused once the stream has passed.
+  static Result<InnerQuestion> ask(HostBuffers& buffers, const SceneArrays& from, std::uint32_t* flag,
+                                   hipStream_t stream);
+  /// Waits for the stream up to the question.
+  Result<bool> answer();
+
+ private:
+  InnerQuestion(HostBuffers& buffers, std::unique_ptr<HostBuffer> copy) : buffers_(&buffers), copy_(std::move(copy)) {}
+  HostBuffers* buffers_;
+  std::unique_ptr<HostBuffer> copy_;
+};
+
+/// Waits for the stream.
+Result<InnerScenes> find_inner(const SceneArrays& from, hipStream_t stream);
 
 /// A table with room for the objects of inner scenes, and the copies of their records. The memory is the stream's: it
 /// ends with the object.

@@ -11,6 +11,10 @@ namespace hiprt::api {
 /// Writes headers: view i goes to header i.
 Result<void> enqueue_headers(const SceneView* views, ObjectHeader* headers, std::uint32_t count, hipStream_t stream);
 
+/// After a refit that could be done: puts its view to @p view and into the header.
+Result<void> enqueue_refitted(const gpu::RefitReport* report, SceneView* view, ObjectHeader* header,
+                              hipStream_t stream);
+
 /// The arrays of a hiprtSceneBuildInput, on the device.
 struct SceneArrays {
   const hiprtInstance* instances;

@@ -15,6 +15,12 @@ __global__ void put_headers(const SceneView* views, ObjectHeader* headers, std::
   if (i < count) headers[i].view = views[i];
 }
 
+__global__ void put_refitted(const gpu::RefitReport* report, SceneView* view, ObjectHeader* header) {
+  if (report->status != gpu::RefitStatus::kOk) return;
+  *view = report->view;
+  header->view = report->view;
+}
+
 /// A frame as one matrix.
 __device__ build::Affine matrix_of(const hiprtFrameMatrix& frame) {
   build::Affine affine;
@@ -139,6 +145,13 @@ __global__ void link_copies(InstanceRecord* const* copies, ObjectRecord* table, 
 Result<void> enqueue_headers(const SceneView* views, ObjectHeader* headers, std::uint32_t count, hipStream_t stream) {
   gpu::Launcher steps(stream);
   steps.each(count, "put_headers", put_headers, views, headers, count);
+  return steps.result();
+}
+
+Result<void> enqueue_refitted(const gpu::RefitReport* report, SceneView* view, ObjectHeader* header,
+                              hipStream_t stream) {
+  gpu::Launcher steps(stream);
+  steps.one("put_refitted", put_refitted, report, view, header);
   return steps.result();
 }
 

@@ -14,9 +14,11 @@ using build::Result;
 /// Aligns objects and scratch memory.
 inline constexpr std::size_t kAlignment = gpu::kDeviceAlignment;
 
+inline std::uint64_t align_up(std::uint64_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
+
 inline std::byte* aligned(void* pointer) {
   const auto address = reinterpret_cast<std::uintptr_t>(pointer);
-  return reinterpret_cast<std::byte*>((address + kAlignment - 1) / kAlignment * kAlignment);
+  return reinterpret_cast<std::byte*>(align_up(address));
 }
 
 /// Memory of hipMalloc(), which the destructor frees. The context must be current then.

@@ -30,7 +30,7 @@ struct Member {
   const gpu::InstanceReport* instances = nullptr;  ///< Of a scene.
   std::unique_ptr<gpu::SceneParts> parts;          ///< Of a geometry that was updated since its build.
   bool alive = true;
-  bool built = false;
+  bool built = false;  ///< Alone.
 };
 
 /// Objects of one allocation.
@@ -50,7 +50,7 @@ struct Pool {
   std::map<std::size_t, Allocation> late;
 
   ObjectHeader* header(std::size_t i) const { return reinterpret_cast<ObjectHeader*>(memory.data()) + i; }
-  bool is_batched(std::size_t i) const { return i < batched; }
+  bool is_built(std::size_t i) const { return members[i].built || (i < batched && batch.views != nullptr); }
   /// Gives a member memory of so many bytes.
   Result<void> reserve(std::size_t i, std::uint64_t bytes);
 };
@@ -72,6 +72,7 @@ struct Found {
 
   explicit operator bool() const { return pool != nullptr; }
   Member& member() const { return pool->members[index]; }
+  bool is_built() const { return pool->is_built(index); }
   ObjectHeader* header() const { return pool->header(index); }
 };
 

@@ -52,20 +52,14 @@ Result<bool> refit_geometry(const Found& found, const gpu::DeviceGeometry& moved
   if (parts->root == kInvalidRef || parts->geometry_count != 1) return false;
   const auto refitted = gpu::enqueue_refit(*parts, {&moved, 1}, scratch, stream);
   if (!refitted) return tl::unexpected(refitted.error());
-  gpu::RefitReport report;
-  if (auto done = read(&report, *refitted, sizeof(report), stream); !done)
-    return tl::unexpected(std::move(done.error()));
-  if (report.status != gpu::RefitStatus::kOk) return false;
   // Compaction copies the view of the build's report.
   auto* const view = const_cast<SceneView*>(&member.report->view);
-  if (auto done =
-          gpu::check(hipMemcpyAsync(view, &(*refitted)->view, sizeof(SceneView), hipMemcpyDeviceToDevice, stream),
-                     "hipMemcpyAsync");
-      !done)
+  if (auto done = enqueue_refitted(*refitted, view, found.header(), stream); !done)
     return tl::unexpected(std::move(done.error()));
-  if (auto done = enqueue_headers(&(*refitted)->view, found.header(), 1, stream); !done)
+  gpu::RefitStatus status{};
+  if (auto done = read(&status, &(*refitted)->status, sizeof(status), stream); !done)
     return tl::unexpected(std::move(done.error()));
-  return true;
+  return status == gpu::RefitStatus::kOk;
 }
 
 }  // namespace hiprt::api

@@ -63,49 +63,77 @@ Result<gpu::BuildSizes> sizes_of(const SceneArrays& from, std::uint32_t objects,
   return sizes;
 }
 
-Result<void> build_one(const hiprtSceneBuildInput& input, const hiprtBuildOptions& options, Scratch& temporary,
-                       hipStream_t stream, const Found& found) {
-  const SceneArrays from = arrays_of(input);
-  const auto flag = temporary.of_size(kAlignment);
-  if (!flag) return tl::unexpected(flag.error());
-  auto inner = find_inner(from, found.header(), reinterpret_cast<std::uint32_t*>(*flag), stream);
-  if (!inner) return tl::unexpected(inner.error());
-  const std::uint32_t objects = from.instance_count + inner->objects;
-  const auto sizes = sizes_of(from, objects, options);
-  if (!sizes) return tl::unexpected(sizes.error());
-  const std::uint64_t copies_at = (sizes->output + kAlignment - 1) / kAlignment * kAlignment;
-  if (auto room = found.pool->reserve(found.index, copies_at + inner->instances * sizeof(InstanceRecord)); !room)
-    return room;
-  const auto memory = temporary.of_size(sizes->scratch);
-  if (!memory) return tl::unexpected(memory.error());
-  gpu::Arena arena(*memory);
-  const SceneScratch scratch(arena, from, 0);
-  auto done = enqueue_parts(from, scratch.parts, stream);
-  if (done) done = gpu::enqueue_objects(scratch.parts.views, from.instance_count, scratch.records, stream);
-  if (!done) return done;
-  Member& member = found.member();
-  auto* const copies = reinterpret_cast<InstanceRecord*>(member.storage + copies_at);
-  const ObjectRecord* table = scratch.records;
-  Nesting nesting(*inner, from.instance_count, stream);
-  if (!inner->scenes.empty()) {
-    const auto whole = nesting.enqueue(scratch.records, copies);
-    if (!whole) return tl::unexpected(whole.error());
-    table = *whole;
+/// Builds of one scene.
+class SceneBuild {
+ public:
+  SceneBuild(const hiprtSceneBuildInput& input, const hiprtBuildOptions& options, Scratch& temporary,
+             hipStream_t stream, const Found& found)
+      : from_(arrays_of(input)), options_(options), temporary_(temporary), stream_(stream), found_(found) {}
+
+  Result<void> run(HostBuffers& buffers) {
+    const SceneRegistry& scenes = SceneRegistry::instance();
+    if (!scenes.has_other(found_.header())) return build({});
+    const auto flag = temporary_.of_size(kAlignment);
+    if (!flag) return tl::unexpected(flag.error());
+    auto question = InnerQuestion::ask(buffers, from_, reinterpret_cast<std::uint32_t*>(*flag), stream_);
+    if (!question) return tl::unexpected(std::move(question.error()));
+    // Most scenes have none inside. Their build runs while the host waits for the answer.
+    const auto known = scenes.find(found_.header());
+    const bool had_inner = known && known->objects > known->instances;
+    if (!had_inner)
+      if (auto built = build({}); !built) return built;
+    const auto has_inner = question->answer();
+    if (!has_inner) return tl::unexpected(has_inner.error());
+    if (!*has_inner) return had_inner ? build({}) : Result<void>();
+    auto inner = find_inner(from_, stream_);
+    return inner ? build(std::move(*inner)) : Result<void>(tl::unexpected(std::move(inner.error())));
   }
-  gpu::DeviceInstances instances{.instances = scratch.parts.instances, .count = from.instance_count};
-  if (scratch.parts.ranges != nullptr)
-    instances.motions = {.ranges = scratch.parts.ranges,
-                         .keys = scratch.parts.keys,
-                         .matrices = scratch.parts.matrices,
-                         .key_count = from.frame_count};
-  const auto report = gpu::enqueue_instances(gpu::separate_objects(table, objects), instances,
-                                             options_for_instances(options), member.storage, scratch.build, stream);
-  if (!report) return tl::unexpected(report.error());
-  member.instances = *report;
-  member.built = true;
-  SceneRegistry::instance().set(found.header(), {from.instance_count, objects, copies, inner->instances});
-  return enqueue_headers(&(*report)->view, found.header(), 1, stream);
-}
+
+ private:
+  Result<void> build(InnerScenes inner) {
+    const std::uint32_t objects = from_.instance_count + inner.objects;
+    const auto sizes = sizes_of(from_, objects, options_);
+    if (!sizes) return tl::unexpected(sizes.error());
+    const std::uint64_t copies_at = align_up(sizes->output);
+    if (auto room = found_.pool->reserve(found_.index, copies_at + inner.instances * sizeof(InstanceRecord)); !room)
+      return room;
+    const auto memory = temporary_.of_size(sizes->scratch);
+    if (!memory) return tl::unexpected(memory.error());
+    gpu::Arena arena(*memory);
+    const SceneScratch scratch(arena, from_, 0);
+    auto done = enqueue_parts(from_, scratch.parts, stream_);
+    if (done) done = gpu::enqueue_objects(scratch.parts.views, from_.instance_count, scratch.records, stream_);
+    if (!done) return done;
+    Member& member = found_.member();
+    auto* const copies = reinterpret_cast<InstanceRecord*>(member.storage + copies_at);
+    const ObjectRecord* table = scratch.records;
+    Nesting nesting(inner, from_.instance_count, stream_);
+    if (!inner.scenes.empty()) {
+      const auto whole = nesting.enqueue(scratch.records, copies);
+      if (!whole) return tl::unexpected(whole.error());
+      table = *whole;
+    }
+    gpu::DeviceInstances instances{.instances = scratch.parts.instances, .count = from_.instance_count};
+    if (scratch.parts.ranges != nullptr)
+      instances.motions = {.ranges = scratch.parts.ranges,
+                           .keys = scratch.parts.keys,
+                           .matrices = scratch.parts.matrices,
+                           .key_count = from_.frame_count};
+    const auto report = gpu::enqueue_instances(gpu::separate_objects(table, objects), instances,
+                                               options_for_instances(options_), member.storage, scratch.build, stream_);
+    if (!report) return tl::unexpected(report.error());
+    member.instances = *report;
+    member.built = true;
+    SceneRegistry::instance().set(found_.header(), {from_.instance_count, objects, copies, inner.instances});
+    return enqueue_headers(&(*report)->view, found_.header(), 1, stream_);
+  }
+
+  SceneArrays from_;
+  const hiprtBuildOptions& options_;
+  Scratch& temporary_;
+  hipStream_t stream_;
+  const Found& found_;
+};
 
 }  // namespace
 
@@ -152,7 +180,8 @@ Result<void> build_scenes(hiprtContext context, hiprtBuildOperation operation, S
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     const Found found = context->scenes.find(scenes[i]);
     if (!found) return gpu::fail(ErrorCode::kInvalidInput, "scene ", i, " is none of this context");
-    if (auto built = build_one(inputs[i], options, scratch, stream, found); !built) return built;
+    SceneBuild build(inputs[i], options, scratch, stream, found);
+    if (auto built = build.run(context->host_buffers); !built) return built;
   }
   return {};
 }

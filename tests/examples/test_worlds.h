@@ -2,6 +2,7 @@
 /// Scenes, rays and their hits by brute force: the inputs and the expected results of the kernels in test_examples.cpp.
 
 #include <hiprt_build/format/view.h>
+#include <hiprt_build/gpu/hip.h>
 #include <hiprt_device/math/vec_functions.h>
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>
@@ -10,7 +11,6 @@
 #include <tests/traversal/every_hit.h>
 #include <tests/traversal/explain.h>
 
-#include <hip/hip_runtime.h>
 #include <tests/catch.h>
 
 #include <array>

@@ -1,7 +1,7 @@
 #pragma once
 /// Kernels of the tests. C++ sources launch them with hiprt::gpu::launch().
 
-#include <hip/hip_runtime.h>
+#include <hiprt_build/gpu/hip.h>
 #include <hiprt_device/scene_view.h>
 
 namespace hiprt::checks {

@@ -2,7 +2,7 @@
 /// Records the streams of the runtime's calls. The linker puts the recorder between the program and the HIP or CUDA
 /// runtime (--wrap, see CMakeLists.txt).
 
-#include <hip/hip_runtime.h>
+#include <hiprt_build/gpu/hip.h>
 
 #include <string>
 #include <vector>

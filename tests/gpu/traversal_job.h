@@ -1,13 +1,12 @@
 #pragma once
 /// Input and output of the traversal test's kernels, and the table of kernels.
 
+#include <hiprt_build/gpu/hip.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/primitives/round_curve.h>
 #include <hiprt_device/primitives/sphere.h>
 #include <hiprt_device/traverse/stacks/rolling.h>
-
-#include <hip/hip_runtime.h>
 
 #include <span>
 
