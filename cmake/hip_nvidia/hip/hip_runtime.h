@@ -103,6 +103,7 @@ inline hipError_t hipEventCreateWithFlags(hipEvent_t* event, unsigned flags) {
   return cudaEventCreateWithFlags(event, flags);
 }
 inline hipError_t hipEventDestroy(hipEvent_t event) { return cudaEventDestroy(event); }
+inline hipError_t hipEventQuery(hipEvent_t event) { return cudaEventQuery(event); }
 inline hipError_t hipEventRecord(hipEvent_t event, hipStream_t stream = nullptr) {
   return cudaEventRecord(event, stream);
 }
