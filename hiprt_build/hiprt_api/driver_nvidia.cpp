@@ -4,6 +4,8 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <string_view>
 
@@ -74,6 +76,37 @@ int kind_of(std::span<const std::byte> code) {
     return code.size() > magic.size() && std::memcmp(code.data(), magic.data(), magic.size()) == 0;
   };
   return begins_with("\x7f\x45LF") ? kInputCubin : begins_with("\x50\xed\x55\xba") ? kInputFatbin : kInputPtx;
+}
+
+template <class Number> std::uint64_t number_at(std::span<const std::byte> code, std::size_t offset) {
+  Number number{};
+  if (offset <= code.size() && code.size() - offset >= sizeof(number))
+    std::memcpy(&number, code.data() + offset, sizeof(number));
+  return number;
+}
+
+/// Whether code ends before its header says. The driver would read on, and end the program.
+bool is_cut_off(std::span<const std::byte> code) {
+  constexpr std::size_t kElfHeader = 64, kFatbinHeader = 16;
+  std::uint64_t end = 0;
+  switch (kind_of(code)) {
+    case kInputCubin: {  // ELF of 64 bits: the table of sections, number and size of its entries.
+      const std::uint64_t table = number_at<std::uint64_t>(code, 40);
+      end =
+          std::max<std::uint64_t>(kElfHeader, number_at<std::uint16_t>(code, 58) * number_at<std::uint16_t>(code, 60));
+      if (table > code.size()) return true;
+      end += table;
+      break;
+    }
+    case kInputFatbin:
+      end = number_at<std::uint64_t>(code, 8);
+      if (end > code.size()) return true;
+      end += kFatbinHeader;
+      break;
+    default:
+      return false;
+  }
+  return end > code.size();
 }
 
 /// cuLink...: destroyed at the end.
@@ -153,6 +186,7 @@ void unload_module(void* module) noexcept { static_cast<void>(driver().unload(mo
 
 Result<std::vector<std::byte>> compile_and_link(const std::string& source, gpu::CompileOptions options,
                                                 std::span<const std::byte> program) {
+  if (is_cut_off(program)) return gpu::fail(ErrorCode::kInvalidInput, "the code is cut off");
   options.flags.emplace_back("--relocatable-device-code=true");
   const auto compiled = gpu::compile_kernels(source, {}, options);
   if (!compiled) return tl::unexpected(compiled.error());
