@@ -1,28 +1,20 @@
 #include <hiprt_build/hiprt_api/inner_scenes.h>
 
-#include <cstring>
-
 namespace hiprt::api {
 
-Result<InnerQuestion> InnerQuestion::ask(HostBuffers& buffers, const SceneArrays& from, std::uint32_t* flag,
-                                         hipStream_t stream) {
-  auto copy = buffers.take(sizeof(*flag));
-  if (!copy) return tl::unexpected(std::move(copy.error()));
-  auto done = enqueue_scene_flag(from, flag, stream);
-  if (done)
-    done = gpu::check(hipMemcpyAsync((*copy)->data(), flag, sizeof(*flag), hipMemcpyDeviceToHost, stream),
-                      "hipMemcpyAsync");
-  if (done) done = (*copy)->record(stream);
-  if (!done) return tl::unexpected(std::move(done.error()));
-  return InnerQuestion(buffers, std::move(*copy));
+Result<InnerQuestion> InnerQuestion::make(HostBuffers& buffers) {
+  auto memory = buffers.take(sizeof(std::uint32_t));
+  if (!memory) return tl::unexpected(std::move(memory.error()));
+  InnerQuestion question(buffers, std::move(*memory));
+  *question.flag() = 0;
+  return question;
 }
 
 Result<bool> InnerQuestion::answer() {
-  if (auto done = copy_->wait(); !done) return tl::unexpected(std::move(done.error()));
-  std::uint32_t found = 0;
-  std::memcpy(&found, copy_->data(), sizeof(found));
-  buffers_->give_back(std::move(copy_));
-  return found != 0;
+  if (auto done = memory_->wait(); !done) return tl::unexpected(std::move(done.error()));
+  const bool found = *flag() != 0;
+  buffers_->give_back(std::move(memory_));
+  return found;
 }
 
 Result<InnerScenes> find_inner(const SceneArrays& from, hipStream_t stream) {

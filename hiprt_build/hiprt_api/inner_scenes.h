@@ -14,19 +14,24 @@ struct InnerScenes {
   static constexpr std::uint32_t kNone = ~0u;
 };
 
-/// Whether any instance of a scene is of a scene: asked before the build, and answered while it runs.
+/// Whether any instance of a scene is of a scene: the build's first kernel answers it, and the host reads the answer
+/// while the others run.
 class InnerQuestion {
  public:
-  /// @param flag scratch memory, unused once the stream has passed.
-  static Result<InnerQuestion> ask(HostBuffers& buffers, const SceneArrays& from, std::uint32_t* flag,
-                                   hipStream_t stream);
-  /// Waits for the stream up to the question.
+  static Result<InnerQuestion> make(HostBuffers& buffers);
+
+  /// For SceneParts::has_inner.
+  std::uint32_t* flag() const { return reinterpret_cast<std::uint32_t*>(memory_->data()); }
+  /// The kernel that answers is in the stream.
+  Result<void> asked(hipStream_t stream) { return memory_->record(stream); }
+  /// Waits for that kernel.
   Result<bool> answer();
 
  private:
-  InnerQuestion(HostBuffers& buffers, std::unique_ptr<HostBuffer> copy) : buffers_(&buffers), copy_(std::move(copy)) {}
+  InnerQuestion(HostBuffers& buffers, std::unique_ptr<HostBuffer> memory)
+      : buffers_(&buffers), memory_(std::move(memory)) {}
   HostBuffers* buffers_;
-  std::unique_ptr<HostBuffer> copy_;
+  std::unique_ptr<HostBuffer> memory_;
 };
 
 /// Waits for the stream.

@@ -35,12 +35,11 @@ struct SceneParts {
   gpu::KeyRange* ranges;       ///< nullptr: nothing moves.
   build::MotionKey* keys;      ///< Of SRT frames;
   build::MatrixKey* matrices;  ///< or of matrices.
+  /// In pinned memory: becomes 1 if an instance is of a scene. nullptr: nobody asks.
+  std::uint32_t* has_inner;
 };
 
 Result<void> enqueue_parts(const SceneArrays& from, const SceneParts& to, hipStream_t stream);
-
-/// Sets *flag to whether any instance is of a scene.
-Result<void> enqueue_scene_flag(const SceneArrays& from, std::uint32_t* flag, hipStream_t stream);
 
 /// A scene inside of another one. Its instance records are copied, because they name objects by their numbers in the
 /// table of the outermost scene.

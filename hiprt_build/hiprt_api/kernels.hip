@@ -64,6 +64,7 @@ __global__ void make_parts(SceneArrays from, SceneParts to) {
   if (i >= from.instance_count) return;
   hiprtTransformHeader frames{i, 1};
   if (from.headers != nullptr) frames = from.headers[i];
+  if (to.has_inner != nullptr && from.instances[i].type == hiprtInstanceTypeScene) *to.has_inner = 1;
   const void* const handle = from.instances[i].geometry;
   SceneView view = handle != nullptr ? static_cast<const ObjectHeader*>(handle)->view : SceneView{};
   gpu::DeviceInstance instance;
@@ -102,11 +103,6 @@ __global__ void make_keys(SceneArrays from, SceneParts to) {
     key.translation[k] = translation[k];
   }
   to.keys[i] = key;
-}
-
-__global__ void find_scenes(SceneArrays from, std::uint32_t* flag) {
-  const std::uint32_t i = thread_index();
-  if (i < from.instance_count && from.instances[i].type == hiprtInstanceTypeScene) *flag = 1;
 }
 
 HIPRT_HD std::uint64_t address_of(const void* pointer) { return reinterpret_cast<std::uintptr_t>(pointer); }
@@ -159,14 +155,6 @@ Result<void> enqueue_parts(const SceneArrays& from, const SceneParts& to, hipStr
   gpu::Launcher steps(stream);
   steps.each(from.instance_count, "make_parts", make_parts, from, to);
   if (to.ranges != nullptr) steps.each(from.frame_count, "make_keys", make_keys, from, to);
-  return steps.result();
-}
-
-Result<void> enqueue_scene_flag(const SceneArrays& from, std::uint32_t* flag, hipStream_t stream) {
-  if (auto cleared = gpu::check(hipMemsetAsync(flag, 0, sizeof(*flag), stream), "hipMemsetAsync"); !cleared)
-    return cleared;
-  gpu::Launcher steps(stream);
-  steps.each(from.instance_count, "find_scenes", find_scenes, from, flag);
   return steps.result();
 }
 

@@ -73,24 +73,24 @@ class SceneBuild {
   Result<void> run(HostBuffers& buffers) {
     const SceneRegistry& scenes = SceneRegistry::instance();
     if (!scenes.has_other(found_.header())) return build({});
-    const auto flag = temporary_.of_size(kAlignment);
-    if (!flag) return tl::unexpected(flag.error());
-    auto question = InnerQuestion::ask(buffers, from_, reinterpret_cast<std::uint32_t*>(*flag), stream_);
-    if (!question) return tl::unexpected(std::move(question.error()));
-    // Most scenes have none inside. Their build runs while the host waits for the answer.
     const auto known = scenes.find(found_.header());
-    const bool had_inner = known && known->objects > known->instances;
-    if (!had_inner)
-      if (auto built = build({}); !built) return built;
+    if (known && known->objects > known->instances) return build_nested();
+    // Most scenes have none inside. Their build runs while the host waits for the answer.
+    auto question = InnerQuestion::make(buffers);
+    if (!question) return tl::unexpected(std::move(question.error()));
+    if (auto built = build({}, &*question); !built) return built;
     const auto has_inner = question->answer();
     if (!has_inner) return tl::unexpected(has_inner.error());
-    if (!*has_inner) return had_inner ? build({}) : Result<void>();
+    return *has_inner ? build_nested() : Result<void>();
+  }
+
+ private:
+  Result<void> build_nested() {
     auto inner = find_inner(from_, stream_);
     return inner ? build(std::move(*inner)) : Result<void>(tl::unexpected(std::move(inner.error())));
   }
 
- private:
-  Result<void> build(InnerScenes inner) {
+  Result<void> build(InnerScenes inner, InnerQuestion* question = nullptr) {
     const std::uint32_t objects = from_.instance_count + inner.objects;
     const auto sizes = sizes_of(from_, objects, options_);
     if (!sizes) return tl::unexpected(sizes.error());
@@ -100,8 +100,10 @@ class SceneBuild {
     const auto memory = temporary_.of_size(sizes->scratch);
     if (!memory) return tl::unexpected(memory.error());
     gpu::Arena arena(*memory);
-    const SceneScratch scratch(arena, from_, 0);
+    SceneScratch scratch(arena, from_, 0);
+    if (question != nullptr) scratch.parts.has_inner = question->flag();
     auto done = enqueue_parts(from_, scratch.parts, stream_);
+    if (done && question != nullptr) done = question->asked(stream_);
     if (done) done = gpu::enqueue_objects(scratch.parts.views, from_.instance_count, scratch.records, stream_);
     if (!done) return done;
     Member& member = found_.member();
