@@ -116,6 +116,7 @@ if(TARGET hiprt_api)
   list(APPEND hiprt_package_groups hiprt_api)
   set(CPACK_DEBIAN_HIPRT_API_PACKAGE_NAME libhiprt0300164)
   set(CPACK_DEBIAN_HIPRT_API_PACKAGE_SECTION libs)
+  set(CPACK_DEBIAN_HIPRT_API_PACKAGE_CONTROL_EXTRA ${hiprt_packages}/triggers)
   set(CPACK_DEBIAN_HIPRT_API_DESCRIPTION "ray tracing library for programs of AMD's HIPRT
 The shared library libhiprt0300164.so has the functions of HIPRT 3.1 for one
 kind of GPU. It needs the driver of the GPU, and a run-time compiler for
