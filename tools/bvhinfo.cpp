@@ -16,6 +16,7 @@
 
 #include <iostream>
 #include <optional>
+#include <utility>
 
 namespace {
 
@@ -120,7 +121,7 @@ std::optional<nlohmann::json> parse_provenance(std::string_view text) {
   };
   auto value = nlohmann::json::parse(text, guard, false);
   if (value.is_discarded() || too_deep || !value.is_object()) return std::nullopt;
-  return value;
+  return std::optional<nlohmann::json>(std::in_place, std::move(value));
 }
 
 std::string bounds_text(const Box& box) {

@@ -25,7 +25,7 @@ template <class P, class Primitives> void trace_all(const CpuJob& job, const Pri
       return;
     case Query::kAny:
       for (std::size_t i = 0; i < job.count; ++i)
-        job.hits[i] = AnyHit<P, NoFilter, Primitives>(*job.scene, job.rays[i], stack, {}, primitives).next_hit();
+        job.hits[i] = OneHit<P, NoFilter, Primitives>(*job.scene, job.rays[i], stack, {}, primitives).next_hit();
       return;
     case Query::kAll:
       for (std::size_t i = 0; i < job.count; ++i) {

@@ -184,7 +184,12 @@ template <class Choice> __device__ HIPRT_FORCE_INLINE typename Choice::Primitive
 /// and a compute unit has four SIMDs.
 constexpr unsigned least_resident(unsigned block, unsigned blocks) {
 #if defined(__HIP_DEVICE_COMPILE__)
-  const unsigned waves = blocks * block / (4 * __AMDGCN_WAVEFRONT_SIZE);
+#if defined(__GFX9__)
+  constexpr unsigned kWave = 64;
+#else
+  constexpr unsigned kWave = 32;
+#endif
+  const unsigned waves = blocks * block / (4 * kWave);
   return waves == 0 ? 1 : waves > 8 ? 8 : waves;
 #else
   static_cast<void>(block);
@@ -196,7 +201,7 @@ template <Query kQuery, class P, class Filter, class Primitives> struct QueryOf 
   using Type = ClosestHit<P, Filter, Primitives>;
 };
 template <class P, class Filter, class Primitives> struct QueryOf<Query::kAny, P, Filter, Primitives> {
-  using Type = AnyHit<P, Filter, Primitives>;
+  using Type = OneHit<P, Filter, Primitives>;
 };
 template <class P, class Filter, class Primitives> struct QueryOf<Query::kAll, P, Filter, Primitives> {
   using Type = AllHits<P, Filter, Primitives>;

@@ -29,7 +29,7 @@ class AllHits {
   static constexpr bool kMaySort =
       kSplit == SplitPrimitives::kOnce && (P::kFeatures & feature_bit(Feature::kSplitReferences)) != 0;
   using Order = std::conditional_t<kMaySort, typename P::ClosestOrder, typename P::AnyOrder>;
-  using Search = HitSearch<P, Order, true, Filter, Primitives>;
+  using Search = HitSearch<P, Order, SearchKind::kEach, Filter, Primitives>;
 
  public:
   using Storage = typename Search::Storage;

@@ -7,15 +7,10 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The hits of a ray in the order of the tree, without normal and error.
-///
-///     bool shadowed = hiprt::AnyHit<P>(scene, ray, stack).next_hit().found();
-///
-/// next_hit() continues after the last hit. A primitive that the builder has split (Feature::kSplitReferences) may be
-/// reported more than once; AllHits reports it once.
-template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives> class AnyHit {
+/// What AnyHit and OneHit share.
+template <class P, class Filter, class Primitives, SearchKind kKind> class AnyHitQuery {
   static_assert(QueryCheck<P, Filter, Primitives>::kChecked);
-  using Search = HitSearch<P, typename P::AnyOrder, !P::Schedule::kBatchOnly, Filter, Primitives>;
+  using Search = HitSearch<P, typename P::AnyOrder, kKind, Filter, Primitives>;
 
  public:
   using Storage = typename Search::Storage;
@@ -24,12 +19,12 @@ template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrim
   /// @param scene must live as long as the query.
   /// @param storage of the stack; one traversal at a time may use it.
   /// @param counter its counts are continued.
-  HIPRT_HD HIPRT_FORCE_INLINE AnyHit(const SceneView& scene, const BasicRay<typename P::Real>& ray,
-                                     const Storage& storage, const Filter& filter = {},
-                                     const Primitives& primitives = {}, const typename P::Counter& counter = {})
+  HIPRT_HD HIPRT_FORCE_INLINE AnyHitQuery(const SceneView& scene, const BasicRay<typename P::Real>& ray,
+                                          const Storage& storage, const Filter& filter = {},
+                                          const Primitives& primitives = {}, const typename P::Counter& counter = {})
       : search_(scene, ray, storage, filter, primitives, counter) {}
   /// Deleted: a query reads the scene until its end, and a temporary would be gone by then.
-  template <class... Others> AnyHit(const SceneView&&, Others&&...) = delete;
+  template <class... Others> AnyHitQuery(const SceneView&&, Others&&...) = delete;
 
   /// @return one more hit in [tmin, tmax]; a miss at the end; failed() if nodes could not be visited (see state()).
   HIPRT_HD HIPRT_FORCE_INLINE Result next_hit() {
@@ -56,6 +51,29 @@ template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrim
 
  private:
   Search search_;
+};
+
+/// The hits of a ray in the order of the tree, without normal and error.
+///
+///     hiprt::AnyHit<P> query(scene, ray, stack);
+///     while (query.next_hit().found()) ++count;
+///
+/// next_hit() continues after the last hit. A primitive that the builder has split (Feature::kSplitReferences) may be
+/// reported more than once; AllHits reports it once.
+template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives>
+class AnyHit
+    : public AnyHitQuery<P, Filter, Primitives, P::Schedule::kBatchOnly ? SearchKind::kOne : SearchKind::kEach> {
+ public:
+  using AnyHit::AnyHitQuery::AnyHitQuery;
+};
+
+/// The first of these hits: next_hit() may be called once. On GPUs it needs fewer registers.
+///
+///     bool shadowed = hiprt::OneHit<P>(scene, ray, stack).next_hit().found();
+template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives>
+class OneHit : public AnyHitQuery<P, Filter, Primitives, SearchKind::kOne> {
+ public:
+  using OneHit::AnyHitQuery::AnyHitQuery;
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

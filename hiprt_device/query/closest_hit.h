@@ -16,7 +16,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// geometry and primitive, each once, whatever the tree.
 template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives> class ClosestHit {
   static_assert(QueryCheck<P, Filter, Primitives>::kChecked);
-  using Search = HitSearch<P, typename P::ClosestOrder, false, Filter, Primitives>;
+  using Search = HitSearch<P, typename P::ClosestOrder, SearchKind::kClosest, Filter, Primitives>;
 
  public:
   using Storage = typename Search::Storage;

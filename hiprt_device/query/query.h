@@ -28,7 +28,7 @@ HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCh
 template <class P>
 HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray,
                              typename P::Counter& counter, const typename PolicyCheck<P>::Storage& storage) {
-  AnyHit<P> query(scene, ray, storage, {}, {}, counter);
+  OneHit<P> query(scene, ray, storage, {}, {}, counter);
   const auto hit = query.next_hit();
   counter = query.counter();
   return hit;
@@ -45,7 +45,7 @@ HIPRT_HD inline auto closest_hit(const SceneView& scene, const typename PolicyCh
 template <class P>
 HIPRT_HD inline auto any_hit(const SceneView& scene, const typename PolicyCheck<P>::Ray& ray,
                              const typename PolicyCheck<P>::Storage& storage) {
-  return AnyHit<P>(scene, ray, storage).next_hit();
+  return OneHit<P>(scene, ray, storage).next_hit();
 }
 
 /// A stack that needs no storage from the caller: a PrivateStack.

@@ -68,12 +68,20 @@ class FilterAnswers
   const typename Search::Result* candidate_;
 };
 
+/// What a HitSearch finds.
+enum class SearchKind {
+  kClosest,  ///< find_closest()
+  kOne,      ///< find_any(), once.
+  kEach,     ///< find_any(), which continues behind a hit. That takes registers.
+};
+
 /// A search for the hits of one ray.
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
-/// @tparam kResumable whether the search can continue in the middle of the tree (find_any() after a hit).
-template <PolicySet P, class Order, bool kResumable, IntersectionFilter<typename P::Real> Filter,
+template <PolicySet P, class Order, SearchKind kKind, IntersectionFilter<typename P::Real> Filter,
           PrimitiveSet<typename P::Real> Primitives>
 class HitSearch {
+  static constexpr bool kResumable = kKind == SearchKind::kEach;
+
  public:
   using Storage = typename P::Stack::Storage;
   using Counter = typename P::Counter;
@@ -90,7 +98,7 @@ class HitSearch {
         filter_(filter),
         primitives_(primitives),
         counter_(counter),
-        traversal_(scene, ray, is_covered() && is_traceable(ray) ? scene.root : kInvalidRef, storage),
+        traversal_(scene, ray, root_of(ray), storage),
         hit_path_(storage, 1),
         after_path_(storage, 2),
         after_t_(least_t(ray, primitives)),
@@ -114,7 +122,6 @@ class HitSearch {
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef leaf() const { return leaf_; }
   /// Where find_any() has stopped at a hit.
   using Position = typename Traversal<P, Order, kResumable, SearchTest<false, typename P::Triangle>>::Position;
-  HIPRT_HD HIPRT_FORCE_INLINE Position position() const { return traversal_.position(); }
   /// Continues there: for a search that has been made again, as the first was made.
   HIPRT_HD HIPRT_FORCE_INLINE void resume(const Position& position) {
     traversal_.resume(*scene_, ray_, limit_, position);
@@ -171,16 +178,21 @@ class HitSearch {
   }
 
   /// Searches one more hit, whichever comes first.
+  /// @param stop NoStop, or a Position*: gets where the search stops. Then only resume() continues it.
   /// @return as find_closest().
-  HIPRT_HD HIPRT_FORCE_INLINE bool find_any(bool may_pause) {
-    const Outcome outcome =
-        traversal_.run(*scene_, ray_, limit_, primitives_, counter_, may_pause,
-                       [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
-                         if (!counts_at_any_t(found) && !(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
-                         return !accept(found);
-                       });
+  template <class Stop = NoStop> HIPRT_HD HIPRT_FORCE_INLINE bool find_any(bool may_pause, Stop stop = {}) {
+    static_assert(kKind != SearchKind::kClosest);
+    if constexpr (kResumable) forget_hit();
+    const Outcome outcome = traversal_.run(
+        *scene_, ray_, limit_, primitives_, counter_, may_pause,
+        [&](const LeafHit<Real>& found) HIPRT_FORCE_INLINE_LAMBDA {
+          if (!counts_at_any_t(found) && !(found.at.t >= after_t_ && found.at.t <= limit_)) return true;
+          return !accept(found);
+        },
+        stop);
     if (outcome == Outcome::kPaused) return false;
-    conclude(outcome == Outcome::kStopped);
+    // It has stopped if it has a hit. So no register keeps the outcome.
+    conclude(hit_.found());
     return true;
   }
 
@@ -221,6 +233,11 @@ class HitSearch {
     if constexpr (requires { primitives_.covers(*scene_); })
       if (!primitives_.covers(*scene_)) return false;
     return covers<P>(*scene_) && (Primitives::kCount != 0 || (scene_->features & feature_bit(Feature::kCustom)) == 0);
+  }
+
+  HIPRT_HD HIPRT_FORCE_INLINE NodeRef root_of(const BasicRay<Real>& ray) const {
+    if (!is_covered()) return kRefusedRef;
+    return is_traceable(ray) ? scene_->root : kInvalidRef;
   }
 
   /// At most the largest finite number, so that an overflow of t is a miss.
@@ -315,7 +332,7 @@ class HitSearch {
 
   /// The state of a search without a hit.
   HIPRT_HD HIPRT_FORCE_INLINE TraversalState without_hit() const {
-    if (!is_covered()) return TraversalState::kRefused;
+    if (traversal_.refused()) return TraversalState::kRefused;
     return traversal_.overflowed() ? TraversalState::kStackOverflow : TraversalState::kFinished;
   }
 
@@ -323,8 +340,8 @@ class HitSearch {
   static constexpr bool kFilters = !std::is_same_v<Filter, NoFilter> || Primitives::kCount != 0;
   /// Whether decisions are deferred (deferred_hits.h). WholeWave schedules do not defer: the registers cost more than
   /// it saves (docs/decisions/0018-exact-decisions.md).
-  static constexpr bool kDefers = !kResumable && !P::Schedule::kBatchOnly && P::kLevels == 0 && !kFilters &&
-                                  !TraversalObserver<Counter> &&
+  static constexpr bool kDefers = kKind == SearchKind::kClosest && !P::Schedule::kBatchOnly && P::kLevels == 0 &&
+                                  !kFilters && !TraversalObserver<Counter> &&
                                   DeferringTest<typename P::Triangle, typename P::Layout, typename P::Lanes>;
   const SceneView* scene_;
   QueryRay<P::kLevels, Real> ray_;

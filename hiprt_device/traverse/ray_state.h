@@ -22,8 +22,8 @@ template <PolicySet P, class Order, class Test> class RayState {
   using Storage = typename P::Stack::Storage;
   using QueryRay = hiprt::QueryRay<P::kLevels, Real>;  ///< The ray of the query.
 
-  /// @param root the scene's root, or kInvalidRef: then nothing is visited.
-  /// @pre covers<P, Primitives>(scene) and is_traceable(ray), unless root is kInvalidRef
+  /// @param root the scene's root; or kInvalidRef or kRefusedRef: then nothing is visited.
+  /// @pre covers<P, Primitives>(scene) and is_traceable(ray), if root is the scene's
   HIPRT_HD HIPRT_FORCE_INLINE RayState(const SceneView& scene, const BasicRay<Real>& ray, NodeRef root,
                                        const Storage& storage)
       : levels_(scene, storage),
@@ -57,17 +57,16 @@ template <PolicySet P, class Order, class Test> class RayState {
   /// Where a traversal has stopped at a hit. What else it needs is computed from the ray again.
   struct Position {
     hiprt::Levels<P::kLevels, P::kMoves, Real> levels;
-    BacktrackOf<typename P::Stack, typename Order::Entry> backtrack;
+    decltype(std::declval<BacktrackOf<typename P::Stack, typename Order::Entry>>().mark()) mark;
     NodeRef node, leaf;
     unsigned skip;
   };
-  HIPRT_HD HIPRT_FORCE_INLINE Position position() const { return {levels_, backtrack_, node_, leaf_, skip_}; }
   /// Continues there.
   /// @param ray that of the constructor, and the memory of its storage is as the stopped traversal has left it.
   HIPRT_HD HIPRT_FORCE_INLINE void resume(const SceneView& scene, const QueryRay& ray, Real limit,
                                           const Position& position) {
     levels_ = position.levels;
-    backtrack_ = position.backtrack;
+    backtrack_.continue_at(position.mark);
     node_ = position.node;
     leaf_ = position.leaf;
     skip_ = position.skip;
@@ -85,6 +84,9 @@ template <PolicySet P, class Order, class Test> class RayState {
 
   /// The instances that the ray is in.
   HIPRT_HD HIPRT_FORCE_INLINE const Levels<P::kLevels, P::kMoves, Real>& levels() const { return levels_; }
+
+  /// Whether the root was kRefusedRef.
+  HIPRT_HD HIPRT_FORCE_INLINE bool refused() const { return leaf_ == kRefusedRef || node_ == kRefusedRef; }
 
   /// Makes overflowed() true and leaves nothing to visit.
   HIPRT_HD HIPRT_FORCE_INLINE void overflow() {
@@ -274,7 +276,7 @@ template <PolicySet P, class Order, class Test> class RayState {
   NodeRef node_;                ///< The node to visit next; kInvalidRef at the end.
   NodeRef leaf_ = kInvalidRef;  ///< The leaf to test, or none. With Immediate schedules node_ is stale while there is
                                 ///< one.
-  unsigned skip_ = 0;           ///< Number of hits of this leaf that the visitor saw before it stopped.
+  unsigned skip_ = 0;           ///< Hits of this leaf that the visitor has seen: of triangles those in lower slots.
 };
 
 }  // namespace HIPRT_ISA_NAMESPACE

@@ -22,6 +22,9 @@ enum class Outcome {
   kPaused,    ///< The wave leaves the loop to fetch rays (WholeWave); run() continues.
 };
 
+/// No record of where a traversal stops: the traversal itself can continue there, if it is resumable.
+struct NoStop {};
+
 /// The traversal of a tree by one ray. It can stop at a hit and continue.
 /// @tparam P the policies.
 /// @tparam Order P::ClosestOrder or P::AnyOrder.
@@ -36,6 +39,7 @@ class Traversal : public RayState<P, Order, Test> {
 
  public:
   using State::cancel, State::State;
+  using typename State::Position;
   using typename State::QueryRay, typename State::Lanes, typename State::Layout, typename State::Real;
 
   /// Visits the leaves whose boxes the ray meets in [tmin, limit], in the order of Order.
@@ -43,34 +47,40 @@ class Traversal : public RayState<P, Order, Test> {
   /// @param limit read before every test: the visitor may lower it.
   /// @param may_pause whether a WholeWave schedule may return kPaused.
   /// @param visit bool(const LeafHit&): false stops. Under a WholeWave schedule the search cannot continue after that.
-  template <class Primitives, class Visit>
+  /// @param stop NoStop, or a Position*: gets where the visitor has stopped. Then only resume() continues there, so
+  ///        that no register keeps it while the other lanes search.
+  template <class Primitives, class Visit, class Stop = NoStop>
   HIPRT_HD HIPRT_FORCE_INLINE Outcome run(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                           const Primitives& primitives, typename P::Counter& counter,
-                                          [[maybe_unused]] bool may_pause, Visit&& visit) {
+                                          [[maybe_unused]] bool may_pause, Visit&& visit, Stop stop = {}) {
     static_assert(
         kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
         "hiprt: the order AsTested needs a box test that sorts (for this layout), and such a test needs AsTested");
     if constexpr (P::Schedule::kTogether)
-      return run_together(scene, ray, limit, primitives, counter, may_pause, visit);
+      return run_together(scene, ray, limit, primitives, counter, may_pause, visit, stop);
     else
-      return run_alone(scene, ray, limit, primitives, counter, visit);
+      return run_alone(scene, ray, limit, primitives, counter, visit, stop);
   }
 
  private:
+  template <class Stop> static constexpr bool kKeepsStop = !std::is_same_v<Stop, NoStop>;
   using Node = typename Layout::Node;
   using Leaf = typename Layout::Leaf;
 
   /// Traces one ray by itself: it finds a leaf, tests it, and pops the next node.
-  template <class Primitives, class Visit>
+  template <class Primitives, class Visit, class Stop>
   HIPRT_HD HIPRT_FORCE_INLINE Outcome run_alone(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                                 const Primitives& primitives, typename P::Counter& counter,
-                                                Visit&& visit) {
+                                                Visit&& visit, [[maybe_unused]] Stop stop) {
     boxes_.set_limit(limit);
     for (;;) {
       if (is_end(leaf_)) find_leaf(scene, ray, limit, counter);
       if (is_end(leaf_)) return Outcome::kFinished;
       while (!is_end(leaf_) && !this->template is_at_instance<Primitives>(scene))
-        if (!test_leaf(scene, ray, limit, primitives, counter, visit)) return Outcome::kStopped;
+        if (!test_leaf(scene, ray, limit, primitives, counter, visit, skip_)) {
+          if constexpr (kKeepsStop<Stop>) *stop = {levels_, backtrack_.mark(), node_, leaf_, skip_};
+          return Outcome::kStopped;
+        }
       if constexpr (kHasLevels) {
         this->template enter_instance<Primitives>(scene, ray, limit, counter);
         if (leaf_ == kOverflowRef) return Outcome::kFinished;
@@ -86,23 +96,27 @@ class Traversal : public RayState<P, Order, Test> {
   ///
   /// In one-level batches lanes enter instances before the search, so that newly fetched rays do not idle. With more
   /// levels this makes no difference (docs/decisions/0014-instances.md).
-  template <class Primitives, class Visit>
+  template <class Primitives, class Visit, class Stop>
   HIPRT_HD HIPRT_FORCE_INLINE Outcome run_together(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                                    const Primitives& primitives, typename P::Counter& counter,
-                                                   bool may_pause, Visit&& visit) {
+                                                   bool may_pause, Visit&& visit, [[maybe_unused]] Stop stop) {
     using Schedule = typename P::Schedule;
     constexpr bool kEntersFirst = Schedule::kBatchOnly && P::kLevels == 1;
     const LaneMask group = Schedule::group();
     boxes_.set_limit(limit);
     Outcome outcome = Outcome::kFinished;
+    // Where a lane has stopped. It waits for the others with nothing to visit.
+    constexpr bool kContinues = kResumable && !kKeepsStop<Stop>;
     NodeRef stopped_node = kInvalidRef, stopped_leaf = kInvalidRef;
+    unsigned stopped_skip = 0;
     for (;;) {
       if (is_end(leaf_) && !is_box(node_)) take_leaf(scene, ray, limit, counter);
       if constexpr (kHasLevels && kEntersFirst) this->template enter_instance<Primitives>(scene, ray, limit, counter);
       find_leaves_together(scene, ray, limit, counter, group);
       while (!is_end(leaf_) && !this->template is_at_instance<Primitives>(scene)) {
-        if (!test_leaf(scene, ray, limit, primitives, counter, visit)) {
+        if (!test_leaf(scene, ray, limit, primitives, counter, visit, stopped_skip)) {
           outcome = Outcome::kStopped;
+          if constexpr (kKeepsStop<Stop>) *stop = {levels_, backtrack_.mark(), node_, leaf_, stopped_skip};
           stopped_node = node_;
           stopped_leaf = leaf_;
           cancel();
@@ -112,9 +126,10 @@ class Traversal : public RayState<P, Order, Test> {
       if constexpr (kHasLevels && !kEntersFirst) this->template enter_instance<Primitives>(scene, ray, limit, counter);
       const bool busy = !is_end(node_) || (kHasLevels && kEntersFirst && !is_end(leaf_));
       if (!Schedule::leaves(group, busy, may_pause)) continue;
-      if (kResumable && outcome == Outcome::kStopped) {
+      if (kContinues && outcome == Outcome::kStopped) {
         node_ = stopped_node;
         leaf_ = stopped_leaf;
+        skip_ = stopped_skip;
       }
       return busy ? Outcome::kPaused : outcome;
     }
@@ -193,26 +208,28 @@ class Traversal : public RayState<P, Order, Test> {
 
   /// Tests the current leaf and steps to the next leaf of its run.
   /// @pre the leaf is not an instance's.
+  /// @param skip becomes skip_ for the next call, if the visitor stopped.
   /// @return false if the visitor stopped.
   template <class Primitives, class Visit>
   HIPRT_HD HIPRT_FORCE_INLINE bool test_leaf(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                             const Primitives& primitives, typename P::Counter& counter,
-                                             Visit&& visit) {
+                                             const Primitives& primitives, typename P::Counter& counter, Visit&& visit,
+                                             [[maybe_unused]] unsigned& skip) {
     const std::byte* record = this->base(scene) + ref_offset(leaf_);
     if constexpr (kObserved) counter.on_leaf_at(this->base(scene), leaf_);
     const LeafInfo info = load_info(record);
-    unsigned met = 0;
+    [[maybe_unused]] unsigned reported = 0;
     const auto offer = [&](const BasicCandidate<Real>& at, unsigned slot,
                            const BasicCustomHit<Real>* custom) HIPRT_FORCE_INLINE_LAMBDA {
       if constexpr (kObserved) counter.on_candidate(slot, static_cast<float>(at.t));
-      // A functor that may be called once per primitive is not called again for what it has reported.
-      const bool by_slot = kCountsAnyT<Primitives> && custom != nullptr;
+      // A triangle is met once. So is a primitive whose functor may be called once: test_custom() does not call it
+      // again. Others may report several hits.
+      const bool by_slot = kCountsAnyT<Primitives> || custom == nullptr;
       if constexpr (kResumable)
-        if (!by_slot && met++ < skip_) return true;
+        if ((custom == nullptr ? slot : by_slot ? skip_ : reported++) < skip_) return true;
       const std::uint32_t geometry = info.geometry_and_flags & kGeometryMask;
       const std::uint32_t primitive = choose(slot == 0, info.primitive[0], info.primitive[1]);
       if (visit(LeafHit<Real>{at, custom, geometry, primitive, leaf_ + (custom == nullptr ? slot : 0u)})) return true;
-      if constexpr (kResumable) skip_ = by_slot ? slot + 1 : met;
+      if constexpr (kResumable) skip = by_slot ? slot + 1 : reported;
       return false;
     };
     bool go_on = true;

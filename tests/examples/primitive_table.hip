@@ -12,6 +12,6 @@ __global__ void trace_types(hiprt::SceneView scene, const hiprt::Ray* rays, cons
   if (i >= count) return;
   const BallRow row{BallTable{{opaque, glass}, {opaque}}, ray_types[i]};
   hiprt::PrivateStack<>::Memory memory;
-  hiprt::AnyHit<hiprt::Policies, hiprt::NoFilter, BallRow> query(scene, rays[i], memory, {}, row);
+  hiprt::OneHit<hiprt::Policies, hiprt::NoFilter, BallRow> query(scene, rays[i], memory, {}, row);
   met[i] = query.next_hit().found();
 }

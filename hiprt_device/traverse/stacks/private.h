@@ -42,6 +42,9 @@ template <unsigned kEntries = 192> struct PrivateStack {
       return static_cast<Entry>(entries_[top]);
     }
     HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return size_ == 1; }
+    /// See StackBacktrack::mark().
+    HIPRT_HD HIPRT_FORCE_INLINE unsigned size() const { return size_; }
+    HIPRT_HD HIPRT_FORCE_INLINE void resize(unsigned size) { size_ = size; }
 
    private:
     StackEntry* entries_;

@@ -28,12 +28,15 @@ HIPRT_HD HIPRT_FORCE_INLINE NodeRef entry_ref(NodeRef entry) { return entry; }
 
 /// The next node of a traversal whose stack is too small. Its address is that of kInvalidRef, where no node can be.
 inline constexpr NodeRef kOverflowRef = kInvalidRef - 1;
+/// The root of a traversal that must not start. It has the same address.
+inline constexpr NodeRef kRefusedRef = make_ref(kAddressLimit, NodeType::kTriangle3);
 /// The stack entry below the nodes of an instance: the traversal leaves the instance there. It has the same address,
 /// and is neither a box node nor a leaf.
-inline constexpr NodeRef kExitRef = make_ref(kAddressLimit, NodeType::kTriangle3);
-static_assert(!is_box(kExitRef) && kExitRef < kOverflowRef);
-/// Whether the reference is neither node nor leaf: kInvalidRef or kOverflowRef.
-HIPRT_HD constexpr bool is_end(NodeRef ref) { return ref >= kOverflowRef; }
+inline constexpr NodeRef kExitRef = make_ref(kAddressLimit, NodeType::kTriangle2);
+static_assert(!is_box(kExitRef) && !is_box(kRefusedRef) && !is_box(kOverflowRef));
+static_assert(kExitRef < kRefusedRef && kRefusedRef < kOverflowRef);
+/// Whether the reference is neither node nor leaf: kInvalidRef, kOverflowRef or kRefusedRef.
+HIPRT_HD constexpr bool is_end(NodeRef ref) { return ref >= kRefusedRef; }
 
 /// The entry that an empty stack with a bottom (kHasBottom) pops: the end, which is never too far. So pop() need not
 /// check whether the stack is empty.
@@ -113,6 +116,21 @@ template <class Stack, class Entry> class StackBacktrack {
         return entry_ref(entry);
     }
     return kInvalidRef;
+  }
+
+  /// What continue_at() needs while the stack's memory stays as it is. For a stack with size() and resize() this is the
+  /// number of entries, else the whole stack.
+  HIPRT_HD HIPRT_FORCE_INLINE auto mark() const {
+    if constexpr (requires { stack_.size(); })
+      return stack_.size();
+    else
+      return stack_;
+  }
+  template <class Mark> HIPRT_HD HIPRT_FORCE_INLINE void continue_at(const Mark& mark) {
+    if constexpr (requires { stack_.resize(mark); })
+      stack_.resize(mark);
+    else
+      stack_ = mark;
   }
 
  private:

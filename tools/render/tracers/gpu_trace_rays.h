@@ -141,7 +141,7 @@ __global__ void __launch_bounds__(kGpuPolicies[kPolicy].block, least_resident<Ki
   using Filter = typename Kind::Filter;
   using Primitives = typename Kind::Primitives;
   using Search =
-      std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, AnyHit<P, Filter, Primitives>>;
+      std::conditional_t<kQuery == Query::kClosest, ClosestHit<P, Filter, Primitives>, OneHit<P, Filter, Primitives>>;
   with_stack<Kind, kPolicy>(job, [&](const auto& stack) HIPRT_FORCE_INLINE_LAMBDA {
     if constexpr (Kind::kPlaced) {
       trace_placed<Search, kQuery>(job, stack);

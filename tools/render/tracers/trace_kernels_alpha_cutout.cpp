@@ -20,7 +20,7 @@ template <class P, class Primitives> void trace_filtered(const TraceJob& job) {
     const Ray& ray = job.rays[i];
     const auto hit = job.query == Query::kClosest
                          ? ClosestHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit()
-                         : AnyHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
+                         : OneHit<P, AlphaCutout, Primitives>(*job.scene, ray, stack, filter, primitives).next_hit();
     store_hit<P>(job, i, hit);
   }
 }

@@ -37,7 +37,7 @@ auto first_hit(const SceneView& scene, const Ray& ray, Stack& stack, Counter& co
 
 template <class P, class Primitives = NoPrimitives> void trace_with(const TraceJob& job) {
   using Closest = ClosestHit<P, NoFilter, Primitives>;
-  using Any = AnyHit<P, NoFilter, Primitives>;
+  using Any = OneHit<P, NoFilter, Primitives>;
   typename P::Stack::Memory stack;
   for (std::size_t i = 0; i < job.count; ++i) {
     typename P::Counter counter;

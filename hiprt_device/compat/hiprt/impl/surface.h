@@ -20,7 +20,7 @@ HIPRT_HD HIPRT_FORCE_INLINE float minor(float a, float d, float b, float c) {
 }
 
 /// cross(v1 - v0, v2 - v0) of a leaf's triangle, in the object's space. Unlike Hit::normal it is not scaled.
-template <class Layout> HIPRT_HD inline Vec3 triangle_normal(const std::byte* record, unsigned triangle) {
+template <class Layout> HIPRT_HD HIPRT_FORCE_INLINE Vec3 triangle_normal(const std::byte* record, unsigned triangle) {
   const auto& leaf = *reinterpret_cast<const typename Layout::Leaf*>(record);
   unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
   to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
@@ -64,14 +64,15 @@ HIPRT_HD HIPRT_FORCE_INLINE const std::byte* object_base(const SceneView& scene,
 }
 
 /// A result of a search.
+/// @tparam kCustom whether there may be custom primitives.
 /// @param leaf with the triangle; kInvalidRef: a custom primitive. Then hit.error has the bits of its primID.
-template <class Layout, class Result>
-HIPRT_HD inline hiprtHit to_hiprt(const SceneView& scene, const Result& found, NodeRef leaf) {
+template <class Layout, bool kCustom, class Result>
+HIPRT_HD HIPRT_FORCE_INLINE hiprtHit to_hiprt(const SceneView& scene, const Result& found, NodeRef leaf) {
   hiprtHit hit = no_hit();
   if constexpr (requires { found.path; }) set_instances(hit, found.path);
   hit.uv = hiprtFloat2{found.u, found.v};
   hit.t = found.t;
-  if (leaf == kInvalidRef) {
+  if (kCustom && leaf == kInvalidRef) {
     hit.primID = std::bit_cast<std::uint32_t>(found.error);
     hit.normal = to_float3(found.normal);
     return hit;

@@ -69,9 +69,9 @@ struct StackPointer<Named> {
 
 /// What both kinds of traversals share.
 /// @tparam P policies.
-/// @tparam Order, kResumable as those of HitSearch.
+/// @tparam Order, kKind as those of HitSearch.
 /// @tparam Stack the program's stack class. Stacks of this library are replaced by a private stack.
-template <class P, class Order, bool kResumable, class Stack> class TraversalBase {
+template <class P, class Order, SearchKind kKind, class Stack> class TraversalBase {
  public:
   HIPRT_HD HIPRT_FORCE_INLINE hiprtTraversalState getCurrentState() const { return state_; }
 
@@ -79,7 +79,7 @@ template <class P, class Order, bool kResumable, class Stack> class TraversalBas
   static constexpr bool kCustom = (P::kFeatures & feature_bit(Feature::kCustom)) != 0;
   using Primitives = std::conditional_t<kCustom, FunctionPrimitives, NoPrimitives>;
   using Filter = FunctionFilter<typename P::Layout>;
-  using Search = HitSearch<P, Order, kResumable, Filter, Primitives>;
+  using Search = HitSearch<P, Order, kKind, Filter, Primitives>;
 
   /// @param others the arguments behind the ray.
   template <class... Others>
@@ -106,15 +106,15 @@ template <class P, class Order, bool kResumable, class Stack> class TraversalBas
   HIPRT_HD HIPRT_FORCE_INLINE hiprtHit result_of(const Search& search) {
     const bool overflow = search.state() == TraversalState::kStackOverflow;
     // A closest hit ends the traversal.
-    state_ = overflow                                               ? hiprtTraversalStateStackOverflow
-             : kResumable && search.state() == TraversalState::kHit ? hiprtTraversalStateHit
-                                                                    : hiprtTraversalStateFinished;
+    state_ = overflow                                                               ? hiprtTraversalStateStackOverflow
+             : kKind == SearchKind::kEach && search.state() == TraversalState::kHit ? hiprtTraversalStateHit
+                                                                                    : hiprtTraversalStateFinished;
     const auto hit = search.hit();
     // Scenes give what was found before the overflow.
-    if (!hit.found() || (overflow && (kResumable || P::kLevels == 0))) return no_hit();
+    if (!hit.found() || (overflow && (kKind == SearchKind::kEach || P::kLevels == 0))) return no_hit();
     // Read again, so that no register keeps the view during the search.
-    return to_hiprt<typename P::Layout>(view_of(forget(static_cast<const std::byte*>(arguments_.scene))), hit,
-                                        search.leaf());
+    return to_hiprt<typename P::Layout, kCustom>(view_of(forget(static_cast<const std::byte*>(arguments_.scene))), hit,
+                                                 search.leaf());
   }
 
   Arguments arguments_;
@@ -124,7 +124,7 @@ template <class P, class Order, bool kResumable, class Stack> class TraversalBas
 
 /// Finds the closest hit. The query and its stack live in getNextHit() only, so that they can be in registers.
 template <class P, class Stack = hiprtPrivateStack>
-class ClosestTraversal : public TraversalBase<P, typename P::ClosestOrder, false, Stack> {
+class ClosestTraversal : public TraversalBase<P, typename P::ClosestOrder, SearchKind::kClosest, Stack> {
  public:
   /// The closest hit; a miss if there is none, and after the first call.
   HIPRT_HD HIPRT_FORCE_INLINE hiprtHit getNextHit() {
@@ -146,7 +146,7 @@ class ClosestTraversal : public TraversalBase<P, typename P::ClosestOrder, false
 ///
 /// Between calls it keeps where the query has stopped. Each call makes the query anew, so that it can be in registers.
 template <class P, class Stack = hiprtPrivateStack>
-class AnyHitTraversal : public TraversalBase<P, typename P::AnyOrder, true, Stack> {
+class AnyHitTraversal : public TraversalBase<P, typename P::AnyOrder, SearchKind::kEach, Stack> {
  public:
   AnyHitTraversal(const AnyHitTraversal&) = delete;
   AnyHitTraversal& operator=(const AnyHitTraversal&) = delete;
@@ -159,8 +159,7 @@ class AnyHitTraversal : public TraversalBase<P, typename P::AnyOrder, true, Stac
     // The first call set up the memory. Doing so again writes the same values.
     auto search = this->search_in(scene, memory_);
     if (this->state_ == hiprtTraversalStateHit) search.resume(position_);
-    search.find_any(false);
-    if (search.state() == TraversalState::kHit) position_ = search.position();
+    search.find_any(false, &position_);
     return this->result_of(search);
   }
 
