@@ -10,7 +10,9 @@ Result<std::unique_ptr<HostBuffer>> HostBuffer::make(std::size_t bytes) {
   if (!event) return tl::unexpected(std::move(event.error()));
   made->passed_ = std::move(*event);
   void* pointer = nullptr;
-  if (auto got = gpu::check(hipHostMalloc(&pointer, bytes), "hipHostMalloc", bytes, " bytes"); !got)
+  // Kernels write to it, and the host reads that when the stream has passed them.
+  if (auto got = gpu::check(hipHostMalloc(&pointer, bytes, hipHostMallocCoherent), "hipHostMalloc", bytes, " bytes");
+      !got)
     return tl::unexpected(std::move(got.error()));
   made->data_ = static_cast<std::byte*>(pointer);
   made->size_ = bytes;

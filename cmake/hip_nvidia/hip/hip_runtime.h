@@ -66,6 +66,8 @@ template <typename T> hipError_t hipMalloc(T** pointer, size_t bytes) {
 template <typename T> hipError_t hipMallocAsync(T** pointer, size_t bytes, hipStream_t stream) {
   return cudaMallocAsync(reinterpret_cast<void**>(pointer), bytes, stream);
 }
+/// CUDA's always is.
+inline constexpr unsigned hipHostMallocCoherent = 0;
 template <typename T> hipError_t hipHostMalloc(T** pointer, size_t bytes, unsigned flags = 0) {
   return cudaHostAlloc(reinterpret_cast<void**>(pointer), bytes, flags);
 }
