@@ -1,6 +1,12 @@
 # Tests of GPU code, on a machine with a GPU or without one.
 
-if(EXISTS ${PROJECT_SOURCE_DIR}/../shared/amdrun/amdrun)
+# amdrun stands for the runtime of HIP 5.
+set(hip_version 5)
+if(EXISTS "${HIPRT_HIP_INCLUDE_DIR}/hip/hip_version.h")
+  file(STRINGS "${HIPRT_HIP_INCLUDE_DIR}/hip/hip_version.h" hip_version REGEX "define HIP_VERSION_MAJOR")
+  string(REGEX REPLACE ".* " "" hip_version "${hip_version}")
+endif()
+if(EXISTS ${PROJECT_SOURCE_DIR}/../shared/amdrun/amdrun AND NOT hip_version GREATER 5)
   cmake_path(SET hiprt_amdrun_default NORMALIZE ${PROJECT_SOURCE_DIR}/../shared/amdrun/amdrun)
 else()
   set(hiprt_amdrun_default "")

@@ -32,7 +32,7 @@ expect() {
 
 for tool in bvhbuild bvhinfo bvhrender bvhtrace; do
   # Every option of --help is in the page and in the scripts.
-  mapfile -t options < <("$tool" --help | grep -oE '^  (-[a-z],)?--[a-z-]+' | grep -oE -- '--[a-z-]+')
+  mapfile -t options < <("$tool" --help | grep -oE '^ {2,10}(-[a-z], *)?--[a-z-]+' | grep -oE -- '--[a-z-]+')
   [[ ${#options[@]} -ge 5 ]] || fail "$tool --help lists ${#options[@]} options"
   "$tool" --man >page
   for shell in bash zsh fish; do "$tool" --completion "$shell" >"$shell"; done

@@ -64,6 +64,16 @@ class HelpFormatter : public CLI::Formatter {
   }
 };
 
+/// From version 2.5 on CLI11 breaks lines, and those of this library are broken already. It aligns long options, too.
+template <class Formatter> void keep_lines(Formatter& formatter) {
+  if constexpr (requires { formatter.right_column_width(0); }) {
+    formatter.right_column_width(200);
+    formatter.enable_description_formatting(false);
+    formatter.enable_footer_formatting(false);
+    formatter.long_option_alignment_ratio(0.2f);
+  }
+}
+
 }  // namespace
 
 std::string tool_version(const ToolInfo& info) { return std::string(info.name) + " " + build::version(); }
@@ -78,7 +88,9 @@ void add_threads_option(CLI::App& app, unsigned& threads) {
 
 Cli::Cli(const ToolInfo& info) : info_(info), app_(std::make_unique<CLI::App>(info.description, info.name)) {
   app_->set_help_flag();
-  app_->formatter(std::make_shared<HelpFormatter>());
+  const auto formatter = std::make_shared<HelpFormatter>();
+  keep_lines(*formatter);
+  app_->formatter(formatter);
   app_->footer("\nExamples:\n" + std::string(info.examples) +
                "\nExit status: 0 success, 1 bad input or failed operation, "
                "2 bad usage.");
