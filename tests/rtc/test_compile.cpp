@@ -308,7 +308,8 @@ TEST_CASE("the cache's folder when none is named") {
   set("XDG_CACHE_HOME", "relative");
   REQUIRE(gpu::compile_kernels(kSmall, kNames, options).has_value());
   CHECK(files_in(folder.path() / "home/.cache/hiprt/kernels") == 1);
-  CHECK_FALSE(fs::exists("relative"));
+  // ROCm 6's compiler has a cache of its own there.
+  CHECK_FALSE(fs::exists("relative/hiprt"));
 }
 
 TEST_CASE("compiles into the cache of the environment", "[.child]") {
