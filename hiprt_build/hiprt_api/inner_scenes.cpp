@@ -61,9 +61,9 @@ Result<ObjectRecord*> Nesting::enqueue(const ObjectRecord* records, InstanceReco
   for (std::size_t i = 0; i < links.size(); ++i)
     if (inner_.scene_of[i] != InnerScenes::kNone) links[i] = inner_.scenes[inner_.scene_of[i]].copy;
   if (done)
-    done = gpu::check(
-        hipMemcpyAsync(*memory + links_at, links.data(), links.size() * sizeof(void*), hipMemcpyHostToDevice, stream_),
-        "hipMemcpyAsync");
+    done = gpu::check(hipMemcpyAsync(*memory + links_at, static_cast<const void*>(links.data()),
+                                     links.size() * sizeof(void*), hipMemcpyHostToDevice, stream_),
+                      "hipMemcpyAsync");
   if (done)
     done = enqueue_links(reinterpret_cast<InstanceRecord* const*>(*memory + links_at), table, instances_, stream_);
   if (!done) return tl::unexpected(std::move(done.error()));
