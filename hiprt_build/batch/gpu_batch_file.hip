@@ -11,7 +11,7 @@ Result<build::Buffer> download_file(const BatchScenes& scenes, std::uint32_t num
                                     Allocator& allocator) {
   if (number >= scenes.count)
     return fail(ErrorCode::kInvalidInput, "download_file: scene ", number, ", the batch has ", scenes.count);
-  // In memory of its own: a batch's scenes share theirs.
+  // All scenes of a batch lie in one allocation. The copy holds this one only.
   const auto one = compact_batch({scenes.views + number, scenes.report, scenes.counts + number, 1}, stream, allocator);
   if (!one) return tl::unexpected(one.error());
   auto record = DeviceArray<ObjectRecord>::make(1, stream, allocator);

@@ -133,7 +133,9 @@ Result<const InstanceReport*> enqueue_update(const SceneObjects& objects, const 
 /// @return kInvalidInput with the instance and its determinant, kTooLarge, or the runtime's error.
 Result<InstanceReport> read_report(const InstanceReport* report, const SceneObjects& objects, hipStream_t stream);
 
-/// The scene's file in host memory, complete with objects, provenance and checksum; waits for the stream.
+/// The scene's file in host memory, complete with objects, provenance and checksum; waits for the stream. Separate
+/// objects with equal records are one object of the file, and each object comes before the scenes that have instances
+/// of it. So objects may have other numbers in the file.
 /// @param report of read_report().
 /// @param tool for the provenance, e.g. the command line.
 Result<build::Buffer> download_file(const InstanceReport& report, const SceneObjects& objects, hipStream_t stream,

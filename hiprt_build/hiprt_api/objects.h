@@ -30,7 +30,7 @@ struct Member {
   const gpu::InstanceReport* instances = nullptr;  ///< Of a scene.
   std::unique_ptr<gpu::SceneParts> parts;          ///< Of a geometry that was updated since its build.
   bool alive = true;
-  bool built = false;  ///< Alone.
+  bool built = false;  ///< Built by itself; Pool::is_built() knows of batches.
 };
 
 /// Objects of one allocation.

@@ -67,7 +67,8 @@ class AnyHit
   using AnyHit::AnyHitQuery::AnyHitQuery;
 };
 
-/// The first of these hits: next_hit() may be called once. On GPUs it needs fewer registers.
+/// One hit of a ray, any of them, without normal and error. next_hit() may be called once. On GPUs this needs fewer
+/// registers than AnyHit.
 ///
 ///     bool shadowed = hiprt::OneHit<P>(scene, ray, stack).next_hit().found();
 template <class P = Policies, class Filter = NoFilter, class Primitives = NoPrimitives>

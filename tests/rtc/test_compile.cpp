@@ -308,7 +308,7 @@ TEST_CASE("the cache's folder when none is named") {
   set("XDG_CACHE_HOME", "relative");
   REQUIRE(gpu::compile_kernels(kSmall, kNames, options).has_value());
   CHECK(files_in(folder.path() / "home/.cache/hiprt/kernels") == 1);
-  // ROCm 6's compiler has a cache of its own there.
+  // ROCm 6's compiler caches other files there.
   CHECK_FALSE(fs::exists("relative/hiprt"));
 }
 

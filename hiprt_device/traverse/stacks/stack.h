@@ -118,8 +118,8 @@ template <class Stack, class Entry> class StackBacktrack {
     return kInvalidRef;
   }
 
-  /// What continue_at() needs while the stack's memory stays as it is. For a stack with size() and resize() this is the
-  /// number of entries, else the whole stack.
+  /// What continue_at() needs, if nothing writes to the stack's memory in between. For a stack with size() and resize()
+  /// this is the number of entries, else a copy of the stack object.
   HIPRT_HD HIPRT_FORCE_INLINE auto mark() const {
     if constexpr (requires { stack_.size(); })
       return stack_.size();
