@@ -12,6 +12,9 @@
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfTileDescription.h>
 #include <OpenEXR/ImfTiledInputPart.h>
+#if __has_include(<OpenEXR/ImfContextInit.h>)  // OpenEXR 3.3 and newer.
+#include <OpenEXR/ImfContextInit.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -29,7 +32,10 @@ class MemoryInput : public Imf::IStream {
 
   bool read(char data[], int count) override {
     const auto size = static_cast<std::uint64_t>(std::max(count, 0));
-    if (position_ > bytes_.size() || size > bytes_.size() - position_) throw Iex::InputExc("the file ends too early");
+    if (position_ > bytes_.size() || size > bytes_.size() - position_) {
+      ends_early_ = true;
+      throw Iex::InputExc(kEndsEarly);
+    }
     std::memcpy(data, bytes_.data() + position_, static_cast<std::size_t>(size));
     position_ += size;
     return position_ < bytes_.size();
@@ -37,8 +43,13 @@ class MemoryInput : public Imf::IStream {
   std::uint64_t tellg() override { return position_; }
   void seekg(std::uint64_t position) override { position_ = position; }
 
+  static constexpr const char* kEndsEarly = "the file ends too early";
+  /// Whether a read went beyond the end. OpenEXR 3.4 returns such a picture without its last rows.
+  bool ends_early() const { return ends_early_; }
+
  private:
   std::span<const std::byte> bytes_;
+  bool ends_early_ = false;
   std::uint64_t position_ = 0;
 };
 
@@ -110,9 +121,26 @@ build::Result<void> check_header(const std::string& name, const Imf::Header& hea
   return header.hasTileDescription() ? check_tiles(name, header) : build::Result<void>();
 }
 
+/// Opens a file without repairing it, and without OpenEXR's own messages on standard error.
+class QuietFile : public Imf::MultiPartInputFile {
+ public:
+#if __has_include(<OpenEXR/ImfContextInit.h>)
+  explicit QuietFile(Imf::IStream& stream)
+      : MultiPartInputFile(stream.fileName(),
+                           Imf::ContextInitializer()
+                               .setInputStream(&stream)
+                               .setErrorHandler([](exr_const_context_t, exr_result_t, const char*){})
+                               .disableChunkReconstruction(true),
+                           /*numThreads=*/0) {}
+#else
+  explicit QuietFile(Imf::IStream& stream)
+      : MultiPartInputFile(stream, /*numThreads=*/0, /*reconstructChunkOffsetTable=*/false) {}
+#endif
+};
+
 /// Throws what OpenEXR throws.
 build::Result<ColorImage> decode(const std::string& name, Imf::IStream& stream) {
-  Imf::MultiPartInputFile file(stream, /*numThreads=*/0, /*reconstructChunkOffsetTable=*/false);
+  QuietFile file(stream);
   if (file.parts() < 1) return refused(name, "has no picture");
   const Imf::Header& header = file.header(0);
   if (auto checked = check_header(name, header); !checked) return tl::unexpected(checked.error());
@@ -141,7 +169,9 @@ build::Result<ColorImage> decode_exr_colors(std::span<const std::byte> bytes, co
   if (!is_exr(bytes)) return refused(name, "not an OpenEXR file");
   MemoryInput stream(name.c_str(), bytes);
   try {
-    return decode(name, stream);
+    build::Result<ColorImage> image = decode(name, stream);
+    if (image && stream.ends_early()) return refused(name, std::string("damaged: ") + MemoryInput::kEndsEarly);
+    return image;
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception& error) {
