@@ -22,7 +22,7 @@ if(HIPRT_BUILD_FORMAT)
     install(FILES ${PROJECT_SOURCE_DIR}/hiprt_build/${header}.h
       DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT format)
   endforeach()
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/format
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/format ${PROJECT_SOURCE_DIR}/hiprt_build/host
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT format FILES_MATCHING PATTERN "*.h")
   install(TARGETS hiprt_format EXPORT hiprtFormatTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT format)

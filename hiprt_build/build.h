@@ -9,6 +9,7 @@
 
 #include <hiprt_build/buffer.h>
 #include <hiprt_build/error.h>
+#include <hiprt_build/host/host_part.h>
 #include <hiprt_build/input.h>
 #include <hiprt_device/format/node.h>
 
@@ -18,12 +19,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-
-namespace hiprt {
-
-struct SceneView;  ///< hiprt_device/scene_view.h
-
-}  // namespace hiprt
 
 namespace hiprt::build {
 
@@ -120,8 +115,10 @@ struct BuildStatistics {
 struct Bvh {
   Buffer buffer;
   BuildStatistics statistics;
+  HostPart host{};
 
-  /// The view that queries on the host take; <hiprt_device/hiprt_device.h> defines it. Valid while the buffer lives.
+  /// The view that queries on the host take; <hiprt_device/hiprt_device.h> defines it. Valid while the Bvh lives. After
+  /// a refit see HostPart::scene().
   HIPRT_BUILD_API SceneView scene() const;
 };
 

@@ -12,6 +12,7 @@
 #include <hiprt_build/error.h>
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/format/view.h>
+#include <hiprt_build/host/host_part.h>
 
 #include <span>
 #include <string>
@@ -22,9 +23,9 @@ namespace hiprt {
 /// A checked BVH file: its bytes and views of them.
 class SceneFile {
  public:
-  /// The view for the host. For a copy on a GPU call gpu::upload_scene(file.bytes(), ...), or
-  /// make_scene_view(file.view(), address).
-  SceneView scene() const { return make_scene_view(view_); }
+  /// The view for the host, with what makes it fast there (HostPart). For a copy on a GPU call
+  /// gpu::upload_scene(file.bytes(), ...), or make_scene_view(file.view(), address).
+  SceneView scene() const { return host_.scene(view_); }
   const BufferView& view() const { return view_; }
   std::span<const std::byte> bytes() const { return view_.bytes; }
   /// The numbers that the checks have counted.
@@ -38,6 +39,7 @@ class SceneFile {
   build::Buffer buffer_;  ///< Empty if the bytes are the caller's.
   BufferView view_;
   ValidateSummary summary_;
+  HostPart host_;
 };
 
 /// Opens a file. It stays mapped as long as the result lives, and must not change during that time.

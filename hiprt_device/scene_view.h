@@ -8,6 +8,8 @@
 
 namespace hiprt {
 
+struct HostScene;
+
 /// A file in memory that the tracer can read, and the few header fields that every ray uses.
 struct SceneView {
   const std::byte* base = nullptr;  ///< First byte of the file, in the memory of the processor that traces.
@@ -28,6 +30,8 @@ struct SceneView {
   /// Offset in the file of the section that SceneShapes reads: kShapes, or kObjectShapes in a scene of instances. 0:
   /// none.
   std::uint64_t shapes = 0;
+  /// What the host has prepared; nullptr: nothing. Only hosts read it.
+  const HostScene* host = nullptr;
 };
 
 }  // namespace hiprt

@@ -2,8 +2,8 @@
 
 #include "instanced_spheres.h"
 
+#include <hiprt_build/host/isa.h>
 #include <tools/base/interrupt.h>
-#include <tools/render/tracers/isa.h>
 
 #include <algorithm>
 
@@ -14,7 +14,7 @@ Engine::Engine(std::unique_ptr<Device> device, bool is_gpu)
 
 build::Result<std::unique_ptr<Engine>> Engine::make(std::string_view name, unsigned threads) {
   const bool is_gpu = name == "gpu";
-  if (!is_gpu && !tools::runs_isa("x86_64_v3"))
+  if (!is_gpu && !format_detail::runs_isa("x86_64_v3"))
     return tl::unexpected(
         build::Error{build::ErrorCode::kInvalidInput, "the kernels need a processor with AVX2 and FMA"});
   auto device = is_gpu ? make_gpu_device() : make_cpu_device(threads);

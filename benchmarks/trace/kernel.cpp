@@ -1,5 +1,6 @@
 #include "kernel.h"
 
+#include <hiprt_device/hiprt_device.h>
 #include <tools/render/tracers/tracer.h>
 
 #include <string_view>
@@ -23,9 +24,15 @@ constexpr Isa kIsas[] = {
 #undef HIPRT_ISA
 };
 
+void run_on_host(const KernelJob& job) {
+  for (std::size_t i = 0; i < job.count; ++i)
+    job.hits[i] = job.any_hit ? any_hit(*job.scene, job.rays[i]) : closest_hit(*job.scene, job.rays[i]);
+}
+
 }  // namespace
 
 void run_kernel(const KernelJob& job) {
+  if (job.lanes == Lanes::kHost) return run_on_host(job);
   static const Isa& best = []() -> const Isa& {
     const Isa* chosen = &kIsas[0];
     for (const Isa& isa : kIsas)

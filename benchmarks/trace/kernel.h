@@ -20,6 +20,7 @@ enum class Tests {
 
 enum class Lanes {
   kDefault,  ///< The host's vector registers.
+  kHost,     ///< closest_hit(scene, ray) and any_hit(scene, ray): the tracer that the library has compiled.
   kArray,    ///< Plain C++. Compiled for NodeLayout::kPlanes and Tests::kAccurate only.
 };
 

@@ -1,7 +1,5 @@
 #include "trace_scene.h"
 
-#include <hiprt_build/format/view.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -41,7 +39,7 @@ build::Result<void> TraceScene::build_trees(const Scene& scene) {
     if (trees_.contains(key)) continue;
     auto bvh = build::build({&input, 1}, {.builder = variant.builder, .nodes = variant.layout});
     if (!bvh) return tl::unexpected(bvh.error());
-    const SceneView view = make_scene_view(*open_buffer(bvh->buffer.bytes()));
+    const SceneView view = bvh->scene();
     trees_.emplace(key, Tree{std::move(*bvh), view});
   }
   return {};

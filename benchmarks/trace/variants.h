@@ -11,18 +11,21 @@
 namespace hiprt::bench {
 
 struct Variant {
-  std::string_view name;  ///< LAYOUT_BUILDER[_fast|_array].
+  std::string_view name;  ///< host_BUILDER, or LAYOUT_BUILDER[_fast|_array].
   NodeLayout layout;
   build::Builder builder;
   Tests tests = Tests::kAccurate;
   Lanes lanes = Lanes::kDefault;
 };
 
-/// The first one is the library's default.
+/// The first one is what a program gets that chooses nothing.
 inline constexpr std::array kVariants{
+    Variant{"host_sah", NodeLayout::kPlanes, build::Builder::kSah, Tests::kAccurate, Lanes::kHost},
+    Variant{"host_hq", NodeLayout::kPlanes, build::Builder::kHq, Tests::kAccurate, Lanes::kHost},
     Variant{"planes_sah", NodeLayout::kPlanes, build::Builder::kSah},
     Variant{"planes_sah_fast", NodeLayout::kPlanes, build::Builder::kSah, Tests::kFast},
     Variant{"planes_sah_array", NodeLayout::kPlanes, build::Builder::kSah, Tests::kAccurate, Lanes::kArray},
+    Variant{"planes_hq", NodeLayout::kPlanes, build::Builder::kHq},
     Variant{"planes_high", NodeLayout::kPlanes, build::Builder::kEmbreeHigh},
     Variant{"planes_high_fast", NodeLayout::kPlanes, build::Builder::kEmbreeHigh, Tests::kFast},
     Variant{"float_sah", NodeLayout::kFloat, build::Builder::kSah},

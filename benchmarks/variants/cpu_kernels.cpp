@@ -1,6 +1,6 @@
 #include "cpu_kernels.h"
 
-#include <tools/render/tracers/isa.h>
+#include <hiprt_build/host/isa.h>
 
 namespace hiprt::bench {
 
@@ -23,7 +23,7 @@ constexpr Isa kIsas[] = {
 };
 
 const Isa& chosen_isa() {
-  static const Isa& chosen = tools::best_isa(kIsas);
+  static const Isa& chosen = format_detail::best_isa(kIsas);
   return chosen;
 }
 

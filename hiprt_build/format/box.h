@@ -66,6 +66,19 @@ HIPRT_HD constexpr void grow(Box& box, const Box& other) {
   }
 }
 
+HIPRT_HD constexpr Box unite(Box a, const Box& b) {
+  grow(a, b);
+  return a;
+}
+
+/// Half the surface area of a box with these edges. Sums of it are finite up to coordinates of 2^62.
+HIPRT_HD constexpr float half_area(float x, float y, float z) { return x * (y + z) + y * z; }
+
+/// @pre the box is not empty. NaN where edges overflow and others are 0.
+HIPRT_HD constexpr float half_area(const Box& box) {
+  return half_area(box.max[0] - box.min[0], box.max[1] - box.min[1], box.max[2] - box.min[2]);
+}
+
 /// @return the common part, or the empty box.
 inline Box intersection(const Box& a, const Box& b) {
   Box common{};

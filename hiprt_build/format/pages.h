@@ -33,4 +33,15 @@ inline void* allocate_pages(std::size_t size) {
 /// @param size as it was allocated.
 inline void free_pages(void* memory, std::size_t size) { ::operator delete(memory, page_alignment(size)); }
 
+/// For containers of the standard library.
+template <class T> struct PageAllocator {
+  using value_type = T;
+
+  PageAllocator() = default;
+  template <class Other> explicit PageAllocator(const PageAllocator<Other>&) {}
+  T* allocate(std::size_t count) { return static_cast<T*>(allocate_pages(count * sizeof(T))); }
+  void deallocate(T* memory, std::size_t count) { free_pages(memory, count * sizeof(T)); }
+  friend bool operator==(const PageAllocator&, const PageAllocator&) { return true; }
+};
+
 }  // namespace hiprt::build

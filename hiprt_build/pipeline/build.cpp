@@ -157,7 +157,7 @@ Result<Bvh> run_guarded(const Job& job) {
 
 }  // namespace
 
-SceneView Bvh::scene() const { return make_scene_view(*open_buffer(buffer.bytes())); }
+SceneView Bvh::scene() const { return host.scene(*open_buffer(buffer.bytes())); }
 
 BuildOptions options_for(Quality quality) {
   switch (quality) {

@@ -10,21 +10,10 @@ namespace hiprt::build {
 
 using format_detail::empty_box;
 using format_detail::grow;
+using format_detail::half_area;
+using format_detail::unite;
 
 HIPRT_HD constexpr bool is_empty(const Box& box) { return !(box.min[0] <= box.max[0]); }
-
-HIPRT_HD constexpr Box unite(Box a, const Box& b) {
-  grow(a, b);
-  return a;
-}
-
-/// Half the surface area of a box with these edges. Sums of it are finite up to coordinates of 2^62.
-HIPRT_HD constexpr float half_area(float x, float y, float z) { return x * (y + z) + y * z; }
-
-/// @pre the box is not empty. NaN where edges overflow and others are 0.
-HIPRT_HD constexpr float half_area(const Box& box) {
-  return half_area(box.max[0] - box.min[0], box.max[1] - box.min[1], box.max[2] - box.min[2]);
-}
 
 /// Half the centre: halved again so that sums and extents stay finite for every finite box.
 HIPRT_HD constexpr float split_position(const Box& box, unsigned axis) {

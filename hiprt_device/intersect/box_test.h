@@ -15,6 +15,36 @@ struct SortedChildren {
   NodeRef child[kBranching];
 };
 
+/// How far a scene reaches, along any axis.
+struct Extents {
+  float reach;      ///< From a ray's origin.
+  float magnitude;  ///< From zero.
+
+  HIPRT_HD HIPRT_FORCE_INLINE Extents(const Vec3& origin, const Box& bounds) {
+#if HIPRT_SIMD_LANES
+    using Four = SimdLanes;
+    const auto from = Four::set(origin.x, origin.y, origin.z, origin.z);
+    const auto low = Four::set(bounds.min[0], bounds.min[1], bounds.min[2], bounds.min[2]);
+    const auto high = Four::set(bounds.max[0], bounds.max[1], bounds.max[2], bounds.max[2]);
+    const auto reaches = Four::max(Four::sub(high, from), Four::sub(from, low));
+    const auto magnitudes = Four::max(Four::magnitude(high), Four::magnitude(low));
+    const auto both = Four::max(_mm_unpacklo_ps(reaches, magnitudes), _mm_unpackhi_ps(reaches, magnitudes));
+    const auto largest = Four::max(both, _mm_movehl_ps(both, both));
+    reach = max_of(Four::get(largest, 0), 0.0f);
+    magnitude = Four::get(largest, 1);
+#else
+    reach = magnitude = 0.0f;
+    const auto read = [&](unsigned axis, float from) {
+      reach = max_of(reach, max_of(bounds.max[axis] - from, from - bounds.min[axis]));
+      magnitude = max_of(magnitude, max_of(absolute(bounds.max[axis]), absolute(bounds.min[axis])));
+    };
+    read(0, origin.x);
+    read(1, origin.y);
+    read(2, origin.z);
+#endif
+  }
+};
+
 /// Box test policy: every hit that the Watertight triangle test reports lies in boxes that pass. The default.
 struct Conservative {
   /// @return by how much every box is widened, in scene units.
@@ -25,16 +55,9 @@ struct Conservative {
   /// @param condition, transform_reach of the file's header.
   HIPRT_HD static HIPRT_FORCE_INLINE float margin(const Vec3& origin, const Box& bounds, float condition,
                                                   float transform_reach) {
-    float reach = 0.0f, magnitude = 0.0f;
-    const auto read = [&](unsigned axis, float from) {
-      reach = max_of(reach, max_of(bounds.max[axis] - from, from - bounds.min[axis]));
-      magnitude = max_of(magnitude, max_of(absolute(bounds.max[axis]), absolute(bounds.min[axis])));
-    };
-    read(0, origin.x);
-    read(1, origin.y);
-    read(2, origin.z);
+    const Extents of(origin, bounds);
+    const float reach = of.reach, magnitude = of.magnitude + max_component(origin);
     constexpr float kUnit = 0x1p-24f;
-    magnitude += max_component(origin);
     const float own = 24.0f * reach + 4.0f * magnitude;
     // Not 0 times a number that may be infinite.
     if (!(condition > 0.0f)) return kUnit * own;
@@ -97,9 +120,13 @@ template <class Lanes> struct RaySlabs {
   /// product is 0 * inf.
   HIPRT_HD HIPRT_FORCE_INLINE RaySlabs(const Ray& ray, float margin) {
     const float floor = max_component(ray.direction) * 0x1p-26f;
-    prepare(0, ray.origin.x, ray.direction.x, floor, margin);
-    prepare(1, ray.origin.y, ray.direction.y, floor, margin);
-    prepare(2, ray.origin.z, ray.direction.z, floor, margin);
+    if constexpr (Lanes::kScalar) {
+      prepare(0, ray.origin.x, ray.direction.x, floor, margin);
+      prepare(1, ray.origin.y, ray.direction.y, floor, margin);
+      prepare(2, ray.origin.z, ray.direction.z, floor, margin);
+    } else {
+      this->prepare_axes(ray, floor, margin);
+    }
   }
 
   /// @param origin of the ray whose slabs were saved.
@@ -123,6 +150,35 @@ template <class Lanes> struct RaySlabs {
     const float magnitude = within_range(max_of(reciprocal(length), std::numeric_limits<float>::min()));
     put(axis, origin, down ? -magnitude : magnitude, margin);
   }
+#if HIPRT_SIMD_LANES
+  /// prepare() for all axes at once, with the same results.
+  HIPRT_FORCE_INLINE void prepare_axes(const Ray& ray, float floor, float margin) {
+    using Four = SimdLanes;
+    const auto in_range = [](typename Four::Float a) {
+      constexpr float kMax = std::numeric_limits<float>::max();
+      return Four::min(Four::max(a, Four::all(-kMax)), Four::all(kMax));
+    };
+    // A fourth lane of 1, so that no lane is slow.
+    const auto direction = Four::set(ray.direction.x, ray.direction.y, ray.direction.z, 1.0f);
+    const auto origin = Four::set(ray.origin.x, ray.origin.y, ray.origin.z, 1.0f);
+    const auto length = Four::max(Four::magnitude(direction), Four::all(floor));
+    const auto magnitude =
+        in_range(Four::max(Four::div(Four::all(1.0f), length), Four::all(std::numeric_limits<float>::min())));
+    const auto signed_rcp = Four::flip_sign(magnitude, direction);
+    const auto widening = Four::mul(Four::all(margin), Four::magnitude(magnitude));
+    const auto offset = Four::mul(Four::flip_sign(origin, Four::all(-1.0f)), signed_rcp);
+    const auto near = in_range(Four::sub(offset, widening)), far = in_range(Four::add(offset, widening));
+    put_axis<0>(signed_rcp, near, far);
+    put_axis<1>(signed_rcp, near, far);
+    put_axis<2>(signed_rcp, near, far);
+  }
+  template <int kAxis>
+  HIPRT_FORCE_INLINE void put_axis(SimdLanes::Float signed_rcp, SimdLanes::Float near, SimdLanes::Float far) {
+    rcp[kAxis] = Lanes::template spread<kAxis>(signed_rcp);
+    near_offset[kAxis] = Lanes::template spread<kAxis>(near);
+    far_offset[kAxis] = Lanes::template spread<kAxis>(far);
+  }
+#endif
   HIPRT_HD HIPRT_FORCE_INLINE void put(unsigned axis, float origin, float signed_rcp, float margin) {
     const float widening = margin * absolute(signed_rcp);
     const float offset = -origin * signed_rcp;
@@ -139,7 +195,7 @@ template <class Lanes> struct BoxHits {
 
   HIPRT_HD HIPRT_FORCE_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
                                       std::uint32_t present)
-      : mask(Lanes::less_equal(first, last) & present), enter(first) {}
+      : mask(Lanes::is_met(first, last) & present), enter(first) {}
   HIPRT_HD HIPRT_FORCE_INLINE bool hit(unsigned child) const { return (mask >> child & 1u) != 0; }
   HIPRT_HD HIPRT_FORCE_INLINE bool any() const { return mask != 0; }
 };

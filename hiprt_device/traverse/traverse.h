@@ -56,6 +56,8 @@ class Traversal : public RayState<P, Order, Test> {
     static_assert(
         kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
         "hiprt: the order AsTested needs a box test that sorts (for this layout), and such a test needs AsTested");
+    static_assert(!kIsWide<Layout> || (!kHasLevels && !kObserved && !P::Schedule::kTogether),
+                  "hiprt: WideLayout needs the schedule Immediate, no levels, and no observer");
     if constexpr (P::Schedule::kTogether)
       return run_together(scene, ray, limit, primitives, counter, may_pause, visit, stop);
     else
@@ -188,7 +190,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
-    const Node& node = *reinterpret_cast<const Node*>(this->base(scene) + ref_offset(node_));
+    const Node& node = node_at(scene, node_);
     const BoxHits<Lanes> hits =
         intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(boxes_.near_end(tmin_)), Lanes::uniform(limit));
     if constexpr (kObserved) {
@@ -206,6 +208,48 @@ class Traversal : public RayState<P, Order, Test> {
       return Order::next(node.child, hits, backtrack_);
   }
 
+  HIPRT_HD HIPRT_FORCE_INLINE const Node& node_at(const SceneView& scene, NodeRef ref) const {
+    if constexpr (kIsWide<Layout>)
+      return scene.host->nodes[wide_number(ref)];
+    else
+      return *reinterpret_cast<const Node*>(this->base(scene) + ref_offset(ref));
+  }
+
+  /// Tests one or two leaves below a WideNode and steps to the next ones.
+  /// @param skip as that of test_leaf(). Triangles are counted through both leaves.
+  template <class Visit>
+  HIPRT_FORCE_INLINE bool test_wide_leaves(const SceneView& scene, const Real& limit, typename P::Counter& counter,
+                                           Visit&& visit, [[maybe_unused]] unsigned& skip) {
+    const Leaf* leaves = reinterpret_cast<const Leaf*>(this->base(scene) + ref_offset(leaf_));
+    const bool is_long = is_long_run(leaf_);
+    const unsigned left = wide_leaf_count(leaf_);
+    const unsigned count = (is_long ? is_last(leaves[0]) : left == 1) ? 1u : 2u;
+    for (unsigned i = 0; i < count; ++i) counter.on_leaf(leaves[i].info.primitive[1] == kInvalidId ? 1u : 2u);
+    const auto offer = [&](const BasicCandidate<Real>& at, unsigned triangle) HIPRT_FORCE_INLINE_LAMBDA {
+      if (kResumable && triangle < skip_) return true;
+      const LeafInfo& info = leaves[triangle >> 1].info;
+      const NodeRef leaf = (leaf_ & ~7u) + make_ref((triangle >> 1) * kNodeGranularity, NodeType::kTriangle0);
+      if (visit(LeafHit<Real>{at, nullptr, info.geometry_and_flags & kGeometryMask, info.primitive[triangle & 1u],
+                              leaf + (triangle & 1u)}))
+        return true;
+      if constexpr (kResumable) skip = triangle + 1;
+      return false;
+    };
+    if (!Test::template intersect_two<Lanes>(LeafPair{leaves[0], leaves[count - 1]}, count, prepared_, offer))
+      return false;
+    boxes_.set_limit(limit);
+    skip_ = 0;
+    const NodeRef next = leaf_ + make_ref(2 * kNodeGranularity, NodeType::kTriangle0);
+    if (is_long)
+      leaf_ = is_last(leaves[count - 1]) ? kInvalidRef : next;
+    else
+      leaf_ = left > 2 ? next - 2 : kInvalidRef;
+    return true;
+  }
+  HIPRT_HD static HIPRT_FORCE_INLINE bool is_last(const Leaf& leaf) {
+    return (leaf.info.geometry_and_flags & kLastInRun) != 0;
+  }
+
   /// Tests the current leaf and steps to the next leaf of its run.
   /// @pre the leaf is not an instance's.
   /// @param skip becomes skip_ for the next call, if the visitor stopped.
@@ -213,7 +257,16 @@ class Traversal : public RayState<P, Order, Test> {
   template <class Primitives, class Visit>
   HIPRT_HD HIPRT_FORCE_INLINE bool test_leaf(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                              const Primitives& primitives, typename P::Counter& counter, Visit&& visit,
-                                             [[maybe_unused]] unsigned& skip) {
+                                             unsigned& skip) {
+    if constexpr (kIsWide<Layout>)
+      return test_wide_leaves(scene, limit, counter, visit, skip);
+    else
+      return test_leaf_of_file(scene, ray, limit, primitives, counter, visit, skip);
+  }
+  template <class Primitives, class Visit>
+  HIPRT_HD HIPRT_FORCE_INLINE bool test_leaf_of_file(const SceneView& scene, const QueryRay& ray, const Real& limit,
+                                                     const Primitives& primitives, typename P::Counter& counter,
+                                                     Visit&& visit, [[maybe_unused]] unsigned& skip) {
     const std::byte* record = this->base(scene) + ref_offset(leaf_);
     if constexpr (kObserved) counter.on_leaf_at(this->base(scene), leaf_);
     const LeafInfo info = load_info(record);

@@ -5,7 +5,7 @@
     include_arrows.py --expect ROOT    the forbidden includes must be exactly the lines that say '// expect'
 
 A module is a folder, or some files of one. MAY_INCLUDE says which modules it may include besides itself. Headers
-directly in hiprt_build, in hiprt_build/gpu and in hiprt_build/format are public; other headers of hiprt_build are not
+directly in hiprt_build, and in its folders gpu, format and host, are public; other headers of hiprt_build are not
 installed. Public headers and .cpp files of hiprt_build must compile without a GPU runtime: they include none.
 """
 import os
@@ -18,6 +18,7 @@ MODULES = {
     'hiprt_device/math/': 'math',
     'hiprt_device/scene_view.h': 'scene',
     'hiprt_device/ray.h': 'ray',
+    'hiprt_device/host_scene.h': 'host_scene',
     'hiprt_device/filter.h': 'ray',
     'hiprt_device/intersect/': 'intersect',
     'hiprt_device/instances/': 'instances',
@@ -27,6 +28,7 @@ MODULES = {
     'hiprt_device/compat/': 'compat',
     'hiprt_device/': 'query',
     'hiprt_build/format/': 'host_format',
+    'hiprt_build/host/': 'host',
     'hiprt_build/gpu/': 'gpu',
     'hiprt_build/rtc/': 'rtc',
     'hiprt_build/hiprt_api/': 'hiprt_api',
@@ -42,26 +44,30 @@ MODULES = {
     'tools/render/': 'path',
     'tools/': 'cli',
 }
-DEVICE_MODULES = ('format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives', 'traverse', 'query')
+DEVICE_MODULES = ('format', 'math', 'scene', 'ray', 'host_scene', 'intersect', 'instances', 'primitives', 'traverse',
+                  'query')
 # Public headers of hiprt_build that hiprt::format compiles.
 FORMAT_HEADERS = {f'hiprt_build/{name}.h' for name in ('buffer', 'error', 'export', 'file', 'open_scene')}
-LIBRARY = {*DEVICE_MODULES, 'host_format', 'build', 'gpu'}
+LIBRARY = {*DEVICE_MODULES, 'host_format', 'host', 'build', 'gpu'}
 MAY_INCLUDE = {
     'format': set(),
     'math': {'format'},
     'scene': {'format', 'math'},
     'ray': {'format', 'math'},
+    'host_scene': {'format', 'math', 'scene', 'ray'},
     'intersect': {'format', 'math', 'scene', 'ray'},
     'instances': {'format', 'math', 'scene', 'ray', 'intersect'},
     'primitives': {'format', 'math', 'scene', 'ray', 'intersect', 'instances'},
-    'traverse': {'format', 'math', 'scene', 'ray', 'intersect', 'instances', 'primitives'},
+    'traverse': {'format', 'math', 'scene', 'ray', 'host_scene', 'intersect', 'instances', 'primitives'},
     'query': set(DEVICE_MODULES),
     # HIPRT's names over the queries. Nothing of the library needs them.
     'compat': set(DEVICE_MODULES),
     # instances: only_instance.h makes the PlacedObject that kernels take.
     'host_format': {'format', 'math', 'scene', 'instances'},
-    'build': {'format', 'math', 'scene', 'host_format', 'gpu'},
-    'gpu': {'format', 'math', 'scene', 'host_format', 'build'},
+    # Tracers compiled for the host. Only views are made here.
+    'host': {*DEVICE_MODULES, 'host_format'},
+    'build': {'format', 'math', 'scene', 'host_format', 'host', 'gpu'},
+    'gpu': {'format', 'math', 'scene', 'host_format', 'host', 'build'},
     'rtc': {'host_format', 'build', 'gpu'},
     # The library in libhiprt's place. Nothing needs it.
     'hiprt_api': LIBRARY | {'rtc', 'compat'},
@@ -94,7 +100,7 @@ def module(path):
 
 def is_public(path):
     """Whether a header of hiprt_build is installed."""
-    return path.endswith('.h') and (module(path) in ('gpu', 'host_format') or
+    return path.endswith('.h') and (module(path) in ('gpu', 'host_format', 'host') or
                                     module(path) == 'build' and path.count('/') == 1)
 
 
@@ -139,7 +145,7 @@ def fault(root, path, name, quoted):
     target = resolve(root, path, name, quoted)
     public = is_public(path)
     # Compiled where there is no GPU runtime.
-    host_only = mine in ('build', 'host_format') and (public or path.endswith('.cpp'))
+    host_only = mine in ('build', 'host_format', 'host') and (public or path.endswith('.cpp'))
     if target is None:
         if quoted or name.startswith(('hiprt_device/', 'hiprt_build/', 'hiprt/', 'tools/')):
             return f'{name} does not exist in the project'
@@ -163,7 +169,7 @@ def fault(root, path, name, quoted):
         return f'{target} needs a GPU runtime, which a C++ compiler alone does not have'
     if public and theirs == 'build' and not is_public(target):
         return f'{target} is internal and not installed: public headers do not include it'
-    if mine == 'host_format' and target in FORMAT_HEADERS:
+    if mine in ('host_format', 'host') and target in FORMAT_HEADERS:
         return None
     if theirs != mine and theirs not in MAY_INCLUDE[mine]:
         return f'{mine} may not include {theirs or "tests, benchmarks or others"} ({target})'

@@ -61,7 +61,7 @@ inline Scene make_scene(const std::vector<Mesh>& meshes, const build::BuildOptio
   const auto view = open_buffer(std::as_const(scene.bvh.buffer).bytes());
   REQUIRE(view.has_value());
   scene.view = *view;
-  scene.traced = make_scene_view(*view);
+  scene.traced = scene.bvh.scene();
   return scene;
 }
 

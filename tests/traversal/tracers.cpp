@@ -27,6 +27,10 @@ template <class Triangle, class Boxes, class Lanes> Hit any(const Scene& scene, 
   });
 }
 
+// Of a scene with a HostScene these are the compiled tracers.
+Hit closest_on_host(const Scene& scene, const Ray& ray) { return closest_hit(scene.traced, ray); }
+Hit any_on_host(const Scene& scene, const Ray& ray) { return any_hit(scene.traced, ray); }
+
 template <class Triangle, class Boxes, class Lanes>
 constexpr Tracer tracer(const char* name, bool guaranteed, float weight_error = 0.0f) {
   return {name, guaranteed, closest<Triangle, Boxes, Lanes>, any<Triangle, Boxes, Lanes>, weight_error};
@@ -35,6 +39,7 @@ constexpr Tracer tracer(const char* name, bool guaranteed, float weight_error = 
 constexpr Tracer kTracers[] = {
     tracer<Watertight, Conservative, DefaultLanes>("watertight conservative", true),
     tracer<Watertight, Conservative, ArrayLanes>("the same, array lanes", true),
+    {"the same, on the host", true, closest_on_host, any_on_host},
     tracer<Watertight, Plain, DefaultLanes>("watertight plain", false),
     tracer<Fast, Conservative, DefaultLanes>("fast conservative", false),
     tracer<Fast, Plain, DefaultLanes>("fast plain", false),
@@ -46,7 +51,7 @@ constexpr Tracer kTracers[] = {
 }  // namespace
 
 std::span<const Tracer> all_tracers() { return kTracers; }
-std::span<const Tracer> default_tracers() { return std::span(kTracers).first(2); }
+std::span<const Tracer> default_tracers() { return std::span(kTracers).first(3); }
 std::uint32_t stack_capacity() { return 192; }
 
 }  // namespace hiprt::checks

@@ -1,7 +1,7 @@
 #include <tools/render/tracers/tracer.h>
 
+#include <hiprt_build/host/isa.h>
 #include <tools/render/scene/path_scene.h>
-#include <tools/render/tracers/isa.h>
 #include <tools/render/tracers/trace_job.h>
 
 #include <string_view>
@@ -27,7 +27,7 @@ constexpr Isa kIsas[] = {
 };
 
 const Isa& chosen_isa() {
-  static const Isa& chosen = best_isa(kIsas);
+  static const Isa& chosen = format_detail::best_isa(kIsas);
   return chosen;
 }
 

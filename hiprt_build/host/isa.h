@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <string_view>
 
-namespace hiprt::tools {
+namespace hiprt::format_detail {
 
 /// @return whether this machine runs code for the instruction set, named as in HIPRT_ISA_LIST. Only the features that
 /// the compiled traversal uses are checked: every processor with them has the rest of the level.
@@ -32,4 +32,4 @@ template <class Variant, std::size_t N> const Variant& best_isa(const Variant (&
   return *best;
 }
 
-}  // namespace hiprt::tools
+}  // namespace hiprt::format_detail

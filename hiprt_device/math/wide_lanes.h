@@ -1,0 +1,75 @@
+#pragma once
+/// Eight floats at a time, for hosts with AVX2 and FMA: the boxes of a WideNode, or two leaves of two triangles.
+///
+/// The operations are those of SimdLanes (lanes.h), with the same rounding per lane.
+
+#include <hiprt_device/math/lanes.h>
+
+#if HIPRT_SIMD_LANES && defined(__AVX2__) && defined(__FMA__)
+#define HIPRT_WIDE_LANES 1
+#else
+#define HIPRT_WIDE_LANES 0
+#endif
+
+#if HIPRT_WIDE_LANES
+namespace hiprt {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// Eight lanes in an AVX register. A half has four lanes.
+struct WideLanes {
+  static constexpr bool kScalar = false;
+  using Scalar = float;
+  static constexpr float kByteBias = 0.0f;
+  using Float = __m256;
+  using Uniform = __m256;
+  static HIPRT_FORCE_INLINE Uniform uniform(float a) { return _mm256_set1_ps(a); }
+  static HIPRT_FORCE_INLINE float value(Uniform a) { return a[0]; }
+
+  /// Eight floats. @param p multiple of 32 bytes.
+  static HIPRT_FORCE_INLINE Float load(const float* p) { return _mm256_load_ps(p); }
+  /// Four floats for the first half and four for the second. @param p, q multiples of 16 bytes.
+  static HIPRT_FORCE_INLINE Float load_halves(const float* p, const float* q) {
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(p)), _mm_load_ps(q), 1);
+  }
+  /// @param p multiple of 32 bytes.
+  static HIPRT_FORCE_INLINE void store(float* p, Float a) { _mm256_store_ps(p, a); }
+  static HIPRT_FORCE_INLINE Float all(float a) { return _mm256_set1_ps(a); }
+  static HIPRT_FORCE_INLINE Float add(Float a, Float b) { return a + b; }
+  static HIPRT_FORCE_INLINE Float sub(Float a, Float b) { return a - b; }
+  static HIPRT_FORCE_INLINE Float mul(Float a, Float b) { return a * b; }
+  static HIPRT_FORCE_INLINE Float fma(Float a, Float b, Float c) { return _mm256_fmadd_ps(a, b, c); }
+  static HIPRT_FORCE_INLINE Float fnma(Float a, Float b, Float c) { return _mm256_fnmadd_ps(a, b, c); }
+  static HIPRT_FORCE_INLINE Float fms(Float a, Float b, Float c) { return _mm256_fmsub_ps(a, b, c); }
+  static HIPRT_FORCE_INLINE Float madd(Float a, Float b, Float c) { return _mm256_fmadd_ps(a, b, c); }
+  static HIPRT_FORCE_INLINE Float first_in(Float a, Float b, Float c, Uniform begin) {
+    return as_floats(_mm256_max_epi32(_mm256_max_epi32(bits(a), bits(b)), _mm256_max_epi32(bits(c), bits(begin))));
+  }
+  static HIPRT_FORCE_INLINE Float last_in(Float a, Float b, Float c, Uniform end) {
+    return as_floats(_mm256_min_epi32(_mm256_min_epi32(bits(a), bits(b)), _mm256_min_epi32(bits(c), bits(end))));
+  }
+  static HIPRT_FORCE_INLINE std::uint32_t is_met(Float first, Float last) {
+    const __m256i minus_zero = bits(all(-0.0f)), end = bits(last);
+    const __m256i missed =
+        _mm256_andnot_si256(_mm256_cmpeq_epi32(end, minus_zero), _mm256_cmpgt_epi32(bits(first), end));
+    return mask(as_floats(missed)) ^ 0xffu;
+  }
+  /// In each half.
+  template <int A, int B, int C, int D> static HIPRT_FORCE_INLINE Float shuffle(Float a) {
+    return _mm256_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
+  }
+  static HIPRT_FORCE_INLINE std::uint32_t greater(Float a, Float b) { return mask(_mm256_cmp_ps(a, b, _CMP_GT_OQ)); }
+  static HIPRT_FORCE_INLINE float get(Float a, unsigned i) { return a[i]; }
+  /// Lane @p kLane of four numbers.
+  template <int kLane> static HIPRT_FORCE_INLINE Uniform spread(SimdLanes::Float of) {
+    return _mm256_broadcastss_ps(SimdLanes::shuffle<kLane, kLane, kLane, kLane>(of));
+  }
+
+ private:
+  static HIPRT_FORCE_INLINE __m256i bits(Float a) { return _mm256_castps_si256(a); }
+  static HIPRT_FORCE_INLINE Float as_floats(__m256i a) { return _mm256_castsi256_ps(a); }
+  static HIPRT_FORCE_INLINE std::uint32_t mask(Float a) { return static_cast<std::uint32_t>(_mm256_movemask_ps(a)); }
+};
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt
+#endif

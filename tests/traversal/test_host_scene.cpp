@@ -1,0 +1,210 @@
+// The eight-wide nodes of a host: where there are some, that they hold the scene's leaves, and that hits are the same.
+
+#include <hiprt_build/host/isa.h>
+#include <hiprt_build/open_scene.h>
+#include <hiprt_build/refit.h>
+#include <hiprt_device/hiprt_device.h>
+#include <hiprt_device/host_scene.h>
+#include <tests/amount.h>
+#include <tests/oracle/meshes.h>
+#include <tests/traversal/tracers.h>
+
+#include <tests/catch.h>
+
+#include <map>
+#include <thread>
+
+using namespace hiprt;
+using namespace hiprt::checks;
+using oracle::Mesh;
+using oracle::Random;
+
+namespace {
+
+constexpr std::uint64_t kSeed = 808;
+
+bool host_has_tracer() {
+#if defined(__x86_64__)
+  return format_detail::runs_isa("x86_64_v3");
+#else
+  return false;
+#endif
+}
+
+/// Triangles at random places; every third one is there twice.
+Mesh soup(Random& random, unsigned count, double size) {
+  Mesh mesh;
+  for (unsigned i = 0; i < count; ++i) {
+    const Position center = random.in_cube(1.0);
+    Position corner[3];
+    for (Position& p : corner) {
+      const Position offset = random.in_cube(size);
+      p = {center[0] + offset[0], center[1] + offset[1], center[2] + offset[2]};
+    }
+    append(mesh, corner[0], corner[1], corner[2]);
+    if (i % 3 == 0) append(mesh, corner[0], corner[1], corner[2]);
+  }
+  return mesh;
+}
+
+/// From anywhere near the scene, also along axes and with ends.
+Ray random_ray(Random& random, double scale) {
+  Ray ray;
+  const Position from = random.in_cube(1.5 * scale), to = random.in_cube(scale);
+  const unsigned axis = random.below(8);
+  for (int k = 0; k < 3; ++k) {
+    ray.origin[k] = from[static_cast<std::size_t>(k)];
+    ray.direction[k] = to[static_cast<std::size_t>(k)] - from[static_cast<std::size_t>(k)];
+    if (axis < 3 && static_cast<unsigned>(k) != axis) ray.direction[k] = 0.0f;
+  }
+  if (random.coin()) ray.tmax = random.uniform_float(0.0, 1.5);
+  if (random.below(4) == 0) ray.tmin = random.uniform_float(-0.5, 0.8);
+  return ray;
+}
+
+/// @return what differs from the scene's own nodes, or "".
+std::string difference(const SceneView& scene, const Ray& ray) {
+  const Hit expected = closest_hit<Policies>(scene, ray), hit = closest_hit(scene, ray);
+  if (!same_hit(hit, expected))
+    return "closest: t " + std::to_string(hit.t) + " primitive " + std::to_string(hit.primitive) + ", expected " +
+           std::to_string(expected.t) + " " + std::to_string(expected.primitive);
+  const Hit any = any_hit(scene, ray);
+  if (any.found() != expected.found()) return std::string("any: ") + (any.found() ? "found" : "missed");
+  return "";
+}
+
+void check_hits(const SceneView& scene, Random& random, unsigned rays, double scale) {
+  for (unsigned i = 0; i < rays; ++i) {
+    const Ray ray = random_ray(random, scale);
+    INFO("ray " << i);
+    REQUIRE(difference(scene, ray) == "");
+  }
+}
+
+/// The leaves that the host's nodes name, each with how often.
+std::map<std::uint64_t, unsigned> named_leaves(const SceneView& scene) {
+  std::map<std::uint64_t, unsigned> leaves;
+  std::vector<NodeRef> open{wide_ref(0)};
+  while (!open.empty()) {
+    const WideNode& node = scene.host->nodes[wide_number(open.back())];
+    open.pop_back();
+    for (const NodeRef child : node.child) {
+      if (child == kInvalidRef) continue;
+      if (is_box(child)) {
+        open.push_back(child);
+        continue;
+      }
+      std::uint64_t at = ref_offset(child);
+      for (unsigned left = is_long_run(child) ? ~0u : wide_leaf_count(child); left > 0; --left) {
+        ++leaves[at];
+        const auto& leaf = *reinterpret_cast<const PlanesLeaf*>(scene.base + at);
+        if (is_long_run(child) && (leaf.info.geometry_and_flags & kLastInRun) != 0) break;
+        at += sizeof(PlanesLeaf);
+      }
+    }
+  }
+  return leaves;
+}
+
+}  // namespace
+
+TEST_CASE("A host has nodes of its own for flat scenes of triangles in layout planes") {
+  Random random(kSeed);
+  const std::vector<Mesh> meshes{soup(random, 200, 0.1)};
+  const Scene planes = make_scene(meshes);
+  CHECK((planes.traced.host != nullptr) == host_has_tracer());
+  CHECK(make_scene_view(planes.view).host == nullptr);
+  for (const NodeLayout layout : {NodeLayout::kFloat, NodeLayout::kHalf, NodeLayout::kQuantized})
+    CHECK(make_scene(meshes, {.nodes = layout}).traced.host == nullptr);
+  const std::vector<Mesh> one{soup(random, 1, 0.1)};
+  CHECK(make_scene(one, {.max_leaf_triangles = 8}).traced.host == nullptr);
+  const auto file = open_scene(planes.view.bytes, "soup");
+  REQUIRE(file);
+  CHECK((file->scene().host != nullptr) == host_has_tracer());
+}
+
+TEST_CASE("The host's nodes name every leaf of the file once") {
+  if (!host_has_tracer()) {
+    WARN("skipped: this processor has no AVX2");
+    return;
+  }
+  Random random(kSeed + 1);
+  const std::vector<Mesh> meshes{soup(random, 3000, 0.2)};
+  for (const auto& [word, builder] : tools::kBuilders)
+    for (const unsigned most : {1u, 8u, 64u}) {
+      const Scene scene = make_scene(meshes, {.builder = builder, .max_leaf_triangles = most});
+      INFO(scene.name);
+      REQUIRE(scene.traced.host != nullptr);
+      const auto leaves = named_leaves(scene.traced);
+      CHECK(leaves.size() == scene.view.leaves.count);
+      for (const auto& [offset, count] : leaves) REQUIRE(count == 1);
+    }
+}
+
+TEST_CASE("Hits by the host's nodes are those of the file's nodes, bit for bit") {
+  INFO("seed " << kSeed);
+  Random random(kSeed + 2);
+  for (const double size : {0.02, 0.2, 1.0})
+    for (const bool pair : {true, false}) {
+      const std::vector<Mesh> meshes{soup(random, 1500, size), soup(random, 100, size)};
+      for (const unsigned most : {1u, 4u, 64u}) {
+        const Scene scene = make_scene(meshes, {.max_leaf_triangles = most, .pair_triangles = pair});
+        INFO(scene.name << ", triangles of " << size);
+        check_hits(scene.traced, random, trials(2000), 1.0);
+      }
+      const Scene split = make_scene(meshes, {.builder = build::Builder::kSbvh, .pair_triangles = pair});
+      INFO(split.name << ", triangles of " << size);
+      check_hits(split.traced, random, trials(2000), 1.0);
+    }
+}
+
+TEST_CASE("Hits by the host's nodes are the same at every size and place") {
+  INFO("seed " << kSeed);
+  Random random(kSeed + 3);
+  const Mesh mesh = soup(random, 500, 0.1);
+  for (const double scale : {1e-38, 1e-20, 1e-6, 1e6, 1e18, 1e37}) {
+    const Scene scene = make_scene({placed(mesh, scale)});
+    INFO("scale " << scale);
+    check_hits(scene.traced, random, trials(1000), scale);
+  }
+  const Scene far = make_scene({placed(mesh, 1.0, {1e6, -1e5, 1e4})});
+  for (unsigned i = 0; i < trials(1000); ++i) {
+    Ray ray = random_ray(random, 1.0);
+    ray.origin += Vec3(1e6f, -1e5f, 1e4f);
+    REQUIRE(difference(far.traced, ray) == "");
+  }
+}
+
+TEST_CASE("After a refit the file's nodes are traced, and the next view has new nodes") {
+  INFO("seed " << kSeed);
+  Random random(kSeed + 4);
+  Mesh mesh = soup(random, 1000, 0.1);
+  auto bvh = build::build(std::vector{mesh.view()});
+  REQUIRE(bvh);
+  const SceneView before = bvh->scene();
+  for (Position& p : mesh.positions)
+    for (float& x : p) x += random.uniform_float(-0.5, 0.5);
+  REQUIRE(build::refit(bvh->buffer.bytes(), {std::vector{mesh.view()}, {}}));
+  SceneView moved = before;
+  moved.bounds = open_buffer(std::as_const(bvh->buffer).bytes())->header->bounds;
+  CHECK(current_host_scene(moved) == nullptr);
+  check_hits(moved, random, trials(1000), 1.5);
+  const SceneView after = bvh->scene();
+  CHECK((current_host_scene(after) != nullptr) == host_has_tracer());
+  check_hits(after, random, trials(1000), 1.5);
+  check_hits(moved, random, trials(1000), 1.5);
+}
+
+TEST_CASE("Threads may ask for a scene at the same time") {
+  Random random(kSeed + 5);
+  const Mesh mesh = soup(random, 5000, 0.05);
+  auto bvh = build::build(std::vector{mesh.view()});
+  REQUIRE(bvh);
+  std::vector<SceneView> views(8);
+  std::vector<std::thread> threads;
+  for (SceneView& view : views) threads.emplace_back([&] { view = bvh->scene(); });
+  for (std::thread& thread : threads) thread.join();
+  for (const SceneView& view : views) CHECK(view.host == views[0].host);
+  build::Bvh moved = std::move(*bvh);
+  CHECK(moved.scene().host == views[0].host);
+}
