@@ -8,9 +8,6 @@
 namespace hiprt::build {
 
 inline constexpr int kSpatialBins = 16;
-/// Spatial splits are tried where the halves of the best object split overlap by more than this part of the scene's
-/// area (Stich et al. 2009, section 4.2).
-inline constexpr float kLeastOverlap = 1e-5f;
 
 /// What the left half of a range gets of the capacity for references that cuts will make.
 HIPRT_HD HIPRT_FORCE_INLINE std::size_t left_capacity(std::size_t capacity, std::size_t left_count,
