@@ -14,6 +14,7 @@ holds "$work/results/trace.json" side_by_side/procedural/{primary,ao,diffuse} ge
   {embree_robust,embree_default,planes_sah,planes_high_fast,planes_sah_array,float_sah}.ratio planes_sah.box_tests \
   '"commit"' '"planes_sah.disagreements": 0.0'
 holds "$work/results/build.json" build/procedural/threads_1 build/scattered/threads_1 validate/height_field \
+  growth/{soup,concentric,cables,fan} hq.{growth,to_scattered} \
   {sah,embree-low,embree-medium,embree-high}.sah_cost_ratio rtc_medium_robust.Mtri_s sah.peak_to_output
 holds "$work/results/builders.json" builders/procedural builders/opera_house '"commit"' \
   {sah,lbvh,lbvh30,ploc,hploc,sbvh,hq}.{seconds_ratio,sah_cost,nodes,trace_time_ratio} \
@@ -24,7 +25,7 @@ for name in trace_times build_times_and_cost opera_house; do
   if python3 -c 'import matplotlib' 2>/dev/null && [[ ! -s $file ]]; then fault "no $file"; fi
 done
 holds "$work/results/summary.md" '## Builders' '| cost of the object |' '# Benchmarks of' '- command:' '## Tracing' \
-  '## Building' '## Validation' '| planes_sah '
+  '## Building' '## Validation' '## Growth' '| planes_sah '
 
 # The generated large scenes have the sizes that make_scene prints, and are valid.
 for name in island stadium swarm; do
@@ -103,6 +104,6 @@ printf 'damaged' >"$work/bad.mesh"
 : >"$work/bad.primary.rays"
 expect 1 "" "$build/benchmarks/bench_trace" "--scenes=$work" --scene=bad
 expect 1 "" "$build/benchmarks/bench_build" "--scenes=$work" --scene=bad --validation-triangles=1000 \
-  --scattered-triangles=1000
+  --scattered-triangles=1000 --growth-triangles=400
 
 end

@@ -2,7 +2,7 @@
 /// Builds a BVH file in memory from meshes.
 ///
 ///     std::vector<hiprt::build::TriangleMesh> meshes = ...;
-///     auto bvh = hiprt::build::build(meshes, {.builder = hiprt::build::Builder::kSah});
+///     auto bvh = hiprt::build::build(meshes, {.builder = hiprt::build::Builder::kHq});
 ///     if (!bvh) std::cerr << bvh.error().message;
 ///     const hiprt::Hit hit = hiprt::closest_hit(bvh->scene(), ray);
 ///     hiprt::build::write_file("scene.bvh", bvh->buffer.bytes());
@@ -56,7 +56,7 @@ struct SahCosts {
 };
 
 struct BuildOptions {
-  Builder builder = Builder::kSah;
+  Builder builder = Builder::kSbvh;
   NodeLayout nodes = NodeLayout::kPlanes;
   /// Threads. 0 or more than the process may use: all of them (of the machine, or of tbb::global_control). The result
   /// does not depend on it.
@@ -82,7 +82,7 @@ struct BuildOptions {
 /// The purpose of a build.
 enum class Quality {
   kFast,      ///< The fastest build: kLbvh.
-  kBalanced,  ///< A slightly slower build and faster rays: kHploc.
+  kBalanced,  ///< The default: rays nearly as fast as with kHigh, by a build several times as fast. kSbvh.
   kHigh,      ///< The fastest rays: kHq.
 };
 

@@ -1,4 +1,4 @@
-/// Builders of hiprt and Embree, side by side in one process, and the validation of files.
+/// Builders of hiprt and Embree, side by side in one process, the growth of their times, and the validation of files.
 
 #include "tables.h"
 
@@ -24,6 +24,7 @@ struct BuildBenchmarkOptions {
   unsigned validation_rounds = 7;
   unsigned validation_triangles = 2'300'000;
   unsigned scattered_triangles = 1'000'000;
+  unsigned growth_triangles = 200'000;
 };
 
 class BuildBenchmarks {
@@ -46,10 +47,12 @@ class BuildBenchmarks {
       const tools::Mesh mesh = height_field(options_.validation_triangles);
       run_validation(state, {.positions = mesh.positions, .triangles = mesh.triangles}, std::string(kHeightField));
     });
+    for (const std::string mesh : kOverlapping)
+      add_benchmark("growth/" + mesh, [this, mesh](benchmark::State& state) { run_growth(state, mesh); });
     return {};
   }
 
-  Summary summarize() const { return {build_markdown(builds_, validations_, options_.rounds), {}}; }
+  Summary summarize() const { return {build_markdown(builds_, validations_, growths_, options_.rounds), {}}; }
 
  private:
   void add_build(const std::string& scene, unsigned threads) {
@@ -116,10 +119,28 @@ class BuildBenchmarks {
     }
   }
 
+  void run_growth(benchmark::State& state, const std::string& mesh) {
+    for (auto _ : state) {
+      auto cell = measure_growth(mesh, options_.growth_triangles, options_.rounds);
+      if (!cell) {
+        state.SkipWithError(cell.error().message.c_str());
+        return;
+      }
+      state.counters["triangles"] = static_cast<double>(cell->triangles);
+      for (const GrowthEntry& entry : cell->entries) {
+        state.counters[entry.name + ".seconds"] = entry.seconds;
+        state.counters[entry.name + ".growth"] = entry.growth;
+        state.counters[entry.name + ".to_scattered"] = entry.to_scattered;
+      }
+      growths_.push_back(std::move(*cell));
+    }
+  }
+
   const BuildBenchmarkOptions& options_;
   std::unique_ptr<Scene> scene_;
   std::vector<BuildCell> builds_;
   std::vector<ValidationCell> validations_;
+  std::vector<GrowthCell> growths_;
 };
 
 std::vector<Flag> flags(BuildBenchmarkOptions& options) {
@@ -131,6 +152,8 @@ std::vector<Flag> flags(BuildBenchmarkOptions& options) {
   flags.push_back(number_flag("scattered-triangles",
                               "triangles of the mesh in random order with unshared vertices, about",
                               options.scattered_triangles, 2, 100'000'000));
+  flags.push_back(
+      number_flag("growth-triangles", "triangles of the overlapping meshes", options.growth_triangles, 4, 100'000'000));
   return flags;
 }
 

@@ -37,10 +37,18 @@ std::string validation_table(const std::vector<ValidationCell>& cells) {
               {"MB/s", [&](const auto& cell) { return format_number(megabytes(cell) / cell.seconds, 0); }}});
 }
 
+std::string growth_table(const GrowthCell& cell) {
+  return table<GrowthEntry>(cell.entries,
+                            {{"builder", [](const auto& entry) { return entry.name; }},
+                             {"seconds", [](const auto& entry) { return format_number(entry.seconds, 2); }},
+                             {"/ a quarter", [](const auto& entry) { return format_number(entry.growth, 2); }},
+                             {"/ scattered", [](const auto& entry) { return format_number(entry.to_scattered, 2); }}});
+}
+
 }  // namespace
 
 std::string build_markdown(const std::vector<BuildCell>& builds, const std::vector<ValidationCell>& validations,
-                           unsigned rounds) {
+                           const std::vector<GrowthCell>& growths, unsigned rounds) {
   std::string text = "## Building\n\n" + compiler_name() +
                      ", against Embree " RTC_VERSION_STRING " (rtc_*: rtcCommitScene); " + rounds_text(rounds) +
                      " Peak and output of rtc_* are what its device holds, the copy of the mesh included.\n\n";
@@ -49,6 +57,11 @@ std::string build_markdown(const std::vector<BuildCell>& builds, const std::vect
   if (!validations.empty())
     text += "## Validation of files\n\nMapping, validate() and unmapping; one thread; from the file cache.\n\n" +
             validation_table(validations);
+  if (!growths.empty())
+    text +=
+        "## Growth\n\nMeshes whose triangles overlap, one thread. The time relative to that of a quarter of the "
+        "triangles, and to that of as many small triangles that seldom overlap.\n\n";
+  for (const GrowthCell& cell : growths) text += scene_heading(cell.mesh, cell.triangles) + "\n\n" + growth_table(cell);
   return text;
 }
 

@@ -2,6 +2,7 @@
 /// Markdown tables of the figures.
 
 #include "builders.h"
+#include "growth.h"
 #include "validation.h"
 
 #include <string>
@@ -11,6 +12,6 @@ namespace hiprt::bench {
 
 /// @param rounds of the builders.
 std::string build_markdown(const std::vector<BuildCell>& builds, const std::vector<ValidationCell>& validations,
-                           unsigned rounds);
+                           const std::vector<GrowthCell>& growths, unsigned rounds);
 
 }  // namespace hiprt::bench

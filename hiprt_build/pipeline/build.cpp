@@ -44,7 +44,7 @@ Result<DepthFirstTree> build_tree(CpuEngine& engine, Builder builder, const Geom
   switch (builder) {
     case Builder::kHq:
     case Builder::kSbvh:
-      return build_sbvh(engine, geometries, std::move(references), split_budget);
+      return build_sbvh(engine, geometries, std::move(references), split_budget, defaults_of(builder).least_overlap);
     case Builder::kSah:
       return build_sah(engine, std::move(references));
     case Builder::kLbvh:
@@ -164,7 +164,7 @@ BuildOptions options_for(Quality quality) {
     case Quality::kFast:
       return {.builder = Builder::kLbvh};
     case Quality::kBalanced:
-      return {.builder = Builder::kHploc};
+      return {.builder = Builder::kSbvh};
     case Quality::kHigh:
       return {.builder = Builder::kHq};
   }

@@ -5,6 +5,7 @@
 #include <hiprt_build/encode/gpu_encode_kernels.h>
 #include <hiprt_build/exchange/gpu_import_kernels.h>
 #include <hiprt_build/exec/gpu_launcher.h>
+#include <hiprt_build/input/builder_defaults.h>
 #include <hiprt_build/lbvh_ploc/gpu_climb_kernels.h>
 #include <hiprt_build/lbvh_ploc/gpu_ploc.h>
 #include <hiprt_build/pair/given_pairs.h>
@@ -156,10 +157,10 @@ class Enqueuer {
     ask("split", 0.2);
     BuildState* const state = kept_.state;
     steps_.then([&] {
-      return enqueue_top_down(
-          {geometries_, references_, plan_.pieces, plan_.capacity, plan_.split_budget, plan_.split_budget > 1.0},
-          {transient_.sorted.references, kept_.nodes, &state->root, &state->counts.leaves}, transient_.stage,
-          steps_.stream(), plan_.tuning());
+      return enqueue_top_down({geometries_, references_, plan_.pieces, plan_.capacity, plan_.split_budget,
+                               plan_.split_budget > 1.0, build::defaults_of(plan_.builder).least_overlap},
+                              {transient_.sorted.references, kept_.nodes, &state->root, &state->counts.leaves},
+                              transient_.stage, steps_.stream(), plan_.tuning());
     });
     steps_.each(plan_.capacity, "list_primitives", list_primitives, transient_.sorted.references, plan_.capacity,
                 kept_.primitives);

@@ -42,11 +42,16 @@ struct Lookers {
   HIPRT_HD std::uint32_t looker(std::uint32_t subtree) const { return subtree >> shift; }
 };
 
-/// Step: the best position for looker i.
+/// Step: the best position that a limited search finds for looker i.
+///
+/// The search climbs to the root. At each ancestor it looks below the sibling of the node that it comes from, and there
+/// first where the subtree costs less. It leaves out positions that cannot be better than the best so far.
 /// @tparam Tree a LinkedTree.
 template <class Tree> struct FindReinsertionStep {
-  /// The most subtrees that a search keeps for later; it skips further ones.
-  static constexpr unsigned kOpen = 96;
+  /// The most boxes that a search looks at. Few searches in ordinary scenes need as many. Where very many boxes
+  /// overlap, almost every position could still be the best, and without this limit each search would visit the whole
+  /// tree.
+  static constexpr unsigned kMostLooks = 64;
   /// For the CPU's engine.
   static constexpr std::size_t kChunk = 64;
 
@@ -61,54 +66,75 @@ template <class Tree> struct FindReinsertionStep {
     if (at == 0 || at >= 2 * tree.leaves || tree.parents[at] == kInvalidId ||
         tree.parents[tree.parents[at]] == kInvalidId)
       return;
-    found[i] = search(subtree(tree, at));
+    found[i] = find(subtree(tree, at));
   }
 
  private:
-  HIPRT_HD Reinsertion search(LinkedRef moving) const {
-    const Box box = tree.tree.box(moving);
-    const float least = half_area(box);
+  /// A node below which the subtree may move.
+  struct Candidate {
+    LinkedRef ref;
+    float saved;  ///< Area that the move would save if the insertion below the node cost nothing. Of a leaf: 0.
+  };
+
+  struct Search {
+    Box box;      ///< Of the subtree that moves.
+    float least;  ///< Half its area: no insertion costs less.
     Reinsertion best{0.0f, kInvalidId, kInvalidId};
+    unsigned looks = 0;
+
+    HIPRT_HD explicit Search(const Box& moving) : box(moving), least(half_area(moving)) {}
+    HIPRT_HD bool may_look_at(unsigned boxes) const { return looks + boxes <= kMostLooks; }
+    HIPRT_HD bool may_improve(float saved) const { return saved - least > best.gain; }
+
+    /// Looks at the position beside a node. @param saved area that the move would save if it cost nothing.
+    HIPRT_HD Candidate look(LinkedRef ref, const Box& at, std::uint32_t meet, float saved) {
+      const float beside = saved - half_area(unite(at, box));
+      if (beside > best.gain) best = Reinsertion{beside, ref, meet};
+      // For a position below, the node's box grows by the moving box.
+      return Candidate{ref, (ref & kLinkedLeaf) != 0 ? 0.0f : beside + half_area(at)};
+    }
+  };
+
+  HIPRT_HD Reinsertion find(LinkedRef moving) const {
+    Search search(tree.tree.box(moving));
+    LinkedRef here = moving;
     std::uint32_t above = tree.parent(moving);
     // The parent is removed. Its other child replaces it.
     float saved = half_area(tree.tree.nodes[above].box);
-    LinkedRef other = tree.sibling(moving);
-    Box rest = tree.tree.box(other);
-    search_below(other, above, box, least, saved, best);
-    // For positions outside of its subtree, the node `above` shrinks to `rest`.
+    Box rest = empty_box();
     for (;;) {
-      const LinkedRef here = above;
+      const LinkedRef other = tree.sibling(here);
+      const Box other_box = tree.tree.box(other);
+      ++search.looks;
+      if (search.may_improve(saved)) search_below(search.look(other, other_box, above, saved), above, search);
+      // For positions outside of its subtree, the node `above` shrinks to `rest`.
+      grow(rest, other_box);
+      if (here != moving) saved += half_area(tree.tree.nodes[above].box) - half_area(rest);
+      here = above;
       above = tree.parents[here];
-      if (above == kInvalidId) return best;
-      other = tree.sibling(here);
-      search_below(other, above, box, least, saved, best);
-      grow(rest, tree.tree.box(other));
-      saved += half_area(tree.tree.nodes[above].box) - half_area(rest);
+      if (above == kInvalidId || !search.may_look_at(1)) return search.best;
     }
   }
 
-  /// @param saved area that the move would save if the insertion below @p root cost nothing.
-  HIPRT_HD void search_below(LinkedRef root, std::uint32_t meet, const Box& box, float least, float saved,
-                             Reinsertion& best) const {
-    struct Open {
-      LinkedRef ref;
-      float saved;
-    } open[kOpen];
+  HIPRT_HD void search_below(Candidate here, std::uint32_t meet, Search& search) const {
+    // Each entry comes from a look at two children.
+    Candidate open[kMostLooks / 2];
     unsigned count = 0;
-    open[count++] = {root, saved};
-    while (count > 0) {
-      const Open here = open[--count];
-      if (!(here.saved - least > best.gain)) continue;
-      const Box before = tree.tree.box(here.ref);
-      const float beside = here.saved - half_area(unite(before, box));
-      if (beside > best.gain) best = Reinsertion{beside, here.ref, meet};
-      if ((here.ref & kLinkedLeaf) != 0 || count + 2 > kOpen) continue;
-      // For a position below, the node's box grows by the moving box.
-      const float below = beside + half_area(before);
-      if (!(below - least > best.gain)) continue;
-      const LinkedNode& node = tree.tree.nodes[here.ref];
-      open[count++] = {node.child[1], below};
-      open[count++] = {node.child[0], below};
+    while (search.may_look_at(2)) {
+      if (search.may_improve(here.saved)) {
+        const LinkedNode& node = tree.tree.nodes[here.ref];
+        const LinkedRef left = node.child[0], right = node.child[1];
+        search.looks += 2;
+        const Candidate first = search.look(left, tree.tree.box(left), meet, here.saved);
+        const Candidate second = search.look(right, tree.tree.box(right), meet, here.saved);
+        const bool first_is_better = first.saved >= second.saved;
+        const Candidate later = first_is_better ? second : first;
+        if (search.may_improve(later.saved)) open[count++] = later;
+        here = first_is_better ? first : second;
+      } else {
+        if (count == 0) return;
+        here = open[--count];
+      }
     }
   }
 };

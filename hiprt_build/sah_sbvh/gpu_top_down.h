@@ -18,6 +18,7 @@ struct TopDownInput {
   std::uint32_t capacity;  ///< Entries of the output, at least input.
   double budget;        ///< At least 1. Splits make at most floor(budget * references) references, within the capacity.
   bool spatial_splits;  ///< False for custom primitives, which stay whole.
+  float least_overlap;  ///< As build::BuilderDefaults::least_overlap.
 };
 
 struct TopDownOutput {

@@ -79,6 +79,7 @@ class Enqueuer {
     tree_.capacity = input.capacity;
     tree_.task = tuning.task;
     tree_.wave_range = tuning.wave_range;
+    tree_.overlap = input.least_overlap;
   }
 
   Result<void> run() {

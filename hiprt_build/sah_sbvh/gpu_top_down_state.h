@@ -89,6 +89,7 @@ struct TopDownTree {
   std::uint32_t* bins;  ///< ObjectBins or SlabBins of each large range.
   SmallRange* small_ranges;
   std::uint32_t capacity, task, wave_range;
+  float overlap;  ///< As BuilderDefaults::least_overlap.
 
   /// @param link node * 2 + side; kInvalidId for the root.
   __device__ void set(std::uint32_t link, LinkedRef ref) const {
@@ -106,7 +107,7 @@ struct TopDownTree {
   __device__ SlabBins slab_bins(std::uint32_t range) const {
     return SlabBins{bins + std::size_t{range} * ObjectBins::kSize};
   }
-  __device__ float least_overlap() const { return kLeastOverlap * half_area(state->bounds.box.get()); }
+  __device__ float least_overlap() const { return overlap * half_area(state->bounds.box.get()); }
   static_assert(SlabBins::kSize <= ObjectBins::kSize);
 };
 

@@ -39,10 +39,10 @@ class SbvhBuilder {
         nodes_(nodes),
         counts_(counts) {}
 
-  LinkedRef build(std::size_t count) {
+  LinkedRef build(std::size_t count, float least_overlap) {
     const Range all{0, count, references_.size()};
     const RangeBounds bounds = bounds_of(all);
-    least_overlap_ = kLeastOverlap * half_area(bounds.box);
+    least_overlap_ = least_overlap * half_area(bounds.box);
     return build(all, bounds, 0);
   }
 
@@ -215,7 +215,7 @@ class SbvhBuilder {
 }  // namespace
 
 DepthFirstTree build_sbvh(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references,
-                          double split_budget) {
+                          double split_budget, float least_overlap) {
   const std::size_t count = references.size();
   if (count == 0) return DepthFirstTree{};
   const std::size_t capacity = split_capacity(count, split_budget);
@@ -228,7 +228,8 @@ DepthFirstTree build_sbvh(CpuEngine& engine, const GeometryTable& geometries, Sc
   LinkedRef root = 0;
   {
     auto spare = engine.allocate<Reference>(capacity);
-    root = SbvhBuilder(engine, geometries, larger.span(), spare.span(), nodes.span(), counts.span()).build(count);
+    root = SbvhBuilder(engine, geometries, larger.span(), spare.span(), nodes.span(), counts.span())
+               .build(count, least_overlap);
   }
   engine.monitor().start("order", 0.65, count);
   return flatten(engine, {larger.span(), nodes.span(), counts.span(), root});

@@ -9,8 +9,8 @@ namespace hiprt::build {
 /// Builds a binary tree in which a leaf's primitives may have several references. The result does not depend on the
 /// number of threads.
 /// @pre triangles only, unless split_budget is 1.
-/// @param split_budget as BuildOptions::split_budget.
+/// @param split_budget as BuildOptions::split_budget. @param least_overlap as BuilderDefaults::least_overlap.
 DepthFirstTree build_sbvh(CpuEngine& engine, const GeometryTable& geometries, ScratchArray<Reference> references,
-                          double split_budget);
+                          double split_budget, float least_overlap);
 
 }  // namespace hiprt::build

@@ -8,9 +8,6 @@
 namespace hiprt::build {
 
 inline constexpr int kSpatialBins = 16;
-/// Spatial splits are tried where the halves of the best object split overlap by more than this part of the scene's
-/// area (Stich et al. 2009, section 4.2).
-inline constexpr float kLeastOverlap = 1e-5f;
 
 /// What the left half of a range gets of the capacity for references that cuts will make.
 HIPRT_HD HIPRT_FORCE_INLINE std::size_t left_capacity(std::size_t capacity, std::size_t left_count,
@@ -79,11 +76,11 @@ struct SlabPlanes {
   }
   /// The slab in which a reference that begins at @p x begins: of two it is the upper.
   HIPRT_HD HIPRT_FORCE_INLINE int first(float x, int axis) const {
-    return find(axis, [x](float p) { return p <= x; });
+    return find(x, axis, [x](float p) { return p <= x; });
   }
   /// The slab in which one that ends at @p x ends: of two it is the lower.
   HIPRT_HD HIPRT_FORCE_INLINE int last(float x, int axis) const {
-    return find(axis, [x](float p) { return p < x; });
+    return find(x, axis, [x](float p) { return p < x; });
   }
   /// visit(slab, box of the part there) for the slabs of an axis that a reference is in, in their order.
   /// @param whole its box.
@@ -104,17 +101,14 @@ struct SlabPlanes {
   }
 
  private:
-  /// The number of inner planes for which below() holds: those before the others.
-  template <class Below> HIPRT_HD HIPRT_FORCE_INLINE int find(int axis, const Below& below) const {
-    int low = 0, high = kSpatialBins - 1;
-    while (low < high) {
-      const int middle = (low + high + 1) / 2;
-      if (below(plane[axis][middle]))
-        low = middle;
-      else
-        high = middle - 1;
-    }
-    return low;
+  /// The number of inner planes for which below() holds: those before the others. @param x about where they change.
+  template <class Below> HIPRT_HD HIPRT_FORCE_INLINE int find(float x, int axis, const Below& below) const {
+    const float* row = plane[axis];
+    const float guess = kSpatialBins * ((x - row[0]) / (row[kSpatialBins] - row[0]));
+    int slab = guess > 0.0f ? (guess < kSpatialBins ? static_cast<int>(guess) : kSpatialBins - 1) : 0;
+    while (slab + 1 < kSpatialBins && below(row[slab + 1])) ++slab;
+    while (slab > 0 && !below(row[slab])) --slab;
+    return slab;
   }
 };
 

@@ -164,6 +164,58 @@ TEST_CASE("reinsertion finds the position that reduces the area most") {
   CHECK(moves > 100);
 }
 
+namespace {
+
+/// A tree that counts the boxes that are read.
+struct CountingTree : Linked {
+  unsigned* reads;
+
+  Box box(LinkedRef ref) const {
+    ++*reads;
+    return Linked::box(ref);
+  }
+};
+
+/// Boxes that the searches of all subtrees read.
+struct Looks {
+  unsigned most = 0;
+  double mean = 0;
+};
+
+Looks count_looks(RandomTree& random_tree) {
+  const Tree plain = random_tree.tree();
+  unsigned reads = 0;
+  const ParentedTree<CountingTree> tree{{plain.tree, &reads}, plain.leaves, plain.parents};
+  std::vector<Reinsertion> found(2 * random_tree.size());
+  Looks looks;
+  for (std::uint32_t i = 1; i < found.size(); ++i) {
+    reads = 0;
+    FindReinsertionStep<CountingTree>{tree, kAll, found.data()}(i);
+    looks.most = std::max(looks.most, reads);
+    looks.mean += static_cast<double>(reads) / static_cast<double>(found.size());
+  }
+  return looks;
+}
+
+}  // namespace
+
+TEST_CASE("a search of reinsertion looks at a limited number of boxes, however many overlap") {
+  constexpr std::uint64_t kSeed = 5;
+  Random random(kSeed);
+  INFO("seed " << kSeed);
+  // The box of the subtree itself is read too.
+  constexpr unsigned kMost = FindReinsertionStep<CountingTree>::kMostLooks + 1;
+  for (const std::uint32_t count : {100u, 1000u, 30000u}) {
+    RandomTree tree(random, count);
+    tree.set_parents();
+    const Looks looks = count_looks(tree);
+    CAPTURE(count, looks.mean);
+    CHECK(looks.most <= kMost);
+    // These boxes need the limit.
+    if (count > 100) CHECK(looks.most >= kMost - 1);
+  }
+}
+
 TEST_CASE("simultaneous reinsertions keep the tree valid, and the subtree with the largest gain moves") {
   constexpr std::uint64_t kSeed = 2;
   Random random(kSeed);

@@ -4,6 +4,7 @@
 #include <hiprt_build/pair/pair.h>
 #include <hiprt_build/pipeline/build_on.h>
 #include <hiprt_build/presplit/presplit.h>
+#include <tests/build/cpu_time.h>
 #include <tests/build/machine.h>
 #include <tests/build/progress_watch.h>
 #include <tests/oracle/builders.h>
@@ -13,7 +14,6 @@
 
 #include <tests/catch.h>
 
-#include <ctime>
 #include <string>
 
 using namespace hiprt;
@@ -21,13 +21,6 @@ using namespace hiprt::oracle;
 using build::ErrorCode;
 
 namespace {
-
-/// Milliseconds of work, whatever else the machine does.
-double cpu_milliseconds() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
-}
 
 /// Together with the 20 ms that a monitor waits, calls are at most 50 ms apart. Code that is not optimised has no limit
 /// and gets less work.
@@ -48,9 +41,9 @@ struct Longest {
 template <class Body> Longest longest_work(const Body& body) {
   Longest longest;
   std::string step = "start";
-  double last = cpu_milliseconds();
+  double last = test::cpu_milliseconds();
   const auto note = [&](const char* next) {
-    const double now = cpu_milliseconds();
+    const double now = test::cpu_milliseconds();
     if (now - last > longest.milliseconds) longest = {now - last, step + " to " + next};
     step = next;
     last = now;
@@ -108,6 +101,11 @@ TEST_CASE("builders check for cancellation at least every 50 ms of work") {
 TEST_CASE("builders check as often when all edges share a vertex or all references cross all slabs") {
   check_build(identical(1000000 / kShare), {.builder = build::Builder::kLbvh});
   check_build(soup(60000 / kShare, 1.0, 2), {.builder = build::Builder::kSbvh});
+}
+
+TEST_CASE("reinsertion checks as often when very many boxes overlap") {
+  for (const Mesh& mesh : {concentric(100000 / kShare, 1), cables(100000 / kShare, 2), fan(100000 / kShare)})
+    check_build(mesh, {.builder = build::Builder::kHploc, .reinsertion_rounds = 8});
 }
 
 TEST_CASE("pre-splitting checks as often when a small part of the references takes all splits") {

@@ -55,7 +55,7 @@ TEST_CASE("quality levels: each names its builder, and each has a lower cost tha
   const Mesh mesh = soup(20000, 0.5, 5);
   double last = std::numeric_limits<double>::infinity();
   for (const auto& [quality, word, builder] : {std::tuple(Quality::kFast, "fast", build::Builder::kLbvh),
-                                               std::tuple(Quality::kBalanced, "balanced", build::Builder::kHploc),
+                                               std::tuple(Quality::kBalanced, "balanced", build::Builder::kSbvh),
                                                std::tuple(Quality::kHigh, "high", build::Builder::kHq)}) {
     CAPTURE(word);
     CHECK(build::name(quality) == std::string(word));

@@ -110,7 +110,8 @@ TEST_CASE("refits of zero to three primitives, and around powers of two") {
       for (const unsigned leaf : {1u, 8u}) {
         CAPTURE(count, static_cast<std::uint32_t>(layout), leaf);
         const Mesh mesh = soup(count, 0.5, kSeed + count), moved = shaken(mesh, 1, kSeed);
-        File file = built(mesh, {.nodes = layout, .max_leaf_triangles = leaf, .pair_triangles = leaf > 1});
+        File file = built(
+            mesh, {.builder = Builder::kSah, .nodes = layout, .max_leaf_triangles = leaf, .pair_triangles = leaf > 1});
         const std::string before = file.copy();
         refitted(file, moved);
         check_moved(file, moved);

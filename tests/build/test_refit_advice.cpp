@@ -66,7 +66,7 @@ TEST_CASE("every refit is compared with the tree as built") {
   for (const NodeLayout layout : kLayouts) {
     CAPTURE(static_cast<std::uint32_t>(layout));
     const build::SahCosts costs{.box_node = 2, .leaf = 1};
-    File file = built(mesh, {.nodes = layout, .pair_triangles = false, .costs = costs});
+    File file = built(mesh, {.builder = Builder::kSah, .nodes = layout, .pair_triangles = false, .costs = costs});
     const build::TreeStatistics tree = build::measure_tree(file.view(), costs);
     const auto check = [&](const Mesh& moved, bool advised) {
       const build::RefitStatistics s = refitted(file, moved);

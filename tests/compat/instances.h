@@ -14,7 +14,7 @@ class Forest {
   Forest() = default;
   Forest(Random& random, unsigned objects, unsigned instances, bool moves) : Forest() {
     for (unsigned i = 0; i < objects; ++i) {
-      meshes_.emplace_back(random, 40, build::BuildOptions{}, 0.6f);
+      meshes_.emplace_back(random, 40, build::BuildOptions{.builder = build::Builder::kHploc}, 0.6f);
       add_file(meshes_.back().bvh);
     }
     for (unsigned i = 0; i < instances; ++i) add_random(random, random.below(objects), moves);

@@ -151,7 +151,7 @@ TEST_CASE("a leaf with many primitives becomes a tree as good as our own") {
   const auto views = oracle::views(meshes);
   const ExchangeBvh tree = random_tree(primitive_boxes(meshes), {2, 100000}, kSeed);
   REQUIRE(tree.nodes.size() == 1);
-  const auto ours = build::build(views);
+  const auto ours = build::build(views, {.builder = Builder::kSah});
   REQUIRE(ours.has_value());
   CHECK(cost_of(imported({.meshes = views}, tree)) == Approx(cost_of(*ours)).epsilon(1e-6));
 }

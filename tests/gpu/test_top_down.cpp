@@ -29,6 +29,9 @@ using build::Reference;
 namespace {
 
 constexpr std::uint64_t kSeed = 20261122;
+
+/// Of the scene's area.
+constexpr float kLeastOverlap = 1e-5f;
 /// Sizes that take small inputs through everything that large ones meet.
 constexpr gpu::TopDownTuning kTiny{.task = 96, .wave_range = 40, .spare_levels = 6};
 
@@ -99,7 +102,7 @@ Outcome build_on_device(const Scene& scene, double budget, bool spatial, const g
   must(nodes.fill(garbage, nullptr));
   must(results.fill(garbage, nullptr));
   must(scratch.fill(garbage, nullptr));
-  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, spatial},
+  must(gpu::enqueue_top_down({{views.data(), 2, n}, input.data(), n, capacity, budget, spatial, kLeastOverlap},
                              {references.data(), nodes.data(), results.data(), results.data() + 1}, scratch.data(),
                              nullptr, tuning));
   REQUIRE(hipDeviceSynchronize() == hipSuccess);
@@ -215,8 +218,9 @@ double cost_on_host(const Scene& scene, double budget, bool spatial, std::size_t
   auto references = machine.engine.allocate<build::Reference>(scene.leaves.size());
   for (std::size_t i = 0; i < scene.leaves.size(); ++i)
     build::MakeReferenceStep{table, scene.leaves, references.span()}(i);
-  const build::DepthFirstTree tree = spatial ? build::build_sbvh(machine.engine, table, std::move(references), budget)
-                                             : build::build_sah(machine.engine, std::move(references));
+  const build::DepthFirstTree tree =
+      spatial ? build::build_sbvh(machine.engine, table, std::move(references), budget, kLeastOverlap)
+              : build::build_sah(machine.engine, std::move(references));
   double cost = 0;
   leaves = tree.references.size();
   for (const build::DepthFirstNode& node : tree.nodes.span()) cost += half_area(node.box);

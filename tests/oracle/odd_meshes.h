@@ -102,6 +102,29 @@ inline Mesh torture(unsigned count, std::uint64_t seed) {
   return mesh;
 }
 
+/// @p count triangles as long as the cube [-1, 1]^3, nearly parallel to the x axis, that cross each other.
+inline Mesh cables(unsigned count, std::uint64_t seed) {
+  Random random(seed);
+  Mesh mesh;
+  for (unsigned i = 0; i < count; ++i) {
+    const Position p = random.in_cube(1.0);
+    append(mesh, {-1, p[0], p[1]}, {1, p[2], p[1] + 0.001f}, {1, p[2] + 0.001f, p[1]});
+  }
+  return mesh;
+}
+
+/// A disc of @p count slim triangles around the origin.
+inline Mesh fan(unsigned count) {
+  Mesh mesh;
+  mesh.positions.push_back({0, 0, 0});
+  for (unsigned i = 0; i < count; ++i) {
+    const double angle = 6.283185307179586 * i / count;
+    mesh.positions.push_back(rounded({std::cos(angle), std::sin(angle), 0}));
+    mesh.triangles.push_back({0, i + 1, i + 1 == count ? 1 : i + 2});
+  }
+  return mesh;
+}
+
 /// @p count copies of one triangle.
 inline Mesh identical(unsigned count) {
   Mesh mesh;

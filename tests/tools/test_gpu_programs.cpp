@@ -74,7 +74,7 @@ TEST_CASE("bvhbuild: a GPU builds as the options say; auto is the GPU for its bu
   };
   const json standard = build_with({"--device", "gpu"});
   CHECK(standard["device"] == "gpu");
-  CHECK(standard["builder"] == "hploc");
+  CHECK(standard["builder"] == "sbvh");
   CHECK(standard["triangles"] == 77);
   CHECK(standard["pairs"] > 30);
   CHECK(build_with({"--device", "gpu", "--builder", "lbvh", "--nodes", "quantized"})["layout"] == "quantized");
@@ -82,7 +82,7 @@ TEST_CASE("bvhbuild: a GPU builds as the options say; auto is the GPU for its bu
   CHECK(build_with({"--device", "auto", "--builder", "lbvh30"})["device"] == "gpu");
   CHECK(build_with({"--device", "auto", "--builder", "sbvh"})["device"] == "gpu");
   CHECK(build_with({"--device", "gpu", "--quality", "high"})["builder"] == "hq");
-  CHECK(build_with({"--device", "gpu", "--presplit-budget", "1.5", "--reinsertion-rounds", "2"})["builder"] == "hploc");
+  CHECK(build_with({"--device", "gpu", "--presplit-budget", "1.5", "--reinsertion-rounds", "2"})["builder"] == "sbvh");
   CHECK(build_with({"--device", "auto", "--builder", build::name(oracle::kEmbreeHigh)})["device"] ==
         (oracle::kHasEmbree ? "cpu" : "gpu"));
   CHECK(build_with({})["device"] == "cpu");

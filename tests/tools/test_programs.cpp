@@ -82,7 +82,7 @@ TEST_CASE("Programs: --quality gives the tree of its builder, and other options 
     return result;
   };
   for (const auto& [word, builder] :
-       {std::pair("fast", "lbvh"), std::pair("balanced", "hploc"), std::pair("high", "hq")}) {
+       {std::pair("fast", "lbvh"), std::pair("balanced", "sbvh"), std::pair("high", "hq")}) {
     const json chosen = report({"--quality", word});
     CHECK(chosen["builder"] == builder);
     CHECK(chosen == report({"--builder", builder}));

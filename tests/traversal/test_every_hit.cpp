@@ -132,7 +132,7 @@ TEST_CASE("split needles: AnyHit and kRepeat may repeat hits, AllHits does not",
 
 TEST_CASE("all hits of a scene without splits take one traversal", "[queries]") {
   const std::vector<Mesh> meshes{soup(5000, 0.3, kSeed)};
-  const Scene scene = make_scene(meshes);
+  const Scene scene = make_scene(meshes, {.builder = build::Builder::kSah});
   REQUIRE_FALSE(is_split(scene.traced));
   struct RejectAll {
     FilterResult operator()(const Ray&, const Hit&) const { return FilterResult::kReject; }
@@ -189,7 +189,8 @@ TEST_CASE("queries whose policies do not cover a scene refuse it", "[queries]") 
   using NoMasks =
       Tried<PlanesLayout, Immediate, DefaultLanes, PrivateStack<>, kUnsplit & ~feature_bit(Feature::kMasks)>;
   const std::vector<Mesh> meshes{needles(300, 50, kSeed)};
-  const Scene split = make_scene(meshes, {.builder = oracle::kEmbreeHigh}), whole = make_scene(meshes);
+  const Scene split = make_scene(meshes, {.builder = oracle::kEmbreeHigh}),
+              whole = make_scene(meshes, {.builder = build::Builder::kSah});
   REQUIRE(is_split(split.traced));
   check_refusals<NoSplits>(split.traced);
   check_refusals<Tried<FloatLayout>>(whole.traced);

@@ -245,11 +245,11 @@ template <class P> void check_witness(const std::vector<Mesh>& meshes, const Sce
 TEST_CASE("a filter gets candidates within the range, of visible geometries, without normal", "[filters]") {
   const Textured textured = textured_soup();
   for (const NodeLayout layout : kLayouts) {
-    const Scene scene = make_scene(textured.meshes, {.nodes = layout});
+    const Scene scene = make_scene(textured.meshes, {.builder = build::Builder::kSah, .nodes = layout});
     REQUIRE_FALSE(is_split(scene.traced));
     dispatch_layout(layout, [&](auto tag) { check_witness<Tried<decltype(tag)>>(textured.meshes, scene); });
   }
-  const Scene scene = make_scene(textured.meshes);
+  const Scene scene = make_scene(textured.meshes, {.builder = build::Builder::kSah});
   check_witness<Tried<PlanesLayout, Postponed>>(textured.meshes, scene);
   check_witness<Tried<PlanesLayout, Postponed, ArrayLanes>>(textured.meshes, scene);
 }

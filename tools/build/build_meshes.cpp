@@ -33,7 +33,6 @@ build::Result<std::optional<build::Bvh>> try_gpu(const build::SceneInput& scene,
 build::Result<Built> build_meshes(const build::SceneInput& scene, BuildRequest request,
                                   const std::optional<build::ExchangeBvh>& tree) {
   build::BuildOptions& options = request.options;
-  if (request.device == DeviceChoice::kGpu && !request.builder_chosen) options.builder = build::Builder::kHploc;
   auto gpu = try_gpu(scene, request, tree.has_value());
   if (!gpu) return tl::unexpected(std::move(gpu.error()));
   if (*gpu) return Built{std::move(**gpu), options.builder, true};

@@ -14,8 +14,7 @@ struct BuildRequest {
   build::BuildOptions options;         ///< Of every object of a scene. build_scene() replaces the progress callback.
   build::InstanceOptions instances{};  ///< build_scene() derives its `tree` from `options`.
   DeviceChoice device = DeviceChoice::kCpu;
-  bool builder_chosen = true;  ///< False: a build on the GPU uses hploc.
-  std::string tree_path{};     ///< File of the imported tree, for messages.
+  std::string tree_path{};  ///< File of the imported tree, for messages.
 };
 
 }  // namespace hiprt::tools

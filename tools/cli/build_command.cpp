@@ -34,8 +34,8 @@ void add_file_options(CLI::App& app, BuildCommand& command) {
 
 void add_tree_options(CLI::App& app, BuildCommand& command) {
   app.add_option("--quality", command.quality,
-                 "Choose the builder and its options. fast: lbvh, the fastest build. balanced: hploc, a slightly "
-                 "slower build and faster rays. high: hq, the fastest rays")
+                 "Choose the builder and its options. fast: lbvh, the fastest build. balanced: sbvh, rays nearly as "
+                 "fast as with high. high: hq, the fastest rays")
       ->check(CLI::IsMember(words(kQualities)))
       ->type_name("WORD")
       ->group(kTreeGroup);
@@ -117,7 +117,7 @@ void add_instance_tree_options(CLI::App& app, BuildCommand& command) {
 
 void add_machine_options(CLI::App& app, BuildCommand& command) {
   app.add_option("--device", command.device,
-                 "Processor that builds. gpu: every builder except embree-* and --import (default builder: hploc). "
+                 "Processor that builds. gpu: every builder except embree-* and --import. "
                  "auto: the GPU if there is one that has the builder, else the CPU")
       ->check(CLI::IsMember(words(kDeviceChoices)))
       ->type_name("NAME")
@@ -185,7 +185,6 @@ void add_refit_option(CLI::App& app, BuildCommand& command) {
 
 /// Checks that involve several options.
 void check_command(const CLI::App& app, BuildCommand& command) {
-  command.builder_given = app.get_option("--builder")->count() != 0;
   if (!command.moved.empty() && command.inputs.size() != 1)
     throw CLI::ValidationError("--refit takes one INPUT, a BVH file; there are " +
                                std::to_string(command.inputs.size()));
@@ -255,7 +254,6 @@ BuildRequest make_request(const BuildCommand& command, std::string_view tool) {
   result.instances.opening_budget = command.opening_budget;
   result.instances.bounds = value_of(kInstanceBounds, command.instance_bounds);
   result.device = value_of(kDeviceChoices, command.device);
-  result.builder_chosen = command.builder_given || !command.quality.empty();
   result.tree_path = command.imported;
   return result;
 }

@@ -23,7 +23,7 @@ struct BuildCommand {
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
   double presplit_budget = build::BuildOptions{}.presplit_budget;
   std::optional<double> split_budget;
-  bool no_pairs = false, stats = false, builder_given = false;
+  bool no_pairs = false, stats = false;
   std::string imported;  ///< Empty: none.
   bool instances = false, flatten = false;
   std::string instance_bounds = "grandchildren";
