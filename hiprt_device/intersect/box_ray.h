@@ -10,6 +10,17 @@ inline namespace HIPRT_ISA_NAMESPACE {
 template <class Real> HIPRT_HD HIPRT_FORCE_INLINE bool is_traceable(const BasicRay<Real>& ray) {
   constexpr Real kMax = std::numeric_limits<Real>::max(), kZero = 0;
   const Real length = max_component(ray.direction);
+#if HIPRT_SIMD_LANES
+  if constexpr (std::is_same_v<Real, float>) {
+    using Four = SimdLanes;
+    // Zero times a number that is not finite is NaN.
+    const auto sum =
+        Four::add(Four::mul(Four::set(ray.origin.x, ray.origin.y, ray.origin.z, ray.tmin), Four::all(0.0f)),
+                  Four::mul(Four::set(ray.direction.x, ray.direction.y, ray.direction.z, 0.0f), Four::all(0.0f)));
+    return Four::less_equal(sum, Four::all(0.0f)) == 0xfu && length > kZero && length <= kMax && ray.tmin <= ray.tmax &&
+           ray.tmax >= kZero && ray.mask != 0;
+  }
+#endif
   const Real sum = absolute(ray.direction.x) * kZero + absolute(ray.direction.y) * kZero +
                    absolute(ray.direction.z) * kZero + ray.origin.x * kZero + ray.origin.y * kZero +
                    ray.origin.z * kZero + ray.tmin * kZero;

@@ -3,6 +3,7 @@
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/intersect/candidate.h>
+#include <hiprt_device/math/wide_lanes.h>
 #include <hiprt_device/ray.h>
 
 namespace hiprt {
@@ -10,20 +11,22 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 namespace surface_detail {
 
+/// A power of two with which a float can hold a cross product of differences of floats: these are between 2^-298 and
+/// 2^258.
+HIPRT_HD HIPRT_FORCE_INLINE double normal_scale(double x, double y, double z) {
+  const auto size = [](double a) { return a < 0.0 ? -a : a; };
+  double largest = size(x) > size(y) ? size(x) : size(y);
+  largest = size(z) > largest ? size(z) : largest;
+  return largest < 0x1p-200 ? 0x1p200 : largest < 0x1p-100 ? 0x1p100 : largest >= 0x1p127 ? 0x1p-132 : 1.0;
+}
+
 /// cross(edge1, edge2), multiplied by a power of two where a float could not hold it.
 template <class Real>
 HIPRT_HD HIPRT_FORCE_INLINE BasicVec3<Real> make_normal(const double (&edge1)[3], const double (&edge2)[3]) {
   const double x = difference_of_products(edge1[1], edge2[2], edge1[2], edge2[1]);
   const double y = difference_of_products(edge1[2], edge2[0], edge1[0], edge2[2]);
   const double z = difference_of_products(edge1[0], edge2[1], edge1[1], edge2[0]);
-  const auto size = [](double a) { return a < 0.0 ? -a : a; };
-  double largest = size(x) > size(y) ? size(x) : size(y);
-  largest = size(z) > largest ? size(z) : largest;
-  // The products of float differences are between 2^-298 and 2^258.
-  const double scale = largest < 0x1p-200   ? 0x1p200
-                       : largest < 0x1p-100 ? 0x1p100
-                       : largest >= 0x1p127 ? 0x1p-132
-                                            : 1.0;
+  const double scale = normal_scale(x, y, z);
   return {static_cast<Real>(x * scale), static_cast<Real>(y * scale), static_cast<Real>(z * scale)};
 }
 
@@ -41,29 +44,78 @@ HIPRT_HD HIPRT_FORCE_INLINE float to_bound(double bound) {
 
 }  // namespace surface_detail
 
+namespace surface_detail {
+
+/// Normal and error bound of the triangle a, b, c.
+template <class Real>
+HIPRT_HD HIPRT_FORCE_INLINE void complete(BasicHit<Real>& hit, const BasicVec3<Real>& origin, const Real (&a)[3],
+                                          const Real (&b)[3], const Real (&c)[3]) {
+  double edge1[3], edge2[3];
+  Real reach = 0, extent = 0, magnitude = 0;
+  const auto read = [&](unsigned axis, Real o) {
+    edge1[axis] = static_cast<double>(b[axis]) - static_cast<double>(a[axis]);
+    edge2[axis] = static_cast<double>(c[axis]) - static_cast<double>(a[axis]);
+    reach = max_of(reach, max_of(max_of(absolute(a[axis] - o), absolute(b[axis] - o)), absolute(c[axis] - o)));
+    extent = max_of(
+        extent, max_of(max_of(absolute(b[axis] - a[axis]), absolute(c[axis] - a[axis])), absolute(c[axis] - b[axis])));
+    magnitude = max_of(magnitude, max_of(max_of(absolute(a[axis]), absolute(b[axis])), absolute(c[axis])));
+  };
+  read(0, origin.x);
+  read(1, origin.y);
+  read(2, origin.z);
+  hit.normal = make_normal<Real>(edge1, edge2);
+  hit.error = to_bound(kUnit<Real> * fused_multiply_add(Real(20), reach + extent, Real(4) * magnitude));
+}
+
+#if HIPRT_WIDE_LANES
+/// The largest of the first three lanes. @pre none is NaN
+HIPRT_FORCE_INLINE float largest_of_three(SimdLanes::Float of) {
+  using Four = SimdLanes;
+  return Four::value(Four::max(of, Four::max(Four::spread<1>(of), Four::spread<2>(of))));
+}
+/// The same in vector registers, with the same results.
+HIPRT_FORCE_INLINE void complete(Hit& hit, const Vec3& origin, const float (&a)[3], const float (&b)[3],
+                                 const float (&c)[3]) {
+  using Four = SimdLanes;
+  const auto p0 = Four::set(a[0], a[1], a[2], 0.0f), p1 = Four::set(b[0], b[1], b[2], 0.0f),
+             p2 = Four::set(c[0], c[1], c[2], 0.0f), from = Four::set(origin.x, origin.y, origin.z, 0.0f);
+  const auto far = [&](Four::Float p) { return Four::magnitude(Four::sub(p, from)); };
+  const float reach = largest_of_three(Four::max(Four::max(far(p0), far(p1)), far(p2)));
+  const float extent =
+      largest_of_three(Four::max(Four::max(Four::magnitude(Four::sub(p1, p0)), Four::magnitude(Four::sub(p2, p0))),
+                                 Four::magnitude(Four::sub(p2, p1))));
+  const float magnitude =
+      largest_of_three(Four::max(Four::max(Four::magnitude(p0), Four::magnitude(p1)), Four::magnitude(p2)));
+  hit.error = kUnit<float> * fused_multiply_add(20.0f, reach + extent, 4.0f * magnitude);
+  // As make_normal(): the axes y z x and z x y.
+  const __m256d low = _mm256_cvtps_pd(p0);
+  const __m256d edge1 = _mm256_sub_pd(_mm256_cvtps_pd(p1), low), edge2 = _mm256_sub_pd(_mm256_cvtps_pd(p2), low);
+  constexpr int kNext = 1 | 2 << 2 | 0 << 4 | 3 << 6, kLast = 2 | 0 << 2 | 1 << 4 | 3 << 6;
+  const __m256d next1 = _mm256_permute4x64_pd(edge1, kNext), last1 = _mm256_permute4x64_pd(edge1, kLast);
+  const __m256d next2 = _mm256_permute4x64_pd(edge2, kNext), last2 = _mm256_permute4x64_pd(edge2, kLast);
+  const __m256d product = _mm256_mul_pd(last1, next2);
+  const __m256d cross = _mm256_add_pd(_mm256_fmsub_pd(next1, last2, product), _mm256_fnmadd_pd(last1, next2, product));
+  const double x = cross[0], y = cross[1], z = cross[2];
+  const double scale = normal_scale(x, y, z);
+  hit.normal = {static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale)};
+}
+#endif
+
+}  // namespace surface_detail
+
 /// Normal and error bound from the leaf's vertices.
 template <class Layout, class Real>
 HIPRT_HD inline void complete(BasicHit<Real>& hit, const BasicRay<Real>& ray, const typename Layout::Leaf& leaf,
                               unsigned triangle) {
   unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
   to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
-  double edge1[3], edge2[3];
-  Real reach = 0, extent = 0, magnitude = 0;
-  const auto read = [&](unsigned axis, Real o) {
-    const Real a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
-               c = Layout::coordinate(leaf, vertex[2], axis);
-    edge1[axis] = static_cast<double>(b) - static_cast<double>(a);
-    edge2[axis] = static_cast<double>(c) - static_cast<double>(a);
-    reach = max_of(reach, max_of(max_of(absolute(a - o), absolute(b - o)), absolute(c - o)));
-    extent = max_of(extent, max_of(max_of(absolute(b - a), absolute(c - a)), absolute(c - b)));
-    magnitude = max_of(magnitude, max_of(max_of(absolute(a), absolute(b)), absolute(c)));
-  };
-  read(0, ray.origin.x);
-  read(1, ray.origin.y);
-  read(2, ray.origin.z);
-  hit.normal = surface_detail::make_normal<Real>(edge1, edge2);
-  using surface_detail::kUnit;
-  hit.error = surface_detail::to_bound(kUnit<Real> * fused_multiply_add(Real(20), reach + extent, Real(4) * magnitude));
+  Real a[3], b[3], c[3];
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    a[axis] = Layout::coordinate(leaf, vertex[0], axis);
+    b[axis] = Layout::coordinate(leaf, vertex[1], axis);
+    c[axis] = Layout::coordinate(leaf, vertex[2], axis);
+  }
+  surface_detail::complete(hit, ray.origin, a, b, c);
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE
