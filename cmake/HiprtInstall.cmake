@@ -18,7 +18,7 @@ install(PROGRAMS ${PROJECT_SOURCE_DIR}/cmake/hip_device_libs.sh DESTINATION ${hi
 install(EXPORT hiprtDeviceTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT device)
 
 if(HIPRT_BUILD_FORMAT)
-  foreach(header IN ITEMS buffer error export file open_scene)
+  foreach(header IN ITEMS buffer error export file open_scene trace_rays)
     install(FILES ${PROJECT_SOURCE_DIR}/hiprt_build/${header}.h
       DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT format)
   endforeach()

@@ -14,6 +14,8 @@ struct HostScene {
   std::uint64_t checksum = 0;       ///< FileHeader::checksum of the file when the nodes were made.
   Hit (*closest_hit)(const SceneView& scene, const Ray& ray) = nullptr;
   Hit (*any_hit)(const SceneView& scene, const Ray& ray) = nullptr;
+  void (*closest_hits)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count) = nullptr;
+  void (*any_hits)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count) = nullptr;
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {

@@ -21,7 +21,9 @@ const WideTracer* wide_tracer() {
 #ifdef HIPRT_WIDE_ISA_LIST
   static const WideTracer* const best = [] {
     static constexpr WideTracer kTracers[] = {
-#define HIPRT_ISA(name) {#name, &format_detail::wide_closest_hit_##name, &format_detail::wide_any_hit_##name},
+#define HIPRT_ISA(name)                                                                 \
+  {#name, &format_detail::wide_closest_hit_##name, &format_detail::wide_any_hit_##name, \
+   &format_detail::wide_closest_hits_##name, &format_detail::wide_any_hits_##name},
         HIPRT_WIDE_ISA_LIST
 #undef HIPRT_ISA
     };
@@ -45,7 +47,7 @@ struct HostPart::State {
   void prepare(const BufferView& file, const WideTracer& tracer) {
     if (tried && scene.checksum == file.header->checksum) return;
     tried = true;
-    scene = {nullptr, file.header->checksum, tracer.closest_hit, tracer.any_hit};
+    scene = {nullptr, file.header->checksum, tracer.closest_hit, tracer.any_hit, tracer.closest_hits, tracer.any_hits};
     nodes = {};
     try {
       nodes = format_detail::make_wide_nodes(file);

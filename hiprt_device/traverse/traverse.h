@@ -61,7 +61,7 @@ class Traversal : public RayState<P, Order, Test> {
     if constexpr (P::Schedule::kTogether)
       return run_together(scene, ray, limit, primitives, counter, may_pause, visit, stop);
     else
-      return run_alone(scene, ray, limit, primitives, counter, visit, stop);
+      return run_alone(scene, ray, limit, primitives, counter, may_pause, visit, stop);
   }
 
  private:
@@ -73,8 +73,11 @@ class Traversal : public RayState<P, Order, Test> {
   template <class Primitives, class Visit, class Stop>
   HIPRT_HD HIPRT_FORCE_INLINE Outcome run_alone(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                                 const Primitives& primitives, typename P::Counter& counter,
-                                                Visit&& visit, [[maybe_unused]] Stop stop) {
+                                                [[maybe_unused]] bool may_pause, Visit&& visit,
+                                                [[maybe_unused]] Stop stop) {
     boxes_.set_limit(limit);
+    if constexpr (kIsWide<Layout>)
+      if (may_pause) return run_a_step(scene, ray, limit, primitives, counter, visit);
     for (;;) {
       if (is_end(leaf_)) find_leaf(scene, ray, limit, counter);
       if (is_end(leaf_)) return Outcome::kFinished;
@@ -91,6 +94,31 @@ class Traversal : public RayState<P, Order, Test> {
       if constexpr (kHasLevels)
         if (node_ == kExitRef) this->leave_instances(scene, ray, limit, counter);
     }
+  }
+
+  /// Visits one box node, or tests one or two leaves. Then other rays are traced while memory is read for this one.
+  template <class Primitives, class Visit>
+  HIPRT_FORCE_INLINE Outcome run_a_step(const SceneView& scene, const QueryRay& ray, const Real& limit,
+                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
+    if (is_end(leaf_)) {
+      if (is_box(node_)) {
+        node_ = visit_boxes(scene, ray, limit, counter);
+        if (is_box(node_))
+          prefetch(&node_at(scene, node_), sizeof(Node));
+        else if (!is_end(node_))
+          prefetch(this->base(scene) + ref_offset(node_), 2 * sizeof(Leaf));
+        if (!is_end(node_)) return Outcome::kPaused;
+      }
+      leaf_ = node_;
+      if (is_end(leaf_)) return Outcome::kFinished;
+    }
+    if (!test_leaf(scene, ray, limit, primitives, counter, visit, skip_)) return Outcome::kStopped;
+    if (is_end(leaf_)) node_ = backtrack_.pop(boxes_.far_end(limit));
+    if (is_end(leaf_) && is_box(node_)) prefetch(&node_at(scene, node_), sizeof(Node));
+    return Outcome::kPaused;
+  }
+  static HIPRT_FORCE_INLINE void prefetch(const void* first, std::size_t size) {
+    for (std::size_t at = 0; at < size; at += 64) __builtin_prefetch(static_cast<const char*>(first) + at);
   }
 
   /// Traces the rays of a group of lanes together. All lanes search leaves until the schedule ends the search. Then

@@ -47,7 +47,8 @@ MODULES = {
 DEVICE_MODULES = ('format', 'math', 'scene', 'ray', 'host_scene', 'intersect', 'instances', 'primitives', 'traverse',
                   'query')
 # Public headers of hiprt_build that hiprt::format compiles.
-FORMAT_HEADERS = {f'hiprt_build/{name}.h' for name in ('buffer', 'error', 'export', 'file', 'open_scene')}
+FORMAT_HEADERS = {f'hiprt_build/{name}.h' for name in ('buffer', 'error', 'export', 'file', 'open_scene',
+                                                        'trace_rays')}
 LIBRARY = {*DEVICE_MODULES, 'host_format', 'host', 'build', 'gpu'}
 MAY_INCLUDE = {
     'format': set(),

@@ -3,6 +3,7 @@
 #include <hiprt_build/host/isa.h>
 #include <hiprt_build/open_scene.h>
 #include <hiprt_build/refit.h>
+#include <hiprt_build/trace_rays.h>
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/host_scene.h>
 #include <tests/amount.h>
@@ -173,6 +174,61 @@ TEST_CASE("Hits by the host's nodes are the same at every size and place") {
     ray.origin += Vec3(1e6f, -1e5f, 1e4f);
     REQUIRE(difference(far.traced, ray) == "");
   }
+}
+
+TEST_CASE("Many rays at once have the hits of single rays") {
+  INFO("seed " << kSeed);
+  Random random(kSeed + 6);
+  const std::vector<Mesh> meshes{soup(random, 3000, 0.1)};
+  std::vector<Scene> scenes;
+  for (const NodeLayout layout : {NodeLayout::kPlanes, NodeLayout::kHalf})
+    scenes.push_back(make_scene(meshes, {.nodes = layout}));
+  scenes.push_back(make_scene({soup(random, 1, 0.5)}));
+  for (const Scene& scene : scenes)
+    for (const std::size_t count : {0u, 1u, 7u, 8u, 9u, 64u, 5000u}) {
+      INFO(scene.name << ", " << count << " rays");
+      std::vector<Ray> rays;
+      while (rays.size() < count) {
+        // Some windows are coherent, some rays can hit nothing.
+        const unsigned kind = random.below(8);
+        Ray ray = random_ray(random, 1.0);
+        if (kind == 0) ray.direction.x = std::numeric_limits<float>::quiet_NaN();
+        for (unsigned i = 0; i < (kind < 4 ? 1u : 11u) && rays.size() < count; ++i) {
+          if (i > 0) ray.direction.y *= 1.001f;
+          rays.push_back(ray);
+        }
+      }
+      std::vector<Hit> hits(count), any(count + 1);
+      REQUIRE(closest_hits(scene.traced, rays, hits));
+      REQUIRE(any_hits(scene.traced, rays, any));
+      for (std::size_t i = 0; i < count; ++i) {
+        INFO("ray " << i);
+        REQUIRE(same_hit(hits[i], closest_hit<Policies>(scene.traced, rays[i])) ==
+                (scene.traced.layout == NodeLayout::kPlanes));
+        REQUIRE(same_hit(hits[i], closest_hit(scene.traced, rays[i])));
+        REQUIRE(any[i].found() == any_hit(scene.traced, rays[i]).found());
+      }
+    }
+}
+
+TEST_CASE("Many rays at once: too few hits are an error, threads share the blocks") {
+  Random random(kSeed + 7);
+  const Scene scene = make_scene({soup(random, 500, 0.1)});
+  std::vector<Ray> rays(10000);
+  for (Ray& ray : rays) ray = random_ray(random, 1.0);
+  std::vector<Hit> hits(rays.size()), threaded(rays.size());
+  const auto refused = closest_hits(scene.traced, rays, std::span(hits).first(9999));
+  REQUIRE_FALSE(refused);
+  CHECK(refused.error().message == "closest_hits: 10000 rays, but room for 9999 hits");
+  CHECK(any_hits(scene.traced, rays, {}).error().code == build::ErrorCode::kInvalidInput);
+  const ParallelLoop loop = [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < count; ++i) threads.emplace_back([&, i] { body(i); });
+    for (std::thread& thread : threads) thread.join();
+  };
+  REQUIRE(closest_hits(scene.traced, rays, hits));
+  REQUIRE(closest_hits(scene.traced, rays, threaded, loop));
+  for (std::size_t i = 0; i < rays.size(); ++i) REQUIRE(same_hit(hits[i], threaded[i]));
 }
 
 TEST_CASE("After a refit the file's nodes are traced, and the next view has new nodes") {
