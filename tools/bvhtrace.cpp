@@ -13,6 +13,7 @@
 #include <tools/scene_io/rays_file.h>
 
 #include <hiprt_build/format/view.h>
+#include <hiprt_build/host/host_part.h>
 #include <hiprt_device/scene_view.h>
 
 #include <CLI/CLI.hpp>
@@ -295,7 +296,8 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   if (options.explained) return explain_one(cli, options, file->view, *batch);
   auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view, policies_of(options));
   if (!gpu) return tl::unexpected(gpu.error());
-  const SceneView scene = make_scene_view(file->view);
+  const HostPart host;
+  const SceneView scene = gpu->has_value() ? make_scene_view(file->view) : host.scene(file->view);
   Outcome outcome;
   outcome.query = query_of(options, *batch);
   outcome.rays = batch->rays.size();

@@ -10,6 +10,7 @@
 
 #include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/format/view.h>
+#include <hiprt_build/host/host_part.h>
 
 #include <CLI/CLI.hpp>
 
@@ -121,7 +122,8 @@ build::Result<void> PathCommand::prepare(const BufferView& bvh, const Camera& ca
 build::Result<Rendering> PathCommand::render(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
                                              GpuTracer* gpu, ProgressBar& bar,
                                              const std::function<void(const Rendering&)>& keep) const {
-  const SceneView scene = make_scene_view(bvh);
+  const HostPart host;
+  const SceneView scene = gpu != nullptr ? make_scene_view(bvh) : host.scene(bvh);
   const PathOptions of_paths = path_options(options, bounces_);
   auto image = layers(scene, camera, options, *data_, of_paths, bar);
   if (!image) return tl::unexpected(std::move(image.error()));

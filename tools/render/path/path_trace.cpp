@@ -8,6 +8,8 @@
 #include <tools/render/tracers/tracer.h>
 
 #include <hiprt_build/exec/stopwatch.h>
+#include <hiprt_build/trace_rays.h>
+#include <hiprt_device/host_scene.h>
 
 #include <algorithm>
 #include <mutex>
@@ -45,6 +47,9 @@ class CpuPathEngine {
     const std::span<Hit> to(hits, count);
     const std::span<std::uint32_t> paths(instance_paths,
                                          instance_paths == nullptr ? 0 : std::size_t{count} * scene_.view.levels);
+    // Shadow rays only ask whether something blocks them.
+    if (query == Query::kAny && !alpha_cutout_ && current_host_scene(scene_.view) != nullptr)
+      return any_hits(scene_.view, from, to);
     if (alpha_cutout_)
       hiprt::tools::trace(scene_, query, from, to, paths);
     else

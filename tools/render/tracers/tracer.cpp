@@ -1,6 +1,8 @@
 #include <tools/render/tracers/tracer.h>
 
 #include <hiprt_build/host/isa.h>
+#include <hiprt_build/trace_rays.h>
+#include <hiprt_device/host_scene.h>
 #include <tools/render/scene/path_scene.h>
 #include <tools/render/tracers/trace_job.h>
 
@@ -35,6 +37,12 @@ const Isa& chosen_isa() {
 
 void trace(const SceneView& scene, Query query, const TracePolicies& policies, std::span<const Ray> rays,
            std::span<Hit> hits, std::span<RayCost> costs, std::span<std::uint32_t> paths) {
+  // The library's own tracer is faster where the scene is prepared for the host. It may find another of several hits.
+  if (query == Query::kClosest && policies == TracePolicies{} && costs.empty() &&
+      current_host_scene(scene) != nullptr) {
+    static_cast<void>(closest_hits(scene, rays, hits));
+    return;
+  }
   chosen_isa().trace({&scene,
                       query,
                       policies,
