@@ -17,7 +17,7 @@ expect 0 "Results: " "$source/run_gpu" "--scenes=$scenes" "--program=$program" "
 python3 -c 'import lzma, sys; sys.stdout.buffer.write(lzma.open(sys.argv[1]).read())' "$work/results/variants.json.xz" \
   >"$work/variants.json"
 holds "$work/variants.json" '"commit": "abc"' '"scene": "procedural_boxes"' '"kind": "diffuse"' \
-  '"instructions"' '"bytes_per_triangle"' '"builder": "sah"' '"tests": "fast"' '"wrong_rays": 0' '"faults": []' \
+  '"instructions"' '"bytes_per_triangle"' '"builder": "sbvh"' '"tests": "fast"' '"wrong_rays": 0' '"faults": []' \
   '"query": "all"' '"other_primitive_rays": 0'
 holds "$work/tables.md" '## procedural.half: half' '| quantized accurate private immediate usual masks 1x1' \
   '| primary all |' '## Tests that are not exact' '| other primitives % |'

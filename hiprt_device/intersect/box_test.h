@@ -120,13 +120,15 @@ template <class Lanes> struct RaySlabs {
   /// product is 0 * inf.
   HIPRT_HD HIPRT_FORCE_INLINE RaySlabs(const Ray& ray, float margin) {
     const float floor = max_component(ray.direction) * 0x1p-26f;
-    if constexpr (Lanes::kScalar) {
-      prepare(0, ray.origin.x, ray.direction.x, floor, margin);
-      prepare(1, ray.origin.y, ray.direction.y, floor, margin);
-      prepare(2, ray.origin.z, ray.direction.z, floor, margin);
-    } else {
-      this->prepare_axes(ray, floor, margin);
+#if HIPRT_SIMD_LANES
+    if constexpr (!Lanes::kScalar) {
+      prepare_axes(ray, floor, margin);
+      return;
     }
+#endif
+    prepare(0, ray.origin.x, ray.direction.x, floor, margin);
+    prepare(1, ray.origin.y, ray.direction.y, floor, margin);
+    prepare(2, ray.origin.z, ray.direction.z, floor, margin);
   }
 
   /// @param origin of the ray whose slabs were saved.
@@ -195,7 +197,7 @@ template <class Lanes> struct BoxHits {
 
   HIPRT_HD HIPRT_FORCE_INLINE BoxHits(const typename Lanes::Float& first, const typename Lanes::Float& last,
                                       std::uint32_t present)
-      : mask(Lanes::is_met(first, last) & present), enter(first) {}
+      : mask(Lanes::less_equal(first, last) & present), enter(first) {}
   HIPRT_HD HIPRT_FORCE_INLINE bool hit(unsigned child) const { return (mask >> child & 1u) != 0; }
   HIPRT_HD HIPRT_FORCE_INLINE bool any() const { return mask != 0; }
 };

@@ -44,38 +44,17 @@ HIPRT_HD HIPRT_FORCE_INLINE float to_bound(double bound) {
 
 }  // namespace surface_detail
 
+#if HIPRT_WIDE_LANES
 namespace surface_detail {
 
-/// Normal and error bound of the triangle a, b, c.
-template <class Real>
-HIPRT_HD HIPRT_FORCE_INLINE void complete(BasicHit<Real>& hit, const BasicVec3<Real>& origin, const Real (&a)[3],
-                                          const Real (&b)[3], const Real (&c)[3]) {
-  double edge1[3], edge2[3];
-  Real reach = 0, extent = 0, magnitude = 0;
-  const auto read = [&](unsigned axis, Real o) {
-    edge1[axis] = static_cast<double>(b[axis]) - static_cast<double>(a[axis]);
-    edge2[axis] = static_cast<double>(c[axis]) - static_cast<double>(a[axis]);
-    reach = max_of(reach, max_of(max_of(absolute(a[axis] - o), absolute(b[axis] - o)), absolute(c[axis] - o)));
-    extent = max_of(
-        extent, max_of(max_of(absolute(b[axis] - a[axis]), absolute(c[axis] - a[axis])), absolute(c[axis] - b[axis])));
-    magnitude = max_of(magnitude, max_of(max_of(absolute(a[axis]), absolute(b[axis])), absolute(c[axis])));
-  };
-  read(0, origin.x);
-  read(1, origin.y);
-  read(2, origin.z);
-  hit.normal = make_normal<Real>(edge1, edge2);
-  hit.error = to_bound(kUnit<Real> * fused_multiply_add(Real(20), reach + extent, Real(4) * magnitude));
-}
-
-#if HIPRT_WIDE_LANES
 /// The largest of the first three lanes. @pre none is NaN
 HIPRT_FORCE_INLINE float largest_of_three(SimdLanes::Float of) {
   using Four = SimdLanes;
   return Four::value(Four::max(of, Four::max(Four::spread<1>(of), Four::spread<2>(of))));
 }
-/// The same in vector registers, with the same results.
-HIPRT_FORCE_INLINE void complete(Hit& hit, const Vec3& origin, const float (&a)[3], const float (&b)[3],
-                                 const float (&c)[3]) {
+/// Normal and error bound of the triangle a, b, c: the results of complete(), in vector registers.
+HIPRT_FORCE_INLINE void complete_triangle(Hit& hit, const Vec3& origin, const float (&a)[3], const float (&b)[3],
+                                          const float (&c)[3]) {
   using Four = SimdLanes;
   const auto p0 = Four::set(a[0], a[1], a[2], 0.0f), p1 = Four::set(b[0], b[1], b[2], 0.0f),
              p2 = Four::set(c[0], c[1], c[2], 0.0f), from = Four::set(origin.x, origin.y, origin.z, 0.0f);
@@ -99,9 +78,8 @@ HIPRT_FORCE_INLINE void complete(Hit& hit, const Vec3& origin, const float (&a)[
   const double scale = normal_scale(x, y, z);
   hit.normal = {static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale)};
 }
-#endif
-
 }  // namespace surface_detail
+#endif
 
 /// Normal and error bound from the leaf's vertices.
 template <class Layout, class Real>
@@ -109,13 +87,31 @@ HIPRT_HD inline void complete(BasicHit<Real>& hit, const BasicRay<Real>& ray, co
                               unsigned triangle) {
   unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
   to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
-  Real a[3], b[3], c[3];
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    a[axis] = Layout::coordinate(leaf, vertex[0], axis);
-    b[axis] = Layout::coordinate(leaf, vertex[1], axis);
-    c[axis] = Layout::coordinate(leaf, vertex[2], axis);
+#if HIPRT_WIDE_LANES
+  if constexpr (std::is_same_v<Real, float>) {
+    float corner[3][3];
+    for (unsigned k = 0; k < 3; ++k)
+      for (unsigned axis = 0; axis < 3; ++axis) corner[k][axis] = Layout::coordinate(leaf, vertex[k], axis);
+    return surface_detail::complete_triangle(hit, ray.origin, corner[0], corner[1], corner[2]);
   }
-  surface_detail::complete(hit, ray.origin, a, b, c);
+#endif
+  double edge1[3], edge2[3];
+  Real reach = 0, extent = 0, magnitude = 0;
+  const auto read = [&](unsigned axis, Real o) {
+    const Real a = Layout::coordinate(leaf, vertex[0], axis), b = Layout::coordinate(leaf, vertex[1], axis),
+               c = Layout::coordinate(leaf, vertex[2], axis);
+    edge1[axis] = static_cast<double>(b) - static_cast<double>(a);
+    edge2[axis] = static_cast<double>(c) - static_cast<double>(a);
+    reach = max_of(reach, max_of(max_of(absolute(a - o), absolute(b - o)), absolute(c - o)));
+    extent = max_of(extent, max_of(max_of(absolute(b - a), absolute(c - a)), absolute(c - b)));
+    magnitude = max_of(magnitude, max_of(max_of(absolute(a), absolute(b)), absolute(c)));
+  };
+  read(0, ray.origin.x);
+  read(1, ray.origin.y);
+  read(2, ray.origin.z);
+  hit.normal = surface_detail::make_normal<Real>(edge1, edge2);
+  using surface_detail::kUnit;
+  hit.error = surface_detail::to_bound(kUnit<Real> * fused_multiply_add(Real(20), reach + extent, Real(4) * magnitude));
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

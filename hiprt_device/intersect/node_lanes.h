@@ -13,7 +13,7 @@ template <class Node> HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(con
 HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
   return load_words(node.origin).word[3] >> 24;
 }
-constexpr std::uint32_t load_present(const WideNode&) { return 0xffu; }
+HIPRT_HD constexpr std::uint32_t load_present(const WideNode&) { return 0xffu; }
 
 /// The four children's planes of one axis. @param side 0 minimum, 1 maximum.
 template <class Lanes>
@@ -83,7 +83,7 @@ HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const QuantizedBox
 
 /// The planes of eight children. @tparam Lanes WideLanes.
 template <class Lanes>
-HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const WideNode& node, unsigned axis, unsigned side) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const WideNode& node, unsigned axis, unsigned side) {
   return Lanes::load(node.plane[axis][side]);
 }
 
@@ -101,7 +101,7 @@ struct LeafPair {
   const PlanesLeaf &first, &second;
 };
 template <class Lanes>
-HIPRT_FORCE_INLINE typename Lanes::Float load_coordinates(const LeafPair& leaves, unsigned axis) {
+HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_coordinates(const LeafPair& leaves, unsigned axis) {
   return Lanes::load_halves(leaves.first.coordinate[axis], leaves.second.coordinate[axis]);
 }
 

@@ -56,7 +56,8 @@ template <class Test> struct ShearedTriangleTest {
   /// @param leaves planes; one leaf may be both.
   /// @param count of the leaves that count, 1 or 2.
   template <class Lanes, class Ray, class Accept>
-  HIPRT_FORCE_INLINE static bool meet_two(const LeafPair& leaves, unsigned count, const Ray& ray, Accept&& accept) {
+  HIPRT_HD HIPRT_FORCE_INLINE static bool meet_two(const LeafPair& leaves, unsigned count, const Ray& ray,
+                                                   Accept&& accept) {
     using Float = typename Lanes::Float;
     const ShearedVertices<Lanes> at(leaves, ray);
     const Float around = edges_around<Lanes>(at), shared = shared_edges<Lanes>(at);
@@ -103,8 +104,8 @@ template <class Test> struct ShearedTriangleTest {
   }
   /// Bit 4 h + i: no edge function of triangle i of leaf h is certainly positive, or none certainly negative.
   template <class Lanes>
-  HIPRT_FORCE_INLINE static std::uint32_t triangles_met(typename Lanes::Float around, typename Lanes::Float shared,
-                                                        float uncertainty) {
+  HIPRT_HD HIPRT_FORCE_INLINE static std::uint32_t triangles_met(typename Lanes::Float around,
+                                                                 typename Lanes::Float shared, float uncertainty) {
     const auto least = Lanes::all(uncertainty), most = Lanes::all(-uncertainty);
     const std::uint32_t positive = Lanes::greater(around, least), shared_positive = Lanes::greater(shared, least);
     const std::uint32_t negative = Lanes::greater(most, around), shared_negative = Lanes::greater(most, shared);
@@ -170,8 +171,8 @@ struct Watertight : ShearedTriangleTest<Watertight> {
   }
   /// See ShearedTriangleTest::meet_two().
   template <class Lanes, class Accept>
-  HIPRT_FORCE_INLINE static bool intersect_two(const LeafPair& leaves, unsigned count, const PreparedRay<Lanes>& ray,
-                                               Accept&& accept) {
+  HIPRT_HD HIPRT_FORCE_INLINE static bool intersect_two(const LeafPair& leaves, unsigned count,
+                                                        const PreparedRay<Lanes>& ray, Accept&& accept) {
     return meet_two<Lanes>(leaves, count, ray, accept);
   }
 

@@ -55,6 +55,11 @@ HIPRT_HD HIPRT_FORCE_INLINE float smallest_by_bits(float a, float b, float c, fl
 /// Four lanes in an array; loops over lanes are unrolled by the compiler.
 /// @tparam Real float; double for the triangle tests of double rays, which load floats too.
 template <class Real> struct BasicArrayLanes {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+  static constexpr bool kComparesBits = true;
+#else
+  static constexpr bool kComparesBits = false;
+#endif
   /// Choices between lanes need no branches, and arrays no varying indices: for registers of GPUs.
   static constexpr bool kScalar = true;
   using Scalar = Real;
@@ -156,7 +161,7 @@ template <class Real> struct BasicArrayLanes {
   /// (last_in()).
   ///
   /// begin and end are 0 or more, and begin is not -0. first_in() <= last_in() has the result for exact maxima and
-  /// minima. There is one exception: if the ray leaves at -0 exactly, it may be true.
+  /// minima. There is one exception, where kComparesBits: if the ray leaves or ends at -0 exactly, it may be true.
   HIPRT_HD static HIPRT_FORCE_INLINE Float first_in(const Float& a, const Float& b, const Float& c, Uniform begin) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
     // Hopper has an instruction for the largest of three integers.
@@ -172,10 +177,6 @@ template <class Real> struct BasicArrayLanes {
 #else
     return min(min(a, b), min(c, end));
 #endif
-  }
-  /// Bit i: first[i] <= last[i], for results of first_in() and last_in().
-  HIPRT_HD static HIPRT_FORCE_INLINE std::uint32_t is_met(const Float& first, const Float& last) {
-    return less_equal(first, last);
   }
   HIPRT_HD static HIPRT_FORCE_INLINE Float magnitude(const Float& a) {
     return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return without_sign(a.lane[i]); });
@@ -219,6 +220,11 @@ using DoubleLanes = BasicArrayLanes<double>;
 
 /// Four lanes in an SSE register (the compilers' vector type of 16 bytes).
 struct SimdLanes {
+#if defined(__SSE4_1__)
+  static constexpr bool kComparesBits = true;
+#else
+  static constexpr bool kComparesBits = false;
+#endif
   static constexpr bool kScalar = false;
   using Scalar = float;
   static constexpr float kByteBias = 0.0f;
@@ -277,12 +283,6 @@ struct SimdLanes {
     return min(min(a, b), min(c, end));
   }
 #endif
-  static HIPRT_FORCE_INLINE std::uint32_t is_met(Float first, Float last) {
-    const __m128i minus_zero = _mm_castps_si128(_mm_set1_ps(-0.0f)), end = _mm_castps_si128(last);
-    const __m128i missed =
-        _mm_andnot_si128(_mm_cmpeq_epi32(end, minus_zero), _mm_cmpgt_epi32(_mm_castps_si128(first), end));
-    return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_castsi128_ps(missed))) ^ 0xfu;
-  }
   static HIPRT_FORCE_INLINE Float magnitude(Float a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
   /// Lane i is a[i], with the other sign where sign[i] is negative (-0 counts).
   static HIPRT_FORCE_INLINE Float flip_sign(Float a, Float sign) {

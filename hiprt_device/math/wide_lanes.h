@@ -17,6 +17,7 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Eight lanes in an AVX register. A half has four lanes.
 struct WideLanes {
+  static constexpr bool kComparesBits = true;
   static constexpr bool kScalar = false;
   using Scalar = float;
   static constexpr float kByteBias = 0.0f;
@@ -47,12 +48,7 @@ struct WideLanes {
   static HIPRT_FORCE_INLINE Float last_in(Float a, Float b, Float c, Uniform end) {
     return as_floats(_mm256_min_epi32(_mm256_min_epi32(bits(a), bits(b)), _mm256_min_epi32(bits(c), bits(end))));
   }
-  static HIPRT_FORCE_INLINE std::uint32_t is_met(Float first, Float last) {
-    const __m256i minus_zero = bits(all(-0.0f)), end = bits(last);
-    const __m256i missed =
-        _mm256_andnot_si256(_mm256_cmpeq_epi32(end, minus_zero), _mm256_cmpgt_epi32(bits(first), end));
-    return mask(as_floats(missed)) ^ 0xffu;
-  }
+  static HIPRT_FORCE_INLINE std::uint32_t less_equal(Float a, Float b) { return mask(_mm256_cmp_ps(a, b, _CMP_LE_OQ)); }
   /// In each half.
   template <int A, int B, int C, int D> static HIPRT_FORCE_INLINE Float shuffle(Float a) {
     return _mm256_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);

@@ -98,8 +98,9 @@ class Traversal : public RayState<P, Order, Test> {
 
   /// Visits one box node, or tests one or two leaves. Then other rays are traced while memory is read for this one.
   template <class Primitives, class Visit>
-  HIPRT_FORCE_INLINE Outcome run_a_step(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                        const Primitives& primitives, typename P::Counter& counter, Visit&& visit) {
+  HIPRT_HD HIPRT_FORCE_INLINE Outcome run_a_step(const SceneView& scene, const QueryRay& ray, const Real& limit,
+                                                 const Primitives& primitives, typename P::Counter& counter,
+                                                 Visit&& visit) {
     if (is_end(leaf_)) {
       if (is_box(node_)) {
         node_ = visit_boxes(scene, ray, limit, counter);
@@ -117,8 +118,11 @@ class Traversal : public RayState<P, Order, Test> {
     if (is_end(leaf_) && is_box(node_)) prefetch(&node_at(scene, node_), sizeof(Node));
     return Outcome::kPaused;
   }
-  static HIPRT_FORCE_INLINE void prefetch(const void* first, std::size_t size) {
+  HIPRT_HD static HIPRT_FORCE_INLINE void prefetch([[maybe_unused]] const void* first,
+                                                   [[maybe_unused]] std::size_t size) {
+#if !HIPRT_GPU_COMPILER && !HIPRT_RUN_TIME_COMPILER
     for (std::size_t at = 0; at < size; at += 64) __builtin_prefetch(static_cast<const char*>(first) + at);
+#endif
   }
 
   /// Traces the rays of a group of lanes together. All lanes search leaves until the schedule ends the search. Then
@@ -219,8 +223,11 @@ class Traversal : public RayState<P, Order, Test> {
 
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
     const Node& node = node_at(scene, node_);
+    // At a limit of -0 more children may be met than at a larger one (last_in()). A trail would not know of them.
+    constexpr bool kKeepsOrder = Lanes::kComparesBits && State::Backtrack::kNeedsStableOrder;
+    const float end = kKeepsOrder ? max_of(limit, 0.0f) : limit;
     const BoxHits<Lanes> hits =
-        intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(boxes_.near_end(tmin_)), Lanes::uniform(limit));
+        intersect_boxes<Lanes>(node, slabs_, Lanes::uniform(boxes_.near_end(tmin_)), Lanes::uniform(end));
     if constexpr (kObserved) {
       NodeVisit visit{this->base(scene), node_, {}, {}};
       for (unsigned i = 0; i < kBranching; ++i) {
@@ -246,8 +253,9 @@ class Traversal : public RayState<P, Order, Test> {
   /// Tests one or two leaves below a WideNode and steps to the next ones.
   /// @param skip as that of test_leaf(). Triangles are counted through both leaves.
   template <class Visit>
-  HIPRT_FORCE_INLINE bool test_wide_leaves(const SceneView& scene, const Real& limit, typename P::Counter& counter,
-                                           Visit&& visit, [[maybe_unused]] unsigned& skip) {
+  HIPRT_HD HIPRT_FORCE_INLINE bool test_wide_leaves(const SceneView& scene, const Real& limit,
+                                                    typename P::Counter& counter, Visit&& visit,
+                                                    [[maybe_unused]] unsigned& skip) {
     const Leaf* leaves = reinterpret_cast<const Leaf*>(this->base(scene) + ref_offset(leaf_));
     const bool is_long = is_long_run(leaf_);
     const unsigned left = wide_leaf_count(leaf_);

@@ -29,6 +29,7 @@ MODULES = {
     'hiprt_device/': 'query',
     'hiprt_build/format/': 'host_format',
     'hiprt_build/host/': 'host',
+    'hiprt_build/trace_rays.h': 'host',
     'hiprt_build/gpu/': 'gpu',
     'hiprt_build/rtc/': 'rtc',
     'hiprt_build/hiprt_api/': 'hiprt_api',

@@ -58,7 +58,7 @@ Ray random_ray(Random& random, double scale) {
     ray.direction[k] = to[static_cast<std::size_t>(k)] - from[static_cast<std::size_t>(k)];
     if (axis < 3 && static_cast<unsigned>(k) != axis) ray.direction[k] = 0.0f;
   }
-  if (random.coin()) ray.tmax = random.uniform_float(0.0, 1.5);
+  if (random.coin()) ray.tmax = random.below(20) == 0 ? -0.0f : random.uniform_float(0.0, 1.5);
   if (random.below(4) == 0) ray.tmin = random.uniform_float(-0.5, 0.8);
   return ray;
 }
