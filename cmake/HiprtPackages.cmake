@@ -1,4 +1,4 @@
-# Packages of CPack: for Debian libhiprt-build1 (the shared library), libhiprt-dev (headers, static libraries, CMake
+# Packages of CPack: for Debian libhiprt-build2 (the shared library), libhiprt-dev (headers, static libraries, CMake
 # and pkg-config files), hiprt-tools (programs, manual pages, completions) and libhiprt0300164 (takes libhiprt's place);
 # for other systems one archive (TGZ).
 # tools/package makes and checks them.

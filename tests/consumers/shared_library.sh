@@ -15,8 +15,10 @@ if ! grep -q '^hiprt::build::build(' <<<"$symbols"; then
   echo "hiprt::build::build is not exported"
   status=1
 fi
-format='hiprt::(open_scene|open_buffer|file_checksum|make_scene_view|name|validate|to_string)(\[abi:cxx11\])?\('
-if stray=$(grep -vE "^(((vtable|typeinfo|typeinfo name) for )?hiprt::build::|$format)" <<<"$symbols"); then
+format='hiprt::(open_scene|open_buffer|file_checksum|make_scene_view|name|validate|to_string|closest_hits|any_hits)'
+format+='(\[abi:cxx11\])?\('
+types='((vtable|typeinfo|typeinfo name) for )?hiprt::build::|hiprt::HostPart::'
+if stray=$(grep -vE "^($types|$format)" <<<"$symbols"); then
   printf 'exported by mistake:\n%s\n' "$stray"
   status=1
 fi

@@ -55,7 +55,7 @@ done
 echo "projects that use the library"
 apt install -y --no-install-recommends g++ cmake ninja-build pkg-config libglm-dev libexpected-dev libtbb-dev
 if [[ $kind == deb ]]; then
-  apt install -y --no-install-recommends /hiprt/files/libhiprt-build1_*.deb /hiprt/files/libhiprt-dev_*.deb
+  apt install -y --no-install-recommends /hiprt/files/libhiprt-build2_*.deb /hiprt/files/libhiprt-dev_*.deb
 fi
 # project FOLDER PROGRAM OPTION...
 project() {
