@@ -41,7 +41,8 @@ struct Plan {
 };
 
 float leaves_cost(float area, unsigned leaves) {
-  return area * (kLeavesCost + kTwoLeavesCost * static_cast<float>((leaves + 1) / 2));
+  const unsigned tests = (leaves + 1) / 2;
+  return area * (kLeavesCost + kTwoLeavesCost * static_cast<float>(tests));
 }
 
 class Maker {

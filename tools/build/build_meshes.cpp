@@ -30,9 +30,9 @@ build::Result<std::optional<build::Bvh>> try_gpu(const build::SceneInput& scene,
 
 }  // namespace
 
-build::Result<Built> build_meshes(const build::SceneInput& scene, BuildRequest request,
+build::Result<Built> build_meshes(const build::SceneInput& scene, const BuildRequest& request,
                                   const std::optional<build::ExchangeBvh>& tree) {
-  build::BuildOptions& options = request.options;
+  const build::BuildOptions& options = request.options;
   auto gpu = try_gpu(scene, request, tree.has_value());
   if (!gpu) return tl::unexpected(std::move(gpu.error()));
   if (*gpu) return Built{std::move(**gpu), options.builder, true};

@@ -19,7 +19,7 @@ struct Built {
 };
 
 /// @param tree imported tree to encode instead of building one.
-build::Result<Built> build_meshes(const build::SceneInput& scene, BuildRequest request,
+build::Result<Built> build_meshes(const build::SceneInput& scene, const BuildRequest& request,
                                   const std::optional<build::ExchangeBvh>& tree = {});
 
 /// Views of @p meshes for the builder. The meshes must outlive them.

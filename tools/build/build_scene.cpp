@@ -109,11 +109,11 @@ class ObjectBuilder {
     progress_("objects", static_cast<double>(++done_) / static_cast<double>(files_.size()));
   }
 
-  build::Result<Built> build_object(const SceneObject& object, BuildRequest request) const {
+  build::Result<Built> build_object(const SceneObject& object, const BuildRequest& request) const {
     const auto shapes = shapes_of(scene_, object, request.options.threads);
     if (!shapes) return tl::unexpected(shapes.error());
     const std::vector<build::TriangleMesh> meshes = views_of(scene_, object);
-    return build_meshes({meshes, shapes->customs()}, std::move(request));
+    return build_meshes({meshes, shapes->customs()}, request);
   }
 
   const SceneDescription& scene_;
