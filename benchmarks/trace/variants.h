@@ -20,6 +20,7 @@ struct Variant {
 
 /// The first one is what a program gets that chooses nothing.
 inline constexpr std::array kVariants{
+    Variant{"host_sbvh", NodeLayout::kPlanes, build::Builder::kSbvh, Tests::kAccurate, Lanes::kHost},
     Variant{"host_sah", NodeLayout::kPlanes, build::Builder::kSah, Tests::kAccurate, Lanes::kHost},
     Variant{"host_hq", NodeLayout::kPlanes, build::Builder::kHq, Tests::kAccurate, Lanes::kHost},
     Variant{"planes_sah", NodeLayout::kPlanes, build::Builder::kSah},

@@ -92,7 +92,7 @@ class ObjectBuilder {
     const SceneObject& object = scene_.objects[i];
     BuildRequest request = request_;
     request.options.threads = threads;
-    auto built = build_object(object, std::move(request));
+    auto built = build_object(object, request);
     const std::lock_guard lock(reporting_);
     if (!built) {
       if (failed_ && i > failed_object_) return;
