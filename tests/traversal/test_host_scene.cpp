@@ -7,18 +7,15 @@
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/host_scene.h>
 #include <tests/amount.h>
-#include <tests/oracle/meshes.h>
+#include <tests/traversal/soups.h>
 #include <tests/traversal/tracers.h>
 
 #include <tests/catch.h>
 
 #include <map>
-#include <thread>
 
 using namespace hiprt;
 using namespace hiprt::checks;
-using oracle::Mesh;
-using oracle::Random;
 
 namespace {
 
@@ -30,37 +27,6 @@ bool host_has_tracer() {
 #else
   return false;
 #endif
-}
-
-/// Triangles at random places; every third one is there twice.
-Mesh soup(Random& random, unsigned count, double size) {
-  Mesh mesh;
-  for (unsigned i = 0; i < count; ++i) {
-    const Position center = random.in_cube(1.0);
-    Position corner[3];
-    for (Position& p : corner) {
-      const Position offset = random.in_cube(size);
-      p = {center[0] + offset[0], center[1] + offset[1], center[2] + offset[2]};
-    }
-    append(mesh, corner[0], corner[1], corner[2]);
-    if (i % 3 == 0) append(mesh, corner[0], corner[1], corner[2]);
-  }
-  return mesh;
-}
-
-/// From anywhere near the scene, also along axes and with ends.
-Ray random_ray(Random& random, double scale) {
-  Ray ray;
-  const Position from = random.in_cube(1.5 * scale), to = random.in_cube(scale);
-  const unsigned axis = random.below(8);
-  for (int k = 0; k < 3; ++k) {
-    ray.origin[k] = from[static_cast<std::size_t>(k)];
-    ray.direction[k] = to[static_cast<std::size_t>(k)] - from[static_cast<std::size_t>(k)];
-    if (axis < 3 && static_cast<unsigned>(k) != axis) ray.direction[k] = 0.0f;
-  }
-  if (random.coin()) ray.tmax = random.below(20) == 0 ? -0.0f : random.uniform_float(0.0, 1.5);
-  if (random.below(4) == 0) ray.tmin = random.uniform_float(-0.5, 0.8);
-  return ray;
 }
 
 /// @return what differs from the scene's own nodes, or "".
@@ -211,26 +177,6 @@ TEST_CASE("Many rays at once have the hits of single rays") {
     }
 }
 
-TEST_CASE("Many rays at once: too few hits are an error, threads share the blocks") {
-  Random random(kSeed + 7);
-  const Scene scene = make_scene({soup(random, 500, 0.1)});
-  std::vector<Ray> rays(10000);
-  for (Ray& ray : rays) ray = random_ray(random, 1.0);
-  std::vector<Hit> hits(rays.size()), threaded(rays.size());
-  const auto refused = closest_hits(scene.traced, rays, std::span(hits).first(9999));
-  REQUIRE_FALSE(refused);
-  CHECK(refused.error().message == "closest_hits: 10000 rays, but room for 9999 hits");
-  CHECK(any_hits(scene.traced, rays, {}).error().code == build::ErrorCode::kInvalidInput);
-  const ParallelLoop loop = [](std::size_t count, const std::function<void(std::size_t)>& body) {
-    std::vector<std::thread> threads;
-    for (std::size_t i = 0; i < count; ++i) threads.emplace_back([&, i] { body(i); });
-    for (std::thread& thread : threads) thread.join();
-  };
-  REQUIRE(closest_hits(scene.traced, rays, hits));
-  REQUIRE(closest_hits(scene.traced, rays, threaded, loop));
-  for (std::size_t i = 0; i < rays.size(); ++i) REQUIRE(same_hit(hits[i], threaded[i]));
-}
-
 TEST_CASE("After a refit the file's nodes are traced, and the next view has new nodes") {
   INFO("seed " << kSeed);
   Random random(kSeed + 4);
@@ -249,18 +195,4 @@ TEST_CASE("After a refit the file's nodes are traced, and the next view has new 
   CHECK((current_host_scene(after) != nullptr) == host_has_tracer());
   check_hits(after, random, trials(1000), 1.5);
   check_hits(moved, random, trials(1000), 1.5);
-}
-
-TEST_CASE("Threads may ask for a scene at the same time") {
-  Random random(kSeed + 5);
-  const Mesh mesh = soup(random, 5000, 0.05);
-  auto bvh = build::build(std::vector{mesh.view()});
-  REQUIRE(bvh);
-  std::vector<SceneView> views(8);
-  std::vector<std::thread> threads;
-  for (SceneView& view : views) threads.emplace_back([&] { view = bvh->scene(); });
-  for (std::thread& thread : threads) thread.join();
-  for (const SceneView& view : views) CHECK(view.host == views[0].host);
-  build::Bvh moved = std::move(*bvh);
-  CHECK(moved.scene().host == views[0].host);
 }
