@@ -2,12 +2,11 @@
 
 #include <hiprt_build/trace_rays.h>
 #include <hiprt_device/hiprt_device.h>
-#include <tests/traversal/scenes.h>
 #include <tests/traversal/soups.h>
+#include <tests/traversal/tracers.h>
 
 #include <tests/catch.h>
 
-#include <cstring>
 #include <thread>
 
 using namespace hiprt;
@@ -36,7 +35,7 @@ TEST_CASE("Many rays at once: too few hits are an error, threads share the block
   };
   REQUIRE(closest_hits(scene.traced, rays, hits));
   REQUIRE(closest_hits(scene.traced, rays, threaded, loop));
-  for (std::size_t i = 0; i < rays.size(); ++i) REQUIRE(std::memcmp(&hits[i], &threaded[i], sizeof(Hit)) == 0);
+  for (std::size_t i = 0; i < rays.size(); ++i) REQUIRE(same_hit(hits[i], threaded[i]));
 }
 
 TEST_CASE("Threads may ask for a scene at the same time") {
