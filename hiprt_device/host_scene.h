@@ -7,15 +7,21 @@
 
 namespace hiprt {
 
+/// Functions that the library has compiled for one instruction set.
+/// @pre of all: current_host_scene(scene) is the HostScene that has them
+struct HostTracer {
+  Hit (*closest_hit)(const SceneView& scene, const Ray& ray);
+  Hit (*any_hit)(const SceneView& scene, const Ray& ray);
+  void (*closest_hits)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count);
+  void (*any_hits)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count);
+};
+
 /// open_scene() and Bvh::scene() make it for flat scenes of triangles in layout planes. The hits are those of the
 /// scene's own nodes, bit for bit.
 struct HostScene {
-  const WideNode* nodes = nullptr;  ///< The first is the root.
+  const WideNode* nodes = nullptr;  ///< The first is the root. nullptr: there are none.
   std::uint64_t checksum = 0;       ///< FileHeader::checksum of the file when the nodes were made.
-  Hit (*closest_hit)(const SceneView& scene, const Ray& ray) = nullptr;
-  Hit (*any_hit)(const SceneView& scene, const Ray& ray) = nullptr;
-  void (*closest_hits)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count) = nullptr;
-  void (*any_hits)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count) = nullptr;
+  HostTracer tracer{};
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -24,8 +30,8 @@ inline namespace HIPRT_ISA_NAMESPACE {
 /// @pre the scene lies in the host's memory.
 HIPRT_HD inline const HostScene* current_host_scene(const SceneView& scene) {
   const HostScene* host = scene.host;
-  if (host == nullptr || reinterpret_cast<const FileHeader*>(scene.base)->checksum != host->checksum) return nullptr;
-  return host;
+  if (host == nullptr || host->nodes == nullptr) return nullptr;
+  return reinterpret_cast<const FileHeader*>(scene.base)->checksum == host->checksum ? host : nullptr;
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

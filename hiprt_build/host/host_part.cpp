@@ -9,28 +9,26 @@
 
 #include <mutex>
 #include <new>
+#include <string_view>
 #include <utility>
 
 namespace hiprt {
 namespace {
 
-using format_detail::WideTracer;
-
 /// The best tracer for this processor; nullptr: there is none.
-const WideTracer* wide_tracer() {
+const HostTracer* host_tracer() {
 #ifdef HIPRT_WIDE_ISA_LIST
-  static const WideTracer* const best = [] {
-    static constexpr WideTracer kTracers[] = {
-#define HIPRT_ISA(name)                                                                 \
-  {#name, &format_detail::wide_closest_hit_##name, &format_detail::wide_any_hit_##name, \
-   &format_detail::wide_closest_hits_##name, &format_detail::wide_any_hits_##name},
-        HIPRT_WIDE_ISA_LIST
+  struct Variant {
+    std::string_view name;
+    const HostTracer& (*tracer)();
+  };
+  static constexpr Variant kVariants[] = {
+#define HIPRT_ISA(name) {#name, &format_detail::wide_tracer_##name},
+      HIPRT_WIDE_ISA_LIST
 #undef HIPRT_ISA
-    };
-    const WideTracer& chosen = format_detail::best_isa(kTracers);
-    return format_detail::runs_isa(chosen.name) ? &chosen : nullptr;
-  }();
-  return best;
+  };
+  static const Variant& best = format_detail::best_isa(kVariants);
+  return format_detail::runs_isa(best.name) ? &best.tracer() : nullptr;
 #else
   return nullptr;
 #endif
@@ -44,10 +42,10 @@ struct HostPart::State {
   HostScene scene;
   bool tried = false;
 
-  void prepare(const BufferView& file, const WideTracer& tracer) {
+  void prepare(const BufferView& file, const HostTracer& tracer) {
     if (tried && scene.checksum == file.header->checksum) return;
     tried = true;
-    scene = {nullptr, file.header->checksum, tracer.closest_hit, tracer.any_hit, tracer.closest_hits, tracer.any_hits};
+    scene = {nullptr, file.header->checksum, tracer};
     nodes = {};
     try {
       nodes = format_detail::make_wide_nodes(file);
@@ -68,7 +66,7 @@ HostPart::~HostPart() { delete state_; }
 
 SceneView HostPart::scene(const BufferView& file) const {
   SceneView view = make_scene_view(file);
-  const WideTracer* tracer = wide_tracer();
+  const HostTracer* tracer = host_tracer();
   if (tracer == nullptr) return view;
   const std::lock_guard lock(state_->mutex);
   state_->prepare(file, *tracer);

@@ -10,7 +10,7 @@ struct SceneView;   ///< hiprt_device/scene_view.h
 
 /// Makes the HostScene of one file, at the first call of scene().
 ///
-/// That takes about 0.2 microseconds per node of the file on one thread, and a quarter of the file's memory.
+/// That takes time and memory in proportion to the file's nodes (hiprt_device/docs/FILES.md).
 class HIPRT_BUILD_API HostPart {
  public:
   HostPart();

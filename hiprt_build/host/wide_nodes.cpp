@@ -175,7 +175,7 @@ class Maker {
       }
     for (unsigned n = 2; n <= kWideBranching; ++n) {
       const bool splits = n == kWideBranching || split[n] < forms.cost[n - 1];
-      // A wide node of its own needs the split into eight, even where fewer children cost less in another node.
+      // The node's own children, form 8, are always both sides' children.
       forms.cost[n] = std::min(split[n], forms.cost[n - 1]);
       if (splits) plan.set_from_left(pair, n, from_left[n]);
     }

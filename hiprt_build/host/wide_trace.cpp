@@ -8,16 +8,8 @@
 
 #define HIPRT_JOIN_EXPANDED(a, b) a##b
 #define HIPRT_JOIN(a, b) HIPRT_JOIN_EXPANDED(a, b)
-#define HIPRT_OF_ISA(name) HIPRT_JOIN(name, HIPRT_ISA_NAME)
 
 namespace hiprt::format_detail {
-
-// Elsewhere the header that declares them lists instruction sets.
-Hit HIPRT_OF_ISA(wide_closest_hit_)(const SceneView& scene, const Ray& ray);
-Hit HIPRT_OF_ISA(wide_any_hit_)(const SceneView& scene, const Ray& ray);
-void HIPRT_OF_ISA(wide_closest_hits_)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count);
-void HIPRT_OF_ISA(wide_any_hits_)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count);
-
 namespace {
 
 struct Wide : Policies {
@@ -25,10 +17,11 @@ struct Wide : Policies {
   using Lanes = WideLanes;
 };
 
-/// Rays of a window, and rays in flight.
+/// Rays in flight, and rays whose coherence is looked at together.
 constexpr unsigned kWindow = 8;
 
-/// Whether rays go through the same nodes: nearly parallel, and close to each other. Then memory is not waited for.
+/// Whether the rays of a window are nearly parallel and close to each other. Then they visit the same nodes, and no ray
+/// but the first waits for memory.
 bool are_coherent(const SceneView& scene, const Ray* rays) {
   const auto extent = [&](unsigned axis) { return scene.bounds.max[axis] - scene.bounds.min[axis]; };
   const float near = 0x1p-7f * max_of(extent(0), max_of(extent(1), extent(2)));
@@ -51,7 +44,7 @@ bool are_coherent(const SceneView& scene, const Ray* rays) {
 
 constexpr std::size_t kNoRay = ~std::size_t{0};
 
-/// A ray in flight. Queries are made in place: to copy one takes as long as a visit of a node.
+/// A ray in flight. Its query is constructed in place: a copy takes as long as a visit of a node.
 template <class Query> struct Slot {
   alignas(Query) std::byte memory[sizeof(Query)];
   PrivateStack<>::Memory stack;
@@ -65,9 +58,10 @@ template <class Query> struct Slot {
   }
 };
 
-/// Traces rays in turn, one node of each. While memory is read for one ray, others are tested.
+/// Traces rays in turn, one node of each at a time. While memory is read for one ray, others are tested.
 /// @tparam Query ClosestHit<Wide> or OneHit<Wide>.
-/// @param trace_one not inlined: its loop would take registers from the other.
+/// @param trace_one traces a ray by itself. It is called through a pointer: inlined, it would take registers from the
+/// loop over the slots.
 template <class Query>
 void trace_in_turn(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count,
                    Hit (*trace_one)(const SceneView& scene, const Ray& ray)) {
@@ -93,18 +87,23 @@ void trace_in_turn(const SceneView& scene, const Ray* rays, Hit* hits, std::size
     }
 }
 
-}  // namespace
+Hit trace_closest(const SceneView& scene, const Ray& ray) { return closest_hit<Wide>(scene, ray); }
 
-Hit HIPRT_OF_ISA(wide_closest_hit_)(const SceneView& scene, const Ray& ray) { return closest_hit<Wide>(scene, ray); }
+Hit trace_any(const SceneView& scene, const Ray& ray) { return any_hit<Wide>(scene, ray); }
 
-Hit HIPRT_OF_ISA(wide_any_hit_)(const SceneView& scene, const Ray& ray) { return any_hit<Wide>(scene, ray); }
-
-void HIPRT_OF_ISA(wide_closest_hits_)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count) {
-  trace_in_turn<ClosestHit<Wide>>(scene, rays, hits, count, HIPRT_OF_ISA(wide_closest_hit_));
+void trace_closest_hits(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count) {
+  trace_in_turn<ClosestHit<Wide>>(scene, rays, hits, count, trace_closest);
 }
 
-void HIPRT_OF_ISA(wide_any_hits_)(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count) {
-  trace_in_turn<OneHit<Wide>>(scene, rays, hits, count, HIPRT_OF_ISA(wide_any_hit_));
+void trace_any_hits(const SceneView& scene, const Ray* rays, Hit* hits, std::size_t count) {
+  trace_in_turn<OneHit<Wide>>(scene, rays, hits, count, trace_any);
+}
+
+}  // namespace
+
+const HostTracer& HIPRT_JOIN(wide_tracer_, HIPRT_ISA_NAME)() {
+  static constexpr HostTracer kTracer{trace_closest, trace_any, trace_closest_hits, trace_any_hits};
+  return kTracer;
 }
 
 }  // namespace hiprt::format_detail

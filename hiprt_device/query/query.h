@@ -100,7 +100,7 @@ struct AnyInLayout {
 /// it, if open_scene() or Bvh::scene() has made the view.
 HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
 #if !HIPRT_DEVICE_CODE
-  if (const HostScene* host = current_host_scene(scene)) return host->closest_hit(scene, ray);
+  if (const HostScene* host = current_host_scene(scene)) return host->tracer.closest_hit(scene, ray);
 #endif
   return query_detail::with_layout(scene, query_detail::ClosestInLayout{scene, ray});
 }
@@ -108,7 +108,7 @@ HIPRT_HD inline Hit closest_hit(const SceneView& scene, const Ray& ray) {
 /// Any hit with the default policies, for a scene of any layout; without normal and error.
 HIPRT_HD inline Hit any_hit(const SceneView& scene, const Ray& ray) {
 #if !HIPRT_DEVICE_CODE
-  if (const HostScene* host = current_host_scene(scene)) return host->any_hit(scene, ray);
+  if (const HostScene* host = current_host_scene(scene)) return host->tracer.any_hit(scene, ray);
 #endif
   return query_detail::with_layout(scene, query_detail::AnyInLayout{scene, ray});
 }

@@ -2,7 +2,7 @@
 
 #include <hiprt_build/trace_rays.h>
 #include <hiprt_device/hiprt_device.h>
-#include <tests/traversal/soups.h>
+#include <tests/host/soups.h>
 #include <tests/traversal/tracers.h>
 
 #include <tests/catch.h>

@@ -7,7 +7,7 @@
 #include <hiprt_device/hiprt_device.h>
 #include <hiprt_device/host_scene.h>
 #include <tests/amount.h>
-#include <tests/traversal/soups.h>
+#include <tests/host/soups.h>
 #include <tests/traversal/tracers.h>
 
 #include <tests/catch.h>
