@@ -1,11 +1,13 @@
 #pragma once
 /// What a host has prepared to trace a scene fast: eight-wide nodes, and tracers compiled for its processor.
 
-#include <hiprt_device/format/wide_node.h>
+#include <hiprt_device/format/buffer.h>
 #include <hiprt_device/ray.h>
 #include <hiprt_device/scene_view.h>
 
 namespace hiprt {
+
+struct HostNode;
 
 /// Functions that the library has compiled for one instruction set.
 /// @pre of all: current_host_scene(scene) is the HostScene that has them
@@ -19,9 +21,11 @@ struct HostTracer {
 /// open_scene() and Bvh::scene() make it for flat scenes of triangles in layout planes. The hits are those of the
 /// scene's own nodes, bit for bit.
 struct HostScene {
-  const WideNode* nodes = nullptr;  ///< The first is the root. nullptr: there are none.
+  const HostNode* nodes = nullptr;  ///< The first is the root. nullptr: there are none.
   std::uint64_t checksum = 0;       ///< FileHeader::checksum of the file when the nodes were made.
   HostTracer tracer{};
+  alignas(16) float low[4]{}, high[4]{};  ///< The scene's bounds; the fourth number is 0.
+  float magnitude = 0.0f;                 ///< The largest coordinate of the bounds, without its sign.
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {

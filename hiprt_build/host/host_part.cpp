@@ -1,12 +1,14 @@
 #include <hiprt_build/host/host_part.h>
 
 #include <hiprt_build/format/view.h>
+#include <hiprt_build/host/host_nodes.h>
+#include <hiprt_build/host/host_trace.h>
 #include <hiprt_build/host/isa.h>
-#include <hiprt_build/host/wide_nodes.h>
-#include <hiprt_build/host/wide_trace.h>
 
 #include <hiprt_device/host_scene.h>
 
+#include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <new>
 #include <string_view>
@@ -17,14 +19,14 @@ namespace {
 
 /// The best tracer for this processor; nullptr: there is none.
 const HostTracer* host_tracer() {
-#ifdef HIPRT_WIDE_ISA_LIST
+#ifdef HIPRT_HOST_ISA_LIST
   struct Variant {
     std::string_view name;
     const HostTracer& (*tracer)();
   };
   static constexpr Variant kVariants[] = {
-#define HIPRT_ISA(name) {#name, &format_detail::wide_tracer_##name},
-      HIPRT_WIDE_ISA_LIST
+#define HIPRT_ISA(name) {#name, &format_detail::host_tracer_##name},
+      HIPRT_HOST_ISA_LIST
 #undef HIPRT_ISA
   };
   static const Variant& best = format_detail::best_isa(kVariants);
@@ -38,21 +40,27 @@ const HostTracer* host_tracer() {
 
 struct HostPart::State {
   std::mutex mutex;
-  format_detail::WideNodes nodes;
+  format_detail::HostNodes nodes;
   HostScene scene;
   bool tried = false;
 
   void prepare(const BufferView& file, const HostTracer& tracer) {
     if (tried && scene.checksum == file.header->checksum) return;
     tried = true;
-    scene = {nullptr, file.header->checksum, tracer};
+    scene = {.checksum = file.header->checksum, .tracer = tracer};
     nodes = {};
     try {
-      nodes = format_detail::make_wide_nodes(file);
+      nodes = format_detail::make_host_nodes(file);
     } catch (const std::bad_alloc&) {
       return;
     }
-    if (!nodes.empty()) scene.nodes = nodes.data();
+    if (nodes.empty()) return;
+    scene.nodes = nodes.data();
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      scene.low[axis] = file.header->bounds.min[axis];
+      scene.high[axis] = file.header->bounds.max[axis];
+      scene.magnitude = std::max({scene.magnitude, std::abs(scene.low[axis]), std::abs(scene.high[axis])});
+    }
   }
 };
 

@@ -3,7 +3,7 @@
 
 #include <hiprt_device/format/layout.h>
 #include <hiprt_device/intersect/candidate.h>
-#include <hiprt_device/math/wide_lanes.h>
+#include <hiprt_device/math/lanes.h>
 #include <hiprt_device/ray.h>
 
 namespace hiprt {
@@ -44,7 +44,7 @@ HIPRT_HD HIPRT_FORCE_INLINE float to_bound(double bound) {
 
 }  // namespace surface_detail
 
-#if HIPRT_WIDE_LANES
+#if HIPRT_AVX2_LANES
 namespace surface_detail {
 
 /// The largest of the first three lanes. @pre none is NaN
@@ -87,7 +87,7 @@ HIPRT_HD inline void complete(BasicHit<Real>& hit, const BasicRay<Real>& ray, co
                               unsigned triangle) {
   unsigned vertex[3] = {corner_vertex(triangle, 0), corner_vertex(triangle, 1), corner_vertex(triangle, 2)};
   to_mesh_order(vertex, leaf.info.triangle_ids >> (8 * triangle));
-#if HIPRT_WIDE_LANES
+#if HIPRT_AVX2_LANES
   if constexpr (std::is_same_v<Real, float>) {
     float corner[3][3];
     for (unsigned k = 0; k < 3; ++k)

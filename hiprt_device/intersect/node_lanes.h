@@ -2,8 +2,7 @@
 /// Reads a node's planes and a leaf's coordinates four lanes at a time, for each layout.
 
 #include <hiprt_device/format/layout.h>
-#include <hiprt_device/format/wide_node.h>
-#include <hiprt_device/math/wide_lanes.h>
+#include <hiprt_device/math/lanes.h>
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -13,7 +12,6 @@ template <class Node> HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(con
 HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t load_present(const QuantizedBoxNode& node) {
   return load_words(node.origin).word[3] >> 24;
 }
-HIPRT_HD constexpr std::uint32_t load_present(const WideNode&) { return 0xffu; }
 
 /// The four children's planes of one axis. @param side 0 minimum, 1 maximum.
 template <class Lanes>
@@ -81,28 +79,10 @@ HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const QuantizedBox
   }
 }
 
-/// The planes of eight children. @tparam Lanes WideLanes.
-template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_planes(const WideNode& node, unsigned axis, unsigned side) {
-  return Lanes::load(node.plane[axis][side]);
-}
-
 /// One coordinate of a leaf's four vertices.
 template <class Lanes>
 HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_coordinates(const PlanesLeaf& leaf, unsigned axis) {
-  if constexpr (requires { Lanes::load_halves(leaf.coordinate[axis], leaf.coordinate[axis]); })
-    return Lanes::load_halves(leaf.coordinate[axis], leaf.coordinate[axis]);
-  else
-    return Lanes::load(leaf.coordinate[axis]);
-}
-
-/// Two leaves, one per half of WideLanes.
-struct LeafPair {
-  const PlanesLeaf &first, &second;
-};
-template <class Lanes>
-HIPRT_HD HIPRT_FORCE_INLINE typename Lanes::Float load_coordinates(const LeafPair& leaves, unsigned axis) {
-  return Lanes::load_halves(leaves.first.coordinate[axis], leaves.second.coordinate[axis]);
+  return Lanes::load(leaf.coordinate[axis]);
 }
 
 template <class Lanes>

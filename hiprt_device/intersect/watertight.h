@@ -51,73 +51,6 @@ template <class Test> struct ShearedTriangleTest {
     }
   }
 
-  /// meet() for the four triangles of two leaves. Triangles 2 and 3 are those of the second leaf.
-  /// @tparam Lanes WideLanes.
-  /// @param leaves planes; one leaf may be both.
-  /// @param count of the leaves that count, 1 or 2.
-  template <class Lanes, class Ray, class Accept>
-  HIPRT_HD HIPRT_FORCE_INLINE static bool meet_two(const LeafPair& leaves, unsigned count, const Ray& ray,
-                                                   Accept&& accept) {
-    using Float = typename Lanes::Float;
-    const ShearedVertices<Lanes> at(leaves, ray);
-    const Float around = edges_around<Lanes>(at), shared = shared_edges<Lanes>(at);
-    const float uncertainty = Test::template uncertainty<Lanes>(at, ray);
-    std::uint32_t met = triangles_met<Lanes>(around, shared, uncertainty);
-    if (count == 1) met &= 0xfu;
-    if (met == 0) return true;
-    alignas(32) float around_at[8], shared_at[8], z_at[8];
-    Lanes::store(around_at, around);
-    Lanes::store(shared_at, shared);
-    Lanes::store(z_at, at.z);
-    do {
-      const unsigned bit = static_cast<unsigned>(std::countr_zero(met)), half = bit >> 2;
-      met &= met - 1;
-      const bool second = (bit & 1u) != 0;
-      const float *const e = around_at + 4 * half, *const s = shared_at + 4 * half, *const z = z_at + 4 * half;
-      const TriangleCorners<float> corners{{second ? e[2] : s[0], second ? s[1] : e[3], second ? e[1] : e[0]},
-                                           {second ? z[1] : z[0], second ? z[3] : z[1], z[2]},
-                                           uncertainty};
-      const PlanesLeaf& leaf = half == 0 ? leaves.first : leaves.second;
-      const std::uint32_t id = leaf.info.triangle_ids >> (second ? 8 : 0);
-      Candidate candidate;
-      if (Test::template finish<Lanes>(corners, leaf, ray, second, id, candidate) &&
-          !accept(candidate, 2 * half + (second ? 1u : 0u)))
-        return false;
-    } while (met != 0);
-    return true;
-  }
-
- private:
-  /// Edge functions of v0 v1, v1 v3, v3 v2 and v2 v0, around both triangles.
-  template <class Lanes>
-  HIPRT_HD HIPRT_FORCE_INLINE static typename Lanes::Float edges_around(const ShearedVertices<Lanes>& at) {
-    return difference_of_products<Lanes>(
-        Lanes::template shuffle<0, 1, 3, 2>(at.x), Lanes::template shuffle<1, 3, 2, 0>(at.y),
-        Lanes::template shuffle<0, 1, 3, 2>(at.y), Lanes::template shuffle<1, 3, 2, 0>(at.x));
-  }
-  /// Lanes 0 and 1: the shared edge v1 v2, and back.
-  template <class Lanes>
-  HIPRT_HD HIPRT_FORCE_INLINE static typename Lanes::Float shared_edges(const ShearedVertices<Lanes>& at) {
-    return difference_of_products<Lanes>(
-        Lanes::template shuffle<1, 2, 1, 2>(at.x), Lanes::template shuffle<2, 1, 2, 1>(at.y),
-        Lanes::template shuffle<1, 2, 1, 2>(at.y), Lanes::template shuffle<2, 1, 2, 1>(at.x));
-  }
-  /// Bit 4 h + i: no edge function of triangle i of leaf h is certainly positive, or none certainly negative.
-  template <class Lanes>
-  HIPRT_HD HIPRT_FORCE_INLINE static std::uint32_t triangles_met(typename Lanes::Float around,
-                                                                 typename Lanes::Float shared, float uncertainty) {
-    const auto least = Lanes::all(uncertainty), most = Lanes::all(-uncertainty);
-    const std::uint32_t positive = Lanes::greater(around, least), shared_positive = Lanes::greater(shared, least);
-    const std::uint32_t negative = Lanes::greater(most, around), shared_negative = Lanes::greater(most, shared);
-    // Triangle 0 has edges 0 and 3 around, and shared edge 0; triangle 1 has edges 1 and 2, and shared edge 1.
-    const std::uint32_t both0 =
-        (positive | positive >> 3 | shared_positive) & (negative | negative >> 3 | shared_negative);
-    const std::uint32_t both1 =
-        (positive >> 1 | positive >> 2 | shared_positive >> 1) & (negative >> 1 | negative >> 2 | shared_negative >> 1);
-    return (~both0 & 0x11u) | (~both1 & 0x11u) << 1;
-  }
-
- protected:
   /// A larger edge function has not lost its sign to underflow. One of its products is beyond 2^-100, so the error
   /// term of Kahan's method is exact.
   static constexpr float kTiny = 0x1p-98f;
@@ -138,6 +71,23 @@ template <class Test> struct ShearedTriangleTest {
     result.front = is_front(sum, dz);
   }
 
+ private:
+  /// Edge functions of v0 v1, v1 v3, v3 v2 and v2 v0, around both triangles.
+  template <class Lanes>
+  HIPRT_HD HIPRT_FORCE_INLINE static typename Lanes::Float edges_around(const ShearedVertices<Lanes>& at) {
+    return difference_of_products<Lanes>(
+        Lanes::template shuffle<0, 1, 3, 2>(at.x), Lanes::template shuffle<1, 3, 2, 0>(at.y),
+        Lanes::template shuffle<0, 1, 3, 2>(at.y), Lanes::template shuffle<1, 3, 2, 0>(at.x));
+  }
+  /// Lanes 0 and 1: the shared edge v1 v2, and back.
+  template <class Lanes>
+  HIPRT_HD HIPRT_FORCE_INLINE static typename Lanes::Float shared_edges(const ShearedVertices<Lanes>& at) {
+    return difference_of_products<Lanes>(
+        Lanes::template shuffle<1, 2, 1, 2>(at.x), Lanes::template shuffle<2, 1, 2, 1>(at.y),
+        Lanes::template shuffle<1, 2, 1, 2>(at.y), Lanes::template shuffle<2, 1, 2, 1>(at.x));
+  }
+
+ protected:
   /// The triangle's corners in the mesh's order.
   /// @param of a value per vertex of the leaf.
   template <class Lanes>
@@ -169,11 +119,11 @@ struct Watertight : ShearedTriangleTest<Watertight> {
                                                     const PreparedRay<Lanes>& ray, Accept&& accept) {
     return meet<Lanes>(leaf, info, ray, accept);
   }
-  /// See ShearedTriangleTest::meet_two().
-  template <class Lanes, class Accept>
-  HIPRT_HD HIPRT_FORCE_INLINE static bool intersect_two(const LeafPair& leaves, unsigned count,
-                                                        const PreparedRay<Lanes>& ray, Accept&& accept) {
-    return meet_two<Lanes>(leaves, count, ray, accept);
+
+  /// Whether float decides: the signs are certain, and nothing overflows.
+  HIPRT_HD static HIPRT_FORCE_INLINE bool is_quick(const TriangleCorners<float>& corners) {
+    return corners.are_certain() &&
+           absolute(corners.weight[0] + corners.weight[1] + corners.weight[2]) < 0x1p126f;
   }
 
  private:
@@ -189,7 +139,7 @@ struct Watertight : ShearedTriangleTest<Watertight> {
   HIPRT_HD static HIPRT_FORCE_INLINE bool finish(TriangleCorners<float> corners, const Leaf& leaf,
                                                  const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
                                                  Candidate& result) {
-    if (!corners.are_certain() || !(absolute(corners.weight[0] + corners.weight[1] + corners.weight[2]) < 0x1p126f))
+    if (!is_quick(corners))
       return finish_in_double<Lanes>(read_again(leaf), ray, second, id, result);
     finish_quickly(corners, id, ray.dz, result);
     return true;

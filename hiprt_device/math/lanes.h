@@ -20,6 +20,11 @@
 #else
 #define HIPRT_SIMD_LANES 0
 #endif
+#if HIPRT_SIMD_LANES && defined(__AVX2__) && defined(__FMA__)
+#define HIPRT_AVX2_LANES 1
+#else
+#define HIPRT_AVX2_LANES 0
+#endif
 
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {

@@ -1,6 +1,7 @@
 #pragma once
 /// The two most frequent queries, in one call each. closest_hit.h, any_hit.h and all_hits.h have the others.
 
+#include <hiprt_device/host_scene.h>
 #include <hiprt_device/query/all_hits.h>
 #include <hiprt_device/query/any_hit.h>
 #include <hiprt_device/query/closest_hit.h>

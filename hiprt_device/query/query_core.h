@@ -236,7 +236,7 @@ class HitSearch {
 
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef root_of(const BasicRay<Real>& ray) const {
     if (!is_covered()) return kRefusedRef;
-    return is_traceable(ray) ? root_node<typename P::Layout>(*scene_) : kInvalidRef;
+    return is_traceable(ray) ? scene_->root : kInvalidRef;
   }
 
   /// At most the largest finite number, so that an overflow of t is a miss.

@@ -22,14 +22,6 @@ HIPRT_HD HIPRT_FORCE_INLINE Child child_of(const NodeRef (&child)[kBranching], c
   return Child{hits.hit(i) ? Lanes::get(hits.enter, i) : kMissed, child[i]};
 }
 
-/// Whether all children but one can be visited later.
-template <unsigned kChildren, class Backtrack> HIPRT_HD HIPRT_FORCE_INLINE bool reserve(const Backtrack& backtrack) {
-  if constexpr (kChildren == kBranching)
-    return backtrack.reserve();
-  else
-    return backtrack.template reserve<kChildren - 1>();
-}
-
 template <class Backtrack> HIPRT_HD HIPRT_FORCE_INLINE void sort(Child& a, Child& b) {
   bool swap = b.enter < a.enter;
   if constexpr (Backtrack::kNeedsStableOrder) swap = swap || (b.enter == a.enter && b.ref < a.ref);
@@ -85,10 +77,10 @@ struct NearFirst {
   using Entry = StackEntry;
 
   /// @pre hits.any()
-  template <class Lanes, class Backtrack, unsigned kChildren>
-  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const NodeRef (&child)[kChildren], const BoxHits<Lanes>& hits,
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
                                                   Backtrack& backtrack) {
-    if (!order_detail::reserve<kChildren>(backtrack)) return kOverflowRef;
+    if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar)
       return next_by_network(child, hits, backtrack);
     else
@@ -103,11 +95,11 @@ struct NearFirst {
 
  private:
   /// Makes only as many comparisons as there are hits: mostly one or two.
-  template <class Lanes, class Backtrack, unsigned kChildren>
-  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next_by_count(const NodeRef (&child)[kChildren],
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next_by_count(const NodeRef (&child)[kBranching],
                                                            const BoxHits<Lanes>& hits, Backtrack& backtrack) {
     std::uint32_t mask = hits.mask;
-    alignas(4 * kChildren) float enter[kChildren];
+    alignas(16) float enter[kBranching];
     Lanes::store(enter, hits.enter);
     const unsigned first = take(mask);
     // Before an entry is made: the next visit waits for the reference.
@@ -128,33 +120,12 @@ struct NearFirst {
         sort(c, d);
         sort(b, c);
         sort(a, b);
-        if constexpr (kChildren > kBranching)
-          if (mask != 0) {
-            StackEntry nearest[kChildren] = {a, b, c, d};
-            return leave_many(nearest, mask, take_entry, backtrack);
-          }
         backtrack.later(d);
       }
       backtrack.later(c);
     }
     backtrack.later(b);
     return backtrack.follow(a);
-  }
-
-  /// The same for more than four hits.
-  /// @param sorted the first four, sorted. @param mask the others.
-  template <unsigned kChildren, class TakeEntry, class Backtrack>
-  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef leave_many(StackEntry (&sorted)[kChildren], const std::uint32_t& mask,
-                                                        const TakeEntry& take_entry, Backtrack& backtrack) {
-    unsigned count = kBranching;
-    while (mask != 0) {
-      const StackEntry entry = take_entry();
-      unsigned at = count++;
-      for (; at > 0 && entry < sorted[at - 1]; --at) sorted[at] = sorted[at - 1];
-      sorted[at] = entry;
-    }
-    while (--count > 0) backtrack.later(sorted[count]);
-    return backtrack.follow(sorted[0]);
   }
 
   HIPRT_HD static HIPRT_FORCE_INLINE void sort(StackEntry& a, StackEntry& b) {
@@ -207,10 +178,10 @@ struct Unordered {
   using Entry = NodeRef;
 
   /// @pre hits.any()
-  template <class Lanes, class Backtrack, unsigned kChildren>
-  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const NodeRef (&child)[kChildren], const BoxHits<Lanes>& hits,
+  template <class Lanes, class Backtrack>
+  HIPRT_HD static HIPRT_FORCE_INLINE NodeRef next(const NodeRef (&child)[kBranching], const BoxHits<Lanes>& hits,
                                                   Backtrack& backtrack) {
-    if (!order_detail::reserve<kChildren>(backtrack)) return kOverflowRef;
+    if (!backtrack.reserve()) return kOverflowRef;
     if constexpr (Lanes::kScalar) {
       NodeRef first = kInvalidRef;
       backtrack.later_some(order_detail::EachMet<Lanes>{child, hits, first});

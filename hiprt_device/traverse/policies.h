@@ -1,7 +1,6 @@
 #pragma once
 /// The compile-time choices of a tracer, as named members of one struct.
 
-#include <hiprt_device/host_scene.h>
 #include <hiprt_device/intersect/triangle_test.h>
 #include <hiprt_device/math/lanes.h>
 #include <hiprt_device/scene_view.h>
@@ -137,8 +136,6 @@ template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
       (P::kLevels == 0 ? feature_bit(Feature::kInstances) : 0) | (P::kMoves ? 0 : feature_bit(Feature::kMotion));
   // Without motion the boxes stand still, so a tracer needs no code for kMovingBoxes.
   const FeatureMask features = (P::kFeatures & ~without) | feature_bit(Feature::kMovingBoxes);
-  if constexpr (kIsWide<typename P::Layout>)
-    if (current_host_scene(scene) == nullptr) return false;
   return scene.layout == P::Layout::kId && (scene.features & ~features) == 0 && scene.levels <= P::kLevels;
 }
 

@@ -13,14 +13,6 @@
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-/// The node that a traversal visits first.
-template <class Layout> HIPRT_HD HIPRT_FORCE_INLINE NodeRef root_node(const SceneView& scene) {
-  if constexpr (kIsWide<Layout>)
-    return wide_ref(0);
-  else
-    return scene.root;
-}
-
 /// @tparam P, Order, Test as those of Traversal.
 template <PolicySet P, class Order, class Test> class RayState {
  public:
@@ -56,8 +48,8 @@ template <PolicySet P, class Order, class Test> class RayState {
       prepare(ray, margin(scene, ray));
       save_slabs(scene.instances != nullptr, margin(scene, ray));
     }
-    backtrack_ = Backtrack(storage, root_node<Layout>(scene));
-    node_ = root_node<Layout>(scene);
+    backtrack_ = Backtrack(storage, scene.root);
+    node_ = scene.root;
     leaf_ = kInvalidRef;
     skip_ = 0;
   }

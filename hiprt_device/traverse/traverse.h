@@ -56,12 +56,10 @@ class Traversal : public RayState<P, Order, Test> {
     static_assert(
         kTestSorts ? SortedOrder<Order, typename P::Stack> : DistanceOrder<Order, typename P::Stack, Lanes>,
         "hiprt: the order AsTested needs a box test that sorts (for this layout), and such a test needs AsTested");
-    static_assert(!kIsWide<Layout> || (!kHasLevels && !kObserved && !P::Schedule::kTogether),
-                  "hiprt: WideLayout needs the schedule Immediate, no levels, and no observer");
     if constexpr (P::Schedule::kTogether)
       return run_together(scene, ray, limit, primitives, counter, may_pause, visit, stop);
     else
-      return run_alone(scene, ray, limit, primitives, counter, may_pause, visit, stop);
+      return run_alone(scene, ray, limit, primitives, counter, visit, stop);
   }
 
  private:
@@ -73,11 +71,8 @@ class Traversal : public RayState<P, Order, Test> {
   template <class Primitives, class Visit, class Stop>
   HIPRT_HD HIPRT_FORCE_INLINE Outcome run_alone(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                                 const Primitives& primitives, typename P::Counter& counter,
-                                                [[maybe_unused]] bool may_pause, Visit&& visit,
-                                                [[maybe_unused]] Stop stop) {
+                                                Visit&& visit, [[maybe_unused]] Stop stop) {
     boxes_.set_limit(limit);
-    if constexpr (kIsWide<Layout>)
-      if (may_pause) return run_a_step(scene, ray, limit, primitives, counter, visit);
     for (;;) {
       if (is_end(leaf_)) find_leaf(scene, ray, limit, counter);
       if (is_end(leaf_)) return Outcome::kFinished;
@@ -94,35 +89,6 @@ class Traversal : public RayState<P, Order, Test> {
       if constexpr (kHasLevels)
         if (node_ == kExitRef) this->leave_instances(scene, ray, limit, counter);
     }
-  }
-
-  /// Visits one box node, or tests one or two leaves. Then other rays are traced while memory is read for this one.
-  template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_FORCE_INLINE Outcome run_a_step(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                                 const Primitives& primitives, typename P::Counter& counter,
-                                                 Visit&& visit) {
-    if (is_end(leaf_)) {
-      if (is_box(node_)) {
-        node_ = visit_boxes(scene, ray, limit, counter);
-        if (is_box(node_))
-          prefetch(&node_at(scene, node_), sizeof(Node));
-        else if (!is_end(node_))
-          prefetch(this->base(scene) + ref_offset(node_), 2 * sizeof(Leaf));
-        if (!is_end(node_)) return Outcome::kPaused;
-      }
-      leaf_ = node_;
-      if (is_end(leaf_)) return Outcome::kFinished;
-    }
-    if (!test_leaf(scene, ray, limit, primitives, counter, visit, skip_)) return Outcome::kStopped;
-    if (is_end(leaf_)) node_ = backtrack_.pop(boxes_.far_end(limit));
-    if (is_end(leaf_) && is_box(node_)) prefetch(&node_at(scene, node_), sizeof(Node));
-    return Outcome::kPaused;
-  }
-  HIPRT_HD static HIPRT_FORCE_INLINE void prefetch([[maybe_unused]] const void* first,
-                                                   [[maybe_unused]] std::size_t size) {
-#if !HIPRT_GPU_COMPILER && !HIPRT_RUN_TIME_COMPILER
-    for (std::size_t at = 0; at < size; at += 64) __builtin_prefetch(static_cast<const char*>(first) + at);
-#endif
   }
 
   /// Traces the rays of a group of lanes together. All lanes search leaves until the schedule ends the search. Then
@@ -222,7 +188,7 @@ class Traversal : public RayState<P, Order, Test> {
   }
 
   HIPRT_HD HIPRT_FORCE_INLINE NodeRef visit_slabs(const SceneView& scene, float limit, typename P::Counter& counter) {
-    const Node& node = node_at(scene, node_);
+    const Node& node = *reinterpret_cast<const Node*>(this->base(scene) + ref_offset(node_));
     // At a limit of -0 more children may be met than at a larger one (last_in()). A trail would not know of them.
     constexpr bool kKeepsOrder = Lanes::kComparesBits && State::Backtrack::kNeedsStableOrder;
     const float end = kKeepsOrder ? max_of(limit, 0.0f) : limit;
@@ -243,49 +209,6 @@ class Traversal : public RayState<P, Order, Test> {
       return Order::next(node.child, hits, backtrack_);
   }
 
-  HIPRT_HD HIPRT_FORCE_INLINE const Node& node_at(const SceneView& scene, NodeRef ref) const {
-    if constexpr (kIsWide<Layout>)
-      return scene.host->nodes[wide_number(ref)];
-    else
-      return *reinterpret_cast<const Node*>(this->base(scene) + ref_offset(ref));
-  }
-
-  /// Tests one or two leaves below a WideNode and steps to the next ones.
-  /// @param skip as that of test_leaf(). Triangles are counted through both leaves.
-  template <class Visit>
-  HIPRT_HD HIPRT_FORCE_INLINE bool test_wide_leaves(const SceneView& scene, const Real& limit,
-                                                    typename P::Counter& counter, Visit&& visit,
-                                                    [[maybe_unused]] unsigned& skip) {
-    const Leaf* leaves = reinterpret_cast<const Leaf*>(this->base(scene) + ref_offset(leaf_));
-    const bool is_long = is_long_run(leaf_);
-    const unsigned left = wide_leaf_count(leaf_);
-    const unsigned count = (is_long ? is_last(leaves[0]) : left == 1) ? 1u : 2u;
-    for (unsigned i = 0; i < count; ++i) counter.on_leaf(leaves[i].info.primitive[1] == kInvalidId ? 1u : 2u);
-    const auto offer = [&](const BasicCandidate<Real>& at, unsigned triangle) HIPRT_FORCE_INLINE_LAMBDA {
-      if (kResumable && triangle < skip_) return true;
-      const LeafInfo& info = leaves[triangle >> 1].info;
-      const NodeRef leaf = (leaf_ & ~7u) + make_ref((triangle >> 1) * kNodeGranularity, NodeType::kTriangle0);
-      if (visit(LeafHit<Real>{at, nullptr, info.geometry_and_flags & kGeometryMask, info.primitive[triangle & 1u],
-                              leaf + (triangle & 1u)}))
-        return true;
-      if constexpr (kResumable) skip = triangle + 1;
-      return false;
-    };
-    if (!Test::template intersect_two<Lanes>(LeafPair{leaves[0], leaves[count - 1]}, count, prepared_, offer))
-      return false;
-    boxes_.set_limit(limit);
-    skip_ = 0;
-    const NodeRef next = leaf_ + make_ref(2 * kNodeGranularity, NodeType::kTriangle0);
-    if (is_long)
-      leaf_ = is_last(leaves[count - 1]) ? kInvalidRef : next;
-    else
-      leaf_ = left > 2 ? next - 2 : kInvalidRef;
-    return true;
-  }
-  HIPRT_HD static HIPRT_FORCE_INLINE bool is_last(const Leaf& leaf) {
-    return (leaf.info.geometry_and_flags & kLastInRun) != 0;
-  }
-
   /// Tests the current leaf and steps to the next leaf of its run.
   /// @pre the leaf is not an instance's.
   /// @param skip becomes skip_ for the next call, if the visitor stopped.
@@ -293,16 +216,7 @@ class Traversal : public RayState<P, Order, Test> {
   template <class Primitives, class Visit>
   HIPRT_HD HIPRT_FORCE_INLINE bool test_leaf(const SceneView& scene, const QueryRay& ray, const Real& limit,
                                              const Primitives& primitives, typename P::Counter& counter, Visit&& visit,
-                                             unsigned& skip) {
-    if constexpr (kIsWide<Layout>)
-      return test_wide_leaves(scene, limit, counter, visit, skip);
-    else
-      return test_leaf_of_file(scene, ray, limit, primitives, counter, visit, skip);
-  }
-  template <class Primitives, class Visit>
-  HIPRT_HD HIPRT_FORCE_INLINE bool test_leaf_of_file(const SceneView& scene, const QueryRay& ray, const Real& limit,
-                                                     const Primitives& primitives, typename P::Counter& counter,
-                                                     Visit&& visit, [[maybe_unused]] unsigned& skip) {
+                                             [[maybe_unused]] unsigned& skip) {
     const std::byte* record = this->base(scene) + ref_offset(leaf_);
     if constexpr (kObserved) counter.on_leaf_at(this->base(scene), leaf_);
     const LeafInfo info = load_info(record);

@@ -34,8 +34,7 @@ template <unsigned kEntries = 192> struct PrivateStack {
     HIPRT_HD HIPRT_FORCE_INLINE explicit Of(const Storage& storage) : entries_(storage.entries) {
       entries_[0] = bottom_entry<Entry>();
     }
-    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return has_room_for(kMostPushed); }
-    HIPRT_HD HIPRT_FORCE_INLINE bool has_room_for(unsigned entries) const { return size_ + entries <= kEntries + 1; }
+    HIPRT_HD HIPRT_FORCE_INLINE bool has_room() const { return size_ + kMostPushed <= kEntries + 1; }
     HIPRT_HD HIPRT_FORCE_INLINE void push(Entry entry) { entries_[size_++] = entry; }
     HIPRT_HD HIPRT_FORCE_INLINE Entry pop() {
       const unsigned top = size_ - 1;

@@ -96,13 +96,7 @@ template <class Stack, class Entry> class StackBacktrack {
 
   HIPRT_HD HIPRT_FORCE_INLINE StackBacktrack(const typename Stack::Storage& storage, NodeRef) : stack_(storage) {}
 
-  /// @tparam kEntries kMostPushed; below a WideNode more, for stacks with has_room_for().
-  template <unsigned kEntries = kMostPushed> HIPRT_HD HIPRT_FORCE_INLINE bool reserve() const {
-    if constexpr (kEntries == kMostPushed)
-      return stack_.has_room();
-    else
-      return stack_.has_room_for(kEntries);
-  }
+  HIPRT_HD HIPRT_FORCE_INLINE bool reserve() const { return stack_.has_room(); }
   HIPRT_HD HIPRT_FORCE_INLINE bool empty() const { return stack_.empty(); }
   HIPRT_HD HIPRT_FORCE_INLINE void later(Entry entry) { stack_.push(entry); }
   /// Calls later() for each entry that @p each passes to its argument: at most kMostPushed entries. Stacks with a

@@ -1,7 +1,6 @@
-#include <hiprt_build/host/wide_nodes.h>
+#include <hiprt_build/host/host_nodes.h>
 
 #include <hiprt_build/format/box.h>
-#include <hiprt_device/traverse/stacks/private.h>
 
 #include <algorithm>
 #include <array>
@@ -49,14 +48,16 @@ class Maker {
  public:
   explicit Maker(const BufferView& file) : file_(file), nodes_(file.records<PlanesBoxNode>(file.nodes)) {}
 
-  WideNodes make() {
+  HostNodes make() {
     plans_.resize(nodes_.size());
     const std::uint32_t root = number(file_.header->root);
     plan(root, 1);
     if (is_too_deep_) return {};
     made_.reserve(nodes_.size() / 3 + 1);
-    constexpr unsigned kEntries = sizeof(PrivateStack<>::Memory) / sizeof(StackEntry) - 1;
-    if (emit({root, plans_[root].top()}) + kWideBranching - 1 > kEntries) return {};
+    if (emit({root, plans_[root].top()}) + kWideBranching - 1 > kHostStack) return {};
+    for (HostNode& node : made_)
+      for (HostRef& child : node.child)
+        if (child.is_node()) child = HostRef(made_.data() + child.number());
     return std::move(made_);
   }
 
@@ -69,7 +70,7 @@ class Maker {
   /// A child of a wide node: leaves, or an item that becomes a wide node.
   struct Child {
     Box box;
-    NodeRef leaves;
+    HostRef leaves;  ///< None: a node.
     Item below;
   };
   struct Children {
@@ -211,9 +212,9 @@ class Maker {
     const Leaves left = leaves_of({at.node, plan.left[pair]}), right = leaves_of({at.node, plan.right[pair]});
     return {left.first, left.count + right.count};
   }
-  static NodeRef leaves_ref(const Leaves& leaves) {
-    return leaves.count <= kMostWideLeaves ? wide_leaves(leaves.first, leaves.count)
-                                           : make_ref(leaves.first, NodeType::kProcedural);
+  HostRef leaves_ref(const Leaves& leaves) const {
+    const PlanesLeaf* first = &leaf(leaves.first);
+    return leaves.count <= kMostWideLeaves ? HostRef(first, leaves.count) : HostRef::long_run(first);
   }
 
   /// Adds the children as which an item is shown.
@@ -230,7 +231,7 @@ class Maker {
     if (most > 1)
       show_parts(at, most, children);
     else
-      children.child[children.count++] = {box_of(at), plan.is_run(pair) ? leaves_ref(leaves_of(at)) : kInvalidRef, at};
+      children.child[children.count++] = {box_of(at), plan.is_run(pair) ? leaves_ref(leaves_of(at)) : HostRef::none(), at};
   }
   /// @pre the item is a pair whose plan for @p most children splits it
   void show_parts(Item at, unsigned most, Children& children) const {
@@ -251,7 +252,7 @@ class Maker {
       show_parts(at, kWideBranching, children);
     const std::size_t here = made_.size();
     made_.emplace_back();
-    WideNode node{};
+    HostNode node;
     unsigned need = 0;
     for (unsigned c = 0; c < kWideBranching; ++c) {
       const bool exists = c < children.count;
@@ -260,9 +261,10 @@ class Maker {
         node.plane[axis][0][c] = box.min[axis];
         node.plane[axis][1][c] = box.max[axis];
       }
-      node.child[c] = exists ? children.child[c].leaves : kInvalidRef;
-      if (!exists || node.child[c] != kInvalidRef) continue;
-      node.child[c] = wide_ref(static_cast<std::uint32_t>(made_.size()));
+      node.child[c] = exists ? children.child[c].leaves : HostRef::none();
+      if (!exists || !node.child[c].is_none()) continue;
+      // A number until all nodes are made.
+      node.child[c] = HostRef::numbered(made_.size());
       need = std::max(need, emit(children.child[c].below));
     }
     made_[here] = node;
@@ -272,13 +274,13 @@ class Maker {
   BufferView file_;
   std::span<const PlanesBoxNode> nodes_;
   std::vector<Plan> plans_;
-  WideNodes made_;
+  HostNodes made_;
   bool is_too_deep_ = false;
 };
 
 }  // namespace
 
-WideNodes make_wide_nodes(const BufferView& file) {
+HostNodes make_host_nodes(const BufferView& file) {
   const FeatureMask features =
       feature_bit(Feature::kTriangles) | feature_bit(Feature::kMasks) | feature_bit(Feature::kSplitReferences);
   if (file.layout() != NodeLayout::kPlanes || (file.header->features & ~features) != 0 || !is_box(file.header->root))

@@ -1,17 +1,11 @@
 #pragma once
-/// Eight floats at a time, for hosts with AVX2 and FMA: the boxes of a WideNode, or two leaves of two triangles.
+/// Eight floats at a time: the boxes of a HostNode, or two leaves of two triangles. Internal; for sources compiled with
+/// AVX2 and FMA.
 ///
 /// The operations are those of SimdLanes (lanes.h), with the same rounding per lane.
 
 #include <hiprt_device/math/lanes.h>
 
-#if HIPRT_SIMD_LANES && defined(__AVX2__) && defined(__FMA__)
-#define HIPRT_WIDE_LANES 1
-#else
-#define HIPRT_WIDE_LANES 0
-#endif
-
-#if HIPRT_WIDE_LANES
 namespace hiprt {
 inline namespace HIPRT_ISA_NAMESPACE {
 
@@ -48,6 +42,10 @@ struct WideLanes {
   static HIPRT_FORCE_INLINE Float last_in(Float a, Float b, Float c, Uniform end) {
     return as_floats(_mm256_min_epi32(_mm256_min_epi32(bits(a), bits(b)), _mm256_min_epi32(bits(c), bits(end))));
   }
+  /// Bit per lane: a <= b, compared as bits. @pre no lane of a is negative, none of either is NaN
+  static HIPRT_FORCE_INLINE std::uint32_t not_later(Float a, Float b) {
+    return mask(as_floats(_mm256_cmpgt_epi32(bits(a), bits(b)))) ^ 0xffu;
+  }
   static HIPRT_FORCE_INLINE std::uint32_t less_equal(Float a, Float b) { return mask(_mm256_cmp_ps(a, b, _CMP_LE_OQ)); }
   /// In each half.
   template <int A, int B, int C, int D> static HIPRT_FORCE_INLINE Float shuffle(Float a) {
@@ -68,4 +66,3 @@ struct WideLanes {
 
 }  // namespace HIPRT_ISA_NAMESPACE
 }  // namespace hiprt
-#endif
