@@ -24,8 +24,10 @@ struct HostScene {
   const HostNode* nodes = nullptr;  ///< The first is the root. nullptr: there are none.
   std::uint64_t checksum = 0;       ///< FileHeader::checksum of the file when the nodes were made.
   HostTracer tracer{};
+  std::uint64_t bytes = 0;                ///< Of the nodes and of the leaves below them.
   alignas(16) float low[4]{}, high[4]{};  ///< The scene's bounds; the fourth number is 0.
   float magnitude = 0.0f;                 ///< The largest coordinate of the bounds, without its sign.
+  float extent = 0.0f;                    ///< The bounds' longest side.
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {

@@ -5,8 +5,10 @@
 /// triangle. So decisions, t, u and v are the same bits.
 
 #include <hiprt_build/host/host_ray.h>
+#include <hiprt_build/host/wide_lanes.h>
 #include <hiprt_device/intersect/watertight.h>
 
+#include <array>
 #include <bit>
 
 namespace hiprt::format_detail {
@@ -36,6 +38,37 @@ namespace host_leaves_detail {
                                    });
   return met;
 }
+
+/// Whether float decides: the signs are certain, and no sum overflows.
+HIPRT_FORCE_INLINE bool are_quick(const float (&weight)[3]) {
+  // The fourth lane is in range. A NaN is not.
+  const auto size = SimdLanes::magnitude(SimdLanes::set(weight[0], weight[1], weight[2], 1.0f));
+  return (SimdLanes::greater(size, SimdLanes::all(Watertight::kTiny)) &
+          SimdLanes::greater(SimdLanes::all(0x1p124f), size)) == 0xfu;
+}
+
+/// Where the edge functions and depths of a triangle's corners are, in the mesh's order: numbers in the arrays of
+/// meet_leaves(), for the first leaf. So no branch depends on how a triangle is stored.
+struct CornerPlaces {
+  std::uint8_t weight[3], depth[3];
+};
+/// @param triangle_id TriangleId, four bits.
+constexpr CornerPlaces corner_places(bool second, std::uint32_t triangle_id) {
+  // Of the stored corners: the edges around the leaf are 0 to 3, the shared edge and back 8 and 9.
+  std::uint8_t weight[3] = {8, 3, 0}, depth[3] = {0, 1, 2};
+  if (second) {
+    weight[0] = 2, weight[1] = 9, weight[2] = 1;
+    depth[0] = 1, depth[1] = 3;
+  }
+  to_mesh_order(weight, triangle_id);
+  to_mesh_order(depth, triangle_id);
+  return {{weight[0], weight[1], weight[2]}, {depth[0], depth[1], depth[2]}};
+}
+inline constexpr auto kCornerPlaces = [] {
+  std::array<CornerPlaces, 32> places{};
+  for (unsigned i = 0; i < 32; ++i) places[i] = corner_places(i >= 16, i & 15u);
+  return places;
+}();
 
 /// Edge functions around both triangles of each leaf, those of the shared edge and back, and depths.
 struct LeafEdges {
@@ -84,22 +117,21 @@ HIPRT_FORCE_INLINE bool meet_leaves(const PlanesLeaf* leaves, unsigned count, co
   const LeafEdges edges(leaves, leaves + (count - 1), prepared);
   std::uint32_t met = edges.triangles_met() & (count == 1 ? 0xfu : 0xffu);
   if (met == 0) return true;
-  alignas(32) float around[8], shared[8], depth[8];
-  WideLanes::store(around, edges.around);
-  WideLanes::store(shared, edges.shared);
-  WideLanes::store(depth, edges.z);
+  alignas(32) float weight_at[16], depth_at[8];
+  WideLanes::store(weight_at, edges.around);
+  WideLanes::store(weight_at + 8, edges.shared);
+  WideLanes::store(depth_at, edges.z);
   do {
-    const unsigned bit = static_cast<unsigned>(std::countr_zero(met)), half = bit >> 2;
+    const unsigned bit = static_cast<unsigned>(std::countr_zero(met)), half = bit >> 2, second = bit & 1u;
     met &= met - 1;
-    const bool second = (bit & 1u) != 0;
-    const float *const e = around + 4 * half, *const s = shared + 4 * half, *const z = depth + 4 * half;
-    const TriangleCorners<float> corners{{second ? e[2] : s[0], second ? s[1] : e[3], second ? e[1] : e[0]},
-                                         {second ? z[1] : z[0], second ? z[3] : z[1], z[2]},
-                                         Watertight::kTiny};
-    const HostTriangle triangle{leaves + half, bit & 1u};
+    const HostTriangle triangle{leaves + half, second};
+    const CornerPlaces& places = kCornerPlaces[16 * second + (triangle.leaf->info.triangle_ids >> 8 * second & 15u)];
+    const float *const w = weight_at + 4 * half, *const z = depth_at + 4 * half;
+    const float weight[3] = {w[places.weight[0]], w[places.weight[1]], w[places.weight[2]]};
+    const float depth[3] = {z[places.depth[0]], z[places.depth[1]], z[places.depth[2]]};
     Candidate candidate;
-    if (Watertight::is_quick(corners)) [[likely]]
-      Watertight::finish_quickly(corners, triangle.leaf->info.triangle_ids >> (second ? 8 : 0), prepared.dz, candidate);
+    if (are_quick(weight)) [[likely]]
+      Watertight::interpolate(weight, depth, prepared.dz, candidate);
     else if (!meet_again(ray, triangle, candidate))
       continue;
     if (!accept(candidate, triangle)) return false;

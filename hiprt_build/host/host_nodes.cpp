@@ -231,7 +231,8 @@ class Maker {
     if (most > 1)
       show_parts(at, most, children);
     else
-      children.child[children.count++] = {box_of(at), plan.is_run(pair) ? leaves_ref(leaves_of(at)) : HostRef::none(), at};
+      children.child[children.count++] = {box_of(at), plan.is_run(pair) ? leaves_ref(leaves_of(at)) : HostRef::none(),
+                                          at};
   }
   /// @pre the item is a pair whose plan for @p most children splits it
   void show_parts(Item at, unsigned most, Children& children) const {

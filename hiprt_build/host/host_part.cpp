@@ -56,9 +56,11 @@ struct HostPart::State {
     }
     if (nodes.empty()) return;
     scene.nodes = nodes.data();
+    scene.bytes = nodes.size() * sizeof(HostNode) + file.leaves.count * sizeof(PlanesLeaf);
     for (unsigned axis = 0; axis < 3; ++axis) {
       scene.low[axis] = file.header->bounds.min[axis];
       scene.high[axis] = file.header->bounds.max[axis];
+      scene.extent = std::max(scene.extent, scene.high[axis] - scene.low[axis]);
       scene.magnitude = std::max({scene.magnitude, std::abs(scene.low[axis]), std::abs(scene.high[axis])});
     }
   }

@@ -32,9 +32,8 @@ struct ShearedAxes {
   std::size_t row[3];
 };
 constexpr std::size_t kRow = sizeof(PlanesLeaf{}.coordinate[0]);
-inline constexpr ShearedAxes kAxes[3] = {{{1, 2, 0, 3}, {kRow, 2 * kRow, 0}},
-                                         {{2, 0, 1, 3}, {2 * kRow, 0, kRow}},
-                                         {{0, 1, 2, 3}, {0, kRow, 2 * kRow}}};
+inline constexpr ShearedAxes kAxes[3] = {
+    {{1, 2, 0, 3}, {kRow, 2 * kRow, 0}}, {{2, 0, 1, 3}, {2 * kRow, 0, kRow}}, {{0, 1, 2, 3}, {0, kRow, 2 * kRow}}};
 /// The axis of the largest component, as ShearedRay chooses it. Bits of the index: |x| > |y|, |x| > |z|, |y| > |z|.
 inline constexpr std::uint8_t kLargest[8] = {2, 2, 2, 0, 1, 2, 1, 0};
 

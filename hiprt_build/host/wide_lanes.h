@@ -32,6 +32,13 @@ struct WideLanes {
   static HIPRT_FORCE_INLINE Float add(Float a, Float b) { return a + b; }
   static HIPRT_FORCE_INLINE Float sub(Float a, Float b) { return a - b; }
   static HIPRT_FORCE_INLINE Float mul(Float a, Float b) { return a * b; }
+  static HIPRT_FORCE_INLINE Float div(Float a, Float b) { return a / b; }
+  static HIPRT_FORCE_INLINE Float min(Float a, Float b) { return _mm256_min_ps(a, b); }
+  static HIPRT_FORCE_INLINE Float max(Float a, Float b) { return _mm256_max_ps(a, b); }
+  static HIPRT_FORCE_INLINE Float magnitude(Float a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
+  static HIPRT_FORCE_INLINE Float flip_sign(Float a, Float sign) {
+    return _mm256_xor_ps(a, _mm256_and_ps(sign, _mm256_set1_ps(-0.0f)));
+  }
   static HIPRT_FORCE_INLINE Float fma(Float a, Float b, Float c) { return _mm256_fmadd_ps(a, b, c); }
   static HIPRT_FORCE_INLINE Float fnma(Float a, Float b, Float c) { return _mm256_fnmadd_ps(a, b, c); }
   static HIPRT_FORCE_INLINE Float fms(Float a, Float b, Float c) { return _mm256_fmsub_ps(a, b, c); }
@@ -52,6 +59,19 @@ struct WideLanes {
     return _mm256_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
   }
   static HIPRT_FORCE_INLINE std::uint32_t greater(Float a, Float b) { return mask(_mm256_cmp_ps(a, b, _CMP_GT_OQ)); }
+  static HIPRT_FORCE_INLINE Float all_bits(std::uint32_t a) {
+    return as_floats(_mm256_set1_epi32(static_cast<int>(a)));
+  }
+  static HIPRT_FORCE_INLINE std::uint32_t bit(Float a, unsigned i) { return std::bit_cast<std::uint32_t>(get(a, i)); }
+  static HIPRT_FORCE_INLINE void store_bits(std::uint32_t* p, Float a) {
+    _mm256_store_si256(reinterpret_cast<__m256i*>(p), bits(a));
+  }
+  /// The lanes whose bits are set, for select().
+  static HIPRT_FORCE_INLINE Float lanes_of(std::uint32_t mask) {
+    const __m256i lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    return as_floats(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(static_cast<int>(mask)), lane), lane));
+  }
+  static HIPRT_FORCE_INLINE Float select(Float lanes, Float a, Float b) { return _mm256_blendv_ps(b, a, lanes); }
   static HIPRT_FORCE_INLINE float get(Float a, unsigned i) { return a[i]; }
   /// Lane @p kLane of four numbers.
   template <int kLane> static HIPRT_FORCE_INLINE Uniform spread(SimdLanes::Float of) {

@@ -21,10 +21,12 @@ template <class Real> HIPRT_HD HIPRT_FORCE_INLINE bool is_front(Real area, Real 
 }
 
 /// Chooses between values. Some compilers would choose between addresses, which puts variables into memory.
-template <class T> HIPRT_HD HIPRT_FORCE_INLINE T choose(bool condition, T a, T b) { return condition ? +a : +b; }
+template <class T> HIPRT_HD constexpr HIPRT_FORCE_INLINE T choose(bool condition, T a, T b) {
+  return condition ? +a : +b;
+}
 
 /// Sorts values per corner (weights, depths or vertices) from stored order to the mesh's order.
-template <class T> HIPRT_HD HIPRT_FORCE_INLINE void to_mesh_order(T (&value)[3], std::uint32_t triangle_id) {
+template <class T> HIPRT_HD constexpr HIPRT_FORCE_INLINE void to_mesh_order(T (&value)[3], std::uint32_t triangle_id) {
   const unsigned one = TriangleId::u_source(triangle_id), two = TriangleId::v_source(triangle_id);
   const T a = value[0], b = value[1], c = value[2];
   value[0] = choose(one + two == 3, a, choose(one + two == 2, b, c));

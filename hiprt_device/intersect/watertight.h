@@ -61,12 +61,16 @@ template <class Test> struct ShearedTriangleTest {
                                                          BasicCandidate<Real>& result) {
     to_mesh_order(corners.weight, id);
     to_mesh_order(corners.z, id);
-    const Real(&w)[3] = corners.weight;
+    interpolate(corners.weight, corners.z, dz, result);
+  }
+  /// @param w, z edge functions and depths in the mesh's order.
+  template <class Real>
+  HIPRT_HD static HIPRT_FORCE_INLINE void interpolate(const Real (&w)[3], const Real (&z)[3], Real dz,
+                                                      BasicCandidate<Real>& result) {
     const Real sum = w[0] + w[1] + w[2], reciprocal = divided(Real(1), sum);
     result.u = w[1] * reciprocal;
     result.v = w[2] * reciprocal;
-    const Real depth = fused_multiply_add(w[0] * reciprocal, corners.z[0],
-                                          fused_multiply_add(result.u, corners.z[1], result.v * corners.z[2]));
+    const Real depth = fused_multiply_add(w[0] * reciprocal, z[0], fused_multiply_add(result.u, z[1], result.v * z[2]));
     result.t = divided(depth, dz);
     result.front = is_front(sum, dz);
   }
@@ -120,12 +124,6 @@ struct Watertight : ShearedTriangleTest<Watertight> {
     return meet<Lanes>(leaf, info, ray, accept);
   }
 
-  /// Whether float decides: the signs are certain, and nothing overflows.
-  HIPRT_HD static HIPRT_FORCE_INLINE bool is_quick(const TriangleCorners<float>& corners) {
-    return corners.are_certain() &&
-           absolute(corners.weight[0] + corners.weight[1] + corners.weight[2]) < 0x1p126f;
-  }
-
  private:
   friend ShearedTriangleTest;
 
@@ -139,7 +137,7 @@ struct Watertight : ShearedTriangleTest<Watertight> {
   HIPRT_HD static HIPRT_FORCE_INLINE bool finish(TriangleCorners<float> corners, const Leaf& leaf,
                                                  const PreparedRay<Lanes>& ray, bool second, std::uint32_t id,
                                                  Candidate& result) {
-    if (!is_quick(corners))
+    if (!corners.are_certain() || !(absolute(corners.weight[0] + corners.weight[1] + corners.weight[2]) < 0x1p126f))
       return finish_in_double<Lanes>(read_again(leaf), ray, second, id, result);
     finish_quickly(corners, id, ray.dz, result);
     return true;

@@ -1,5 +1,6 @@
 // The eight-wide nodes of a host: where there are some, that they hold the scene's leaves, and that hits are the same.
 
+#include <hiprt_build/host/host_node.h>
 #include <hiprt_build/host/isa.h>
 #include <hiprt_build/open_scene.h>
 #include <hiprt_build/refit.h>
@@ -12,6 +13,7 @@
 
 #include <tests/catch.h>
 
+#include <algorithm>
 #include <map>
 
 using namespace hiprt;
@@ -51,22 +53,20 @@ void check_hits(const SceneView& scene, Random& random, unsigned rays, double sc
 /// The leaves that the host's nodes name, each with how often.
 std::map<std::uint64_t, unsigned> named_leaves(const SceneView& scene) {
   std::map<std::uint64_t, unsigned> leaves;
-  std::vector<NodeRef> open{wide_ref(0)};
+  std::vector<const HostNode*> open{scene.host->nodes};
   while (!open.empty()) {
-    const WideNode& node = scene.host->nodes[wide_number(open.back())];
+    const HostNode& node = *open.back();
     open.pop_back();
-    for (const NodeRef child : node.child) {
-      if (child == kInvalidRef) continue;
-      if (is_box(child)) {
-        open.push_back(child);
+    for (const HostRef child : node.child) {
+      if (child.is_none()) continue;
+      if (child.is_node()) {
+        open.push_back(child.node());
         continue;
       }
-      std::uint64_t at = ref_offset(child);
-      for (unsigned left = is_long_run(child) ? ~0u : wide_leaf_count(child); left > 0; --left) {
-        ++leaves[at];
-        const auto& leaf = *reinterpret_cast<const PlanesLeaf*>(scene.base + at);
-        if (is_long_run(child) && (leaf.info.geometry_and_flags & kLastInRun) != 0) break;
-        at += sizeof(PlanesLeaf);
+      const PlanesLeaf* leaf = child.leaves();
+      for (unsigned left = child.is_long_run() ? ~0u : child.leaf_count(); left > 0; --left, ++leaf) {
+        ++leaves[static_cast<std::uint64_t>(reinterpret_cast<const std::byte*>(leaf) - scene.base)];
+        if (child.is_long_run() && (leaf->info.geometry_and_flags & kLastInRun) != 0) break;
       }
     }
   }
