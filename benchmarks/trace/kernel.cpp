@@ -1,9 +1,12 @@
 #include "kernel.h"
 
+#include <hiprt_build/trace_rays.h>
 #include <hiprt_device/hiprt_device.h>
 #include <tools/render/tracers/tracer.h>
 
+#include <span>
 #include <string_view>
+#include <tuple>
 
 namespace hiprt::bench {
 
@@ -24,6 +27,16 @@ constexpr Isa kIsas[] = {
 #undef HIPRT_ISA
 };
 
+void run_many(const KernelJob& job) {
+  const std::span rays(job.rays, job.count);
+  const std::span hits(job.hits, job.count);
+  // There is a hit per ray, so neither fails.
+  if (job.any_hit)
+    std::ignore = any_hits(*job.scene, rays, hits);
+  else
+    std::ignore = closest_hits(*job.scene, rays, hits);
+}
+
 void run_on_host(const KernelJob& job) {
   for (std::size_t i = 0; i < job.count; ++i)
     job.hits[i] = job.any_hit ? any_hit(*job.scene, job.rays[i]) : closest_hit(*job.scene, job.rays[i]);
@@ -33,6 +46,7 @@ void run_on_host(const KernelJob& job) {
 
 void run_kernel(const KernelJob& job) {
   if (job.lanes == Lanes::kHost) return run_on_host(job);
+  if (job.lanes == Lanes::kMany) return run_many(job);
   static const Isa& best = []() -> const Isa& {
     const Isa* chosen = &kIsas[0];
     for (const Isa& isa : kIsas)

@@ -14,13 +14,15 @@
 namespace hiprt::bench {
 
 enum class Tests {
-  kAccurate,  ///< Watertight triangles and Conservative boxes, the defaults.
-  kFast,      ///< Fast triangles and Plain boxes.
+  kAccurate,   ///< Watertight triangles and Conservative boxes, the defaults.
+  kFast,       ///< Fast triangles and Plain boxes.
+  kReference,  ///< Reference triangles and Conservative boxes. For NodeLayout::kPlanes and Lanes::kDefault.
 };
 
 enum class Lanes {
   kDefault,  ///< The host's vector registers.
   kHost,     ///< closest_hit(scene, ray) and any_hit(scene, ray): the tracer that the library has compiled.
+  kMany,     ///< closest_hits() and any_hits(), which choose how rays are traced together.
   kArray,    ///< Plain C++. Compiled for NodeLayout::kPlanes and Tests::kAccurate only.
 };
 

@@ -47,6 +47,10 @@ template <class Layout, class Triangle, class Boxes> void choose_counter(const K
                       : choose_query<Variant<Layout, Triangle, Boxes, WorkCounter>>(job);
 }
 
+struct Exact : Policies {
+  using Triangle = Reference;
+};
+
 template <class Layout> void choose_tests(const KernelJob& job) {
   job.tests == Tests::kAccurate ? choose_counter<Layout, Watertight, Conservative>(job)
                                 : choose_counter<Layout, Fast, Plain>(job);
@@ -57,6 +61,8 @@ template <class Layout> void choose_tests(const KernelJob& job) {
 void HIPRT_BENCH_TRACE(const KernelJob& job) {
   if (job.lanes == Lanes::kArray)
     choose_query<InArrays>(job);
+  else if (job.tests == Tests::kReference)
+    choose_query<Exact>(job);
   else
     job.scene->layout == NodeLayout::kFloat ? choose_tests<FloatLayout>(job) : choose_tests<PlanesLayout>(job);
 }

@@ -30,6 +30,10 @@ std::vector<Contestant> make_contestants(const TraceScene& scene, const RaySet& 
   };
   add_embree(kEmbreeRobust, scene.embree_robust());
   add_embree(kEmbreeDefault, scene.embree_default());
+  const bool coherent = set.kind == "primary" || set.kind == "shadow";
+  contestants.push_back({std::string(kEmbreeEight), [&set, &hits, coherent, embree = scene.embree_default()] {
+                           return time_of([&] { embree_trace_eight(embree, set.any_hit, coherent, set.rays, hits); });
+                         }});
   for (const Variant& variant : kVariants)
     contestants.push_back({std::string(variant.name),
                            [job = make_job(scene, set, variant, hits)] { return time_of([&] { run_kernel(job); }); }});
@@ -42,7 +46,8 @@ void count_work(const TraceScene& scene, const RaySet& set, Cell& cell) {
   for (Entry& entry : cell.entries) {
     const auto* variant =
         std::find_if(kVariants.begin(), kVariants.end(), [&](const Variant& v) { return v.name == entry.name; });
-    if (variant == kVariants.end() || variant->lanes != Lanes::kDefault) continue;
+    if (variant == kVariants.end() || variant->lanes != Lanes::kDefault || variant->tests == Tests::kReference)
+      continue;
     Work work;
     KernelJob job = make_job(scene, set, *variant, hits);
     job.work = &work;
@@ -84,7 +89,7 @@ const Entry& Cell::entry(std::string_view name) const {
 }
 
 std::vector<std::string> entry_names() {
-  std::vector<std::string> names{std::string(kEmbreeRobust), std::string(kEmbreeDefault)};
+  std::vector<std::string> names{std::string(kEmbreeRobust), std::string(kEmbreeDefault), std::string(kEmbreeEight)};
   for (const Variant& variant : kVariants) names.emplace_back(variant.name);
   return names;
 }

@@ -24,7 +24,7 @@ struct Cell {
   std::string scene, kind;
   bool any_hit = false;
   std::size_t rays = 0;
-  std::vector<Entry> entries;  ///< embree_robust, embree_default, then kVariants.
+  std::vector<Entry> entries;  ///< those of entry_names().
   std::vector<std::string> faults;
 
   const Entry& entry(std::string_view name) const;

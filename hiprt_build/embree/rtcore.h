@@ -33,4 +33,35 @@ inline void occluded1(RTCScene scene, RTCRay& ray) {
 #endif
 }
 
+/// rtcIntersect8() likewise.
+/// @param valid -1 for each ray that exists, else 0. @param coherent whether the rays visit the same nodes.
+inline void intersect8(const int (&valid)[8], RTCScene scene, RTCRayHit8& rays, bool coherent) {
+#if HIPRT_EMBREE_MAJOR == 4
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+  rtcIntersect8(valid, scene, &rays, &arguments);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  rtcIntersect8(valid, scene, &context, &rays);
+#endif
+}
+
+/// rtcOccluded8() likewise.
+inline void occluded8(const int (&valid)[8], RTCScene scene, RTCRay8& rays, bool coherent) {
+#if HIPRT_EMBREE_MAJOR == 4
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+  rtcOccluded8(valid, scene, &rays, &arguments);
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  rtcOccluded8(valid, scene, &context, &rays);
+#endif
+}
+
 }  // namespace hiprt::embree
