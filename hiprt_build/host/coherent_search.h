@@ -38,7 +38,7 @@ template <bool kClosest> class CoherentSearch {
     Lanes::store(v, v_);
     Lanes::store_bits(number, number_);
     for (unsigned i = 0; i < kCoherentRays; ++i)
-      hits[i] = host_hit<kClosest>(rays_[i], Candidate{t[i], u[i], v[i]}, triangle_of(number[i]));
+      hits[i] = host_hit<kClosest>(rays_[i], t[i], u[i], v[i], triangle_of(number[i]));
   }
 
  private:

@@ -28,10 +28,10 @@ HIPRT_FORCE_INLINE bool is_visible(const SceneView& scene, const Ray& ray, const
 
 /// @param found its triangle, if there is one. @tparam kClosest whether the hit has normal and error.
 template <bool kClosest>
-HIPRT_FORCE_INLINE Hit host_hit(const Ray& ray, const Candidate& at, const HostTriangle& found) {
+HIPRT_FORCE_INLINE Hit host_hit(const Ray& ray, float t, float u, float v, const HostTriangle& found) {
   Hit hit;
   if (found.leaf == nullptr) return hit;
-  hit = {at.t, at.u, at.v, found.geometry(), found.primitive(), {}, 0.0f};
+  hit = {t, u, v, found.geometry(), found.primitive(), {}, 0.0f};
   if constexpr (kClosest) complete<PlanesLayout>(hit, ray, *found.leaf, found.triangle);
   return hit;
 }
@@ -65,7 +65,7 @@ template <bool kClosest> class HostSearch {
     return true;
   }
 
-  HIPRT_FORCE_INLINE Hit hit() const { return host_hit<kClosest>(*ray_, at_, found_); }
+  HIPRT_FORCE_INLINE Hit hit() const { return host_hit<kClosest>(*ray_, t_, u_, v_, found_); }
 
  private:
   HIPRT_FORCE_INLINE void visit() {
@@ -93,7 +93,10 @@ template <bool kClosest> class HostSearch {
       if (!(at.t >= prepared_.tmin && at.t <= prepared_.limit) || !is_visible(*scene_, *ray_, triangle) ||
           (kClosest && loses_tie(at.t, prepared_.limit, triangle, found_)))
         return true;
-      at_ = at;
+      // Not as one struct: its copy would wait for the stores of its members.
+      t_ = at.t;
+      u_ = at.u;
+      v_ = at.v;
       found_ = triangle;
       prepared_.limit = at.t;
       return kClosest;
@@ -116,7 +119,7 @@ template <bool kClosest> class HostSearch {
   const SceneView* scene_;
   const Ray* ray_;
   HostRay prepared_;
-  Candidate at_{};
+  float t_, u_, v_;
   HostTriangle found_;
   HostStack<kClosest> stack_;
 };
