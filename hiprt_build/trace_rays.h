@@ -16,9 +16,9 @@ namespace hiprt {
 
 /// hits[i] becomes closest_hit(scene, rays[i]), with the same bits.
 ///
-/// Where the view has a HostScene, eight rays are traced in turn: while memory is read for one, others are tested. This
-/// is faster than ray by ray for rays in any directions. Windows of eight rays that are nearly parallel and close to
-/// each other are traced ray by ray.
+/// Where the view has a HostScene, windows of eight rays that are nearly parallel and close to each other are traced at
+/// once. In scenes that do not fit into a cache eight other rays are traced in turn: while memory is read for one ray,
+/// others are tested. So neighbours in @p rays should be neighbours in the scene.
 /// @param loop may share blocks of rays among threads, see validate(). Empty: this thread.
 /// @return kInvalidInput if there are more rays than hits.
 HIPRT_BUILD_API build::Result<void> closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
