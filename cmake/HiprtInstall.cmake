@@ -22,8 +22,10 @@ if(HIPRT_BUILD_FORMAT)
     install(FILES ${PROJECT_SOURCE_DIR}/hiprt_build/${header}.h
       DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT format)
   endforeach()
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/format ${PROJECT_SOURCE_DIR}/hiprt_build/host
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/hiprt_build/format
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build COMPONENT format FILES_MATCHING PATTERN "*.h")
+  install(FILES ${PROJECT_SOURCE_DIR}/hiprt_build/host/host_part.h
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/hiprt_build/host COMPONENT format)
   install(TARGETS hiprt_format EXPORT hiprtFormatTargets
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT format)
   install(EXPORT hiprtFormatTargets NAMESPACE hiprt:: DESTINATION ${hiprt_cmake_dir} COMPONENT format)

@@ -5,8 +5,8 @@
     include_arrows.py --expect ROOT    the forbidden includes must be exactly the lines that say '// expect'
 
 A module is a folder, or some files of one. MAY_INCLUDE says which modules it may include besides itself. Headers
-directly in hiprt_build, and in its folders gpu, format and host, are public; other headers of hiprt_build are not
-installed. Public headers and .cpp files of hiprt_build must compile without a GPU runtime: they include none.
+directly in hiprt_build, in its folders gpu and format, and host/host_part.h are public; other headers of hiprt_build
+are not installed. Public headers and .cpp files of hiprt_build must compile without a GPU runtime: they include none.
 """
 import os
 import re
@@ -102,8 +102,8 @@ def module(path):
 
 def is_public(path):
     """Whether a header of hiprt_build is installed."""
-    return path.endswith('.h') and (module(path) in ('gpu', 'host_format', 'host') or
-                                    module(path) == 'build' and path.count('/') == 1)
+    return path.endswith('.h') and (module(path) in ('gpu', 'host_format') or path == 'hiprt_build/host/host_part.h' or
+                                    module(path) in ('build', 'host') and path.count('/') == 1)
 
 
 def sources(root):
