@@ -14,6 +14,34 @@
 namespace hiprt::format_detail {
 inline namespace HIPRT_ISA_NAMESPACE {
 
+namespace host_leaves_detail {
+
+/// A triangle's corners in the mesh's order: where meet_leaves() keeps the edge functions of a first leaf, and the
+/// leaf's vertices. So no branch depends on how a triangle is stored.
+struct CornerPlaces {
+  std::uint8_t weight[4];  ///< The fourth is not used.
+  std::uint8_t vertex[4];  ///< Of the leaf; the fourth is the first.
+};
+/// @param triangle_id TriangleId, four bits.
+constexpr CornerPlaces corner_places(bool second, std::uint32_t triangle_id) {
+  // Of the stored corners: the edges around the leaf are 0 to 3, the shared edge and back 8 and 9.
+  std::uint8_t weight[3] = {8, 3, 0}, vertex[3] = {0, 1, 2};
+  if (second) {
+    weight[0] = 2, weight[1] = 9, weight[2] = 1;
+    vertex[0] = 1, vertex[1] = 3;
+  }
+  to_mesh_order(weight, triangle_id);
+  to_mesh_order(vertex, triangle_id);
+  return {{weight[0], weight[1], weight[2], 0}, {vertex[0], vertex[1], vertex[2], vertex[0]}};
+}
+inline constexpr auto kCornerPlaces = [] {
+  std::array<CornerPlaces, 32> places{};
+  for (unsigned i = 0; i < 32; ++i) places[i] = corner_places(i >= 16, i & 15u);
+  return places;
+}();
+
+}  // namespace host_leaves_detail
+
 /// A leaf of the file, and a triangle of it.
 struct HostTriangle {
   const PlanesLeaf* leaf = nullptr;
@@ -21,6 +49,9 @@ struct HostTriangle {
 
   std::uint32_t geometry() const { return leaf->info.geometry_and_flags & kGeometryMask; }
   std::uint32_t primitive() const { return leaf->info.primitive[triangle]; }
+  HIPRT_FORCE_INLINE const host_leaves_detail::CornerPlaces& places() const {
+    return host_leaves_detail::kCornerPlaces[16 * triangle + (leaf->info.triangle_ids >> 8 * triangle & 15u)];
+  }
 };
 
 namespace host_leaves_detail {
@@ -38,37 +69,6 @@ namespace host_leaves_detail {
                                    });
   return met;
 }
-
-/// Whether float decides: the signs are certain, and no sum overflows.
-HIPRT_FORCE_INLINE bool are_quick(const float (&weight)[3]) {
-  // The fourth lane is in range. A NaN is not.
-  const auto size = SimdLanes::magnitude(SimdLanes::set(weight[0], weight[1], weight[2], 1.0f));
-  return (SimdLanes::greater(size, SimdLanes::all(Watertight::kTiny)) &
-          SimdLanes::greater(SimdLanes::all(0x1p124f), size)) == 0xfu;
-}
-
-/// Where the edge functions and depths of a triangle's corners are, in the mesh's order: numbers in the arrays of
-/// meet_leaves(), for the first leaf. So no branch depends on how a triangle is stored.
-struct CornerPlaces {
-  std::uint8_t weight[3], depth[3];
-};
-/// @param triangle_id TriangleId, four bits.
-constexpr CornerPlaces corner_places(bool second, std::uint32_t triangle_id) {
-  // Of the stored corners: the edges around the leaf are 0 to 3, the shared edge and back 8 and 9.
-  std::uint8_t weight[3] = {8, 3, 0}, depth[3] = {0, 1, 2};
-  if (second) {
-    weight[0] = 2, weight[1] = 9, weight[2] = 1;
-    depth[0] = 1, depth[1] = 3;
-  }
-  to_mesh_order(weight, triangle_id);
-  to_mesh_order(depth, triangle_id);
-  return {{weight[0], weight[1], weight[2]}, {depth[0], depth[1], depth[2]}};
-}
-inline constexpr auto kCornerPlaces = [] {
-  std::array<CornerPlaces, 32> places{};
-  for (unsigned i = 0; i < 32; ++i) places[i] = corner_places(i >= 16, i & 15u);
-  return places;
-}();
 
 /// Edge functions around both triangles of each leaf, those of the shared edge and back, and depths.
 struct LeafEdges {
@@ -90,18 +90,28 @@ struct LeafEdges {
     shared = difference_of_products<Lanes>(Lanes::shuffle<1, 2, 1, 2>(x), Lanes::shuffle<2, 1, 2, 1>(y),
                                            Lanes::shuffle<1, 2, 1, 2>(y), Lanes::shuffle<2, 1, 2, 1>(x));
   }
-  /// Bit 4 h + i: no edge function of triangle i of leaf h is certainly positive, or none certainly negative.
+  /// The three edge functions of triangle i of leaf h, in lane 4 h + i: those around the leaf are 0 and 3, 1 and 2. The
+  /// other lanes are not used.
+  HIPRT_FORCE_INLINE WideLanes::Float other() const { return WideLanes::shuffle<3, 2, 2, 3>(around); }
+
+  /// Bit 4 h + i: no edge function of triangle i of leaf h is certainly positive, or none certainly negative. A NaN
+  /// counts as neither, or hides others: then the triangle is met, and meet_again() decides.
   HIPRT_FORCE_INLINE std::uint32_t triangles_met() const {
     using Lanes = WideLanes;
-    const auto least = Lanes::all(Watertight::kTiny), most = Lanes::all(-Watertight::kTiny);
-    const std::uint32_t positive = Lanes::greater(around, least), shared_positive = Lanes::greater(shared, least);
-    const std::uint32_t negative = Lanes::greater(most, around), shared_negative = Lanes::greater(most, shared);
-    // Triangle 0 has edges 0 and 3 around, and shared edge 0; triangle 1 has edges 1 and 2, and shared edge 1.
-    const std::uint32_t both0 =
-        (positive | positive >> 3 | shared_positive) & (negative | negative >> 3 | shared_negative);
-    const std::uint32_t both1 =
-        (positive >> 1 | positive >> 2 | shared_positive >> 1) & (negative >> 1 | negative >> 2 | shared_negative >> 1);
-    return (~both0 & 0x11u) | (~both1 & 0x11u) << 1;
+    const auto most = Lanes::max(Lanes::max(around, other()), shared);
+    const auto least = Lanes::min(Lanes::min(around, other()), shared);
+    return (Lanes::greater(most, Lanes::all(Watertight::kTiny)) &
+            Lanes::greater(Lanes::all(-Watertight::kTiny), least)) ^
+           0xffu;
+  }
+  /// The triangles that floats decide: all signs are certain, and no sum overflows. A NaN is not certain.
+  HIPRT_FORCE_INLINE std::uint32_t triangles_quick() const {
+    using Lanes = WideLanes;
+    const auto a = Lanes::magnitude(around), b = Lanes::magnitude(other()), c = Lanes::magnitude(shared);
+    const auto certain = [&](Lanes::Float of) {
+      return Lanes::greater(of, Lanes::all(Watertight::kTiny)) & Lanes::greater(Lanes::all(0x1p124f), of);
+    };
+    return certain(a) & certain(b) & certain(c);
   }
 };
 
@@ -115,8 +125,9 @@ HIPRT_FORCE_INLINE bool meet_leaves(const PlanesLeaf* leaves, unsigned count, co
                                     Accept&& accept) {
   using namespace host_leaves_detail;
   const LeafEdges edges(leaves, leaves + (count - 1), prepared);
-  std::uint32_t met = edges.triangles_met() & (count == 1 ? 0xfu : 0xffu);
+  std::uint32_t met = edges.triangles_met() & (count == 1 ? 0x3u : 0x33u);
   if (met == 0) return true;
+  const std::uint32_t quick = edges.triangles_quick();
   alignas(32) float weight_at[16], depth_at[8];
   WideLanes::store(weight_at, edges.around);
   WideLanes::store(weight_at + 8, edges.shared);
@@ -125,12 +136,12 @@ HIPRT_FORCE_INLINE bool meet_leaves(const PlanesLeaf* leaves, unsigned count, co
     const unsigned bit = static_cast<unsigned>(std::countr_zero(met)), half = bit >> 2, second = bit & 1u;
     met &= met - 1;
     const HostTriangle triangle{leaves + half, second};
-    const CornerPlaces& places = kCornerPlaces[16 * second + (triangle.leaf->info.triangle_ids >> 8 * second & 15u)];
+    const CornerPlaces& places = triangle.places();
     const float *const w = weight_at + 4 * half, *const z = depth_at + 4 * half;
     const float weight[3] = {w[places.weight[0]], w[places.weight[1]], w[places.weight[2]]};
-    const float depth[3] = {z[places.depth[0]], z[places.depth[1]], z[places.depth[2]]};
+    const float depth[3] = {z[places.vertex[0]], z[places.vertex[1]], z[places.vertex[2]]};
     Candidate candidate;
-    if (are_quick(weight)) [[likely]]
+    if ((quick >> bit & 1u) != 0) [[likely]]
       Watertight::interpolate(weight, depth, prepared.dz, candidate);
     else if (!meet_again(ray, triangle, candidate))
       continue;

@@ -6,8 +6,7 @@
 
 #include <hiprt_build/host/host_leaves.h>
 #include <hiprt_build/host/host_stack.h>
-#include <hiprt_device/format/layout.h>
-#include <hiprt_device/intersect/hit_surface.h>
+#include <hiprt_build/host/host_surface.h>
 #include <hiprt_device/scene_view.h>
 
 namespace hiprt::format_detail {
@@ -32,7 +31,7 @@ HIPRT_FORCE_INLINE Hit host_hit(const Ray& ray, float t, float u, float v, const
   Hit hit;
   if (found.leaf == nullptr) return hit;
   hit = {t, u, v, found.geometry(), found.primitive(), {}, 0.0f};
-  if constexpr (kClosest) complete<PlanesLayout>(hit, ray, *found.leaf, found.triangle);
+  if constexpr (kClosest) complete_on_host(hit, ray, found);
   return hit;
 }
 
