@@ -1,6 +1,7 @@
 /// bvhbuild: builds a BVH file over meshes, shapes or a scene of instances.
 
 #include <tools/base/interrupt.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/base/parallel.h>
 #include <tools/build/build_meshes.h>
@@ -132,16 +133,18 @@ build::Result<void> build_flat(const Cli& cli, const BuildCommand& command, cons
 
 build::Result<void> run_meshes(const Cli& cli, const BuildCommand& command, ProgressBar& bar) {
   build::Stopwatch watch;
+  std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
   std::vector<std::string> mesh_files, shape_files;
   for (const std::string& input : command.inputs) (is_shape_file(input) ? shape_files : mesh_files).push_back(input);
   auto meshes = read_meshes(cli, mesh_files, command.output, bar);
   if (!meshes) return tl::unexpected(meshes.error());
   auto sets = read_shapes(cli, shape_files, command.output, bar);
   if (!sets) return tl::unexpected(sets.error());
-  auto shapes = ShapeGeometries::make(pointers(*sets), command.threads);
-  if (!shapes) return tl::unexpected(shapes.error());
   const auto tree = read_tree(command, bar);
   if (!tree) return tl::unexpected(tree.error());
+  reading.reset();
+  auto shapes = ShapeGeometries::make(pointers(*sets), command.threads);
+  if (!shapes) return tl::unexpected(shapes.error());
   const std::vector<build::TriangleMesh> mesh_views = views(*meshes);
   const auto release = [&] {
     meshes->clear();
@@ -153,8 +156,10 @@ build::Result<void> run_meshes(const Cli& cli, const BuildCommand& command, Prog
 
 build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, ProgressBar& bar) {
   build::Stopwatch watch;
+  std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
   auto scene = read_scene(cli, command, bar);
   if (!scene) return tl::unexpected(scene.error());
+  reading.reset();
   if (command.flatten) {
     auto geometries = flatten_scene(*scene);
     if (interrupted()) return cancelled();
@@ -209,6 +214,6 @@ int main(int argc, char** argv) {
   add_build_options(cli.app(), command);
   return cli.run(argc, argv, [&] {
     if (command.moved.empty()) return run(cli, command);
-    return run_refit(cli, {command.inputs.front(), command.output, command.moved, command.threads});
+    return run_refit(cli, {command.inputs.front(), command.output, command.moved, command.threads, command.max_memory});
   });
 }

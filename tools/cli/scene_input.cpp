@@ -23,6 +23,7 @@ build::Result<void> read_assembly(const Cli& cli, const BuildCommand& command, c
   if (interrupted()) return cancelled();
   if (!assembly) return tl::unexpected(assembly.error());
   if (auto checked = check_output(command.output, assembly->files); !checked) return checked;
+  for (const std::string& warning : assembly->warnings) cli.warn(input + ": " + warning);
   if (assembly->meshes.empty()) cli.warn(input + ": no triangles in it");
   for (const Mesh& mesh : assembly->meshes) {
     if (auto checked = check_output(command.output, mesh.files); !checked) return checked;

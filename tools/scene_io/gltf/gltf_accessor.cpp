@@ -75,10 +75,9 @@ class AccessorReader {
       if (!elements) return tl::unexpected(elements.error());
       values.resize(accessor.count * components);
       for (std::uint64_t i = 0; i < accessor.count; ++i) decode(*elements, i, &values[i * components]);
-    } else if (accessor.sparse.isSparse) {
-      values.resize(accessor.count * components);
     } else {
-      return fail("it has no bufferView (compressed meshes are not supported)");
+      if (auto checked = check_zeros(accessor.count); !checked) return tl::unexpected(checked.error());
+      values.resize(accessor.count * components);
     }
     if (accessor.sparse.isSparse)
       if (auto done = substitute(accessor, element_size, values); !done) return tl::unexpected(done.error());
@@ -88,6 +87,17 @@ class AccessorReader {
  private:
   tl::unexpected<build::Error> fail(const std::string& what) const {
     return invalid_input("accessor " + std::to_string(index_) + ": " + what);
+  }
+
+  /// Without a bufferView all elements are zeros (glTF 2.0, 3.6.2.2), however many the accessor says. Whatever uses
+  /// them takes as many bytes elsewhere, if there are more than a few.
+  build::Result<void> check_zeros(std::uint64_t count) const {
+    constexpr std::uint64_t kFew = 4096;
+    std::uint64_t bytes = 0;
+    for (const tinygltf::Buffer& buffer : model_.buffers) bytes += buffer.data.size();
+    if (count <= kFew + bytes) return {};
+    return fail("it has no bufferView, so it is " + std::to_string(count) +
+                " elements of zeros, but all buffers have only " + std::to_string(bytes) + " bytes");
   }
 
   build::Result<Elements> locate(int view_index, std::uint64_t offset, std::uint64_t count, std::uint64_t element_size,

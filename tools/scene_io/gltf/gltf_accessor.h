@@ -14,7 +14,8 @@ class Model;
 namespace hiprt::tools {
 
 /// Reads accessor @p index as positions (VEC3 of any component type; normalised integers become fractions), with its
-/// sparse substitutions. @return kInvalidInput with the accessor's number if anything of it leaves its buffer.
+/// sparse substitutions. Zeros without a bufferView. @return kInvalidInput with the accessor's number if anything of it
+/// leaves its buffer.
 build::Result<std::vector<build::Position>> read_positions(const tinygltf::Model& model, int index);
 
 /// Reads accessor @p index as numbers, or vectors of 2 to 4 components, which follow each other in the result.

@@ -24,7 +24,10 @@ constexpr std::uint64_t kMaxSize = std::numeric_limits<std::int64_t>::max();
 /// The JSON text of a .gltf or .glb file.
 build::Result<std::string_view> json_of(std::string_view file) {
   constexpr std::size_t kHeaderBytes = 20;
-  if (!file.starts_with("glTF")) return file;
+  if (!file.starts_with("glTF")) {
+    if (is_utf16(file)) return invalid_input(kUtf16Fault);
+    return file;
+  }
   if (file.size() < kHeaderBytes)
     return invalid_input("truncated: the header of a GLB file takes 20 bytes, there are " +
                          std::to_string(file.size()));

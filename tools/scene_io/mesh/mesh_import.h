@@ -30,6 +30,7 @@ struct Mesh {
   std::vector<build::Position> positions;
   std::vector<build::Triangle> triangles;  ///< Every index is below positions.size().
   std::vector<std::string> files;          ///< Paths of other files that were read: buffers of glTF.
+  std::vector<std::string> warnings;       ///< What of the file was ignored or repaired, a line each.
   std::uint64_t skipped_faces = 0;         ///< Faces with fewer than three corners; they make no triangle.
   std::optional<MeshSurface> surface{};    ///< If it was requested and the format has materials.
 };
@@ -37,7 +38,7 @@ struct Mesh {
 /// Reads a file as one mesh. The extension (in upper or lower case) tells the format; for unknown extensions the first
 /// bytes do:
 /// - .obj: all objects and groups together; numbers are rounded correctly; materials are not read.
-/// - .ply: ASCII and binary of either byte order.
+/// - .ply: ASCII and binary of either byte order; faces, and triangle strips with -1 between them ("tristrips").
 /// - .stl: ASCII and binary; all solids together; corners are not merged.
 /// - .gltf, .glb: glTF 2.0; every triangle primitive of every node of the default scene, with the node's transform
 ///   (computed in double, rounded once). Mirrored nodes keep their outside. Images are read only for @p library. Skins
@@ -63,7 +64,8 @@ struct MeshUse {
 struct MeshAssembly {
   std::vector<Mesh> meshes;
   std::vector<MeshUse> uses;
-  std::vector<std::string> files;  ///< Paths of other files that were read.
+  std::vector<std::string> files;     ///< Paths of other files that were read.
+  std::vector<std::string> warnings;  ///< Of the file; its meshes have none.
 };
 
 /// As load_mesh(), but keeps every mesh of a glTF file separate, in the order of the file. A mesh has one use per node,

@@ -1,6 +1,7 @@
 #include <tools/scene_io/scene/scene_json.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/names.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/json_location.h>
@@ -351,8 +352,7 @@ build::Result<SceneDescription> read_scene_json(const std::filesystem::path& pat
   } catch (const JsonFault& fault) {
     return invalid_input(path.string() + ": " + fault.message);
   } catch (const std::bad_alloc&) {
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kOutOfMemory, path.string() + ": not enough memory to read it"});
+    return tl::unexpected(not_enough_memory(path.string()));
   }
 }
 

@@ -1,6 +1,7 @@
 #include <tools/scene_io/scene/surface_load.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 #include <tools/scene_io/scene/scene_assembly.h>
@@ -261,8 +262,7 @@ build::Result<SceneSurfaces> load_surfaces(std::span<const std::string> inputs, 
     if (!reading) return tl::unexpected(std::move(reading.error()));
     return result_of(std::move(*reading));
   } catch (const std::bad_alloc&) {
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kOutOfMemory, "not enough memory to read what surfaces look like"});
+    return tl::unexpected(not_enough_memory(inputs[0]));
   }
 }
 
