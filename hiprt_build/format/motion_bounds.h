@@ -136,6 +136,14 @@ HIPRT_HD inline double determinant(const double (&m)[3][3]) {
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
+/// Whether an instance is hidden at a key with this linear part.
+HIPRT_HD inline bool is_zero(const double (&m)[3][3]) {
+  bool zero = true;
+  for (const double(&row)[3] : m)
+    for (const double x : row) zero = zero && x == 0.0;
+  return zero;
+}
+
 /// How fast the shortest image shrinks as a matrix changes, in units of itself.
 ///
 /// M + x C = M (1 + x C') for C' = inverse(M) C. So its shortest image is at least (1 - x |C'|) times that of M. The
@@ -256,17 +264,22 @@ HIPRT_HD HIPRT_COLD bool worst_condition(const double (&from)[3][3], const doubl
 
 }  // namespace motion_detail
 
-/// Adds the magnification of a segment.
+/// Adds the magnification of a segment. Where an instance is hidden nothing is magnified.
 /// @return false: the transform is refused somewhere between the keys; @p bad says where.
 HIPRT_HD inline bool magnify(MotionMagnification& sum, const MotionSegment& segment, MotionKind kind,
                              motion_detail::BadMatrix& bad) {
   using affine_detail::larger;
   const SegmentMotion motion(segment, kind);
+  const bool hidden[2] = {motion_detail::is_zero(motion.stretch(0)), motion_detail::is_zero(motion.stretch(1))};
   double condition = 1.0;
-  if (!motion_detail::worst_condition(motion.stretch(0), motion.stretch(1), condition, bad)) return false;
+  // Between zero and a matrix are its multiples, which have its condition.
+  const unsigned from = hidden[0] ? 1 : 0, to = hidden[1] ? 0 : 1;
+  if (!(hidden[0] && hidden[1]) &&
+      !motion_detail::worst_condition(motion.stretch(from), motion.stretch(to), condition, bad))
+    return false;
   sum.condition = larger(sum.condition, condition);
   for (unsigned k = 0; k < 2; ++k) {
-    sum.longest = larger(sum.longest, Stretches(motion.stretch(k)).longest);
+    if (!hidden[k]) sum.longest = larger(sum.longest, Stretches(motion.stretch(k)).longest);
     const float(&t)[3] = segment.translation[k];
     sum.farthest = larger(sum.farthest, motion_detail::length(t));
   }
