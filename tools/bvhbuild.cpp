@@ -20,6 +20,7 @@
 #include <tools/scene_io/scene/scene_bake.h>
 #include <tools/scene_io/scene/scene_flatten.h>
 #include <tools/scene_io/scene/scene_merge.h>
+#include <tools/scene_io/scene/scene_motion.h>
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exec/stopwatch.h>
@@ -167,6 +168,9 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
     const std::vector<build::TriangleMesh> mesh_views = views(*geometries);
     return build_flat(cli, command, {mesh_views, {}}, std::nullopt, watch.lap(), bar, [&] { geometries->clear(); });
   }
+  if (const RepairedMotions repaired = repair_motions(*scene); repaired.flat_keys != 0)
+    cli.warn(scene->path + ": keys of motions that are flat: " + std::to_string(repaired.flat_keys) +
+             ", the first of " + repaired.first + "; they get a thickness of 1/65536 of their size");
   const auto baked = bake_singular(*scene);
   if (interrupted()) return cancelled();
   if (!baked) return tl::unexpected(baked.error());

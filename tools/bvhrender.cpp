@@ -131,10 +131,12 @@ build::Result<void> finish(const Cli& cli, RenderCommand& command, const Camera&
 }
 
 /// Reads what --integrator path needs.
-build::Result<void> prepare_paths(RenderCommand& command, const BufferView& view, const Camera& camera) {
+build::Result<void> prepare_paths(const Cli& cli, RenderCommand& command, const BufferView& view,
+                                  const Camera& camera) {
   if (!command.paths.chosen()) return {};
   const MemoryLimit reading(command.max_memory);
-  return command.paths.prepare(view, camera, command.render, command.outputs);
+  return command.paths.prepare(view, camera, command.render, command.outputs,
+                               [&](const std::string& warning) { cli.warn(warning); });
 }
 
 build::Result<void> run(const Cli& cli, RenderCommand& command) {
@@ -152,7 +154,7 @@ build::Result<void> run(const Cli& cli, RenderCommand& command) {
   if (subject->boxes) command.render.boxes = &*subject->boxes;
   auto gpu = choose_tracer(command, subject->view);
   if (!gpu) return tl::unexpected(gpu.error());
-  if (auto ready = prepare_paths(command, subject->view, *camera); !ready) return ready;
+  if (auto ready = prepare_paths(cli, command, subject->view, *camera); !ready) return ready;
   const auto rendering = render_with_bar(command, subject->view, *camera, *gpu);
   if (!rendering) return tl::unexpected(rendering.error());
   return finish(cli, command, *camera, *rendering, *gpu);

@@ -4,6 +4,7 @@
 
 #include <tools/base/text.h>
 #include <tools/scene_io/shapes/shape_import.h>
+#include <tools/scene_io/surface/material_library.h>
 
 #include <limits>
 
@@ -145,6 +146,20 @@ TEST_CASE("OBJ of others: comments at the end of a word, numbers that are none, 
                {"ignored: lines (2), points (1), free-form surfaces (1), lines with unknown keywords (1)"});
   check_square(load(folder.write("a.obj", "v 0 0 0 2\nv 1 0 0 1\nv 1 1 0 1.0\nv 0 1 0 .5 .5 .5\nf 1 2 3 4\n")),
                {"ignored: weights (w) of vertices (1)"});
+}
+
+TEST_CASE("OBJ and PLY: materials and colours are named if they are asked for") {
+  const TempFolder folder;
+  tools::MaterialLibrary library;
+  const std::string obj = folder.write("a.obj", kVertices + "usemtl red\nf 1 2 3\nusemtl blue\nf 1 3 4\n");
+  CHECK(load(obj).warnings.empty());
+  CHECK(tools::load_mesh(obj, &library)->warnings == std::vector<std::string>{"ignored: uses of materials (2)"});
+  std::string text = ply() + kBody;
+  text.replace(text.find("property float x"), 0, "property uchar red\n");
+  for (const std::string row : {"\n0 0 0", "\n1 0 0", "\n1 1 0", "\n0 1 0"}) text.insert(text.find(row) + 1, "255 ");
+  const std::string path = folder.write("a.ply", text);
+  check_square(load(path));
+  CHECK(tools::load_mesh(path, &library)->warnings == std::vector<std::string>{"ignored: colours of vertices (4)"});
 }
 
 TEST_CASE("Texts: numbers of Microsoft's library in PLY, STL and spheres") {

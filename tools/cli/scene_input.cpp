@@ -78,6 +78,7 @@ build::Result<SceneDescription> read_scene(const Cli& cli, const BuildCommand& c
   bar.clear();
   if (interrupted()) return cancelled();
   if (!scene) return scene;
+  for (const std::string& warning : scene->warnings) cli.warn(input + ": " + warning);
   if (auto read = read_described_shapes(cli, command, bar, *scene); !read) return tl::unexpected(read.error());
   if (scene->files.empty()) return scene;
   if (auto checked = check_output(command.output, scene->files); !checked) return tl::unexpected(checked.error());

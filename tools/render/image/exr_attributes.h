@@ -12,8 +12,8 @@ namespace hiprt::tools {
 inline constexpr std::uint64_t kMostExrExpansion = 1u << 16;
 
 /// Walks the attributes of all parts. @param file a whole file, with its magic number.
-/// @return what is wrong; empty: nothing. An attribute must not be longer than the rest of the file, nor its content
-/// than the attribute, nor the table of chunks than the file.
+/// @return what is wrong; empty: nothing. An attribute must not be longer than the rest of the file. Its content must
+/// fit in it, and the table of chunks in the file.
 std::string fault_of_exr_attributes(std::span<const std::byte> file);
 
 }  // namespace hiprt::tools

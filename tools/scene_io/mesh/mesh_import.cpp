@@ -59,9 +59,9 @@ build::Result<Mesh> read(std::span<const std::byte> bytes, const std::filesystem
                          MaterialLibrary* library) {
   switch (format_of(bytes, path)) {
     case MeshFormat::kObj:
-      return read_obj(bytes);
+      return read_obj(bytes, library != nullptr);
     case MeshFormat::kPly:
-      return read_ply(bytes);
+      return read_ply(bytes, library != nullptr);
     case MeshFormat::kStl:
       return read_stl(bytes);
     case MeshFormat::kGltf:

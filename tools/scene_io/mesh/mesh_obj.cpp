@@ -31,6 +31,8 @@ constexpr std::array<std::string_view, 31> kSilent{
 
 class ObjReader {
  public:
+  explicit ObjReader(bool surfaces) : surfaces_(surfaces) {}
+
   build::Result<Mesh> read(std::string_view text) {
     skip_byte_order_mark(text);
     while (!text.empty()) {
@@ -88,6 +90,8 @@ class ObjReader {
                                     [&](const auto& known) { return known.first == keyword; });
     if (shape != kIgnoredShapes.end())
       ignored_.add(shape->second);
+    else if (surfaces_ && keyword == "usemtl")
+      ignored_.add("uses of materials");
     else if (std::find(kSilent.begin(), kSilent.end(), keyword) == kSilent.end())
       ignored_.add("lines with unknown keywords");
   }
@@ -143,6 +147,7 @@ class ObjReader {
   Mesh mesh_;
   Polygons faces_;
   Ignored ignored_;
+  bool surfaces_;
   std::string joined_;
   std::uint64_t line_ = 0, greatest_line_ = 0;
   std::int64_t greatest_ = -1;  ///< Vertices may follow the faces that use them, so this is checked last.
@@ -150,10 +155,10 @@ class ObjReader {
 
 }  // namespace
 
-build::Result<Mesh> read_obj(std::span<const std::byte> bytes) {
+build::Result<Mesh> read_obj(std::span<const std::byte> bytes, bool surfaces) {
   const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   if (is_utf16(text)) return invalid_input(kUtf16Fault);
-  auto mesh = ObjReader{}.read(text);
+  auto mesh = ObjReader(surfaces).read(text);
   if (mesh && mesh->positions.empty()) return invalid_input("no 'v' line: not an OBJ file, or an empty one");
   return mesh;
 }

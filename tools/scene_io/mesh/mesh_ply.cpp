@@ -99,7 +99,7 @@ class BinarySource {
 
 template <class Source> class PlyReader {
  public:
-  explicit PlyReader(Source source) : source_(source) {}
+  PlyReader(Source source, bool surfaces) : source_(source), surfaces_(surfaces) {}
 
   build::Result<Mesh> read(const PlyHeader& header) {
     for (const PlyElement& element : header.elements) {
@@ -194,6 +194,9 @@ template <class Source> class PlyReader {
           axis[p] = a;
           found |= 1u << a;
         }
+    const auto is_color = [](const PlyProperty& property) { return property.name == "red"; };
+    if (surfaces_ && std::any_of(element.properties.begin(), element.properties.end(), is_color))
+      ignored_.add("colours of vertices", element.count);
     if (found != 7) return invalid_input("element 'vertex' lacks one of the properties x, y and z");
     if (element.count > std::numeric_limits<std::uint32_t>::max())
       return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, "more than 4294967295 vertices"});
@@ -275,11 +278,12 @@ template <class Source> class PlyReader {
   Mesh mesh_;
   Polygons faces_;
   Ignored ignored_;
+  bool surfaces_;
 };
 
 }  // namespace
 
-build::Result<Mesh> read_ply(std::span<const std::byte> bytes) {
+build::Result<Mesh> read_ply(std::span<const std::byte> bytes, bool surfaces) {
   std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   if (is_utf16(text)) return invalid_input(kUtf16Fault);
   skip_byte_order_mark(text);
@@ -290,8 +294,10 @@ build::Result<Mesh> read_ply(std::span<const std::byte> bytes) {
   };
   if (!has("vertex")) return invalid_input("the header names no element 'vertex'");
   if (!has("face") && !has("tristrips")) return invalid_input("the header names no element 'face', and no 'tristrips'");
-  if (header->encoding == PlyEncoding::kAscii) return PlyReader(AsciiSource(text, header->lines)).read(*header);
-  return PlyReader(BinarySource(text, bytes.size() - text.size(), header->encoding == PlyEncoding::kBigEndian))
+  if (header->encoding == PlyEncoding::kAscii)
+    return PlyReader(AsciiSource(text, header->lines), surfaces).read(*header);
+  return PlyReader(BinarySource(text, bytes.size() - text.size(), header->encoding == PlyEncoding::kBigEndian),
+                   surfaces)
       .read(*header);
 }
 
