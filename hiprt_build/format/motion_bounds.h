@@ -225,8 +225,9 @@ struct MatrixPath {
 /// The intervals come from right to left. [(number - 1) * width, number * width] is the next one, so no stack is
 /// needed.
 /// @return false: @p bad says where the transform is not invertible enough.
-HIPRT_HD HIPRT_COLD bool worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst,
-                                         BadMatrix& bad) {
+/// It ends: halves that doubles cannot tell apart are refused. Only next to s = 0 doubles tell all halves apart.
+HIPRT_HD HIPRT_COLD bool worst_on_path(const double (&from)[3][3], const double (&to)[3][3], double& worst,
+                                       BadMatrix& bad) {
   const MatrixPath path(from, to);
   const auto refuse = [&](double s, const MatrixPath::Sample& sample) {
     bad = {s, determinant(sample.m)};
@@ -243,7 +244,7 @@ HIPRT_HD HIPRT_COLD bool worst_condition(const double (&from)[3][3], const doubl
     if (!(least > 0.0 && most / least <= affine_detail::larger(worst, 1.05 * here))) {
       const double middle = part.begin + part.half();
       const MatrixPath::Sample center = path.sample(middle);
-      if (center.is_bad()) return refuse(middle, center);
+      if (center.is_bad() || !(part.begin < middle && middle < part.end)) return refuse(middle, center);
       part.begin = middle;
       part.first = center;
       width *= 0.5;
@@ -260,6 +261,15 @@ HIPRT_HD HIPRT_COLD bool worst_condition(const double (&from)[3][3], const doubl
     part.begin = part.end - width;
     part.first = path.sample(part.begin);
   }
+}
+
+/// The same from either end: a matrix far smaller than the other needs the halves next to s = 0.
+HIPRT_HD inline bool worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst,
+                                     BadMatrix& bad) {
+  if (!(Stretches(to).longest < 0x1p-30 * Stretches(from).longest)) return worst_on_path(from, to, worst, bad);
+  const bool good = worst_on_path(to, from, worst, bad);
+  bad.s = 1.0 - bad.s;
+  return good;
 }
 
 }  // namespace motion_detail

@@ -1,4 +1,5 @@
 #include <hiprt_build/input/check_input.h>
+#include <hiprt_build/instances.h>
 #include <hiprt_build/instances/instance_fault.h>
 #include <hiprt_build/instances/motion_keys.h>
 #include <hiprt_build/instances/motion_segments.h>
@@ -52,11 +53,19 @@ Result<std::vector<MotionKey>> keys_of(const Motion& motion) {
   return keys;
 }
 
-/// The first key at which the instance can be seen; its transform has an inverse. nullptr: there is none.
+const MatrixKey& to_matrix(const MatrixKey& key) { return key; }
+MatrixKey to_matrix(const MotionKey& key) { return compose(key); }
+
+/// The first key whose transform has an inverse that floats can hold; else the first one that does not hide the
+/// instance. nullptr: all hide it.
 template <class Key> const Key* first_visible(std::span<const Key> keys) {
-  for (const Key& key : keys)
-    if (!hides(key)) return &key;
-  return nullptr;
+  const Key* visible = nullptr;
+  for (const Key& key : keys) {
+    if (hides(key)) continue;
+    if (is_invertible(to_matrix(key).to_scene)) return &key;
+    if (visible == nullptr) visible = &key;
+  }
+  return visible;
 }
 
 /// Segments of a motion that turns. @return what is wrong, or nothing.

@@ -131,6 +131,7 @@ TEST_CASE("STL of others: no endsolid, bytes behind the last facet, upper case")
 
 TEST_CASE("OBJ of others: comments at the end of a word, numbers that are none, statements without triangles") {
   const TempFolder folder;
+  check_square(load(folder.write("a.obj", "# C:\\models\\\n" + kVertices + "f 1 2 3 # C:\\\nf 1 \\\n3 4\n")));
   check_square(load(folder.write("a.obj", "v 0 0 0#a\nv 1 0 0 # b\nv 1 1 0\nv 0 1 0\nf 1 2 3#c\nf 1 3 4#comment\n")));
   const tools::Mesh mesh = load(
       folder.write("a.obj", "v 1.#IND 1.#INF -1.#INF00\nv -1.#IND00 1.#QNAN0 nan(ind)\nv 1.#J 0 0.5#rest\nf 1 2 3\n"));

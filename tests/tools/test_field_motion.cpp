@@ -78,6 +78,17 @@ TEST_CASE("a key that scales a node to 0 hides it at that time; before it shrink
   CHECK(info["bounds"]["max"][0].get<double>() == Approx(1).margin(1e-3));
 }
 
+TEST_CASE("a key that scales a node to nearly nothing builds, too") {
+  for (const float scale : {1e-10f, 1e-20f, 1e-30f, 1e-44f}) {
+    const Built built(Moving("scale", {0, 1}, {1, 1, 1, scale, scale, scale}), {"--shutter", "0,1"});
+    check_good(built.building);
+    CHECK((built.is_hit(0.24f, 0.24f, "0.5") && !built.is_hit(0.26f, 0.26f, "0.5") && !built.is_hit(0.1f, 0.1f, "1")));
+    const Built late(Moving("scale", {0, 1}, {scale, scale, scale, 1, 1, 1}), {"--shutter", "0,1"});
+    check_good(late.building);
+    CHECK((late.is_hit(0.24f, 0.24f, "0.5") && !late.is_hit(0.26f, 0.26f, "0.5") && !late.is_hit(0.1f, 0.1f, "0")));
+  }
+}
+
 TEST_CASE("a node that comes and goes: hidden between two keys of scale 0") {
   const std::vector<float> scales{1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1};
   const Built built(Moving("scale", {0, 1, 2, 3}, scales), {"--shutter", "0,3", "--motion-keys", "4"});

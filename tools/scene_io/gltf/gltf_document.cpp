@@ -39,6 +39,12 @@ void restore_indices(const Json& document, tinygltf::Model& model) {
     }
 }
 
+/// Data URIs may be most of a file.
+void remove_uris(Json& document) {
+  if (const auto buffers = document.find("buffers"); buffers != document.end())
+    for (Json& buffer : *buffers) buffer.erase("uri");
+}
+
 build::Result<void> parse(const Json& document, tinygltf::Model& model) {
   const std::string text = for_tinygltf(document).dump();
   if (text.size() > std::numeric_limits<unsigned>::max())
@@ -77,13 +83,14 @@ build::Result<void> load_document(std::span<const std::byte> file, const std::fi
   auto json = check_gltf(file);
   if (!json) return tl::unexpected(std::move(json.error()));
   document.json = std::move(*json);
-  if (auto parsed = parse(document.json, document.model); !parsed) return parsed;
-  const auto& required = document.model.extensionsRequired;
+  const Json required = document.json.value("extensionsRequired", Json::array());
   if (!instancing && std::find(required.begin(), required.end(), kGpuInstancing) != required.end())
     return invalid_input("it requires the extension " + std::string(kGpuInstancing) +
                          ", which is not supported without instances: build with --instances");
   auto buffers = load_buffers(document.json, file, folder, document.files);
   if (!buffers) return tl::unexpected(std::move(buffers.error()));
+  remove_uris(document.json);
+  if (auto parsed = parse(document.json, document.model); !parsed) return parsed;
   for (std::size_t i = 0; i < buffers->size(); ++i) document.model.buffers[i].data = std::move((*buffers)[i]);
   if (auto done = decode_meshopt(document.json, document.model); !done) return done;
   if (auto done = decode_draco(document.json, document.model); !done) return done;

@@ -60,10 +60,10 @@ class ObjReader {
   }
 
  private:
-  /// The next line. Lines that end with a backslash are joined with the following one.
+  /// The next line. Lines that end with a backslash are joined with the following one; in a comment it is a path's.
   std::string_view logical_line(std::string_view& text) {
     std::string_view line = trimmed_line(text);
-    if (!line.ends_with('\\')) return line;
+    if (!line.ends_with('\\') || without_comment(line).size() != line.size()) return line;
     joined_.clear();
     while (line.ends_with('\\')) {
       joined_.append(line.substr(0, line.size() - 1)).push_back(' ');
