@@ -25,7 +25,7 @@ struct MotionKey {
   float time = 0.0f;
   float translation[3] = {};
   float rotation[4] = {0, 0, 0, 1};  ///< Quaternion (x, y, z, w) of any length but 0.
-  float scale[3] = {1, 1, 1};        ///< Not 0, and of the same sign in all keys. Negative ones mirror.
+  float scale[3] = {1, 1, 1};        ///< Not 0, and of the same sign in all keys. Negative ones mirror. See Motion.
   float shear[3] = {};               ///< xy, xz, yz: what y adds to x, z to x and z to y.
 };
 
@@ -37,6 +37,9 @@ struct MatrixKey {
 
 /// The transforms of an instance over time. Between two keys translation, scale and shear change linearly, and the
 /// rotation takes the shorter arc (MotionKind). Outside its keys the instance does not move.
+///
+/// A key may scale the instance to nothing: its scale and shear, or the 3 x 3 part of its matrix, are 0. The instance
+/// shrinks towards that key and grows behind it. At the key, and between two such keys, it is hidden: no ray hits it.
 struct Motion {
   /// In ascending order of time, no two at the same time. One key: the instance does not move.
   std::vector<MotionKey> keys{};
@@ -49,12 +52,13 @@ enum class MotionFault : std::uint32_t {
   kNone = 0,
   kNotFinite = 1,   ///< A number of a key.
   kNoRotation = 2,  ///< A quaternion of length 0.
-  kZeroScale = 3,
+  kZeroScale = 3,   ///< Some of them; all 0 would hide the instance.
   kSignChange = 4,  ///< Of a scale, from the key before.
   kNoInverse = 5,   ///< A matrix.
   kBadTime = 6,     ///< Not finite, not after the key before, or too far from it.
   kSingular = 7,    ///< Between the key and the next.
   kBadKeys = 8,     ///< On the device: keys that are not there.
+  kHidden = 9,      ///< All keys hide the instance.
 };
 
 /// Decomposes a matrix by Gram-Schmidt orthogonalization. Two mirrored axes become a rotation, so that the result is

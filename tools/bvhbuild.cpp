@@ -1,6 +1,7 @@
 /// bvhbuild: builds a BVH file over meshes, shapes or a scene of instances.
 
 #include <tools/base/interrupt.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/base/parallel.h>
 #include <tools/build/build_meshes.h>
@@ -19,6 +20,7 @@
 #include <tools/scene_io/scene/scene_bake.h>
 #include <tools/scene_io/scene/scene_flatten.h>
 #include <tools/scene_io/scene/scene_merge.h>
+#include <tools/scene_io/scene/scene_motion.h>
 
 #include <hiprt_build/exchange.h>
 #include <hiprt_build/exec/stopwatch.h>
@@ -132,16 +134,18 @@ build::Result<void> build_flat(const Cli& cli, const BuildCommand& command, cons
 
 build::Result<void> run_meshes(const Cli& cli, const BuildCommand& command, ProgressBar& bar) {
   build::Stopwatch watch;
+  std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
   std::vector<std::string> mesh_files, shape_files;
   for (const std::string& input : command.inputs) (is_shape_file(input) ? shape_files : mesh_files).push_back(input);
   auto meshes = read_meshes(cli, mesh_files, command.output, bar);
   if (!meshes) return tl::unexpected(meshes.error());
   auto sets = read_shapes(cli, shape_files, command.output, bar);
   if (!sets) return tl::unexpected(sets.error());
-  auto shapes = ShapeGeometries::make(pointers(*sets), command.threads);
-  if (!shapes) return tl::unexpected(shapes.error());
   const auto tree = read_tree(command, bar);
   if (!tree) return tl::unexpected(tree.error());
+  reading.reset();
+  auto shapes = ShapeGeometries::make(pointers(*sets), command.threads);
+  if (!shapes) return tl::unexpected(shapes.error());
   const std::vector<build::TriangleMesh> mesh_views = views(*meshes);
   const auto release = [&] {
     meshes->clear();
@@ -153,8 +157,10 @@ build::Result<void> run_meshes(const Cli& cli, const BuildCommand& command, Prog
 
 build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, ProgressBar& bar) {
   build::Stopwatch watch;
+  std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
   auto scene = read_scene(cli, command, bar);
   if (!scene) return tl::unexpected(scene.error());
+  reading.reset();
   if (command.flatten) {
     auto geometries = flatten_scene(*scene);
     if (interrupted()) return cancelled();
@@ -162,6 +168,9 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
     const std::vector<build::TriangleMesh> mesh_views = views(*geometries);
     return build_flat(cli, command, {mesh_views, {}}, std::nullopt, watch.lap(), bar, [&] { geometries->clear(); });
   }
+  if (const RepairedMotions repaired = repair_motions(*scene); repaired.flat_keys != 0)
+    cli.warn(scene->path + ": keys of motions that are flat: " + std::to_string(repaired.flat_keys) +
+             ", the first of " + repaired.first + "; they get a thickness of 1/65536 of their size");
   const auto baked = bake_singular(*scene);
   if (interrupted()) return cancelled();
   if (!baked) return tl::unexpected(baked.error());
@@ -209,6 +218,6 @@ int main(int argc, char** argv) {
   add_build_options(cli.app(), command);
   return cli.run(argc, argv, [&] {
     if (command.moved.empty()) return run(cli, command);
-    return run_refit(cli, {command.inputs.front(), command.output, command.moved, command.threads});
+    return run_refit(cli, {command.inputs.front(), command.output, command.moved, command.threads, command.max_memory});
   });
 }

@@ -1,5 +1,6 @@
 /// bvhinfo: describes a BVH file.
 
+#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/cli/build_names.h>
 #include <tools/cli/bvh_dump.h>
@@ -42,7 +43,8 @@ constexpr ToolInfo kInfo{
 struct Options {
   std::string path;
   bool validate = false, dump = false;
-  std::string exported;  ///< Empty: none.
+  std::string exported;          ///< Empty: none.
+  std::uint64_t max_memory = 0;  ///< Bytes that readers may take; 0: half of the machine's.
 };
 
 void add_options(CLI::App& app, Options& options) {
@@ -59,6 +61,7 @@ void add_options(CLI::App& app, Options& options) {
       ->excludes(dump)
       ->type_name("FILE")
       ->group(kOutputGroup);
+  add_memory_option(app, options.max_memory);
 }
 
 std::string section_name(std::uint32_t kind) {
@@ -272,7 +275,9 @@ build::Result<void> write_tree(const Cli& cli, const Options& options, const Buf
 }
 
 build::Result<void> run(const Cli& cli, const Options& options) {
+  std::optional<MemoryLimit> reading(std::in_place, options.max_memory);
   const auto file = open_bvh(options.path);
+  reading.reset();
   if (!file) return tl::unexpected(file.error());
   if (!options.exported.empty()) return write_tree(cli, options, file->view);
   const auto valid = validate_on(0, file->view.bytes);

@@ -2,6 +2,7 @@
 
 #include <tools/base/errors.h>
 #include <tools/base/interrupt.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/build/build_progress.h>
 #include <tools/cli/bvh_file.h>
@@ -110,6 +111,7 @@ build::Result<Rendering> render_with_bar(const RenderCommand& command, const Buf
 build::Result<void> check_outputs(RenderCommand& command) {
   for (const std::string& output : command.outputs)
     if (auto checked = check_output(output, std::span(&command.path, 1)); !checked) return checked;
+  const MemoryLimit reading(command.max_memory);
   return command.compare.prepare(command.render.width, command.render.height, command.path, command.outputs);
 }
 
@@ -128,6 +130,15 @@ build::Result<void> finish(const Cli& cli, RenderCommand& command, const Camera&
   return {};
 }
 
+/// Reads what --integrator path needs.
+build::Result<void> prepare_paths(const Cli& cli, RenderCommand& command, const BufferView& view,
+                                  const Camera& camera) {
+  if (!command.paths.chosen()) return {};
+  const MemoryLimit reading(command.max_memory);
+  return command.paths.prepare(view, camera, command.render, command.outputs,
+                               [&](const std::string& warning) { cli.warn(warning); });
+}
+
 build::Result<void> run(const Cli& cli, RenderCommand& command) {
   const InterruptGuard guard;
   command.finish();
@@ -143,9 +154,7 @@ build::Result<void> run(const Cli& cli, RenderCommand& command) {
   if (subject->boxes) command.render.boxes = &*subject->boxes;
   auto gpu = choose_tracer(command, subject->view);
   if (!gpu) return tl::unexpected(gpu.error());
-  if (command.paths.chosen())
-    if (auto ready = command.paths.prepare(subject->view, *camera, command.render, command.outputs); !ready)
-      return ready;
+  if (auto ready = prepare_paths(cli, command, subject->view, *camera); !ready) return ready;
   const auto rendering = render_with_bar(command, subject->view, *camera, *gpu);
   if (!rendering) return tl::unexpected(rendering.error());
   return finish(cli, command, *camera, *rendering, *gpu);

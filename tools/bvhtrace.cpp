@@ -1,6 +1,7 @@
 /// bvhtrace: traces the rays of a file through a BVH file.
 
 #include <tools/base/interrupt.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/base/parallel.h>
 #include <tools/cli/bvh_file.h>
@@ -27,6 +28,7 @@
 #include <iostream>
 #include <optional>
 #include <span>
+#include <utility>
 
 namespace {
 
@@ -66,6 +68,7 @@ struct Options {
   std::string path, rays, hits, paths;
   std::string query = "auto", triangle_test = "watertight", box_test = "conservative", device = "auto";
   unsigned threads = 0, repeat = 1;
+  std::uint64_t max_memory = 0;  ///< Bytes that readers may take; 0: half of the machine's.
   float time = 0.0f;
   std::optional<std::uint64_t> explained;
 };
@@ -109,6 +112,7 @@ void add_tracing_options(CLI::App& app, Options& options) {
       ->group(kGroup);
   add_device_option(app, options.device);
   add_threads_option(app, options.threads);
+  add_memory_option(app, options.max_memory);
   app.add_option("--repeat", options.repeat, "Trace N times and report the median speed")
       ->check(CLI::Range(1u, 1000000u))
       ->type_name("N")
@@ -290,8 +294,10 @@ build::Result<void> run(const Cli& cli, const Options& options) {
   if (auto checked = check_primitive_counts(options.path, file->view); !checked) return checked;
   if (auto checked = check_traceable(options.path, file->view); !checked) return checked;
   if (auto checked = check_policies(options, *file->view.header); !checked) return checked;
+  std::optional<MemoryLimit> reading(std::in_place, options.max_memory);
   auto batch = read_rays(options.rays);
   if (!batch) return tl::unexpected(batch.error());
+  reading.reset();
   for (Ray& ray : batch->rays) ray.time = options.time;
   if (options.explained) return explain_one(cli, options, file->view, *batch);
   auto gpu = choose_device(value_of(kDeviceChoices, options.device), file->view, policies_of(options));

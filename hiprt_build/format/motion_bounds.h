@@ -136,6 +136,14 @@ HIPRT_HD inline double determinant(const double (&m)[3][3]) {
          m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
+/// Whether an instance is hidden at a key with this linear part.
+HIPRT_HD inline bool is_zero(const double (&m)[3][3]) {
+  bool zero = true;
+  for (const double(&row)[3] : m)
+    for (const double x : row) zero = zero && x == 0.0;
+  return zero;
+}
+
 /// How fast the shortest image shrinks as a matrix changes, in units of itself.
 ///
 /// M + x C = M (1 + x C') for C' = inverse(M) C. So its shortest image is at least (1 - x |C'|) times that of M. The
@@ -217,8 +225,9 @@ struct MatrixPath {
 /// The intervals come from right to left. [(number - 1) * width, number * width] is the next one, so no stack is
 /// needed.
 /// @return false: @p bad says where the transform is not invertible enough.
-HIPRT_HD HIPRT_COLD bool worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst,
-                                         BadMatrix& bad) {
+/// It ends: halves that doubles cannot tell apart are refused. Only next to s = 0 doubles tell all halves apart.
+HIPRT_HD HIPRT_COLD bool worst_on_path(const double (&from)[3][3], const double (&to)[3][3], double& worst,
+                                       BadMatrix& bad) {
   const MatrixPath path(from, to);
   const auto refuse = [&](double s, const MatrixPath::Sample& sample) {
     bad = {s, determinant(sample.m)};
@@ -235,7 +244,7 @@ HIPRT_HD HIPRT_COLD bool worst_condition(const double (&from)[3][3], const doubl
     if (!(least > 0.0 && most / least <= affine_detail::larger(worst, 1.05 * here))) {
       const double middle = part.begin + part.half();
       const MatrixPath::Sample center = path.sample(middle);
-      if (center.is_bad()) return refuse(middle, center);
+      if (center.is_bad() || !(part.begin < middle && middle < part.end)) return refuse(middle, center);
       part.begin = middle;
       part.first = center;
       width *= 0.5;
@@ -254,19 +263,33 @@ HIPRT_HD HIPRT_COLD bool worst_condition(const double (&from)[3][3], const doubl
   }
 }
 
+/// The same from either end: a matrix far smaller than the other needs the halves next to s = 0.
+HIPRT_HD inline bool worst_condition(const double (&from)[3][3], const double (&to)[3][3], double& worst,
+                                     BadMatrix& bad) {
+  if (!(Stretches(to).longest < 0x1p-30 * Stretches(from).longest)) return worst_on_path(from, to, worst, bad);
+  const bool good = worst_on_path(to, from, worst, bad);
+  bad.s = 1.0 - bad.s;
+  return good;
+}
+
 }  // namespace motion_detail
 
-/// Adds the magnification of a segment.
+/// Adds the magnification of a segment. Where an instance is hidden nothing is magnified.
 /// @return false: the transform is refused somewhere between the keys; @p bad says where.
 HIPRT_HD inline bool magnify(MotionMagnification& sum, const MotionSegment& segment, MotionKind kind,
                              motion_detail::BadMatrix& bad) {
   using affine_detail::larger;
   const SegmentMotion motion(segment, kind);
+  const bool hidden[2] = {motion_detail::is_zero(motion.stretch(0)), motion_detail::is_zero(motion.stretch(1))};
   double condition = 1.0;
-  if (!motion_detail::worst_condition(motion.stretch(0), motion.stretch(1), condition, bad)) return false;
+  // Between zero and a matrix are its multiples, which have its condition.
+  const unsigned from = hidden[0] ? 1 : 0, to = hidden[1] ? 0 : 1;
+  if (!(hidden[0] && hidden[1]) &&
+      !motion_detail::worst_condition(motion.stretch(from), motion.stretch(to), condition, bad))
+    return false;
   sum.condition = larger(sum.condition, condition);
   for (unsigned k = 0; k < 2; ++k) {
-    sum.longest = larger(sum.longest, Stretches(motion.stretch(k)).longest);
+    if (!hidden[k]) sum.longest = larger(sum.longest, Stretches(motion.stretch(k)).longest);
     const float(&t)[3] = segment.translation[k];
     sum.farthest = larger(sum.farthest, motion_detail::length(t));
   }

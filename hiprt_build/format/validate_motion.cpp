@@ -2,9 +2,11 @@
 #include <hiprt_build/format/record_checks.h>
 #include <hiprt_build/format/validate_motion.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace hiprt::format_detail {
@@ -14,8 +16,13 @@ namespace {
 constexpr unsigned kSegmentWords = sizeof(MotionSegment) / 4;
 using SegmentWords = std::array<std::uint32_t, kSegmentWords>;
 
-/// Checks that rotations are unit quaternions and that stretches keep their sign. Neighbouring quaternions must be at
-/// a right angle (slerp), or at most at a right angle (nlerp).
+/// Whether the instance is hidden at a key.
+bool hides(const float (&stretch)[6]) {
+  return std::all_of(std::begin(stretch), std::end(stretch), [](float x) { return x == 0.0f; });
+}
+
+/// Checks that rotations are unit quaternions and that stretches keep their sign, unless one hides the instance.
+/// Neighbouring quaternions must be at a right angle (slerp), or at most at a right angle (nlerp).
 /// @return the number of the first bad word, or kSegmentWords.
 unsigned first_bad_turning_word(const TurningSegment& turning, MotionKind kind) {
   constexpr double kSlack = 0x1p-20;
@@ -29,6 +36,13 @@ unsigned first_bad_turning_word(const TurningSegment& turning, MotionKind kind) 
   if (kind == MotionKind::kSlerp ? std::fabs(dot) > kSlack : dot < -kSlack) return 12;
   const double most = kind == MotionKind::kSlerp ? 1.5707964 + kSlack : 0.0;
   if (!(turning.angle >= 0.0f && double{turning.angle} <= most)) return 16;
+  if (hides(turning.stretch[0]) || hides(turning.stretch[1])) {
+    // The other key, if it can be seen, has no 0 either.
+    const unsigned other = hides(turning.stretch[0]) ? 1 : 0;
+    for (unsigned k = 0; k < 3; ++k)
+      if (turning.stretch[other][k] == 0.0f && !hides(turning.stretch[other])) return 17 + 6 * other + k;
+    return kSegmentWords;
+  }
   for (unsigned k = 0; k < 3; ++k)
     if (turning.stretch[0][k] == 0.0f || turning.stretch[1][k] == 0.0f ||
         std::signbit(turning.stretch[0][k]) != std::signbit(turning.stretch[1][k]))

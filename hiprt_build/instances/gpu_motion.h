@@ -42,7 +42,7 @@ struct MadeMotion {
   MotionFault fault = MotionFault::kNone;
   std::uint32_t key = 0;           ///< Of the fault.
   motion_detail::BadMatrix bad{};  ///< kSingular
-  MatrixKey first{};               ///< The transform of the first key.
+  MatrixKey first{};               ///< The transform of the first key that does not hide the instance.
   MotionMagnification magnification{};
 
   HIPRT_HD bool fails(MotionFault found, std::uint32_t k) {
@@ -86,6 +86,7 @@ template <class Key, class Put> HIPRT_HD MadeMotion make(const InstanceKeys& key
       return made;
     }
     put(keys.range.first + k - 1, made_segment);
+    if (hides(made.first)) made.first = to_matrix(key);
     before = key;
   }
   return made;

@@ -35,6 +35,8 @@ std::string describe_fault(MotionFault fault, std::uint32_t key, double determin
              " the transform has no inverse that floats can hold: determinant " + text(determinant);
     case MotionFault::kBadKeys:
       return "its keys are not all there";
+    case MotionFault::kHidden:
+      return "all keys hide the instance: leave it out";
   }
   return {};
 }

@@ -1,9 +1,12 @@
 #include <hiprt_build/input/check_input.h>
+#include <hiprt_build/instances.h>
 #include <hiprt_build/instances/instance_fault.h>
 #include <hiprt_build/instances/motion_keys.h>
 #include <hiprt_build/instances/motion_segments.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace hiprt::build {
 namespace {
@@ -20,15 +23,49 @@ std::string fault_of_times(std::span<const float> times) {
   return {};
 }
 
+MotionKey hidden_key(const MatrixKey& matrix) {
+  MotionKey key{.time = matrix.time, .scale = {0, 0, 0}};
+  for (unsigned r = 0; r < 3; ++r) key.translation[r] = matrix.to_scene.row[r][3];
+  return key;
+}
+
+/// A zero matrix has no rotation: it gets that of the key before, or of the first one behind it that has one.
+void turn_hidden(std::vector<MotionKey>& keys) {
+  const auto visible = std::find_if(keys.begin(), keys.end(), [](const MotionKey& key) { return !hides(key); });
+  if (visible == keys.end()) return;
+  for (auto key = keys.begin(); key != keys.end(); ++key)
+    if (hides(*key)) std::copy_n(key < visible ? visible->rotation : std::prev(key)->rotation, 4, key->rotation);
+}
+
 Result<std::vector<MotionKey>> keys_of(const Motion& motion) {
   if (motion.matrices.empty()) return motion.keys;
   std::vector<MotionKey> keys;
   for (std::size_t i = 0; i < motion.matrices.size(); ++i) {
+    if (hides(motion.matrices[i])) {
+      keys.push_back(hidden_key(motion.matrices[i]));
+      continue;
+    }
     auto key = decompose(motion.matrices[i]);
     if (!key) return tl::unexpected(invalid("key " + std::to_string(i) + ": " + key.error().message));
     keys.push_back(*key);
   }
+  turn_hidden(keys);
   return keys;
+}
+
+const MatrixKey& to_matrix(const MatrixKey& key) { return key; }
+MatrixKey to_matrix(const MotionKey& key) { return compose(key); }
+
+/// The first key whose transform has an inverse that floats can hold; else the first one that does not hide the
+/// instance. nullptr: all hide it.
+template <class Key> const Key* first_visible(std::span<const Key> keys) {
+  const Key* visible = nullptr;
+  for (const Key& key : keys) {
+    if (hides(key)) continue;
+    if (is_invertible(to_matrix(key).to_scene)) return &key;
+    if (visible == nullptr) visible = &key;
+  }
+  return visible;
 }
 
 /// Segments of a motion that turns. @return what is wrong, or nothing.
@@ -38,7 +75,9 @@ std::string add_turning(std::span<const MotionKey> keys, MotionKind kind, Motion
     if (fault == MotionFault::kNone && i > 0) fault = fault_of_signs(keys[i - 1], keys[i]);
     if (fault != MotionFault::kNone) return describe_fault(fault, static_cast<std::uint32_t>(i), 0.0);
   }
-  parts.first = compose(keys[0]);
+  const MotionKey* const visible = first_visible(keys);
+  if (visible == nullptr) return describe_fault(MotionFault::kHidden, 0, 0.0);
+  parts.first = compose(*visible);
   Quaternion orientation = unit_rotation(keys[0]);
   for (std::size_t i = 1; i < keys.size(); ++i)
     parts.segments.push_back(make_segment(keys[i - 1], keys[i], kind, orientation));
@@ -49,7 +88,9 @@ std::string add_matrices(std::span<const MatrixKey> keys, MotionParts& parts) {
   for (std::size_t i = 0; i < keys.size(); ++i)
     if (!motion_keys_detail::is_finite(&keys[i].to_scene.row[0][0], 12))
       return describe_fault(MotionFault::kNotFinite, static_cast<std::uint32_t>(i), 0.0);
-  parts.first = keys[0];
+  const MatrixKey* const visible = first_visible(keys);
+  if (visible == nullptr) return describe_fault(MotionFault::kHidden, 0, 0.0);
+  parts.first = *visible;
   for (std::size_t i = 1; i < keys.size(); ++i) parts.segments.push_back(make_segment(keys[i - 1], keys[i]));
   return {};
 }

@@ -110,6 +110,19 @@ HIPRT_HD inline Quaternion unit_rotation(const MotionKey& key) {
   return q;
 }
 
+/// Whether an instance is hidden at a key: scaled to nothing.
+HIPRT_HD inline bool hides(const MotionKey& key) {
+  bool zero = true;
+  for (unsigned i = 0; i < 3; ++i) zero = zero && key.scale[i] == 0.0f && key.shear[i] == 0.0f;
+  return zero;
+}
+HIPRT_HD inline bool hides(const MatrixKey& key) {
+  bool zero = true;
+  for (const auto& row : key.to_scene.row)
+    for (unsigned c = 0; c < 3; ++c) zero = zero && row[c] == 0.0f;
+  return zero;
+}
+
 HIPRT_HD HIPRT_COLD MotionFault fault_of(const MotionKey& key) {
   using namespace motion_keys_detail;
   if (!is_finite(key.translation, 3) || !is_finite(key.rotation, 4) || !is_finite(key.scale, 3) ||
@@ -118,7 +131,7 @@ HIPRT_HD HIPRT_COLD MotionFault fault_of(const MotionKey& key) {
   const Quaternion q = unit_rotation(key);
   if (dot(q.x, q.x, 4) == 0.0) return MotionFault::kNoRotation;
   for (const float scale : key.scale)
-    if (scale == 0.0f) return MotionFault::kZeroScale;
+    if (scale == 0.0f && !hides(key)) return MotionFault::kZeroScale;
   return MotionFault::kNone;
 }
 
@@ -211,9 +224,11 @@ HIPRT_HD inline MotionFault fault_between(float before, float time) {
              : MotionFault::kBadTime;
 }
 
-/// Whether scales have the same signs in both keys. Otherwise the transform has no inverse at some time between them.
+/// Whether scales have the same signs in both keys, if both can be seen. Otherwise the transform has no inverse at some
+/// time between them.
 HIPRT_HD inline MotionFault fault_of_signs(const MotionKey& before, const MotionKey& key) {
   bool same = true;
+  if (hides(before) || hides(key)) return MotionFault::kNone;
   for (unsigned axis = 0; axis < 3; ++axis) same = same && (before.scale[axis] < 0.0f) == (key.scale[axis] < 0.0f);
   return same ? MotionFault::kNone : MotionFault::kSignChange;
 }

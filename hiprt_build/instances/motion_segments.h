@@ -9,7 +9,7 @@
 namespace hiprt::build {
 
 struct MotionParts {
-  MatrixKey first;                      ///< Where the instance is at the first key.
+  MatrixKey first;                      ///< Where the instance is at the first key with an inverse.
   std::vector<MotionSegment> segments;  ///< None: it stands still there.
   MotionMagnification magnification;
 };

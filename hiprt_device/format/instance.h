@@ -9,8 +9,8 @@ namespace hiprt {
 /// One instance.
 ///
 /// point' = linear * (point - translation) transforms a point of the scene that has the instance to the object.
-/// Directions are transformed by linear alone. An instance that moves has here the transform of its first key
-/// (motion.h).
+/// Directions are transformed by linear alone. An instance that moves has here the transform of its first key that has
+/// an inverse (motion.h).
 struct alignas(64) InstanceRecord {
   float linear[3][3];    ///< Rows; they and the inverse are finite.
   float translation[3];  ///< The object's origin in the scene; finite.

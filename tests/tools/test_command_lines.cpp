@@ -1,5 +1,6 @@
 /// Rules that the command lines of all tools follow, for bvhbuild, bvhinfo and bvhtrace.
 
+#include "limited_child.h"
 #include "programs.h"
 
 #include <tests/catch.h>
@@ -100,4 +101,21 @@ TEST_CASE("Command lines: with --json a failure is JSON too") {
     CHECK_FALSE(value["error"]["message"].get<std::string>().empty());
     CHECK_THAT(result.err, Contains(value["error"]["message"].get<std::string>()));
   }
+}
+
+TEST_CASE("--max-memory: a file that needs more is an error with the option's name; sizes have units") {
+  if (!kCanLimitMemory) return;
+  const TempFolder folder;
+  std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  for (unsigned i = 0; i < 400'000; ++i) obj += "f 1 2 3\n";
+  const std::string path = folder.write("a.obj", obj), out = folder / "a.bvh";
+  const CommandResult few = run({kBvhBuild, path, "-o", out, "--max-memory", "2M"});
+  INFO(few.err);
+  CHECK(few.status == 1);
+  CHECK_THAT(few.err, Catch::Contains("a.obj: not enough memory to read it; the limit is 2097152 bytes, --max-memory"));
+  CHECK(folder.names() == std::vector<std::string>{"a.obj"});
+  check_good(run({kBvhBuild, path, "-o", out, "--max-memory", "1G", "--builder", "lbvh"}));
+  CHECK(run({kBvhBuild, path, "-o", out, "--max-memory", "much"}).status == 2);
+  for (const std::string& tool : {kBvhInfo, kBvhTrace})
+    CHECK_THAT(run({tool, "--help"}).out, Catch::Contains("--max-memory SIZE"));
 }

@@ -77,13 +77,14 @@ TEST_CASE("Files: an interrupt stops every text format and PLY early") {
 TEST_CASE("Polygons: an interrupt stops within a face") {
   Positions scattered;
   tools::Polygons face;
-  for (std::uint32_t i = 0; i < tools::kMaxPolygonSize; ++i) {
+  constexpr std::uint32_t kCorners = 4096;
+  for (std::uint32_t i = 0; i < kCorners; ++i) {
     scattered.push_back({static_cast<float>(i * 7919 % 4093), static_cast<float>(i * 104729 % 4091), 0});
     face.corners.push_back(i);
   }
-  face.sizes = {tools::kMaxPolygonSize};
+  face.sizes = {kCorners};
   std::uint64_t skipped = 0;
-  CHECK(tools::triangulate(scattered, face, skipped)->size() == tools::kMaxPolygonSize - 2);
+  CHECK(tools::triangulate(scattered, face, skipped)->size() == kCorners - 2);
   const Interrupted now;
   const auto triangles = tools::triangulate(scattered, face, skipped);
   REQUIRE_FALSE(triangles);

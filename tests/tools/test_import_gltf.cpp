@@ -242,8 +242,8 @@ TEST_CASE("glTF: truncated files, missing buffers and required extensions are re
   refusal(folder.write("bad.gltf", "[]"));
   refusal(folder.write("bad.gltf", "not json"));
   refusal(folder.write("bad.gltf", std::string(100'000, '[')));
-  b.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
-  CHECK_THAT(refusal(folder.write("bad.gltf", b.embedded())), Contains("KHR_draco_mesh_compression"));
+  b.json["extensionsRequired"] = {"ACME_triangles"};
+  CHECK_THAT(refusal(folder.write("bad.gltf", b.embedded())), Contains("ACME_triangles"));
   b.json["extensionsRequired"] = {"KHR_mesh_quantization", "KHR_materials_unlit"};
   CHECK(load(folder.write("good.gltf", b.embedded())).triangles.size() == 1);
 }
@@ -286,7 +286,7 @@ TEST_CASE("glTF: messages stay short and whole UTF-8") {
     for (const std::string& uri : {"data:application/octet-stream;base64," + shift + umlauts, shift + umlauts}) {
       const std::string message = refusal(folder.write("a.gltf", b.with_external_buffer(uri)));
       CHECK(message.size() < folder.path().string().size() + 310);
-      CHECK(contains(message, "..."));
+      CHECK((contains(message, "...") || contains(message, "data URI is empty, damaged")));
       CHECK_NOTHROW(nlohmann::json(message).dump());
     }
     const std::string truncated = R"({"asset": ")" + shift + umlauts;

@@ -228,11 +228,65 @@ TEST_CASE("invalid motions are refused with their numbers") {
                   "determinant 1e-08") == 0);
   CHECK(message({.matrices = {{0, {{{1, 1, 0, 0}, {1, 1, 0, 0}, {0, 0, 1, 0}}}}}}) ==
         "key 0: the matrix has no inverse that floats can hold: determinant 0");
+  // A key of scale 0 hides the instance; something has to be left at another key.
+  CHECK(message({.keys = {{.time = 0}, {.time = 1, .scale = {0, 0, 0}}}}) == "");
+  CHECK(message({.keys = {{.time = 0, .scale = {0, 0, 0}}, {.time = 1, .scale = {0, 0, 0}}}}) ==
+        "all keys hide the instance: leave it out");
+  CHECK(message({.keys = {{.time = 0}, {.time = 1, .scale = {0, 0, 0}, .shear = {1, 0, 0}}}}) ==
+        "key 1: the scale has a 0");
   // One key, equal keys, rotations by almost 0 and by almost 180 degrees.
   CHECK(message({.keys = {{}}}) == "");
   CHECK(message({.keys = {{.time = 0}, {.time = 1}}}) == "");
   CHECK(message({.keys = {turned_key(0, {0, 0, 1}, 0), turned_key(1, {0, 0, 1}, 1e-12)}}) == "");
   CHECK(message({.keys = {turned_key(0, {0, 0, 1}, 0), turned_key(1, {0, 0, 1}, 3.14159265358979)}}) == "");
+}
+
+TEST_CASE("a key that hides its instance: beside it transforms have the recorded error, at it no ray stays finite") {
+  Random random(kSeed + 1);
+  for (const MotionKind kind : kKinds)
+    for (unsigned i = 0; i < 500; ++i) {
+      build::Motion motion = random_motion(random, kind, 3, 2.0);
+      const std::size_t hidden = random.below(3);
+      if (motion.matrices.empty()) {
+        std::fill_n(motion.keys[hidden].scale, 3, 0.0f);
+        std::fill_n(motion.keys[hidden].shear, 3, 0.0f);
+      } else {
+        for (auto& row : motion.matrices[hidden].to_scene.row) std::fill_n(row, 3, 0.0f);
+      }
+      const float at = motion.matrices.empty() ? motion.keys[hidden].time : motion.matrices[hidden].time;
+      const Recorded recorded(motion);
+      INFO("seed " << kSeed + 1 << ", " << name_of(kind) << " motion " << i);
+      for (unsigned k = 0; k < 20; ++k) {
+        const auto p = random.in_cube(1.5);
+        const float time = random_time(random, motion);
+        const bool rests = (hidden == 0 && time <= at) || (hidden == 2 && time >= at);
+        if (rests || time == at) continue;
+        const Error error = error_at(recorded, motion, time, {p[0], p[1], p[2]});
+        REQUIRE(error.is <= error.allowed);
+      }
+      const Ray ray{.origin = {1, 2, 3}, .direction = {0.5f, -0.25f, 1}};
+      CHECK_FALSE(is_traceable(ray_to_object(recorded.at(at), ray)));
+    }
+}
+
+TEST_CASE("motions that pass nothing, or come very near to it, are judged and end") {
+  for (const float scale : {1e-3f, 1e-10f, 1e-16f, 1e-20f, 1e-30f, 1e-44f})
+    for (const bool grows : {false, true}) {
+      build::Motion motion{.keys = {{.time = 0}, {.time = 1}}};
+      std::fill_n(motion.keys[grows ? 0 : 1].scale, 3, scale);
+      const auto parts = build::make_motion(motion);
+      INFO(scale);
+      // Of one shape at all times. The first key of a motion must have an inverse that floats can hold.
+      REQUIRE(parts.has_value());
+      CHECK(parts->magnification.condition <= 1.06);
+    }
+  for (const float mirrored : {-1.0f, -0.37f, -0.001f, -3.3f}) {
+    build::Motion motion{.kind = MotionKind::kMatrix, .matrices = {{.time = 0}, {.time = 1}}};
+    for (unsigned axis = 0; axis < 3; ++axis) motion.matrices[1].to_scene.row[axis][axis] = mirrored;
+    const auto parts = build::make_motion(motion);
+    REQUIRE_FALSE(parts.has_value());
+    CHECK(parts.error().message.find("between keys 0 and 1, at ") == 0);
+  }
 }
 
 TEST_CASE("a motion that is nearly singular throughout is checked quickly") {

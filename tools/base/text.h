@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -65,13 +66,47 @@ inline void skip_byte_order_mark(std::string_view& text) {
   if (text.starts_with(kMark)) text.remove_prefix(kMark.size());
 }
 
-/// The whole word as a number, correctly rounded; "nan", "inf" and "infinity" are numbers. Values past the range of
-/// Real become infinite, values below it 0.
+/// What Microsoft's C library wrote for numbers that are not finite, of any count of digits: 1.#INF00, -1.#IND, 1.#J.
+template <class Real> std::optional<Real> parse_not_finite(std::string_view word) {
+  const bool negative = word.starts_with('-');
+  if (negative || word.starts_with('+')) word.remove_prefix(1);
+  if (!word.starts_with("1.#")) return std::nullopt;
+  word.remove_prefix(3);
+  while (word.ends_with('0')) word.remove_suffix(1);
+  if (word == "INF") return negative ? -std::numeric_limits<Real>::infinity() : std::numeric_limits<Real>::infinity();
+  for (const std::string_view name : {"IND", "QNAN", "SNAN", "J", "IO", "QO", "SO", "R"})
+    if (word == name) return std::numeric_limits<Real>::quiet_NaN();
+  return std::nullopt;
+}
+
+/// The line up to a comment, which begins with #. The # of 1.#IND begins none.
+inline std::string_view without_comment(std::string_view line) {
+  for (std::size_t at = line.find('#'); at != std::string_view::npos; at = line.find('#', at + 1)) {
+    std::size_t begin = at;
+    while (begin > 0 && !is_blank(line[begin - 1])) --begin;
+    std::string_view word = line.substr(begin);
+    if (!parse_not_finite<float>(next_word(word))) return line.substr(0, at);
+  }
+  return line;
+}
+
+/// @return whether a text begins as UTF-16 (or UTF-32) does: with its byte order mark, or a zero byte in each of the
+/// first two characters.
+inline bool is_utf16(std::string_view text) {
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) return true;
+  if (text.size() < 4) return false;
+  const auto zero = [&](std::size_t i) { return text[i] == '\0'; };
+  return (zero(0) && !zero(1) && zero(2) && !zero(3)) || (!zero(0) && zero(1) && !zero(2) && zero(3));
+}
+inline constexpr const char* kUtf16Fault = "it is UTF-16 text; save it as UTF-8 or ASCII";
+
+/// The whole word as a number, correctly rounded; "nan", "inf", "infinity" and 1.#IND are numbers. Values past the
+/// range of Real become infinite, values below it 0.
 template <class Real> std::optional<Real> parse_real(std::string_view word) {
   if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
   Real value{};
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (end != word.data() + word.size() || word.empty()) return std::nullopt;
+  if (end != word.data() + word.size() || word.empty()) return parse_not_finite<Real>(word);
   // from_chars leaves the value alone then; strtold has the range for both ends.
   if (error == std::errc::result_out_of_range)
     return static_cast<Real>(std::strtold(std::string(word).c_str(), nullptr));

@@ -124,6 +124,7 @@ void add_machine_options(CLI::App& app, BuildCommand& command) {
       ->capture_default_str()
       ->group(kMachineGroup);
   add_threads_option(app, command.threads);
+  add_memory_option(app, command.max_memory);
 }
 
 void add_expert_options(CLI::App& app, BuildCommand& command) {

@@ -3,6 +3,7 @@
 
 #include <tools/build/build_request.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct BuildCommand {
               device = "cpu";
   unsigned ploc_radius = build::BuildOptions{}.ploc_radius;
   std::optional<unsigned> rounds;
+  std::uint64_t max_memory = 0;  ///< Bytes that readers may take; 0: half of the machine's.
   unsigned threads = 0, max_leaf = build::BuildOptions{}.max_leaf_triangles;
   double presplit_budget = build::BuildOptions{}.presplit_budget;
   std::optional<double> split_budget;

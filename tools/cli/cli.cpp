@@ -86,6 +86,15 @@ void add_threads_option(CLI::App& app, unsigned& threads) {
       ->group(kMachineGroup);
 }
 
+void add_memory_option(CLI::App& app, std::uint64_t& bytes) {
+  app.add_option("--max-memory", bytes,
+                 "Most memory that reading the input files may take, for example 8G or 500M. Files that need more are "
+                 "an error (default: half of the machine's memory)")
+      ->transform(CLI::AsSizeValue(/*kb_is_1000=*/false))
+      ->type_name("SIZE")
+      ->group(kMachineGroup);
+}
+
 Cli::Cli(const ToolInfo& info) : info_(info), app_(std::make_unique<CLI::App>(info.description, info.name)) {
   app_->set_help_flag();
   const auto formatter = std::make_shared<HelpFormatter>();

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -78,6 +79,9 @@ class Cli {
 
 /// @return e.g. "bvhbuild 0.2.0", for provenance records.
 std::string tool_version(const ToolInfo& info);
+
+/// Adds --max-memory SIZE, for MemoryLimit. 0, the default, is half of the machine's memory.
+void add_memory_option(CLI::App& app, std::uint64_t& bytes);
 
 /// Adds --threads N, 0 to 4096 (0, the default: as many as the machine has).
 void add_threads_option(CLI::App& app, unsigned& threads);

@@ -8,6 +8,7 @@
 namespace hiprt::tools {
 
 void warn_of(const Cli& cli, const std::string& input, const Mesh& mesh) {
+  for (const std::string& warning : mesh.warnings) cli.warn(input + ": " + warning);
   if (mesh.skipped_faces != 0)
     cli.warn(input + ": skipped " + std::to_string(mesh.skipped_faces) + " faces with fewer than three corners");
   if (mesh.triangles.empty()) cli.warn(input + ": no triangles in it");

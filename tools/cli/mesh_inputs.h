@@ -12,7 +12,7 @@ namespace hiprt::tools {
 class Cli;
 class ProgressBar;
 
-/// Warns of skipped faces, and of a mesh without triangles.
+/// Warns of what was ignored, of skipped faces, and of a mesh without triangles.
 void warn_of(const Cli& cli, const std::string& input, const Mesh& mesh);
 
 /// Reads all files and warns as warn_of() does.

@@ -89,7 +89,8 @@ void PathCommand::check(const CLI::App& app) const {
 }
 
 build::Result<void> PathCommand::prepare(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
-                                         const std::vector<std::string>& outputs) {
+                                         const std::vector<std::string>& outputs,
+                                         const std::function<void(const std::string&)>& warn) {
   std::vector<std::string> inputs = materials_;
   if (!environment_.empty()) inputs.push_back(environment_);
   for (const std::string& output : outputs)
@@ -110,6 +111,7 @@ build::Result<void> PathCommand::prepare(const BufferView& bvh, const Camera& ca
     auto loaded = load_surfaces(materials_, bvh, outputs.front());
     if (!loaded) return tl::unexpected(std::move(loaded.error()));
     surfaces = std::move(*loaded);
+    for (const std::string& warning : surfaces->warnings) warn(warning);
   }
   const Shutter& shutter = options.shutter;
   auto data = make_path_data(bvh, surfaces ? &*surfaces : nullptr, std::move(sky), std::move(behind),

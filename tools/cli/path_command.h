@@ -30,10 +30,12 @@ class PathCommand {
   bool chosen() const { return !integrator_.empty(); }
 
   /// Reads materials and the sky. Call it before long work.
-  /// @param bvh validated. @param outputs files that will be written. They must not be inputs.
+  /// @param bvh validated. @param outputs files that will be written. They must not be inputs. @param warn called with
+  /// what the files have and the renderer ignores.
   /// @return the errors of load_surfaces(), read_exr_colors() and make_path_data().
   build::Result<void> prepare(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
-                              const std::vector<std::string>& outputs);
+                              const std::vector<std::string>& outputs,
+                              const std::function<void(const std::string&)>& warn);
 
   /// @param gpu with the scene on it; nullptr: the CPU traces and shades.
   /// @param keep called with the picture so far after 1, 2, 4, ... seconds.

@@ -1,6 +1,7 @@
 #include <tools/cli/refit_command.h>
 
 #include <tools/base/interrupt.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/base/parallel.h>
 #include <tools/build/build_meshes.h>
@@ -20,6 +21,7 @@
 #include <nlohmann/json.hpp>
 
 #include <iostream>
+#include <optional>
 
 namespace hiprt::tools {
 namespace {
@@ -64,10 +66,12 @@ build::Result<void> run_refit(const Cli& cli, const RefitCommand& command) {
                                        command.file + ": is a scene of instances, which has no triangles of its own"});
   std::vector<std::string> mesh_files, shape_files;
   for (const std::string& input : command.moved) (is_shape_file(input) ? shape_files : mesh_files).push_back(input);
+  std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
   const auto meshes = read_meshes(cli, mesh_files, command.output, bar);
   if (!meshes) return tl::unexpected(meshes.error());
   const auto sets = read_shapes(cli, shape_files, command.output, bar);
   if (!sets) return tl::unexpected(sets.error());
+  reading.reset();
   const auto shapes = ShapeGeometries::make(pointers(*sets), command.threads);
   if (!shapes) return tl::unexpected(shapes.error());
   const std::vector<build::TriangleMesh> moved = views(*meshes);

@@ -3,6 +3,7 @@
 
 #include <hiprt_build/error.h>
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ struct RefitCommand {
   std::string file, output;
   std::vector<std::string> moved;  ///< One file per geometry: first the meshes, then the shapes.
   unsigned threads = 0;
+  std::uint64_t max_memory = 0;  ///< Bytes that readers may take; 0: half of the machine's.
 };
 
 /// Prints the new SAH cost of the tree and whether a rebuild is advised.

@@ -167,6 +167,7 @@ void add_render_options(CLI::App& app, RenderCommand& command) {
   command.compare.add_options(app);
   add_device_option(app, command.device);
   add_threads_option(app, command.render.threads);
+  add_memory_option(app, command.max_memory);
   app.callback([&app, &command] {
     if (command.level && value_of(kRenderModes, command.mode) != RenderMode::kBoxes)
       throw CLI::ValidationError("--level is of --mode bvh");

@@ -6,6 +6,7 @@
 #include <tools/render/scene/camera.h>
 #include <tools/render/studio/render.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@ struct RenderCommand {
   std::string path;
   std::vector<std::string> outputs;
   std::string size = "1024x768", camera, mode = "ao", device = "auto", shutter = "0,0";
+  std::uint64_t max_memory = 0;   ///< Bytes that readers may take; 0: half of the machine's.
   std::optional<unsigned> level;  ///< Of --mode bvh; see tree_level().
   RenderOptions render;           ///< Complete after finish().
   CompareCommand compare;

@@ -23,6 +23,7 @@ build::Result<void> read_assembly(const Cli& cli, const BuildCommand& command, c
   if (interrupted()) return cancelled();
   if (!assembly) return tl::unexpected(assembly.error());
   if (auto checked = check_output(command.output, assembly->files); !checked) return checked;
+  for (const std::string& warning : assembly->warnings) cli.warn(input + ": " + warning);
   if (assembly->meshes.empty()) cli.warn(input + ": no triangles in it");
   for (const Mesh& mesh : assembly->meshes) {
     if (auto checked = check_output(command.output, mesh.files); !checked) return checked;
@@ -77,6 +78,7 @@ build::Result<SceneDescription> read_scene(const Cli& cli, const BuildCommand& c
   bar.clear();
   if (interrupted()) return cancelled();
   if (!scene) return scene;
+  for (const std::string& warning : scene->warnings) cli.warn(input + ": " + warning);
   if (auto read = read_described_shapes(cli, command, bar, *scene); !read) return tl::unexpected(read.error());
   if (scene->files.empty()) return scene;
   if (auto checked = check_output(command.output, scene->files); !checked) return tl::unexpected(checked.error());

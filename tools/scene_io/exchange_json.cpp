@@ -1,5 +1,6 @@
 #include <tools/scene_io/exchange_json.h>
 
+#include <tools/base/memory_limit.h>
 #include <tools/base/text.h>
 
 #include <hiprt_build/file.h>
@@ -8,6 +9,7 @@
 
 #include <array>
 #include <cmath>
+#include <new>
 
 namespace hiprt::tools {
 namespace {
@@ -274,14 +276,18 @@ std::string to_json(const build::ExchangeBvh& tree) {
 
 }  // namespace
 
-build::Result<build::ExchangeBvh> read_exchange(const std::filesystem::path& path) {
+build::Result<build::ExchangeBvh> read_exchange(const std::filesystem::path& path) try {
   const auto file = build::map_file(path);
   if (!file) return tl::unexpected(file.error());
   const char* begin = reinterpret_cast<const char*>(file->bytes().data());
+  if (is_utf16({begin, file->size()}))
+    return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + kUtf16Fault});
   Reader reader;
   if (!nlohmann::json::sax_parse(begin, begin + file->size(), &reader))
     return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + reader.error()});
   return reader.take();
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(not_enough_memory(path.string()));
 }
 
 build::Result<void> write_exchange(const std::filesystem::path& path, const build::ExchangeBvh& tree) {

@@ -85,6 +85,7 @@ void json_fault(const JsonLocation& location, const std::string& what) {
 }
 
 nlohmann::json parse_json(std::string_view text, std::size_t most_levels) {
+  if (is_utf16(text)) throw JsonFault{kUtf16Fault};
   skip_byte_order_mark(text);
   Guard guard(most_levels);
   try {

@@ -1,11 +1,14 @@
 #include <tools/scene_io/rays_file.h>
 
+#include <tools/base/memory_limit.h>
+
 #include <hiprt_build/file.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
+#include <new>
 #include <string>
 
 namespace hiprt::tools {
@@ -41,7 +44,7 @@ RayRecord encode(const Ray& ray) {
 
 }  // namespace
 
-build::Result<RayBatch> read_rays(const std::filesystem::path& path) {
+build::Result<RayBatch> read_rays(const std::filesystem::path& path) try {
   const auto file = build::map_file(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
@@ -62,9 +65,11 @@ build::Result<RayBatch> read_rays(const std::filesystem::path& path) {
     batch.rays[i] = decode(record);
   }
   return batch;
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(not_enough_memory(path.string()));
 }
 
-build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& path) {
+build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& path) try {
   const auto file = build::map_file(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
@@ -73,9 +78,11 @@ build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& pat
   std::vector<HitRecord> hits(bytes.size() / sizeof(HitRecord));
   std::ranges::copy(bytes, std::as_writable_bytes(std::span{hits}).begin());
   return hits;
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(not_enough_memory(path.string()));
 }
 
-build::Result<PathBatch> read_paths(const std::filesystem::path& path) {
+build::Result<PathBatch> read_paths(const std::filesystem::path& path) try {
   const auto file = build::map_file(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
@@ -92,6 +99,8 @@ build::Result<PathBatch> read_paths(const std::filesystem::path& path) {
   PathBatch batch{header.levels, std::vector<PathRecord>(static_cast<std::size_t>(records))};
   std::ranges::copy(bytes.subspan(sizeof(header)), std::as_writable_bytes(std::span{batch.paths}).begin());
   return batch;
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(not_enough_memory(path.string()));
 }
 
 build::Result<void> write_rays(const std::filesystem::path& path, bool any_hit, std::span<const Ray> rays) {

@@ -1,5 +1,8 @@
 #include <tools/render/image/image_read.h>
 
+#include <tools/base/memory_limit.h>
+#include <tools/render/image/exr_attributes.h>
+
 #include <hiprt_build/file.h>
 
 #include <OpenEXR/Iex.h>
@@ -112,13 +115,38 @@ build::Result<void> check_tiles(const std::string& name, const Imf::Header& head
                                                                       std::to_string(kMaxSide) + " per side"});
 }
 
+/// Bytes of the channels' values at a pixel.
+std::uint64_t bytes_per_pixel(const Imf::ChannelList& channels) {
+  std::uint64_t bytes = 0;
+  for (auto channel = channels.begin(); channel != channels.end(); ++channel)
+    bytes += channel.channel().type == Imf::HALF ? 2 : 4;
+  return bytes;
+}
+
+/// Can a file of this size have so many pixels, of the picture and of a tile?
+build::Result<void> check_file_size(const std::string& name, const Imf::Header& header, std::uint64_t file_bytes) {
+  const auto [width, height] = size_of(header);
+  std::uint64_t pixels = width * height;
+  if (header.hasTileDescription()) {
+    const Imf::TileDescription& tile = header.tileDescription();
+    pixels = std::max(pixels, std::uint64_t{tile.xSize} * tile.ySize);
+  }
+  const std::uint64_t expansion = header.compression() == Imf::NO_COMPRESSION ? 1 : kMostExrExpansion;
+  const std::uint64_t least = pixels * bytes_per_pixel(header.channels()) / expansion;
+  if (least <= file_bytes) return {};
+  return refused(name, "truncated: " + std::to_string(width) + " x " + std::to_string(height) + " pixels take " +
+                           std::to_string(least) + " bytes or more, but the file has " + std::to_string(file_bytes));
+}
+
 /// What must hold before memory for pixels is asked for.
-build::Result<void> check_header(const std::string& name, const Imf::Header& header) {
+build::Result<void> check_header(const std::string& name, const Imf::Header& header, std::uint64_t file_bytes) {
   if (header.hasType() && header.type() != Imf::SCANLINEIMAGE && header.type() != Imf::TILEDIMAGE)
     return refused(name, "of type '" + one_line(header.type()) + "', not scan lines or tiles");
   if (auto size = check_size(name, header); !size) return size;
   if (auto channels = check_channels(name, header.channels()); !channels) return channels;
-  return header.hasTileDescription() ? check_tiles(name, header) : build::Result<void>();
+  if (header.hasTileDescription())
+    if (auto tiles = check_tiles(name, header); !tiles) return tiles;
+  return check_file_size(name, header, file_bytes);
 }
 
 /// Opens a file without repairing it, and without OpenEXR's own messages on standard error.
@@ -139,11 +167,11 @@ class QuietFile : public Imf::MultiPartInputFile {
 };
 
 /// Throws what OpenEXR throws.
-build::Result<ColorImage> decode(const std::string& name, Imf::IStream& stream) {
+build::Result<ColorImage> decode(const std::string& name, Imf::IStream& stream, std::uint64_t file_bytes) {
   QuietFile file(stream);
   if (file.parts() < 1) return refused(name, "has no picture");
   const Imf::Header& header = file.header(0);
-  if (auto checked = check_header(name, header); !checked) return tl::unexpected(checked.error());
+  if (auto checked = check_header(name, header, file_bytes); !checked) return tl::unexpected(checked.error());
   const auto [width, height] = size_of(header);
   ColorImage image(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
   Imf::FrameBuffer frame;
@@ -167,13 +195,15 @@ build::Result<ColorImage> decode(const std::string& name, Imf::IStream& stream) 
 
 build::Result<ColorImage> decode_exr_colors(std::span<const std::byte> bytes, const std::string& name) {
   if (!is_exr(bytes)) return refused(name, "not an OpenEXR file");
+  if (const std::string fault = fault_of_exr_attributes(bytes); !fault.empty())
+    return refused(name, "damaged: " + fault);
   MemoryInput stream(name.c_str(), bytes);
   try {
-    build::Result<ColorImage> image = decode(name, stream);
+    build::Result<ColorImage> image = decode(name, stream, bytes.size());
     if (image && stream.ends_early()) return refused(name, std::string("damaged: ") + MemoryInput::kEndsEarly);
     return image;
   } catch (const std::bad_alloc&) {
-    throw;
+    return tl::unexpected(not_enough_memory(name));
   } catch (const std::exception& error) {
     return refused(name, "damaged: " + one_line(error.what()));
   }

@@ -60,7 +60,9 @@ class AccessorReader {
       return fail("it does not exist; there are " + std::to_string(model_.accessors.size()));
     const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(index_)];
     if (accessor.type != type)
-      return fail(components == 1 ? "it is not of type SCALAR" : "it is not of type VEC" + std::to_string(components));
+      return fail("it is not of type " + (components == 1   ? "SCALAR"
+                                          : components <= 4 ? "VEC" + std::to_string(components)
+                                                            : std::string("MAT4")));
     const int size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
     if (size <= 0) return fail("unknown component type " + std::to_string(accessor.componentType));
     if (accessor.count > std::numeric_limits<std::uint32_t>::max())
@@ -75,10 +77,9 @@ class AccessorReader {
       if (!elements) return tl::unexpected(elements.error());
       values.resize(accessor.count * components);
       for (std::uint64_t i = 0; i < accessor.count; ++i) decode(*elements, i, &values[i * components]);
-    } else if (accessor.sparse.isSparse) {
-      values.resize(accessor.count * components);
     } else {
-      return fail("it has no bufferView (compressed meshes are not supported)");
+      if (auto checked = check_zeros(accessor.count); !checked) return tl::unexpected(checked.error());
+      values.resize(accessor.count * components);
     }
     if (accessor.sparse.isSparse)
       if (auto done = substitute(accessor, element_size, values); !done) return tl::unexpected(done.error());
@@ -88,6 +89,17 @@ class AccessorReader {
  private:
   tl::unexpected<build::Error> fail(const std::string& what) const {
     return invalid_input("accessor " + std::to_string(index_) + ": " + what);
+  }
+
+  /// Without a bufferView all elements are zeros (glTF 2.0, 3.6.2.2), however many the accessor says. Whatever uses
+  /// them takes as many bytes elsewhere, if there are more than a few.
+  build::Result<void> check_zeros(std::uint64_t count) const {
+    constexpr std::uint64_t kFew = 4096;
+    std::uint64_t bytes = 0;
+    for (const tinygltf::Buffer& buffer : model_.buffers) bytes += buffer.data.size();
+    if (count <= kFew + bytes) return {};
+    return fail("it has no bufferView, so it is " + std::to_string(count) +
+                " elements of zeros, but all buffers have only " + std::to_string(bytes) + " bytes");
   }
 
   build::Result<Elements> locate(int view_index, std::uint64_t offset, std::uint64_t count, std::uint64_t element_size,
@@ -171,6 +183,18 @@ build::Result<std::vector<double>> read_vectors(const tinygltf::Model& model, in
             : components == 3 ? TINYGLTF_TYPE_VEC3
                               : TINYGLTF_TYPE_VEC4,
             components);
+}
+
+build::Result<std::vector<Transform>> read_matrices(const tinygltf::Model& model, int index) {
+  constexpr unsigned kNumbers = 16;
+  const auto values = AccessorReader(model, index).read(TINYGLTF_TYPE_MAT4, kNumbers);
+  if (!values) return tl::unexpected(values.error());
+  std::vector<Transform> result(values->size() / kNumbers);
+  for (std::size_t i = 0; i < result.size(); ++i)
+    for (std::size_t row = 0; row < 3; ++row)
+      for (std::size_t column = 0; column < 4; ++column)
+        result[i].m[row][column] = (*values)[kNumbers * i + 4 * column + row];
+  return result;
 }
 
 build::Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int index) {

@@ -2,6 +2,7 @@
 
 #include <tools/base/errors.h>
 #include <tools/base/text.h>
+#include <tools/scene_io/gltf/gltf_extensions.h>
 
 #include <nlohmann/json.hpp>
 
@@ -21,20 +22,28 @@ using Json = nlohmann::json;
 constexpr std::uint64_t kMaxIndex = std::numeric_limits<int>::max();  ///< tinygltf keeps indices as int.
 constexpr std::uint64_t kMaxSize = std::numeric_limits<std::int64_t>::max();
 
+constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
+
 /// The JSON text of a .gltf or .glb file.
 build::Result<std::string_view> json_of(std::string_view file) {
-  constexpr std::size_t kHeaderBytes = 20;
-  if (!file.starts_with("glTF")) return file;
-  if (file.size() < kHeaderBytes)
+  if (!file.starts_with("glTF")) {
+    if (is_utf16(file)) return invalid_input(kUtf16Fault);
+    return file;
+  }
+  if (file.size() < kGlbHeader + kChunkHeader)
     return invalid_input("truncated: the header of a GLB file takes 20 bytes, there are " +
                          std::to_string(file.size()));
   std::array<std::uint32_t, 4> header{};  // Version, length of the file, length and type of the first chunk.
   std::memcpy(header.data(), file.data() + 4, sizeof(header));
   if (header[0] != 2) return invalid_input("GLB of version " + std::to_string(header[0]) + ", only 2 is known");
-  if (header[2] > file.size() - kHeaderBytes)
+  const std::size_t left = file.size() - kGlbHeader - kChunkHeader;
+  if (header[2] > left)
     return invalid_input("truncated: the JSON chunk has " + std::to_string(header[2]) + " bytes, but only " +
-                         std::to_string(file.size() - kHeaderBytes) + " are left");
-  return file.substr(kHeaderBytes, header[2]);
+                         std::to_string(left) + " are left");
+  if (header[1] > file.size())
+    return invalid_input("truncated: the header says " + std::to_string(header[1]) + " bytes, but the file has " +
+                         std::to_string(file.size()));
+  return file.substr(kGlbHeader + kChunkHeader, header[2]);
 }
 
 build::Result<void> check_depth(std::string_view json) {
@@ -57,6 +66,15 @@ build::Result<void> check_depth(std::string_view json) {
   return {};
 }
 
+/// Some encoders write -1 for an accessor without a bufferView.
+void remove_absent_views(Json& document) {
+  const auto accessors = document.is_object() ? document.find("accessors") : document.end();
+  if (accessors == document.end() || !accessors->is_array()) return;
+  for (Json& accessor : *accessors)
+    if (accessor.is_object() && accessor.contains("bufferView") && accessor["bufferView"] == -1)
+      accessor.erase("bufferView");
+}
+
 /// Keeps the first error; checks after it do nothing.
 class Checker {
  public:
@@ -65,6 +83,10 @@ class Checker {
     check_version(root);
     strings(root, "extensionsRequired");
     index(root, "scene");
+    each(root, "buffers", "buffer", [&](const Json& buffer) {
+      number(buffer, "byteLength", kMaxSize);
+      if (const auto uri = buffer.find("uri"); uri != buffer.end() && !uri->is_string()) fail("uri", *uri, "a string");
+    });
     each(root, "bufferViews", "bufferView", [&](const Json& view) {
       index(view, "buffer");
       for (const char* key : {"byteOffset", "byteLength", "byteStride"}) number(view, key, kMaxSize);
@@ -74,6 +96,11 @@ class Checker {
     accessors_ = accessors == root.end() ? 0 : accessors->size();
     each(root, "meshes", "mesh", [&](const Json& mesh) { check_mesh(mesh); });
     each(root, "nodes", "node", [&](const Json& node) { check_node(node); });
+    each(root, "skins", "skin", [&](const Json& skin) {
+      index(skin, "inverseBindMatrices");
+      if (!skin.contains("joints")) return fail("'joints' are missing");
+      indices(skin, "joints");
+    });
     each(root, "scenes", "scene", [&](const Json& scene) { indices(scene, "nodes"); });
     if (!error_.empty()) return invalid_input(error_);
     return {};
@@ -123,6 +150,12 @@ class Checker {
     if (!list->is_array() || list->size() != count ||
         !std::all_of(list->begin(), list->end(), [](const Json& v) { return v.is_number(); }))
       fail(key, *list, "a list of " + std::to_string(count) + " numbers");
+  }
+
+  void numbers(const Json& object, const char* key) {
+    const auto list = object.find(key);
+    if (list != object.end() && list->is_array()) return reals(object, key, list->size());
+    if (list != object.end()) fail(key, *list, "a list of numbers");
   }
 
   /// Sets the location and calls check(object), if the value of @p key is an object.
@@ -187,7 +220,11 @@ class Checker {
       if (attributes == primitive.end()) return fail("'attributes' are missing");
       if (!attributes->is_object()) return fail("attributes", *attributes, "an object");
       for (const auto& [key, value] : attributes->items()) whole_number(key.c_str(), value, kMaxIndex);
+      each(primitive, "targets", "target", [&](const Json& target) {
+        for (const auto& [key, value] : target.items()) whole_number(key.c_str(), value, kMaxIndex);
+      });
     });
+    numbers(mesh, "weights");
   }
 
   void check_node(const Json& node) {
@@ -197,6 +234,7 @@ class Checker {
     reals(node, "scale", 3);
     reals(node, "rotation", 4);
     reals(node, "matrix", 16);
+    numbers(node, "weights");
   }
 
   std::string location_, error_;
@@ -205,19 +243,39 @@ class Checker {
 
 }  // namespace
 
-build::Result<std::string_view> gltf_json(std::span<const std::byte> file) {
-  return json_of({reinterpret_cast<const char*>(file.data()), file.size()});
-}
-
-build::Result<void> check_gltf(std::span<const std::byte> file) {
-  const auto text = gltf_json(file);
+build::Result<Json> check_gltf(std::span<const std::byte> file) {
+  const auto text = json_of({reinterpret_cast<const char*>(file.data()), file.size()});
   if (!text) return tl::unexpected(text.error());
-  if (auto done = check_depth(*text); !done) return done;
+  if (auto done = check_depth(*text); !done) return tl::unexpected(done.error());
   try {
-    return Checker{}.check(Json::parse(*text));
+    std::string_view json = *text;
+    skip_byte_order_mark(json);
+    Json document = Json::parse(json);
+    if (auto done = check_required_extensions(document); !done) return tl::unexpected(done.error());
+    remove_absent_views(document);
+    if (auto done = Checker{}.check(document); !done) return tl::unexpected(done.error());
+    return document;
   } catch (const Json::exception& error) {
     return invalid_input(std::string("its JSON cannot be read: ") + error.what());
   }
+}
+
+build::Result<std::span<const unsigned char>> gltf_binary_chunk(std::span<const std::byte> file) {
+  constexpr std::uint32_t kBinary = 0x004e4942;  // "BIN" and a zero byte.
+  const std::string_view text{reinterpret_cast<const char*>(file.data()), file.size()};
+  std::span<const unsigned char> chunks{reinterpret_cast<const unsigned char*>(file.data()), file.size()};
+  if (!text.starts_with("glTF")) return std::span<const unsigned char>{};
+  for (chunks = chunks.subspan(kGlbHeader); chunks.size() >= kChunkHeader;) {
+    std::array<std::uint32_t, 2> header{};  // Length and type.
+    std::memcpy(header.data(), chunks.data(), sizeof(header));
+    chunks = chunks.subspan(kChunkHeader);
+    if (header[0] > chunks.size())
+      return invalid_input("truncated: the binary chunk has " + std::to_string(header[0]) + " bytes, but only " +
+                           std::to_string(chunks.size()) + " are left");
+    if (header[1] == kBinary) return chunks.first(header[0]);
+    chunks = chunks.subspan(header[0]);
+  }
+  return std::span<const unsigned char>{};
 }
 
 }  // namespace hiprt::tools

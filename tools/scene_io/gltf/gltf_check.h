@@ -4,6 +4,8 @@
 
 #include <hiprt_build/error.h>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <cstddef>
 #include <span>
 #include <string_view>
@@ -13,12 +15,13 @@ namespace hiprt::tools {
 /// Deeper JSON is rejected.
 inline constexpr std::size_t kMaxJsonLevels = 256;
 
-/// Checks the version, the depth, and all values that the triangles depend on.
+/// Checks the depth, the extensions that the file requires, the version, and all values that triangles depend on.
 /// @param file a whole .gltf or .glb file.
-/// @return kInvalidInput with the location, e.g. "mesh 0, primitive 1: ...".
-build::Result<void> check_gltf(std::span<const std::byte> file);
+/// @return the JSON document; kInvalidInput with the location, e.g. "mesh 0, primitive 1: ...".
+build::Result<nlohmann::json> check_gltf(std::span<const std::byte> file);
 
-/// @return the JSON text of a .gltf or .glb file, or kInvalidInput if the file is truncated or of another version.
-build::Result<std::string_view> gltf_json(std::span<const std::byte> file);
+/// @return the bytes of the binary chunk of a .glb file; none without one. kInvalidInput if the chunk is truncated.
+/// @pre check_gltf() has accepted the file.
+build::Result<std::span<const unsigned char>> gltf_binary_chunk(std::span<const std::byte> file);
 
 }  // namespace hiprt::tools

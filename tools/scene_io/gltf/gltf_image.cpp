@@ -2,6 +2,7 @@
 
 #include <tools/base/errors.h>
 #include <tools/base/text.h>
+#include <tools/scene_io/gltf/gltf_buffers.h>
 
 #include <hiprt_build/file.h>
 
@@ -16,25 +17,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::string_view kDataUri = "data:";
-
-int hex_value(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
-/// Percent-encoded bytes as they are meant (RFC 3986, 2.1).
-std::string decode_percents(std::string_view text) {
-  std::string result;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const int high = text[i] == '%' && i + 2 < text.size() ? hex_value(text[i + 1]) : -1;
-    const int low = high >= 0 ? hex_value(text[i + 2]) : -1;
-    if (low >= 0) i += 2;
-    result += low >= 0 ? static_cast<char>(high * 16 + low) : text[i];
-  }
-  return result;
-}
 
 build::Result<ImageBytes> from_data_uri(const std::string& uri) {
   if (!tinygltf::IsDataURI(uri)) return invalid_input("its data URI is not base64 of image/png or image/jpeg");

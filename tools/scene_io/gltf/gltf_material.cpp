@@ -97,8 +97,11 @@ float cutoff_of(const Json& source) {
 }  // namespace
 
 GltfMaterials::GltfMaterials(Json document, const tinygltf::Model& model, std::filesystem::path folder,
-                             MaterialLibrary& library)
-    : document_(std::move(document)), library_(library), textures_(document_, model, std::move(folder), library) {}
+                             MaterialLibrary& library, Ignored& ignored)
+    : document_(std::move(document)),
+      library_(library),
+      ignored_(ignored),
+      textures_(document_, model, std::move(folder), library, ignored) {}
 
 build::Result<std::uint32_t> GltfMaterials::of_primitive(std::size_t mesh, std::size_t primitive) {
   try {
@@ -143,10 +146,17 @@ build::Result<Material> GltfMaterials::read(const Json& source) {
     read_emission(source, material);
     material.alpha_cutoff = cutoff_of(source);
     if (auto done = read_textures(source, material); !done) return tl::unexpected(done.error());
+    count_ignored(source);
     return material;
   } catch (const JsonFault& fault) {
     return invalid_input(fault.message);
   }
+}
+
+void GltfMaterials::count_ignored(const Json& source) {
+  if (source.contains("normalTexture")) ignored_.add("normal textures");
+  if (source.contains("occlusionTexture")) ignored_.add("occlusion textures");
+  if (source.value("alphaMode", "OPAQUE") == "BLEND") ignored_.add("half transparency of materials (cut at 0.5)");
 }
 
 build::Result<void> GltfMaterials::read_textures(const Json& source, Material& material) {

@@ -2,6 +2,7 @@
 /// Materials of a glTF file (glTF 2.0, 3.9).
 
 #include <tools/scene_io/gltf/gltf_texture.h>
+#include <tools/scene_io/ignored.h>
 #include <tools/scene_io/json_location.h>
 #include <tools/scene_io/surface/material_library.h>
 
@@ -22,9 +23,10 @@ namespace hiprt::tools {
 class GltfMaterials {
  public:
   /// @param document the file's JSON. @param model of the same file, for buffers; has to outlive this. @param folder
-  /// where relative names of images lead to. @param library has to outlive this.
+  /// where relative names of images lead to. @param library, ignored have to outlive this; ignored counts what is left
+  /// out.
   GltfMaterials(nlohmann::json document, const tinygltf::Model& model, std::filesystem::path folder,
-                MaterialLibrary& library);
+                MaterialLibrary& library, Ignored& ignored);
   GltfMaterials(const GltfMaterials&) = delete;
   GltfMaterials& operator=(const GltfMaterials&) = delete;
 
@@ -39,10 +41,12 @@ class GltfMaterials {
  private:
   build::Result<std::uint32_t> number_of(std::int64_t index);
   build::Result<Material> read(const nlohmann::json& source);
+  void count_ignored(const nlohmann::json& source);
   build::Result<void> read_textures(const nlohmann::json& source, Material& material);
 
   nlohmann::json document_;
   MaterialLibrary& library_;
+  Ignored& ignored_;
   GltfTextures textures_;
   std::map<std::int64_t, std::uint32_t> numbers_;  ///< In the library, by the file's number; -1: the default.
 };

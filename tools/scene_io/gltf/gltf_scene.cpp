@@ -52,6 +52,31 @@ build::Result<std::vector<int>> roots_of(const tinygltf::Model& model) {
 
 }  // namespace
 
+build::Result<std::vector<Transform>> world_transforms(const tinygltf::Model& model) {
+  const std::size_t count = model.nodes.size();
+  std::vector<bool> is_child(count), seen(count);
+  const auto exists = [&](int node) { return node >= 0 && static_cast<std::size_t>(node) < count; };
+  for (const auto& node : model.nodes)
+    for (const int child : node.children)
+      if (exists(child)) is_child[static_cast<std::size_t>(child)] = true;
+  std::vector<Transform> result(count);
+  std::vector<std::pair<std::size_t, Transform>> stack;  // Nodes, and from their parents to the world.
+  for (std::size_t i = 0; i < count; ++i)
+    if (!is_child[i]) stack.emplace_back(i, Transform{});
+  while (!stack.empty()) {
+    const auto [index, parent] = stack.back();
+    stack.pop_back();
+    if (seen[index]) continue;
+    seen[index] = true;
+    const auto local = local_transform(model.nodes[index], static_cast<int>(index));
+    if (!local) return tl::unexpected(local.error());
+    result[index] = parent * *local;
+    for (const int child : model.nodes[index].children)
+      if (exists(child)) stack.emplace_back(static_cast<std::size_t>(child), result[index]);
+  }
+  return result;
+}
+
 build::Result<std::vector<NodeMesh>> flatten(const tinygltf::Model& model) {
   const auto roots = roots_of(model);
   if (!roots) return tl::unexpected(roots.error());

@@ -23,4 +23,9 @@ struct NodeMesh {
 /// reached twice (a cycle).
 build::Result<std::vector<NodeMesh>> flatten(const tinygltf::Model& model);
 
+/// From the space of every node to the world, whether the default scene has the node or not. Nodes in a cycle have the
+/// identity.
+/// @return kInvalidInput with the node's number if a rotation is invalid.
+build::Result<std::vector<Transform>> world_transforms(const tinygltf::Model& model);
+
 }  // namespace hiprt::tools

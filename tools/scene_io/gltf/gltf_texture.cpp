@@ -31,12 +31,10 @@ TextureWrap wrap_of(const JsonLocation& location, const Json& sampler, const cha
   }
 }
 
-void check_coordinates(const JsonLocation& location, const Json& object) {
+/// Number of the set of texture coordinates that an object names, or else @p otherwise.
+std::uint32_t coordinates_of(const JsonLocation& location, const Json& object, std::uint32_t otherwise) {
   const Json* value = json_member(object, "texCoord");
-  if (value == nullptr) return;
-  const JsonLocation at(location, "texCoord");
-  if (const std::uint32_t set = json_uint32(at, *value); set != 0)
-    json_fault(at, std::to_string(set) + ", only 0 is read");
+  return value == nullptr ? otherwise : json_uint32(JsonLocation(location, "texCoord"), *value);
 }
 
 /// Scale, then rotation (counter-clockwise as one sees coordinates with v down), then offset.
@@ -74,20 +72,24 @@ const Json& json_item(const JsonLocation& location, const Json& document, const 
 }
 
 GltfTextures::GltfTextures(const Json& document, const tinygltf::Model& model, std::filesystem::path folder,
-                           MaterialLibrary& library)
-    : document_(document), model_(model), folder_(std::move(folder)), library_(library) {}
+                           MaterialLibrary& library, Ignored& ignored)
+    : document_(document), model_(model), folder_(std::move(folder)), library_(library), ignored_(ignored) {}
 
 build::Result<TextureUse> GltfTextures::use(const JsonLocation& location, const Json& info) {
   TextureUse result;
   json_object(location, info);
-  check_coordinates(location, info);
+  std::uint32_t coordinates = coordinates_of(location, info, 0);
   const JsonLocation extensions_location(location, "extensions"),
       transform_location(extensions_location, "KHR_texture_transform");
   if (const Json* extensions = json_member(info, "extensions"))
     if (const Json* transform = json_member(json_object(extensions_location, *extensions), "KHR_texture_transform")) {
-      check_coordinates(transform_location, json_object(transform_location, *transform));
+      coordinates = coordinates_of(transform_location, json_object(transform_location, *transform), coordinates);
       result.matrix = matrix_of(transform_location, *transform);
     }
+  if (coordinates != 0) {
+    ignored_.add("textures with coordinates other than TEXCOORD_0");
+    return result;
+  }
   const JsonLocation index_location(location, "index");
   const Json* index = json_member(info, "index");
   if (index == nullptr) json_fault(index_location, "it is missing");

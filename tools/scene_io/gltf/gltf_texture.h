@@ -1,6 +1,7 @@
 #pragma once
 /// Textures of a glTF file: images, how they go on outside, and where they lie.
 
+#include <tools/scene_io/ignored.h>
 #include <tools/scene_io/json_location.h>
 #include <tools/scene_io/surface/material_library.h>
 
@@ -22,13 +23,14 @@ class GltfTextures {
  public:
   /// All but @p folder have to outlive it.
   /// @param document the file's JSON. @param model of the same file, for buffers. @param folder where relative names
-  /// lead to. @param library gets the textures.
+  /// lead to. @param library gets the textures. @param ignored counts what is left out.
   GltfTextures(const nlohmann::json& document, const tinygltf::Model& model, std::filesystem::path folder,
-               MaterialLibrary& library);
+               MaterialLibrary& library, Ignored& ignored);
 
   /// Throws JsonFault.
   /// @param location of @p info, a textureInfo (glTF 2.0, 5.30), with KHR_texture_transform.
-  /// @return with the image in the message: kIo, kInvalidInput (a damaged file), kTooLarge.
+  /// @return no texture if it has other coordinates than TEXCOORD_0. With the image in the message: kIo, kInvalidInput
+  /// (a damaged file), kTooLarge.
   build::Result<TextureUse> use(const JsonLocation& location, const nlohmann::json& info);
 
   /// Paths of the images' files that were read.
@@ -42,6 +44,7 @@ class GltfTextures {
   const tinygltf::Model& model_;
   std::filesystem::path folder_;
   MaterialLibrary& library_;
+  Ignored& ignored_;
   std::map<std::size_t, std::uint32_t> numbers_;  ///< In the library, by image.
   std::vector<std::string> files_;
 };

@@ -1,122 +1,26 @@
-/// glTF 2.0 and GLB through tinygltf, which parses the JSON and loads buffers; accessors and nodes are ours.
+/// glTF 2.0 and GLB through tinygltf, which parses the JSON; buffers, accessors and nodes are ours.
 
 #include <tools/base/interrupt.h>
 #include <tools/scene_io/gltf/gltf_animation.h>
-#include <tools/scene_io/gltf/gltf_check.h>
+#include <tools/scene_io/gltf/gltf_deform.h>
+#include <tools/scene_io/gltf/gltf_document.h>
 #include <tools/scene_io/gltf/gltf_instancing.h>
-#include <tools/scene_io/gltf/gltf_material.h>
 #include <tools/scene_io/gltf/gltf_part.h>
 #include <tools/scene_io/gltf/gltf_scene.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 
-#include <tiny_gltf.h>
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <limits>
+#include <map>
 #include <optional>
-#include <string_view>
-#include <system_error>
+#include <utility>
 
 namespace hiprt::tools {
 namespace {
 
-/// Exists, whatever it is. Opening it, as tinygltf does to find out, would wait for a FIFO's writer.
-bool exists(const std::string& path, void*) {
-  std::error_code ignored;
-  return std::filesystem::exists(path, ignored);
-}
-
-/// Notes in *data, a vector of strings, which files were read.
-/// Textures may be much larger than meshes and are not wanted: their files count as read.
-bool read_file_but_images(std::vector<unsigned char>* out, std::string* error, const std::string& path, void* data) {
-  constexpr std::array<std::string_view, 6> kImages{".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".dds"};
-  if (std::any_of(kImages.begin(), kImages.end(), [&](std::string_view ending) { return path.ends_with(ending); })) {
-    out->assign(1, 0);
-    return true;
-  }
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(path, ignored)) {
-    static_cast<std::vector<std::string>*>(data)->push_back(path);
-    return tinygltf::ReadWholeFile(out, error, path, nullptr);
-  }
-  *error += "it is not a regular file";
-  return false;
-}
-
-/// @tparam Callbacks tinygltf::FsCallbacks. That of version 2.9 also asks for the sizes of files; 0 is below its limit.
-template <class Callbacks> Callbacks file_callbacks(std::vector<std::string>& files) {
-  Callbacks callbacks{};
-  callbacks.FileExists = &exists;
-  callbacks.ExpandFilePath = &tinygltf::ExpandFilePath;
-  callbacks.ReadWholeFile = &read_file_but_images;
-  callbacks.WriteWholeFile = &tinygltf::WriteWholeFile;
-  if constexpr (requires { callbacks.GetFileSizeInBytes; })
-    callbacks.GetFileSizeInBytes = [](std::size_t* size, std::string*, const std::string&, void*) {
-      *size = 0;
-      return true;
-    };
-  callbacks.user_data = &files;
-  return callbacks;
-}
-
-bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
-  return true;
-}
-
-build::Result<void> parse(std::span<const std::byte> bytes, const std::filesystem::path& folder, tinygltf::Model& model,
-                          std::vector<std::string>& files) {
-  if (bytes.size() > std::numeric_limits<unsigned>::max())
-    return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, "glTF files end at 4294967295 bytes"});
-  if (auto checked = check_gltf(bytes); !checked) return checked;
-  const auto size = static_cast<unsigned>(bytes.size());
-  tinygltf::TinyGLTF loader;
-  loader.SetImageLoader(ignore_image, nullptr);
-  loader.SetFsCallbacks(file_callbacks<tinygltf::FsCallbacks>(files));
-  const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-  std::string error, warning;
-  const bool loaded =
-      text.starts_with("glTF")
-          ? loader.LoadBinaryFromMemory(&model, &error, &warning, reinterpret_cast<const unsigned char*>(bytes.data()),
-                                        size, folder.string())
-          : loader.LoadASCIIFromString(&model, &error, &warning, text.data(), size, folder.string());
-  if (!loaded) return invalid_input("not a whole glTF 2.0 file: " + (error.empty() ? "no reason given" : error));
-  return {};
-}
-
-/// Extensions that do not change which triangles there are.
-bool harmless(std::string_view extension) {
-  return extension == "KHR_mesh_quantization" || extension == "KHR_texture_transform" ||
-         extension == "KHR_texture_basisu" || extension == "EXT_texture_webp" || extension == "KHR_lights_punctual" ||
-         extension.starts_with("KHR_materials_");
-}
-
-/// A file, and what its surfaces look like if that is asked for.
-struct Document {
-  tinygltf::Model model;
-  std::optional<GltfMaterials> materials;
-};
-
-/// The supported parts of the document.
-/// @param library nullptr: materials are not asked for.
-build::Result<void> load(std::span<const std::byte> bytes, const std::filesystem::path& folder, bool instancing,
-                         MaterialLibrary* library, Document& document, std::vector<std::string>& files) {
-  if (auto parsed = parse(bytes, folder, document.model, files); !parsed) return parsed;
-  for (const std::string& extension : document.model.extensionsRequired)
-    if (!harmless(extension) && !(instancing && extension == kGpuInstancing))
-      return invalid_input("it requires the extension " + extension + ", which is not supported" +
-                           (extension == kGpuInstancing ? " without instances" : ""));
-  if (library == nullptr) return {};
-  const auto json = gltf_json(bytes);
-  if (!json) return tl::unexpected(json.error());
-  document.materials.emplace(nlohmann::json::parse(*json), document.model, folder, *library);
-  return {};
-}
-
-/// Appends the triangles of a mesh.
-build::Result<void> append(Mesh& mesh, Document& document, int index, const Transform& to_world) {
+/// Appends the triangles of a mesh, deformed and then transformed.
+build::Result<void> append(Mesh& mesh, GltfDocument& document, int index, const GltfDeformation& deformation,
+                           const Transform& to_world) {
   const auto number = static_cast<std::size_t>(index);
   const auto& primitives = document.model.meshes[number].primitives;
   const bool surfaces = document.materials.has_value();
@@ -124,26 +28,33 @@ build::Result<void> append(Mesh& mesh, Document& document, int index, const Tran
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     if (interrupted()) return cancelled();
     if (!has_triangles(primitives[i])) continue;
-    const auto part = read_part(document.model, primitives[i], surfaces);
-    if (!part)
-      return invalid_input("mesh " + std::to_string(index) + ", primitive " + std::to_string(i) + ": " +
-                           part.error().message);
+    auto part = read_part(document.model, primitives[i], surfaces);
+    auto done = part ? deform(document.model, primitives[i], deformation, *part) : tl::unexpected(part.error());
+    if (!done)
+      return fail(done.error().code,
+                  "mesh " + std::to_string(index) + ", primitive " + std::to_string(i) + ": " + done.error().message);
     build::Result<std::uint32_t> material = 0;
     if (surfaces && !part->triangles.empty()) material = document.materials->of_primitive(number, i);
     if (!material) return tl::unexpected(material.error());
-    if (auto done = append(mesh, *part, to_world, *material); !done) return done;
+    if (done = append(mesh, *part, to_world, *material); !done) return done;
   }
   return {};
 }
 
-void add_image_files(const Document& document, std::vector<std::string>& files) {
-  if (!document.materials) return;
+/// Paths of all files that were read.
+std::vector<std::string> files_of(const GltfDocument& document) {
+  std::vector<std::string> files = document.files;
+  if (!document.materials) return files;
   const std::vector<std::string>& images = document.materials->files();
   files.insert(files.end(), images.begin(), images.end());
+  return files;
 }
 
-/// The nodes at each time; once where they are without animations if there is no time.
-build::Result<std::vector<std::vector<NodeMesh>>> poses_of(tinygltf::Model& model, const std::vector<float>& times) {
+/// The nodes at each time; once where they are without animations if there is no time. The model is left as it is at
+/// the first time.
+build::Result<std::vector<std::vector<NodeMesh>>> poses_of(GltfDocument& document, const std::vector<float>& times,
+                                                           std::vector<std::string>& warnings) {
+  tinygltf::Model& model = document.model;
   std::vector<std::vector<NodeMesh>> poses;
   const auto add = [&]() -> build::Result<void> {
     auto nodes = flatten(model);
@@ -152,6 +63,7 @@ build::Result<std::vector<std::vector<NodeMesh>>> poses_of(tinygltf::Model& mode
     return {};
   };
   if (times.empty()) {
+    document.ignored.add("animations", model.animations.size());
     if (auto added = add(); !added) return tl::unexpected(added.error());
     return poses;
   }
@@ -162,61 +74,105 @@ build::Result<std::vector<std::vector<NodeMesh>>> poses_of(tinygltf::Model& mode
     animation->pose(static_cast<double>(time), model);
     if (auto added = add(); !added) return tl::unexpected(added.error());
   }
+  animation->pose(static_cast<double>(times.front()), model);
+  animation->warn_of_turns(times, warnings);
+  const bool skinned = std::any_of(poses[0].begin(), poses[0].end(), [&](const NodeMesh& node) {
+    return model.nodes[static_cast<std::size_t>(node.node)].skin >= 0;
+  });
+  if (times.size() > 1 && (animation->morphs(times) || (skinned && !animation->empty())))
+    warnings.emplace_back(
+        "skinned meshes and morph targets do not deform while the shutter is open: they have the shape "
+        "of its opening");
   return poses;
 }
+
+/// Meshes of an assembly, each read once. Nodes that deform a mesh in their own way have one of their own.
+class AssemblyMeshes {
+ public:
+  AssemblyMeshes(GltfDocument& document, std::string name, const std::vector<Transform>& to_world, MeshAssembly& result)
+      : document_(document), name_(std::move(name)), to_world_(to_world), result_(result) {}
+
+  /// The number of a node's mesh in the assembly; nothing if it has no triangles.
+  build::Result<std::optional<std::size_t>> number_of(const NodeMesh& node) {
+    const bool own = has_own_shape(document_.model, node.node);
+    const auto [known, is_new] = numbers_.try_emplace({node.mesh, own ? node.node : -1});
+    if (!is_new) return known->second;
+    const auto deformation = deformation_of(document_.model, to_world_, node.node);
+    if (!deformation) return tl::unexpected(deformation.error());
+    Mesh mesh;
+    mesh.name = name_ + " mesh " + std::to_string(node.mesh);
+    if (own) mesh.name += " of node " + std::to_string(node.node);
+    if (auto done = append(mesh, document_, node.mesh, *deformation, Transform{}); !done)
+      return tl::unexpected(done.error());
+    if (!mesh.triangles.empty()) {
+      known->second = result_.meshes.size();
+      result_.meshes.push_back(std::move(mesh));
+    }
+    return known->second;
+  }
+
+ private:
+  GltfDocument& document_;
+  std::string name_;
+  const std::vector<Transform>& to_world_;
+  MeshAssembly& result_;
+  std::map<std::pair<int, int>, std::optional<std::size_t>> numbers_;  ///< By mesh, and node if the shape is its own.
+};
 
 }  // namespace
 
 build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder,
                               MaterialLibrary* library) {
-  Document document;
+  GltfDocument document;
   Mesh mesh;
-  if (auto loaded = load(bytes, folder, false, library, document, mesh.files); !loaded)
+  if (auto loaded = load_document(bytes, folder, false, library, document); !loaded)
     return tl::unexpected(loaded.error());
   const auto uses = flatten(document.model);
   if (!uses) return tl::unexpected(uses.error());
+  const auto to_world = world_transforms(document.model);
+  if (!to_world) return tl::unexpected(to_world.error());
   if (library != nullptr) mesh.surface.emplace();  // Also of a file without nodes.
-  for (const NodeMesh& use : *uses)
-    if (auto done = append(mesh, document, use.mesh, use.to_world); !done) return tl::unexpected(done.error());
-  add_image_files(document, mesh.files);
+  for (const NodeMesh& use : *uses) {
+    const auto deformation = deformation_of(document.model, *to_world, use.node);
+    if (!deformation) return tl::unexpected(deformation.error());
+    if (auto done = append(mesh, document, use.mesh, *deformation, use.to_world); !done)
+      return tl::unexpected(done.error());
+  }
+  mesh.files = files_of(document);
+  document.ignored.add("animations", document.model.animations.size());
+  document.ignored.warn(mesh.warnings);
   return mesh;
 }
 
 build::Result<MeshAssembly> read_gltf_assembly(std::span<const std::byte> bytes, const std::filesystem::path& folder,
                                                const std::string& name, const std::vector<float>& times,
                                                MaterialLibrary* library) {
-  Document document;
-  tinygltf::Model& model = document.model;
+  GltfDocument document;
   MeshAssembly result;
-  if (auto loaded = load(bytes, folder, true, library, document, result.files); !loaded)
+  if (auto loaded = load_document(bytes, folder, true, library, document); !loaded)
     return tl::unexpected(loaded.error());
-  const auto poses = poses_of(model, times);
+  const auto poses = poses_of(document, times, result.warnings);
   if (!poses) return tl::unexpected(poses.error());
-  const std::vector<NodeMesh>& nodes = poses->front();
-  constexpr std::size_t kNotRead = std::numeric_limits<std::size_t>::max(), kEmpty = kNotRead - 1;
-  std::vector<std::size_t> numbers(model.meshes.size(), kNotRead);
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const NodeMesh& node = nodes[i];
-    std::size_t& number = numbers[static_cast<std::size_t>(node.mesh)];
-    if (number == kNotRead) {
-      Mesh mesh;
-      mesh.name = name + " mesh " + std::to_string(node.mesh);
-      if (auto done = append(mesh, document, node.mesh, Transform{}); !done) return tl::unexpected(done.error());
-      number = mesh.triangles.empty() ? kEmpty : result.meshes.size();
-      if (number != kEmpty) result.meshes.push_back(std::move(mesh));
-    }
-    if (number == kEmpty) continue;
-    const auto placements = gpu_instances(model, node.node);
+  const auto to_world = world_transforms(document.model);
+  if (!to_world) return tl::unexpected(to_world.error());
+  AssemblyMeshes meshes(document, name, *to_world, result);
+  for (std::size_t i = 0; i < poses->front().size(); ++i) {
+    const NodeMesh& node = poses->front()[i];
+    const auto number = meshes.number_of(node);
+    if (!number) return tl::unexpected(number.error());
+    if (!*number) continue;
+    const auto placements = gpu_instances(document.model, node.node);
     if (!placements) return tl::unexpected(placements.error());
     std::vector<Transform> keys;
     for (const std::vector<NodeMesh>& pose : *poses) keys.push_back(pose[i].to_world);
     const bool moves = std::any_of(keys.begin(), keys.end(), [&](const Transform& t) { return t.m != keys[0].m; });
     for (const Transform& placement : *placements) {
-      MeshUse& use = result.uses.emplace_back(MeshUse{number, node.to_world * placement});
+      MeshUse& use = result.uses.emplace_back(MeshUse{**number, node.to_world * placement});
       for (std::size_t k = 0; moves && k < keys.size(); ++k) use.keys.push_back(keys[k] * placement);
     }
   }
-  add_image_files(document, result.files);
+  result.files = files_of(document);
+  document.ignored.warn(result.warnings);
   return result;
 }
 

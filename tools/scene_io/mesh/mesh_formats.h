@@ -12,8 +12,9 @@
 
 namespace hiprt::tools {
 
-build::Result<Mesh> read_obj(std::span<const std::byte> bytes);
-build::Result<Mesh> read_ply(std::span<const std::byte> bytes);
+/// @param surfaces are materials asked for? Then a warning counts what the file has of them.
+build::Result<Mesh> read_obj(std::span<const std::byte> bytes, bool surfaces);
+build::Result<Mesh> read_ply(std::span<const std::byte> bytes, bool surfaces);
 build::Result<Mesh> read_stl(std::span<const std::byte> bytes);
 /// @param folder where relative names of buffers lead to. @param library see load_mesh().
 build::Result<Mesh> read_gltf(std::span<const std::byte> bytes, const std::filesystem::path& folder,

@@ -1,6 +1,7 @@
 #include <tools/scene_io/mesh/mesh_import.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 
@@ -58,9 +59,9 @@ build::Result<Mesh> read(std::span<const std::byte> bytes, const std::filesystem
                          MaterialLibrary* library) {
   switch (format_of(bytes, path)) {
     case MeshFormat::kObj:
-      return read_obj(bytes);
+      return read_obj(bytes, library != nullptr);
     case MeshFormat::kPly:
-      return read_ply(bytes);
+      return read_ply(bytes, library != nullptr);
     case MeshFormat::kStl:
       return read_stl(bytes);
     case MeshFormat::kGltf:
@@ -108,6 +109,7 @@ build::Result<MeshAssembly> read_assembly(std::span<const std::byte> bytes, cons
   auto mesh = read_checked(bytes, path, library);
   if (!mesh) return tl::unexpected(mesh.error());
   MeshAssembly result;
+  result.warnings = std::move(mesh->warnings);
   result.meshes.push_back(std::move(*mesh));
   result.uses.push_back({0, {}});
   return result;
@@ -122,7 +124,7 @@ template <class Read> auto load(const std::filesystem::path& path, const Read& r
     return tl::unexpected(build::Error{result.error().code, path.string() + ": " + one_line(result.error().message)});
   return result;
 } catch (const std::bad_alloc&) {
-  return tl::unexpected(build::Error{build::ErrorCode::kOutOfMemory, path.string() + ": not enough memory to read it"});
+  return tl::unexpected(not_enough_memory(path.string()));
 } catch (const std::exception& error) {
   return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput, path.string() + ": " + one_line(error.what())});
 }

@@ -32,17 +32,17 @@ struct Mesh {
   std::vector<std::string> files;          ///< Paths of other files that were read: buffers of glTF.
   std::uint64_t skipped_faces = 0;         ///< Faces with fewer than three corners; they make no triangle.
   std::optional<MeshSurface> surface{};    ///< If it was requested and the format has materials.
+  std::vector<std::string> warnings{};     ///< What of the file was ignored or repaired, a line each.
 };
 
 /// Reads a file as one mesh. The extension (in upper or lower case) tells the format; for unknown extensions the first
 /// bytes do:
 /// - .obj: all objects and groups together; numbers are rounded correctly; materials are not read.
-/// - .ply: ASCII and binary of either byte order.
+/// - .ply: ASCII and binary of either byte order; faces, and triangle strips with -1 between them ("tristrips").
 /// - .stl: ASCII and binary; all solids together; corners are not merged.
 /// - .gltf, .glb: glTF 2.0; every triangle primitive of every node of the default scene, with the node's transform
 ///   (computed in double, rounded once). Mirrored nodes keep their outside. Images are read only for @p library. Skins
-///   and morph targets are not applied. A skinned mesh stays in its own space, because its node's transform does not
-///   apply either.
+///   and morph targets are applied as the nodes are posed without animations (gltf_deform.h).
 /// - .mesh, .mesh.zst: u32 vertex count, u32 triangle count, float32 positions, u32 indices, little-endian.
 /// Lines of text formats end with LF, CRLF or CR; a UTF-8 byte order mark before the first is skipped.
 /// Polygons become size - 2 triangles each (polygons.h). NaN and infinite coordinates are kept: the builder drops and
@@ -63,12 +63,14 @@ struct MeshUse {
 struct MeshAssembly {
   std::vector<Mesh> meshes;
   std::vector<MeshUse> uses;
-  std::vector<std::string> files;  ///< Paths of other files that were read.
+  std::vector<std::string> files;     ///< Paths of other files that were read.
+  std::vector<std::string> warnings;  ///< Of the file; its meshes have none.
 };
 
 /// As load_mesh(), but keeps every mesh of a glTF file separate, in the order of the file. A mesh has one use per node,
-/// or as many as EXT_mesh_gpu_instancing says. Meshes without triangles or without nodes are left out. Other files are
-/// one mesh that is used once.
+/// or as many as EXT_mesh_gpu_instancing says. Meshes without triangles or without nodes are left out. A node with a
+/// skin or with weights of morph targets has a mesh of its own, in the shape of the first time. Other files are one
+/// mesh that is used once.
 /// @param times in seconds, at which animations are evaluated (all of the file at once, gltf_animation.h). Empty:
 /// animations are ignored.
 /// @param library as for load_mesh().

@@ -3,6 +3,7 @@
 
 #include <tools/base/interrupt.h>
 #include <tools/base/text.h>
+#include <tools/scene_io/ignored.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 #include <tools/scene_io/mesh/ply_header.h>
 #include <tools/scene_io/mesh/polygons.h>
@@ -26,6 +27,7 @@ class AsciiSource {
   static std::uint64_t least_bytes(PlyType) { return 2; }
   std::uint64_t bytes_left() const { return text_.size() + 1; }
   std::string location() const { return "line " + std::to_string(line_); }
+  std::string_view rest() const { return text_; }
 
   std::optional<double> read(PlyType type) {
     const std::string_view word = next_word_of_lines(text_, line_);
@@ -47,6 +49,7 @@ class BinarySource {
   static std::uint64_t least_bytes(PlyType type) { return size_of(type); }
   std::uint64_t bytes_left() const { return data_.size() - at_; }
   std::string location() const { return "byte " + std::to_string(start_ + at_); }
+  std::string_view rest() const { return data_.substr(at_); }
 
   std::optional<double> read(PlyType type) {
     const unsigned size = size_of(type);
@@ -68,6 +71,10 @@ class BinarySource {
         return as<std::int32_t>(raw);
       case PlyType::kUint32:
         return as<std::uint32_t>(raw);
+      case PlyType::kInt64:
+        return as<std::int64_t>(raw);
+      case PlyType::kUint64:
+        return as<std::uint64_t>(raw);
       case PlyType::kFloat32:
         return as<float>(raw);
       case PlyType::kFloat64:
@@ -92,24 +99,39 @@ class BinarySource {
 
 template <class Source> class PlyReader {
  public:
-  explicit PlyReader(Source source) : source_(source) {}
+  PlyReader(Source source, bool surfaces) : source_(source), surfaces_(surfaces) {}
 
   build::Result<Mesh> read(const PlyHeader& header) {
     for (const PlyElement& element : header.elements) {
       if (element.properties.empty()) continue;
       if (auto done = check_count(element); !done) return tl::unexpected(done.error());
-      const auto done = element.name == "vertex" ? read_vertices(element)
-                        : element.name == "face" ? read_faces(element)
-                                                 : skip(element);
-      if (!done) return tl::unexpected(done.error());
+      if (auto done = read_element(element); !done) return tl::unexpected(done.error());
     }
     auto triangles = triangulate(mesh_.positions, faces_, mesh_.skipped_faces);
     if (!triangles) return tl::unexpected(triangles.error());
     mesh_.triangles = std::move(*triangles);
+    warn(header);
     return std::move(mesh_);
   }
 
  private:
+  build::Result<void> read_element(const PlyElement& element) {
+    if (element.name == "vertex") return read_vertices(element);
+    if (element.name == "face") return read_faces(element);
+    if (element.name == "tristrips") return read_strips(element);
+    ignored_.add("elements " + in_quotes(element.name), element.count);
+    return skip(element);
+  }
+
+  void warn(const PlyHeader& header) {
+    ignored_.add("header lines with unknown keywords", header.ignored_lines);
+    std::string_view left = source_.rest();
+    std::uint64_t line = 0;
+    const std::string_view word = next_word_of_lines(left, line);
+    ignored_.add("bytes behind the last element", word.size() + left.size());
+    ignored_.warn(mesh_.warnings);
+  }
+
   tl::unexpected<build::Error> fail(const PlyElement& element, std::uint64_t i, const std::string& what) const {
     return invalid_input(element.name + " " + std::to_string(i) + " of " + std::to_string(element.count) + ": " + what +
                          " at " + source_.location());
@@ -172,6 +194,9 @@ template <class Source> class PlyReader {
           axis[p] = a;
           found |= 1u << a;
         }
+    const auto is_color = [](const PlyProperty& property) { return property.name == "red"; };
+    if (surfaces_ && std::any_of(element.properties.begin(), element.properties.end(), is_color))
+      ignored_.add("colours of vertices", element.count);
     if (found != 7) return invalid_input("element 'vertex' lacks one of the properties x, y and z");
     if (element.count > std::numeric_limits<std::uint32_t>::max())
       return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, "more than 4294967295 vertices"});
@@ -186,25 +211,62 @@ template <class Source> class PlyReader {
     return {};
   }
 
-  build::Result<void> read_faces(const PlyElement& element) {
+  /// The number of the property that lists vertices.
+  static build::Result<std::size_t> corners_of(const PlyElement& element) {
     const auto is_corners = [](const PlyProperty& p) {
       return p.is_list && (p.name == "vertex_indices" || p.name == "vertex_index");
     };
     const auto list = std::find_if(element.properties.begin(), element.properties.end(), is_corners);
-    if (list == element.properties.end())
-      return invalid_input("element 'face' has no list property 'vertex_indices' or 'vertex_index'");
-    const auto corners = static_cast<std::size_t>(list - element.properties.begin());
+    if (list != element.properties.end()) return static_cast<std::size_t>(list - element.properties.begin());
+    return invalid_input("element " + in_quotes(element.name) +
+                         " has no list property 'vertex_indices' or 'vertex_index'");
+  }
+
+  static bool is_vertex(double number) { return number >= 0 && number < 4294967296.0 && number == std::floor(number); }
+
+  /// Strips of triangles; -1 begins the next one. Every second triangle of a strip is turned around.
+  build::Result<void> read_strips(const PlyElement& element) {
+    const auto corners = corners_of(element);
+    if (!corners) return tl::unexpected(corners.error());
+    for (std::uint64_t i = 0; i < element.count; ++i) {
+      std::array<std::uint32_t, 2> last{};
+      std::uint64_t length = 0;  // Of the strip so far.
+      const auto take = [&](std::size_t p, double number) {
+        if (p != *corners) return true;
+        if (number == -1.0) {
+          length = 0;
+          return true;
+        }
+        if (!is_vertex(number)) return false;
+        const auto corner = static_cast<std::uint32_t>(number);
+        if (length >= 2) {
+          const std::size_t odd = length % 2;
+          faces_.corners.insert(faces_.corners.end(), {last[odd], last[1 - odd], corner});
+          faces_.sizes.push_back(3);
+        }
+        last = {last[1], corner};
+        ++length;
+        return true;
+      };
+      if (auto done = read_record(element, i, take, [](std::size_t, std::uint32_t) {}); !done) return done;
+    }
+    return {};
+  }
+
+  build::Result<void> read_faces(const PlyElement& element) {
+    const auto corners = corners_of(element);
+    if (!corners) return tl::unexpected(corners.error());
     faces_.sizes.reserve(element.count);
     faces_.corners.reserve(3 * element.count);
     for (std::uint64_t i = 0; i < element.count; ++i) {
       const auto take = [&](std::size_t p, double number) {
-        if (p != corners) return true;
-        if (!(number >= 0 && number < 4294967296.0 && number == std::floor(number))) return false;
+        if (p != *corners) return true;
+        if (!is_vertex(number)) return false;
         faces_.corners.push_back(static_cast<std::uint32_t>(number));
         return true;
       };
       const auto length = [&](std::size_t p, std::uint32_t count) {
-        if (p == corners) faces_.sizes.push_back(count);
+        if (p == *corners) faces_.sizes.push_back(count);
       };
       if (auto done = read_record(element, i, take, length); !done) return done;
     }
@@ -215,20 +277,27 @@ template <class Source> class PlyReader {
   std::uint64_t values_ = 0;  ///< Read so far.
   Mesh mesh_;
   Polygons faces_;
+  Ignored ignored_;
+  bool surfaces_;
 };
 
 }  // namespace
 
-build::Result<Mesh> read_ply(std::span<const std::byte> bytes) {
+build::Result<Mesh> read_ply(std::span<const std::byte> bytes, bool surfaces) {
   std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  if (is_utf16(text)) return invalid_input(kUtf16Fault);
   skip_byte_order_mark(text);
   const auto header = parse_ply_header(text);
   if (!header) return tl::unexpected(header.error());
-  for (const char* name : {"vertex", "face"})
-    if (std::none_of(header->elements.begin(), header->elements.end(), [&](const auto& e) { return e.name == name; }))
-      return invalid_input(std::string("the header names no element '") + name + "'");
-  if (header->encoding == PlyEncoding::kAscii) return PlyReader(AsciiSource(text, header->lines)).read(*header);
-  return PlyReader(BinarySource(text, bytes.size() - text.size(), header->encoding == PlyEncoding::kBigEndian))
+  const auto has = [&](std::string_view name) {
+    return std::any_of(header->elements.begin(), header->elements.end(), [&](const auto& e) { return e.name == name; });
+  };
+  if (!has("vertex")) return invalid_input("the header names no element 'vertex'");
+  if (!has("face") && !has("tristrips")) return invalid_input("the header names no element 'face', and no 'tristrips'");
+  if (header->encoding == PlyEncoding::kAscii)
+    return PlyReader(AsciiSource(text, header->lines), surfaces).read(*header);
+  return PlyReader(BinarySource(text, bytes.size() - text.size(), header->encoding == PlyEncoding::kBigEndian),
+                   surfaces)
       .read(*header);
 }
 

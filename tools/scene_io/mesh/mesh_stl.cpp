@@ -3,6 +3,7 @@
 
 #include <tools/base/interrupt.h>
 #include <tools/base/text.h>
+#include <tools/scene_io/ignored.h>
 #include <tools/scene_io/mesh/mesh_formats.h>
 #include <tools/scene_io/mesh/polygons.h>
 
@@ -27,17 +28,24 @@ std::uint32_t facet_count(std::span<const std::byte> bytes) {
   return facets;
 }
 
+void warn_rest(Mesh& mesh, std::uint64_t bytes) {
+  Ignored ignored;
+  ignored.add("bytes behind the last facet", bytes);
+  ignored.warn(mesh.warnings);
+}
+
 build::Result<Mesh> read_binary(std::span<const std::byte> bytes) {
   if (bytes.size() < kHeaderBytes)
     return invalid_input(std::to_string(bytes.size()) + " bytes are too few for the header of a binary STL file, 84");
   const std::uint32_t facets = facet_count(bytes);
   const std::uint64_t expected = kHeaderBytes + kFacetBytes * facets;
-  if (bytes.size() != expected)
-    return invalid_input("the header says " + std::to_string(facets) + " facets, which takes " +
+  if (bytes.size() < expected)
+    return invalid_input("truncated: the header says " + std::to_string(facets) + " facets, which takes " +
                          std::to_string(expected) + " bytes, but the file has " + std::to_string(bytes.size()));
   if (facets > std::numeric_limits<std::uint32_t>::max() / 3)
     return tl::unexpected(build::Error{build::ErrorCode::kTooLarge, "more than 4294967295 corners"});
   Mesh mesh;
+  if (bytes.size() > expected) warn_rest(mesh, bytes.size() - expected);
   mesh.positions.resize(3 * std::size_t{facets});
   mesh.triangles.resize(facets);
   for (std::uint32_t i = 0; i < facets; ++i) {
@@ -75,6 +83,7 @@ class Words {
 
   /// The line of the last word.
   std::uint64_t line() const { return line_; }
+  std::string_view rest() const { return text_; }
 
  private:
   std::string_view text_;
@@ -82,7 +91,8 @@ class Words {
 };
 
 /// Reads ASCII files. Line ends matter only for the name of a solid: it ends with the line, or before words that can
-/// only begin a facet.
+/// only begin a facet. The last solid may lack its end, and other bytes may follow the last facet: then there is a
+/// warning.
 class AsciiReader {
  public:
   explicit AsciiReader(std::string_view text) : words_(text) {}
@@ -91,9 +101,14 @@ class AsciiReader {
     std::uint64_t count = 0;
     for (std::string_view word = words_.next(); !word.empty(); word = words_.next()) {
       if (interrupted_at(++count)) return cancelled();
+      if (is_rest(word)) {
+        warn_rest(mesh_, word.size() + words_.rest().size());
+        break;
+      }
       if (auto done = read_word(word); !done) return tl::unexpected(done.error());
     }
-    if (in_solid_) return truncated();
+    if (in_facet_ || (in_solid_ && facets_.sizes.empty())) return truncated();
+    if (in_solid_) mesh_.warnings.emplace_back("the last solid has no 'endsolid': is the file whole?");
     auto triangles = triangulate(mesh_.positions, facets_, mesh_.skipped_faces);
     if (!triangles) return tl::unexpected(triangles.error());
     mesh_.triangles = std::move(*triangles);
@@ -106,6 +121,13 @@ class AsciiReader {
   }
 
   tl::unexpected<build::Error> truncated() const { return fail("truncated: the solid has no 'endsolid'"); }
+
+  /// Is a word no keyword, behind a facet, and was that facet the last?
+  bool is_rest(std::string_view word) const {
+    if (in_facet_ || facets_.sizes.empty() || is_keyword(word)) return false;
+    const std::string_view rest = words_.rest();
+    return rest.find("vertex") == std::string_view::npos && rest.find("VERTEX") == std::string_view::npos;
+  }
 
   build::Result<void> read_word(std::string_view word) {
     const std::string keyword = lower(word);
@@ -208,8 +230,9 @@ bool starts_with_solid(std::span<const std::byte> bytes) {
 build::Result<Mesh> read_stl(std::span<const std::byte> bytes) {
   // Many binary files begin with "solid", too. Their size identifies them.
   const bool has_binary_size = bytes.size() == kHeaderBytes + kFacetBytes * facet_count(bytes);
-  if (has_binary_size || !starts_with_solid(bytes)) return read_binary(bytes);
   std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  if (!has_binary_size && is_utf16(text)) return invalid_input(kUtf16Fault);
+  if (has_binary_size || !starts_with_solid(bytes)) return read_binary(bytes);
   skip_byte_order_mark(text);
   return AsciiReader(text).read();
 }

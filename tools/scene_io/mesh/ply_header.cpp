@@ -12,7 +12,7 @@ namespace hiprt::tools {
 namespace {
 
 std::optional<PlyType> type_of(std::string_view word) {
-  constexpr std::array<std::pair<std::string_view, PlyType>, 16> kNames{{{"char", PlyType::kInt8},
+  constexpr std::array<std::pair<std::string_view, PlyType>, 18> kNames{{{"char", PlyType::kInt8},
                                                                          {"int8", PlyType::kInt8},
                                                                          {"uchar", PlyType::kUint8},
                                                                          {"uint8", PlyType::kUint8},
@@ -24,6 +24,8 @@ std::optional<PlyType> type_of(std::string_view word) {
                                                                          {"int32", PlyType::kInt32},
                                                                          {"uint", PlyType::kUint32},
                                                                          {"uint32", PlyType::kUint32},
+                                                                         {"int64", PlyType::kInt64},
+                                                                         {"uint64", PlyType::kUint64},
                                                                          {"float", PlyType::kFloat32},
                                                                          {"float32", PlyType::kFloat32},
                                                                          {"double", PlyType::kFloat64},
@@ -32,8 +34,6 @@ std::optional<PlyType> type_of(std::string_view word) {
     if (word == name) return type;
   return std::nullopt;
 }
-
-bool is_real(PlyType type) { return type == PlyType::kFloat32 || type == PlyType::kFloat64; }
 
 class HeaderParser {
  public:
@@ -59,7 +59,7 @@ class HeaderParser {
       } else if (keyword == "property") {
         done = read_property(line);
       } else if (keyword != "comment" && keyword != "obj_info" && !keyword.empty()) {
-        done = fail("unknown keyword " + in_quotes(keyword));
+        ++header_.ignored_lines;
       }
       if (!done) return tl::unexpected(done.error());
     }
@@ -97,8 +97,8 @@ class HeaderParser {
       header_.encoding = PlyEncoding::kBigEndian;
     else
       return fail("unknown format " + in_quotes(word));
-    if (const std::string_view version = next_word(line); version != "1.0")
-      return fail("unknown version " + in_quotes(version) + ", only 1.0 is known");
+    if (const std::string_view version = next_word(line); !version.starts_with("1."))
+      return fail("unknown version " + in_quotes(version) + ", 1.0 and other 1.x are known");
     return {};
   }
 
@@ -117,7 +117,7 @@ class HeaderParser {
     if (word == "list") {
       const std::string_view length = next_word(line);
       const auto type = type_of(length);
-      if (!type || is_real(*type)) return fail(in_quotes(length) + " is not an integer type");
+      if (!type) return fail(in_quotes(length) + " is not a type");
       property.is_list = true;
       property.count_type = *type;
       word = next_word(line);
@@ -137,7 +137,7 @@ class HeaderParser {
 }  // namespace
 
 unsigned size_of(PlyType type) {
-  constexpr std::array<unsigned, 8> kSizes{1, 1, 2, 2, 4, 4, 4, 8};
+  constexpr std::array<unsigned, 10> kSizes{1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
   return kSizes[static_cast<std::size_t>(type)];
 }
 

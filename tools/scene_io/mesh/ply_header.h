@@ -11,7 +11,7 @@
 namespace hiprt::tools {
 
 enum class PlyEncoding { kAscii, kLittleEndian, kBigEndian };
-enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
+enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kInt64, kUint64, kFloat32, kFloat64 };
 
 /// Bytes of a value in a binary file.
 unsigned size_of(PlyType type);
@@ -20,7 +20,7 @@ struct PlyProperty {
   std::string name;
   PlyType type;
   bool is_list = false;
-  PlyType count_type = PlyType::kUint8;  ///< Of the list's length.
+  PlyType count_type = PlyType::kUint8;  ///< Of the list's length; also a real type.
 };
 
 struct PlyElement {
@@ -32,7 +32,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::kAscii;
   std::vector<PlyElement> elements;
-  std::size_t lines = 0;  ///< Of the header.
+  std::size_t lines = 0;          ///< Of the header.
+  std::size_t ignored_lines = 0;  ///< Those with unknown keywords.
 };
 
 /// Cuts the header off @p text. @return kInvalidInput with the line that is wrong.

@@ -1,6 +1,7 @@
 #include <tools/scene_io/scene/scene_binary.h>
 
 #include <tools/base/interrupt.h>
+#include <tools/base/memory_limit.h>
 #include <tools/scene_io/scene/scene_order.h>
 
 #include <hiprt_build/file.h>
@@ -204,8 +205,7 @@ build::Result<SceneDescription> read_scene_binary(const std::filesystem::path& p
     result.path = path.string();
     return result;
   } catch (const std::bad_alloc&) {
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kOutOfMemory, path.string() + ": not enough memory to read it"});
+    return tl::unexpected(not_enough_memory(path.string()));
   }
 }
 

@@ -38,7 +38,8 @@ struct SceneDescription {
   std::vector<std::unique_ptr<build::Motion>> motions;  ///< Motions that instances refer to.
   /// For a scene with merged levels: where the instances of its groups came from.
   std::optional<build::MergedLevels> merged;
-  std::uint64_t shared_objects = 0;  ///< Objects that are shared because they have the same meshes.
+  std::vector<std::string> warnings{};  ///< With locations in the description.
+  std::uint64_t shared_objects = 0;     ///< Objects that are shared because they have the same meshes.
 };
 
 }  // namespace hiprt::tools

@@ -1,6 +1,7 @@
 #include <tools/scene_io/scene/scene_json.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/names.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/json_location.h>
@@ -123,8 +124,25 @@ build::MotionKey parts_of(const JsonLocation& location, const Json& key) {
   return result;
 }
 
+/// Why the turn between two keys is not the one that the document may mean; empty: it is.
+std::string fault_of_turn(const JsonLocation& location, const Json& before, const Json& key) {
+  const auto degrees = [](const Json& from) {
+    const auto turn = from.find("rotate");
+    return turn != from.end() && turn->is_object() ? turn->value("degrees", 0.0) : 0.0;
+  };
+  const auto axis = [](const Json& from) {
+    const auto turn = from.find("rotate");
+    return turn != from.end() && turn->is_object() ? turn->value("axis", Json()) : Json();
+  };
+  const double angle = std::abs(degrees(key) - degrees(before));
+  const bool one_axis = axis(before) == axis(key) || axis(before).is_null() || axis(key).is_null();
+  if (!one_axis || angle <= 180) return {};
+  return location.text() + ": a turn of " + Json(angle).dump() +
+         " degrees from the key before: between two keys the shorter arc is taken; add keys between";
+}
+
 /// Keys as matrices, or in parts: all alike.
-build::Motion motion_of(const JsonLocation& location, const Json& value) {
+build::Motion motion_of(const JsonLocation& location, const Json& value, std::vector<std::string>& warnings) {
   json_object(location, value);
   check_keys(location, value, std::array<std::string_view, 2>{"interpolation", "keys"});
   build::Motion motion;
@@ -151,6 +169,8 @@ build::Motion motion_of(const JsonLocation& location, const Json& value) {
     } else {
       motion.keys.push_back(parts_of(at, key));
       motion.keys.back().time = time;
+      if (i == 0 || motion.kind == MotionKind::kMatrix) continue;
+      if (std::string fault = fault_of_turn(at, keys[i - 1], key); !fault.empty()) warnings.push_back(std::move(fault));
     }
   }
   return motion;
@@ -275,7 +295,8 @@ class Reader {
     if (const auto motion = value.find("motion"); motion != value.end()) {
       for (const char* key : {"matrix", "translate", "rotate", "scale"})
         if (value.contains(key)) json_fault(location, std::string("has both 'motion' and '") + key + "'");
-      result_.motions.push_back(std::make_unique<build::Motion>(motion_of(JsonLocation(location, "motion"), *motion)));
+      result_.motions.push_back(
+          std::make_unique<build::Motion>(motion_of(JsonLocation(location, "motion"), *motion, result_.warnings)));
       instance.motion = result_.motions.back().get();
     }
     if (const auto mask = value.find("mask"); mask != value.end())
@@ -351,8 +372,7 @@ build::Result<SceneDescription> read_scene_json(const std::filesystem::path& pat
   } catch (const JsonFault& fault) {
     return invalid_input(path.string() + ": " + fault.message);
   } catch (const std::bad_alloc&) {
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kOutOfMemory, path.string() + ": not enough memory to read it"});
+    return tl::unexpected(not_enough_memory(path.string()));
   }
 }
 

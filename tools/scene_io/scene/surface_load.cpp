@@ -1,6 +1,7 @@
 #include <tools/scene_io/scene/surface_load.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
 #include <tools/scene_io/mesh/mesh_import.h>
 #include <tools/scene_io/scene/scene_assembly.h>
@@ -27,6 +28,7 @@ struct NamedSurface {
 
 /// Everything that was read.
 struct Reading {
+  std::vector<std::string> warnings;
   MaterialLibrary library;
   std::optional<std::uint32_t> clay;               ///< Its number in the library.
   std::vector<std::vector<NamedSurface>> objects;  ///< Without groups.
@@ -86,6 +88,10 @@ class SurfaceReader {
   }
 
  private:
+  static void add_warnings(Reading& reading, const std::string& input, const std::vector<std::string>& warnings) {
+    for (const std::string& warning : warnings) reading.warnings.push_back(input + ": " + warning);
+  }
+
   build::Result<void> check_files(const std::vector<std::string>& files) const {
     if (output_.empty()) return {};
     return check_output(output_, files);
@@ -95,6 +101,7 @@ class SurfaceReader {
     if (auto checked = check_files({input}); !checked) return tl::unexpected(checked.error());
     auto mesh = load_mesh(input, &reading.library);
     if (!mesh) return mesh;
+    add_warnings(reading, input, mesh->warnings);
     if (auto checked = check_files(mesh->files); !checked) return tl::unexpected(checked.error());
     return mesh;
   }
@@ -189,6 +196,7 @@ class SurfaceReader {
       if (auto checked = check_files({input}); !checked) return tl::unexpected(checked.error());
       auto assembly = load_assembly(input, {}, &reading.library);
       if (!assembly) return tl::unexpected(assembly.error());
+      add_warnings(reading, input, assembly->warnings);
       if (auto checked = check_files(assembly->files); !checked) return tl::unexpected(checked.error());
       add_assembly(scene, std::move(*assembly), {});
     }
@@ -243,7 +251,8 @@ class SurfaceReader {
 
 /// The surfaces without their names.
 SceneSurfaces result_of(Reading reading) {
-  SceneSurfaces result{std::move(reading.library.textures), std::move(reading.library.materials), {}};
+  SceneSurfaces result{
+      std::move(reading.library.textures), std::move(reading.library.materials), {}, std::move(reading.warnings)};
   for (auto& object : reading.objects) {
     auto& geometries = result.objects.emplace_back();
     for (NamedSurface& named : object) geometries.push_back(std::move(named.surface));
@@ -261,8 +270,7 @@ build::Result<SceneSurfaces> load_surfaces(std::span<const std::string> inputs, 
     if (!reading) return tl::unexpected(std::move(reading.error()));
     return result_of(std::move(*reading));
   } catch (const std::bad_alloc&) {
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kOutOfMemory, "not enough memory to read what surfaces look like"});
+    return tl::unexpected(not_enough_memory(inputs[0]));
   }
 }
 

@@ -17,10 +17,11 @@ namespace hiprt::tools {
 /// of the object, or of the scene if the BVH has no instances. Groups of instances are objects without geometries.
 ///
 /// Read from glTF 2.0: pbrMetallicRoughness, emission with KHR_materials_emissive_strength, alphaMode (BLEND: cutoff
-/// 0.5) and normals. Textures are read from PNG and JPEG images, with TEXCOORD_0 and KHR_texture_transform. Not read:
-/// vertex colours, normal maps, skins, other material extensions. A primitive without material has the standard's
-/// default (white, metallic 1, roughness 1). Images are read only if a triangle has a material with them, each once per
-/// file. Files of other formats, spheres and curves have a material "clay" without textures.
+/// 0.5) and normals. Textures are read from PNG and JPEG images, with TEXCOORD_0 and KHR_texture_transform. Not read
+/// and named in the warnings: vertex colours, normal maps, other sets of coordinates, other material extensions. A
+/// primitive without material has the standard's default (white, metallic 1, roughness 1). Images are read only if a
+/// triangle has a material with them, each once per file. Files of other formats, spheres and curves have a material
+/// "clay" without textures.
 /// @param bvh of the file to trace; its content is trusted (validate()).
 /// @param output file that will be written. It must not be one of the files that are read. Empty: no file.
 /// @return kInvalidInput if the files do not match the BVH: "a.glb: geometry 0 has 12 triangles, that of the BVH 14

@@ -47,6 +47,10 @@ build::Result<HairHeader> read_header(std::span<const std::byte> bytes) {
     return invalid_input("truncated: " + std::to_string(bytes.size()) + " bytes, its " +
                          std::to_string(header.strands) + " strands and " + std::to_string(header.points) +
                          " points take " + std::to_string(size_of(header)));
+  // A strand without segments has a point, too. So the file's size limits the number of strands.
+  if (header.strands > header.points)
+    return invalid_input("the header says " + std::to_string(header.strands) + " strands of " +
+                         std::to_string(header.points) + " points, a strand has 1 or more");
   return header;
 }
 

@@ -1,5 +1,6 @@
 #include <tools/scene_io/shapes/shape_import.h>
 
+#include <tools/base/memory_limit.h>
 #include <tools/base/text.h>
 #include <tools/scene_io/shapes/shape_formats.h>
 
@@ -50,13 +51,14 @@ std::string shape_point_fault(const ShapePoint& point) {
 
 build::Result<ShapeSet> read_xyzr(std::span<const std::byte> bytes) {
   std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+  if (is_utf16(text)) return invalid_input(kUtf16Fault);
   skip_byte_order_mark(text);
   ShapeSet shapes;
   shapes.kind = ShapeKind::kSpheres;
   for (std::uint64_t line = 1; !text.empty(); ++line) {
     if (interrupted_at(line)) return cancelled();
     std::string_view content = next_line(text);
-    content = content.substr(0, content.find('#'));
+    content = without_comment(content);
     std::string_view rest = content;
     if (next_word(rest).empty()) continue;
     const auto point = parse_sphere(content);
@@ -82,8 +84,7 @@ build::Result<ShapeSet> load_shapes(const std::filesystem::path& path) {
     shapes->path = path.string();
     return shapes;
   } catch (const std::bad_alloc&) {
-    return tl::unexpected(
-        build::Error{build::ErrorCode::kOutOfMemory, path.string() + ": not enough memory to read it"});
+    return tl::unexpected(not_enough_memory(path.string()));
   }
 }
 

@@ -20,6 +20,14 @@ build::Result<void> check_picture_size(std::uint32_t width, std::uint32_t height
   return {};
 }
 
+build::Result<void> check_file_size(std::uint32_t width, std::uint32_t height, std::uint64_t bits,
+                                    std::uint64_t expansion, std::uint64_t file_bytes) {
+  const std::uint64_t least = std::uint64_t{width} * height * bits / 8 / expansion;
+  if (least <= file_bytes) return {};
+  return invalid_input("truncated: " + std::to_string(width) + " x " + std::to_string(height) + " texels take " +
+                       std::to_string(least) + " bytes or more, but the file has " + std::to_string(file_bytes));
+}
+
 build::Result<Texture> decode_picture(std::span<const std::byte> bytes, std::uint64_t most_texels) {
   const std::string_view text{reinterpret_cast<const char*>(bytes.data()), bytes.size()};
   if (text.starts_with("\x89PNG\r\n\x1a\n")) return decode_png(bytes, most_texels);

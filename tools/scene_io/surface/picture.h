@@ -29,4 +29,10 @@ build::Result<Texture> decode_jpeg(std::span<const std::byte> bytes, std::uint64
 /// @return kInvalidInput for an empty picture, kTooLarge.
 build::Result<void> check_picture_size(std::uint32_t width, std::uint32_t height, std::uint64_t most_texels);
 
+/// @param bits that the file has for each texel, at least, before compression. @param expansion how many times larger
+/// decompression makes data, at most.
+/// @return kInvalidInput if a file of so many bytes cannot have so many texels. Then no memory may be asked for.
+build::Result<void> check_file_size(std::uint32_t width, std::uint32_t height, std::uint64_t bits,
+                                    std::uint64_t expansion, std::uint64_t file_bytes);
+
 }  // namespace hiprt::tools

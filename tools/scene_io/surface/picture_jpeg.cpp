@@ -2,6 +2,7 @@
 /// returns the size. Therefore completeness and size are read from the markers first (ITU-T T.81, annex B).
 
 #include <tools/base/errors.h>
+#include <tools/base/memory_limit.h>
 #include <tools/scene_io/surface/picture.h>
 
 #include <tiny_gltf.h>
@@ -84,9 +85,16 @@ build::Result<Texture> decode_jpeg(std::span<const std::byte> bytes, std::uint64
   if (!size) return tl::unexpected(size.error());
   if (auto checked = check_picture_size(size->width, size->height, most_texels); !checked)
     return tl::unexpected(checked.error());
+  // One component, in blocks of 8 x 8 texels that take a bit each.
+  constexpr std::uint64_t kBlockTexels = 64;
+  if (auto checked = check_file_size(size->width, size->height, 1, kBlockTexels, bytes.size()); !checked)
+    return tl::unexpected(checked.error());
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     return tl::unexpected(build::Error{build::ErrorCode::kTooLarge,
                                        "JPEG of " + std::to_string(bytes.size()) + " bytes, the limit is 2147483647"});
+  // stb_image calls a picture damaged that memory does not hold: coefficients, planes and texels of 4 components.
+  constexpr std::size_t kDecoderBytes = 16;
+  require_memory(kDecoderBytes * size->width * size->height);
   tinygltf::Image image;
   std::string ignored;
   if (!tinygltf::LoadImageData(&image, 0, &ignored, &ignored, static_cast<int>(size->width),

@@ -35,6 +35,7 @@ class PngDecoder {
   }
   std::uint32_t width() const { return png_get_image_width(png_, info_); }
   std::uint32_t height() const { return png_get_image_height(png_, info_); }
+  std::uint64_t bits() const { return std::uint64_t{png_get_bit_depth(png_, info_)} * png_get_channels(png_, info_); }
 
   /// @param texels width() * height() of them. @param rows height() pointers into them.
   bool read(png_bytepp rows) {
@@ -74,6 +75,9 @@ build::Result<Texture> decode_png(std::span<const std::byte> bytes, std::uint64_
   const auto damaged = [&] { return invalid_input(std::string("damaged PNG: ") + png.message()); };
   if (!png.begin()) return damaged();
   if (auto checked = check_picture_size(png.width(), png.height(), most_texels); !checked)
+    return tl::unexpected(checked.error());
+  constexpr std::uint64_t kDeflate = 1032;  // The longest match, 258 bytes, takes two bits.
+  if (auto checked = check_file_size(png.width(), png.height(), png.bits(), kDeflate, bytes.size()); !checked)
     return tl::unexpected(checked.error());
   Texture result{{}, png.width(), png.height(), {}};
   result.texels.resize(std::size_t{result.width} * result.height);

@@ -58,6 +58,7 @@ struct SceneSurfaces {
   std::vector<Texture> textures;
   std::vector<Material> materials;
   std::vector<std::vector<GeometrySurface>> objects;
+  std::vector<std::string> warnings{};  ///< What of the files was ignored, with their names.
 };
 
 }  // namespace hiprt::tools

@@ -1,0 +1,34 @@
+#pragma once
+/// A limit of the memory that readers of files may take.
+
+#include <hiprt_build/error.h>
+
+#include <cstdint>
+#include <string>
+
+namespace hiprt::tools {
+
+/// While a limit lives, the process can allocate that many bytes more than it had before. Allocations beyond it fail
+/// with std::bad_alloc, also those of libraries. The system counts (RLIMIT_DATA of Linux); elsewhere nothing is
+/// limited. Mapped files do not count. At most one limit may live at a time.
+class MemoryLimit {
+ public:
+  /// @param bytes 0: half of the machine's memory.
+  explicit MemoryLimit(std::uint64_t bytes);
+  MemoryLimit(const MemoryLimit&) = delete;
+  MemoryLimit& operator=(const MemoryLimit&) = delete;
+  ~MemoryLimit();
+
+ private:
+  std::uint64_t old_ = 0;  ///< The system's limit before.
+  bool is_set_ = false;
+};
+
+/// Throws std::bad_alloc unless so many bytes can be allocated now. For libraries that report too little memory as
+/// damaged input.
+void require_memory(std::uint64_t bytes);
+
+/// What a reader returns after std::bad_alloc: kOutOfMemory with the name of the file, and the limit if one lives.
+build::Error not_enough_memory(const std::string& name);
+
+}  // namespace hiprt::tools
