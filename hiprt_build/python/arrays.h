@@ -1,5 +1,5 @@
 #pragma once
-/// Arrays that the module fills: those that Python has allocated, and those that it allocates itself.
+/// Arrays that the module fills. Python has allocated them, or the module does.
 
 #include <hiprt_build/python/errors.h>
 

@@ -95,10 +95,9 @@ Scene build_meshes(const nb::list& list, const nb::dict& words, const nb::object
 nb::dict refit_scene(Scene& scene, const nb::list& list, unsigned threads, const nb::object& progress) {
   const Meshes moved = meshes_from(list);
   const auto data = scene.data();
-  build::RefittedBvh refitted =
-      watched(progress, moved.triangles, moved.triangles < kSmall, [&](const auto& callback) {
-        return build::refit_copy(data->bytes(), {.meshes = moved.meshes}, {.threads = threads, .progress = callback});
-      });
+  build::RefittedBvh refitted = watched(progress, moved.triangles, moved.triangles < kSmall, [&](const auto& callback) {
+    return build::refit_copy(data->bytes(), {.meshes = moved.meshes}, {.threads = threads, .progress = callback});
+  });
   scene.replace(std::make_shared<const SceneData>(std::move(refitted.buffer), data->statistics()));
   nb::dict result;
   result["rebuild_advised"] = refitted.statistics.rebuild_advised;

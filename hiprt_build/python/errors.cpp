@@ -27,8 +27,7 @@ void translate(const std::exception_ptr& thrown, void*) {
   try {
     std::rethrow_exception(thrown);
   } catch (const LibraryError& failure) {
-    const nanobind::object type =
-        nanobind::module_::import_("hiprt._errors").attr(class_of(failure.error().code));
+    const nanobind::object type = nanobind::module_::import_("hiprt._errors").attr(class_of(failure.error().code));
     PyErr_SetString(type.ptr(), failure.what());
   }
 }

@@ -79,33 +79,73 @@ void collect(const SceneView& scene, const Rays& rays, Precision precision, std:
   while (hits.ends.size() < count) hits.end_ray(most);
 }
 
-/// Calls take(first, hits) for every block of rays.
-template <class Take>
-void collect_all(const SceneData& data, const Rays& rays, Precision precision, unsigned threads, std::size_t most,
-                 const nb::object& progress, const Take& take) {
+BlockHits collected(const SceneView& scene, const Rays& rays, Precision precision, std::size_t most, const Watch& watch,
+                    std::size_t first, std::size_t count) {
+  BlockHits hits(scene.levels);
+  precision == Precision::kDouble ? collect<double>(scene, rays, precision, most, watch, first, count, hits)
+                                  : collect<float>(scene, rays, precision, most, watch, first, count, hits);
+  return hits;
+}
+
+/// Calls body(scene, watch, first, count) for every block of rays.
+template <class Body>
+void for_all_hits(const SceneData& data, const Rays& rays, unsigned threads, const nb::object& progress,
+                  const Body& body) {
   Watch watch(rays.size());
-  run_watched(progress, watch, rays.size() <= 64, [&] {
+  // All hits of a few rays may be many.
+  constexpr std::size_t kFew = 16;
+  run_watched(progress, watch, rays.size() <= kFew, [&] {
     const SceneView scene = make_scene_view(data.view());
     check_traceable(scene);
-    for_blocks(rays.size(), threads, watch, [&](std::size_t first, std::size_t count) {
-      BlockHits hits(scene.levels);
-      precision == Precision::kDouble ? collect<double>(scene, rays, precision, most, watch, first, count, hits)
-                                      : collect<float>(scene, rays, precision, most, watch, first, count, hits);
-      take(first, std::move(hits));
-    });
+    for_blocks(rays.size(), threads, watch,
+               [&](std::size_t first, std::size_t count) { body(scene, watch, first, count); });
   });
+}
+
+/// Counts hits of scenes in which no primitive lies in two leaves.
+struct Counter {
+  std::uint32_t* counts;
+  const Watch& watch;
+
+  static bool take(void* to, std::size_t ray, const ListedHit&, const std::uint32_t*) {
+    auto& self = *static_cast<Counter*>(to);
+    ++self.counts[ray];
+    return !self.watch.stopped();
+  }
+};
+
+template <class Real>
+void count_block(const SceneView& scene, const Rays& rays, Precision precision, const Watch& watch, std::size_t first,
+                 std::size_t count, std::uint32_t* counts) {
+  BasicRay<Real> block[kBlock];
+  rays.gather(first, count, block);
+  std::fill_n(counts, count, 0u);
+  Counter counter{counts, watch};
+  trace({&scene, Query::kAll, precision, block, nullptr, nullptr, count, {&Counter::take, &counter}});
+}
+
+/// The leaves of opened instances and of split triangles repeat hits.
+bool may_repeat(const SceneView& scene) {
+  return scene.levels != 0 || (scene.features & feature_bit(Feature::kSplitReferences)) != 0;
 }
 
 void count(const Scene& scene, const Rays& rays, const std::string& word, unsigned threads, const nb::object& progress,
            const OutputArray& result) {
   const auto data = scene.data();
+  const Precision precision = precision_of(word);
   std::uint32_t* const to = data_of<std::uint32_t>(result, "count", rays.size());
-  collect_all(*data, rays, precision_of(word), threads, ~std::size_t{0}, progress,
-              [&](std::size_t first, const BlockHits& hits) {
-                std::size_t begin = 0;
-                for (std::size_t i = 0; i < hits.ends.size(); begin = hits.ends[i++])
-                  to[first + i] = static_cast<std::uint32_t>(hits.ends[i] - begin);
-              });
+  const auto count_plainly = [&](const SceneView& view, const Watch& watch, std::size_t first, std::size_t number) {
+    precision == Precision::kDouble ? count_block<double>(view, rays, precision, watch, first, number, to + first)
+                                    : count_block<float>(view, rays, precision, watch, first, number, to + first);
+  };
+  for_all_hits(*data, rays, threads, progress,
+               [&](const SceneView& view, const Watch& watch, std::size_t first, std::size_t number) {
+                 if (!may_repeat(view)) return count_plainly(view, watch, first, number);
+                 const BlockHits hits = collected(view, rays, precision, ~std::size_t{0}, watch, first, number);
+                 std::size_t begin = 0;
+                 for (std::size_t i = 0; i < number; begin = hits.ends[i++])
+                   to[first + i] = static_cast<std::uint32_t>(hits.ends[i] - begin);
+               });
 }
 
 /// The arrays of a list.
@@ -141,9 +181,10 @@ nb::tuple list(const Scene& scene, const Rays& rays, const std::string& word, un
   const Precision precision = precision_of(word);
   const std::size_t levels = data->view().header->levels;
   std::vector<BlockHits> blocks((rays.size() + kBlock - 1) / kBlock, BlockHits(levels));
-  collect_all(*data, rays, precision, threads, most, progress, [&](std::size_t first, BlockHits hits) {
-    if (!blocks.empty()) blocks[first / kBlock] = std::move(hits);
-  });
+  for_all_hits(*data, rays, threads, progress,
+               [&](const SceneView& view, const Watch& watch, std::size_t first, std::size_t number) {
+                 if (number != 0) blocks[first / kBlock] = collected(view, rays, precision, most, watch, first, number);
+               });
   return precision == Precision::kDouble ? joined<double>(blocks, rays.size(), levels)
                                          : joined<float>(blocks, rays.size(), levels);
 }

@@ -7,8 +7,8 @@
 
 namespace hiprt::python {
 
-/// Options of a build. Keys that are absent, or None, keep their defaults: quality, builder, layout, threads,
-/// split_budget, presplit_budget, reinsertion_rounds, max_leaf_triangles, pair_triangles, ploc_radius.
+/// Options of a build. A key that is absent, or None, keeps its default. The keys are those of hiprt.build(): quality,
+/// builder, layout, threads, and the members of BuildOptions with their names.
 /// @param defaults for absent keys, if neither quality nor builder is there.
 build::BuildOptions options_from(const nanobind::dict& options, const build::BuildOptions& defaults);
 

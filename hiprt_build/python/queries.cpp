@@ -81,17 +81,16 @@ void trace_all(const SceneView& scene, const Rays& rays, Query query, Precision 
 }
 
 template <class Real>
-void cast_as(const SceneData& data, const Rays& rays, Precision precision, unsigned threads,
-             const nb::object& progress, const nb::tuple& arrays) {
+void cast_as(const SceneData& data, const Rays& rays, Precision precision, unsigned threads, const nb::object& progress,
+             const nb::tuple& arrays) {
   const HitArrays<Real> to(arrays, rays.size(), data.view().header->levels);
   Watch watch(rays.size());
   run_watched(progress, watch, rays.size() <= kBlock, [&] {
     const SceneView scene = data.view_for(rays.size());
     check_traceable(scene);
-    trace_all<Real>(scene, rays, Query::kClosest, precision, threads, watch, to.paths,
-                    [&](std::size_t first, std::size_t count, const BasicHit<Real>* hits) {
-                      to.scatter(first, count, hits);
-                    });
+    trace_all<Real>(
+        scene, rays, Query::kClosest, precision, threads, watch, to.paths,
+        [&](std::size_t first, std::size_t count, const BasicHit<Real>* hits) { to.scatter(first, count, hits); });
   });
 }
 

@@ -58,8 +58,8 @@ void save(const Scene& scene, const std::string& path) {
 
 nb::object bytes_of(const Scene& scene) {
   auto* const data = new std::shared_ptr<const SceneData>(scene.data());
-  const nb::capsule owner(
-      data, [](void* kept) noexcept { delete static_cast<std::shared_ptr<const SceneData>*>(kept); });
+  const nb::capsule owner(data,
+                          [](void* kept) noexcept { delete static_cast<std::shared_ptr<const SceneData>*>(kept); });
   const auto bytes = (*data)->bytes();
   return nb::cast(nb::ndarray<nb::numpy, const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(bytes.data()),
                                                              {bytes.size()}, owner));

@@ -1,8 +1,8 @@
 #pragma once
 /// A BVH file in memory, for Python.
 
-#include <hiprt_build/build.h>
 #include <hiprt_build/buffer.h>
+#include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/host/host_part.h>
 

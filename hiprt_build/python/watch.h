@@ -33,7 +33,7 @@ class Watch {
 /// returns False, the watch is stopped. The exception is thrown when work() has returned.
 /// @param progress a callable, or None.
 /// @param work must return soon after the watch was stopped.
-/// @param small the work takes no longer than milliseconds: it runs on the calling thread, and signals wait.
+/// @param small the work takes milliseconds at most: it runs on the calling thread, and signals wait.
 /// @pre the calling thread holds the GIL.
 void run_watched(const nanobind::object& progress, Watch& watch, bool small, const std::function<void()>& work);
 

@@ -26,27 +26,29 @@ def as_numpy(values: Any, name: str) -> np.ndarray:
                              "hiprt for Python traces on the CPU: pass tensor.cpu()")
         return np.from_dlpack(values)
     if hasattr(values, "__cuda_array_interface__"):
-        raise InputError(f"{name}: the array is in the memory of a GPU. hiprt for Python traces on the CPU: copy it first")
+        raise InputError(f"{name}: the array is in the memory of a GPU. "
+                         "hiprt for Python traces on the CPU: copy it first")
     return np.asarray(values)
 
 
 def readable(array: np.ndarray) -> np.ndarray:
-    """The array, or a copy if its numbers are not aligned or not at whole distances."""
+    """The array, or a copy if its numbers are not aligned, not at whole distances, or in another byte order."""
     whole = all(stride % array.itemsize == 0 for stride in array.strides)
-    native = array.dtype.isnative
-    return array if whole and native and array.flags.aligned else np.array(array, dtype=array.dtype.newbyteorder("="))
+    if whole and array.flags.aligned and array.dtype.isnative:
+        return array
+    return np.array(array, dtype=array.dtype.newbyteorder("="))
 
 
 def as_real(values: Any, name: str) -> np.ndarray:
     """float32 as it is, float16 as float32, all other numbers as float64."""
-    array = as_numpy(values, name)
+    array = readable(as_numpy(values, name))
     if array.dtype == np.float16:
         return array.astype(np.float32)
     if array.dtype not in (np.float32, np.float64):
         if array.dtype.kind not in "iufb":
             raise InputError(f"{name}: expected numbers, found an array of {array.dtype}")
         return array.astype(np.float64)
-    return readable(array)
+    return array
 
 
 def as_float32(values: Any, name: str) -> np.ndarray:
@@ -65,16 +67,15 @@ def as_float32(values: Any, name: str) -> np.ndarray:
 
 def as_uint32(values: Any, name: str) -> np.ndarray:
     """Whole numbers from 0 to 2^32 - 1."""
-    array = as_numpy(values, name)
+    array = readable(as_numpy(values, name))
     if array.dtype == np.uint32:
-        return readable(array)
+        return array
     if array.dtype.kind not in "iu" and array.size != 0:
         raise InputError(f"{name}: expected whole numbers, found an array of {array.dtype}")
     if array.size != 0 and (int(array.min()) < 0 or int(array.max()) > INVALID):
         outside = np.argwhere((array < 0) | (array > INVALID))[0]
         where = tuple(int(i) for i in outside)
         raise InputError(f"{name}{list(where)}: {array[where]} is not between 0 and 2^32 - 1")
-    array = readable(array)
     return array.view(np.uint32) if array.dtype == np.int32 else array.astype(np.uint32)
 
 

@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, NamedTuple, Optional
 import numpy as np
 
 from . import _core
-from ._arrays import INVALID, as_numpy, as_real, as_uint32, readable
+from ._arrays import INVALID, as_real, as_uint32, readable
 from ._errors import InputError
 from ._input import Instances, as_meshes, flattened, mesh_entries
 
@@ -55,7 +55,7 @@ class Hits(NamedTuple):
         origins, directions: of the rays. towards: directions of the new rays, ... x 3.
         """
         kind = self.t.dtype
-        rays, _ = _batch(origins, directions, 0.0, np.inf, INVALID, 0.0)
+        rays = _batch(origins, directions)[0]
         new = np.ascontiguousarray(np.broadcast_to(as_real(towards, "towards"), (*self.t.shape, 3)), dtype=kind)
         moved = np.empty((*self.t.shape, 3), kind)
         flat = [np.ascontiguousarray(array) for array in (self.t, self.normal, self.error)]
@@ -83,8 +83,9 @@ class HitList(NamedTuple):
         return np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
 
 
-def _batch(origins: Any, directions: Any, tmin: Any, tmax: Any, mask: Any, time: Any):
-    """Views of the arrays as one batch, and its shape. Scalars and single vectors serve all rays."""
+def _batch(origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, mask: Any = INVALID, time: Any = 0.0,
+           precision: Optional[str] = None) -> tuple[_core.Rays, tuple[int, ...], str]:
+    """Views of the arrays as one batch, its shape, and its precision. Single vectors and numbers serve all rays."""
     vectors = [as_real(origins, "origins"), as_real(directions, "directions")]
     for name, array in zip(("origins", "directions"), vectors):
         if array.ndim == 0 or array.shape[-1] != 3:
@@ -98,14 +99,9 @@ def _batch(origins: Any, directions: Any, tmin: Any, tmax: Any, mask: Any, time:
     size = int(np.prod(shape, dtype=np.int64))
     flat = [readable(np.broadcast_to(v, (*shape, 3)).reshape(size, 3)) for v in vectors]
     flat += [readable(np.broadcast_to(n, shape).reshape(size)) for n in numbers]
-    return _core.Rays(*flat), shape
-
-
-def _precision(asked: Optional[str], origins: Any, directions: Any) -> str:
-    if asked is not None:
-        return asked
-    singles = all(as_numpy(a, "rays").dtype in (np.float32, np.float16) for a in (origins, directions))
-    return "watertight" if singles else "double"
+    if precision is None:
+        precision = "watertight" if all(v.dtype == np.float32 for v in vectors) else "double"
+    return _core.Rays(*flat), shape, precision
 
 
 class Scene:
@@ -138,8 +134,7 @@ class Scene:
              time: Any = 0.0, precision: Optional[str] = None, threads: int = 0,
              progress: Optional[Progress] = None) -> Hits:
         """The closest hit of each ray. Of hits at the same t the lowest geometry wins, then the lowest primitive."""
-        precision = _precision(precision, origins, directions)
-        rays, shape = _batch(origins, directions, tmin, tmax, mask, time)
+        rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         real = np.float64 if precision == "double" else np.float32
         hits = Hits(np.empty(shape, real), np.empty(shape, real), np.empty(shape, real), np.empty(shape, np.uint32),
                     np.empty(shape, np.uint32), np.empty((*shape, 3), real), np.empty(shape, np.float32),
@@ -151,8 +146,7 @@ class Scene:
                  time: Any = 0.0, precision: Optional[str] = None, threads: int = 0,
                  progress: Optional[Progress] = None) -> np.ndarray:
         """Whether each ray hits anything, bool. Faster than cast()."""
-        precision = _precision(precision, origins, directions)
-        rays, shape = _batch(origins, directions, tmin, tmax, mask, time)
+        rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.bool_)
         _core.occluded(self._core, rays, precision, threads, progress, result)
         return result
@@ -161,8 +155,7 @@ class Scene:
               time: Any = 0.0, precision: Optional[str] = None, threads: int = 0,
               progress: Optional[Progress] = None) -> np.ndarray:
         """Number of triangles that each ray hits, uint32. With precision "reference" crossings are counted exactly."""
-        precision = _precision(precision, origins, directions)
-        rays, shape = _batch(origins, directions, tmin, tmax, mask, time)
+        rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.uint32)
         _core.count(self._core, rays, precision, threads, progress, result)
         return result
@@ -174,8 +167,7 @@ class Scene:
 
         max_hits: the first so many of each ray. None: all.
         """
-        precision = _precision(precision, origins, directions)
-        rays, _ = _batch(origins, directions, tmin, tmax, mask, time)
+        rays, _, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         if max_hits is not None and max_hits < 0:
             raise InputError(f"max_hits: {max_hits} is negative")
         most = (1 << 62) if max_hits is None else int(max_hits)
@@ -276,7 +268,8 @@ def build(what: Any, quality: Optional[str] = None, *, builder: Optional[str] = 
     split_budget, presplit_budget, reinsertion_rounds, max_leaf_triangles, ploc_radius, pair_triangles: see BUILDERS.md.
     progress: progress(done, total) with the number of triangles or instances.
 
-    Raises InputError with the mesh, the triangle and the limit. Releases the GIL. Ctrl-C ends it with KeyboardInterrupt.
+    Raises InputError with the mesh, the triangle and the limit.
+    Releases the GIL. Ctrl-C ends it with KeyboardInterrupt.
     """
     options = {"quality": quality, "builder": builder, "layout": layout, "threads": threads,
                "split_budget": split_budget, "presplit_budget": presplit_budget,

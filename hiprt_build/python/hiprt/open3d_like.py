@@ -44,7 +44,8 @@ def _as_array(values: Any, name: str) -> np.ndarray:
 def _rays(values: Any, last: int = 6, name: str = "rays") -> np.ndarray:
     array = _as_array(values, name)
     if array.ndim < 2 or array.shape[-1] != last:
-        raise InputError(f"{name}: expected at least 2 dimensions, the last of {last} numbers, found shape {array.shape}")
+        raise InputError(f"{name}: expected at least 2 dimensions, the last of {last} numbers, "
+                         f"found shape {array.shape}")
     if array.dtype != np.float32:
         raise InputError(f"{name}: expected float32, found {array.dtype}")
     return array
@@ -176,14 +177,17 @@ class RaycastingScene:
 
 
 def _view(fov: float, center: np.ndarray, eye: np.ndarray, up: np.ndarray, size: tuple[int, int]):
-    """Intrinsic and extrinsic matrix of a camera with a horizontal field of view in degrees."""
+    """Intrinsic and extrinsic matrix of a camera with a horizontal field of view in degrees.
+
+    As in Open3D the rows of the picture go up, and its columns to the left.
+    """
     focal = 0.5 * size[0] / math.tan(0.5 * math.radians(fov))
     intrinsic = np.array([[focal, 0, 0.5 * size[0]], [0, focal, 0.5 * size[1]], [0, 0, 1]])
     ahead = (center - eye) / np.linalg.norm(center - eye)
-    right = np.cross(ahead, up)
-    right /= np.linalg.norm(right)
+    left = np.cross(up, ahead)
+    left /= np.linalg.norm(left)
     extrinsic = np.eye(4)
-    extrinsic[:3, :3] = right, np.cross(ahead, right), ahead
+    extrinsic[:3, :3] = left, np.cross(ahead, left), ahead
     extrinsic[:3, 3] = -extrinsic[:3, :3] @ eye
     return intrinsic, extrinsic
 

@@ -29,15 +29,16 @@ class RayMeshIntersector:
     """Rays against one mesh. It is built again when the mesh has changed.
 
     geometry: the mesh. scale_to_box: takes coordinates relative to the middle of the mesh, before they are rounded to
-    float32. precision, quality: see hiprt.Scene and hiprt.build().
+    float32. precision, quality, threads: see hiprt.Scene and hiprt.build().
     """
 
     def __init__(self, geometry: Any, scale_to_box: bool = True, *, precision: str = "watertight",
-                 quality: str = "balanced") -> None:
+                 quality: str = "balanced", threads: int = 0) -> None:
         self.mesh = geometry
         self._scale_to_box = scale_to_box
         self._precision = precision
         self._quality = quality
+        self._threads = threads
         self._built: Optional[Scene] = None
         self._key: Any = None
         self._middle = np.zeros(3)
@@ -52,7 +53,7 @@ class RayMeshIntersector:
             if self._scale_to_box and len(vertices) != 0:
                 self._middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
             self._built = build(Mesh(vertices - self._middle, np.asarray(self.mesh.faces).reshape(-1, 3)),
-                                self._quality)
+                                self._quality, threads=self._threads)
             self._key = key
         return self._built
 
@@ -80,12 +81,12 @@ class RayMeshIntersector:
         """
         scene, origins, directions = self._rays(ray_origins, ray_directions)
         if multiple_hits:
-            found = scene.list(origins, directions, precision=self._precision)
+            found = scene.list(origins, directions, precision=self._precision, threads=self._threads)
             rays, triangles, t = found.rays, found.primitive.astype(np.int64), found.t.astype(np.float64)
             kept = self._apart(scene, rays, t, directions, max_hits)
             rays, triangles, t = rays[kept], triangles[kept], t[kept]
         else:
-            hits = scene.cast(origins, directions, precision=self._precision)
+            hits = scene.cast(origins, directions, precision=self._precision, threads=self._threads)
             rays = np.flatnonzero(hits.found)
             triangles, t = hits.primitive[rays].astype(np.int64), hits.t[rays].astype(np.float64)
         if not return_locations:
@@ -95,13 +96,13 @@ class RayMeshIntersector:
     def intersects_first(self, ray_origins: Any, ray_directions: Any, **_kwargs: Any) -> np.ndarray:
         """The first triangle that each ray hits (n, int64); -1: none."""
         scene, origins, directions = self._rays(ray_origins, ray_directions)
-        primitive = scene.cast(origins, directions, precision=self._precision).primitive
+        primitive = scene.cast(origins, directions, precision=self._precision, threads=self._threads).primitive
         return np.where(primitive == INVALID, np.int64(-1), primitive.astype(np.int64))
 
     def intersects_any(self, ray_origins: Any, ray_directions: Any, **_kwargs: Any) -> np.ndarray:
         """Whether each ray hits the mesh (n, bool)."""
         scene, origins, directions = self._rays(ray_origins, ray_directions)
-        return scene.occluded(origins, directions, precision=self._precision)
+        return scene.occluded(origins, directions, precision=self._precision, threads=self._threads)
 
     def contains_points(self, points: Any) -> np.ndarray:
         """Whether each point (n x 3) is inside of a closed mesh (n, bool). Crossings are counted exactly."""
@@ -110,7 +111,8 @@ class RayMeshIntersector:
             raise ValueError("points must be (n,3)")
         scene = self.scene
         single = (points - self._middle).astype(np.float32)
-        return scene.count(single, np.array([0, 0, 1], np.float32), precision="reference") % 2 == 1
+        return scene.count(single, np.array([0, 0, 1], np.float32), precision="reference",
+                           threads=self._threads) % 2 == 1
 
     def _apart(self, scene: Scene, rays: np.ndarray, t: np.ndarray, directions: np.ndarray,
                most: int) -> np.ndarray:
@@ -140,7 +142,8 @@ class RayMeshIntersector:
         return {**self.__dict__, "_built": None}
 
     def __copy__(self, *_args: Any) -> "RayMeshIntersector":
-        return RayMeshIntersector(self.mesh, self._scale_to_box, precision=self._precision, quality=self._quality)
+        return RayMeshIntersector(self.mesh, self._scale_to_box, precision=self._precision, quality=self._quality,
+                                  threads=self._threads)
 
     def __deepcopy__(self, *_args: Any) -> "RayMeshIntersector":
         return self.__copy__()
