@@ -86,7 +86,7 @@ void cast_as(const SceneData& data, const Rays& rays, Precision precision, unsig
   const HitArrays<Real> to(arrays, rays.size(), data.view().header->levels);
   Watch watch(rays.size());
   run_watched(progress, watch, rays.size() <= kBlock, [&] {
-    const SceneView scene = data.view_for(rays.size());
+    const SceneView scene = data.view_for(rays.size(), watch);
     check_traceable(scene);
     trace_all<Real>(
         scene, rays, Query::kClosest, precision, threads, watch, to.paths,
@@ -107,7 +107,7 @@ void find_occluded(const SceneData& data, const Rays& rays, Precision precision,
                    const nb::object& progress, bool* to) {
   Watch watch(rays.size());
   run_watched(progress, watch, rays.size() <= kBlock, [&] {
-    const SceneView scene = data.view_for(rays.size());
+    const SceneView scene = data.view_for(rays.size(), watch);
     check_traceable(scene);
     trace_all<Real>(scene, rays, Query::kAny, precision, threads, watch, nullptr,
                     [&](std::size_t first, std::size_t count, const BasicHit<Real>* hits) {

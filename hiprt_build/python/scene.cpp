@@ -11,8 +11,11 @@
 #include <nanobind/stl/string.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstring>
 #include <string>
+#include <system_error>
+#include <thread>
 #include <utility>
 
 namespace hiprt::python {
@@ -158,9 +161,28 @@ SceneData::SceneData(build::Buffer buffer, std::optional<build::BuildStatistics>
       view_(*open_buffer(std::as_const(buffer_).bytes())),
       statistics_(std::move(statistics)) {}
 
-SceneView SceneData::view_for(std::uint64_t rays) const {
+void SceneData::prepare(const Watch& watch) const {
+  // Larger scenes take longer than Ctrl-C may wait. A thread that keeps this alive goes on with them.
+  constexpr std::uint64_t kSmall = 100'000;
+  const auto self = shared_from_this();
+  const auto work = [self] {
+    static_cast<void>(self->host_.scene(self->view_));
+    self->prepared_.store(true);
+  };
+  if (view_.header->primitive_count <= kSmall) return work();
+  try {
+    std::thread(work).detach();
+  } catch (const std::system_error&) {
+    return work();  // The machine has no thread left.
+  }
+  while (!prepared_.load() && !watch.stopped()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+SceneView SceneData::view_for(std::uint64_t rays, const Watch& watch) const {
   const std::uint64_t traced = rays_.fetch_add(rays, std::memory_order_relaxed) + rays;
-  return traced >= view_.header->primitive_count ? host_.scene(view_) : make_scene_view(view_);
+  if (traced < view_.header->primitive_count) return make_scene_view(view_);
+  if (!prepared_.load()) prepare(watch);
+  return prepared_.load() ? host_.scene(view_) : make_scene_view(view_);
 }
 
 void add_scene(nb::module_& module) {

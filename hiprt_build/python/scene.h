@@ -5,6 +5,7 @@
 #include <hiprt_build/build.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/host/host_part.h>
+#include <hiprt_build/python/watch.h>
 
 #include <nanobind/nanobind.h>
 
@@ -17,7 +18,7 @@
 namespace hiprt::python {
 
 /// A file, and what the host has prepared of it. It does not change.
-class SceneData {
+class SceneData : public std::enable_shared_from_this<SceneData> {
  public:
   /// @param buffer open_buffer() accepts it.
   explicit SceneData(build::Buffer buffer, std::optional<build::BuildStatistics> statistics = {});
@@ -26,15 +27,18 @@ class SceneData {
   std::span<const std::byte> bytes() const { return view_.bytes; }
   const std::optional<build::BuildStatistics>& statistics() const { return statistics_; }
   /// The view for a query. To prepare a triangle for the host takes about as long as a ray gains by it. So that is done
-  /// when there have been as many rays as triangles.
-  SceneView view_for(std::uint64_t rays) const;
+  /// when there have been as many rays as triangles. If the watch is stopped meanwhile, the scene as it is.
+  SceneView view_for(std::uint64_t rays, const Watch& watch) const;
 
  private:
+  void prepare(const Watch& watch) const;
+
   build::Buffer buffer_;
   BufferView view_;
   HostPart host_;
   std::optional<build::BuildStatistics> statistics_;
   mutable std::atomic<std::uint64_t> rays_{0};
+  mutable std::atomic<bool> prepared_{false};
 };
 
 /// The Python object. refit() replaces its data; queries that run go on with what they have.

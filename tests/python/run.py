@@ -55,6 +55,7 @@ def main() -> int:
         skip("this Python is free-threaded, which the module refuses")
     folder.mkdir(parents=True, exist_ok=True)
     python = environment(folder)
+    os.environ.setdefault("CMAKE_BUILD_PARALLEL_LEVEL", str(os.cpu_count() or 1))
     settings = [f"--config-settings=cmake.define.{definition}" for definition in definitions]
     # Without isolation the environment's paths stay, so that a second run compiles only what has changed.
     status, text = output_of([python, "-m", "pip", "--disable-pip-version-check", "install", "--no-build-isolation",

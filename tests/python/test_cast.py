@@ -183,5 +183,7 @@ def test_unknown_words_are_refused(rng):
         hiprt.build(hiprt.Mesh(*sphere()), builder="bvh")
     with pytest.raises(hiprt.InputError, match="threads: -1 has the wrong type or is out of range"):
         hiprt.build(hiprt.Mesh(*sphere()), threads=-1)
-    with pytest.raises(hiprt.Error):
+    with pytest.raises(hiprt.InputError, match="threads: -1 is not between 0"):
+        scene.cast([0, 0, 0], [0, 0, 1], threads=-1)
+    with pytest.raises(hiprt.InputError, match="split"):
         hiprt.build(hiprt.Mesh(*sphere()), split_budget=99)

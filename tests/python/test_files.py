@@ -85,3 +85,5 @@ def test_bounds_are_those_of_the_vertices(rng):
     assert (scene.bounds[0] <= vertices.min(axis=0)).all() and (scene.bounds[1] >= vertices.max(axis=0)).all()
     assert np.allclose(scene.bounds, [vertices.min(axis=0), vertices.max(axis=0)], atol=1e-5)
     assert "50 primitives" in repr(scene)
+    empty = hiprt.build([]).bounds
+    assert (empty[0] == np.inf).all() and (empty[1] == -np.inf).all()

@@ -57,7 +57,12 @@ def test_version_is_that_of_the_library():
 
 
 def test_all_examples_are_run():
-    assert {path.stem for path in EXAMPLES.glob("*.py")} == set(PRINTED)
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == {"first_program", *PRINTED}
+
+
+def test_first_program(capsys):
+    runpy.run_path(os.fspath(EXAMPLES / "first_program.py"))
+    assert capsys.readouterr().out == "6 of 9 rays hit; t = 2.000, primitive 0\n"
 
 
 @pytest.mark.parametrize("name", PRINTED)

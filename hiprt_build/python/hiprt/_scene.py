@@ -83,6 +83,12 @@ class HitList(NamedTuple):
         return np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
 
 
+def _threads(threads: int) -> int:
+    if not 0 <= threads < 1 << 31:
+        raise InputError(f"threads: {threads} is not between 0 and 2^31 - 1")
+    return int(threads)
+
+
 def _batch(origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, mask: Any = INVALID, time: Any = 0.0,
            precision: Optional[str] = None) -> tuple[_core.Rays, tuple[int, ...], str]:
     """Views of the arrays as one batch, its shape, and its precision. Single vectors and numbers serve all rays."""
@@ -139,7 +145,7 @@ class Scene:
         hits = Hits(np.empty(shape, real), np.empty(shape, real), np.empty(shape, real), np.empty(shape, np.uint32),
                     np.empty(shape, np.uint32), np.empty((*shape, 3), real), np.empty(shape, np.float32),
                     np.empty((*shape, self.levels), np.uint32))
-        _core.cast(self._core, rays, precision, threads, progress, tuple(hits))
+        _core.cast(self._core, rays, precision, _threads(threads), progress, tuple(hits))
         return hits
 
     def occluded(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
@@ -148,7 +154,7 @@ class Scene:
         """Whether each ray hits anything, bool. Faster than cast()."""
         rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.bool_)
-        _core.occluded(self._core, rays, precision, threads, progress, result)
+        _core.occluded(self._core, rays, precision, _threads(threads), progress, result)
         return result
 
     def count(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
@@ -157,7 +163,7 @@ class Scene:
         """Number of triangles that each ray hits, uint32. With precision "reference" crossings are counted exactly."""
         rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.uint32)
-        _core.count(self._core, rays, precision, threads, progress, result)
+        _core.count(self._core, rays, precision, _threads(threads), progress, result)
         return result
 
     def list(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
@@ -171,7 +177,7 @@ class Scene:
         if max_hits is not None and max_hits < 0:
             raise InputError(f"max_hits: {max_hits} is negative")
         most = (1 << 62) if max_hits is None else int(max_hits)
-        return HitList(*_core.list(self._core, rays, precision, threads, progress, most))
+        return HitList(*_core.list(self._core, rays, precision, _threads(threads), progress, most))
 
     # Files
 
@@ -197,7 +203,7 @@ class Scene:
 
     @property
     def bounds(self) -> np.ndarray:
-        """2 x 3, float32: the lower and the upper corner of the scene's box."""
+        """2 x 3, float32: the lower and the upper corner of the scene's box; inf and -inf if it is empty."""
         return self._core.bounds
 
     @property
@@ -231,7 +237,7 @@ class Scene:
 
     def validate(self, threads: int = 0) -> Dict[str, int]:
         """Checks the whole file. Returns what it counted. Raises InputError with the fault and its byte."""
-        return self._core.validate(threads)
+        return self._core.validate(_threads(threads))
 
     def refit(self, meshes: Any, *, threads: int = 0, progress: Optional[Progress] = None) -> Dict[str, Any]:
         """Gives the triangles new positions and keeps the tree. Hits are those of a fresh build.
@@ -240,7 +246,7 @@ class Scene:
         Returns figures. "rebuild_advised": a new build would save a good part of a ray's work.
         Raises InputError, for example if a triangle was dropped and is good now. Then the scene stays as it was.
         """
-        return _core.refit(self._core, mesh_entries(as_meshes(meshes)), threads, progress)
+        return _core.refit(self._core, mesh_entries(as_meshes(meshes)), _threads(threads), progress)
 
     def _repr_png_(self) -> _Bytes:
         from . import render
@@ -287,13 +293,13 @@ def load(path: "os.PathLike[str] | str", *, validate: bool = True, threads: int 
     validate: checks the whole file, so that rays through a file of unknown origin are safe. False: trusts its content.
     Raises FileError, or InputError with the fault and its byte.
     """
-    return Scene(_core.load(os.fspath(path), validate, threads))
+    return Scene(_core.load(os.fspath(path), validate, _threads(threads)))
 
 
 def from_bytes(data: Any, *, validate: bool = True, threads: int = 0) -> Scene:
     """Opens a copy of a BVH file in memory: bytes, or an array of uint8. See load()."""
     array = data if isinstance(data, np.ndarray) else np.frombuffer(data, np.uint8)
-    return Scene(_core.from_bytes(np.ascontiguousarray(array), validate, threads))
+    return Scene(_core.from_bytes(np.ascontiguousarray(array), validate, _threads(threads)))
 
 
 def _unpickled(data: bytes) -> Scene:

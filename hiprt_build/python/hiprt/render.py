@@ -33,6 +33,8 @@ class Camera:
                fov: float = 40.0) -> "Camera":
         """A camera that sees the whole scene and looks in the direction `towards`."""
         low, high = np.asarray(scene.bounds, np.float64)
+        if not (low <= high).all():
+            low, high = -np.ones(3), np.ones(3)  # An empty scene.
         middle, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low)) or 1.0
         ahead = np.asarray(towards, np.float64) / np.linalg.norm(towards)
         eye = middle - ahead * radius / math.sin(0.5 * math.radians(fov))
