@@ -12,8 +12,8 @@ import sysconfig
 from pathlib import Path
 
 NEEDED = ["scikit-build-core>=0.10", "nanobind>=2.2", "ninja", "numpy", "pytest"]
-# trimesh is an oracle. Open3D and embreex are too large to fetch; they are used where the environment has them.
-ORACLES = ["trimesh"]
+# trimesh is an oracle. Open3D is too large to fetch; it is used where the environment has it.
+ORACLES = ["trimesh", "rtree", "embreex"]
 
 
 def skip(reason: str) -> None:
@@ -42,7 +42,8 @@ def environment(folder: Path) -> Path:
     status, text = output_of([*pip, *NEEDED])
     if status != 0:
         skip(f"pip cannot install {' '.join(NEEDED)}: {last_line(text)}")
-    output_of([*pip, *ORACLES])
+    for package in ORACLES:
+        output_of([*pip, package])
     return python
 
 

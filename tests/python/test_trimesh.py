@@ -15,8 +15,9 @@ trimesh = pytest.importorskip("trimesh")
 def peers():
     """trimesh's backends that are installed here."""
     found = []
-    for name in ("ray_triangle", "ray_pyembree"):
+    for name, needs in (("ray_triangle", "rtree"), ("ray_pyembree", "embreex")):
         try:
+            __import__(needs)
             found.append(__import__(f"trimesh.ray.{name}", fromlist=["x"]).RayMeshIntersector)
         except ImportError:
             pass
