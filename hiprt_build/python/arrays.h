@@ -30,10 +30,10 @@ template <class T> class NewArray {
   explicit NewArray(std::size_t size) : memory_(new T[size]) {}
   T* data() { return memory_.get(); }
   /// The array, which owns the memory from then on. @pre the calling thread holds the GIL.
-  nanobind::object release(std::initializer_list<std::size_t> shape) {
+  nanobind::ndarray<nanobind::numpy, T> release(std::initializer_list<std::size_t> shape) {
     T* const data = memory_.release();
     const nanobind::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<T*>(memory); });
-    return nanobind::cast(nanobind::ndarray<nanobind::numpy, T>(data, shape, owner));
+    return {data, shape, owner};
   }
 
  private:

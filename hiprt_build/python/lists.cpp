@@ -192,9 +192,9 @@ nb::tuple list(const Scene& scene, const Rays& rays, const std::string& word, un
 }  // namespace
 
 void add_lists(nb::module_& module) {
-  module.def("count", &count, nb::arg("scene"), nb::arg("rays"), nb::arg("precision"), nb::arg("threads"),
+  module.def("count_hits", &count, nb::arg("scene"), nb::arg("rays"), nb::arg("precision"), nb::arg("threads"),
              nb::arg("progress").none(), nb::arg("result"));
-  module.def("list", &list, nb::arg("scene"), nb::arg("rays"), nb::arg("precision"), nb::arg("threads"),
+  module.def("list_hits", &list, nb::arg("scene"), nb::arg("rays"), nb::arg("precision"), nb::arg("threads"),
              nb::arg("progress").none(), nb::arg("max_hits"));
 }
 

@@ -30,7 +30,7 @@ void for_blocks(std::size_t rays, unsigned threads, Watch& watch,
 
 /// Adds cast(), occluded() and spawn_origins() to the module.
 void add_queries(nanobind::module_& module);
-/// Adds count() and list() to the module.
+/// Adds count_hits() and list_hits() to the module.
 void add_lists(nanobind::module_& module);
 
 }  // namespace hiprt::python

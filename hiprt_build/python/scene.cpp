@@ -59,16 +59,15 @@ void save(const Scene& scene, const std::string& path) {
   value_of(build::write_file(path, data->bytes()));
 }
 
-nb::object bytes_of(const Scene& scene) {
+nb::ndarray<nb::numpy, const std::uint8_t> bytes_of(const Scene& scene) {
   auto* const data = new std::shared_ptr<const SceneData>(scene.data());
   const nb::capsule owner(data,
                           [](void* kept) noexcept { delete static_cast<std::shared_ptr<const SceneData>*>(kept); });
   const auto bytes = (*data)->bytes();
-  return nb::cast(nb::ndarray<nb::numpy, const std::uint8_t>(reinterpret_cast<const std::uint8_t*>(bytes.data()),
-                                                             {bytes.size()}, owner));
+  return {reinterpret_cast<const std::uint8_t*>(bytes.data()), {bytes.size()}, owner};
 }
 
-nb::object bounds_of(const Scene& scene) {
+nb::ndarray<nb::numpy, float> bounds_of(const Scene& scene) {
   const auto data = scene.data();
   const Box& box = data->view().header->bounds;
   NewArray<float> bounds(6);
@@ -131,7 +130,7 @@ nb::dict statistics_of(const Scene& scene) {
   return result;
 }
 
-nb::object instance_ids(const Scene& scene) {
+nb::ndarray<nb::numpy, std::uint32_t> instance_ids(const Scene& scene) {
   const auto data = scene.data();
   const auto instances = data->view().instances;
   NewArray<std::uint32_t> ids(instances.size());

@@ -12,8 +12,8 @@ import sysconfig
 from pathlib import Path
 
 NEEDED = ["scikit-build-core>=0.10", "nanobind>=2.2", "ninja", "numpy", "pytest"]
-# trimesh is an oracle. Open3D is too large to fetch; it is used where the environment has it.
-ORACLES = ["trimesh", "rtree", "embreex"]
+# Judges. Open3D is too large to fetch; it is used where the environment has it.
+JUDGES = ["trimesh", "rtree", "embreex", "mypy"]
 
 
 def skip(reason: str) -> None:
@@ -42,7 +42,7 @@ def environment(folder: Path) -> Path:
     status, text = output_of([*pip, *NEEDED])
     if status != 0:
         skip(f"pip cannot install {' '.join(NEEDED)}: {last_line(text)}")
-    for package in ORACLES:
+    for package in JUDGES:
         output_of([*pip, package])
     return python
 

@@ -31,6 +31,12 @@ def test_the_package_is_typed():
     assert declared == {name for name in dir(hiprt._core) if not name.startswith("_")}
 
 
+def test_types_are_right():
+    mypy = pytest.importorskip("mypy.api")
+    text, errors, status = mypy.run(["--no-incremental", "-p", "hiprt"])
+    assert status == 0, text + errors
+
+
 @pytest.mark.parametrize("name", ("hiprt", "hiprt.trimesh", "hiprt.open3d_like", "hiprt.render"))
 def test_every_public_name_is_documented(name):
     module = importlib.import_module(name)

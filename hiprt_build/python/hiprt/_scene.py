@@ -58,8 +58,8 @@ class Hits(NamedTuple):
         rays = _batch(origins, directions)[0]
         new = np.ascontiguousarray(np.broadcast_to(as_real(towards, "towards"), (*self.t.shape, 3)), dtype=kind)
         moved = np.empty((*self.t.shape, 3), kind)
-        flat = [np.ascontiguousarray(array) for array in (self.t, self.normal, self.error)]
-        _core.spawn_origins(rays, *flat, new, moved)
+        t, normal, error = (np.ascontiguousarray(array) for array in (self.t, self.normal, self.error))
+        _core.spawn_origins(rays, t, normal, error, new, moved)
         moved[~self.found] = np.nan
         return moved
 
@@ -163,7 +163,7 @@ class Scene:
         """Number of triangles that each ray hits, uint32. With precision "reference" crossings are counted exactly."""
         rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.uint32)
-        _core.count(self._core, rays, precision, _threads(threads), progress, result)
+        _core.count_hits(self._core, rays, precision, _threads(threads), progress, result)
         return result
 
     def list(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
@@ -177,7 +177,7 @@ class Scene:
         if max_hits is not None and max_hits < 0:
             raise InputError(f"max_hits: {max_hits} is negative")
         most = (1 << 62) if max_hits is None else int(max_hits)
-        return HitList(*_core.list(self._core, rays, precision, _threads(threads), progress, most))
+        return HitList(*_core.list_hits(self._core, rays, precision, _threads(threads), progress, most))
 
     # Files
 

@@ -30,7 +30,7 @@ class Array(np.ndarray):
         return self
 
     def isfinite(self) -> "Array":
-        return np.isfinite(self)
+        return np.isfinite(self).view(Array)
 
 
 def _is_tensor(values: Any) -> bool:
@@ -171,8 +171,8 @@ class RaycastingScene:
             intrinsic = np.asarray(_as_array(given["intrinsic_matrix"], "intrinsic_matrix"), np.float64)
             extrinsic = np.asarray(_as_array(given["extrinsic_matrix"], "extrinsic_matrix"), np.float64)
         else:
-            vectors = [np.asarray(_as_array(given[name], name), np.float64) for name in ("center", "eye", "up")]
-            intrinsic, extrinsic = _view(float(given["fov_deg"]), *vectors, size)
+            center, eye, up = (np.asarray(_as_array(given[name], name), np.float64) for name in by_view[1:4])
+            intrinsic, extrinsic = _view(float(given["fov_deg"]), center, eye, up, size)
         return _like(next((v for v in given.values() if _is_tensor(v)), None), _pinhole(intrinsic, extrinsic, size))
 
 
