@@ -185,13 +185,14 @@ SceneView SceneData::view_for(std::uint64_t rays, const Watch& watch) const {
 }
 
 void add_scene(nb::module_& module) {
+  constexpr auto kOwned = nb::rv_policy::reference;  // The arrays have owners: no copies.
   nb::class_<Scene>(module, "Scene")
       .def("save", &save, nb::arg("path"))
       .def("validate", &summary_of, nb::arg("threads") = 0)
       .def("statistics", &statistics_of)
-      .def_prop_ro("bytes", &bytes_of)
-      .def_prop_ro("bounds", &bounds_of)
-      .def_prop_ro("instance_ids", &instance_ids)
+      .def_prop_ro("bytes", &bytes_of, kOwned)
+      .def_prop_ro("bounds", &bounds_of, kOwned)
+      .def_prop_ro("instance_ids", &instance_ids, kOwned)
       .def_prop_ro("layout", &layout_of)
       .def_prop_ro("levels", [](const Scene& scene) { return scene.data()->view().header->levels; })
       .def_prop_ro("geometries", [](const Scene& scene) { return scene.data()->view().geometries.size(); })
