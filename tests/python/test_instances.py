@@ -66,6 +66,22 @@ def test_levels_of_instances(rng):
     assert (listed.t[listed.offsets[:-1][a.found]] == a.t[a.found]).all()
 
 
+def test_ties_are_in_the_order_of_paths():
+    triangle = hiprt.build(hiprt.Mesh([[-1, -1, 0], [3, -1, 0], [-1, 3, 0]]))
+    same_place = np.tile(np.eye(4), (3, 1, 1))
+    ray = np.array([[0, 0, 1]], np.float32), np.array([[0, 0, -1]], np.float32)
+    for quality in ("fast", "balanced", "high"):
+        flat = hiprt.build(hiprt.Instances(triangle, same_place), quality)
+        assert flat.list(*ray).instances.tolist() == [[0], [1], [2]]
+        assert flat.cast(*ray).instances.tolist() == [[0]]
+        nested = hiprt.build(hiprt.Instances([hiprt.Instances(triangle, same_place[:2]), triangle], same_place,
+                                             which=[1, 0, 0]), quality)
+        hits = nested.list(*ray)
+        assert hits.instances.tolist() == [[0, hiprt.INVALID], [1, 0], [1, 1], [2, 0], [2, 1]]
+        assert nested.cast(*ray).instances.tolist() == [[0, hiprt.INVALID]]
+        assert nested.list(*ray, max_hits=2).instances.tolist() == hits.instances[:2].tolist()
+
+
 def test_objects_masks_and_ids():
     vertices, indices = sphere()
     small, large = (hiprt.build(hiprt.Mesh(r * vertices, indices)) for r in (0.2, 0.4))

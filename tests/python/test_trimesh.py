@@ -72,6 +72,23 @@ def test_one_hit_where_a_ray_meets_an_edge():
     assert np.allclose(locations, [[0, 0, 0.5], [0, 0, -0.5]]) and index.tolist() == [0, 0]
 
 
+def test_one_hit_where_rays_meet_vertices(rng):
+    """Rays through vertices meet several triangles at distances that differ in the last bits."""
+    box = trimesh.creation.box(extents=[8, 8, 8]).subdivide().subdivide().subdivide()
+    vertices = box.vertices.view(np.ndarray)
+    targets = np.tile(vertices[(np.abs(vertices) == 4).sum(axis=1) == 1], (20, 1))  # Not on the edges of the box.
+    directions = rng.integers(-40, 41, targets.shape) + 0.5
+    directions *= np.where((np.abs(targets) == 4) & (directions * targets > 0), -1, 1)  # Into the box.
+    ours = RayMeshIntersector(box)
+    origins = targets - 3 * directions
+    assert len(ours.scene.list(origins, directions, precision="watertight").t) > 2.05 * len(origins)
+    triangles, index, locations = ours.intersects_id(origins, directions, return_locations=True)
+    counts = np.bincount(index, minlength=len(origins))
+    assert (counts == 2).mean() > 0.99
+    first = index.searchsorted(np.arange(len(origins)))
+    assert np.abs(locations[first] - targets).max() < 1e-9
+
+
 def test_locations_are_exact_to_float64(rng):
     mesh = trimesh.creation.icosphere(3)
     origins, directions = rays(mesh, rng)
