@@ -29,10 +29,9 @@ struct BlockHits {
   bool before(const Entry& a, const Entry& b) const {
     if (a.hit.t != b.hit.t) return a.hit.t < b.hit.t;
     const auto *path_a = path_of(a), *path_b = path_of(b);
+    // No path begins another one: what an instance refers to is either an object or a group.
     if (!std::equal(path_a, path_a + levels, path_b))
-      // kInvalidId ends a path. A path comes before the paths that it begins.
-      return std::lexicographical_compare(path_a, path_a + levels, path_b, path_b + levels,
-                                          [](std::uint32_t x, std::uint32_t y) { return x + 1 < y + 1; });
+      return std::lexicographical_compare(path_a, path_a + levels, path_b, path_b + levels);
     return std::tie(a.hit.geometry, a.hit.primitive) < std::tie(b.hit.geometry, b.hit.primitive);
   }
 

@@ -72,21 +72,29 @@ def test_one_hit_where_a_ray_meets_an_edge():
     assert np.allclose(locations, [[0, 0, 0.5], [0, 0, -0.5]]) and index.tolist() == [0, 0]
 
 
-def test_one_hit_where_rays_meet_vertices(rng):
-    """Rays through vertices meet several triangles at distances that differ in the last bits."""
-    box = trimesh.creation.box(extents=[8, 8, 8]).subdivide().subdivide().subdivide()
-    vertices = box.vertices.view(np.ndarray)
-    targets = np.tile(vertices[(np.abs(vertices) == 4).sum(axis=1) == 1], (20, 1))  # Not on the edges of the box.
-    directions = rng.integers(-40, 41, targets.shape) + 0.5
-    directions *= np.where((np.abs(targets) == 4) & (directions * targets > 0), -1, 1)  # Into the box.
-    ours = RayMeshIntersector(box)
-    origins = targets - 3 * directions
-    assert len(ours.scene.list(origins, directions, precision="watertight").t) > 2.05 * len(origins)
-    triangles, index, locations = ours.intersects_id(origins, directions, return_locations=True)
-    counts = np.bincount(index, minlength=len(origins))
-    assert (counts == 2).mean() > 0.99
-    first = index.searchsorted(np.arange(len(origins)))
-    assert np.abs(locations[first] - targets).max() < 1e-9
+def test_hits_at_one_place_are_one_hit(rng):
+    """Rays through edges and vertices of a closed mesh, whose coordinates are exact."""
+    corners = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    octahedron = trimesh.Trimesh(corners, [[a, b, c] for a in (0, 1) for b in (2, 3) for c in (4, 5)], process=False)
+    edges = np.array([[a, b] for a in range(6) for b in range(a + 1, 6) if a // 2 != b // 2])
+    along = rng.integers(0, 65, (4000, 1)) / 64
+    ends = corners[edges[rng.integers(0, len(edges), 4000)]]
+    targets = ends[:, 0] * along + ends[:, 1] * (1 - along)
+    directions = rng.integers(-12, 13, targets.shape) / 64 - targets  # Through the middle of the body.
+    ours = RayMeshIntersector(octahedron)
+    origins = targets - 2 * directions
+    assert len(ours.scene.list(origins, directions, precision="watertight").t) > 8100
+    _, index, locations = ours.intersects_id(origins, directions, return_locations=True)
+    assert (np.bincount(index, minlength=4000) == 2).all()
+    assert np.abs(locations[::2] - targets).max() < 1e-12
+
+
+def test_walls_that_trimesh_tells_apart_are_two_hits():
+    triangle = np.array([[-5, -5, 0], [5, -5, 0], [0, 5, 0]], float)
+    for distance, hits in ((1e-6, 1), (1e-4, 2)):
+        walls = trimesh.Trimesh(np.concatenate((triangle, triangle + [0, 0, distance])), [[0, 1, 2], [3, 4, 5]],
+                                process=False)
+        assert len(RayMeshIntersector(walls).intersects_id([[0, 0, 3]], [[0, 0.1, -1]])[0]) == hits
 
 
 def test_locations_are_exact_to_float64(rng):

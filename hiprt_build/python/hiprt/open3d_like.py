@@ -55,8 +55,7 @@ def _like(values: Any, result: np.ndarray) -> Any:
     """The result as the caller has his arrays."""
     if not _is_tensor(values):
         return result.view(Array)
-    from open3d.core import Tensor
-    return Tensor.from_numpy(np.ascontiguousarray(result))
+    return type(values).from_numpy(np.ascontiguousarray(result))
 
 
 class RaycastingScene:
