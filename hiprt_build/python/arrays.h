@@ -27,7 +27,7 @@ template <class T> T* data_of(const OutputArray& array, const char* name, std::s
 template <class T> class NewArray {
  public:
   /// Not initialised.
-  explicit NewArray(std::size_t size) : memory_(new T[size]) {}
+  explicit NewArray(std::size_t size) : memory_(new T[size == 0 ? 1 : size]) {}
   T* data() { return memory_.get(); }
   /// The array, which owns the memory from then on. @pre the calling thread holds the GIL.
   nanobind::ndarray<nanobind::numpy, T> release(std::initializer_list<std::size_t> shape) {

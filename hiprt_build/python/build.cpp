@@ -79,7 +79,7 @@ auto watched(const nb::object& progress, std::uint64_t units, bool small, const 
 }
 
 Scene scene_of(build::Bvh bvh) {
-  return Scene(std::make_shared<const SceneData>(std::move(bvh.buffer), std::move(bvh.statistics)));
+  return Scene(std::make_shared<const SceneData>(std::move(bvh.buffer), bvh.statistics));
 }
 
 Scene build_meshes(const nb::list& list, const nb::dict& words, const nb::object& progress) {

@@ -57,8 +57,8 @@ Column::Column(const InputArray& array, std::size_t component) {
   if (array.ndim() > 1) first += static_cast<std::ptrdiff_t>(component) * array.stride(1) * size;
 }
 
-Rays::Rays(InputArray origins, InputArray directions, InputArray tmin, InputArray tmax, InputArray mask,
-           InputArray time)
+Rays::Rays(const InputArray& origins, const InputArray& directions, const InputArray& tmin, const InputArray& tmax,
+           const InputArray& mask, const InputArray& time)
     : arrays_{origins, directions, tmin, tmax, mask, time},
       origin_{Column(origins, 0), Column(origins, 1), Column(origins, 2)},
       direction_{Column(directions, 0), Column(directions, 1), Column(directions, 2)},
@@ -93,8 +93,10 @@ template void Rays::gather(std::size_t, std::size_t, RayD*) const;
 
 void add_rays(nb::module_& module) {
   nb::class_<Rays>(module, "Rays", "Views of the arrays of a batch of rays.")
-      .def(nb::init<InputArray, InputArray, InputArray, InputArray, InputArray, InputArray>(), nb::arg("origins"),
-           nb::arg("directions"), nb::arg("tmin"), nb::arg("tmax"), nb::arg("mask"), nb::arg("time"),
+      .def(nb::init<const InputArray&, const InputArray&, const InputArray&, const InputArray&, const InputArray&,
+                    const InputArray&>(),
+           nb::arg("origins"), nb::arg("directions"), nb::arg("tmin"), nb::arg("tmax"), nb::arg("mask"),
+           nb::arg("time"),
            "origins, directions: n x 3; tmin, tmax: n, float32 or float64. mask: n, uint32. time: n, float32.")
       .def("__len__", &Rays::size, "Number of rays.");
 }

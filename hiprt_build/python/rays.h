@@ -29,7 +29,8 @@ class Rays {
  public:
   /// @param origins, directions n x 3, float32 or float64. @param tmin, tmax n, float32 or float64.
   /// @param mask n, uint32. @param time n, float32.
-  Rays(InputArray origins, InputArray directions, InputArray tmin, InputArray tmax, InputArray mask, InputArray time);
+  Rays(const InputArray& origins, const InputArray& directions, const InputArray& tmin, const InputArray& tmax,
+       const InputArray& mask, const InputArray& time);
 
   std::size_t size() const { return size_; }
   /// Copies rays. Conversion to float rounds to the nearest.

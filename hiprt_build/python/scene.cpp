@@ -155,10 +155,8 @@ const char* layout_of(const Scene& scene) {
 
 }  // namespace
 
-SceneData::SceneData(build::Buffer buffer, std::optional<build::BuildStatistics> statistics)
-    : buffer_(std::move(buffer)),
-      view_(*open_buffer(std::as_const(buffer_).bytes())),
-      statistics_(std::move(statistics)) {}
+SceneData::SceneData(build::Buffer buffer, const std::optional<build::BuildStatistics>& statistics)
+    : buffer_(std::move(buffer)), view_(*open_buffer(std::as_const(buffer_).bytes())), statistics_(statistics) {}
 
 void SceneData::prepare(const Watch& watch) const {
   // Larger scenes take longer than Ctrl-C may wait. A thread that keeps this alive goes on with them.

@@ -21,7 +21,7 @@ namespace hiprt::python {
 class SceneData : public std::enable_shared_from_this<SceneData> {
  public:
   /// @param buffer open_buffer() accepts it.
-  explicit SceneData(build::Buffer buffer, std::optional<build::BuildStatistics> statistics = {});
+  explicit SceneData(build::Buffer buffer, const std::optional<build::BuildStatistics>& statistics = {});
 
   const BufferView& view() const { return view_; }
   std::span<const std::byte> bytes() const { return view_.bytes; }
