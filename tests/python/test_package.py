@@ -6,6 +6,8 @@ import inspect
 import os
 import re
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -53,6 +55,12 @@ def test_every_public_name_is_documented(name):
             if not member.startswith("_") and (inspect.isfunction(method) or isinstance(method, property)) and \
                     part != "Array":
                 assert inspect.getdoc(method), f"{part}.{member}"
+
+
+def test_one_import_gives_everything_and_imports_little():
+    program = ("import sys, hiprt; hiprt.render.normals, hiprt.trimesh.RayMeshIntersector\n"
+               "hiprt.open3d_like.RaycastingScene; print(sorted({'trimesh', 'open3d', 'torch'} & set(sys.modules)))")
+    assert subprocess.check_output([sys.executable, "-c", program], text=True) == "[]\n"
 
 
 def test_version_is_that_of_the_library():

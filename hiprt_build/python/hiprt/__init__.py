@@ -7,7 +7,7 @@
 hiprt.trimesh and hiprt.open3d_like have the ray classes of trimesh and Open3D; hiprt.render makes pictures.
 """
 
-from . import _core
+from . import _core, open3d_like, render, trimesh
 from ._arrays import INVALID
 from ._errors import Cancelled, Error, FileError, InputError, OutOfMemoryError
 from ._input import Instances, Mesh
@@ -16,4 +16,4 @@ from ._scene import HitList, Hits, Scene, build, from_bytes, load
 __version__: str = _core.version()
 
 __all__ = ["INVALID", "Cancelled", "Error", "FileError", "HitList", "Hits", "InputError", "Instances", "Mesh",
-           "OutOfMemoryError", "Scene", "build", "from_bytes", "load"]
+           "OutOfMemoryError", "Scene", "build", "from_bytes", "load", "open3d_like", "render", "trimesh"]
