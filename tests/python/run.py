@@ -47,6 +47,16 @@ def environment(folder: Path) -> Path:
     return python
 
 
+def isa_faults(source: Path, build: Path) -> int:
+    """Whether functions for a newer instruction set could run on an older machine (tests/isa)."""
+    groups = []
+    for folder in sorted((build / "CMakeFiles").glob("hiprt_python_x86*.dir")):
+        groups += ["--"] * bool(groups) + [folder.name[len("hiprt_python_"):-len(".dir")], *folder.rglob("*.o")]
+    if not groups:  # Another processor, or one instruction set.
+        return 0
+    return subprocess.run(["bash", source / "tests" / "isa" / "isa_symbols.sh", *groups]).returncode
+
+
 def main() -> int:
     source, folder, definitions = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3:]
     headers = Path(sysconfig.get_path("include")) / "Python.h"
@@ -64,6 +74,8 @@ def main() -> int:
                               *settings, source / "hiprt_build" / "python"])
     if status != 0:
         print(text)
+        return 1
+    if isa_faults(source, folder / "build") != 0:
         return 1
     return subprocess.run([python, "-B", "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider",
                            source / "tests" / "python"], cwd=folder).returncode
