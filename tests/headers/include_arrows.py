@@ -33,6 +33,7 @@ MODULES = {
     'hiprt_build/gpu/': 'gpu',
     'hiprt_build/rtc/': 'rtc',
     'hiprt_build/hiprt_api/': 'hiprt_api',
+    'hiprt_build/python/': 'python',
     'hiprt_build/': 'build',
     'tools/base/': 'base',
     'tools/scene_io/': 'scene_io',
@@ -73,6 +74,8 @@ MAY_INCLUDE = {
     'rtc': {'host_format', 'build', 'gpu'},
     # The library in libhiprt's place. Nothing needs it.
     'hiprt_api': LIBRARY | {'rtc', 'compat'},
+    # The Python module. Nothing needs it.
+    'python': LIBRARY,
     'base': LIBRARY,
     'scene_io': LIBRARY | {'base'},
     'scene_build': LIBRARY | {'base', 'scene_io'},
@@ -88,6 +91,7 @@ COMPAT = 'hiprt_device/compat/'
 # Includes of other packages that are allowed in some modules only.
 GPU = re.compile(r'(hip|cuda|cub|rocprim|thrust)(/|_|\.)')
 ENGINES = re.compile(r'(tbb|oneapi|embree3|nlohmann)/')
+BINDINGS = re.compile(r'(nanobind|pybind11)/|Python\.h')
 INCLUDE = re.compile(r'^\s*#\s*include\b\s*(.*)$')
 NAME = re.compile(r'^([<"])([^>"]+)[>"]')
 
@@ -163,6 +167,8 @@ def fault(root, path, name, quoted):
             return 'in hiprt_device only format/portability.h includes a GPU runtime'
         if GPU.match(name) and host_only:
             return f'{name} is not there for a C++ compiler alone'
+        if BINDINGS.match(name) and mine != 'python':
+            return 'only hiprt_build/python includes Python'
         if ENGINES.match(name) and (in_device or public):
             return f'{name} would become a dependency of every user: public headers do not include it'
         return None

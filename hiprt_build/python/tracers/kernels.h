@@ -1,0 +1,23 @@
+#pragma once
+/// The tracers, one function per precision. Each is compiled once per instruction set, in a source of its own.
+
+#include <hiprt_build/python/tracers/job.h>
+
+namespace hiprt::python {
+inline namespace HIPRT_ISA_NAMESPACE {
+
+/// @pre of all: is_traceable(*job.scene) (tracers.h).
+void trace_watertight(const TraceJob& job);
+void trace_reference(const TraceJob& job);
+void trace_double(const TraceJob& job);
+/// @pre is_flat(*job.scene).
+void trace_fast(const TraceJob& job);
+
+/// Whether a scene has triangles only, without instances, in layout planes.
+inline bool is_flat(const SceneView& scene) {
+  return scene.levels == 0 && scene.layout == NodeLayout::kPlanes &&
+         (scene.features & feature_bit(Feature::kCustom)) == 0;
+}
+
+}  // namespace HIPRT_ISA_NAMESPACE
+}  // namespace hiprt::python
