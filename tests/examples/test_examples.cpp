@@ -8,6 +8,7 @@
 #include "batch.hip"
 #include "blockers.hip"
 #include "closest_hit.hip"
+#include "closest_points.hip"
 #include "cut_out.hip"
 #include "global_stack.hip"
 #include "inside.hip"
@@ -91,6 +92,17 @@ TEST_CASE("the example of shadows: a closed mesh is lit where its normal is to t
   }
   CHECK(lights > kCount / 10);
   CHECK(dark > kCount / 10);
+}
+
+TEST_CASE("the example of closest points", "[examples]") {
+  const Scene scene = make_scene({icosphere(4)});
+  Random random(kSeed + 9);
+  std::vector<Vec3> points(kCount);
+  for (Vec3& point : points) point = vec3(random.in_cube(3));
+  std::vector<float> distances(kCount);
+  start(closest_points, scene.traced, points.data(), distances.data(), kCount);
+  for (unsigned i = 0; i < kCount; ++i)  // The mesh is inside the unit sphere, by less than 0.005.
+    REQUIRE(std::abs(distances[i] - std::abs(glm::length(points[i]) - 1.0f)) < 0.005f);
 }
 
 TEST_CASE("the example of a cut-out", "[examples]") {
