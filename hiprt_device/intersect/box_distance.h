@@ -76,7 +76,7 @@ template <class Lanes, class Node>
 HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> near_boxes(const Node& node, const PointBox<Lanes>& point, float limit) {
   const PlanesOf<Lanes, Node> planes(node);
   const auto zero = Lanes::all(0.0f);
-  const auto gap = [&](unsigned axis, const auto& low, const auto& high) HIPRT_FORCE_INLINE_LAMBDA {
+  const auto gap = [&](unsigned axis, const typename Lanes::Float& low, const typename Lanes::Float& high) HIPRT_FORCE_INLINE_LAMBDA {
     const auto below = Lanes::sub(low, Lanes::all(Lanes::value(point.high[axis])));
     const auto above = Lanes::sub(Lanes::all(Lanes::value(point.low[axis])), high);
     return Lanes::max(Lanes::max(below, above), zero);

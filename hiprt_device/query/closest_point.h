@@ -40,7 +40,7 @@ template <class P = Policies, class Filter = NoFilter> class NearestPoint {
     if (!search_.can_go_on()) return search_.nothing();
     Result best;
     bool stopped = false;
-    search_.run([&](const Result& candidate, auto& region) HIPRT_FORCE_INLINE_LAMBDA {
+    search_.run([&](const Result& candidate, typename Search::Region& region) HIPRT_FORCE_INLINE_LAMBDA {
       if ((last_.found() && !precedes(last_, candidate)) || (best.found() && !precedes(candidate, best))) return true;
       const FilterResult answer = search_.ask(candidate);
       if (answer == FilterResult::kReject) return true;
@@ -93,12 +93,15 @@ struct ClosestPointInLayout {
 }  // namespace query_detail
 
 /// The same with the default policies, for a scene of any layout without instances.
-HIPRT_HD inline ClosestPoint closest_point(const SceneView& scene, const PointQuery& query) {
+/// @tparam Default a template, so that programs that do not call it do not compile it.
+template <class Default = void>
+requires std::same_as<Default, void> HIPRT_HD inline ClosestPoint closest_point(const SceneView& scene, const PointQuery& query) {
   return query_detail::with_layout(scene, query_detail::ClosestPointInLayout{scene, query});
 }
 
 /// The same for a point and the largest distance that counts.
-HIPRT_HD inline ClosestPoint closest_point(const SceneView& scene, const Vec3& point,
+template <class Default = void>
+requires std::same_as<Default, void> HIPRT_HD inline ClosestPoint closest_point(const SceneView& scene, const Vec3& point,
                                            float max_distance = std::numeric_limits<float>::infinity()) {
   return closest_point(scene, PointQuery{point, max_distance});
 }

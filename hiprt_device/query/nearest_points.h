@@ -54,7 +54,7 @@ HIPRT_HD inline FoundCount nearest_points(const SceneView& scene,
   FoundCount found{0, search.state()};
   if (!search.can_go_on() || most == 0) return found;
   bool is_full = false;
-  search.run([&](const Result& candidate, auto& region) HIPRT_FORCE_INLINE_LAMBDA {
+  search.run([&](const Result& candidate, typename PointSearch<P, Filter>::Region& region) HIPRT_FORCE_INLINE_LAMBDA {
     if (found.count == most && !precedes(candidate, results[most - 1])) return true;
     const FilterResult answer = search.ask(candidate);
     if (answer == FilterResult::kReject || !nearest_detail::insert(results, found.count, most, candidate)) return true;
@@ -99,7 +99,7 @@ HIPRT_HD inline FoundCount points_within(const SceneView& scene,
   found.state = search.state();
   if (!search.can_go_on()) return found;
   bool go_on = true;
-  search.run([&](const Result& candidate, auto&) HIPRT_FORCE_INLINE_LAMBDA {
+  search.run([&](const Result& candidate, typename PointSearch<P, NoFilter>::Region&) HIPRT_FORCE_INLINE_LAMBDA {
     ++found.count;
     return go_on = take(candidate);
   });

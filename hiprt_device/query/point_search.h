@@ -78,6 +78,7 @@ template <class P, class Filter> class PointSearch {
   using Counter = typename P::Counter;
   using Query = BasicPointQuery<Real>;
   using Result = ClosestPointOf<Real, P::kLevels>;
+  using Region = PointRegion<Lanes, P::kLevels>;
 
   HIPRT_HD HIPRT_FORCE_INLINE PointSearch(const SceneView& scene, const Query& query, const Storage& storage,
                                           const Filter& filter, const Counter& counter)
@@ -90,7 +91,7 @@ template <class P, class Filter> class PointSearch {
   template <class Take> HIPRT_HD HIPRT_FORCE_INLINE void run(Take&& take) {
     const Vec3D point(query_.point);
     const double farthest = static_cast<double>(query_.max_distance);
-    PointRegion<Lanes, P::kLevels> region(*scene_, point, farthest * farthest);
+    Region region(*scene_, point, farthest * farthest);
     Traversal traversal(*scene_, is_valid() ? scene_->root : kInvalidRef, storage_);
     const BasicRay<Real> masked{.mask = query_.mask};
     traversal.run(*scene_, region, query_.mask, query_.time, counter_,
