@@ -76,11 +76,12 @@ template <class Lanes, class Node>
 HIPRT_HD HIPRT_FORCE_INLINE BoxHits<Lanes> near_boxes(const Node& node, const PointBox<Lanes>& point, float limit) {
   const PlanesOf<Lanes, Node> planes(node);
   const auto zero = Lanes::all(0.0f);
-  const auto gap = [&](unsigned axis, const typename Lanes::Float& low, const typename Lanes::Float& high) HIPRT_FORCE_INLINE_LAMBDA {
-    const auto below = Lanes::sub(low, Lanes::all(Lanes::value(point.high[axis])));
-    const auto above = Lanes::sub(Lanes::all(Lanes::value(point.low[axis])), high);
-    return Lanes::max(Lanes::max(below, above), zero);
-  };
+  const auto gap = [&](unsigned axis, const typename Lanes::Float& low, const typename Lanes::Float& high)
+                       HIPRT_FORCE_INLINE_LAMBDA {
+                         const auto below = Lanes::sub(low, Lanes::all(Lanes::value(point.high[axis])));
+                         const auto above = Lanes::sub(Lanes::all(Lanes::value(point.low[axis])), high);
+                         return Lanes::max(Lanes::max(below, above), zero);
+                       };
   const auto low = planes(node, 0, 0), high = planes(node, 0, 1);
   const auto x = gap(0, low, high);
   const auto y = gap(1, planes(node, 1, 0), planes(node, 1, 1)), z = gap(2, planes(node, 2, 0), planes(node, 2, 1));

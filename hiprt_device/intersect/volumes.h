@@ -79,13 +79,13 @@ HIPRT_HD HIPRT_FORCE_INLINE bool is_apart_along(const Vec3D& axis, const ConvexV
   HIPRT_NO_UNROLL
   for (unsigned k = 0; k < volume.corners; ++k) one.add(axis, volume.corner[k]);
   for (unsigned k = 0; k < 3; ++k) other.add(axis, triangle[k]);
-  const double rounding =
-      fused_multiply_add(0x1p-50, one.size + other.size, 2.0 * moved * point_detail::size(axis));
+  const double rounding = fused_multiply_add(0x1p-50, one.size + other.size, 2.0 * moved * point_detail::size(axis));
   return one.low - other.high > rounding || other.low - one.high > rounding;
 }
 
 }  // namespace volume_detail
 
+/// The hull of a volume.
 HIPRT_HD inline ConvexVolume convex(const Box& box) {
   ConvexVolume volume;
   for (unsigned k = 0; k < 8; ++k)
@@ -101,9 +101,9 @@ HIPRT_HD inline ConvexVolume convex(const OrientedBox& box) {
   ConvexVolume volume;
   const Vec3D edge[3] = {Vec3D(box.half_edge[0]), Vec3D(box.half_edge[1]), Vec3D(box.half_edge[2])};
   for (unsigned k = 0; k < 8; ++k)
-    volume.corner[k] = ((Vec3D(box.center) + ((k & 1u) != 0 ? edge[0] : -edge[0])) +
-                        ((k & 2u) != 0 ? edge[1] : -edge[1])) +
-                       ((k & 4u) != 0 ? edge[2] : -edge[2]);
+    volume.corner[k] =
+        ((Vec3D(box.center) + ((k & 1u) != 0 ? edge[0] : -edge[0])) + ((k & 2u) != 0 ? edge[1] : -edge[1])) +
+        ((k & 4u) != 0 ? edge[2] : -edge[2]);
   volume.corners = 8;
   volume_detail::add_normals(volume, edge);
   volume_detail::settle(volume);

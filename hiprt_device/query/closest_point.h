@@ -95,14 +95,15 @@ struct ClosestPointInLayout {
 /// The same with the default policies, for a scene of any layout without instances.
 /// @tparam Default a template, so that programs that do not call it do not compile it.
 template <class Default = void>
-requires std::same_as<Default, void> HIPRT_HD inline ClosestPoint closest_point(const SceneView& scene, const PointQuery& query) {
+requires std::same_as<Default, void> HIPRT_HD inline ClosestPoint closest_point(const SceneView& scene,
+                                                                                const PointQuery& query) {
   return query_detail::with_layout(scene, query_detail::ClosestPointInLayout{scene, query});
 }
 
 /// The same for a point and the largest distance that counts.
 template <class Default = void>
-requires std::same_as<Default, void> HIPRT_HD inline ClosestPoint closest_point(const SceneView& scene, const Vec3& point,
-                                           float max_distance = std::numeric_limits<float>::infinity()) {
+requires std::same_as<Default, void> HIPRT_HD inline ClosestPoint closest_point(
+    const SceneView& scene, const Vec3& point, float max_distance = std::numeric_limits<float>::infinity()) {
   return closest_point(scene, PointQuery{point, max_distance});
 }
 

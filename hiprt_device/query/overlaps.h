@@ -27,9 +27,7 @@ template <unsigned kLevels> struct BasicOverlap {
 
   HIPRT_HD bool found() const { return primitive != kInvalidId; }
   /// Whether the query failed: it is not known whether there is an overlap.
-  HIPRT_HD bool failed() const {
-    return state == TraversalState::kStackOverflow || state == TraversalState::kRefused;
-  }
+  HIPRT_HD bool failed() const { return state == TraversalState::kStackOverflow || state == TraversalState::kRefused; }
 };
 
 inline namespace HIPRT_ISA_NAMESPACE {

@@ -107,8 +107,8 @@ template <class Lanes, unsigned kLevels> class VolumeRegion {
     }
     here_.at = Vec3D(far);  // The largest magnitude, for the errors of transforms.
     const double magnitude = far + region_detail::magnitude(bounds);
-    const double moved = fused_multiply_add(2.0 * square_root(here_.stretch_squared), here_.vertex_error,
-                                            2.0 * here_.error);
+    const double moved =
+        fused_multiply_add(2.0 * square_root(here_.stretch_squared), here_.vertex_error, 2.0 * here_.error);
     const double margin = fused_multiply_add(region_detail::kDistanceRounding, magnitude, moved);
     const auto set = [&](unsigned axis, double from, double to) {
       box_.min[axis] = affine_detail::round_down(from - margin);

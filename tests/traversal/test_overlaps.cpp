@@ -119,7 +119,8 @@ OrientedBox random_oriented(Random& random, double scale, const Position& at) {
 /// On integers, so that faces are planar.
 Frustum random_frustum(Random& random, double scale, const Position&) {
   const auto whole = [&](std::uint32_t most) { return static_cast<float>(1 + random.below(most)); };
-  const float near_half = whole(3), far_half = near_half + whole(8), length = whole(12), step = static_cast<float>(scale / 16);
+  const float near_half = whole(3), far_half = near_half + whole(8), length = whole(12),
+              step = static_cast<float>(scale / 16);
   const float x = whole(30) - 15, y = whole(30) - 15, z = whole(30) - 15;
   const unsigned axis = random.below(3);
   Frustum frustum;
@@ -166,10 +167,13 @@ template <class Volume> std::size_t judge(const Mesh& mesh, const Found& found, 
 
 template <class Make> void check(const char* what, const Make& make) {
   std::size_t found = 0;
-  for (const auto& [unit, scale] : {std::pair{star(2, 3), 1.0}, {oracle::needles(120, 1e5, 7), 1e10},
-                                    {icosphere(2), 1e-15}, {grid_plane(8, 2, 0.25f), 1.0}}) {
+  for (const auto& [unit, scale] : {std::pair{star(2, 3), 1.0},
+                                    {oracle::needles(120, 1e5, 7), 1e10},
+                                    {icosphere(2), 1e-15},
+                                    {grid_plane(8, 2, 0.25f), 1.0}}) {
     const Mesh mesh = oracle::placed(unit, scale);
-    const std::array scenes{make_scene({mesh}), make_scene({mesh}, {.builder = kEmbreeHigh, .nodes = NodeLayout::kHalf}),
+    const std::array scenes{make_scene({mesh}),
+                            make_scene({mesh}, {.builder = kEmbreeHigh, .nodes = NodeLayout::kHalf}),
                             make_scene({mesh}, {.nodes = NodeLayout::kQuantized, .max_leaf_triangles = 8})};
     Random random(kSeed);
     for (unsigned i = 0; i < trials(60); ++i) {
@@ -193,8 +197,10 @@ template <class Make> void check(const char* what, const Make& make) {
 TEST_CASE("overlaps with boxes: none is missed") { check("box", random_box); }
 TEST_CASE("overlaps with exact boxes are those of rationals") {
   std::size_t found = 0, conservative = 0;
-  for (const auto& [unit, scale] : {std::pair{star(2, 3), 1.0}, {oracle::needles(120, 1e5, 7), 1e10},
-                                    {icosphere(1), 1e-40}, {grid_plane(8, 2, 0.25f), 1e35}}) {
+  for (const auto& [unit, scale] : {std::pair{star(2, 3), 1.0},
+                                    {oracle::needles(120, 1e5, 7), 1e10},
+                                    {icosphere(1), 1e-40},
+                                    {grid_plane(8, 2, 0.25f), 1e35}}) {
     const Mesh mesh = oracle::placed(unit, scale);
     const Scene scene = make_scene({mesh});
     Random random(kSeed + 3);
@@ -205,8 +211,8 @@ TEST_CASE("overlaps with exact boxes are those of rationals") {
       conservative += ask(scene.traced, box).size();
     }
   }
-  std::printf("exact boxes, seed %llu: %zu overlaps, conservative %zu\n",
-              static_cast<unsigned long long>(kSeed + 3), found, conservative);
+  std::printf("exact boxes, seed %llu: %zu overlaps, conservative %zu\n", static_cast<unsigned long long>(kSeed + 3),
+              found, conservative);
   REQUIRE((found > 1000 && conservative >= found));
 }
 
@@ -216,7 +222,8 @@ TEST_CASE("a box and a triangle on a lattice touch in every way") {
   const auto lattice = [&] { return static_cast<float>(random.below(5)) - 2.0f; };
   const unsigned count = trials(30000);
   for (unsigned i = 0; i < count; ++i) {
-    const Corners c{{lattice(), lattice(), lattice()}, {lattice(), lattice(), lattice()}, {lattice(), lattice(), lattice()}};
+    const Corners c{
+        {lattice(), lattice(), lattice()}, {lattice(), lattice(), lattice()}, {lattice(), lattice(), lattice()}};
     Box box{};
     for (unsigned k = 0; k < 3; ++k) {
       box.min[k] = lattice();
@@ -235,8 +242,8 @@ TEST_CASE("overlaps with oriented boxes: none is missed") { check("oriented box"
 TEST_CASE("overlaps with frustums: none is missed") { check("frustum", random_frustum); }
 TEST_CASE("overlaps with triangles: none is missed") {
   check("triangle", [](Random& random, double scale, const Position& at) {
-    return TriangleVolume{{random.coin() ? vec3(at) : somewhere(random, scale), somewhere(random, scale),
-                           somewhere(random, scale)}};
+    return TriangleVolume{
+        {random.coin() ? vec3(at) : somewhere(random, scale), somewhere(random, scale), somewhere(random, scale)}};
   });
 }
 
@@ -327,7 +334,9 @@ TEST_CASE("queries for overlaps fail clearly, and stop when told") {
   unsigned calls = 0;
   const auto take = [&](const BasicOverlap<0>&) { return ++calls < 4; };
   REQUIRE((overlaps<Policies>(scene.traced, all, memory, take).state == TraversalState::kHit && calls == 4));
-  struct SmallStack : Policies { using Stack = PrivateStack<4>; };
+  struct SmallStack : Policies {
+    using Stack = PrivateStack<4>;
+  };
   PrivateStack<4>::Memory small;
   REQUIRE(overlaps<SmallStack>(scene.traced, all, small, take).failed());
 }
