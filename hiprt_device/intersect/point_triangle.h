@@ -139,6 +139,14 @@ HIPRT_HD inline TrianglePoint closest_on_triangle(const Vec3D (&corner)[3], cons
   const Vec3D from_a = point - a.at, from_b = point - b.at, from_c = point - c.at;
   TrianglePoint best{std::numeric_limits<double>::infinity(), point, 0.0, 0.0, TriangleFeature::kFace};
   const Vec3D ab = b.at - a.at, ac = c.at - a.at, bc = c.at - b.at;
+  // Behind both edges of a corner the corner is closest. Far from a mesh most points are.
+  const bool is_a = dot(ab, from_a) <= 0.0 && dot(ac, from_a) <= 0.0;
+  const bool is_b = !is_a && dot(ab, from_b) >= 0.0 && dot(bc, from_b) <= 0.0;
+  if (is_a || is_b || (dot(ac, from_c) >= 0.0 && dot(bc, from_c) >= 0.0)) {
+    const Vec3D from = pick(is_a, from_a, pick(is_b, from_b, from_c));
+    take_vertex(best, pick(is_a, a, pick(is_b, b, c)), dot(from, from));
+    return best;
+  }
   const double length_ab = dot(ab, ab), length_ac = dot(ac, ac), length_bc = dot(bc, bc);
   const bool is_bc = length_bc >= length_ab && length_bc >= length_ac, is_ac = !is_bc && length_ac >= length_ab;
   const Corner base = pick(is_bc, a, pick(is_ac, b, c));
