@@ -6,6 +6,7 @@
 /// never a wrong one. docs/proofs/closest-points.md has the constants.
 
 #include <hiprt_device/intersect/node_lanes.h>
+#include <hiprt_device/math/affine.h>
 #include <hiprt_device/math/vec.h>
 
 namespace hiprt {
@@ -96,11 +97,14 @@ HIPRT_HD HIPRT_FORCE_INLINE std::uint32_t farther_triangles(const Leaf& leaf, co
   return Lanes::greater(Lanes::mul(bound, bound), allowed) & Lanes::greater(length, Lanes::all(0x1p-100f));
 }
 
+/// @return +inf, which lets all triangles pass, if floats cannot hold the limit.
 /// @param squared the largest squared distance that counts.
 /// @param margin how far the point may be from its rounded place, with the rounding of distances.
-HIPRT_HD HIPRT_FORCE_INLINE double filter_limit(double squared, double margin) {
+HIPRT_HD HIPRT_FORCE_INLINE float filter_limit(double squared, double margin) {
   // (d + e)^2 <= (1 + h) d^2 + (1 + 1 / h) e^2 with h = 2^-12, and e^2 for three axes and two causes.
-  return fused_multiply_add(squared, 1.0 + 0x1p-11, 0x1p15 * margin * margin);
+  const double limit = fused_multiply_add(squared, 1.0 + 0x1p-11, 0x1p15 * margin * margin);
+  constexpr double kLargest = std::numeric_limits<float>::max();
+  return limit < kLargest ? affine_detail::round_up(limit) : std::numeric_limits<float>::infinity();
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

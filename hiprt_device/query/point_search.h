@@ -71,7 +71,7 @@ template <class Result> HIPRT_HD HIPRT_FORCE_INLINE bool precedes(const Result& 
 template <class P, class Filter> class PointSearch {
   static_assert(PolicyCheck<P>::kChecked);
   using Real = typename P::Real;
-  using Lanes = std::conditional_t<std::is_same_v<Real, float>, typename P::Lanes, DefaultLanes>;
+  using Lanes = typename P::Lanes;
 
  public:
   using Storage = typename P::Stack::Storage;

@@ -128,7 +128,7 @@ template <class Lanes, unsigned kLevels> class PointRegion {
   HIPRT_HD HIPRT_FORCE_INLINE void set_limit() {
     const double squared = squared_ * here_.stretch_squared;
     limit_ = squared_limit(squared);
-    filter_limit_ = squared_limit(filter_limit(squared, margin_));
+    filter_limit_ = filter_limit(squared, margin_);
   }
 
   PlacedPoint here_;

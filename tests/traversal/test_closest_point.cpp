@@ -109,8 +109,21 @@ TEST_CASE("the closest distance is within the bound of the exact one") {
       worst = std::max(worst, off / (kBound * far));
     }
   }
-  std::printf("closest points, seed %llu: error up to %.4f of the bound\n", static_cast<unsigned long long>(kSeed + 1),
+  std::printf("closest points, seed %llu: error up to %.4f of the bound\n", static_cast<unsigned long long>(kSeed) + 1,
               worst);
+}
+
+TEST_CASE("points so far away that squared distances are beyond floats") {
+  const std::vector<Mesh> meshes{oracle::soup(300, 1e-4, 4), oracle::placed(icosphere(2), 1e-12)};
+  const std::array scenes{make_scene(meshes), make_scene(meshes, {.nodes = NodeLayout::kHalf})};
+  Random random(kSeed + 6);
+  for (unsigned i = 0; i < trials(300); ++i) {
+    const PointQuery query{vec3(random.in_cube(random.log_uniform(1e15, 3e38)))};
+    const ClosestPoint expected = try_all(meshes, query)[0];
+    INFO("seed " << kSeed + 6 << ", point " << i);
+    for (const Scene& scene : scenes)
+      with_policies(scene, [&](auto policies) { check_one<decltype(policies)>(scene, query, expected); });
+  }
 }
 
 TEST_CASE("points in double, far from the origin") {

@@ -211,7 +211,7 @@ TEST_CASE("overlaps with exact boxes are those of rationals") {
       conservative += ask(scene.traced, box).size();
     }
   }
-  std::printf("exact boxes, seed %llu: %zu overlaps, conservative %zu\n", static_cast<unsigned long long>(kSeed + 3),
+  std::printf("exact boxes, seed %llu: %zu overlaps, conservative %zu\n", static_cast<unsigned long long>(kSeed) + 3,
               found, conservative);
   REQUIRE((found > 1000 && conservative >= found));
 }

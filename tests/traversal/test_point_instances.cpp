@@ -203,7 +203,7 @@ TEST_CASE("the distance through instances is within its bound of the exact one")
     worst = std::max(worst, off / far);
   }
   std::printf("closest points through instances, seed %llu: error up to %.3g of the farthest corner\n",
-              static_cast<unsigned long long>(kSeed + 10), worst);
+              static_cast<unsigned long long>(kSeed) + 10, worst);
 }
 
 TEST_CASE("extreme instances: the distance is that of the placed triangles") {

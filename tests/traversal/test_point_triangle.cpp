@@ -115,7 +115,7 @@ TEST_CASE("the closest point lies on its triangle") {
   for (const auto& make : {ordinary, odd}) {
     const Worst worst = climb(kSeed + 1, trials(300), 200, make, point_share);
     std::printf("closest point, seed %llu: random %.4f, search %.4f of the bound\n",
-                static_cast<unsigned long long>(kSeed + 1), worst.random, worst.score);
+                static_cast<unsigned long long>(kSeed) + 1, worst.random, worst.score);
     REQUIRE(worst.score <= 1.0);
   }
 }
