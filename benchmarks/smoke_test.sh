@@ -39,6 +39,9 @@ expect 0 "" "$build/benchmarks/make_scene" swarm "$work/scenes/slow" --motion 10
 expect 2 "usage: make_scene" "$build/benchmarks/make_scene" swarm "$work/scenes/slow" --motion 1001
 expect 0 "" "$build/tools/bvhbuild" "$work/scenes/hair.hair" "$work/scenes/head.mesh" -o "$work/scenes/hair.bvh"
 expect 0 "300 strands" "$build/benchmarks/bench_hair" --strands=300 --batch_strands=100
+expect 0 "| procedural | around |" "$build/benchmarks/bench_points" --triangles=2000 --points=50 --rounds=1 \
+  --scene=procedural
+expect 2 "" "$build/benchmarks/bench_points" --rounds=0
 expect 2 "no builder 'fast'" "$build/benchmarks/bench_hair" --builders=fast
 for name in island.scene stadium.mesh swarm.json swarm_still.json; do
   expect 0 "" "$build/tools/bvhbuild" "$work/scenes/$name" -o "$work/scenes/${name%.*}.bvh"

@@ -10,6 +10,8 @@
 #include <hiprt_device/primitives/primitive_table.h>
 #include <hiprt_device/query/batch.h>
 #include <hiprt_device/query/double_rays.h>
+#include <hiprt_device/query/inside.h>
+#include <hiprt_device/query/overlaps.h>
 #include <hiprt_device/query/query.h>
 #include <hiprt_device/query/spawn.h>
 #include <hiprt_device/query/t_error.h>

@@ -198,6 +198,10 @@ template <class Real> struct BasicArrayLanes {
   template <int A, int B, int C, int D> HIPRT_HD static HIPRT_FORCE_INLINE Float shuffle(const Float& a) {
     return {{a.lane[A], a.lane[B], a.lane[C], a.lane[D]}};
   }
+  /// Lane i is x[i] if a[i] < b[i], else y[i].
+  HIPRT_HD static HIPRT_FORCE_INLINE Float if_less(const Float& a, const Float& b, const Float& x, const Float& y) {
+    return map([&](int i) HIPRT_FORCE_INLINE_LAMBDA { return a.lane[i] < b.lane[i] ? +x.lane[i] : +y.lane[i]; });
+  }
   /// Bit i: a[i] > b[i] (false for NaN).
   HIPRT_HD static HIPRT_FORCE_INLINE std::uint32_t greater(const Float& a, const Float& b) {
     return bits([&](int i) { return a.lane[i] > b.lane[i]; });
@@ -304,6 +308,10 @@ struct SimdLanes {
   }
   template <int A, int B, int C, int D> static HIPRT_FORCE_INLINE Float shuffle(Float a) {
     return _mm_shuffle_ps(a, a, A | B << 2 | C << 4 | D << 6);
+  }
+  static HIPRT_FORCE_INLINE Float if_less(Float a, Float b, Float x, Float y) {
+    const Float less = _mm_cmplt_ps(a, b);
+    return _mm_or_ps(_mm_and_ps(less, x), _mm_andnot_ps(less, y));
   }
   static HIPRT_FORCE_INLINE std::uint32_t greater(Float a, Float b) {
     return static_cast<std::uint32_t>(_mm_movemask_ps(_mm_cmpgt_ps(a, b)));

@@ -70,7 +70,7 @@ template <class P> HIPRT_HD inline auto any_hit(const SceneView& scene, const ty
 namespace query_detail {
 
 /// Calls call(LayoutType{}) for the scene's layout.
-template <class Call> HIPRT_HD HIPRT_FORCE_INLINE Hit with_layout(const SceneView& scene, Call&& call) {
+template <class Call> HIPRT_HD HIPRT_FORCE_INLINE auto with_layout(const SceneView& scene, Call&& call) {
   switch (scene.layout) {
     case NodeLayout::kFloat:
       return call(FloatLayout{});
@@ -81,7 +81,7 @@ template <class Call> HIPRT_HD HIPRT_FORCE_INLINE Hit with_layout(const SceneVie
     case NodeLayout::kQuantized:
       return call(QuantizedLayout{});
   }
-  return {};
+  return decltype(call(PlanesLayout{})){};
 }
 
 struct ClosestInLayout {

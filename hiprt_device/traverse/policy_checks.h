@@ -63,7 +63,8 @@ template <class P> struct PolicyCheck {
       "hiprt: policies need kFeatures, kLevels, kMoves, kSurface and kViewInMemory: derive them from hiprt::Policies");
 
   static constexpr bool kChecked = true;
-  using Ray = BasicRay<typename P::Real>;
+  using Real = typename P::Real;
+  using Ray = BasicRay<Real>;
   using Storage = typename P::Stack::Storage;
 };
 

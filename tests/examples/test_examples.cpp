@@ -8,7 +8,9 @@
 #include "batch.hip"
 #include "blockers.hip"
 #include "closest_hit.hip"
+#include "closest_points.hip"
 #include "cut_out.hip"
+#include "distance_field.hip"
 #include "global_stack.hip"
 #include "inside.hip"
 #include "layers.hip"
@@ -21,6 +23,7 @@
 #include "shadow.hip"
 #include "spheres_and_curves_host.hip"
 #include "tiered_stack.hip"
+#include "voxels.hip"
 
 using namespace hiprt;
 using namespace hiprt::checks;
@@ -91,6 +94,51 @@ TEST_CASE("the example of shadows: a closed mesh is lit where its normal is to t
   }
   CHECK(lights > kCount / 10);
   CHECK(dark > kCount / 10);
+}
+
+TEST_CASE("the example of closest points", "[examples]") {
+  const Scene scene = make_scene({icosphere(4)});
+  Random random(kSeed + 9);
+  std::vector<Vec3> points(kCount);
+  for (Vec3& point : points) point = vec3(random.in_cube(3));
+  std::vector<float> distances(kCount);
+  start(closest_points, scene.traced, points.data(), distances.data(), kCount);
+  for (unsigned i = 0; i < kCount; ++i)  // The mesh is inside the unit sphere, by less than 0.005.
+    REQUIRE(std::abs(distances[i] - std::abs(glm::length(points[i]) - 1.0f)) < 0.005f);
+}
+
+TEST_CASE("the example of a distance field", "[examples]") {
+  const Scene scene = make_scene({icosphere(4)}, {.nodes = NodeLayout::kQuantized});
+  constexpr unsigned kSide = 7;
+  std::vector<float> distances(kSide * kSide * kSide);
+  start(distance_field, scene.traced, Vec3(-1.5f), 0.5f, kSide, distances.data());
+  for (unsigned i = 0; i < distances.size(); ++i) {
+    const Vec3 at(-1.5f + 0.5f * static_cast<float>(i % kSide), -1.5f + 0.5f * static_cast<float>(i / kSide % kSide),
+                  -1.5f + 0.5f * static_cast<float>(i / kSide / kSide));
+    REQUIRE(std::abs(distances[i] - (glm::length(at) - 1.0f)) < 0.005f);
+  }
+}
+
+TEST_CASE("the example of voxels", "[examples]") {
+  const Mesh mesh = grid_plane(4, 2, 0.0f);
+  const Scene scene = make_scene({mesh});
+  std::vector<Box> boxes(kCount);
+  Random random(kSeed + 10);
+  for (Box& box : boxes) {
+    const Position p = random.in_cube(1);
+    box = {{p[0], p[1], p[2]}, {p[0] + 1e-3f, p[1] + 1e-3f, p[2] + 0.5f}};
+  }
+  std::vector<unsigned> counts(kCount);
+  start(count_in_boxes, scene.traced, boxes.data(), counts.data(), kCount);
+  for (unsigned i = 0; i < kCount; ++i) {
+    unsigned expected = 0;
+    for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+      const Corners c = corners(mesh, k);
+      const Vec3 corner[3] = {vec3(c.p0), vec3(c.p1), vec3(c.p2)};
+      expected += box_meets_triangle(boxes[i], corner) ? 1 : 0;
+    }
+    REQUIRE(counts[i] == expected);
+  }
 }
 
 TEST_CASE("the example of a cut-out", "[examples]") {

@@ -4,6 +4,7 @@
 #include <tests/flags/closed.h>
 #include <tests/flags/deforming.h>
 #include <tests/flags/moving.h>
+#include <tests/flags/points.h>
 #include <tests/flags/shapes.h>
 #include <tests/flags/spawned.h>
 
@@ -49,6 +50,12 @@ unsigned closed() {
   faults += closed_meshes<Instanced<Policies>>("quarter turn", view_of(turned), mesh);
   faults += closed_meshes<Instanced<Policies>>("instance", view_of(sheared), mesh);
   faults += closed_meshes<Instanced<Policies>>("flat instance", view_of(flat), mesh);
+
+  faults += closest_points<Policies>("planes", scene, mesh);
+  faults += closest_points<Array>("ArrayLanes", scene, mesh);
+  faults += closest_points<WithLayout<QuantizedLayout>>("quantized", view_of(quantized), mesh);
+  faults += closest_points<DoubleRays<>>("double", scene, mesh);
+  faults += closest_points<Instanced<Policies>>("instance", view_of(sheared), mesh);
 
   faults += spawned_rays<Policies>("Watertight", scene, mesh);
   faults += spawned_rays<Exact>("Reference", scene, mesh);

@@ -1,0 +1,189 @@
+// Compares a GPU with the host, bit for bit, for point queries: the closest point of a flat scene and of nested, moving
+// instances; the nearest three; signed distances; overlaps. Exit status 0 if all results are equal.
+
+#include <hip/hip_runtime.h>
+#include <hiprt_build/format/view.h>
+#include <hiprt_build/gpu/gpu.h>
+#include <hiprt_build/instances.h>
+#include <hiprt_device/hiprt_device.h>
+#include <tests/primitives/digest.h>
+
+#include <cstdio>
+#include <cstring>
+#include <vector>
+
+namespace gpu = hiprt::gpu;
+using hiprt::SceneView, hiprt::Vec3;
+using hiprt::build::Instance, hiprt::build::Motion;
+using Random = hiprt::checks::DigestRandom;
+
+namespace {
+
+using Flat = hiprt::WithLayout<hiprt::QuantizedLayout>;
+using Deep = hiprt::Moving<hiprt::Instanced<Flat, 2>>;
+
+struct Results {
+  double squared[5] = {};
+  float point[2][3] = {}, u[2] = {}, v[2] = {};
+  std::uint32_t primitive[5] = {}, feature[2] = {}, instance[2] = {};
+  std::uint32_t side = 0, boxes = 0, exact = 0;
+};
+
+template <unsigned kPart, class Point> HIPRT_HD void put(const Point& near, Results& results) {
+  results.squared[kPart] = near.distance_squared;
+  results.point[kPart][0] = near.point.x;
+  results.point[kPart][1] = near.point.y;
+  results.point[kPart][2] = near.point.z;
+  results.u[kPart] = near.u;
+  results.v[kPart] = near.v;
+  results.primitive[kPart] = near.primitive;
+  results.feature[kPart] = static_cast<std::uint32_t>(near.feature);
+}
+
+struct TakeAll {
+  template <class Overlap> HIPRT_HD bool operator()(const Overlap&) const { return true; }
+};
+
+HIPRT_HD Results ask(const SceneView& flat, const SceneView& deep, const Vec3& point, float time) {
+  Results results;
+  const auto signed_near = hiprt::signed_distance<Flat>(flat, {.point = point});
+  put<0>(signed_near.nearest, results);
+  results.side = static_cast<std::uint32_t>(signed_near.side);
+  const auto near = hiprt::closest_point<Deep>(deep, {.point = point, .time = time});
+  put<1>(near, results);
+  for (unsigned i = 0; i < near.path.depth; ++i) results.instance[i] = 1 + near.path.instance[i];
+  Flat::Stack::Memory memory;
+  hiprt::ClosestPoint nearest[3];
+  const auto found = hiprt::nearest_points<Flat>(flat, {.point = point}, nearest, 3, memory);
+  for (unsigned i = 0; i < found.count; ++i) {
+    results.squared[2 + i] = nearest[i].distance_squared;
+    results.primitive[2 + i] = nearest[i].primitive;
+  }
+  const hiprt::Box box{{point.x, point.y, point.z}, {point.x + 0.5f, point.y + 0.25f, point.z + 0.125f}};
+  const hiprt::OrientedBox turned{point, {{0.5f, 0.25f, 0}, {-0.25f, 0.5f, 0}, {0, 0.125f, 0.25f}}};
+  results.exact = hiprt::overlaps<Flat>(flat, hiprt::ExactBox{box}, memory, TakeAll{}).count;
+  Deep::Stack::Memory deep_memory;
+  results.boxes = hiprt::overlaps<Deep>(deep, turned, deep_memory, TakeAll{}, {.time = time}).count;
+  return results;
+}
+
+__global__ void ask_all(SceneView flat, SceneView deep, const Vec3* points, Results* results, unsigned count) {
+  const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < count) results[i] = ask(flat, deep, points[i], 0.25f * static_cast<float>(i % 5));
+}
+
+/// A closed surface around the origin: an octahedron whose faces are split, with corners at different distances.
+hiprt::build::Result<hiprt::build::Bvh> make_object() {
+  std::vector<hiprt::build::Position> positions;
+  std::vector<hiprt::build::Triangle> triangles;
+  constexpr unsigned kAround = 12, kRings = 7;
+  constexpr float kTurn[kAround][2] = {{16, 0},  {14, 8},   {8, 14},   {0, 16},  {-8, 14}, {-14, 8},
+                                       {-16, 0}, {-14, -8}, {-8, -14}, {0, -16}, {8, -14}, {14, -8}};
+  Random random{3};
+  for (unsigned ring = 0; ring < kRings; ++ring)
+    for (const auto& turn : kTurn) {
+      const float wide = 0x1p-5f * (1.5f + 0.5f * random.unit(true)) * (ring == 0 || ring + 1 == kRings ? 0.25f : 1.0f);
+      positions.push_back({turn[0] * wide, turn[1] * wide, 0.25f * static_cast<float>(ring) - 0.75f});
+    }
+  for (const float z : {-1.0f, 1.0f}) positions.push_back({0, 0, z});
+  for (unsigned k = 0; k < kAround; ++k) {
+    const unsigned next = (k + 1) % kAround, last = (kRings - 1) * kAround;
+    triangles.push_back({kRings * kAround, next, k});
+    triangles.push_back({kRings * kAround + 1, last + k, last + next});
+    for (unsigned ring = 0; ring + 1 < kRings; ++ring) {
+      const unsigned a = ring * kAround + k, b = ring * kAround + next;
+      triangles.push_back({a, b, b + kAround});
+      triangles.push_back({a, b + kAround, a + kAround});
+    }
+  }
+  const std::vector<hiprt::build::TriangleMesh> mesh{{positions, triangles}};
+  return hiprt::build::build(mesh, {.builder = hiprt::build::Builder::kHploc, .nodes = hiprt::NodeLayout::kQuantized});
+}
+
+/// Two levels of instances of it, turned, stretched, and every other one moving.
+hiprt::build::Result<hiprt::build::Bvh> make_scene(std::span<const std::byte> object, std::vector<Motion>& motions) {
+  Random random{1};
+  const auto number = [&](float most) { return most * random.unit(true); };
+  motions.resize(4);
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    motions[i].kind = static_cast<hiprt::MotionKind>(1 + i % 3);
+    for (float time : {0.0f, 1.0f})
+      motions[i].keys.push_back({.time = time,
+                                 .translation = {number(3), number(3), number(3)},
+                                 .rotation = {number(0.2f), number(0.2f), number(0.2f), 1}});
+  }
+  std::vector<Instance> inner(8), outer(3);
+  for (std::size_t i = 0; i < inner.size(); ++i) {
+    if (i % 2 == 0) inner[i].motion = &motions[i / 2];
+    for (unsigned row = 0; row < 3; ++row) {
+      inner[i].to_scene.row[row][3] = number(3);
+      inner[i].to_scene.row[row][(row + 1) % 3] = 0.25f;
+    }
+  }
+  for (unsigned i = 0; i < outer.size(); ++i) {
+    outer[i].object = i == 2 ? 0 : 1;
+    outer[i].to_scene.row[0][3] = 4.0f * static_cast<float>(i);
+    outer[i].to_scene.row[1][1] = 1.5f;
+  }
+  const std::vector<std::span<const std::byte>> files{object};
+  const std::vector<std::span<const Instance>> groups{inner, outer};
+  return hiprt::build::build_instances(hiprt::build::InstancedScene{files, groups});
+}
+
+gpu::Result<std::vector<Results>> on_device(std::span<const std::byte> flat, std::span<const std::byte> deep,
+                                            std::span<const Vec3> points) {
+  const hipStream_t stream = nullptr;
+  gpu::DeviceAllocator allocator;
+  const auto flat_scene = gpu::upload_scene(flat, stream, allocator);
+  if (!flat_scene) return tl::unexpected(flat_scene.error());
+  const auto deep_scene = gpu::upload_scene(deep, stream, allocator);
+  if (!deep_scene) return tl::unexpected(deep_scene.error());
+  const auto device_points = gpu::DeviceArray<Vec3>::from(points, stream, allocator);
+  if (!device_points) return tl::unexpected(device_points.error());
+  auto results = gpu::DeviceArray<Results>::make(points.size(), stream, allocator);
+  if (!results) return tl::unexpected(results.error());
+  const auto count = static_cast<unsigned>(points.size());
+  const auto done = gpu::launch(ask_all, count, stream, {}, flat_scene->view, deep_scene->view, device_points->data(),
+                                results->data(), count);
+  if (!done) return tl::unexpected(done.error());
+  return results->to_vector(stream);
+}
+
+}  // namespace
+
+int main() {
+  std::vector<Motion> motions;
+  const auto object = make_object();
+  if (!object) return std::fprintf(stderr, "%s\n", object.error().message.c_str()), 1;
+  const auto scene = make_scene(object->buffer.bytes(), motions);
+  if (!scene) return std::fprintf(stderr, "%s\n", scene.error().message.c_str()), 1;
+  Random random{2};
+  std::vector<Vec3> points(1024);
+  for (Vec3& point : points) {
+    const float size = random.power(2);
+    const float x = random.unit(false), y = random.unit(false), z = random.unit(false);
+    point = size * Vec3(x, y, z);
+  }
+  const auto results = on_device(object->buffer.bytes(), scene->buffer.bytes(), points);
+  if (!results) return std::fprintf(stderr, "%s\n", results.error().message.c_str()), 1;
+  const auto view_of = [](const hiprt::build::Bvh& bvh) {
+    return hiprt::make_scene_view(*hiprt::open_buffer(bvh.buffer.bytes()));
+  };
+  const SceneView flat = view_of(*object), deep = view_of(*scene);
+  unsigned inside = 0, overlapping = 0, exact = 0, edges = 0, different = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Results expected = ask(flat, deep, points[i], 0.25f * static_cast<float>(i % 5));
+    inside += expected.side == static_cast<std::uint32_t>(hiprt::Side::kInside);
+    overlapping += expected.boxes != 0;
+    exact += expected.exact != 0;
+    edges += expected.feature[0] != 0;
+    if (std::memcmp(&expected, &(*results)[i], sizeof(Results)) != 0 && ++different <= 3)
+      std::fprintf(stderr, "point %zu: squared %.17g %.17g, on the host %.17g %.17g\n", i, (*results)[i].squared[0],
+                   (*results)[i].squared[1], expected.squared[0], expected.squared[1]);
+  }
+  std::printf("%zu points, %u inside, %u near edges, %u and %u with overlaps; %u differ\n", points.size(), inside,
+              edges, overlapping, exact, different);
+  for (const unsigned some : {inside, overlapping, exact, edges})
+    if (some < 50) return std::fprintf(stderr, "too few to tell\n"), 1;
+  return different == 0 ? 0 : 1;
+}
