@@ -155,6 +155,24 @@ build::Result<void> run_meshes(const Cli& cli, const BuildCommand& command, Prog
   return build_flat(cli, command, {mesh_views, shapes->customs()}, *tree, watch.lap(), bar, release);
 }
 
+/// Makes a scene of instances such that it can be built, and warns of what is not as the files say.
+build::Result<void> prepare_scene(const Cli& cli, const BuildCommand& command, SceneDescription& scene) {
+  if (const RepairedMotions repaired = repair_motions(scene); repaired.flat_keys != 0)
+    cli.warn(scene.path + ": keys of motions that are flat: " + std::to_string(repaired.flat_keys) + ", the first of " +
+             repaired.first + "; they get a thickness of 1/65536 of their size");
+  const auto baked = bake_singular(scene);
+  if (interrupted()) return cancelled();
+  if (!baked) return tl::unexpected(baked.error());
+  if (baked->instances != 0)
+    cli.warn(scene.path + ": instances without inverse: " + std::to_string(baked->instances) + ", the first is " +
+             baked->first + "; " + std::to_string(baked->triangles) + " triangles of them become objects of their own");
+  if (command.levels != 0) {
+    if (auto merged = merge_scene(scene, command.levels); !merged) return merged;
+    warn_kept(cli, scene);
+  }
+  return {};
+}
+
 build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, ProgressBar& bar) {
   build::Stopwatch watch;
   std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
@@ -168,19 +186,7 @@ build::Result<void> run_scene(const Cli& cli, const BuildCommand& command, Progr
     const std::vector<build::TriangleMesh> mesh_views = views(*geometries);
     return build_flat(cli, command, {mesh_views, {}}, std::nullopt, watch.lap(), bar, [&] { geometries->clear(); });
   }
-  if (const RepairedMotions repaired = repair_motions(*scene); repaired.flat_keys != 0)
-    cli.warn(scene->path + ": keys of motions that are flat: " + std::to_string(repaired.flat_keys) +
-             ", the first of " + repaired.first + "; they get a thickness of 1/65536 of their size");
-  const auto baked = bake_singular(*scene);
-  if (interrupted()) return cancelled();
-  if (!baked) return tl::unexpected(baked.error());
-  if (baked->instances != 0)
-    cli.warn(scene->path + ": instances without inverse: " + std::to_string(baked->instances) + ", the first is " +
-             baked->first + "; " + std::to_string(baked->triangles) + " triangles of them become objects of their own");
-  if (command.levels != 0) {
-    if (auto merged = merge_scene(*scene, command.levels); !merged) return merged;
-    warn_kept(cli, *scene);
-  }
+  if (auto prepared = prepare_scene(cli, command, *scene); !prepared) return prepared;
   const double read_seconds = watch.lap();
   const std::string tool = tool_version(kInfo);
   const auto built = build_scene(*scene, make_request(command, tool), bar.sink());

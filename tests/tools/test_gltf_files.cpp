@@ -1,6 +1,6 @@
 /// glTF files as encoders and exporters write them: compression, zeros, truncated buffers, and what is ignored.
 
-#include "gltf_builder.h"
+#include "compressed_gltf.h"
 #include "load.h"
 
 #include <tools/scene_io/gltf/gltf_compression.h>
@@ -14,90 +14,6 @@ using nlohmann::json;
 namespace {
 
 const Positions kSquare{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
-
-std::string from_base64(const std::string& text) {
-  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string bytes;
-  unsigned word = 0, bits = 0;
-  for (const char c : text.substr(0, text.find('='))) {
-    word = word << 6 | static_cast<unsigned>(kDigits.find(c));
-    if (bits += 6; bits < 8) continue;
-    bits -= 8;
-    bytes += static_cast<char>(word >> bits & 0xffu);
-  }
-  return bytes;
-}
-
-/// kSquare, two triangles, by Draco 1.5.5's encoder: edgebreaker with 8 bits per coordinate, and sequential.
-const std::string kEdgebreaker =
-    from_base64("RFJBQ08CAgEBAAAABAIAAgAAAR//AREB/wAAAQAJAwAAAgEBAQADAwEwARADACiCmAAAAAAA/wAAAAAAAAAAAAAAAAAAAAAAgD8I");
-const std::string kSequential = from_base64(
-    "RFJBQ08CAgEAAAACBAEAAQIAAgMBAQAJAwAAAAAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAIA/AAAAAAAAAAAAAIA/AAAAAA==");
-/// kSquare and its indices by meshoptimizer 0.18: vertices, the same through the exponential filter, triangles,
-/// sequence.
-const std::string kVertices =
-    from_base64("oAAAATMAAAD//wEzAAAAfn0AAAEMAAAA/wEMAAAAfgAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA==");
-const std::string kExponential =
-    from_base64("oAABMwAAAEA/AAEgAAAAAAEMAAAAQAABIAAAAAAAAAEgAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAADyAAAA8gAAAPI=");
-const std::string kTriangles = from_base64("4fAAAHaHVmd4qYZliWiYAWkAAA=="), kSequence = from_base64("0QAEBAYIBAAAAAA=");
-
-int add_bytes(GltfBuilder& b, const std::string& bytes) {
-  return b.add_view(std::vector<char>(bytes.begin(), bytes.end()));
-}
-
-GltfBuilder draco(const std::string& data) {
-  GltfBuilder b;
-  const int view = add_bytes(b, data);
-  // As encoders write: no bufferView, or -1 for none.
-  b.json["accessors"] = {{{"bufferView", -1}, {"componentType", 5126}, {"type", "VEC3"}, {"count", 4}},
-                         {{"componentType", 5123}, {"type", "SCALAR"}, {"count", 6}}};
-  b.add_mesh(0, 1);
-  b.json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = {
-      {"bufferView", view}, {"attributes", {{"POSITION", 0}}}};
-  b.json["nodes"] = {{{"mesh", 0}}};
-  b.json["scenes"] = {{{"nodes", {0}}}};
-  b.json["extensionsUsed"] = b.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
-  return b;
-}
-
-GltfBuilder meshopt(const std::string& vertices, const std::string& filter, const std::string& indices,
-                    const std::string& mode) {
-  GltfBuilder b;
-  const auto add = [&](const std::string& data, std::size_t count, std::size_t stride, const std::string& as,
-                       const std::string& through) {
-    const int from = add_bytes(b, data);
-    const json place = b.json["bufferViews"][static_cast<std::size_t>(from)];
-    // The fallback buffer, number 1, is not there.
-    b.json["bufferViews"].push_back({{"buffer", 1},
-                                     {"byteLength", count * stride},
-                                     {"extensions",
-                                      {{"EXT_meshopt_compression",
-                                        {{"buffer", 0},
-                                         {"byteOffset", place["byteOffset"]},
-                                         {"byteLength", place["byteLength"]},
-                                         {"count", count},
-                                         {"byteStride", stride},
-                                         {"mode", as},
-                                         {"filter", through}}}}}});
-    return b.json["bufferViews"].size() - 1;
-  };
-  const auto positions = add(vertices, 4, 12, "ATTRIBUTES", filter), corners = add(indices, 6, 4, mode, "NONE");
-  b.json["accessors"] = {{{"bufferView", positions}, {"componentType", 5126}, {"type", "VEC3"}, {"count", 4}},
-                         {{"bufferView", corners}, {"componentType", 5125}, {"type", "SCALAR"}, {"count", 6}}};
-  b.add_mesh(0, 1);
-  b.json["nodes"] = {{{"mesh", 0}}};
-  b.json["scenes"] = {{{"nodes", {0}}}};
-  b.json["extensionsUsed"] = b.json["extensionsRequired"] = {"EXT_meshopt_compression"};
-  return b;
-}
-
-/// The file with a second buffer that a decoder would fill.
-std::string with_fallback(const GltfBuilder& b) {
-  json document = json::parse(b.embedded());
-  document["buffers"].push_back(
-      {{"byteLength", 1000}, {"extensions", {{"EXT_meshopt_compression", {{"fallback", true}}}}}});
-  return document.dump();
-}
 
 /// Sums of areas, z components: what a square of any order of corners has.
 double area_of(const tools::Mesh& mesh) {
@@ -133,7 +49,7 @@ GltfBuilder square() {
 TEST_CASE("glTF files: Draco's meshes are decoded, or the error names the package") {
   const TempFolder folder;
   for (const std::string& data : {kEdgebreaker, kSequential}) {
-    const GltfBuilder b = draco(data);
+    const GltfBuilder b = draco_file(data);
     if (!tools::has_draco()) {
       CHECK_THAT(refusal(folder.write("a.gltf", b.embedded())),
                  Contains("KHR_draco_mesh_compression") && Contains("libdraco-dev"));
@@ -144,27 +60,29 @@ TEST_CASE("glTF files: Draco's meshes are decoded, or the error names the packag
   }
   if (!tools::has_draco()) return;
   const std::string where = "meshes[0].primitives[0].extensions.KHR_draco_mesh_compression";
-  GltfBuilder b = draco(kSequential.substr(0, 40));
+  GltfBuilder b = draco_file(kSequential.substr(0, 40));
   CHECK_THAT(refusal(folder.write("a.gltf", b.embedded())), Contains(where) && Contains("damaged"));
-  b = draco(kSequential);
+  b = draco_file(kSequential);
   b.json["accessors"][0]["count"] = 5;
   CHECK_THAT(refusal(folder.write("a.gltf", b.embedded())), Contains(where + ".attributes.POSITION: 4 points"));
-  b = draco(kSequential);
+  b = draco_file(kSequential);
   b.json["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]["attributes"]["POSITION"] = 7;
   CHECK_THAT(refusal(folder.write("a.gltf", b.embedded())), Contains("no such attribute"));
 }
 
 TEST_CASE("glTF files: meshopt's buffers are decoded, or the error names the package") {
   const TempFolder folder;
-  const std::string plain = with_fallback(meshopt(kVertices, "NONE", kTriangles, "TRIANGLES"));
+  const std::string plain = with_fallback(meshopt_file(kMeshoptVertices, "NONE", kMeshoptTriangles, "TRIANGLES"));
   if (!tools::has_meshopt()) {
     CHECK_THAT(refusal(folder.write("a.gltf", plain)),
                Contains("EXT_meshopt_compression") && Contains("libmeshoptimizer-dev"));
     return;
   }
   check_square(load(folder.write("a.gltf", plain)));
-  check_square(load(folder.write("a.gltf", with_fallback(meshopt(kVertices, "NONE", kSequence, "INDICES")))));
-  check_square(load(folder.write("a.gltf", with_fallback(meshopt(kExponential, "EXPONENTIAL", kSequence, "INDICES")))));
+  check_square(
+      load(folder.write("a.gltf", with_fallback(meshopt_file(kMeshoptVertices, "NONE", kMeshoptSequence, "INDICES")))));
+  check_square(load(folder.write(
+      "a.gltf", with_fallback(meshopt_file(kMeshoptExponential, "EXPONENTIAL", kMeshoptSequence, "INDICES")))));
   const auto fault = [&](const std::string& pointer, const json& value) {
     json document = json::parse(plain);
     document[json::json_pointer("/bufferViews/1/extensions/EXT_meshopt_compression" + pointer)] = value;

@@ -1,7 +1,7 @@
 /// Readers take memory only for what a file of its size can have. Every number of small valid files is replaced by
 /// large ones. The address space is limited to 256 MiB.
 
-#include "gltf_builder.h"
+#include "compressed_gltf.h"
 #include "hair_files.h"
 #include "limited_child.h"
 #include "load.h"
@@ -184,6 +184,22 @@ TEST_CASE("Reader memory: glTF, JSON and binary") {
   check_bounded("a.gltf", with_text_numbers(b.embedded()), read_mesh);
   check_bounded("a.gltf", with_text_numbers(b.embedded()), read_assembly);
   check_bounded("a.glb", with_binary_numbers(b.glb()), read_assembly);
+}
+
+TEST_CASE("Reader memory: compressed glTF") {
+  std::vector<std::string> files;
+  for (const std::string& data : {kEdgebreaker, kSequential})
+    for (const std::string& changed : with_binary_numbers(data)) files.push_back(draco_file(changed).embedded());
+  check_bounded("draco.gltf", files, read_mesh);
+  files.clear();
+  for (const std::string& changed : with_binary_numbers(kMeshoptVertices))
+    files.push_back(with_fallback(meshopt_file(changed, "NONE", kMeshoptTriangles, "TRIANGLES")));
+  for (const std::string& changed : with_binary_numbers(kMeshoptTriangles))
+    files.push_back(with_fallback(meshopt_file(kMeshoptVertices, "NONE", changed, "TRIANGLES")));
+  check_bounded("meshopt.gltf", files, read_mesh);
+  check_bounded("meshopt.gltf",
+                with_text_numbers(with_fallback(meshopt_file(kMeshoptVertices, "NONE", kMeshoptSequence, "INDICES"))),
+                read_mesh);
 }
 
 TEST_CASE("Reader memory: scenes, trees, rays, hits and paths") {
