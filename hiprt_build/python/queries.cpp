@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <span>
+#include <type_traits>
 
 namespace hiprt::python {
 namespace {
@@ -53,17 +54,21 @@ template <class Real> struct HitArrays {
   }
 };
 
-/// Traces a block by the library's own tracer where it has one that finds the same hits faster.
-void trace_block(const SceneView& scene, Query query, Precision precision, std::span<const Ray> rays,
-                 std::span<Hit> hits, std::uint32_t* paths) {
-  if (precision == Precision::kWatertight && current_host_scene(scene) != nullptr)
-    value_of(query == Query::kClosest ? closest_hits(scene, rays, hits) : any_hits(scene, rays, hits));
-  else
-    trace({&scene, query, precision, rays.data(), hits.data(), paths, rays.size(), {}});
-}
-void trace_block(const SceneView& scene, Query query, Precision precision, std::span<const RayD> rays,
-                 std::span<HitD> hits, std::uint32_t* paths) {
-  trace({&scene, query, precision, rays.data(), hits.data(), paths, rays.size(), {}});
+/// Traces a block of rays, or as many as there are before the watch is stopped.
+template <class Real>
+void trace_block(const SceneView& scene, Query query, Precision precision, std::span<const BasicRay<Real>> rays,
+                 std::span<BasicHit<Real>> hits, std::uint32_t* paths, const Watch& watch) {
+  // The library's own tracer finds the same hits faster.
+  if constexpr (std::is_same_v<Real, float>)
+    if (precision == Precision::kWatertight && current_host_scene(scene) != nullptr)
+      return value_of(query == Query::kClosest ? closest_hits(scene, rays, hits) : any_hits(scene, rays, hits));
+  // Where hundreds of triangles overlap, a ray may take a tenth of a millisecond.
+  constexpr std::size_t kPiece = 128;
+  for (std::size_t first = 0; first < rays.size() && !watch.stopped(); first += kPiece) {
+    std::uint32_t* const path = paths == nullptr ? nullptr : paths + first * scene.levels;
+    const std::size_t count = std::min(kPiece, rays.size() - first);
+    trace({&scene, query, precision, rays.data() + first, hits.data() + first, path, count, {}});
+  }
 }
 
 /// Traces all rays. @param take receives the number of the first ray of a block, the number of rays, and their hits.
@@ -74,8 +79,9 @@ void trace_all(const SceneView& scene, const Rays& rays, Query query, Precision 
     BasicRay<Real> block[kBlock];
     BasicHit<Real> hits[kBlock];
     rays.gather(first, count, block);
-    trace_block(scene, query, precision, std::span<const BasicRay<Real>>(block, count),
-                std::span<BasicHit<Real>>(hits, count), paths == nullptr ? nullptr : paths + first * scene.levels);
+    trace_block<Real>(scene, query, precision, std::span<const BasicRay<Real>>(block, count),
+                      std::span<BasicHit<Real>>(hits, count), paths == nullptr ? nullptr : paths + first * scene.levels,
+                      watch);
     take(first, count, hits);
   });
 }

@@ -73,11 +73,12 @@ def test_ctrl_c_ends_a_build(rng):
 def test_progress_of_queries(rng, dense):
     origins, directions = rays_at(rng, RAYS)
     for query in (dense.cast, dense.occluded, dense.count):
-        calls = []
-        query(origins, directions, precision="reference", progress=lambda done, total: calls.append((done, total)))
+        calls, start = [], time.perf_counter()
+        query(origins, directions, precision="reference", threads=1,
+              progress=lambda done, total: calls.append((done, total)))
         assert calls[-1] == (RAYS, RAYS) and all(total == RAYS for _, total in calls)
         assert calls == sorted(calls)
-    assert len(calls) > 2  # count() takes longer than 50 ms.
+        assert len(calls) > (time.perf_counter() - start) / 0.2  # Every 50 ms, unless the machine is busy.
     calls = []
     dense.cast(origins[0], directions[0], progress=lambda *call: calls.append(call))
     assert calls == [(1, 1)]
@@ -90,8 +91,9 @@ def test_progress_of_builds_and_refits(rng):
     def note(done, total):
         calls.append((done, total, threading.current_thread()))
 
-    scene = hiprt.build(hiprt.Mesh(vertices, indices), "high", progress=note)
-    assert len(calls) > 3 and calls[-1][:2] == (25_000, 25_000)
+    start = time.perf_counter()
+    scene = hiprt.build(hiprt.Mesh(vertices, indices), "high", threads=1, progress=note)
+    assert calls[-1][:2] == (25_000, 25_000) and len(calls) > (time.perf_counter() - start) / 0.2
     assert [c[0] for c in calls] == sorted(c[0] for c in calls)
     assert {c[2] for c in calls} == {threading.current_thread()}
     calls.clear()
@@ -134,12 +136,14 @@ def test_other_threads_run_meanwhile(rng, dense):
 
     thread = threading.Thread(target=tick)
     thread.start()
-    start = time.perf_counter()
-    dense.count(origins, directions, threads=1)
-    seconds = time.perf_counter() - start
+    start, longest = time.perf_counter(), 0
+    while time.perf_counter() < start + 1:
+        begin = time.perf_counter()
+        dense.count(origins, directions, threads=1)
+        longest = max(longest, len([t for t in ticks if begin < t]))
     stop.set()
     thread.join()
-    assert seconds > 0.1 and len([t for t in ticks if start < t < start + seconds]) > 20
+    assert longest > 5  # During one call.
 
 
 def test_queries_from_many_threads(rng, dense):
