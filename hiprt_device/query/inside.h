@@ -42,7 +42,7 @@ template <class P> struct Parity : P {
 ///
 /// Reference decides each crossing exactly, also through edges and vertices. So for closed meshes the result is right
 /// for every point that is not on the surface; there it is either. In instances the ray counts as it was rounded.
-/// Surfaces that overlap count as one inside the other. For open meshes the result depends on where the holes are.
+/// A point inside two overlapping meshes counts as outside. For open meshes the result depends on where the holes are.
 /// A point that is not finite is outside.
 /// @param query max_distance is not used.
 /// @param storage of the traversal's stack; one query at a time may use it.

@@ -13,7 +13,8 @@ template <class P> unsigned closest_points(const std::string& name, const SceneV
   Check check(name + ": closest points", kSeed + 21);
   Random random(kSeed + 21);
   for (unsigned i = 0; i < kPoints; ++i) {
-    const Vec3 at = lattice_point(random, i % 3 == 0 ? 40960 : 4096) * power(random, 3);
+    const Vec3 on = lattice_point(random, i % 3 == 0 ? 40960 : 4096);
+    const Vec3 at = on * power(random, 3);
     check.on_ray(BasicRay<Real>{.origin = BasicVec3<Real>(at)});
     typename P::Stack::Memory memory;
     const auto near =

@@ -1,5 +1,5 @@
 // Compares a GPU with the host, bit for bit, for point queries: the closest point of a flat scene and of nested, moving
-// instances; the nearest three; signed distances; overlaps. Exit status 0 if all results are equal.
+// instances; the nearest three; insides; overlaps. Exit status 0 if all results are equal.
 
 #include <hip/hip_runtime.h>
 #include <hiprt_build/format/view.h>
@@ -9,6 +9,7 @@
 #include <tests/primitives/digest.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 
@@ -44,32 +45,45 @@ struct TakeAll {
   template <class Overlap> HIPRT_HD bool operator()(const Overlap&) const { return true; }
 };
 
-HIPRT_HD Results ask(const SceneView& flat, const SceneView& deep, const Vec3& point, float time) {
-  Results results;
-  const auto signed_near = hiprt::signed_distance<Flat>(flat, {.point = point});
-  put<0>(signed_near.nearest, results);
-  results.side = static_cast<std::uint32_t>(signed_near.side);
-  const auto near = hiprt::closest_point<Deep>(deep, {.point = point, .time = time});
-  put<1>(near, results);
-  for (unsigned i = 0; i < near.path.depth; ++i) results.instance[i] = 1 + near.path.instance[i];
-  Flat::Stack::Memory memory;
-  hiprt::ClosestPoint nearest[3];
-  const auto found = hiprt::nearest_points<Flat>(flat, {.point = point}, nearest, 3, memory);
-  for (unsigned i = 0; i < found.count; ++i) {
-    results.squared[2 + i] = nearest[i].distance_squared;
-    results.primitive[2 + i] = nearest[i].primitive;
+/// Queries, each with a kernel of its own: small kernels compile, and are translated by amdrun, one by one.
+enum Part : unsigned { kClosest, kDeep, kNearest, kSigned, kBoxes, kDeepBoxes, kParts };
+
+template <unsigned kPart>
+HIPRT_HD void ask(const SceneView& flat, const SceneView& deep, const Vec3& point, float time, Results& results) {
+  if constexpr (kPart == kClosest) put<0>(hiprt::closest_point<Flat>(flat, {.point = point}), results);
+  if constexpr (kPart == kDeep) {
+    const auto near = hiprt::closest_point<Deep>(deep, {.point = point, .time = time});
+    put<1>(near, results);
+    for (unsigned i = 0; i < near.path.depth; ++i) results.instance[i] = 1 + near.path.instance[i];
   }
-  const hiprt::Box box{{point.x, point.y, point.z}, {point.x + 0.5f, point.y + 0.25f, point.z + 0.125f}};
-  const hiprt::OrientedBox turned{point, {{0.5f, 0.25f, 0}, {-0.25f, 0.5f, 0}, {0, 0.125f, 0.25f}}};
-  results.exact = hiprt::overlaps<Flat>(flat, hiprt::ExactBox{box}, memory, TakeAll{}).count;
-  Deep::Stack::Memory deep_memory;
-  results.boxes = hiprt::overlaps<Deep>(deep, turned, deep_memory, TakeAll{}, {.time = time}).count;
-  return results;
+  if constexpr (kPart == kNearest) {
+    Flat::Stack::Memory memory;
+    hiprt::ClosestPoint nearest[3];
+    const auto found = hiprt::nearest_points<Flat>(flat, {.point = point}, nearest, 3, memory);
+    for (unsigned i = 0; i < found.count; ++i) {
+      results.squared[2 + i] = nearest[i].distance_squared;
+      results.primitive[2 + i] = nearest[i].primitive;
+    }
+  }
+  if constexpr (kPart == kSigned)
+    results.side = static_cast<std::uint32_t>(hiprt::is_inside<Flat>(flat, {.point = point}));
+  if constexpr (kPart == kBoxes) {
+    Flat::Stack::Memory memory;
+    const hiprt::Box box{{point.x, point.y, point.z}, {point.x + 0.5f, point.y + 0.25f, point.z + 0.125f}};
+    results.exact = hiprt::overlaps<Flat>(flat, hiprt::ExactBox{box}, memory, TakeAll{}).count;
+  }
+  if constexpr (kPart == kDeepBoxes) {
+    Deep::Stack::Memory memory;
+    const hiprt::OrientedBox turned{point, {{0.5f, 0.25f, 0}, {-0.25f, 0.5f, 0}, {0, 0.125f, 0.25f}}};
+    results.boxes = hiprt::overlaps<Deep>(deep, turned, memory, TakeAll{}, {.time = time}).count;
+  }
 }
 
+/// @param results each query writes its own part.
+template <unsigned kPart>
 __global__ void ask_all(SceneView flat, SceneView deep, const Vec3* points, Results* results, unsigned count) {
   const unsigned i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) results[i] = ask(flat, deep, points[i], 0.25f * static_cast<float>(i % 5));
+  if (i < count) ask<kPart>(flat, deep, points[i], 0.25f * static_cast<float>(i % 5), results[i]);
 }
 
 /// A closed surface around the origin: an octahedron whose faces are split, with corners at different distances.
@@ -130,8 +144,28 @@ hiprt::build::Result<hiprt::build::Bvh> make_scene(std::span<const std::byte> ob
   return hiprt::build::build_instances(hiprt::build::InstancedScene{files, groups});
 }
 
-gpu::Result<std::vector<Results>> on_device(std::span<const std::byte> flat, std::span<const std::byte> deep,
-                                            std::span<const Vec3> points) {
+template <unsigned kPart = 0>
+gpu::Result<void> launch_parts(std::uint32_t parts, const SceneView& flat, const SceneView& deep, const Vec3* points,
+                               Results* results, unsigned count) {
+  if constexpr (kPart < kParts) {
+    if ((parts >> kPart & 1u) != 0)
+      if (auto done = gpu::launch(ask_all<kPart>, count, nullptr, {}, flat, deep, points, results, count); !done)
+        return done;
+    return launch_parts<kPart + 1>(parts, flat, deep, points, results, count);
+  }
+  return {};
+}
+template <unsigned kPart = 0>
+void ask_host(std::uint32_t parts, const SceneView& flat, const SceneView& deep, const Vec3& point, float time,
+              Results& results) {
+  if constexpr (kPart < kParts) {
+    if ((parts >> kPart & 1u) != 0) ask<kPart>(flat, deep, point, time, results);
+    ask_host<kPart + 1>(parts, flat, deep, point, time, results);
+  }
+}
+
+gpu::Result<std::vector<Results>> on_device(std::uint32_t parts, std::span<const std::byte> flat,
+                                            std::span<const std::byte> deep, std::span<const Vec3> points) {
   const hipStream_t stream = nullptr;
   gpu::DeviceAllocator allocator;
   const auto flat_scene = gpu::upload_scene(flat, stream, allocator);
@@ -140,18 +174,21 @@ gpu::Result<std::vector<Results>> on_device(std::span<const std::byte> flat, std
   if (!deep_scene) return tl::unexpected(deep_scene.error());
   const auto device_points = gpu::DeviceArray<Vec3>::from(points, stream, allocator);
   if (!device_points) return tl::unexpected(device_points.error());
-  auto results = gpu::DeviceArray<Results>::make(points.size(), stream, allocator);
+  const std::vector<Results> empty(points.size());
+  auto results = gpu::DeviceArray<Results>::from(empty, stream, allocator);
   if (!results) return tl::unexpected(results.error());
-  const auto count = static_cast<unsigned>(points.size());
-  const auto done = gpu::launch(ask_all, count, stream, {}, flat_scene->view, deep_scene->view, device_points->data(),
-                                results->data(), count);
+  const auto done = launch_parts(parts, flat_scene->view, deep_scene->view, device_points->data(), results->data(),
+                                 static_cast<unsigned>(points.size()));
   if (!done) return tl::unexpected(done.error());
   return results->to_vector(stream);
 }
 
 }  // namespace
 
-int main() {
+/// Arguments: the numbers of the queries (Part); none: all.
+int main(int count, char** arguments) {
+  std::uint32_t parts = count > 1 ? 0 : (1u << kParts) - 1;
+  for (int i = 1; i < count; ++i) parts |= 1u << (static_cast<unsigned>(std::atoi(arguments[i])) % kParts);
   std::vector<Motion> motions;
   const auto object = make_object();
   if (!object) return std::fprintf(stderr, "%s\n", object.error().message.c_str()), 1;
@@ -164,26 +201,30 @@ int main() {
     const float x = random.unit(false), y = random.unit(false), z = random.unit(false);
     point = size * Vec3(x, y, z);
   }
-  const auto results = on_device(object->buffer.bytes(), scene->buffer.bytes(), points);
+  const auto results = on_device(parts, object->buffer.bytes(), scene->buffer.bytes(), points);
   if (!results) return std::fprintf(stderr, "%s\n", results.error().message.c_str()), 1;
   const auto view_of = [](const hiprt::build::Bvh& bvh) {
     return hiprt::make_scene_view(*hiprt::open_buffer(bvh.buffer.bytes()));
   };
   const SceneView flat = view_of(*object), deep = view_of(*scene);
-  unsigned inside = 0, overlapping = 0, exact = 0, edges = 0, different = 0;
+  unsigned some[kParts] = {}, different = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Results expected = ask(flat, deep, points[i], 0.25f * static_cast<float>(i % 5));
-    inside += expected.side == static_cast<std::uint32_t>(hiprt::Side::kInside);
-    overlapping += expected.boxes != 0;
-    exact += expected.exact != 0;
-    edges += expected.feature[0] != 0;
+    Results expected;
+    ask_host(parts, flat, deep, points[i], 0.25f * static_cast<float>(i % 5), expected);
+    some[kClosest] += expected.feature[0] != 0;
+    some[kDeep] += expected.instance[1] != 0;
+    some[kNearest] += expected.squared[4] != 0.0;
+    some[kSigned] += expected.side == static_cast<std::uint32_t>(hiprt::Side::kInside);
+    some[kBoxes] += expected.exact != 0;
+    some[kDeepBoxes] += expected.boxes != 0;
     if (std::memcmp(&expected, &(*results)[i], sizeof(Results)) != 0 && ++different <= 3)
       std::fprintf(stderr, "point %zu: squared %.17g %.17g, on the host %.17g %.17g\n", i, (*results)[i].squared[0],
                    (*results)[i].squared[1], expected.squared[0], expected.squared[1]);
   }
-  std::printf("%zu points, %u inside, %u near edges, %u and %u with overlaps; %u differ\n", points.size(), inside,
-              edges, overlapping, exact, different);
-  for (const unsigned some : {inside, overlapping, exact, edges})
-    if (some < 50) return std::fprintf(stderr, "too few to tell\n"), 1;
+  std::printf(
+      "%zu points, queries %x: %u edges, %u inner instances, %u thirds, %u inside, %u and %u overlaps; %u differ\n",
+      points.size(), parts, some[0], some[1], some[2], some[3], some[4], some[5], different);
+  for (unsigned part = 0; part < kParts; ++part)
+    if ((parts >> part & 1u) != 0 && some[part] < 50) return std::fprintf(stderr, "too few to tell\n"), 1;
   return different == 0 ? 0 : 1;
 }

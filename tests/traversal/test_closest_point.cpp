@@ -188,6 +188,20 @@ TEST_CASE("an empty scene has no closest point, and a scene of another layout is
   REQUIRE(closest_point(half.traced, Vec3(0)).found());
 }
 
+TEST_CASE("a scene with custom primitives is refused") {
+  const Mesh mesh = icosphere(1);
+  const build::TriangleMesh view = mesh.view();
+  const Box box{{0, 0, 0}, {1, 1, 1}};
+  const build::CustomGeometry custom{.boxes = {&box, 1}};
+  const auto bvh = build::build(build::SceneInput{{&view, 1}, {&custom, 1}});
+  REQUIRE(bvh.has_value());
+  const SceneView scene = bvh->scene();
+  REQUIRE(closest_point(scene, Vec3(0)).failed());
+  PrivateStack<>::Memory memory;
+  NearestPoint<> points(scene, {}, memory);
+  REQUIRE((points.next_point().failed() && points.state() == TraversalState::kRefused));
+}
+
 TEST_CASE("triangles come in the order of distance, each once, and a filter leaves some out") {
   const std::vector<Mesh> meshes{star(2, 7), oracle::soup(60, 0.3, 2)};
   for (const Scene& scene : {make_scene(meshes), make_scene(meshes, {.builder = kEmbreeHigh})}) {

@@ -199,6 +199,31 @@ TEST_CASE("a point beside a lattice edge is not taken for one inside: ties are e
   REQUIRE((std::abs(inside.u - 0.25) < 1e-15 && std::abs(inside.v - 1.0 / 3.0) < 1e-15));
 }
 
+TEST_CASE("points exactly above a shared edge: no face counts, whatever rounds") {
+  Random random(kSeed + 4);
+  const auto whole = [&](std::uint32_t most) { return static_cast<double>(random.below(2 * most + 1)) - most; };
+  const auto vector = [&](std::uint32_t most) { return Vec3D(whole(most), whole(most), whole(most)); };
+  const auto cross = [](const Vec3D& a, const Vec3D& b) {
+    return Vec3D(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+  };
+  unsigned judged = 0;
+  for (unsigned i = 0; i < trials(60000); ++i) {
+    // Integers that floats hold. The edge and the first triangle are at right angles to up.
+    const Vec3D up = vector(512), half = cross(up, vector(512)), aside = cross(up, half) / 1024.0;
+    const Vec3D a = vector(1 << 22), b = a + 2.0 * half, point = a + half + (1.0 + random.below(4096)) * up;
+    const auto rounded = [](const Vec3D& v) { return Vec3D(std::round(v.x), std::round(v.y), std::round(v.z)); };
+    const Vec3D flat = a + cross(up, vector(512)), other = a - rounded(aside) - 300.0 * up;
+    const Vec3D one[3] = {a, b, flat}, two[3] = {b, a, other};
+    const TrianglePoint first = closest_on_triangle(one, point), second = closest_on_triangle(two, point);
+    INFO("seed " << kSeed + 4 << ", case " << i);
+    if (second.feature != TriangleFeature::kEdge0) continue;
+    ++judged;
+    REQUIRE(first.feature == TriangleFeature::kEdge0);
+    REQUIRE(same(first, second));
+  }
+  REQUIRE(judged > trials(60000) / 10);
+}
+
 TEST_CASE("triangles without area: points and segments") {
   const Vec3D p(1, 2, 3), q(1, 2, 7), middle(1, 2, 5);
   for (const auto& corner : {std::array{p, p, p}, std::array{p, q, p}, std::array{p, q, middle}}) {
