@@ -46,7 +46,7 @@ Hit any(RTCScene scene, const Ray& ray) {
 
 constexpr std::size_t kEight = 8;
 
-/// Up to eight rays. @return those that exist, as Embree's mask.
+/// Up to eight rays. @param valid becomes Embree's mask of the rays.
 void gather(std::span<const Ray> rays, RTCRayHit8& query, int (&valid)[kEight]) {
   for (std::size_t i = 0; i < kEight; ++i) {
     valid[i] = i < rays.size() ? -1 : 0;
