@@ -175,6 +175,9 @@ void add_point_queries(nb::module_& module) {
              nb::arg("threads"), nb::arg("progress").none(), nb::arg("arrays"));
   module.def("within", &within, nb::arg("scene"), nb::arg("points"), nb::arg("is_double"), nb::arg("threads"),
              nb::arg("progress").none());
+  module.def(
+      "check_findable", [](const Scene& scene) { check_findable(make_scene_view(scene.data()->view())); },
+      nb::arg("scene"), "Refuses scenes with primitives that are not triangles.");
 }
 
 }  // namespace hiprt::python

@@ -173,11 +173,11 @@ void check_traceable(const SceneView& scene) {
 }
 
 void check_findable(const SceneView& scene) {
-  check_traceable(scene);
   if (!has_only_triangles(scene))
     refuse(
         "the scene has custom primitives (spheres, curves), and points and boxes find triangles only: build a scene "
         "of its triangles");
+  check_traceable(scene);
 }
 
 void check_done(bool done) {

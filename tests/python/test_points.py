@@ -1,5 +1,7 @@
 """Closest points, the k nearest, all within a distance, and the side, against every triangle in float64."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -149,6 +151,30 @@ def test_two_levels_of_instances(rng):
     counts = np.diff(near.offsets)
     assert near.instances.shape == (len(near.distance), 2)
     assert (((distances < 0.9999).sum(axis=1) <= counts) & (counts <= (distances < 1.0001).sum(axis=1))).all()
+
+
+def test_moving_instances(rng):
+    vertices, indices = sphere()
+    ball = hiprt.build(hiprt.Mesh(0.5 * vertices, indices))
+    keys = np.tile(np.eye(4)[:3], (1, 2, 1, 1))
+    keys[0, 1, 0, 3] = 10
+    moving = hiprt.build(hiprt.Instances(ball, keys, times=[0, 1]))
+    points, times = rng.uniform(-3, 13, (500, 3)), rng.uniform(0, 1, 500)
+    expected = ball.closest_point(points - np.stack((10 * times, 0 * times, 0 * times), -1))
+    assert np.allclose(moving.closest_point(points, time=times).distance, expected.distance, atol=1e-5)
+    assert moving.occupancy([[5, 0, 0], [5, 0, 0]], time=[0, 0.5]).tolist() == [False, True]
+    boxes = np.array([[4.9, -1, -1], [5.1, 1, 1]])
+    assert (moving.count_overlaps(boxes, time=[0, 0.5, 1]) > 0).tolist() == [False, True, False]
+
+
+def test_custom_primitives_are_refused():
+    scene = hiprt.load(Path(__file__).resolve().parents[1] / "format" / "golden" / "custom.bvh")
+    for query in (lambda: scene.closest_point([0, 0, 0]), lambda: scene.nearest([0, 0, 0], 2),
+                  lambda: scene.within([0, 0, 0], 1), lambda: scene.signed_distance([0, 0, 0]),
+                  lambda: scene.occupancy([0, 0, 0]), lambda: scene.overlap(np.zeros((2, 3))),
+                  lambda: scene.count_overlaps(np.zeros((2, 3)))):
+        with pytest.raises(hiprt.InputError, match="has custom primitives"):
+            query()
 
 
 def test_sides_and_signed_distances(rng):

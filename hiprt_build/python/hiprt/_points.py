@@ -223,6 +223,7 @@ class PointQueries:
         points: ... x 3. A point that is not finite is outside. mask, time, threads, progress: as for rays.
         """
         flat, numbers, shape = _flat([_vectors(points, "points")], _seen(mask, time), "points, mask and time")
+        _core.check_findable(self._core)
         size = len(flat[0])
         up = np.broadcast_to(np.array([0, 0, 1], np.float32), (size, 3))
         tmin, tmax = (np.broadcast_to(np.float32(end), size) for end in (0, np.inf))
