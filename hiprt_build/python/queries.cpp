@@ -178,6 +178,18 @@ void check_traceable(const SceneView& scene) {
            "file");
 }
 
+void check_findable(const SceneView& scene) {
+  if (!has_only_triangles(scene))
+    refuse(
+        "the scene has custom primitives (spheres, curves), and points and boxes find triangles only: build a scene "
+        "of its triangles");
+  check_traceable(scene);
+}
+
+void check_done(bool done) {
+  if (!done) refuse("the scene's tree is deeper than its file says: check the file with validate()");
+}
+
 void for_blocks(std::size_t rays, unsigned threads, Watch& watch,
                 const std::function<void(std::size_t first, std::size_t count)>& body) {
   if (rays <= kBlock) return body(0, rays);

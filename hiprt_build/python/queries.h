@@ -1,5 +1,5 @@
 #pragma once
-/// Rays in bulk for Python: first hits, any hits, counts and lists.
+/// Rays, points and boxes in bulk for Python.
 
 #include <hiprt_build/python/rays.h>
 #include <hiprt_build/python/scene.h>
@@ -22,6 +22,10 @@ Precision precision_of(const std::string& word);
 
 /// Refuses scenes that trace() does not cover.
 void check_traceable(const SceneView& scene);
+/// The same for points and boxes. They cannot find custom primitives.
+void check_findable(const SceneView& scene);
+/// Refuses a job that a tracer did not do.
+void check_done(bool done);
 
 /// Calls body(first, count) for blocks of rays on several threads, until the watch is stopped.
 /// @param threads 0: all that the process may use.
@@ -32,5 +36,9 @@ void for_blocks(std::size_t rays, unsigned threads, Watch& watch,
 void add_queries(nanobind::module_& module);
 /// Adds count_hits() and list_hits() to the module.
 void add_lists(nanobind::module_& module);
+/// Adds nearest() and within() to the module.
+void add_point_queries(nanobind::module_& module);
+/// Adds overlap() and count_overlaps() to the module.
+void add_overlaps(nanobind::module_& module);
 
 }  // namespace hiprt::python

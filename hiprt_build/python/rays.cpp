@@ -1,61 +1,8 @@
 #include <hiprt_build/python/rays.h>
 
-#include <hiprt_build/python/errors.h>
-#include <hiprt_device/math/arithmetic.h>
-
-#include <cstring>
-#include <string>
-
 namespace hiprt::python {
-namespace {
 
 namespace nb = nanobind;
-
-template <class T> bool holds(const InputArray& array) { return array.dtype() == nb::dtype<T>(); }
-
-void check(const char* name, const InputArray& array, std::size_t dimensions, std::size_t size, bool fits_type) {
-  if (!fits_type || array.ndim() != dimensions || array.shape(0) != size || (dimensions == 2 && array.shape(1) != 3))
-    refuse(std::string(name) + ": the array has another type or shape than " + std::to_string(size) +
-           (dimensions == 2 ? " x 3" : "") + " numbers");
-}
-
-void check_real(const char* name, const InputArray& array, std::size_t dimensions, std::size_t size) {
-  check(name, array, dimensions, size, holds<float>(array) || holds<double>(array));
-}
-
-template <class T> T read(const std::byte* from) {
-  T value;
-  std::memcpy(&value, from, sizeof value);
-  return value;
-}
-
-template <class Real> Real rounded(float x) { return x; }
-template <class Real> Real rounded(double x) {
-  if constexpr (sizeof(Real) == sizeof(double))
-    return x;
-  else
-    return nearest_float(x);
-}
-
-/// @param put takes the number of a ray and its value.
-template <class Real, class Put> void each(const Column& column, std::size_t first, std::size_t count, const Put& put) {
-  const std::byte* from = column.first + static_cast<std::ptrdiff_t>(first) * column.stride;
-  if (column.is_double)
-    for (std::size_t i = 0; i < count; ++i, from += column.stride) put(i, rounded<Real>(read<double>(from)));
-  else
-    for (std::size_t i = 0; i < count; ++i, from += column.stride) put(i, rounded<Real>(read<float>(from)));
-}
-
-}  // namespace
-
-Column::Column(const InputArray& array, std::size_t component) {
-  const auto size = static_cast<std::ptrdiff_t>(array.itemsize());
-  is_double = holds<double>(array);
-  if (array.size() == 0) return;
-  stride = array.stride(0) * size;
-  first = static_cast<const std::byte*>(array.data());
-  if (array.ndim() > 1) first += static_cast<std::ptrdiff_t>(component) * array.stride(1) * size;
-}
 
 Rays::Rays(const InputArray& origins, const InputArray& directions, const InputArray& tmin, const InputArray& tmax,
            const InputArray& mask, const InputArray& time)
@@ -84,8 +31,7 @@ template <class Real> void Rays::gather(std::size_t first, std::size_t count, Ba
   each<Real>(tmin_, first, count, [&](std::size_t i, Real x) { to[i].tmin = x; });
   each<Real>(tmax_, first, count, [&](std::size_t i, Real x) { to[i].tmax = x; });
   each<float>(time_, first, count, [&](std::size_t i, float x) { to[i].time = x; });
-  const std::byte* mask = mask_.first + static_cast<std::ptrdiff_t>(first) * mask_.stride;
-  for (std::size_t i = 0; i < count; ++i, mask += mask_.stride) to[i].mask = read<std::uint32_t>(mask);
+  each_mask(mask_, first, count, [&](std::size_t i, std::uint32_t x) { to[i].mask = x; });
 }
 
 template void Rays::gather(std::size_t, std::size_t, Ray*) const;

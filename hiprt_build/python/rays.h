@@ -1,28 +1,15 @@
 #pragma once
 /// Rays in arrays of Python: read in place, whatever their strides and precision.
 
+#include <hiprt_build/python/columns.h>
 #include <hiprt_device/ray.h>
 
 #include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 
 #include <array>
 #include <cstddef>
 
 namespace hiprt::python {
-
-/// An array of any type and strides that is only read. The strides may be 0 or negative.
-using InputArray = nanobind::ndarray<nanobind::ro, nanobind::device::cpu>;
-
-/// Numbers at a constant distance.
-struct Column {
-  const std::byte* first = nullptr;
-  std::ptrdiff_t stride = 0;  ///< In bytes.
-  bool is_double = false;     ///< Of floating-point numbers.
-
-  /// A part of an array: all of one dimension, or column @p component of two dimensions.
-  explicit Column(const InputArray& array, std::size_t component = 0);
-};
 
 /// Views of the arrays of a batch of rays. They are kept alive.
 class Rays {

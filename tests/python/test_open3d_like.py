@@ -86,6 +86,32 @@ def test_occupancy(rng):
     assert (inside == (radius < 1))[clear].all()
 
 
+def test_points_of_two_meshes(rng):
+    scene = two_meshes(rng, RaycastingScene())
+    points = rng.uniform(-1, 2, (4, 5, 3)).astype(np.float32)
+    near = scene.compute_closest_points(points)
+    tails = {"points": (3,), "geometry_ids": (), "primitive_ids": (), "primitive_uvs": (2,), "primitive_normals": (3,)}
+    assert set(near) == set(tails)
+    for key, tail in tails.items():
+        assert near[key].shape == (4, 5) + tail and near[key].dtype == (np.float32 if tail else np.uint32), key
+        assert type(near[key].numpy()) is np.ndarray
+    distance = scene.compute_distance(points)
+    assert distance.shape == (4, 5) and distance.dtype == np.float32
+    assert np.allclose(distance, np.linalg.norm(near["points"] - points, axis=-1), atol=1e-6)
+    assert set(np.unique(near["geometry_ids"])) == {0, 1}
+    assert np.allclose(np.linalg.norm(near["primitive_normals"], axis=-1), 1, atol=1e-6)
+    signed = scene.compute_signed_distance(points)
+    inside = scene.compute_occupancy(points) == 1
+    assert signed.dtype == np.float32 and (np.abs(signed) == distance).all() and ((signed < 0) == inside).all()
+
+
+def test_points_without_triangles():
+    near = RaycastingScene().compute_closest_points(np.zeros((1, 3), np.float32))
+    assert near["geometry_ids"].tolist() == near["primitive_ids"].tolist() == [RaycastingScene.INVALID_ID]
+    assert np.isnan(near["points"]).all() and (near["primitive_normals"] == 0).all()
+    assert RaycastingScene().compute_distance(np.zeros((1, 3), np.float32)).tolist() == [np.inf]
+
+
 def test_what_open3d_refuses_is_refused(rng):
     scene = RaycastingScene()
     for bad, message in ((np.zeros((2, 5), np.float32), r"last of 6 numbers, found shape \(2, 5\)"),
@@ -98,8 +124,17 @@ def test_what_open3d_refuses_is_refused(rng):
         scene.add_triangles()
     with pytest.raises(hiprt.InputError, match="SYCL:0 is not a CPU"):
         RaycastingScene(device="SYCL:0")
-    for name in ("compute_closest_points", "compute_distance", "compute_signed_distance"):
-        assert not hasattr(scene, name)
+    methods = (scene.compute_closest_points, scene.compute_distance, scene.compute_signed_distance,
+               scene.compute_occupancy)
+    for bad, message in ((np.zeros((2, 2), np.float32), r"last of 3 numbers, found shape \(2, 2\)"),
+                         (np.zeros(3, np.float32), "at least 2 dimensions"),
+                         (np.zeros((2, 3)), "query_points: expected float32, found float64")):
+        for method in methods:
+            with pytest.raises(RuntimeError, match=message):
+                method(bad)
+    for method in methods[2:]:
+        with pytest.raises(RuntimeError, match="nsamples: 2 is not an odd number"):
+            method(np.zeros((1, 3), np.float32), nsamples=2)
 
 
 @needs_open3d
@@ -127,6 +162,31 @@ def test_hits_are_those_of_open3d(rng):
         scene.add_triangles(*(tensor(array) for array in sphere()))
     a, b = (scene.compute_occupancy(points) for scene in only)
     assert a.dtype == b.dtype and (a.numpy() == b.numpy()).all()
+
+
+@needs_open3d
+def test_points_are_those_of_open3d(rng):
+    tensor = open3d.core.Tensor
+    theirs = two_meshes(np.random.default_rng(1), open3d.t.geometry.RaycastingScene(), tensor)
+    ours = two_meshes(np.random.default_rng(1), RaycastingScene(), tensor)
+    points = tensor(rng.uniform(-1, 2, (30, 40, 3)).astype(np.float32))
+    a, b = ours.compute_closest_points(points), theirs.compute_closest_points(points)
+    assert set(a) == set(b)
+    for key in a:
+        assert type(a[key]) is type(b[key]) and a[key].shape == b[key].shape and a[key].dtype == b[key].dtype, key
+    assert np.allclose(a["points"].numpy(), b["points"].numpy(), atol=1e-3)
+    # Neighbours that share the closest edge or vertex are as good as each other.
+    alike = a["primitive_ids"].numpy() == b["primitive_ids"].numpy()
+    assert alike.mean() > 0.5
+    for key in a:
+        assert np.allclose(a[key].numpy()[alike], b[key].numpy()[alike], atol=1e-3), key
+    only = RaycastingScene(), open3d.t.geometry.RaycastingScene()
+    for scene in only:
+        scene.add_triangles(*(tensor(array) for array in sphere()))
+    for name in ("compute_distance", "compute_signed_distance", "compute_occupancy"):
+        a, b = (getattr(scene, name)(points) for scene in only)
+        assert type(a) is type(b) and a.dtype == b.dtype and a.shape == b.shape
+        assert np.allclose(a.numpy(), b.numpy(), atol=1e-5), name
 
 
 @needs_open3d

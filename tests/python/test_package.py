@@ -21,6 +21,7 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "hiprt_build" / "python" / "exa
 PRINTED = {
     "lidar": r"beams with 1, 2, 3, 4 returns: \d+, \d+, \d+, \d+\n\d+% of the beams reach the ground",
     "point_in_mesh": r"volume: 3\.1[4-7]\d by random points, 3\.158 of a smooth torus",
+    "distance_field": r"76800 points: -0\.20 to 1\.11, 0\.000\d from a smooth torus at most",
     "city_shadows": r"400 houses; \d\.\d hours of sun on average",
     "visibility": r"400 points: \d+% of the pairs see each other, 0 in one direction only",
 }

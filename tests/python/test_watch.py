@@ -60,6 +60,19 @@ def test_ctrl_c_ends_a_query(rng, dense, query):
     check_interrupts(work)
 
 
+@pytest.mark.parametrize("query", ("closest_point", "nearest", "within", "signed_distance", "overlap"))
+def test_ctrl_c_ends_a_query_of_points(rng, dense, query):
+    points = rng.uniform(0, 1, (RAYS, 3)).astype(np.float32)
+    boxes = np.stack((points - 0.1, points + 0.1), axis=-2)
+    more = {"nearest": (500,), "within": (0.2,)}.get(query, ())
+
+    def work():
+        while True:
+            getattr(dense, query)(boxes if query == "overlap" else points, *more, threads=1)
+
+    check_interrupts(work)
+
+
 def test_ctrl_c_ends_a_build(rng):
     mesh = hiprt.Mesh(*soup(rng, 200_000, 0.02))
 
@@ -82,6 +95,23 @@ def test_progress_of_queries(rng, dense):
     calls = []
     dense.cast(origins[0], directions[0], progress=lambda *call: calls.append(call))
     assert calls == [(1, 1)]
+
+
+def test_progress_of_points(rng, dense):
+    points = rng.uniform(0, 1, (5000, 3)).astype(np.float32)
+    boxes = np.stack((points, points + 0.01), axis=-2)
+    for query in (lambda note: dense.closest_point(points, progress=note),
+                  lambda note: dense.nearest(points, 3, progress=note),
+                  lambda note: dense.within(points, 0.01, progress=note),
+                  lambda note: dense.occupancy(points, progress=note),
+                  lambda note: dense.signed_distance(points, progress=note),
+                  lambda note: dense.overlap(boxes, progress=note),
+                  lambda note: dense.count_overlaps(boxes, progress=note)):
+        calls = []
+        query(lambda done, total: calls.append((done, total)))
+        assert calls[-1] == (5000, 5000) and all(total == 5000 for _, total in calls) and calls == sorted(calls)
+        with pytest.raises(hiprt.Cancelled):
+            query(lambda done, total: False)
 
 
 def test_progress_of_builds_and_refits(rng):

@@ -1,21 +1,20 @@
-"""Scenes: building, loading, and rays in bulk."""
+"""Scenes: building, loading, and rays in bulk. _points.py has the points."""
 
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, Dict, NamedTuple, Optional
+from typing import Any, Dict, NamedTuple, Optional
 
 import numpy as np
 
 from . import _core
 from ._arrays import INVALID, as_real, as_uint32, readable
+from ._calls import Progress, checked_threads
 from ._errors import InputError
 from ._input import Instances, as_meshes, flattened, mesh_entries
+from ._points import PointQueries
 
 _Bytes = bytes  # Scene has a property of that name.
-
-Progress = Callable[[int, int], Any]
-"""progress(done, total), called every 50 ms on the calling thread. Returning False cancels."""
 
 
 class Hits(NamedTuple):
@@ -83,12 +82,6 @@ class HitList(NamedTuple):
         return np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
 
 
-def _threads(threads: int) -> int:
-    if not 0 <= threads < 1 << 31:
-        raise InputError(f"threads: {threads} is not between 0 and 2^31 - 1")
-    return int(threads)
-
-
 def _batch(origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, mask: Any = INVALID, time: Any = 0.0,
            precision: Optional[str] = None) -> tuple[_core.Rays, tuple[int, ...], str]:
     """Views of the arrays as one batch, its shape, and its precision. Single vectors and numbers serve all rays."""
@@ -110,7 +103,7 @@ def _batch(origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, m
     return _core.Rays(*flat), shape, precision
 
 
-class Scene:
+class Scene(PointQueries):
     """A BVH file in memory, ready to trace. hiprt.build() and hiprt.load() make scenes.
 
     Rays: origins and directions are ... x 3 arrays; their leading shapes are broadcast, and results have that shape.
@@ -145,7 +138,7 @@ class Scene:
         hits = Hits(np.empty(shape, real), np.empty(shape, real), np.empty(shape, real), np.empty(shape, np.uint32),
                     np.empty(shape, np.uint32), np.empty((*shape, 3), real), np.empty(shape, np.float32),
                     np.empty((*shape, self.levels), np.uint32))
-        _core.cast(self._core, rays, precision, _threads(threads), progress, tuple(hits))
+        _core.cast(self._core, rays, precision, checked_threads(threads), progress, tuple(hits))
         return hits
 
     def occluded(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
@@ -154,7 +147,7 @@ class Scene:
         """Whether each ray hits anything, bool. Faster than cast()."""
         rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.bool_)
-        _core.occluded(self._core, rays, precision, _threads(threads), progress, result)
+        _core.occluded(self._core, rays, precision, checked_threads(threads), progress, result)
         return result
 
     def count(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
@@ -163,7 +156,7 @@ class Scene:
         """Number of triangles that each ray hits, uint32. With precision "reference" crossings are counted exactly."""
         rays, shape, precision = _batch(origins, directions, tmin, tmax, mask, time, precision)
         result = np.empty(shape, np.uint32)
-        _core.count_hits(self._core, rays, precision, _threads(threads), progress, result)
+        _core.count_hits(self._core, rays, precision, checked_threads(threads), progress, result)
         return result
 
     def list(self, origins: Any, directions: Any, tmin: Any = 0.0, tmax: Any = np.inf, *, mask: Any = INVALID,
@@ -177,7 +170,7 @@ class Scene:
         if max_hits is not None and max_hits < 0:
             raise InputError(f"max_hits: {max_hits} is negative")
         most = (1 << 62) if max_hits is None else int(max_hits)
-        return HitList(*_core.list_hits(self._core, rays, precision, _threads(threads), progress, most))
+        return HitList(*_core.list_hits(self._core, rays, precision, checked_threads(threads), progress, most))
 
     # Files
 
@@ -237,7 +230,7 @@ class Scene:
 
     def validate(self, threads: int = 0) -> Dict[str, int]:
         """Checks the whole file. Returns what it counted. Raises InputError with the fault and its byte."""
-        return self._core.validate(_threads(threads))
+        return self._core.validate(checked_threads(threads))
 
     def refit(self, meshes: Any, *, threads: int = 0, progress: Optional[Progress] = None) -> Dict[str, Any]:
         """Gives the triangles new positions and keeps the tree. Hits are those of a fresh build.
@@ -246,7 +239,7 @@ class Scene:
         Returns figures. "rebuild_advised": a new build would save a good part of a ray's work.
         Raises InputError, for example if a triangle was dropped and is good now. Then the scene stays as it was.
         """
-        return _core.refit(self._core, mesh_entries(as_meshes(meshes)), _threads(threads), progress)
+        return _core.refit(self._core, mesh_entries(as_meshes(meshes)), checked_threads(threads), progress)
 
     def _repr_png_(self) -> _Bytes:
         from . import render
@@ -293,13 +286,13 @@ def load(path: "os.PathLike[str] | str", *, validate: bool = True, threads: int 
     validate: checks the whole file, so that rays through a file of unknown origin are safe. False: trusts its content.
     Raises FileError, or InputError with the fault and its byte.
     """
-    return Scene(_core.load(os.fspath(path), validate, _threads(threads)))
+    return Scene(_core.load(os.fspath(path), validate, checked_threads(threads)))
 
 
 def from_bytes(data: Any, *, validate: bool = True, threads: int = 0) -> Scene:
     """Opens a copy of a BVH file in memory: bytes, or an array of uint8. See load()."""
     array = data if isinstance(data, np.ndarray) else np.frombuffer(data, np.uint8)
-    return Scene(_core.from_bytes(np.ascontiguousarray(array), validate, _threads(threads)))
+    return Scene(_core.from_bytes(np.ascontiguousarray(array), validate, checked_threads(threads)))
 
 
 def _unpickled(data: bytes) -> Scene:

@@ -3,8 +3,7 @@
     from hiprt.open3d_like import RaycastingScene   # in place of o3d.t.geometry.RaycastingScene
 
 Arguments are Open3D tensors, numpy arrays, or whatever numpy makes an array of. Results are Open3D tensors if the rays
-are one, else arrays that have numpy() too. Open3D is not needed. compute_closest_points(), compute_distance() and
-compute_signed_distance() are not here.
+or points are one, else arrays that have numpy() too. Open3D is not needed.
 """
 
 from __future__ import annotations
@@ -17,6 +16,7 @@ import numpy as np
 from ._arrays import INVALID, as_float32, as_numpy, as_uint32
 from ._errors import InputError
 from ._input import Mesh
+from ._points import ClosestPoints
 from ._scene import Scene, build
 
 
@@ -51,6 +51,11 @@ def _rays(values: Any, last: int = 6, name: str = "rays") -> np.ndarray:
     return array
 
 
+def _check_samples(nsamples: int) -> None:
+    if nsamples < 1 or nsamples % 2 == 0:
+        raise InputError(f"nsamples: {nsamples} is not an odd number of at least 1")
+
+
 def _like(values: Any, result: np.ndarray) -> Any:
     """The result as the caller has his arrays."""
     if not _is_tensor(values):
@@ -59,7 +64,7 @@ def _like(values: Any, result: np.ndarray) -> Any:
 
 
 class RaycastingScene:
-    """A scene to which meshes are added, and queries of rays.
+    """A scene to which meshes are added, and queries of rays and points.
 
     nthreads: of builds, 0: all. device: a CPU device, or None. quality: of the BVH, see hiprt.build().
     """
@@ -140,16 +145,49 @@ class RaycastingScene:
                  "primitive_uvs": np.stack((hits.u, hits.v), axis=-1)}
         return {key: _like(rays, value) for key, value in found.items()}
 
+    def compute_closest_points(self, query_points: Any, nthreads: int = 0) -> Dict[str, Any]:
+        """The closest point of the meshes to each point. query_points: ... x 3, float32.
+
+        points ... x 3, float32; geometry_ids and primitive_ids ... uint32; primitive_uvs ... x 2; primitive_normals
+        ... x 3, of length 1. Without a closest point IDs are INVALID_ID, points NaN, uvs and normals 0.
+        """
+        near = self.scene.closest_point(_rays(query_points, 3, "query_points"), threads=nthreads)
+        found = {"points": near.point, "geometry_ids": near.geometry, "primitive_ids": near.primitive,
+                 "primitive_uvs": np.stack((near.u, near.v), axis=-1), "primitive_normals": self._normals(near)}
+        return {key: _like(query_points, value) for key, value in found.items()}
+
+    def compute_distance(self, query_points: Any, nthreads: int = 0) -> Any:
+        """The distance of each point to the meshes, float32; inf: there is no triangle. query_points: ... x 3, float32.
+        """
+        points = _rays(query_points, 3, "query_points")
+        return _like(query_points, self.scene.closest_point(points, threads=nthreads).distance)
+
+    def compute_signed_distance(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
+        """The same, negative inside of closed meshes. nsamples: as for compute_occupancy()."""
+        _check_samples(nsamples)
+        points = _rays(query_points, 3, "query_points")
+        return _like(query_points, self.scene.signed_distance(points, threads=nthreads))
+
     def compute_occupancy(self, query_points: Any, nthreads: int = 0, nsamples: int = 1) -> Any:
         """1 for points inside of closed meshes, 0 for others, float32.
 
         query_points: ... x 3, float32. Crossings are counted exactly, so one ray decides; nsamples must be odd.
         """
-        if nsamples < 1 or nsamples % 2 == 0:
-            raise InputError(f"nsamples: {nsamples} is not an odd number of at least 1")
+        _check_samples(nsamples)
         points = _rays(query_points, 3, "query_points")
-        crossings = self.scene.count(points, np.array([0, 0, 1], np.float32), threads=nthreads, precision="reference")
-        return _like(query_points, (crossings % 2).astype(np.float32))
+        return _like(query_points, self.scene.occupancy(points, threads=nthreads).astype(np.float32))
+
+    def _normals(self, near: ClosestPoints) -> np.ndarray:
+        """... x 3: of the triangles, of length 1; 0 where nothing was found."""
+        normals = np.zeros_like(near.point)
+        for geometry, mesh in enumerate(self._meshes):
+            assert mesh.indices is not None  # add_triangles() has them.
+            here = near.geometry == geometry
+            corners = mesh.vertices.astype(np.float64)[mesh.indices[near.primitive[here]]]
+            across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+            length = np.linalg.norm(across, axis=-1, keepdims=True)
+            normals[here] = np.divide(across, length, out=np.zeros_like(across), where=length > 0)
+        return normals
 
     @staticmethod
     def create_rays_pinhole(*args: Any, **kwargs: Any) -> Any:

@@ -31,12 +31,12 @@ struct ListedHit {
   std::uint32_t geometry, primitive;
 };
 
-/// Receiver of the hits of Query::kAll.
-struct HitSink {
-  /// Takes a hit of ray @p ray. A hit comes once per leaf that has it, in no particular order.
+/// Receiver of results.
+template <class Record> struct Sink {
+  /// Takes a result of query @p query. It comes once per leaf that has it, in no particular order.
   /// @param path SceneView::levels numbers, as in TraceJob::paths.
-  /// @return false: no more hits are wanted, of any ray.
-  bool (*take)(void* to, std::size_t ray, const ListedHit& hit, const std::uint32_t* path) = nullptr;
+  /// @return false: no more results are wanted, of any query.
+  bool (*take)(void* to, std::size_t query, const Record& record, const std::uint32_t* path) = nullptr;
   void* to = nullptr;
 };
 
@@ -49,7 +49,7 @@ struct TraceJob {
   /// SceneView::levels numbers per ray: the instances of a hit, then kInvalidId. nullptr: paths are not stored.
   std::uint32_t* paths;
   std::size_t count;
-  HitSink sink;  ///< For kAll only.
+  Sink<ListedHit> sink;  ///< For kAll only.
 };
 
 }  // namespace hiprt::python

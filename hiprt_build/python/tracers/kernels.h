@@ -1,7 +1,7 @@
 #pragma once
 /// The tracers, one function per precision. Each is compiled once per instruction set, in a source of its own.
 
-#include <hiprt_build/python/tracers/job.h>
+#include <hiprt_build/python/tracers/point_job.h>
 
 namespace hiprt::python {
 inline namespace HIPRT_ISA_NAMESPACE {
@@ -12,6 +12,9 @@ void trace_reference(const TraceJob& job);
 void trace_double(const TraceJob& job);
 /// @pre is_flat(*job.scene).
 void trace_fast(const TraceJob& job);
+/// @pre of both: has_only_triangles(*job.scene) too. @return false: a stack was too small.
+bool find_points(const PointJob& job);
+bool find_overlaps(const OverlapJob& job);
 
 /// Whether a scene has triangles only, without instances, in layout planes.
 inline bool is_flat(const SceneView& scene) {

@@ -6,7 +6,10 @@
 
 namespace hiprt::python {
 
-#define HIPRT_ISA(name) void trace_##name(const TraceJob& job);
+#define HIPRT_ISA(name)                         \
+  void trace_##name(const TraceJob& job);       \
+  bool find_points_##name(const PointJob& job); \
+  bool find_overlaps_##name(const OverlapJob& job);
 HIPRT_ISA_LIST
 #undef HIPRT_ISA
 
@@ -15,11 +18,13 @@ namespace {
 struct Isa {
   std::string_view name;
   void (*trace)(const TraceJob& job);
+  bool (*find_points)(const PointJob& job);
+  bool (*find_overlaps)(const OverlapJob& job);
 };
 
 /// Worst first.
 constexpr Isa kIsas[] = {
-#define HIPRT_ISA(name) {#name, &trace_##name},
+#define HIPRT_ISA(name) {#name, &trace_##name, &find_points_##name, &find_overlaps_##name},
     HIPRT_ISA_LIST
 #undef HIPRT_ISA
 };
@@ -32,6 +37,11 @@ const Isa& chosen_isa() {
 }  // namespace
 
 void trace(const TraceJob& job) { chosen_isa().trace(job); }
+
+bool find(const PointJob& job) { return chosen_isa().find_points(job); }
+bool find(const OverlapJob& job) { return chosen_isa().find_overlaps(job); }
+
+bool has_only_triangles(const SceneView& scene) { return (scene.features & feature_bit(Feature::kCustom)) == 0; }
 
 bool is_traceable(const SceneView& scene) {
   const bool shapes_known = scene.shapes != 0 || (scene.features & feature_bit(Feature::kCustom)) == 0;
