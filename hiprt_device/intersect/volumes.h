@@ -6,6 +6,7 @@
 /// rounded axis proves as much as an exact one, if the gap is larger than the rounding of the shadows.
 
 #include <hiprt_device/format/node.h>
+#include <hiprt_device/format/quantize.h>
 #include <hiprt_device/intersect/point_triangle.h>
 
 namespace hiprt {
