@@ -13,7 +13,7 @@ from pathlib import Path
 
 NEEDED = ["scikit-build-core>=0.10", "nanobind>=2.2", "ninja", "numpy", "pytest"]
 # Judges. Open3D is too large to fetch; it is used where the environment has it.
-JUDGES = ["trimesh", "rtree", "embreex", "mypy"]
+JUDGES = ["trimesh", "scipy", "rtree", "embreex", "mypy"]
 
 
 def skip(reason: str) -> None:

@@ -200,6 +200,7 @@ def test_sides_and_signed_distances(rng):
 def test_sides_and_distances_are_those_of_trimesh(rng):
     trimesh = pytest.importorskip("trimesh")
     pytest.importorskip("rtree")
+    pytest.importorskip("scipy")
     mesh = trimesh.creation.icosphere(subdivisions=2)
     mesh.vertices = mesh.vertices.astype(np.float32)
     scene = hiprt.build(mesh)
