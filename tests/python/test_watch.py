@@ -14,6 +14,14 @@ from shapes import rays_at, soup
 RAYS = 100_000
 
 
+@pytest.fixture(autouse=True)
+def ctrl_c():
+    """A program in the background may have been started with SIGINT ignored. Then Python raises nothing."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before if before is not None else signal.SIG_DFL)
+
+
 @pytest.fixture(scope="module")
 def dense():
     """Many hits per ray, so that queries take seconds."""
