@@ -113,8 +113,8 @@ TEST_CASE("the example of a distance field", "[examples]") {
   std::vector<float> distances(kSide * kSide * kSide);
   start(distance_field, scene.traced, Vec3(-1.5f), 0.5f, kSide, distances.data());
   for (unsigned i = 0; i < distances.size(); ++i) {
-    const Vec3 at(-1.5f + 0.5f * static_cast<float>(i % kSide), -1.5f + 0.5f * static_cast<float>(i / kSide % kSide),
-                  -1.5f + 0.5f * static_cast<float>(i / kSide / kSide));
+    const unsigned x = i % kSide, y = i / kSide % kSide, z = i / (kSide * kSide);
+    const Vec3 at = Vec3(-1.5f) + 0.5f * Vec3(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
     REQUIRE(std::abs(distances[i] - (glm::length(at) - 1.0f)) < 0.005f);
   }
 }
