@@ -155,7 +155,7 @@ build::Result<void> run_meshes(const Cli& cli, const BuildCommand& command, Prog
   return build_flat(cli, command, {mesh_views, shapes->customs()}, *tree, watch.lap(), bar, release);
 }
 
-/// Makes a scene of instances such that it can be built, and warns of what is not as the files say.
+/// Prepares a scene of instances for the builder. Warns of each part that will differ from the files.
 build::Result<void> prepare_scene(const Cli& cli, const BuildCommand& command, SceneDescription& scene) {
   if (const RepairedMotions repaired = repair_motions(scene); repaired.flat_keys != 0)
     cli.warn(scene.path + ": keys of motions that are flat: " + std::to_string(repaired.flat_keys) + ", the first of " +

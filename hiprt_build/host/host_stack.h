@@ -35,7 +35,7 @@ template <bool kSorted> class HostStack {
   using Kept = std::conditional_t<kSorted, Entry, PlainEntry>;
 
  public:
-  HostRef next;  ///< What to visit next; is_none(): nothing is left.
+  HostRef next;  ///< The node or leaves to visit next. is_none(): the search has ended.
 
   HIPRT_FORCE_INLINE explicit HostStack(HostRef root) : next(root) {
     push({HostRef::none(), -std::numeric_limits<float>::infinity()});

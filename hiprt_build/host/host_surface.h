@@ -10,25 +10,6 @@
 namespace hiprt::format_detail {
 inline namespace HIPRT_ISA_NAMESPACE {
 
-namespace host_surface_detail {
-
-/// The normal of the triangle a, b, c; the fourth numbers are not used. See make_normal().
-HIPRT_FORCE_INLINE Vec3 normal_of(__m128 a, __m128 b, __m128 c) {
-  const __m256d low = _mm256_cvtps_pd(a);
-  const __m256d edge1 = _mm256_sub_pd(_mm256_cvtps_pd(b), low), edge2 = _mm256_sub_pd(_mm256_cvtps_pd(c), low);
-  // The axes y z x and z x y.
-  constexpr int kNext = 1 | 2 << 2 | 0 << 4 | 3 << 6, kLast = 2 | 0 << 2 | 1 << 4 | 3 << 6;
-  const __m256d next1 = _mm256_permute4x64_pd(edge1, kNext), last1 = _mm256_permute4x64_pd(edge1, kLast);
-  const __m256d next2 = _mm256_permute4x64_pd(edge2, kNext), last2 = _mm256_permute4x64_pd(edge2, kLast);
-  const __m256d product = _mm256_mul_pd(last1, next2);
-  const __m256d cross = _mm256_add_pd(_mm256_fmsub_pd(next1, last2, product), _mm256_fnmadd_pd(last1, next2, product));
-  const double scale = surface_detail::normal_scale(cross[0], cross[1], cross[2]);
-  const __m128 scaled = _mm256_cvtpd_ps(_mm256_mul_pd(cross, _mm256_set1_pd(scale)));
-  return {scaled[0], scaled[1], scaled[2]};
-}
-
-}  // namespace host_surface_detail
-
 /// Sets the hit's normal and error.
 /// @param of the hit's triangle.
 HIPRT_FORCE_INLINE void complete_on_host(Hit& hit, const Ray& ray, const HostTriangle& of) {
@@ -57,8 +38,8 @@ HIPRT_FORCE_INLINE void complete_on_host(Hit& hit, const Ray& ray, const HostTri
 
   // The corners as points.
   const __m128 xy_low = _mm_unpacklo_ps(at[0], at[1]), xy_high = _mm_unpackhi_ps(at[0], at[1]);
-  hit.normal = host_surface_detail::normal_of(_mm_shuffle_ps(xy_low, at[2], 0x04), _mm_shuffle_ps(xy_low, at[2], 0x5e),
-                                              _mm_shuffle_ps(xy_high, at[2], 0xa4));
+  hit.normal = surface_detail::normal_of(_mm_shuffle_ps(xy_low, at[2], 0x04), _mm_shuffle_ps(xy_low, at[2], 0x5e),
+                                         _mm_shuffle_ps(xy_high, at[2], 0xa4));
 }
 
 }  // namespace HIPRT_ISA_NAMESPACE

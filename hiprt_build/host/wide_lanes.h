@@ -11,14 +11,9 @@ inline namespace HIPRT_ISA_NAMESPACE {
 
 /// Eight lanes in an AVX register. A half has four lanes.
 struct WideLanes {
-  static constexpr bool kComparesBits = true;
-  static constexpr bool kScalar = false;
   using Scalar = float;
-  static constexpr float kByteBias = 0.0f;
   using Float = __m256;
-  using Uniform = __m256;
-  static HIPRT_FORCE_INLINE Uniform uniform(float a) { return _mm256_set1_ps(a); }
-  static HIPRT_FORCE_INLINE float value(Uniform a) { return a[0]; }
+  static HIPRT_FORCE_INLINE float value(Float a) { return a[0]; }
 
   /// Eight floats. @param p multiple of 32 bytes.
   static HIPRT_FORCE_INLINE Float load(const float* p) { return _mm256_load_ps(p); }
@@ -42,11 +37,10 @@ struct WideLanes {
   static HIPRT_FORCE_INLINE Float fma(Float a, Float b, Float c) { return _mm256_fmadd_ps(a, b, c); }
   static HIPRT_FORCE_INLINE Float fnma(Float a, Float b, Float c) { return _mm256_fnmadd_ps(a, b, c); }
   static HIPRT_FORCE_INLINE Float fms(Float a, Float b, Float c) { return _mm256_fmsub_ps(a, b, c); }
-  static HIPRT_FORCE_INLINE Float madd(Float a, Float b, Float c) { return _mm256_fmadd_ps(a, b, c); }
-  static HIPRT_FORCE_INLINE Float first_in(Float a, Float b, Float c, Uniform begin) {
+  static HIPRT_FORCE_INLINE Float first_in(Float a, Float b, Float c, Float begin) {
     return as_floats(_mm256_max_epi32(_mm256_max_epi32(bits(a), bits(b)), _mm256_max_epi32(bits(c), bits(begin))));
   }
-  static HIPRT_FORCE_INLINE Float last_in(Float a, Float b, Float c, Uniform end) {
+  static HIPRT_FORCE_INLINE Float last_in(Float a, Float b, Float c, Float end) {
     return as_floats(_mm256_min_epi32(_mm256_min_epi32(bits(a), bits(b)), _mm256_min_epi32(bits(c), bits(end))));
   }
   /// Bit per lane: a <= b, compared as bits. @pre no lane of a is negative, none of either is NaN
@@ -74,7 +68,7 @@ struct WideLanes {
   static HIPRT_FORCE_INLINE Float select(Float lanes, Float a, Float b) { return _mm256_blendv_ps(b, a, lanes); }
   static HIPRT_FORCE_INLINE float get(Float a, unsigned i) { return a[i]; }
   /// Lane @p kLane of four numbers.
-  template <int kLane> static HIPRT_FORCE_INLINE Uniform spread(SimdLanes::Float of) {
+  template <int kLane> static HIPRT_FORCE_INLINE Float spread(SimdLanes::Float of) {
     return _mm256_broadcastss_ps(SimdLanes::shuffle<kLane, kLane, kLane, kLane>(of));
   }
 

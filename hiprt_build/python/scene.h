@@ -27,7 +27,7 @@ class SceneData : public std::enable_shared_from_this<SceneData> {
   std::span<const std::byte> bytes() const { return view_.bytes; }
   const std::optional<build::BuildStatistics>& statistics() const { return statistics_; }
   /// The view for a query. To prepare a triangle for the host takes about as long as a ray gains by it. So that is done
-  /// when there have been as many rays as triangles. If the watch is stopped meanwhile, the scene as it is.
+  /// when there have been as many rays as triangles. If the watch is stopped meanwhile, the scene is not prepared.
   SceneView view_for(std::uint64_t rays, const Watch& watch) const;
 
  private:

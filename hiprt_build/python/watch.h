@@ -1,5 +1,5 @@
 #pragma once
-/// Long work on a thread of its own, while the calling thread looks for Ctrl-C and reports progress.
+/// Runs long work on another thread. The calling thread looks for Ctrl-C and reports progress.
 
 #include <nanobind/nanobind.h>
 

@@ -52,6 +52,20 @@ HIPRT_FORCE_INLINE float largest_of_three(SimdLanes::Float of) {
   using Four = SimdLanes;
   return Four::value(Four::max(of, Four::max(Four::spread<1>(of), Four::spread<2>(of))));
 }
+/// make_normal() of the triangle a, b, c, in vector registers. The fourth numbers are not used.
+HIPRT_FORCE_INLINE Vec3 normal_of(SimdLanes::Float a, SimdLanes::Float b, SimdLanes::Float c) {
+  const __m256d low = _mm256_cvtps_pd(a);
+  const __m256d edge1 = _mm256_sub_pd(_mm256_cvtps_pd(b), low), edge2 = _mm256_sub_pd(_mm256_cvtps_pd(c), low);
+  // The axes y z x and z x y.
+  constexpr int kNext = 1 | 2 << 2 | 0 << 4 | 3 << 6, kLast = 2 | 0 << 2 | 1 << 4 | 3 << 6;
+  const __m256d next1 = _mm256_permute4x64_pd(edge1, kNext), last1 = _mm256_permute4x64_pd(edge1, kLast);
+  const __m256d next2 = _mm256_permute4x64_pd(edge2, kNext), last2 = _mm256_permute4x64_pd(edge2, kLast);
+  const __m256d product = _mm256_mul_pd(last1, next2);
+  const __m256d cross = _mm256_add_pd(_mm256_fmsub_pd(next1, last2, product), _mm256_fnmadd_pd(last1, next2, product));
+  const double scale = normal_scale(cross[0], cross[1], cross[2]);
+  const __m128 scaled = _mm256_cvtpd_ps(_mm256_mul_pd(cross, _mm256_set1_pd(scale)));
+  return {scaled[0], scaled[1], scaled[2]};
+}
 /// Normal and error bound of the triangle a, b, c: the results of complete(), in vector registers.
 HIPRT_FORCE_INLINE void complete_triangle(Hit& hit, const Vec3& origin, const float (&a)[3], const float (&b)[3],
                                           const float (&c)[3]) {
@@ -66,17 +80,7 @@ HIPRT_FORCE_INLINE void complete_triangle(Hit& hit, const Vec3& origin, const fl
   const float magnitude =
       largest_of_three(Four::max(Four::max(Four::magnitude(p0), Four::magnitude(p1)), Four::magnitude(p2)));
   hit.error = kUnit<float> * fused_multiply_add(20.0f, reach + extent, 4.0f * magnitude);
-  // As make_normal(): the axes y z x and z x y.
-  const __m256d low = _mm256_cvtps_pd(p0);
-  const __m256d edge1 = _mm256_sub_pd(_mm256_cvtps_pd(p1), low), edge2 = _mm256_sub_pd(_mm256_cvtps_pd(p2), low);
-  constexpr int kNext = 1 | 2 << 2 | 0 << 4 | 3 << 6, kLast = 2 | 0 << 2 | 1 << 4 | 3 << 6;
-  const __m256d next1 = _mm256_permute4x64_pd(edge1, kNext), last1 = _mm256_permute4x64_pd(edge1, kLast);
-  const __m256d next2 = _mm256_permute4x64_pd(edge2, kNext), last2 = _mm256_permute4x64_pd(edge2, kLast);
-  const __m256d product = _mm256_mul_pd(last1, next2);
-  const __m256d cross = _mm256_add_pd(_mm256_fmsub_pd(next1, last2, product), _mm256_fnmadd_pd(last1, next2, product));
-  const double x = cross[0], y = cross[1], z = cross[2];
-  const double scale = normal_scale(x, y, z);
-  hit.normal = {static_cast<float>(x * scale), static_cast<float>(y * scale), static_cast<float>(z * scale)};
+  hit.normal = normal_of(p0, p1, p2);
 }
 }  // namespace surface_detail
 #endif

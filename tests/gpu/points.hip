@@ -45,7 +45,7 @@ struct TakeAll {
   template <class Overlap> HIPRT_HD bool operator()(const Overlap&) const { return true; }
 };
 
-/// Queries, each with a kernel of its own: small kernels compile, and are translated by amdrun, one by one.
+/// One kernel per query. amdrun then translates small kernels, one at a time.
 enum Part : unsigned { kClosest, kDeep, kNearest, kSigned, kBoxes, kDeepBoxes, kParts };
 
 template <unsigned kPart>

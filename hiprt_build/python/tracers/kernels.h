@@ -1,5 +1,5 @@
 #pragma once
-/// The tracers, one function per precision. Each is compiled once per instruction set, in a source of its own.
+/// The tracers, one function per precision. Each has a source file, which is compiled once per instruction set.
 
 #include <hiprt_build/python/tracers/point_job.h>
 

@@ -15,7 +15,7 @@ namespace hiprt::tools {
 
 using GltfBuffer = std::vector<unsigned char>;
 
-/// Percent-encoded bytes of a URI as they are meant (RFC 3986, 2.1).
+/// Decodes the percent-encoded bytes of a URI (RFC 3986, 2.1).
 std::string decode_percents(std::string_view text);
 
 /// Loads the buffers: of data URIs, of files, and the first one of the binary chunk of a .glb file. What a URI or file
