@@ -74,6 +74,9 @@ struct BuildOptions {
   unsigned ploc_radius = 8;
   unsigned max_leaf_triangles = 8;  ///< 1 to 64: triangles, or custom primitives, in the run of leaves below one child.
   bool pair_triangles = true;       ///< Two triangles with a common edge, or two close custom primitives, per leaf.
+  /// Wider boxes, for AMD's ray instruction (HardwareBoxes). Layouts kFloat and kHalf only. Hits stay the same. A scene
+  /// without box nodes, or beyond the range of floats, is left as it is.
+  bool widen_boxes = false;
   SahCosts costs{};
   ProgressCallback progress{};
   std::string_view tool{};  ///< For the provenance block, e.g. the command line.

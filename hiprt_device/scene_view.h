@@ -27,6 +27,7 @@ struct SceneView {
   std::uint32_t levels = 0;               ///< Number of instances on the longest path to a primitive.
   float condition = 0.0f, reach = 0.0f;
   float shutter_begin = 0.0f, shutter_rate = 0.0f;  ///< As in FileHeader.
+  float box_margin = 0.0f;                          ///< As in FileHeader: of scenes without instances.
   /// Offset in the file of the section that SceneShapes reads: kShapes, or kObjectShapes in a scene of instances. 0:
   /// none.
   std::uint64_t shapes = 0;

@@ -111,6 +111,7 @@ std::vector<std::string> feature_names(FeatureMask features) {
   if ((features & feature_bit(Feature::kInstances)) != 0) names.emplace_back("instances");
   if ((features & feature_bit(Feature::kMotion)) != 0) names.emplace_back("motion");
   if ((features & feature_bit(Feature::kMovingBoxes)) != 0) names.emplace_back("moving boxes");
+  if ((features & feature_bit(Feature::kWidenedBoxes)) != 0) names.emplace_back("widened boxes");
   return names;
 }
 

@@ -1,5 +1,6 @@
 #include <hiprt_build/buffer.h>
 #include <hiprt_build/encode/encode.h>
+#include <hiprt_build/encode/widen_boxes.h>
 #include <hiprt_build/encode/write_nodes.h>
 #include <hiprt_build/format/checksum.h>
 #include <hiprt_build/format/file_layout.h>
@@ -131,6 +132,7 @@ Result<Buffer> encode(CpuEngine& engine, const EncodeInput& input) {
   std::memcpy(bytes + sizeof(FileHeader), file.begin(), file.count() * sizeof(SectionEntry));
   auto& header = *reinterpret_cast<FileHeader*>(bytes);
   header = make_header(input, file, root, features);
+  if (input.widen_boxes) widen_file(engine, bytes, file[kNodesAt].offset, nodes);
   std::byte* provenance = bytes + file[kProvenanceAt].offset;
   std::memcpy(provenance, input.provenance.data(), input.provenance.size());
   const double slack =

@@ -15,6 +15,7 @@ struct EncodeInput {
   const DepthFirstTree& tree;
   const WideTree& wide;
   NodeLayout layout;
+  bool widen_boxes;
   std::string provenance;  ///< Of make_provenance(); encode() sets its exchange slack.
 };
 

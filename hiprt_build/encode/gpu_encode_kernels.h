@@ -2,6 +2,7 @@
 /// Kernels that write nodes and leaves of a file. Internal.
 
 #include <hiprt_build/encode/gpu_write_wide.h>
+#include <hiprt_build/encode/widen_boxes.h>
 #include <hiprt_build/gpu/build.h>
 #include <hiprt_build/refit/refit_file.h>
 
@@ -37,6 +38,22 @@ template <class Layout> __global__ void widen_bounds(RefitFile<Layout> file, Bui
   const Box box = bounded(node_box<Layout>(file.nodes[0]), file.header->bounds);
   file.header->bounds = box;
   report->view.bounds = box;
+}
+
+/// BuildOptions::widen_boxes: the margin, the nodes, then the bounds.
+inline __global__ void widen_header(FileHeader* header, const BuildReport* report) {
+  WidenHeaderStep{header, report->nodes}(0);
+}
+template <class Layout>
+__global__ void __launch_bounds__(kBlock) widen_nodes(WidenNodeStep<Layout> step, const BuildReport* report) {
+  const std::uint32_t i = thread_index();
+  if (i < report->nodes) step(i);
+}
+template <class Layout> __global__ void widen_view(WidenBoundsStep<Layout> step, BuildReport* report) {
+  step(0);
+  report->view.bounds = step.header->bounds;
+  report->view.features = step.header->features;
+  report->view.box_margin = step.header->box_margin;
 }
 
 }  // namespace hiprt::build::kernels

@@ -65,10 +65,11 @@ enum class FormatError : std::uint32_t {
   kInstanceLeaf,       ///< A leaf of instances is not alone in its run.
   kBadMotion,          ///< The keys of a motion are not in their section, not finite, not in order, or not invertible.
   kBadShape,           ///< A geometry's shapes are not in their section, not as many as its primitives, or not valid.
+  kBadBoxMargin,       ///< The header's margin of boxes is not positive with kWidenedBoxes, or not 0 without.
 };
 
 /// Number of enumerators.
-inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatError::kBadShape) + 1;
+inline constexpr std::size_t kFormatErrors = static_cast<std::size_t>(FormatError::kBadBoxMargin) + 1;
 
 /// @return the enumerator without its k, for example "BadMagic"; a string literal.
 HIPRT_BUILD_API const char* name(FormatError error);

@@ -244,7 +244,7 @@ struct InstanceNeeds {
     reach = larger(reach, by.farthest + by.longest * static_cast<double>(object.reach));
     if (levels < object.levels + 1) levels = object.levels + 1;
     if (stack < object.stack_bound + kInstanceStackEntries) stack = object.stack_bound + kInstanceStackEntries;
-    features |= object.features;
+    features |= object.features & ~feature_bit(Feature::kWidenedBoxes);
     if (record.mask != 0xffffffffu) features |= feature_bit(Feature::kMasks);
   }
   HIPRT_HD void add(const InstanceNeeds& other) {

@@ -103,6 +103,10 @@ constexpr Text kTexts[] = {
     {"BadShape",
      "a shape has {found}, compared with {limit}: points must be finite, as many as the primitives need, and in their "
      "section"},
+    {"BadBoxMargin",
+     "the header says {found} for the margin of the boxes: it must be positive and finite in a file with widened "
+     "boxes, and "
+     "{limit} in others"},
 };
 static_assert(std::size(kTexts) == kFormatErrors);
 

@@ -2,6 +2,7 @@
 #include <hiprt_build/format/leaf_walk.h>
 #include <hiprt_build/format/record_checks.h>
 #include <hiprt_build/format/validate_primitives.h>
+#include <hiprt_device/format/widened_boxes.h>
 
 #include <array>
 #include <cmath>
@@ -18,6 +19,7 @@ template <class Layout> class PrimitiveCheck {
   explicit PrimitiveCheck(const BufferView& view)
       : view_(view),
         leaves_(view.records<Leaf>(view.leaves)),
+        margin_(view.header->box_margin),
         splits_allowed_((view.header->features & feature_bit(Feature::kSplitReferences)) != 0),
         reached_(view.primitive_map.size()),
         mapped_(view.primitive_map.size()),
@@ -83,9 +85,9 @@ template <class Layout> class PrimitiveCheck {
     const unsigned bad = present ? first_bad_plane(box) : first_different_plane(box, empty_box());
     if (bad != kNoPlane)
       return fail_plane(FormatError::kBadBox, at + 4 * bad, bad, box, present ? visit.box : empty_box());
-    const unsigned outside = present ? first_plane_outside(box, visit.box) : kNoPlane;
+    const unsigned outside = present ? first_plane_outside(widened(box, margin_), visit.box) : kNoPlane;
     if (outside == kNoPlane) return {};
-    return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, box, visit.box);
+    return fail_plane(FormatError::kBoxNotContained, at + 4 * outside, outside, widened(box, margin_), visit.box);
   }
 
   /// @tparam kCustom whether the leaf is a custom one.
@@ -141,9 +143,11 @@ template <class Layout> class PrimitiveCheck {
       for (unsigned axis = 0; axis < 3; ++axis) {
         const unsigned vertex = corner_vertex(triangle, corner);
         const float here = Layout::coordinate(leaves_[index], vertex, axis);
-        if (box.min[axis] <= here && here <= box.max[axis]) continue;
+        const float low = here - margin_, high = here + margin_;
+        if (box.min[axis] <= low && high <= box.max[axis]) continue;
+        const bool below = low < box.min[axis];
         return fail_float(FormatError::kBoxNotContained, leaf_offset(index) + coordinate_offset<Layout>(vertex, axis),
-                          here, here < box.min[axis] ? box.min[axis] : box.max[axis]);
+                          below ? low : high, below ? box.min[axis] : box.max[axis]);
       }
     return {};
   }
@@ -245,6 +249,7 @@ template <class Layout> class PrimitiveCheck {
 
   const BufferView& view_;
   std::span<const Leaf> leaves_;
+  float margin_;  ///< By how much a box must exceed its content.
   bool splits_allowed_;
   BitSet reached_, mapped_, split_;
   PrimitiveSummary summary_;

@@ -1,5 +1,6 @@
 #include <hiprt_build/format/check.h>
 #include <hiprt_build/format/view.h>
+#include <hiprt_device/format/widened_boxes.h>
 
 #include <algorithm>
 #include <array>
@@ -146,6 +147,19 @@ tl::expected<void, FormatIssue> check_shutter(const FileHeader& header) {
   return {};
 }
 
+/// Checks that the header has a margin if boxes are widened, and else zero. Layouts planes and quantized have none, and
+/// trees over instances have none.
+tl::expected<void, FormatIssue> check_box_margin(const BufferView& view) {
+  const FileHeader& header = *view.header;
+  const FeatureMask widened = feature_bit(Feature::kWidenedBoxes);
+  const bool has = (header.features & widened) != 0;
+  if (has && (view.has_instances() || !may_be_widened(view.layout())))
+    return fail(FormatError::kFeatureMismatch, offsetof(FileHeader, features), header.features,
+                header.features & ~widened);
+  if (has ? header.box_margin > 0.0f && std::isfinite(header.box_margin) : header.box_margin == 0.0f) return {};
+  return fail_float(FormatError::kBadBoxMargin, offsetof(FileHeader, box_margin), header.box_margin, 0.0f);
+}
+
 /// Checks that the header has the levels and bounds of transforms if there are instances, and else zeros.
 tl::expected<void, FormatIssue> check_transform_bounds(const FileHeader& header, bool instances) {
   if ((header.levels != 0) != instances)
@@ -182,6 +196,7 @@ tl::expected<void, FormatIssue> check_object_files(const BufferView& view) {
 tl::expected<void, FormatIssue> check_instance_sections(const BufferView& view) {
   if (auto features = check_instance_features(view); !features) return features;
   if (auto shutter = check_shutter(*view.header); !shutter) return shutter;
+  if (auto margin = check_box_margin(view); !margin) return margin;
   if (auto bounds = check_transform_bounds(*view.header, view.has_instances()); !bounds) return bounds;
   return check_object_files(view);
 }
@@ -320,6 +335,7 @@ SceneView make_scene_view(const BufferView& view, const std::byte* device_base) 
   scene.features = view.header->features;
   scene.layout = view.layout();
   scene.bounds = view.header->bounds;
+  scene.box_margin = view.header->box_margin;
   scene.shapes = view.has_instances() ? view.object_shape_entry.offset : view.shape_entry.offset;
   if (!view.has_instances()) return scene;
   scene.instances = reinterpret_cast<const InstanceRecord*>(base + view.instance_entry.offset);

@@ -58,6 +58,7 @@ struct BuildOptions {
   unsigned max_leaf_triangles = 8;               ///< As build::BuildOptions.
   /// Two triangles with a common edge, or two close custom primitives, per leaf.
   bool pair_triangles = true;
+  bool widen_boxes = false;  ///< As build::BuildOptions.
   build::SahCosts costs{};
   /// Called before each step, after the host has waited for the one before. Return false to cancel. Unset: no waiting.
   build::ProgressCallback progress{};

@@ -2,6 +2,7 @@
 /// Ranges of the options that builds on the CPU and on the GPU share. Internal.
 
 #include <hiprt_build/build.h>
+#include <hiprt_device/format/widened_boxes.h>
 
 #include <sstream>
 
@@ -39,6 +40,7 @@ template <class Options> Result<void> check_ranges(const Options& options) {
       fault("presplit_budget", options.presplit_budget, 1.0, 16.0),
       fault("ploc_radius", options.ploc_radius, 1u, 128u),
       fault("reinsertion_rounds", options.reinsertion_rounds.value_or(0), 0u, 1000u),
+      options.widen_boxes && !may_be_widened(options.nodes) ? "widen_boxes needs node layout float or half" : "",
       costs.box_node > 0.0f && costs.leaf > 0.0f && costs.custom > 0.0f ? "" : "SAH costs must be positive",
       options.nodes >= NodeLayout::kFloat && options.nodes <= NodeLayout::kQuantized
           ? ""

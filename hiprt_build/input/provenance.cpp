@@ -94,6 +94,7 @@ Json describe_options(const BuildOptions& options) {
           {"reinsertion_rounds", options.reinsertion_rounds.value()},
           {"ploc_radius", options.ploc_radius},
           {"pair_triangles", options.pair_triangles},
+          {"widen_boxes", options.widen_boxes},
           {"cost_box_node", options.costs.box_node},
           {"cost_leaf", options.costs.leaf},
           {"cost_custom", options.costs.custom}};

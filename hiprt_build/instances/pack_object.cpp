@@ -201,6 +201,8 @@ template <class Layout> class Packer {
   void describe(const FileLayout& file, bool moves) {
     ObjectRecord& record = packed_.record;
     record = there_;
+    // The header of the copy states no margin.
+    record.features &= ~feature_bit(Feature::kWidenedBoxes);
     record.offset = 0;
     record.size = file.byte_size();
     record.geometries = file[kGeometriesAt].offset;

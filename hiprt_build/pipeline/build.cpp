@@ -99,7 +99,7 @@ Result<Bvh> finish(CpuEngine& engine, const Job& job, const BuildInput& input, c
   statistics.nodes = tree.empty() || wide.is_run(0) ? 0 : wide.node_count(0);
   statistics.collapse_seconds = watch.lap();
   Result<Buffer> buffer =
-      encode(engine, {input, paired, tree, wide, options.nodes,
+      encode(engine, {input, paired, tree, wide, options.nodes, options.widen_boxes,
                       make_provenance(engine.monitor(), job.scene, options, statistics, wide.cost())});
   if (!buffer) return tl::unexpected(buffer.error());
   const std::uint32_t stack_bound = reinterpret_cast<const FileHeader*>(buffer->bytes().data())->stack_bound;

@@ -69,7 +69,10 @@ class Enqueuer {
     const OutputPlan plan = output_plan();
     steps_.one("finish", finish, plan, kept_.plans, kept_.state);
     if (plan_.primitives != 0)
-      dispatch_layout(plan_.layout, [&](auto layout) { encode<decltype(layout)>(plan.report); });
+      dispatch_layout(plan_.layout, [&](auto layout) {
+        encode<decltype(layout)>(plan.report);
+        widen<decltype(layout)>(plan.report);
+      });
     return steps_.result();
   }
 
@@ -282,6 +285,18 @@ class Enqueuer {
       steps_.each(plan_.capacity, "link_up", link_up<Layout>, file, report);
       steps_.each(plan_.capacity, "encode_nodes", encode_nodes<Layout>, file, report);
       steps_.one("widen_bounds", widen_bounds<Layout>, file, report);
+    }
+  }
+
+  template <class Layout> void widen(BuildReport* report) {
+    if constexpr (may_be_widened(Layout::kId)) {
+      if (!options_.widen_boxes) return;
+      auto* header = reinterpret_cast<FileHeader*>(output_);
+      auto* nodes = section<typename Layout::Node>(kNodesAt);
+      steps_.one("widen_header", widen_header, header, report);
+      steps_.each(plan_.capacity, "widen_nodes", widen_nodes<Layout>, build::WidenNodeStep<Layout>{nodes, header},
+                  report);
+      steps_.one("widen_view", widen_view<Layout>, build::WidenBoundsStep<Layout>{header, nodes}, report);
     }
   }
 

@@ -1,6 +1,7 @@
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/gpu/refit.h>
 
+#include <hiprt_build/encode/widen_boxes.h>
 #include <hiprt_build/exec/gpu_arena.h>
 #include <hiprt_build/gpu/launch.h>
 #include <hiprt_build/pipeline/gpu_geometry.h>
@@ -59,6 +60,11 @@ template <class Layout> class Refitter {
     each("move_leaves", build::MoveLeafStep<Layout>{file_}, leaves);
     each("refit_nodes", build::RefitNodeStep<Layout>{file_}, nodes);
     each("move_bounds", build::MoveBoundsStep<Layout>{file_}, scene_.root != kInvalidRef ? 1 : 0);
+    if constexpr (may_be_widened(Layout::kId)) {
+      each("widen_header", build::WidenAgainStep{{file_.header, scene_.nodes}}, 1);
+      each("widen_nodes", build::WidenNodeStep<Layout>{file_.nodes, file_.header}, nodes);
+      each("widen_bounds", build::WidenBoundsStep<Layout>{file_.header, file_.nodes}, nodes != 0 ? 1 : 0);
+    }
   }
 
   Result<const RefitReport*> finish() {

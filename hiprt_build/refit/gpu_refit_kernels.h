@@ -120,6 +120,7 @@ __global__ void finish_refit(TreeQuality<Layout> quality, const QualitySums* par
                            header.features,
                            Layout::kId,
                            header.bounds};
+  report->view.box_margin = header.box_margin;
   report->sah_cost = quality.sah_cost(sums);
   report->exchange_slack = sums.exchange_slack();
   if (*fault == 0) return;

@@ -1,3 +1,4 @@
+#include <hiprt_build/encode/widen_boxes.h>
 #include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/exec/stopwatch.h>
 #include <hiprt_build/format/checksum.h>
@@ -180,6 +181,8 @@ template <class Layout> class Refit {
     engine_.for_each(view_.leaves.count, MoveLeafStep<Layout>{file_});
     engine_.for_each(view_.nodes.count, RefitNodeStep<Layout>{file_});
     if (file_.header->root != kInvalidRef) MoveBoundsStep<Layout>{file_}(0);
+    if ((file_.header->features & feature_bit(Feature::kWidenedBoxes)) != 0)
+      widen_file(engine_, bytes_.data(), view_.nodes.offset, view_.nodes.count);
     for (std::size_t c = 0; c < input_.customs.size(); ++c) {
       const std::span<const ShapePoint> points = input_.customs[c].shapes.points;
       if (points.empty()) continue;

@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little,
 /// The first bytes of a file, and the alignments in memory of its sections and of the file itself.
 inline constexpr char kMagic[8] = {'H', 'I', 'P', 'R', 'T', 'B', 'V', 'H'};
 inline constexpr std::uint16_t kVersionMajor = 1;
-inline constexpr std::uint16_t kVersionMinor = 5;
+inline constexpr std::uint16_t kVersionMinor = 6;
 inline constexpr std::uint64_t kSectionAlignment = 128;
 inline constexpr std::uint64_t kBufferAlignment = 256;
 /// The maximal number of sections. It keeps the check of a hostile file cheap.
@@ -33,6 +33,7 @@ enum class Feature : std::uint64_t {
   kInstances = 1u << 4,        ///< The primitives are instances of objects (instance.h).
   kMotion = 1u << 5,           ///< Some instance moves (motion.h).
   kMovingBoxes = 1u << 6,      ///< Leaves of instances have one box at the begin and one at the end of the shutter.
+  kWidenedBoxes = 1u << 7,     ///< Boxes exceed their content by FileHeader::box_margin (widened_boxes.h).
 };
 using FeatureMask = std::uint64_t;
 HIPRT_HD constexpr FeatureMask feature_bit(Feature feature) { return static_cast<FeatureMask>(feature); }
@@ -40,7 +41,7 @@ HIPRT_HD constexpr FeatureMask feature_bit(Feature feature) { return static_cast
 inline constexpr FeatureMask kKnownFeatures = feature_bit(Feature::kTriangles) | feature_bit(Feature::kMasks) |
                                               feature_bit(Feature::kSplitReferences) | feature_bit(Feature::kCustom) |
                                               feature_bit(Feature::kInstances) | feature_bit(Feature::kMotion) |
-                                              feature_bit(Feature::kMovingBoxes);
+                                              feature_bit(Feature::kMovingBoxes) | feature_bit(Feature::kWidenedBoxes);
 
 struct FileHeader {
   char magic[8];                ///< "HIPRTBVH"
@@ -64,7 +65,8 @@ struct FileHeader {
   /// With kMovingBoxes (time - shutter_begin) * shutter_rate is 0 at the shutter's begin and 1 at its end. Otherwise
   /// both are 0.
   float shutter_begin, shutter_rate;
-  std::uint32_t reserved[5];
+  float box_margin;  ///< By how much boxes are wider than their content, on every side; 0 without kWidenedBoxes.
+  std::uint32_t reserved[4];
 };
 
 enum class SectionKind : std::uint32_t {
@@ -127,7 +129,7 @@ static_assert(offsetof(FileHeader, geometry_count) == 52 && offsetof(FileHeader,
 static_assert(offsetof(FileHeader, primitive_count) == 80 && offsetof(FileHeader, levels) == 88);
 static_assert(offsetof(FileHeader, condition) == 92 && offsetof(FileHeader, reach) == 96);
 static_assert(offsetof(FileHeader, shutter_begin) == 100 && offsetof(FileHeader, shutter_rate) == 104);
-static_assert(offsetof(FileHeader, reserved) == 108);
+static_assert(offsetof(FileHeader, box_margin) == 108 && offsetof(FileHeader, reserved) == 112);
 static_assert(offsetof(SectionEntry, kind) == 0 && offsetof(SectionEntry, flags) == 4);
 static_assert(offsetof(SectionEntry, offset) == 8 && offsetof(SectionEntry, count) == 16);
 static_assert(offsetof(SectionEntry, stride) == 24);

@@ -9,9 +9,10 @@
 ///     }
 ///
 /// hiprt_device.h includes this header for every processor. Sources for many GPUs read kHasRayInstruction also where
-/// it is false, and templates that are not used cost nothing. docs/decisions/0008-amd-ray-instruction.md says what the
-/// instruction does not guarantee.
+/// it is false, and templates that are not used cost nothing. docs/decisions/0008-amd-ray-instruction.md says what is
+/// guaranteed, and under which assumption.
 
+#include <hiprt_device/format/widened_boxes.h>
 #include <hiprt_device/intersect/box_test.h>
 #include <hiprt_device/intersect/candidate.h>
 #include <hiprt_device/scene_view.h>
@@ -123,6 +124,13 @@ HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(const void*, NodeType, const Vec3
 
 #endif
 
+/// Keeps the compiler from computing before a branch what only the branch needs.
+HIPRT_HD HIPRT_FORCE_INLINE void hide([[maybe_unused]] float& value) {
+#if HIPRT_HAS_RAY_INSTRUCTION
+  asm volatile("" : "+v"(value));
+#endif
+}
+
 template <class Lanes> HIPRT_HD constexpr void require_instruction() {
   static_assert(
       Lanes::kScalar && kMayBeNamed,
@@ -136,23 +144,75 @@ template <class Lanes> HIPRT_HD constexpr void require_instruction() {
 template <class Layout>
 concept RayInstructionLayout = Layout::kId == NodeLayout::kFloat || Layout::kId == NodeLayout::kHalf;
 
+/// A box test in software that returns what the instruction returns: for rays that the margin of the boxes is too small
+/// for.
+template <class Layout, class Lanes>
+HIPRT_HD HIPRT_FORCE_INLINE SortedChildren sorted_by_slabs(const SceneView& scene, NodeRef ref, const Ray& ray,
+                                                           float limit) {
+  // Made again at every node: otherwise the loop would keep registers for rays that are rare.
+  Ray hidden = ray;
+  ray_instruction_detail::hide(hidden.origin.x);
+  ray_instruction_detail::hide(hidden.origin.y);
+  ray_instruction_detail::hide(hidden.origin.z);
+  const RaySlabs<Lanes> slabs(hidden, Conservative::margin(hidden.origin, scene.bounds));
+  const auto& node = *reinterpret_cast<const typename Layout::Node*>(scene.base + ref_offset(ref));
+  const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, Lanes::uniform(0.0f), Lanes::uniform(limit));
+  SortedChildren sorted{};
+  float enter[kBranching];
+  for (unsigned i = 0; i < kBranching; ++i) {
+    sorted.child[i] = hits.hit(i) ? node.child[i] : kInvalidRef;
+    enter[i] = hits.hit(i) ? Lanes::get(hits.enter, i) : std::numeric_limits<float>::infinity();
+  }
+  const auto sort = [&](unsigned a, unsigned b) HIPRT_FORCE_INLINE_LAMBDA {
+    if (!(enter[b] < enter[a])) return;
+    const float later = enter[a];
+    const NodeRef child = sorted.child[a];
+    enter[a] = enter[b];
+    enter[b] = later;
+    sorted.child[a] = sorted.child[b];
+    sorted.child[b] = child;
+  };
+  sort(0, 2);
+  sort(1, 3);
+  sort(0, 1);
+  sort(2, 3);
+  sort(1, 2);
+  return sorted;
+}
+
 /// Box test policy: the ray instruction.
 ///
 /// It sorts a node's children by distance but does not return the distances. So the stack cannot drop nodes that a
 /// nearer hit has put out of reach. Boxes of custom primitives are tested as by Conservative.
 ///
-/// Boxes of nodes are not widened by its margin. The watertight triangle test may find a hit up to 2^-24 * 19 *
-/// (farthest side of the scene's bounds) outside its box. Such a hit can be lost.
+/// It is as conservative as Conservative in files with widened boxes (build::BuildOptions::widen_boxes), under the
+/// assumption of docs/proofs/ray-instruction.md about the instruction's rounding. Rays that start too far away for the
+/// margin of the file, and all rays of files without widened boxes, are tested by slabs in software.
 struct HardwareBoxes : Conservative {
+  /// Whether a ray needs the test in software.
+  struct Choice {
+    bool by_slabs;
+
+    HIPRT_HD HIPRT_FORCE_INLINE Choice(const SceneView& scene, const Vec3& origin) {
+      const Extents of(origin, scene.bounds);
+      // A NaN chooses the slabs.
+      by_slabs = !(needed_box_margin(of.reach, of.magnitude + max_component(origin)) <= scene.box_margin);
+    }
+  };
+
   /// @param scene at an address that is a multiple of 256; the same for all lanes of a wave.
   /// @param limit hits beyond it do not count. Boxes before tmin are visited, because the instruction has no tmin.
   template <RayInstructionLayout Layout, class Lanes>
   HIPRT_HD static HIPRT_FORCE_INLINE SortedChildren intersect(const SceneView& scene, NodeRef node, const Ray& ray,
-                                                              const RaySlabs<Lanes>& slabs, float limit) {
+                                                              const RaySlabs<Lanes>& slabs, const Choice& choice,
+                                                              float limit) {
     ray_instruction_detail::require_instruction<Lanes>();
     const ray_instruction_detail::Descriptor descriptor(scene.base, scene.size / kNodeGranularity);
     const Words met = ray_instruction_detail::intersect(descriptor, node, ray.origin, ray.direction, slabs, limit);
-    return {{met.word[0], met.word[1], met.word[2], met.word[3]}};
+    SortedChildren sorted{{met.word[0], met.word[1], met.word[2], met.word[3]}};
+    if (choice.by_slabs) [[unlikely]]
+      sorted = sorted_by_slabs<Layout, Lanes>(scene, node, ray, limit);
+    return sorted;
   }
 };
 

@@ -20,11 +20,12 @@ concept BoxTest = requires(const Vec3& origin, const Box& bounds) {
 };
 
 /// A box test that returns a node's children in the order in which to visit them. Its order is AsTested
-/// (amd_ray_test.h).
+/// (amd_ray_test.h). Choice is what it decides once per ray.
 template <class T, class Layout, class Lanes>
 concept SortingBoxTest = BoxTest<T> &&
-    requires(const SceneView& scene, NodeRef node, const Ray& ray, const RaySlabs<Lanes>& slabs, float limit) {
-  { T::template intersect<Layout>(scene, node, ray, slabs, limit) } -> std::same_as<SortedChildren>;
+    requires(const SceneView& scene, NodeRef node, const Ray& ray, const RaySlabs<Lanes>& slabs,
+             const typename T::Choice& choice, float limit) {
+  { T::template intersect<Layout>(scene, node, ray, slabs, choice, limit) } -> std::same_as<SortedChildren>;
 };
 
 /// A triangle test: a form of the ray that is prepared once, and intersect().
@@ -134,8 +135,9 @@ concept PolicySet = BoxTest<typename P::Boxes> && TraversalStack<typename P::Sta
 template <class P> HIPRT_HD constexpr bool covers(const SceneView& scene) {
   const FeatureMask without =
       (P::kLevels == 0 ? feature_bit(Feature::kInstances) : 0) | (P::kMoves ? 0 : feature_bit(Feature::kMotion));
-  // Without motion the boxes stand still, so a tracer needs no code for kMovingBoxes.
-  const FeatureMask features = (P::kFeatures & ~without) | feature_bit(Feature::kMovingBoxes);
+  // Without motion the boxes stand still, so a tracer needs no code for kMovingBoxes. Wider boxes suit every box test.
+  const FeatureMask features =
+      (P::kFeatures & ~without) | feature_bit(Feature::kMovingBoxes) | feature_bit(Feature::kWidenedBoxes);
   return scene.layout == P::Layout::kId && (scene.features & ~features) == 0 && scene.levels <= P::kLevels;
 }
 

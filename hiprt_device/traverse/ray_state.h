@@ -29,6 +29,7 @@ template <PolicySet P, class Order, class Test> class RayState {
       : levels_(scene, storage),
         boxes_(ray, scene.bounds, ray.tmax),
         slabs_(boxes_.ray(ray), margin(scene, ray)),
+        choice_(scene, boxes_.ray(ray).origin),
         // Outside instances the traversal tests only boxes, so any prepared ray will do.
         prepared_(kHasLevels && scene.instances != nullptr ? PreparedRay(BasicRay<Real>{}) : PreparedRay(ray)),
         tmin_(max_of(ray.tmin, Real(0))),
@@ -101,6 +102,8 @@ template <PolicySet P, class Order, class Test> class RayState {
   using PreparedRay = typename Test::template PreparedRay<Lanes>;
   static constexpr bool kTestSorts = SortingBoxTest<typename P::Boxes, Layout, Lanes>;
   static constexpr bool kHasLevels = P::kLevels != 0;
+  static_assert(!kTestSorts || std::is_same_v<Real, float>,
+                "hiprt: double rays cannot be used with a box test that sorts");
   static constexpr bool kObserved = TraversalObserver<typename P::Counter>;
   static_assert(!kObserved || !kTestSorts, "hiprt: an observer cannot be used with a box test that sorts");
   static_assert(!kHasLevels || (!kTestSorts && !BacktrackingStack<typename P::Stack>),
@@ -265,11 +268,18 @@ template <PolicySet P, class Order, class Test> class RayState {
     const std::byte* first;
   };
   struct NoBase {};
+  /// What a box test that sorts decides once per ray.
+  struct NoChoice {
+    HIPRT_HD HIPRT_FORCE_INLINE NoChoice(const SceneView&, const Vec3&) {}
+  };
+  template <bool kSorts, class Boxes> struct ChoiceOf { using Type = NoChoice; };
+  template <class Boxes> struct ChoiceOf<true, Boxes> { using Type = typename Boxes::Choice; };
 
   Levels<P::kLevels, P::kMoves, Real> levels_;
   [[no_unique_address]] std::conditional_t<kKeepsBase, Base, NoBase> base_;
   [[no_unique_address]] BoxRay<Real> boxes_;
   RaySlabs<Lanes> slabs_;
+  [[no_unique_address]] typename ChoiceOf<kTestSorts, typename P::Boxes>::Type choice_;
   PreparedRay prepared_;
   Real tmin_;
   Backtrack backtrack_;

@@ -35,7 +35,7 @@ class Traversal : public RayState<P, Order, Test> {
   using State = RayState<P, Order, Test>;
   using State::kHasLevels, State::kObserved, State::kTestSorts;
   using State::levels_, State::boxes_, State::slabs_, State::prepared_, State::tmin_, State::backtrack_, State::node_,
-      State::leaf_, State::skip_;
+      State::leaf_, State::skip_, State::choice_;
 
  public:
   using State::cancel, State::State;
@@ -180,7 +180,7 @@ class Traversal : public RayState<P, Order, Test> {
     const float far_end = boxes_.far_end(limit);
     if constexpr (kTestSorts) {
       const SortedChildren met =
-          P::Boxes::template intersect<Layout>(scene, node_, boxes_.ray(ray.get()), slabs_, far_end);
+          P::Boxes::template intersect<Layout>(scene, node_, boxes_.ray(ray.get()), slabs_, choice_, far_end);
       return met.child[0] == kInvalidRef ? backtrack_.pop(far_end) : Order::next(met, backtrack_);
     } else {
       return visit_slabs(scene, far_end, counter);

@@ -113,7 +113,7 @@ std::vector<RecordSpec> container_records() {
       X(FileHeader, features), X(FileHeader, byte_size), X(FileHeader, checksum), X(FileHeader, section_count), \
       X(FileHeader, root), X(FileHeader, stack_bound), X(FileHeader, geometry_count), X(FileHeader, bounds),    \
       X(FileHeader, primitive_count), X(FileHeader, levels), X(FileHeader, condition), X(FileHeader, reach),    \
-      X(FileHeader, shutter_begin), X(FileHeader, shutter_rate), X(FileHeader, reserved)
+      X(FileHeader, shutter_begin), X(FileHeader, shutter_rate), X(FileHeader, box_margin), X(FileHeader, reserved)
 #define ENTRY(X)                                                                                  \
   X(SectionEntry, kind), X(SectionEntry, flags), X(SectionEntry, offset), X(SectionEntry, count), \
       X(SectionEntry, stride)
@@ -195,7 +195,7 @@ std::map<std::string, std::vector<Constant>> constant_tables() {
           {"Feature bits",
            {CONSTANT(Feature, kTriangles), CONSTANT(Feature, kMasks), CONSTANT(Feature, kSplitReferences),
             CONSTANT(Feature, kCustom), CONSTANT(Feature, kInstances), CONSTANT(Feature, kMotion),
-            CONSTANT(Feature, kMovingBoxes)}},
+            CONSTANT(Feature, kMovingBoxes), CONSTANT(Feature, kWidenedBoxes)}},
           {"Shape kinds", {CONSTANT(ShapeKind, kNone), CONSTANT(ShapeKind, kSpheres), CONSTANT(ShapeKind, kCurves)}},
           {"Motion kinds", {CONSTANT(MotionKind, kSlerp), CONSTANT(MotionKind, kNlerp), CONSTANT(MotionKind, kMatrix)}},
           {"Instance flags", {CONSTANT(InstanceFlags, kNoFilter)}},
@@ -276,11 +276,11 @@ TEST_CASE("numbers in FORMAT.md's text are the code's") {
   CHECK(kMaxSections == 64);
   CHECK(kSectionAlignment == 128);
   CHECK(kBufferAlignment == 256);
-  CHECK(kKnownFeatures == 127);
+  CHECK(kKnownFeatures == 255);
   CHECK(kMaxCondition == std::ldexp(1.0f, 40));
   CHECK(kInstanceStackEntries == 3);
   CHECK(kVersionMajor == 1);
-  CHECK(kVersionMinor == 5);
+  CHECK(kVersionMinor == 6);
   CHECK(TriangleId::kCustom == 0xc0);
   CHECK(custom_geometry_flags(kMaxGeometryType) == 0xffffff01u);
   CHECK(mesh_flags(kMaxGeometryType) == 0xffffff00u);

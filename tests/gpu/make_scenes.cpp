@@ -3,6 +3,7 @@
 
 #include <hiprt_build/build.h>
 #include <hiprt_build/file.h>
+#include <hiprt_device/format/widened_boxes.h>
 #include <tests/gpu/random_scene.h>
 
 #include <cstdio>
@@ -20,7 +21,9 @@ build::Result<void> write(const SceneSource& source, NodeLayout layout, const st
   const std::vector<build::CustomGeometry> customs{{.boxes = balls, .type = 0}, {.boxes = segments, .type = 1}};
   const auto meshes = oracle::views(source.meshes);
   const build::SceneInput input{meshes, std::span(customs).first(source.has_customs() ? 2 : 0)};
-  const auto bvh = build::build(input, {.builder = source.builder, .nodes = layout, .max_leaf_triangles = 4});
+  const auto bvh = build::build(
+      input,
+      {.builder = source.builder, .nodes = layout, .max_leaf_triangles = 4, .widen_boxes = may_be_widened(layout)});
   if (!bvh) return tl::unexpected(bvh.error());
   std::printf("%s: %llu triangles, %llu spheres and segments of hair\n", file_name(source.name, layout).c_str(),
               static_cast<unsigned long long>(bvh->statistics.triangles),

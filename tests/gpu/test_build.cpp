@@ -2,6 +2,7 @@
 
 #include <hiprt_build/collapse/collapse_plan.h>
 #include <hiprt_build/statistics.h>
+#include <hiprt_device/format/widened_boxes.h>
 #include <tests/gpu/build_input.h>
 #include <tests/oracle/builders.h>
 #include <tests/oracle/odd_meshes.h>
@@ -21,10 +22,17 @@ namespace {
 void check_like_host(Input& input, Builder builder, NodeLayout nodes = NodeLayout::kPlanes, unsigned run = 8) {
   INFO(build::name(builder) << ", runs of " << run);
   gpu::BuildReport report;
-  const build::Buffer device = input.build_on_device(
-      {.builder = builder, .nodes = nodes, .max_leaf_triangles = run, .pair_triangles = false}, &report);
-  const build::Bvh host =
-      input.build_on_host({.builder = builder, .nodes = nodes, .max_leaf_triangles = run, .pair_triangles = false});
+  const build::Buffer device = input.build_on_device({.builder = builder,
+                                                      .nodes = nodes,
+                                                      .max_leaf_triangles = run,
+                                                      .pair_triangles = false,
+                                                      .widen_boxes = may_be_widened(nodes)},
+                                                     &report);
+  const build::Bvh host = input.build_on_host({.builder = builder,
+                                               .nodes = nodes,
+                                               .max_leaf_triangles = run,
+                                               .pair_triangles = false,
+                                               .widen_boxes = may_be_widened(nodes)});
   check_same_files(device, host.buffer);
   CHECK(report.dropped_not_finite == host.statistics.dropped_not_finite);
   CHECK(report.dropped_degenerate == host.statistics.dropped_degenerate);

@@ -4,6 +4,7 @@
 #include <hiprt_build/gpu/refit.h>
 #include <hiprt_build/refit.h>
 #include <hiprt_build/statistics.h>
+#include <hiprt_device/format/widened_boxes.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/results.h>
 #include <tests/oracle/meshes.h>
@@ -24,7 +25,9 @@ constexpr std::uint64_t kSeed = 20261121;
 class Scene {
  public:
   Scene(std::vector<oracle::Mesh> meshes, NodeLayout nodes, bool pair = true) : meshes_(std::move(meshes)) {
-    file_ = must(build::build(oracle::views(meshes_), {.nodes = nodes, .pair_triangles = pair})).buffer;
+    file_ = must(build::build(oracle::views(meshes_),
+                              {.nodes = nodes, .pair_triangles = pair, .widen_boxes = may_be_widened(nodes)}))
+                .buffer;
     view_.emplace(*open_buffer(std::as_const(file_).bytes()));
     scene_.emplace(must(gpu::upload_scene(*view_, nullptr, allocator_)));
     parts_ = gpu::parts_of(*scene_, *view_);

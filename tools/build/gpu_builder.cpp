@@ -104,6 +104,7 @@ build::Result<build::Bvh> build_on_gpu(std::span<const build::TriangleMesh> mesh
                                  .ploc_radius = options.ploc_radius,
                                  .max_leaf_triangles = options.max_leaf_triangles,
                                  .pair_triangles = options.pair_triangles,
+                                 .widen_boxes = options.widen_boxes,
                                  .costs = options.costs,
                                  .progress = options.progress};
   double device_seconds = 0;

@@ -6,6 +6,8 @@
 #include <tools/render/scene/shutter.h>
 #include <tools/scene_io/scene/scene_file.h>
 
+#include <hiprt_device/format/widened_boxes.h>
+
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
@@ -47,8 +49,10 @@ void add_tree_options(CLI::App& app, BuildCommand& command) {
       ->excludes("--quality")
       ->capture_default_str()
       ->group(kTreeGroup);
-  app.add_option("--target", command.target,
-                 "Machine to trace on. It chooses the node layout (cpu and nvidia: planes, amd: float)")
+  app.add_option(
+         "--target", command.target,
+         "Machine to trace on. It chooses the node layout (cpu and nvidia: planes, amd: float). amd: layouts float "
+         "and half get boxes that are wide enough for the ray instruction of its GPUs")
       ->check(CLI::IsMember(words(kTargetLayouts)))
       ->type_name("NAME")
       ->capture_default_str()
@@ -244,6 +248,7 @@ BuildRequest make_request(const BuildCommand& command, std::string_view tool) {
   build::BuildOptions& options = result.options;
   options.nodes =
       command.nodes == "auto" ? value_of(kTargetLayouts, command.target) : value_of(kLayouts, command.nodes);
+  options.widen_boxes = command.target == "amd" && !command.is_scene() && may_be_widened(options.nodes);
   options.threads = command.threads;
   options.max_leaf_triangles = command.max_leaf;
   options.presplit_budget = command.presplit_budget;
