@@ -5,8 +5,6 @@
 
 #include <hiprt_device/format/node.h>
 
-#include <limits>
-
 namespace hiprt {
 
 /// By how much boxes must exceed their content for one ray.

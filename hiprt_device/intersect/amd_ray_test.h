@@ -185,9 +185,9 @@ HIPRT_HD HIPRT_FORCE_INLINE SortedChildren sorted_by_slabs(const SceneView& scen
 /// It sorts a node's children by distance but does not return the distances. So the stack cannot drop nodes that a
 /// nearer hit has put out of reach. Boxes of custom primitives are tested as by Conservative.
 ///
-/// It is as conservative as Conservative in files with widened boxes (build::BuildOptions::widen_boxes), under the
-/// assumption of docs/proofs/ray-instruction.md about the instruction's rounding. Rays that start too far away for the
-/// margin of the file, and all rays of files without widened boxes, are tested by slabs in software.
+/// In files with widened boxes (build::BuildOptions::widen_boxes) it hides no hit. This holds under an assumption about
+/// the instruction's rounding (docs/proofs/ray-instruction.md). Rays that start too far away for the file's margin are
+/// tested by slabs in software. So are all rays in files without widened boxes.
 struct HardwareBoxes : Conservative {
   /// Whether a ray needs the test in software.
   struct Choice {
