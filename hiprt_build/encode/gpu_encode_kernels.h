@@ -41,7 +41,7 @@ template <class Layout> __global__ void widen_bounds(RefitFile<Layout> file, Bui
 }
 
 /// BuildOptions::widen_boxes: the margin, the nodes, then the bounds.
-inline __global__ void widen_header(FileHeader* header, const BuildReport* report) {
+static __global__ void widen_header(FileHeader* header, const BuildReport* report) {
   WidenHeaderStep{header, report->nodes}(0);
 }
 template <class Layout>

@@ -124,10 +124,10 @@ HIPRT_HD HIPRT_FORCE_INLINE Words intersect_at(const void*, NodeType, const Vec3
 
 #endif
 
-/// Keeps the compiler from computing before a branch what only the branch needs.
+/// Keeps the compiler from computing or loading earlier what needs the value, or what follows.
 HIPRT_HD HIPRT_FORCE_INLINE void hide([[maybe_unused]] float& value) {
 #if HIPRT_HAS_RAY_INSTRUCTION
-  asm volatile("" : "+v"(value));
+  asm volatile("" : "+v"(value) : : "memory");
 #endif
 }
 
@@ -144,33 +144,43 @@ template <class Lanes> HIPRT_HD constexpr void require_instruction() {
 template <class Layout>
 concept RayInstructionLayout = Layout::kId == NodeLayout::kFloat || Layout::kId == NodeLayout::kHalf;
 
-/// A box test in software that returns what the instruction returns: for rays that the margin of the boxes is too small
-/// for.
+/// A box test in software that returns what the instruction returns, for rays that the file's margin is too small for.
+/// These are rare, so it saves registers: it keeps no offsets and loads one box after the other.
 template <class Layout, class Lanes>
 HIPRT_HD HIPRT_FORCE_INLINE SortedChildren sorted_by_slabs(const SceneView& scene, NodeRef ref, const Ray& ray,
-                                                           float limit) {
-  // Made again at every node: otherwise the loop would keep registers for rays that are rare.
-  Ray hidden = ray;
-  ray_instruction_detail::hide(hidden.origin.x);
-  ray_instruction_detail::hide(hidden.origin.y);
-  ray_instruction_detail::hide(hidden.origin.z);
-  const RaySlabs<Lanes> slabs(hidden, Conservative::margin(hidden.origin, scene.bounds));
+                                                           const RaySlabs<Lanes>& slabs, float limit) {
+  Vec3 origin = ray.origin;
+  for (int axis = 0; axis < 3; ++axis) ray_instruction_detail::hide(origin[axis]);
+  const float margin = Conservative::margin(origin, scene.bounds);
   const auto& node = *reinterpret_cast<const typename Layout::Node*>(scene.base + ref_offset(ref));
-  const BoxHits<Lanes> hits = intersect_boxes<Lanes>(node, slabs, Lanes::uniform(0.0f), Lanes::uniform(limit));
   SortedChildren sorted{};
   float enter[kBranching];
   for (unsigned i = 0; i < kBranching; ++i) {
-    sorted.child[i] = hits.hit(i) ? node.child[i] : kInvalidRef;
-    enter[i] = hits.hit(i) ? Lanes::get(hits.enter, i) : std::numeric_limits<float>::infinity();
+    const Box box = Layout::box(node, i);
+    float first = 0.0f, last = limit;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      // (p - o -+ margin) / d has the rounding of docs/proofs/ray-instruction.md, By slabs.
+      const float rcp = Lanes::value(slabs.rcp[axis]), from = origin[static_cast<int>(axis)];
+      const float low = (box.min[axis] - from - margin) * rcp, high = (box.max[axis] - from + margin) * rcp;
+      const bool down = slabs.is_down(axis);
+      first = max_of(first, down ? high : low);
+      const float leave = down ? low : high;
+      last = leave < last ? leave : last;
+    }
+    const NodeRef child = node.child[i];
+    const bool met = child != kInvalidRef && first <= last;
+    sorted.child[i] = met ? child : kInvalidRef;
+    enter[i] = met ? first : std::numeric_limits<float>::infinity();
+    ray_instruction_detail::hide(enter[i]);
   }
   const auto sort = [&](unsigned a, unsigned b) HIPRT_FORCE_INLINE_LAMBDA {
-    if (!(enter[b] < enter[a])) return;
-    const float later = enter[a];
-    const NodeRef child = sorted.child[a];
-    enter[a] = enter[b];
-    enter[b] = later;
-    sorted.child[a] = sorted.child[b];
-    sorted.child[b] = child;
+    const bool swap = enter[b] < enter[a];
+    const float near = swap ? enter[b] : enter[a];
+    const NodeRef nearer = choose(swap, sorted.child[b], sorted.child[a]);
+    enter[b] = swap ? enter[a] : enter[b];
+    sorted.child[b] = choose(swap, sorted.child[a], sorted.child[b]);
+    enter[a] = near;
+    sorted.child[a] = nearer;
   };
   sort(0, 2);
   sort(1, 3);
@@ -211,7 +221,7 @@ struct HardwareBoxes : Conservative {
     const Words met = ray_instruction_detail::intersect(descriptor, node, ray.origin, ray.direction, slabs, limit);
     SortedChildren sorted{{met.word[0], met.word[1], met.word[2], met.word[3]}};
     if (choice.by_slabs) [[unlikely]]
-      sorted = sorted_by_slabs<Layout, Lanes>(scene, node, ray, limit);
+      sorted = sorted_by_slabs<Layout>(scene, node, ray, slabs, limit);
     return sorted;
   }
 };

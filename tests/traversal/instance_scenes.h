@@ -3,6 +3,7 @@
 
 #include <hiprt_build/format/validate.h>
 #include <hiprt_build/instances.h>
+#include <hiprt_device/format/widened_boxes.h>
 #include <hiprt_device/hiprt_device.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/odd_meshes.h>
@@ -54,7 +55,9 @@ struct InstanceScene {
   build::Buffer file;
 
   void add_file(const std::vector<oracle::Mesh>& meshes, NodeLayout layout) {
-    auto bvh = build::build(oracle::views(meshes), {.builder = build::Builder::kHploc, .nodes = layout});
+    auto bvh =
+        build::build(oracle::views(meshes),
+                     {.builder = build::Builder::kHploc, .nodes = layout, .widen_boxes = may_be_widened(layout)});
     REQUIRE(bvh.has_value());
     files.push_back(std::move(bvh->buffer));
   }

@@ -24,7 +24,7 @@ template <bool kAlways> struct WorstInstruction : HardwareBoxes {
   template <RayInstructionLayout Layout, class Lanes>
   static SortedChildren intersect(const SceneView& scene, NodeRef ref, const Ray& ray, const RaySlabs<Lanes>& slabs,
                                   const Choice& choice, float limit) {
-    if (!kAlways && choice.by_slabs) return sorted_by_slabs<Layout, Lanes>(scene, ref, ray, limit);
+    if (!kAlways && choice.by_slabs) return sorted_by_slabs<Layout>(scene, ref, ray, slabs, limit);
     const auto& node = *reinterpret_cast<const typename Layout::Node*>(scene.base + ref_offset(ref));
     SortedChildren sorted{{kInvalidRef, kInvalidRef, kInvalidRef, kInvalidRef}};
     unsigned count = 0;
