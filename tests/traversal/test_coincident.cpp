@@ -81,14 +81,16 @@ TEST_CASE("a flag against filters counts on every level") {
       scene.groups.push_back({Instance{.object = level, .without_filter = level == flagged}});
     scene.build();
     typename Tracer<3>::Stack::Memory memory;
-    CHECK(ClosestHit<Tracer<3>, RejectAll>(scene.view(), ray_at(0.3f, 0.1f), memory).next_hit().found());
+    const SceneView view = scene.view();
+    CHECK(ClosestHit<Tracer<3>, RejectAll>(view, ray_at(0.3f, 0.1f), memory).next_hit().found());
   }
   InstanceScene scene;
   scene.add_file({square()}, NodeLayout::kPlanes);
   for (unsigned level = 0; level < 3; ++level) scene.groups.push_back({Instance{.object = level}});
   scene.build();
   typename Tracer<3>::Stack::Memory memory;
-  CHECK_FALSE(ClosestHit<Tracer<3>, RejectAll>(scene.view(), ray_at(0.3f, 0.1f), memory).next_hit().found());
+  const SceneView view = scene.view();
+  CHECK_FALSE(ClosestHit<Tracer<3>, RejectAll>(view, ray_at(0.3f, 0.1f), memory).next_hit().found());
 }
 
 namespace {

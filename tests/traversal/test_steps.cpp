@@ -55,7 +55,7 @@ TEST_CASE("nodes beyond the hit are popped and not visited") {
   const SceneView scene = chain.view();
   // From above the last triangle: the chain is entered at the root, and each leaf is farther than what lies below it.
   const Ray down{.origin = {0.25f, 0.25f, 100.0f}, .direction = {0, 0, -1}};
-  PrivateStack<64>::Memory memory;
+  Counting::Stack::Memory memory;
   ClosestHit<Counting> query(scene, down, memory);
   const Hit hit = query.next_hit();
   REQUIRE(hit.primitive == 59);
@@ -64,7 +64,7 @@ TEST_CASE("nodes beyond the hit are popped and not visited") {
   CHECK(query.counter().leaf_tests == 1);
   // From below the first leaf is the hit: the rest of the chain is on the stack.
   const Ray up{.origin = {0.25f, 0.25f, -1.0f}, .direction = {0, 0, 1}};
-  PrivateStack<64>::Memory other;
+  Counting::Stack::Memory other;
   ClosestHit<Counting> first(scene, up, other);
   REQUIRE(first.next_hit().primitive == 0);
   CHECK(first.counter().box_tests == 1);
