@@ -144,6 +144,8 @@ TEST_CASE("a stack too small inside instances fails and is counted") {
   add(check_entering<5>(scene));
   add(check_entering<6>(scene));
   add(check_entering<8>(scene));
+  add(check_entering<12>(scene));
+  add(check_entering<32>(scene));
   CHECK(failed > 50);
   CHECK(passed > 50);
 }

@@ -82,14 +82,14 @@ TEST_CASE("a spawned ray starts as far from the surface as the error bound requi
     // Normals of any length, most of them not along an axis.
     const double length = random.log_uniform(1e-6, 1e6);
     const auto n = random.on_sphere(), away = random.on_sphere();
-    hit.normal = Vec3(static_cast<float>(n[0] * length), static_cast<float>(n[1] * length),
-                      static_cast<float>(n[2] * length));
+    hit.normal =
+        Vec3(static_cast<float>(n[0] * length), static_cast<float>(n[1] * length), static_cast<float>(n[2] * length));
     const Ray ray{.origin = {0, 0, 0}, .direction = {0x1p-20f, 0x1p-20f, 0x1p-20f}};
     const Vec3 direction(static_cast<float>(away[0]), static_cast<float>(away[1]), static_cast<float>(away[2]));
     const Vec3 from = spawn_origin(ray, hit, direction);
     const double x = hit.normal.x, y = hit.normal.y, z = hit.normal.z, size = std::sqrt(x * x + y * y + z * z);
-    const double moved = ((double{from.x} - 0x1p-20) * x + (double{from.y} - 0x1p-20) * y +
-                          (double{from.z} - 0x1p-20) * z) / size;
+    const double moved =
+        ((double{from.x} - 0x1p-20) * x + (double{from.y} - 0x1p-20) * y + (double{from.z} - 0x1p-20) * z) / size;
     const double needed = hit.error * (std::fabs(x) + std::fabs(y) + std::fabs(z)) / size;
     INFO("seed " << kSeed << ", hit " << i);
     REQUIRE(std::fabs(moved) >= needed * (1 - 0x1p-18));
