@@ -14,11 +14,11 @@ constexpr unsigned kCopies = 15;
 
 template <unsigned kLevels> struct Tracer : Instanced<Policies, kLevels> {};
 
-/// One square of two triangles.
-oracle::Mesh square() {
+/// One square of two triangles, and a triangle beside it at @p height.
+oracle::Mesh square(float height = 0.0f) {
   oracle::Mesh mesh;
-  mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.positions = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {2, 2, height}, {3, 2, height}, {2, 3, height}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}};
   return mesh;
 }
 
@@ -27,9 +27,14 @@ Ray ray_at(float x, float y) { return {.origin = {x, y, -1}, .direction = {0, 0,
 /// Copies of one square in one place, through @p levels levels: the outer groups hold two copies of the inner one.
 InstanceScene coincident(unsigned levels) {
   InstanceScene scene;
-  scene.add_file({square()}, NodeLayout::kPlanes);
-  scene.groups.emplace_back(kCopies, Instance{});
-  for (unsigned level = 1; level < levels; ++level) scene.groups.emplace_back(2, Instance{.object = level});
+  // The boxes of later copies are nearer, so rays enter them first.
+  scene.groups.emplace_back();
+  for (unsigned i = 0; i < kCopies; ++i) {
+    scene.add_file({square(-0.05f * static_cast<float>(i))}, NodeLayout::kPlanes);
+    scene.groups[0].push_back({.object = i});
+  }
+  for (unsigned level = 1; level < levels; ++level)
+    scene.groups.emplace_back(2, Instance{.object = kCopies + level - 1});
   scene.build();
   return scene;
 }
