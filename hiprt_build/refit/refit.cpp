@@ -13,8 +13,6 @@
 namespace hiprt::build {
 namespace {
 
-std::uint64_t number_of(const SceneInput& scene) { return scene.meshes.size() + scene.customs.size(); }
-
 Result<void> check_options(const RefitOptions& options) {
   if (!(options.rebuild_slack >= 0.0))
     return tl::unexpected(
@@ -242,27 +240,28 @@ Result<RefitStatistics> run(CpuEngine& engine, std::span<std::byte> file, const 
 }  // namespace
 
 Result<RefitStatistics> refit(std::span<std::byte> file, const SceneInput& moved, const RefitOptions& options) {
-  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
-  bool writing = false;
-  ProgressCallback progress;
-  if (options.progress) progress = [&](const Progress& p) { return options.progress(p) || writing; };
-  return run_cpu("refit", number_of(moved), options.threads, progress,
-                 [&](CpuEngine& engine) { return run(engine, file, moved, options, writing); });
+  return or_out_of_memory("for the refit", [&]() -> Result<RefitStatistics> {
+    if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+    bool writing = false;
+    ProgressCallback progress;
+    if (options.progress) progress = [&](const Progress& p) { return options.progress(p) || writing; };
+    return run_cpu("refit", options.threads, progress,
+                   [&](CpuEngine& engine) { return run(engine, file, moved, options, writing); });
+  });
 }
 
 Result<RefittedBvh> refit_copy(std::span<const std::byte> file, const SceneInput& moved, const RefitOptions& options) {
-  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
-  return run_cpu("refit", number_of(moved), options.threads, options.progress,
-                 [&](CpuEngine& engine) -> Result<RefittedBvh> {
-                   RefittedBvh result{Buffer(file.size()), {}};
-                   engine.ledger().add(file.size());
-                   if (!file.empty()) std::memcpy(result.buffer.bytes().data(), file.data(), file.size());
-                   bool writing = false;
-                   auto statistics = run(engine, result.buffer.bytes(), moved, options, writing);
-                   if (!statistics) return tl::unexpected(statistics.error());
-                   result.statistics = *statistics;
-                   return result;
-                 });
+  return run_cpu("refit", options.threads, options.progress, [&](CpuEngine& engine) -> Result<RefittedBvh> {
+    if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+    RefittedBvh result{Buffer(file.size()), {}};
+    engine.ledger().add(file.size());
+    if (!file.empty()) std::memcpy(result.buffer.bytes().data(), file.data(), file.size());
+    bool writing = false;
+    auto statistics = run(engine, result.buffer.bytes(), moved, options, writing);
+    if (!statistics) return tl::unexpected(statistics.error());
+    result.statistics = *statistics;
+    return result;
+  });
 }
 
 }  // namespace hiprt::build
