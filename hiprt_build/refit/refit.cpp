@@ -133,6 +133,7 @@ template <class Layout> class Refit {
         input_(input),
         geometries_(input.geometries),
         parents_(engine.allocate<std::uint32_t>(view.nodes.count)),
+        parts_(CpuEngine::chunk_count(view.nodes.count)),
         file_{reinterpret_cast<FileHeader*>(bytes.data()),
               reinterpret_cast<typename Layout::Node*>(bytes.data() + view.nodes.offset),
               reinterpret_cast<typename Layout::Leaf*>(bytes.data() + view.leaves.offset),
@@ -193,14 +194,14 @@ template <class Layout> class Refit {
   /// What the provenance does not say: of the tree as it is.
   void complete(BuiltTree& built) {
     const TreeQuality<Layout> now = quality(built.costs);
-    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count);
+    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count, parts_);
     if (!built.sah_cost) built.sah_cost = now.sah_cost(sums);
     if (!built.exchange_slack) built.exchange_slack = sums.exchange_slack();
   }
 
   void advise(RefitStatistics& statistics, const BuiltTree& built, const RefitOptions& options) {
     const TreeQuality<Layout> now = quality(built.costs);
-    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count);
+    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count, parts_);
     statistics.sah_cost_built = *built.sah_cost;
     statistics.sah_cost = now.sah_cost(sums);
     statistics.exchange_slack_built = *built.exchange_slack;
@@ -219,6 +220,7 @@ template <class Layout> class Refit {
   const BuildInput& input_;
   std::span<const GeometryView> geometries_;
   ScratchArray<std::uint32_t> parents_;
+  std::vector<QualitySums> parts_;  ///< Allocated before the first byte is written: after that nothing may fail.
   OuterPlanes outer_{};
   RefitFile<Layout> file_;
 };

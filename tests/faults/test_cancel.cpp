@@ -16,6 +16,12 @@ using namespace hiprt::checks;
 
 namespace {
 
+#if defined(HIPRT_QUICK_TESTS)
+constexpr unsigned kCancels = 60;
+#else
+constexpr unsigned kCancels = trials(1000);
+#endif
+
 /// Bytes of the process in memory.
 std::uint64_t resident_bytes() {
   std::ifstream file("/proc/self/statm");
@@ -57,7 +63,7 @@ TEST_CASE("builds cancelled at random calls of the callback stop there, leak not
     REQUIRE(cancelled(all / 2));
     const std::int64_t before = live_allocations();
     bool stopped = true;
-    for (unsigned i = 0; i < trials(1000); ++i) {
+    for (unsigned i = 0; i < kCancels; ++i) {
       const unsigned at = 1 + random.below(all);
       stopped = stopped && cancelled(at) && calls == at;
     }

@@ -13,7 +13,6 @@
 #include <hiprt_build/trace_rays.h>
 #include <hiprt_device/hiprt_device.h>
 #include <tests/faults/every_allocation.h>
-#include <tests/oracle/builders.h>
 #include <tests/oracle/meshes.h>
 #include <tests/oracle/motions.h>
 #include <tests/tools/temp_folder.h>
@@ -26,7 +25,7 @@ using namespace hiprt::checks;
 namespace {
 
 #if defined(HIPRT_QUICK_TESTS)
-constexpr std::uint64_t kMost = 100;
+constexpr std::uint64_t kMost = 40;
 #else
 constexpr std::uint64_t kMost = 100000;
 #endif
@@ -57,13 +56,13 @@ build::Result<std::vector<Hit>> traced(const SceneView& view) {
 
 }  // namespace
 
+// Not Embree's builders: where its own allocations fail, Embree ends the program (RELIABILITY.md).
 TEST_CASE("allocations that fail: builders") {
   const Scene scene;
   std::uint64_t with_sizes = 0;
   for (const build::Builder builder :
        {build::Builder::kSah, build::Builder::kLbvh, build::Builder::kLbvh30, build::Builder::kPloc,
-        build::Builder::kHploc, build::Builder::kSbvh, build::Builder::kHq, oracle::kEmbreeLow, oracle::kEmbreeMedium,
-        oracle::kEmbreeHigh})
+        build::Builder::kHploc, build::Builder::kSbvh, build::Builder::kHq})
     for (const bool with_customs : {false, true}) {
       const build::BuildOptions options{
           .builder = builder, .threads = 1, .presplit_budget = 1.2, .reinsertion_rounds = 2};
@@ -136,21 +135,21 @@ TEST_CASE("allocations that fail: scenes of instances and merged levels") {
 TEST_CASE("allocations that fail: shapes, files and many rays") {
   const Scene scene;
   const build::Bvh bvh = must(build::build(scene.input(false), {.threads = 1}));
-  const std::vector<float> points{0, 0, 0, 1, 1, 0, 0, 2};
   const test::TempFolder folder;
-  const std::string path = folder / "a.bvh", nothing = folder / "no" / "a.bvh";
+  const std::filesystem::path file = folder / "a.bvh";
+  const std::string path = file;
   const auto bytes = std::as_const(bvh).buffer.bytes();
-  check_every_allocation("write_file", kMost, [&] { return build::write_file(path, bytes); });
+  check_every_allocation("write_file", kMost, [&] { return build::write_file(file, bytes); });
   CHECK(folder.names() == std::vector<std::string>{"a.bvh"});
-  check_every_allocation("check_writable", kMost, [&] { return build::check_writable(path); });
+  check_every_allocation("check_writable", kMost, [&] { return build::check_writable(file); });
   check_every_allocation("open_scene(path)", kMost, [&] { return open_scene(path); });
   std::vector<std::byte> odd(bytes.size() + 4);
   std::memcpy(odd.data() + 4, bytes.data(), bytes.size());
   check_every_allocation("open_scene(bytes)", kMost, [&] { return open_scene(std::span(odd).subspan(4)); });
   check_every_allocation("closest_hits", kMost, [&]() -> build::Result<std::vector<Hit>> {
-    const auto file = open_scene(bytes);
-    if (!file) return tl::unexpected(file.error());
-    const SceneView view = file->scene();
+    const auto opened = open_scene(bytes);
+    if (!opened) return tl::unexpected(opened.error());
+    const SceneView view = opened->scene();
     // The test's own arrays are not part of it.
     stop_failing();
     return traced(view);
