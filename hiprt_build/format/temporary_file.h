@@ -1,5 +1,5 @@
 #pragma once
-/// The temporary file that a write renames to its target, and the removal of what killed processes left. POSIX. Internal.
+/// The temporary file that a write renames to its target. Removes what killed processes left. POSIX. Internal.
 
 #include <fcntl.h>
 #include <sys/file.h>

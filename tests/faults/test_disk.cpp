@@ -144,7 +144,7 @@ TEST_CASE("a signal that interrupts a call of the system changes nothing") {
 
 TEST_CASE("temporary files of the dead are removed, those of living writers and other files are not") {
   const test::TempFolder folder;
-  const fs::path path = folder.path();
+  const fs::path& path = folder.path();
   leave_temporary(path);
   std::ofstream(path / ".hiprt-2-0.tmp") << "in work";
   std::ofstream(path / ".hiprt-notes") << "mine";
