@@ -1,5 +1,5 @@
 #!/bin/bash
-# test_vulkan.sh PROGRAM: compares Vulkan's hits with ours on any device of Vulkan that traces rays, lavapipe too. Without
+# test_vulkan.sh PROGRAM: compares Vulkan's hits with ours on any device of Vulkan that traces rays. Without
 # a device it skips itself. The validation layer checks all calls if it is installed (vulkan-validationlayers).
 set -uo pipefail
 
@@ -16,7 +16,7 @@ fi
 expect 2 "'lines' is none of pipeline|query" "$program" --vulkan-calls=lines
 expect 2 "'fast' is none of fast_build,fast_trace" "$program" --vulkan=fast
 
-# hits CALLS: all hits are ours, but for a few rays along edges.
+# hits CALLS: all hits are ours. A few rays along edges may differ.
 hits() {
   expect 0 "## procedural" "$program" "${scenes[@]}" "--vulkan-calls=$1" "--json=$work/vulkan.json"
   if [[ $output == *"Vulkan is not measured: "* ]]; then
