@@ -21,13 +21,13 @@ namespace {
 template <class Stack, class Entry> void check_room(const typename Stack::Storage& storage, unsigned capacity) {
   typename Stack::template Of<Entry> stack(storage);
   CAPTURE(capacity);
-  for (unsigned i = 0; i < capacity; ++i) {
+  for (unsigned i = 1; i <= capacity; ++i) {
     CAPTURE(i);
-    REQUIRE(stack.has_room() == (i + kMostPushed <= capacity));
-    stack.push(Entry(i + 1));
+    REQUIRE(stack.has_room() == (i - 1 + kMostPushed <= capacity));
+    stack.push(Entry(i));
   }
   CHECK_FALSE(stack.has_room());
-  for (unsigned i = capacity; i-- > 0;) REQUIRE(stack.pop() == Entry(i + 1));
+  for (unsigned i = capacity; i > 0; --i) REQUIRE(stack.pop() == Entry(i));
   CHECK(stack.empty());
 }
 
