@@ -195,6 +195,7 @@ void add_header(Table& table, const Options& options, const BufferView& view) {
   if (!view.has_instances()) table.row("triangles", std::to_string(count_triangles(view)));
   if (count_customs(view) != 0) table.row("custom primitives", std::to_string(count_customs(view)));
   table.row("bounds", header.root == kInvalidRef ? "empty" : bounds_text(header.bounds));
+  if (header.box_margin != 0) table.row("box margin", nlohmann::json(header.box_margin).dump());
   table.row("stack bound", std::to_string(header.stack_bound));
   for (const SectionEntry& s : section_table(view))
     table.row("section", section_name(s.kind) + ": " + std::to_string(s.count) + " x " + std::to_string(s.stride) +
@@ -227,6 +228,7 @@ nlohmann::json header_json(const Options& options, const BufferView& view) {
           {"triangles", count_triangles(view)},
           {"customs", count_customs(view)},
           {"bounds", std::move(bounds)},
+          {"box_margin", header.box_margin},
           {"stack_bound", header.stack_bound},
           {"sections", std::move(sections)},
           {"geometries", std::move(geometries)}};

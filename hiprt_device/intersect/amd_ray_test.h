@@ -144,23 +144,47 @@ template <class Lanes> HIPRT_HD constexpr void require_instruction() {
 template <class Layout>
 concept RayInstructionLayout = Layout::kId == NodeLayout::kFloat || Layout::kId == NodeLayout::kHalf;
 
+namespace ray_instruction_detail {
+
+/// As Layout::box(). A GPU widens a half by one instruction, Layout::box() by about forty with branches.
+template <class Layout> HIPRT_HD HIPRT_FORCE_INLINE Box stored_box(const typename Layout::Node& node, unsigned child) {
+  if constexpr (Layout::kId == NodeLayout::kHalf) {
+    const auto& half = node.box[child];
+    return {{widen_half(half.min[0]), widen_half(half.min[1]), widen_half(half.min[2])},
+            {widen_half(half.max[0]), widen_half(half.max[1]), widen_half(half.max[2])}};
+  } else {
+    return Layout::box(node, child);
+  }
+}
+
+/// Conservative::margin() of a ray whose boxes are tested by slabs. It is computed at each node. Computed before the
+/// traversal it would occupy a register for all rays.
+HIPRT_HD HIPRT_FORCE_INLINE float margin_at_node(Vec3 origin, Box bounds) {
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    hide(origin[static_cast<int>(axis)]);
+    hide(bounds.min[axis]);
+    hide(bounds.max[axis]);
+  }
+  return Conservative::margin(origin, bounds);
+}
+
+}  // namespace ray_instruction_detail
+
 /// A box test in software that returns what the instruction returns, for rays that the file's margin is too small for.
 /// These are rare, so it saves registers: it keeps no offsets and loads one box after the other.
 template <class Layout, class Lanes>
 HIPRT_HD HIPRT_FORCE_INLINE SortedChildren sorted_by_slabs(const SceneView& scene, NodeRef ref, const Ray& ray,
                                                            const RaySlabs<Lanes>& slabs, float limit) {
-  Vec3 origin = ray.origin;
-  for (int axis = 0; axis < 3; ++axis) ray_instruction_detail::hide(origin[axis]);
-  const float margin = Conservative::margin(origin, scene.bounds);
+  const float margin = ray_instruction_detail::margin_at_node(ray.origin, scene.bounds);
   const auto& node = *reinterpret_cast<const typename Layout::Node*>(scene.base + ref_offset(ref));
   SortedChildren sorted{};
   float enter[kBranching];
   for (unsigned i = 0; i < kBranching; ++i) {
-    const Box box = Layout::box(node, i);
+    const Box box = ray_instruction_detail::stored_box<Layout>(node, i);
     float first = 0.0f, last = limit;
     for (unsigned axis = 0; axis < 3; ++axis) {
       // (p - o -+ margin) / d has the rounding of docs/proofs/ray-instruction.md, By slabs.
-      const float rcp = Lanes::value(slabs.rcp[axis]), from = origin[static_cast<int>(axis)];
+      const float rcp = Lanes::value(slabs.rcp[axis]), from = ray.origin[static_cast<int>(axis)];
       const float low = (box.min[axis] - from - margin) * rcp, high = (box.max[axis] - from + margin) * rcp;
       const bool down = slabs.is_down(axis);
       first = max_of(first, down ? high : low);

@@ -55,7 +55,7 @@ TEST_CASE("Command lines: bad usage is status 2 with one line that names the fau
   check_usage_error(build, {"a.obj", "-o", "b", "--quality", "best"}, "best");
   check_usage_error(build, {"a.obj", "-o", "b", "--quality", "high", "--builder", "hq"}, "excludes");
   check_usage_error(build, {"a.obj", "-o", "b", "--nodes", "eighth"}, "eighth");
-  check_usage_error(build, {"a.obj", "-o", "b", "--target", "toaster"}, "toaster");
+  check_usage_error(build, {"a.obj", "-o", "b", "--target", "toaster"}, "--target: toaster not in {cpu,amd,nvidia}");
   check_usage_error(build, {"a.obj", "-o", "b", "--threads", "-1"}, "--threads");
   check_usage_error(build, {"a.obj", "-o", "b", "--threads", "5000"}, "--threads");
   check_usage_error(build, {"a.obj", "-o", "b", "--threads", "two"}, "--threads");

@@ -72,6 +72,47 @@ TEST_CASE("Programs: meshes to BVH to hits, with primitive numbers that continue
   CHECK(folder.names() == std::vector<std::string>{"high.obj", "low.obj", "r.hits", "r.rays", "s.bvh"});
 }
 
+TEST_CASE("Programs: --target amd widens boxes by the margin that bvhinfo shows, and neither hits nor bytes change") {
+  const TempFolder folder;
+  const std::string obj = folder.write("a.obj", grid_obj(16)), bvh = folder / "s.bvh", rays = folder / "r.rays",
+                    hits = folder / "r.hits";
+  REQUIRE(tools::write_rays(rays, false, rays_beside_edges()));
+  const auto built = [&](std::vector<std::string> choices) {
+    choices.insert(choices.begin(), {kBvhBuild, obj, "-o", bvh});
+    check_quiet(run(choices));
+    return json_of(run({kBvhInfo, "--validate", bvh, "--json"}));
+  };
+  const auto traced = [&] {
+    check_good(run({kBvhTrace, bvh, "--rays", rays, "--hits", hits}));
+    return tools::read_hits(hits).value();
+  };
+  for (const std::string layout : {"float", "half"}) {
+    INFO(layout);
+    const json plain = built({"--nodes", layout});
+    const auto expected = traced();
+    const json wide = built({"--nodes", layout, "--target", "amd"});
+    const auto found = traced();
+    CHECK(plain["box_margin"] == 0);
+    CHECK(plain["features"] == json::parse(R"(["triangles"])"));
+    CHECK(wide["features"] == json::parse(R"(["triangles", "widened boxes"])"));
+    CHECK(wide["bytes"] == plain["bytes"]);
+    const double margin = wide["box_margin"].get<double>();
+    // The proof's constants: reach 3 * 16, magnitude 2 * 16 + 2 * 16.
+    CHECK(margin == Approx(std::ldexp(28.0 * 48 + 8 * 64, -24)));
+    const double low = wide["bounds"]["min"][0].get<double>(), high = wide["bounds"]["max"][0].get<double>();
+    CHECK(low <= -margin);
+    CHECK(high >= 16 + margin * 0.5);
+    REQUIRE(found.size() == expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      CHECK(found[i].primitive == expected[i].primitive);
+      CHECK(found[i].t == expected[i].t);
+    }
+  }
+  for (const std::string layout : {"planes", "quantized"})
+    CHECK(built({"--nodes", layout, "--target", "amd"})["box_margin"] == 0);
+  CHECK(built({"--target", "amd"})["layout"] == "float");
+}
+
 TEST_CASE("Programs: --quality gives the tree of its builder, and other options still apply") {
   const TempFolder folder;
   const std::string obj = folder.write("a.obj", grid_obj(16)), bvh = folder / "s.bvh";

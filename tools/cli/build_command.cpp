@@ -248,7 +248,8 @@ BuildRequest make_request(const BuildCommand& command, std::string_view tool) {
   build::BuildOptions& options = result.options;
   options.nodes =
       command.nodes == "auto" ? value_of(kTargetLayouts, command.target) : value_of(kLayouts, command.nodes);
-  options.widen_boxes = command.target == "amd" && !command.is_scene() && may_be_widened(options.nodes);
+  options.widen_boxes =
+      command.target == "amd" && (command.flatten || !command.is_scene()) && may_be_widened(options.nodes);
   options.threads = command.threads;
   options.max_leaf_triangles = command.max_leaf;
   options.presplit_budget = command.presplit_budget;
