@@ -72,7 +72,7 @@ TEST_CASE("Programs: meshes to BVH to hits, with primitive numbers that continue
   CHECK(folder.names() == std::vector<std::string>{"high.obj", "low.obj", "r.hits", "r.rays", "s.bvh"});
 }
 
-TEST_CASE("Programs: --target amd widens boxes by the margin that bvhinfo shows, and neither hits nor bytes change") {
+TEST_CASE("Programs: --target amd widens boxes by the margin that bvhinfo shows, and hits stay the same") {
   const TempFolder folder;
   const std::string obj = folder.write("a.obj", grid_obj(16)), bvh = folder / "s.bvh", rays = folder / "r.rays",
                     hits = folder / "r.hits";
@@ -95,7 +95,8 @@ TEST_CASE("Programs: --target amd widens boxes by the margin that bvhinfo shows,
     CHECK(plain["box_margin"] == 0);
     CHECK(plain["features"] == json::parse(R"(["triangles"])"));
     CHECK(wide["features"] == json::parse(R"(["triangles", "widened boxes"])"));
-    CHECK(wide["bytes"] == plain["bytes"]);
+    // Nodes, leaves and maps take the same bytes. The provenance says "true" instead of "false".
+    CHECK(wide["bytes"].get<int>() == plain["bytes"].get<int>() - 1);
     const double margin = wide["box_margin"].get<double>();
     // The proof's constants: reach 3 * 16, magnitude 2 * 16 + 2 * 16.
     CHECK(margin == Approx(std::ldexp(28.0 * 48 + 8 * 64, -24)));
