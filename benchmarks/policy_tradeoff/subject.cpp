@@ -34,4 +34,14 @@ std::vector<Subject> embree_subjects() {
   return subjects;
 }
 
+std::vector<Subject> vulkan_subjects(const std::vector<std::string>& modes) {
+  std::vector<Subject> subjects(modes.size());
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    subjects[i].name = "Vulkan " + modes[i];
+    subjects[i].ours = false;
+    subjects[i].vulkan = modes[i];
+  }
+  return subjects;
+}
+
 }  // namespace hiprt::bench
