@@ -9,9 +9,16 @@
 
 namespace hiprt::build {
 
-/// Maps a file read-only. The content is not checked: call hiprt::validate() on files of unknown origin.
+/// Maps a file read-only. The content is not checked: call hiprt::validate() on files of unknown origin. The file must
+/// not change while it is mapped: the bytes change with it, and where it has been shortened reads raise SIGBUS. Take
+/// read_file() for files that other programs may write to.
 /// @return kIo with the path and the system's reason (missing, unreadable, a directory, empty).
 HIPRT_BUILD_API Result<Buffer> map_file(const std::filesystem::path& path);
+
+/// Reads a whole file into memory. What other programs do to the file later has no effect on the bytes.
+/// @return the errors of map_file(); kIo with the path if another program shortened or changed the file at the same
+/// time; kOutOfMemory.
+HIPRT_BUILD_API Result<Buffer> read_file(const std::filesystem::path& path);
 
 /// Whether write_file() could write there, as far as that can be known. Call it before long work.
 /// @return kIo with the path and the reason (no such folder, a folder, not a regular file, no permission).

@@ -10,6 +10,8 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
+#include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -59,6 +61,47 @@ bool write_all(int descriptor, std::span<const std::byte> bytes) {
   return true;
 }
 
+int open_to_read(const std::filesystem::path& path) {
+  // O_NONBLOCK: opening a FIFO must not wait for a writer.
+  return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+}
+
+/// @param action for messages.
+/// @return the status of a regular file that is not empty.
+Result<struct stat> status_of_regular(const File& file, std::string_view action, const std::filesystem::path& path) {
+  struct stat status {};
+  if (file.get() < 0) return system_error("open", path);
+  if (::fstat(file.get(), &status) != 0) return system_error("examine", path);
+  if (S_ISDIR(status.st_mode)) return io_error(action, path, "it is a directory");
+  if (!S_ISREG(status.st_mode)) return io_error(action, path, "it is not a regular file");
+  if (status.st_size == 0) return io_error(action, path, "it is empty");
+  return status;
+}
+
+/// When the content changed last, in seconds and nanoseconds.
+std::pair<std::int64_t, std::int64_t> modified(const struct stat& status) {
+#ifdef __APPLE__
+  return {status.st_mtimespec.tv_sec, status.st_mtimespec.tv_nsec};
+#else
+  return {status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
+#endif
+}
+
+/// @return the bytes read, fewer than @p bytes where the file ends before; nothing, with errno set, after a failure.
+std::optional<std::size_t> read_all(int descriptor, std::span<std::byte> bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    // Linux reads at most 2^31 - 4096 bytes in one call.
+    const std::size_t most = std::min(bytes.size() - done, std::size_t{1} << 30);
+    const ssize_t count = ::read(descriptor, bytes.data() + done, most);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return std::nullopt;
+    if (count == 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  return done;
+}
+
 /// Creates a file in @p folder with the permissions that the umask gives.
 /// @return its descriptor, or -1 with errno set.
 int create_temporary(const std::filesystem::path& folder, std::filesystem::path& name) {
@@ -95,19 +138,35 @@ const char* fill_and_rename(File& file, const std::filesystem::path& temporary, 
 }  // namespace
 
 Result<Buffer> map_file(const std::filesystem::path& path) {
-  // O_NONBLOCK: opening a FIFO must not wait for a writer.
-  const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.get() < 0) return system_error("open", path);
-  struct stat status {};
-  if (::fstat(file.get(), &status) != 0) return system_error("examine", path);
-  if (S_ISDIR(status.st_mode)) return io_error("map", path, "it is a directory");
-  if (!S_ISREG(status.st_mode)) return io_error("map", path, "it is not a regular file");
-  if (status.st_size == 0) return io_error("map", path, "it is empty");
-  const std::size_t size = static_cast<std::size_t>(status.st_size);
+  const File file(open_to_read(path));
+  const auto status = status_of_regular(file, "map", path);
+  if (!status) return tl::unexpected(status.error());
+  const std::size_t size = static_cast<std::size_t>(status->st_size);
   void* data = ::mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file.get(), 0);
   if (data == MAP_FAILED) return system_error("map", path);
   return Buffer(static_cast<std::byte*>(data), size,
                 [](std::byte* start, std::size_t bytes) { ::munmap(start, bytes); });
+}
+
+Result<Buffer> read_file(const std::filesystem::path& path) try {
+  const File file(open_to_read(path));
+  const auto before = status_of_regular(file, "read", path);
+  if (!before) return tl::unexpected(before.error());
+  Buffer buffer = Buffer::uninitialized(static_cast<std::size_t>(before->st_size));
+  const auto count = read_all(file.get(), buffer.bytes());
+  if (!count) return system_error("read", path);
+  if (*count < buffer.size())
+    return io_error("read", path,
+                    "it had " + std::to_string(buffer.size()) + " bytes, but ended at byte " + std::to_string(*count) +
+                        ": another program shortened it");
+  struct stat after {};
+  if (::fstat(file.get(), &after) != 0) return system_error("examine", path);
+  if (after.st_size != before->st_size || modified(after) != modified(*before))
+    return io_error("read", path, "another program changed it at the same time; try again when that has ended");
+  return buffer;
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(
+      Error{ErrorCode::kOutOfMemory, "cannot read '" + text_of(path) + "': there is not enough memory for its bytes"});
 }
 
 Result<void> check_writable(const std::filesystem::path& path) {

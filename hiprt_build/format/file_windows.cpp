@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <new>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -103,6 +104,18 @@ Result<Buffer> map_file(const std::filesystem::path& path) {
   if (data == nullptr) return system_error("map", path);
   return Buffer(static_cast<std::byte*>(data), static_cast<std::size_t>(size.QuadPart),
                 [](std::byte* start, std::size_t) { ::UnmapViewOfFile(start); });
+}
+
+// Windows lets nobody write to a file or shorten it while this process maps it without FILE_SHARE_WRITE.
+Result<Buffer> read_file(const std::filesystem::path& path) try {
+  const Result<Buffer> mapped = map_file(path);
+  if (!mapped) return tl::unexpected(mapped.error());
+  Buffer buffer = Buffer::uninitialized(mapped->size());
+  std::copy(mapped->bytes().begin(), mapped->bytes().end(), buffer.bytes().begin());
+  return buffer;
+} catch (const std::bad_alloc&) {
+  return tl::unexpected(
+      Error{ErrorCode::kOutOfMemory, "cannot read '" + text_of(path) + "': there is not enough memory for its bytes"});
 }
 
 Result<void> check_writable(const std::filesystem::path& path) {

@@ -1,9 +1,9 @@
 #include <tools/cli/bvh_file.h>
 
 #include <tools/base/parallel.h>
+#include <tools/base/read_input.h>
 #include <tools/render/scene/trace_limits.h>
 
-#include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>
 
 #include <utility>
@@ -40,7 +40,7 @@ build::Error format_error(const std::filesystem::path& path, const FormatIssue& 
 }
 
 build::Result<BvhFile> open_bvh(const std::filesystem::path& path) {
-  auto buffer = build::map_file(path);
+  auto buffer = read_input(path);
   if (!buffer) return tl::unexpected(buffer.error());
   const auto view = open_buffer(std::as_const(*buffer).bytes());
   if (!view) return tl::unexpected(format_error(path, view.error()));
