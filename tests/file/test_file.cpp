@@ -122,6 +122,40 @@ TEST_CASE("a file that cannot be mapped is refused with the reason") {
   check_fails(map_file(""), "", "No such file or directory");
 }
 
+TEST_CASE("a file that cannot be read is refused with the reason") {
+  const Folder folder;
+  const fs::path missing = folder.path() / "missing", empty = folder.path() / "empty", fifo = folder.path() / "fifo";
+  check_fails(read_file(missing), missing, "No such file or directory");
+  check_fails(read_file(folder.path()), folder.path(), "directory");
+  REQUIRE(write_file(empty, {}));
+  check_fails(read_file(empty), empty, "empty");
+  REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
+  check_fails(read_file(fifo), fifo, "not a regular file");
+}
+
+TEST_CASE("the bytes that read_file() has read stay when the file is shortened or written to") {
+  const Folder folder;
+  const fs::path path = folder.path() / "a";
+  const std::string text(1 << 20, 'o');
+  REQUIRE(write_file(path, as_bytes(text)));
+  const auto file = read_file(path);
+  REQUIRE(file);
+  std::ofstream(path, std::ios::binary | std::ios::in) << "new";
+  fs::resize_file(path, 10);
+  CHECK(std::equal(file->bytes().begin(), file->bytes().end(), as_bytes(text).begin(), as_bytes(text).end()));
+}
+
+TEST_CASE("read_file() refuses a file that ends before its size") {
+  // Files of sysfs say that they have a page and have less.
+  const fs::path path = "/sys/kernel/mm/transparent_hugepage/enabled";
+  std::error_code ignored;
+  if (!fs::exists(path, ignored) || fs::file_size(path, ignored) < 100) {
+    WARN("not run: there is no " << path);
+    return;
+  }
+  check_fails(read_file(path), path, "another program shortened it");
+}
+
 TEST_CASE("a file that cannot be written is refused with the reason and leaves no file") {
   const Folder folder;
   const fs::path nowhere = folder.path() / "no" / "where", fifo = folder.path() / "fifo";
