@@ -60,6 +60,17 @@ Flag words_flag(std::string_view name, std::string help, std::vector<std::string
           }};
 }
 
+Flag word_flag(std::string_view name, std::string help, std::string& value, const std::vector<std::string>& known) {
+  std::string all;
+  for (const std::string& word : known) all += (all.empty() ? "" : "|") + word;
+  return {name, "NAME", std::move(help) + " (" + all + ")", [&value, known, all](std::string_view text) -> std::string {
+            if (std::find(known.begin(), known.end(), text) == known.end())
+              return "'" + std::string(text) + "' is none of " + all;
+            value = text;
+            return {};
+          }};
+}
+
 Flag device_flag(std::string help, std::string& value) {
   return {"device", "cpu|gpu", std::move(help), [&value](std::string_view text) -> std::string {
             if (text != "cpu" && text != "gpu") return "expected cpu or gpu";

@@ -26,6 +26,8 @@ Flag list_flag(std::string_view name, std::string_view value_name, std::string h
 /// As list_flag(), of known words, each at most once. @param none the word for an empty list, if there is one.
 Flag words_flag(std::string_view name, std::string help, std::vector<std::string>& values,
                 const std::vector<std::string>& known, const std::string& none = {});
+/// A flag for one of the known words.
+Flag word_flag(std::string_view name, std::string help, std::string& value, const std::vector<std::string>& known);
 /// --device=cpu|gpu.
 Flag device_flag(std::string help, std::string& value);
 

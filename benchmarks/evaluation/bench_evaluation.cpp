@@ -1,6 +1,7 @@
 /// The evaluation of the HIPRT paper: build time, tree quality, and the rays of a path tracer; see --help.
 
 #include "contest.h"
+#include "vulkan_machine.h"
 
 #include <benchmarks/common/machine.h>
 #include <benchmarks/common/program.h>
@@ -34,7 +35,8 @@ usage: bench_evaluation [FLAG...]
 Measures, per scene, builder and hierarchy, the build time, SAH cost and size of the BVH, and the time of each wave of
 rays of a path tracer (one sample per pixel): primary, secondary (diffuse bounces) and shadow rays.
 Hierarchies: flat (all instances transformed, in one BVH), two_level (one BVH over instances of objects) and deep (the
-scene's groups, if they have more levels). On a CPU Embree traces the same rays in the same process.
+scene's groups, if they have more levels). On a CPU Embree traces the same rays in the same process, on a GPU Vulkan
+does. --vulkan=fast_trace adds Vulkan on a CPU too: its GPU, or without one a driver that runs on the CPU (lavapipe).
 Times on a CPU are those of all threads. Times on a GPU are the GPU's, without copies and allocations; the CPU builds
 the BVHs over instances. All builders run in turn for several rounds; the medians count.
 The program compares all results. Exit status: 0; 1 when something failed or our tracers have other results; 2 for a
@@ -42,12 +44,16 @@ wrong command line.
 
 )";
 
+/// In place of Vulkan's modes: all on a GPU, none on a CPU.
+constexpr const char* kVulkanDefault = "default";
+
 struct CommandLine {
   std::string device = "cpu", json, markdown, commit = HIPRT_BENCH_COMMIT;
   unsigned threads = 0;
   bool help = false;
   SceneChoice scenes;
   ContestOptions contest;
+  VulkanOptions vulkan{.modes = {kVulkanDefault}, .device = {}, .calls = "pipeline", .software = false};
 };
 
 std::vector<Flag> make_flags(CommandLine& line) {
@@ -57,6 +63,10 @@ std::vector<Flag> make_flags(CommandLine& line) {
       device_flag("device that builds and traces (cpu)", line.device),
       words_flag("builders", "lbvh,ploc,hploc,sah,sbvh,hq", contest.builders, tools::words(tools::kBuilders)),
       words_flag("peers", "Embree's modes, on a CPU; all", contest.peers, embree_modes(), "none"),
+      words_flag("vulkan", "Vulkan's modes; all on a GPU, none on a CPU", line.vulkan.modes, vulkan_modes(), "none"),
+      text_flag("vulkan-device", "TEXT", "a part of the name of Vulkan's device (the first GPU)", line.vulkan.device),
+      word_flag("vulkan-calls", "how shaders trace; another way if the device lacks this one (pipeline)",
+                line.vulkan.calls, vulkan_calls()),
       words_flag("hierarchies", "all that a scene has", contest.hierarchies, hierarchy_names()),
       number_flag("width", "width of the picture", contest.picture.width, 1, 16384),
       number_flag("height", "height of the picture", contest.picture.height, 1, 16384),
@@ -134,6 +144,22 @@ build::Result<void> write_text(const std::string& path, const std::string& text)
   return build::write_file(path, std::as_bytes(std::span(text)));
 }
 
+/// Opens Vulkan's device if the command line asks for one. Without a device it prints the reason.
+void add_vulkan(CommandLine& line, Machine& machine) {
+  if (line.vulkan.modes == std::vector<std::string>{kVulkanDefault})
+    line.vulkan.modes = machine.gpu ? vulkan_modes() : std::vector<std::string>{};
+  line.contest.vulkan = line.vulkan.modes;
+  if (line.vulkan.modes.empty()) return;
+  line.vulkan.software = !machine.gpu;
+  auto opened = open_vulkan(line.vulkan);
+  if (opened) {
+    machine.vulkan = std::move(*opened);
+    return;
+  }
+  machine.why_no_vulkan = opened.error().message;
+  std::cerr << "bench_evaluation: Vulkan is not measured: " << machine.why_no_vulkan << "\n";
+}
+
 /// Writes all results after each scene, so that an interruption loses no finished scene.
 build::Result<void> add_scene(const CommandLine& line, const SceneRecord& scene, nlohmann::json& json,
                               std::string& markdown) {
@@ -149,7 +175,7 @@ build::Result<void> add_scene(const CommandLine& line, const SceneRecord& scene,
   return write_text(line.markdown, markdown);
 }
 
-int measure(const CommandLine& line, const std::string& command) {
+int measure(CommandLine& line, const std::string& command) {
   const auto names = find_source_scenes(line.scenes);
   if (!names) return fail(names.error().message, kUsage);
   for (const std::string& path : {line.json, line.markdown})
@@ -158,16 +184,19 @@ int measure(const CommandLine& line, const std::string& command) {
   const tools::ThreadLimit limit(line.threads);
   const auto gpu = device_name(line);
   if (!gpu) return fail(gpu.error().message, kFailure);
+  Machine machine{line.device == "gpu", limit, nullptr, {}};
+  add_vulkan(line, machine);
   nlohmann::json json = make_context(line, command, *gpu, limit.threads());
+  if (machine.vulkan != nullptr) json["vulkan"] = machine.vulkan->describe();
   std::string markdown;
   for (const std::string& name : *names) {
     tools::ProgressBar bar;
     bar.update((name + ": read").c_str(), 0);
     const auto scene = load_source_scene(line.scenes, name);
     if (!scene) return fail(scene.error().message, kFailure);
-    const auto record =
-        run_contest(**scene, line.contest, {line.device == "gpu", limit},
-                    [&](const char* step, double done) { bar.update((name + ": " + step).c_str(), done); });
+    const auto record = run_contest(**scene, line.contest, machine, [&](const char* step, double done) {
+      bar.update((name + ": " + step).c_str(), done);
+    });
     bar.clear();
     if (!record) return fail(record.error().message, kFailure);
     if (auto added = add_scene(line, *record, json, markdown); !added) return fail(added.error().message, kFailure);

@@ -29,8 +29,14 @@ struct BuildSeconds {
 
 /// Size and quality of a BVH.
 struct TreeFigures {
-  std::uint64_t bytes = 0;  ///< hiprt: size of the file. Embree: memory of its device, with its copy of the meshes.
+  /// hiprt: size of the file. Embree: memory of its device, with its copy of the meshes. Vulkan: the compacted
+  /// acceleration structures.
+  std::uint64_t bytes = 0;
   std::optional<double> sah_cost;  ///< build::measure_tree(), for flat hierarchies of hiprt.
+  /// Vulkan's: bytes before compaction, bytes of scratch memory, and the time of compaction, which is no part of the
+  /// build time.
+  std::uint64_t built_bytes = 0, scratch_bytes = 0;
+  std::optional<double> compaction_seconds;
 };
 
 class Competitor {
@@ -41,8 +47,8 @@ class Competitor {
   Competitor& operator=(const Competitor&) = delete;
   virtual ~Competitor() = default;
 
-  const std::string& tracer() const { return tracer_; }    ///< "hiprt" or "embree".
-  const std::string& builder() const { return builder_; }  ///< One of tools::kBuilders, or Embree's mode.
+  const std::string& tracer() const { return tracer_; }    ///< "hiprt", "embree" or "vulkan".
+  const std::string& builder() const { return builder_; }  ///< One of tools::kBuilders, or the peer's mode.
   const Hierarchy& hierarchy() const { return hierarchy_; }
   /// "hiprt ploc flat"
   std::string name() const { return tracer_ + " " + builder_ + " " + hierarchy_.name; }
@@ -55,7 +61,7 @@ class Competitor {
   /// its own.
   virtual build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) = 0;
   virtual TreeFigures figures() const = 0;
-  /// The BVH in the host's memory. All BVHs of a hierarchy must give identical hits. nullptr for Embree.
+  /// The BVH in the host's memory. All BVHs of a hierarchy must give identical hits. nullptr for peers.
   virtual const SceneView* view() const = 0;
 
  private:
@@ -63,10 +69,14 @@ class Competitor {
   const Hierarchy& hierarchy_;
 };
 
+class VulkanMachine;
+
 /// The device that builds and traces.
 struct Machine {
   bool gpu = false;
-  const tools::ThreadLimit& limit;  ///< Threads of the CPU.
+  const tools::ThreadLimit& limit;        ///< Threads of the CPU.
+  std::shared_ptr<VulkanMachine> vulkan;  ///< nullptr: see why_no_vulkan.
+  std::string why_no_vulkan;
 };
 
 /// Our builder @p name (of tools::kBuilders) and the accurate tracer on the CPU or the GPU. The CPU builds BVHs over

@@ -3,6 +3,7 @@
 #include <benchmarks/trace/agreement.h>
 
 #include "host_trace.h"
+#include "vulkan_machine.h"
 
 #include <algorithm>
 #include <array>
@@ -89,6 +90,12 @@ class Contest {
         else
           seat(make_embree(mode, *hierarchy, machine_.limit));
       }
+      for (const std::string& mode : options_.vulkan) {
+        if (machine_.vulkan == nullptr)
+          record_.missing.push_back({"vulkan", mode, hierarchy->name, machine_.why_no_vulkan});
+        else
+          seat(machine_.vulkan->compete(mode, *hierarchy));
+      }
     }
   }
 
@@ -124,14 +131,15 @@ class Contest {
     return done;
   }
 
-  /// Order of the results: hierarchies and builders as on the command line, ours before Embree's.
+  /// Order of the results: hierarchies and builders as on the command line; ours, Embree's, Vulkan's.
   std::array<std::ptrdiff_t, 3> place(const Seat& seat) const {
     const auto index = [](const std::vector<std::string>& words, const std::string& word) {
       return std::find(words.begin(), words.end(), word) - words.begin();
     };
-    const bool ours = seat.entry.tracer == "hiprt";
-    return {index(options_.hierarchies, seat.entry.hierarchy), ours ? 0 : 1,
-            index(ours ? options_.builders : options_.peers, seat.entry.builder)};
+    static const std::vector<std::string> tracers{"hiprt", "embree", "vulkan"};
+    const std::ptrdiff_t tracer = index(tracers, seat.entry.tracer);
+    const auto& builders = tracer == 0 ? options_.builders : tracer == 1 ? options_.peers : options_.vulkan;
+    return {index(options_.hierarchies, seat.entry.hierarchy), tracer, index(builders, seat.entry.builder)};
   }
 
   build::Result<void> build_all() {
@@ -190,6 +198,8 @@ class Contest {
       if (!seconds) return tl::unexpected(seconds.error());
       TracedWave traced{.name = wave.name, .seconds = {}};
       traced.differing = count_disagreements(hits, reference, wave.any_hit, reach);
+      if (seat.entry.tracer == "vulkan" && seat.entry.hierarchy == "flat" && exact.contains("flat") && !wave.any_hit)
+        traced.other = count_other_primitives(hits, exact["flat"]);
       if (seat.competitor->view() != nullptr)
         traced.inexact = count_inexact(hits, exact[seat.entry.hierarchy], wave.any_hit);
       judge(seat, traced, wave);

@@ -14,6 +14,7 @@ namespace hiprt::bench {
 struct ContestOptions {
   std::vector<std::string> builders{"lbvh", "ploc", "hploc", "sah", "sbvh", "hq"};  ///< Names of tools::kBuilders.
   std::vector<std::string> peers = embree_modes();           ///< Names of embree_modes(), on a CPU.
+  std::vector<std::string> vulkan;                           ///< Names of vulkan_modes().
   std::vector<std::string> hierarchies = hierarchy_names();  ///< deep applies to scenes with several levels.
   Picture picture;
   unsigned build_rounds = 3, rounds = 5;
@@ -25,7 +26,7 @@ struct ContestOptions {
 };
 
 /// @param progress receives the step (a string literal) and its finished fraction.
-/// @return the measurements, the unsupported combinations with reasons (device, Embree or memory), and wrong results;
+/// @return the measurements, the unsupported combinations with reasons (device, peer or memory), and wrong results;
 /// or any other error.
 build::Result<SceneRecord> run_contest(const SourceScene& scene, const ContestOptions& options, const Machine& machine,
                                        const std::function<void(const char* step, double fraction)>& progress);

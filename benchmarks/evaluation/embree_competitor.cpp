@@ -62,7 +62,11 @@ class EmbreeCompetitor : public Competitor {
     return seconds;
   }
 
-  TreeFigures figures() const override { return {static_cast<std::uint64_t>(bytes_.load()), {}}; }
+  TreeFigures figures() const override {
+    TreeFigures figures;
+    figures.bytes = static_cast<std::uint64_t>(bytes_.load());
+    return figures;
+  }
   const SceneView* view() const override { return nullptr; }
 
  private:

@@ -34,7 +34,8 @@ class HiprtCompetitor : public Competitor {
   }
 
   TreeFigures figures() const override {
-    TreeFigures figures{file_.size(), {}};
+    TreeFigures figures;
+    figures.bytes = file_.size();
     if (hierarchy().levels == 0) figures.sah_cost = build::measure_tree(buffer_view_).sah_cost;
     return figures;
   }

@@ -17,7 +17,8 @@ nlohmann::json wave_json(const TracedWave& wave) {
           {"seconds", median(wave.seconds)},
           {"rounds", wave.seconds},
           {"differing_rays", wave.differing},
-          {"inexact_rays", wave.inexact}};
+          {"inexact_rays", wave.inexact},
+          {"other_triangles", wave.other}};
 }
 
 nlohmann::json build_json(const Entry& entry) {
@@ -38,6 +39,10 @@ nlohmann::json entry_json(const Entry& entry) {
                       {"build", build_json(entry)},      {"bytes", entry.figures.bytes}, {"sah_cost", nullptr},
                       {"waves", nlohmann::json::array()}};
   if (entry.figures.sah_cost) json["sah_cost"] = *entry.figures.sah_cost;
+  if (entry.figures.compaction_seconds)
+    json["compaction"] = {{"seconds", *entry.figures.compaction_seconds},
+                          {"built_bytes", entry.figures.built_bytes},
+                          {"scratch_bytes", entry.figures.scratch_bytes}};
   for (const TracedWave& wave : entry.waves) json["waves"].push_back(wave_json(wave));
   return json;
 }

@@ -21,6 +21,8 @@ struct TracedWave {
   std::uint64_t differing = 0;
   /// Ours only: rays that differ in any bit from the CPU's hits with the hierarchy's first BVH.
   std::uint64_t inexact = 0;
+  /// Vulkan's closest hits of the flat hierarchy: rays that hit another triangle than ours, for example its neighbour.
+  std::uint64_t other = 0;
 };
 
 struct Entry {

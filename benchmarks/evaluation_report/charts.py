@@ -13,7 +13,13 @@ COLORS = [("hiprt", "lbvh"), ("hiprt", "ploc"), ("hiprt", "hploc"), ("hiprt", "s
           ("hiprt", "hq"), ("embree", "default"), ("embree", "high"), ("embree", "robust")]
 
 
+# Colours of Vulkan's modes. The first one is shared with Embree, which is not measured on GPUs.
+VULKAN_COLORS = {"fast_build": 6, "fast_trace": 9}
+
+
 def series(entry):
+    if entry.tracer == "vulkan":
+        return VULKAN_COLORS.get(entry.builder, len(COLORS))
     return COLORS.index(entry.key()) if entry.key() in COLORS else len(COLORS)
 
 

@@ -53,6 +53,11 @@ turn; figures are medians over the rounds.</p>"""
 CPU_METHOD = """<p>Times are those of all threads together. \
 Both libraries trace ray by ray (rtcIntersect1, rtcOccluded1).
 Embree's build time is that of rtcCommitScene. SAH cost: one cost function for all flat BVHs of hiprt (bvhinfo).</p>"""
+VULKAN_METHOD = """<p>Vulkan traces the same rays in the same order. Its build time is that of \
+vkCmdBuildAccelerationStructuresKHR, without
+compaction, from timestamp queries; the rays trace the compacted structures. <em>flat</em> is one instance of one \
+object. Vulkan builds
+instances on its device. A device without ray tracing cores traces by the driver's own shaders.</p>"""
 GPU_METHOD = """<p>Build times are the GPU's, from meshes on the device to a BVH on the device, \
 without copies and allocations. They
 include BVHs over instances, which the CPU builds. Trace times are the kernels'. \
@@ -72,6 +77,8 @@ def facts(evaluation):
                 ("system", evaluation.system + (f"; load average at the start {load}" if load else "")),
                 ("versions", ", ".join(f"{key} {value}" for key, value in evaluation.versions.items())),
                 ("commit", evaluation.commit), ("date", evaluation.date), ("command", evaluation.command)]
+    if evaluation.vulkan:
+        entries.append(("Vulkan", "{device}; driver {driver}; rays by {calls}".format(**evaluation.vulkan)))
     rows = "".join(f"<dt>{html.escape(name)}</dt><dd>{wrap(name, value)}</dd>" for name, value in entries)
     return f"<dl>{rows}</dl>"
 
@@ -133,6 +140,6 @@ def page(evaluation):
             f'<meta name="viewport" content="width=device-width, initial-scale=1"><link rel="icon" href="data:,">'
             f"<title>{html.escape(title)}</title><style>{css}</style></head><body><nav>{links}</nav><main>"
             f"<h1>{html.escape(title)}</h1>{facts(evaluation)}{METHOD}"
-            f"{GPU_METHOD if evaluation.device == 'gpu' else CPU_METHOD}"
+            f"{GPU_METHOD if evaluation.device == 'gpu' else CPU_METHOD}{VULKAN_METHOD if evaluation.vulkan else ''}"
             f"{busy(evaluation)}{fault_list(evaluation)}{tables.overview(evaluation)}"
             + "".join(scene_section(evaluation, scene) for scene in evaluation.scenes) + "</main></body></html>\n")

@@ -14,6 +14,13 @@ YARDSTICK = "ploc"
 OUTPUTS = ("--json=", "--markdown=")
 
 
+def tracer_name(tracer, builder):
+    """@return "ploc", "Embree robust" or "Vulkan, fast trace"."""
+    if tracer == "vulkan":
+        return f"Vulkan, {builder.replace('_', ' ')}"
+    return builder if tracer == "hiprt" else f"Embree {builder}"
+
+
 class Entry:
     """One builder's BVHs of one hierarchy, and the rays through them."""
 
@@ -45,7 +52,7 @@ class Entry:
                 raise part.fault(f"has no wave {name!r}")
 
     def name(self):
-        return self.builder if self.tracer == "hiprt" else f"Embree {self.builder}"
+        return tracer_name(self.tracer, self.builder)
 
     def key(self):
         return (self.tracer, self.builder)
@@ -134,6 +141,10 @@ class Evaluation:
         picture, rounds = file.member("picture"), file.member("rounds")
         self.width, self.height = picture.number("width", positive=True), picture.number("height", positive=True)
         self.build_rounds, self.trace_rounds = rounds.number("build"), rounds.number("trace")
+        self.vulkan = None
+        if "vulkan" in file.value:
+            vulkan = file.member("vulkan")
+            self.vulkan = {key: vulkan.name(key) for key in ["device", "driver", "calls"]}
         self.scenes = [Scene(part) for part in file.members("scenes")]
         self.faults = [fault.expect("text") for fault in file.members("faults")]
         names = [scene.name for scene in self.scenes]

@@ -7,7 +7,7 @@ from variant_report.runs import geometric_mean
 
 from . import numbers
 from .curves import FAST, SLOW, crossover
-from .runs import HIERARCHIES, YARDSTICK
+from .runs import HIERARCHIES, YARDSTICK, tracer_name
 
 
 class Cell:
@@ -67,8 +67,7 @@ def overview(evaluation):
         for key in evaluation.keys():
             if any(scene.entry(hierarchy, key[1], key[0]) for scene in scenes):
                 means = [geometric_mean(ratios(evaluation, hierarchy, key, figure)) for _, figure in figures]
-                name = key[1] if key[0] == "hiprt" else f"Embree {key[1]}"
-                rows.append([name, *(numbers.significant(mean) for mean in means)])
+                rows.append([tracer_name(*key), *(numbers.significant(mean) for mean in means)])
     if not rows:
         return ""
     return table(f"Times, cost and size relative to {YARDSTICK} of the same hierarchy: "

@@ -29,4 +29,14 @@ std::uint64_t count_inexact(std::span<const Hit> hits, std::span<const Hit> refe
   return count;
 }
 
+std::uint64_t count_other_primitives(std::span<const Hit> hits, std::span<const Hit> reference) {
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < hits.size(); ++i) {
+    const Hit &a = hits[i], &b = reference[i];
+    const bool same = a.geometry == b.geometry && a.primitive == b.primitive;
+    count += a.found() && b.found() && !same ? 1 : 0;
+  }
+  return count;
+}
+
 }  // namespace hiprt::bench

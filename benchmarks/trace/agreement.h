@@ -21,4 +21,7 @@ std::uint64_t count_disagreements(std::span<const Hit> hits, std::span<const Hit
 /// the other misses.
 std::uint64_t count_inexact(std::span<const Hit> hits, std::span<const Hit> reference, bool any_hit);
 
+/// Number of rays that both tracers hit, but in different triangles.
+std::uint64_t count_other_primitives(std::span<const Hit> hits, std::span<const Hit> reference);
+
 }  // namespace hiprt::bench

@@ -274,8 +274,8 @@ Result<CheckedTree> check_tree(CpuEngine& engine, const ExchangeBvh& tree, const
 }
 
 Result<void> validate(const ExchangeBvh& tree, const SceneInput& scene) {
-  if (auto sizes = check_sizes(scene); !sizes) return sizes;
-  return run_cpu("check", scene.meshes.size() + scene.customs.size(), 0, {}, [&](CpuEngine& engine) -> Result<void> {
+  return run_cpu("check", 0, {}, [&](CpuEngine& engine) -> Result<void> {
+    if (auto sizes = check_sizes(scene); !sizes) return sizes;
     const BuildInput input(scene);
     if (auto indices = check_indices(engine, input); !indices) return indices;
     if (auto checked = check_tree(engine, tree, input); !checked) return tl::unexpected(checked.error());

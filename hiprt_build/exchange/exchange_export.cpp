@@ -1,5 +1,6 @@
 #include <hiprt_build/encode/wide_node.h>
 #include <hiprt_build/exchange.h>
+#include <hiprt_build/format/out_of_memory.h>
 #include <hiprt_build/format/validate.h>
 
 namespace hiprt::build {
@@ -93,8 +94,8 @@ Result<ExchangeBvh> export_tree(const BufferView& file) try {
         ErrorCode::kTooLarge,
         std::to_string(file.header->primitive_count) + " primitives, the limit is " + std::to_string(kMostPrimitives)});
   return dispatch_layout(file.layout(), [&](auto layout) { return Exporter<decltype(layout)>(file).run(); });
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(Error{ErrorCode::kOutOfMemory, "not enough memory to export a tree"});
+} catch (const std::bad_alloc& failure) {
+  return tl::unexpected(out_of_memory({"to export a tree"}, failure));
 }
 
 }  // namespace hiprt::build

@@ -1,6 +1,7 @@
 #pragma once
 /// Memory of the builder's arrays and buffers. Internal.
 
+#include <hiprt_build/format/out_of_memory.h>
 #include <hiprt_device/format/buffer.h>
 
 #include <cstddef>
@@ -20,9 +21,10 @@ constexpr std::align_val_t page_alignment(std::size_t size) {
   return std::align_val_t{size >= kHugePage ? kHugePage : std::size_t{kBufferAlignment}};
 }
 
-/// @return size bytes, not initialised, aligned to kBufferAlignment. Throws std::bad_alloc.
+/// @return size bytes, not initialised, aligned to kBufferAlignment. Throws AllocationFailed, a std::bad_alloc.
 inline void* allocate_pages(std::size_t size) {
-  void* memory = ::operator new(size, page_alignment(size));
+  void* memory = ::operator new(size, page_alignment(size), std::nothrow);
+  if (memory == nullptr) throw AllocationFailed(size);
 #if defined(__linux__)
   // This is advice: the system need not have such pages.
   if (size >= kHugePage) ::madvise(memory, size / kHugePage * kHugePage, MADV_HUGEPAGE);

@@ -77,7 +77,7 @@ Result<void> check_shapes(CpuEngine& engine, const BuildInput& input) {
 }
 
 Result<std::vector<Box>> shape_boxes(const Shapes& shapes, unsigned threads) {
-  return run_cpu("boxes of shapes", 1, threads, {}, [&](CpuEngine& engine) -> Result<std::vector<Box>> {
+  return run_cpu("boxes of shapes", threads, {}, [&](CpuEngine& engine) -> Result<std::vector<Box>> {
     if (auto checked = check_shapes(engine, shapes, ""); !checked) return tl::unexpected(checked.error());
     std::vector<Box> boxes(shapes.size());
     engine.for_each(boxes.size(), [&](std::size_t i) {

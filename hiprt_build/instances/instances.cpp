@@ -104,9 +104,7 @@ class SceneBuilder {
   SceneProgress& progress_;
 };
 
-}  // namespace
-
-Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& options) {
+Result<Bvh> build_checked(const InstancedScene& scene, const InstanceOptions& options) {
   if (!(options.opening_budget >= 1.0 && options.opening_budget <= 64.0))
     return tl::unexpected(invalid("opening_budget is " + text(options.opening_budget) + ", 1 to 64 expected"));
   if (options.bounds > InstanceBounds::kPrimitives)
@@ -116,9 +114,15 @@ Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& 
   auto objects = open_files(scene.files);
   if (!objects) return tl::unexpected(std::move(objects.error()));
   SceneProgress progress(options.tree.progress, scene.groups.size());
-  return run_cpu("scene", scene.groups.size(), options.tree.threads, progress.of_bounds(), [&](CpuEngine& engine) {
+  return run_cpu("scene", options.tree.threads, progress.of_bounds(), [&](CpuEngine& engine) {
     return SceneBuilder(engine, scene, options, std::move(*objects), progress).run();
   });
+}
+
+}  // namespace
+
+Result<Bvh> build_instances(const InstancedScene& scene, const InstanceOptions& options) {
+  return or_out_of_memory("for the scene", [&] { return build_checked(scene, options); });
 }
 
 Result<Bvh> build_instances(std::span<const std::span<const std::byte>> files, std::span<const Instance> instances,

@@ -1,3 +1,4 @@
+#include <hiprt_build/format/out_of_memory.h>
 #include <hiprt_build/merge_levels.h>
 
 #include <hiprt_build/input/check_input.h>
@@ -199,11 +200,7 @@ std::vector<std::uint32_t> MergedLevels::path_of(std::uint32_t i, std::size_t gr
 }
 
 Result<MergedLevels> merge_levels(const InstancedScene& scene, const MergeOptions& options) {
-  try {
-    return Merger(scene, options).run();
-  } catch (const std::bad_alloc&) {
-    return tl::unexpected(Error{ErrorCode::kOutOfMemory, "not enough memory to merge levels of instances"});
-  }
+  return or_out_of_memory("to merge levels of instances", [&] { return Merger(scene, options).run(); });
 }
 
 }  // namespace hiprt::build

@@ -145,14 +145,19 @@ Result<Bvh> run(CpuEngine& engine, const Job& job) {
   return bvh;
 }
 
-/// Checks the input and calls run() on the wanted threads. Exceptions become errors.
-Result<Bvh> run_guarded(const Job& job) {
+/// Checks the input and calls run() on the wanted threads.
+Result<Bvh> run_checked(const Job& job) {
   const BuildOptions options = with_defaults(job.options);
   const Job complete_job{job.scene, options, job.imported};
   if (auto checked = check_ranges(options); !checked) return tl::unexpected(checked.error());
   if (auto checked = check_sizes(job.scene); !checked) return tl::unexpected(checked.error());
-  return run_cpu("build", job.scene.meshes.size() + job.scene.customs.size(), options.threads, options.progress,
+  return run_cpu("build", options.threads, options.progress,
                  [&](CpuEngine& engine) { return run(engine, complete_job); });
+}
+
+/// Exceptions become errors.
+Result<Bvh> run_guarded(const Job& job) {
+  return or_out_of_memory("for the build", [&] { return run_checked(job); });
 }
 
 }  // namespace

@@ -13,8 +13,6 @@
 namespace hiprt::build {
 namespace {
 
-std::uint64_t number_of(const SceneInput& scene) { return scene.meshes.size() + scene.customs.size(); }
-
 Result<void> check_options(const RefitOptions& options) {
   if (!(options.rebuild_slack >= 0.0))
     return tl::unexpected(
@@ -135,6 +133,7 @@ template <class Layout> class Refit {
         input_(input),
         geometries_(input.geometries),
         parents_(engine.allocate<std::uint32_t>(view.nodes.count)),
+        parts_(CpuEngine::chunk_count(view.nodes.count)),
         file_{reinterpret_cast<FileHeader*>(bytes.data()),
               reinterpret_cast<typename Layout::Node*>(bytes.data() + view.nodes.offset),
               reinterpret_cast<typename Layout::Leaf*>(bytes.data() + view.leaves.offset),
@@ -195,14 +194,14 @@ template <class Layout> class Refit {
   /// What the provenance does not say: of the tree as it is.
   void complete(BuiltTree& built) {
     const TreeQuality<Layout> now = quality(built.costs);
-    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count);
+    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count, parts_);
     if (!built.sah_cost) built.sah_cost = now.sah_cost(sums);
     if (!built.exchange_slack) built.exchange_slack = sums.exchange_slack();
   }
 
   void advise(RefitStatistics& statistics, const BuiltTree& built, const RefitOptions& options) {
     const TreeQuality<Layout> now = quality(built.costs);
-    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count);
+    const QualitySums sums = sum_quality(engine_, now, view_.nodes.count, parts_);
     statistics.sah_cost_built = *built.sah_cost;
     statistics.sah_cost = now.sah_cost(sums);
     statistics.exchange_slack_built = *built.exchange_slack;
@@ -221,6 +220,7 @@ template <class Layout> class Refit {
   const BuildInput& input_;
   std::span<const GeometryView> geometries_;
   ScratchArray<std::uint32_t> parents_;
+  std::vector<QualitySums> parts_;  ///< Allocated before the first byte is written: after that nothing may fail.
   OuterPlanes outer_{};
   RefitFile<Layout> file_;
 };
@@ -242,27 +242,28 @@ Result<RefitStatistics> run(CpuEngine& engine, std::span<std::byte> file, const 
 }  // namespace
 
 Result<RefitStatistics> refit(std::span<std::byte> file, const SceneInput& moved, const RefitOptions& options) {
-  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
-  bool writing = false;
-  ProgressCallback progress;
-  if (options.progress) progress = [&](const Progress& p) { return options.progress(p) || writing; };
-  return run_cpu("refit", number_of(moved), options.threads, progress,
-                 [&](CpuEngine& engine) { return run(engine, file, moved, options, writing); });
+  return or_out_of_memory("for the refit", [&]() -> Result<RefitStatistics> {
+    if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+    bool writing = false;
+    ProgressCallback progress;
+    if (options.progress) progress = [&](const Progress& p) { return options.progress(p) || writing; };
+    return run_cpu("refit", options.threads, progress,
+                   [&](CpuEngine& engine) { return run(engine, file, moved, options, writing); });
+  });
 }
 
 Result<RefittedBvh> refit_copy(std::span<const std::byte> file, const SceneInput& moved, const RefitOptions& options) {
-  if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
-  return run_cpu("refit", number_of(moved), options.threads, options.progress,
-                 [&](CpuEngine& engine) -> Result<RefittedBvh> {
-                   RefittedBvh result{Buffer(file.size()), {}};
-                   engine.ledger().add(file.size());
-                   if (!file.empty()) std::memcpy(result.buffer.bytes().data(), file.data(), file.size());
-                   bool writing = false;
-                   auto statistics = run(engine, result.buffer.bytes(), moved, options, writing);
-                   if (!statistics) return tl::unexpected(statistics.error());
-                   result.statistics = *statistics;
-                   return result;
-                 });
+  return run_cpu("refit", options.threads, options.progress, [&](CpuEngine& engine) -> Result<RefittedBvh> {
+    if (auto checked = check_options(options); !checked) return tl::unexpected(checked.error());
+    RefittedBvh result{Buffer(file.size()), {}};
+    engine.ledger().add(file.size());
+    if (!file.empty()) std::memcpy(result.buffer.bytes().data(), file.data(), file.size());
+    bool writing = false;
+    auto statistics = run(engine, result.buffer.bytes(), moved, options, writing);
+    if (!statistics) return tl::unexpected(statistics.error());
+    result.statistics = *statistics;
+    return result;
+  });
 }
 
 }  // namespace hiprt::build

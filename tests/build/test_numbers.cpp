@@ -15,6 +15,8 @@
 
 #include <sys/mman.h>
 
+#include <cstdio>
+
 using namespace hiprt;
 using namespace hiprt::build;
 using Catch::Contains;
@@ -45,10 +47,10 @@ template <class T> class Sparse {
   T* data_ = nullptr;
 };
 
-/// Some systems give no more address space than memory.
+/// Some systems give no more address space than memory. tools/check lists the line.
 template <class... Arrays> bool all_there(const Arrays&... arrays) {
   const bool there = (arrays.there() && ...);
-  if (!there) WARN("skipped: no address space for it");
+  if (!there) std::puts("SKIPPED: the largest mesh: no address space for it");
   return there;
 }
 

@@ -12,14 +12,31 @@ std::vector<Call> calls;
 std::string failing;
 hipError_t failure = hipSuccess;
 
+bool counting = false;
+unsigned counted = 0, chosen = 0;
+hipError_t chosen_failure = hipSuccess;
+
+/// @return whether this is the call that fail_call() chose. Calls that give memory back do not fail.
+bool is_chosen(const std::string& name) {
+  if (!counting || name == "FreeAsync" || ++counted != chosen) return false;
+  failing = name;
+  failure = name == "Malloc" || name == "MallocAsync" ? hipErrorOutOfMemory : chosen_failure;
+  return true;
+}
+
 /// @return whether the call is to be made.
 bool note(const char* name, hipStream_t stream) {
-  if (recording) calls.push_back({name, stream});
-  return failing != name;
+  // hipMalloc has no stream, and hiprt may call it.
+  if (recording && std::string(name) != "Malloc") calls.push_back({name, stream});
+  return !is_chosen(name) && failing != name;
 }
+
+/// What the runtime would remember of the call that failed: libraries (rocPRIM) look at it alone.
+hipError_t remembered = hipSuccess;
 
 hipError_t failed() {
   failing.clear();
+  remembered = failure;
   return failure;
 }
 
@@ -40,12 +57,33 @@ void fail_next(const char* name, hipError_t status) {
   failure = status;
 }
 
+void fail_call(unsigned number, hipError_t status) {
+  counting = true;
+  counted = 0;
+  chosen = number;
+  chosen_failure = status;
+}
+
+unsigned calls_that_may_fail() {
+  counting = false;
+  return counted;
+}
+
 Stream::Stream() {
   if (hipStreamCreateWithFlags(&stream_, hipStreamNonBlocking) != hipSuccess)
     throw std::runtime_error("hipStreamCreateWithFlags failed");
 }
 
 }  // namespace hiprt::checks
+
+/// @return the remembered failure, or else what the runtime remembers.
+#define HIPRT_REMEMBERED(name, forget)                             \
+  extern "C" hipError_t HIPRT_REAL(name)();                        \
+  extern "C" hipError_t HIPRT_WRAP(name)() {                       \
+    const hipError_t injected = hiprt::checks::remembered;         \
+    if (forget) hiprt::checks::remembered = hipSuccess;            \
+    return injected != hipSuccess ? injected : HIPRT_REAL(name)(); \
+  }
 
 // The names that the linker's --wrap gives.
 #if defined(__HIP_PLATFORM_NVIDIA__)
@@ -68,6 +106,7 @@ HIPRT_RECORDED(MemcpyAsync, stream,
                (void* to, const void* from, size_t bytes, hipMemcpyKind kind, hipStream_t stream),
                (to, from, bytes, kind, stream))
 HIPRT_RECORDED(MemsetAsync, stream, (void* to, int value, size_t bytes, hipStream_t stream), (to, value, bytes, stream))
+HIPRT_RECORDED(Malloc, hiprt::checks::kNoStream, (void** pointer, size_t bytes), (pointer, bytes))
 HIPRT_RECORDED(MallocAsync, stream, (void** pointer, size_t bytes, hipStream_t stream), (pointer, bytes, stream))
 HIPRT_RECORDED(FreeAsync, stream, (void* pointer, hipStream_t stream), (pointer, stream))
 HIPRT_RECORDED(LaunchKernel, stream,
@@ -80,5 +119,7 @@ HIPRT_RECORDED(Memcpy, hiprt::checks::kNoStream, (void* to, const void* from, si
 HIPRT_RECORDED(Memset, hiprt::checks::kNoStream, (void* to, int value, size_t bytes), (to, value, bytes))
 HIPRT_RECORDED(DeviceSynchronize, hiprt::checks::kNoStream, (), ())
 HIPRT_RECORDED(SetDevice, hiprt::checks::kNoStream, (int device), (device))
+HIPRT_REMEMBERED(GetLastError, true)
+HIPRT_REMEMBERED(PeekAtLastError, false)
 // NOLINTEND(bugprone-reserved-identifier)
 // clang-format on

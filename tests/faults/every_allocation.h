@@ -1,0 +1,103 @@
+#pragma once
+/// Runs an operation with each of its allocations failing.
+
+#include <hiprt_build/error.h>
+#include <tests/faults/failing_memory.h>
+#include <tests/oracle/random.h>
+
+#include <tests/catch.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+namespace hiprt::checks {
+
+inline constexpr std::uint64_t kFaultSeed = 34;
+
+/// The numbers of all allocations, or of a part: the first ones, the last ones and random ones.
+inline std::vector<std::uint64_t> chosen_allocations(std::uint64_t count, std::uint64_t most) {
+  std::vector<std::uint64_t> numbers;
+  oracle::Random random(kFaultSeed);
+  for (std::uint64_t n = 1; n <= count; ++n)
+    if (count <= most || n <= most / 4 || n + most / 8 > count) numbers.push_back(n);
+  while (count > most && numbers.size() < most)
+    numbers.push_back(1 + random.below(static_cast<unsigned>(std::min<std::uint64_t>(count, 0xffffffffu))));
+  return numbers;
+}
+
+/// What check_every_allocation() has seen.
+struct FaultCount {
+  std::uint64_t injected = 0, errors = 0, survived = 0, with_sizes = 0;
+};
+
+/// @param operation returns a Result. With each failing allocation it must succeed without that memory, or return
+/// kOutOfMemory in one line, and leak nothing. Then it must succeed as before.
+/// @param most allocations that fail, one per run.
+/// @param after called after each run.
+template <class Operation, class After>
+FaultCount check_every_allocation(const std::string& name, std::uint64_t most, const Operation& operation,
+                                  const After& after) {
+  CAPTURE(name);
+  // What libraries allocate once.
+  for (int i = 0; i < 2; ++i) REQUIRE(operation().has_value());
+  start_failing(0);
+  static_cast<void>(operation());
+  const std::uint64_t count = stop_failing();
+  FaultCount seen;
+  for (const Failing failing : {Failing::kOne, Failing::kRest})
+    for (const std::uint64_t number : chosen_allocations(count, most)) {
+      std::string thrown, message;
+      build::ErrorCode code = build::ErrorCode::kOutOfMemory;
+      bool failed = false;
+      start_failing(number, failing);
+      try {
+        const auto result = operation();
+        stop_failing();
+        if (!result) {
+          failed = true;
+          code = result.error().code;
+          message = result.error().message;
+        }
+      } catch (const std::exception& exception) {
+        stop_failing();
+        thrown = exception.what();
+      }
+      ++seen.injected;
+      (failed ? seen.errors : seen.survived) += 1;
+      seen.with_sizes += message.find("bytes wanted") != std::string::npos ? 1 : 0;
+      const bool good = thrown.empty() && (!failed || (code == build::ErrorCode::kOutOfMemory && !message.empty() &&
+                                                       message.find('\n') == std::string::npos));
+      INFO("allocation " << number << " of " << count << (failing == Failing::kRest ? " and the rest" : "")
+                         << ", thrown: '" << thrown << "', message: '" << message << "'");
+      if (!good) CHECK(good);
+      after();
+      if (number % 50 == 1) REQUIRE(operation().has_value());
+    }
+  REQUIRE(operation().has_value());
+  const std::int64_t before = live_allocations();
+  for (const Failing failing : {Failing::kOne, Failing::kRest})
+    for (const std::uint64_t number : chosen_allocations(count, most)) {
+      start_failing(number, failing);
+      try {
+        static_cast<void>(operation());
+      } catch (const std::exception&) {
+      }
+      stop_failing();
+    }
+  CHECK(live_allocations() == before);
+  std::printf("%s: %llu allocations, %llu faults, %llu errors (%llu with sizes), %llu survived\n", name.c_str(),
+              static_cast<unsigned long long>(count), static_cast<unsigned long long>(seen.injected),
+              static_cast<unsigned long long>(seen.errors), static_cast<unsigned long long>(seen.with_sizes),
+              static_cast<unsigned long long>(seen.survived));
+  return seen;
+}
+
+template <class Operation>
+FaultCount check_every_allocation(const std::string& name, std::uint64_t most, const Operation& operation) {
+  return check_every_allocation(name, most, operation, [] {});
+}
+
+}  // namespace hiprt::checks
