@@ -18,7 +18,7 @@ using namespace hiprt::test;
 
 namespace {
 
-/// Two levels: groups of a triangle's instances, of which one in each moves.
+/// Two levels: groups of a triangle's instances. One in each group moves.
 TestFile moving_file(NodeLayout layout, MotionKind kind) {
   const std::vector<build::Position> positions{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const std::vector<build::Triangle> triangles{{0, 1, 2}};

@@ -38,8 +38,10 @@ constexpr const char* kStl =
     "a\n";
 constexpr const char* kScene =
     R"({"format": "hiprt scene", "version": 1, "scene": "g", "objects": {"a": ["a.obj", {"shape": "x.hair"}]},
-"groups": {"h": [{"object": "a"}, {"object": "a", "translate": [4, 0, 1], "rotate": {"axis": [0, 1, 0], "degrees": 75}}],
-"g": [{"object": "h", "scale": 1.5, "mask": 3, "id": 7}, {"object": "h", "matrix": [1, 0, 0, 30, 0, 1, 0, 0, 0, 0, 1, 8]},
+"groups": {"h": [{"object": "a"},
+{"object": "a", "translate": [4, 0, 1], "rotate": {"axis": [0, 1, 0], "degrees": 75}}],
+"g": [{"object": "h", "scale": 1.5, "mask": 3, "id": 7},
+{"object": "h", "matrix": [1, 0, 0, 30, 0, 1, 0, 0, 0, 0, 1, 8]},
 {"object": "a", "motion": {"times": [0, 1], "keys": [{"translate": [1, 0, 0]}, {"rotate": [0, 0, 0.6, 0.8]}]}}]}})";
 constexpr const char* kTree =
     R"({"format": "hiprt exchange bvh", "version": 1,

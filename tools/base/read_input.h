@@ -9,7 +9,7 @@
 namespace hiprt::tools {
 
 /// As build::read_file(); an error of memory names --max-memory. The tools read files and do not map them, because a
-/// mapping changes with its file: checked bytes could become others, and those of a shortened file raise SIGBUS.
+/// mapping changes with its file. Checked bytes could become others. Those of a shortened file raise SIGBUS.
 build::Result<build::Buffer> read_input(const std::filesystem::path& path);
 
 }  // namespace hiprt::tools
