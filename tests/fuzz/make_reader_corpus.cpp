@@ -60,7 +60,7 @@ std::string binary_ply(bool big) {
   std::string file = std::string("ply\nformat binary_") + (big ? "big" : "little") + "_endian 1.0\n" + kPlyHeader;
   for (unsigned i = 0; i < 4; ++i) {
     put(file, static_cast<float>(i % 2), big);
-    put(file, static_cast<double>(i / 2), big);
+    put(file, i < 2 ? 0.0 : 1.0, big);
     put(file, 0.0f, big);
     file += '\x7f';
   }

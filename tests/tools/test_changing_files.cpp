@@ -81,7 +81,7 @@ class Inputs {
     std::vector<std::string> command{"/usr/bin/env", "LD_PRELOAD=" HIPRT_CHANGING_FILE, "HIPRT_TEST_FILE=" + file,
                                      std::string("HIPRT_TEST_CHANGE=") + change};
     command.insert(command.end(), use.command.begin(), use.command.end());
-    const CommandResult result = run(command);
+    CommandResult result = run(command);
     CHECK(test::read_file(file) != before);
     folder_.write(use.changed, before);
     return result;
