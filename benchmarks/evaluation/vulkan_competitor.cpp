@@ -41,7 +41,7 @@ class VulkanCompetitor : public Competitor {
   }
 
   build::Result<double> trace(bool any_hit, std::span<const Ray> rays, std::span<Hit> hits) override {
-    const auto seconds = tracer_.trace(*scene_, any_hit, rays);
+    auto seconds = tracer_.trace(*scene_, any_hit, rays);
     if (!seconds) return seconds;
     const std::span<const vulkan::VulkanHit> found = tracer_.hits();
     for (std::size_t i = 0; i < hits.size(); ++i) {

@@ -8,7 +8,7 @@
 
 namespace hiprt::bench::vulkan {
 
-/// A buffer with memory of its own. The device must outlive it.
+/// A buffer and the memory that is bound to it. Destroy it before the device.
 class Buffer {
  public:
   enum class Where {

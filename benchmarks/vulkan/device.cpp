@@ -124,25 +124,16 @@ build::Result<void> Device::make_device() {
   const std::array<const char*, 3> extensions{
       VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME,
       query ? VK_KHR_RAY_QUERY_EXTENSION_NAME : VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME};
-  auto structures = structure<VkPhysicalDeviceAccelerationStructureFeaturesKHR>(
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
-  auto addresses = structure<VkPhysicalDeviceBufferDeviceAddressFeatures>(
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
-  auto pipelines = structure<VkPhysicalDeviceRayTracingPipelineFeaturesKHR>(
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR);
-  auto queries =
-      structure<VkPhysicalDeviceRayQueryFeaturesKHR>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR);
-  structures.accelerationStructure = addresses.bufferDeviceAddress = VK_TRUE;
-  pipelines.rayTracingPipeline = queries.rayQuery = VK_TRUE;
-  structures.pNext = &addresses;
-  addresses.pNext = query ? static_cast<void*>(&queries) : &pipelines;
+  Features features(!query, query);
+  features.structures.accelerationStructure = features.addresses.bufferDeviceAddress = VK_TRUE;
+  features.pipelines.rayTracingPipeline = features.queries.rayQuery = VK_TRUE;
   const float priority = 1.0f;
   auto queue = structure<VkDeviceQueueCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO);
   queue.queueFamilyIndex = family_;
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
   auto info = structure<VkDeviceCreateInfo>(VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO);
-  info.pNext = &structures;
+  info.pNext = &features.structures;
   info.queueCreateInfoCount = 1;
   info.pQueueCreateInfos = &queue;
   info.enabledExtensionCount = static_cast<std::uint32_t>(extensions.size());

@@ -31,31 +31,22 @@ std::optional<std::uint32_t> compute_family(const Api& api, VkPhysicalDevice dev
   return std::nullopt;
 }
 
-struct Features {
-  bool structures = false, addresses = false, pipeline = false, query = false;
-};
+}  // namespace
 
-Features features_of(const Api& api, VkPhysicalDevice device, bool pipeline, bool query) {
-  auto structures = structure<VkPhysicalDeviceAccelerationStructureFeaturesKHR>(
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR);
-  auto addresses = structure<VkPhysicalDeviceBufferDeviceAddressFeatures>(
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES);
-  auto pipelines = structure<VkPhysicalDeviceRayTracingPipelineFeaturesKHR>(
-      VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR);
-  auto queries =
-      structure<VkPhysicalDeviceRayQueryFeaturesKHR>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR);
-  auto all = structure<VkPhysicalDeviceFeatures2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2);
-  all.pNext = &structures;
+Features::Features(bool pipeline, bool query)
+    : structures(structure<VkPhysicalDeviceAccelerationStructureFeaturesKHR>(
+          VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_ACCELERATION_STRUCTURE_FEATURES_KHR)),
+      addresses(structure<VkPhysicalDeviceBufferDeviceAddressFeatures>(
+          VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_BUFFER_DEVICE_ADDRESS_FEATURES)),
+      pipelines(structure<VkPhysicalDeviceRayTracingPipelineFeaturesKHR>(
+          VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_TRACING_PIPELINE_FEATURES_KHR)),
+      queries(
+          structure<VkPhysicalDeviceRayQueryFeaturesKHR>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_RAY_QUERY_FEATURES_KHR)) {
   structures.pNext = &addresses;
   void** end = &addresses.pNext;
   if (pipeline) *end = &pipelines, end = &pipelines.pNext;
   if (query) *end = &queries;
-  api.GetPhysicalDeviceFeatures2(device, &all);
-  return {structures.accelerationStructure == VK_TRUE, addresses.bufferDeviceAddress == VK_TRUE,
-          pipelines.rayTracingPipeline == VK_TRUE, queries.rayQuery == VK_TRUE};
 }
-
-}  // namespace
 
 int Candidate::rank() const {
   if (type == VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU) return 0;
@@ -80,14 +71,17 @@ Candidate examine(const Api& api, VkPhysicalDevice device) {
       result.lacks = name;
       return result;
     }
-  const Features features = features_of(api, device, has(extensions, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME),
-                                        has(extensions, VK_KHR_RAY_QUERY_EXTENSION_NAME));
-  result.pipeline = features.pipeline;
-  result.query = features.query;
+  Features features(has(extensions, VK_KHR_RAY_TRACING_PIPELINE_EXTENSION_NAME),
+                    has(extensions, VK_KHR_RAY_QUERY_EXTENSION_NAME));
+  auto all = structure<VkPhysicalDeviceFeatures2>(VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2);
+  all.pNext = &features.structures;
+  api.GetPhysicalDeviceFeatures2(device, &all);
+  result.pipeline = features.pipelines.rayTracingPipeline == VK_TRUE;
+  result.query = features.queries.rayQuery == VK_TRUE;
   result.family = compute_family(api, device);
-  if (!features.structures || !features.addresses)
+  if (features.structures.accelerationStructure != VK_TRUE || features.addresses.bufferDeviceAddress != VK_TRUE)
     result.lacks = "acceleration structures or buffer addresses";
-  else if (!features.pipeline && !features.query)
+  else if (!result.pipeline && !result.query)
     result.lacks = "ray tracing pipelines and ray queries";
   else if (!result.family)
     result.lacks = "a compute queue with timestamps";

@@ -7,7 +7,28 @@
 
 namespace hiprt::bench::vulkan {
 
-/// A device that can trace rays.
+/// A structure of Vulkan, with its type and zeros.
+template <class T> T structure(VkStructureType type) {
+  T result{};
+  result.sType = type;
+  return result;
+}
+
+/// The features that ray tracing needs, as a chain that starts at `structures`: vkGetPhysicalDeviceFeatures2 fills it,
+/// vkCreateDevice switches on what it holds.
+struct Features {
+  /// @param pipeline, query: whether the chain holds them.
+  Features(bool pipeline, bool query);
+  Features(const Features&) = delete;
+  Features& operator=(const Features&) = delete;
+
+  VkPhysicalDeviceAccelerationStructureFeaturesKHR structures;
+  VkPhysicalDeviceBufferDeviceAddressFeatures addresses;
+  VkPhysicalDeviceRayTracingPipelineFeaturesKHR pipelines;
+  VkPhysicalDeviceRayQueryFeaturesKHR queries;
+};
+
+/// A device and what it lacks to trace rays.
 struct Candidate {
   VkPhysicalDevice device = VK_NULL_HANDLE;
   VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
@@ -23,12 +44,5 @@ Candidate examine(const Api& api, VkPhysicalDevice device);
 
 /// @return the best device of the choice, or kNoDevice with the reason for each device.
 build::Result<Candidate> choose_device(const Api& api, VkInstance instance, const Choice& choice);
-
-/// A structure of Vulkan, with its type and zeros.
-template <class T> T structure(VkStructureType type) {
-  T result{};
-  result.sType = type;
-  return result;
-}
 
 }  // namespace hiprt::bench::vulkan

@@ -53,8 +53,8 @@ build::Result<double> Tracer::trace(const Scene& scene, bool any_hit, std::span<
   double seconds = 0;
   for (std::size_t begin = 0; begin < rays.size(); begin += most) {
     const std::size_t count = std::min(most, rays.size() - begin);
-    const auto part = trace_part(scene, any_hit ? any_ : closest_, rays.subspan(begin, count),
-                                 std::span(hits_).subspan(begin, count));
+    auto part = trace_part(scene, any_hit ? any_ : closest_, rays.subspan(begin, count),
+                           std::span(hits_).subspan(begin, count));
     if (!part) return part;
     seconds += *part;
   }
@@ -71,14 +71,14 @@ build::Result<double> Tracer::trace_part(const Scene& scene, Pipeline& pipeline,
     });
   };
   std::memcpy(host_rays_.mapped(), rays.data(), rays.size_bytes());
-  if (const auto copied = copy(host_rays_, rays_, rays.size_bytes()); !copied) return copied;
+  if (auto copied = copy(host_rays_, rays_, rays.size_bytes()); !copied) return copied;
   pipeline.bind(scene.top(), rays_, results_);
-  const auto seconds = device_->run([&](VkCommandBuffer commands) {
+  auto seconds = device_->run([&](VkCommandBuffer commands) {
     pipeline.dispatch(commands, static_cast<std::uint32_t>(rays.size()));
     device_->barrier(commands);
   });
   if (!seconds) return seconds;
-  if (const auto copied = copy(results_, host_results_, hits.size_bytes()); !copied) return copied;
+  if (auto copied = copy(results_, host_results_, hits.size_bytes()); !copied) return copied;
   std::memcpy(hits.data(), host_results_.mapped(), hits.size_bytes());
   return seconds;
 }

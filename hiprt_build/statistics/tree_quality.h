@@ -24,7 +24,7 @@ QualitySums sum_quality(CpuEngine& engine, const TreeQuality<Layout>& quality, s
   return sums;
 }
 
-/// The same with memory of its own.
+/// Allocates the memory for the parts.
 template <class Layout>
 QualitySums sum_quality(CpuEngine& engine, const TreeQuality<Layout>& quality, std::size_t nodes) {
   std::vector<QualitySums> parts(CpuEngine::chunk_count(nodes));

@@ -102,9 +102,9 @@ HIPRT_HD HIPRT_FORCE_INLINE InDouble find_in_double(const LineAndTriangle& of, f
 
 /// The exact decision whether and where a line passes through a triangle.
 ///
-/// A line through an edge or a corner is treated as a line beside it. It is moved by e, e^2, e^3 along the axes, and
-/// then turned by f, f^2, f^3, where e is small enough and f much smaller (simulation of simplicity, Edelsbrunner and
-/// Muecke 1990).
+/// A line through an edge or a corner is treated as a line beside it. It is moved by e, e^2, e^3 along the axes, for a
+/// small enough e (simulation of simplicity, Edelsbrunner and Muecke 1990). A line parallel to an edge is parallel to
+/// the triangle, so it does not pass.
 class ExactDecision {
  public:
   using Vectors = LineAndTriangle;
@@ -131,7 +131,7 @@ class ExactDecision {
       front = step == 3 ? sign < 0 : front;
       positive = positive || (step < 3 && sign > 0);
       negative = negative || (step < 3 && sign < 0);
-      // An edge of length 0 has no sign.
+      // An edge that is parallel to the line, or has no length, has no sign.
       if ((positive && negative) || (step < 4 && sign == 0)) return false;
     }
     result = {static_cast<float>(value[4] / value[3]), static_cast<float>(value[1] / value[3]),
@@ -163,12 +163,11 @@ class ExactDecision {
     if (value < -least) return -1;
     int sign = 0;
     HIPRT_NO_UNROLL
-    for (unsigned attempt = 0; attempt < 7; ++attempt) {
+    for (unsigned attempt = 0; attempt < 4; ++attempt) {
       ExactSum<48> sum;
       add_terms(sum, step, attempt);
       sign = sum.sign();
       if (attempt == 0) value = sum.value();
-      if (attempt > 3 && sign == 0) sign = sign_of_last(step, attempt - 4);
       if (step > 2 || sign != 0) break;
     }
     return sign;
@@ -180,13 +179,12 @@ class ExactDecision {
     unsigned count = 3;
     if (step < 3) {
       // First det[direction, a - origin, b - origin]. If it is 0, the line is moved by h: dot(h, cross(direction, b -
-      // a)). If that is 0 too, direction and edge are parallel and the line is turned by g: dot(g, cross(a - origin, b
-      // - origin) + cross(h, a - b)).
+      // a)). That is 0 along all axes only if direction and edge are parallel.
       list[0] = edge_from(step);
       list[1] = edge_to(step);
       list[2] = Vectors::kOrigin;
-      if (attempt > 0) first = Vectors::kAxis + (attempt - 1) % 3;
-      if (attempt > 0 && attempt < 4) {
+      if (attempt > 0) {
+        first = Vectors::kAxis + attempt - 1;
         list[2] = list[1];
         list[1] = Vectors::kDirection;
         count = 2;
@@ -200,17 +198,6 @@ class ExactDecision {
       const unsigned from = k < 3 ? k : 1, to = k < 3 ? (k == 2 ? 0 : k + 1) : 2;
       sum.add_determinant(of_.vector[k < 3 ? first : list[0]], of_.vector[list[from]], of_.vector[list[to]]);
     }
-  }
-
-  /// The sign of cross(h, a - b) along an axis: the first of h's other components is the largest.
-  HIPRT_HD HIPRT_FORCE_INLINE int sign_of_last(unsigned step, unsigned axis) const {
-    const float* const a = of_.vector[edge_from(step)];
-    const float* const b = of_.vector[edge_to(step)];
-    const unsigned after = axis == 2 ? 0 : axis + 1, before = axis == 0 ? 2 : axis - 1;
-    const int along_after = a[before] > b[before] ? 1 : a[before] < b[before] ? -1 : 0;
-    const int along_before = a[after] > b[after] ? -1 : a[after] < b[after] ? 1 : 0;
-    const int first = after < before ? along_after : along_before, other = after < before ? along_before : along_after;
-    return first != 0 ? first : other;
   }
 
   Vectors of_;

@@ -138,6 +138,8 @@ TEST_CASE("bounds of a moving point's derivatives hold, term by term, up to a ri
     REQUIRE(curve.curvature() >= bend * (1 - 1e-5));
     const double still = 4.0 * curve.turning() * std::hypot(curve.g[1], curve.h[1]) +
                          4.0 * curve.amplitude() * curve.turning() * curve.turning();
+    // So the acceleration is not needed. Files keep their bits with it.
+    REQUIRE(still >= bend * (1 - 1e-5));
     REQUIRE(curve.curvature() - still >= 2.0 * curve.amplitude() * acceleration * (1 - 1e-4) - 1e-9);
   }
 }
