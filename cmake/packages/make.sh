@@ -48,9 +48,11 @@ platform_of() {
   if [[ $1 == archive ]]; then echo OFF; else echo "$gpu"; fi
 }
 
-# Programs and libraries stop where memory was overwritten. tests/packages/hardening.py checks these in the packages.
+# Programs and libraries stop where memory was overwritten. tests/packages/hardening.py checks these in the packages;
+# benchmarks/safety/compare.py measures what they cost rays.
 # Not -fstack-clash-protection: it would touch every page of the tools' traversal stacks (64 KiB) for every ray.
-hardening="-fstack-protector-strong -D_FORTIFY_SOURCE=2"
+# C libraries before glibc 2.35 take level 3 for 2. Some distributions' compilers define a level themselves.
+hardening="-fstack-protector-strong -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=3"
 hardening_link="-Wl,-z,relro,-z,now"
 
 # make KIND SOURCE BUILD: packages in BUILD/packages. Kinds of the same platform share a build folder.

@@ -12,7 +12,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -105,31 +104,59 @@ std::pair<std::int64_t, std::int64_t> modified(const struct stat& status) {
 #endif
 }
 
-/// @return the bytes read, fewer than @p bytes where the file ends before; nothing, with errno set, after a failure.
-std::optional<std::size_t> read_all(int descriptor, std::span<std::byte> bytes) {
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    // Linux reads at most 2^31 - 4096 bytes in one call.
-    const std::size_t most = std::min(bytes.size() - done, std::size_t{1} << 30);
-    const ssize_t count = uninterrupted([&] { return ::read(descriptor, bytes.data() + done, most); });
-    if (count < 0) return std::nullopt;
-    if (count == 0) break;
-    done += static_cast<std::size_t>(count);
-  }
-  return done;
-}
+/// One call of the loop reads so much: few calls, and enough of them for many threads.
+constexpr std::size_t kPart = std::size_t{16} << 20;
 
-Result<Buffer> read_it(const std::filesystem::path& path) {
+/// Reads the parts of a file, each once, on any thread.
+class Parts {
+ public:
+  Parts(int descriptor, std::span<std::byte> bytes) : descriptor_(descriptor), bytes_(bytes), end_(bytes.size()) {}
+
+  std::size_t count() const { return (bytes_.size() + kPart - 1) / kPart; }
+
+  void read(std::size_t part) {
+    std::size_t at = part * kPart;
+    const std::size_t stop = std::min(bytes_.size(), at + kPart);
+    while (at < stop) {
+      const ssize_t count =
+          uninterrupted([&] { return ::pread(descriptor_, bytes_.data() + at, stop - at, static_cast<off_t>(at)); });
+      if (count < 0) fault_ = errno;
+      if (count == 0) lower_end(at);
+      if (count <= 0) return;
+      at += static_cast<std::size_t>(count);
+    }
+  }
+
+  /// The reason of a read that failed; 0: none has.
+  int fault() const { return fault_; }
+  /// The first byte that the file did not have, or its size.
+  std::size_t end() const { return end_; }
+
+ private:
+  void lower_end(std::size_t at) {
+    std::size_t old = end_;
+    while (at < old && !end_.compare_exchange_weak(old, at)) {
+    }
+  }
+
+  int descriptor_;
+  std::span<std::byte> bytes_;
+  std::atomic<std::size_t> end_;
+  std::atomic<int> fault_ = 0;
+};
+
+Result<Buffer> read_it(const std::filesystem::path& path, const ParallelLoop& loop) {
   const File file = open_to_read(path);
   const auto before = status_of_regular(file, "read", path);
   if (!before) return tl::unexpected(before.error());
   Buffer buffer = Buffer::uninitialized(static_cast<std::size_t>(before->st_size));
-  const auto count = read_all(file.get(), buffer.bytes());
-  if (!count) return system_error("read", path);
-  if (*count < buffer.size())
+  Parts parts(file.get(), buffer.bytes());
+  run_loop(loop, parts.count(), [&](std::size_t part) { parts.read(part); });
+  if (parts.fault() != 0) return io_error("read", path, std::generic_category().message(parts.fault()));
+  if (parts.end() < buffer.size())
     return io_error("read", path,
-                    "it had " + std::to_string(buffer.size()) + " bytes, but ended at byte " + std::to_string(*count) +
-                        ": another program shortened it");
+                    "it had " + std::to_string(buffer.size()) + " bytes, but ended at byte " +
+                        std::to_string(parts.end()) + ": another program shortened it");
   struct stat after {};
   if (::fstat(file.get(), &after) != 0) return system_error("examine", path);
   if (after.st_size != before->st_size || modified(after) != modified(*before))
@@ -167,8 +194,8 @@ Result<Buffer> map_file(const std::filesystem::path& path) {
   return or_out_of_memory("to map the file", [&] { return map_it(path); });
 }
 
-Result<Buffer> read_file(const std::filesystem::path& path) {
-  return or_out_of_memory("to read the file", [&] { return read_it(path); });
+Result<Buffer> read_file(const std::filesystem::path& path, const ParallelLoop& loop) {
+  return or_out_of_memory("to read the file", [&] { return read_it(path, loop); });
 }
 
 Result<void> check_writable(const std::filesystem::path& path) {

@@ -1,5 +1,6 @@
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/file_target.h>
+#include <hiprt_build/format/out_of_memory.h>
 
 #if !defined(NOMINMAX)
 #define NOMINMAX  // GCC's headers define it.
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
-#include <new>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -107,15 +107,18 @@ Result<Buffer> map_file(const std::filesystem::path& path) {
 }
 
 // Windows lets nobody write to a file or shorten it while this process maps it without FILE_SHARE_WRITE.
-Result<Buffer> read_file(const std::filesystem::path& path) try {
-  const Result<Buffer> mapped = map_file(path);
-  if (!mapped) return tl::unexpected(mapped.error());
-  Buffer buffer = Buffer::uninitialized(mapped->size());
-  std::copy(mapped->bytes().begin(), mapped->bytes().end(), buffer.bytes().begin());
-  return buffer;
-} catch (const std::bad_alloc&) {
-  return tl::unexpected(
-      Error{ErrorCode::kOutOfMemory, "cannot read '" + text_of(path) + "': there is not enough memory for its bytes"});
+Result<Buffer> read_file(const std::filesystem::path& path, const ParallelLoop& loop) {
+  return or_out_of_memory("to read the file", [&]() -> Result<Buffer> {
+    const Result<Buffer> mapped = map_file(path);
+    if (!mapped) return tl::unexpected(mapped.error());
+    Buffer buffer = Buffer::uninitialized(mapped->size());
+    constexpr std::size_t kPart = std::size_t{16} << 20;
+    run_loop(loop, (buffer.size() + kPart - 1) / kPart, [&](std::size_t part) {
+      const auto from = mapped->bytes().subspan(part * kPart);
+      std::copy_n(from.begin(), std::min(from.size(), kPart), buffer.bytes().subspan(part * kPart).begin());
+    });
+    return buffer;
+  });
 }
 
 Result<void> check_writable(const std::filesystem::path& path) {

@@ -41,6 +41,17 @@ extern "C" ssize_t read(int descriptor, void* to, size_t size) {
   return real(descriptor, to, size);
 }
 
+/// What pread() is called depends on _FILE_OFFSET_BITS.
+extern "C" ssize_t pread64(int descriptor, void* to, size_t size, off64_t from) {
+  static const auto real = reinterpret_cast<ssize_t (*)(int, void*, size_t, off64_t)>(dlsym(RTLD_NEXT, "pread64"));
+  change(descriptor);
+  return real(descriptor, to, size, from);
+}
+
+extern "C" ssize_t pread(int descriptor, void* to, size_t size, off_t from) {
+  return pread64(descriptor, to, size, from);
+}
+
 extern "C" void* mmap(void* at, size_t size, int protection, int flags, int descriptor, off_t offset) noexcept {
   static const auto real = reinterpret_cast<void* (*)(void*, size_t, int, int, int, off_t)>(dlsym(RTLD_NEXT, "mmap"));
   void* const result = real(at, size, protection, flags, descriptor, offset);
