@@ -61,7 +61,7 @@ template <class T> void check_fails(const Result<T>& result, const fs::path& pat
 fs::path write_large_file(const Folder& folder, std::vector<std::uint32_t>& words) {
   words.resize((40u << 20) / sizeof(std::uint32_t) + 1);
   std::iota(words.begin(), words.end(), 0u);
-  const fs::path path = folder.path() / "large";
+  fs::path path = folder.path() / "large";
   REQUIRE(write_file(path, std::as_bytes(std::span(words))));
   fs::last_write_time(path, fs::file_time_type::clock::now() - std::chrono::hours(1));
   return path;
