@@ -6,19 +6,16 @@
 
 #include <hiprt_build/export.h>
 #include <hiprt_build/format/error.h>
+#include <hiprt_build/format/parallel_loop.h>
 #include <hiprt_build/format/view.h>
 
 #include <tl/expected.hpp>
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 
 namespace hiprt {
-
-/// Calls body(i) for every i below a count, in any order, on one thread or many.
-using ParallelLoop = std::function<void(std::size_t count, const std::function<void(std::size_t i)>& body)>;
 
 /// The numbers that validate() has counted.
 struct ValidateSummary {

@@ -1,9 +1,9 @@
 #include <tools/cli/bvh_file.h>
 
 #include <tools/base/parallel.h>
+#include <tools/base/read_input.h>
 #include <tools/render/scene/trace_limits.h>
 
-#include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>
 
 #include <utility>
@@ -39,8 +39,8 @@ build::Error format_error(const std::filesystem::path& path, const FormatIssue& 
   return {build::ErrorCode::kInvalidInput, path.string() + ": not a valid BVH file: " + to_string(issue)};
 }
 
-build::Result<BvhFile> open_bvh(const std::filesystem::path& path) {
-  auto buffer = build::map_file(path);
+build::Result<BvhFile> open_bvh(const std::filesystem::path& path, unsigned threads) {
+  auto buffer = read_input(path, threads);
   if (!buffer) return tl::unexpected(buffer.error());
   const auto view = open_buffer(std::as_const(*buffer).bytes());
   if (!view) return tl::unexpected(format_error(path, view.error()));
@@ -54,7 +54,7 @@ tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::sp
 }
 
 build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned threads) {
-  auto file = open_bvh(path);
+  auto file = open_bvh(path, threads);
   if (!file) return file;
   if (const auto valid = validate_on(threads, file->view.bytes); !valid)
     return tl::unexpected(format_error(path, valid.error()));

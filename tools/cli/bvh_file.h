@@ -13,15 +13,16 @@
 
 namespace hiprt::tools {
 
-/// A mapped file and the view of it.
+/// The bytes of a file and the view of them.
 struct BvhFile {
   build::Buffer buffer;
   BufferView view;
 };
 
 /// Checks header and section table only. The content is not checked: it must not be traversed.
+/// @param threads that read it; 0: as many as the machine has.
 /// @return kIo, or kInvalidInput with the path and the FormatIssue's text.
-build::Result<BvhFile> open_bvh(const std::filesystem::path& path);
+build::Result<BvhFile> open_bvh(const std::filesystem::path& path, unsigned threads = 0);
 
 /// hiprt::validate(). @param threads 0: as many as the machine has.
 tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::span<const std::byte> bytes);

@@ -1,13 +1,12 @@
 #include <tools/cli/render_command.h>
 
 #include <tools/base/errors.h>
+#include <tools/base/read_input.h>
 #include <tools/base/text.h>
 #include <tools/cli/cli.h>
 #include <tools/cli/render_names.h>
 #include <tools/cli/trace_device.h>
 #include <tools/render/scene/shutter.h>
-
-#include <hiprt_build/file.h>
 
 #include <CLI/CLI.hpp>
 
@@ -126,7 +125,7 @@ void add_picture_options(CLI::App& app, RenderCommand& command) {
 /// Text of the camera, from the command line or from its file.
 build::Result<std::string> camera_text(const RenderCommand& command, bool file) {
   if (!file) return command.camera;
-  const auto bytes = build::map_file(command.camera);
+  const auto bytes = read_input(command.camera);
   if (!bytes) return fail(build::ErrorCode::kIo, "camera file: " + bytes.error().message);
   return std::string(reinterpret_cast<const char*>(bytes->bytes().data()), bytes->size());
 }

@@ -1,6 +1,7 @@
 #include <tools/scene_io/rays_file.h>
 
 #include <tools/base/memory_limit.h>
+#include <tools/base/read_input.h>
 
 #include <hiprt_build/file.h>
 
@@ -45,7 +46,7 @@ RayRecord encode(const Ray& ray) {
 }  // namespace
 
 build::Result<RayBatch> read_rays(const std::filesystem::path& path) try {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
   RaysHeader header{};
@@ -70,7 +71,7 @@ build::Result<RayBatch> read_rays(const std::filesystem::path& path) try {
 }
 
 build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& path) try {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
   if (bytes.size() % sizeof(HitRecord) != 0)
@@ -83,7 +84,7 @@ build::Result<std::vector<HitRecord>> read_hits(const std::filesystem::path& pat
 }
 
 build::Result<PathBatch> read_paths(const std::filesystem::path& path) try {
-  const auto file = build::map_file(path);
+  const auto file = read_input(path);
   if (!file) return tl::unexpected(file.error());
   const auto bytes = file->bytes();
   PathsHeader header{};
