@@ -12,7 +12,7 @@ expect 0 "^usage: tools/chroot" "$root/tools/chroot" --help
 expect 2 "SUITE and COMMAND are missing" "$root/tools/chroot" trixie
 expect 2 "'../x' is not a name of a release" "$root/tools/chroot" ../x true
 expect 2 "needs the name of a release" "$root/tools/check" --suite
-expect 2 "name aarch64 or mingw" "$root/tools/cross"
+expect 2 "name aarch64, mingw or refused" "$root/tools/cross"
 expect 2 "must be AMD, NVIDIA or OFF" "$root/tools/package" --gpu INTEL
 for script in cross package quickstart check install-packages; do
   expect 0 "^usage: tools/$script" "$root/tools/$script" --help
