@@ -34,7 +34,9 @@ constexpr ToolInfo kInfo{
     "Header and section table are always checked: if they are wrong, the exit status is 1. Statistics that need a\n"
     "walk through the tree (depth, fill, SAH cost, overlap) need content that passes validation. Otherwise they are\n"
     "missing, and a warning says why. With --validate, --dump or --export invalid content is an error with exit\n"
-    "status 1. So it is with --upgrade, which writes a file of an older version as one of the newest. Its hits stay.",
+    "status 1.\n"
+    "\n"
+    "--upgrade validates a file and writes it in the newest version of the format. Rays have the same hits in both.",
     "  bvhinfo scene.bvh                              # describe a file\n"
     "  bvhinfo --validate scene.bvh && echo valid     # check a file\n"
     "  bvhinfo --json scene.bvh | jq .tree.sah_cost   # one number for a script\n"
