@@ -106,7 +106,7 @@ struct Shared {
     return use(build::InstancedScene{files, groups});
   }
   static build::Result<build::Bvh> build_scene(View file) {
-    return with_groups(file, [](const build::InstancedScene& scene) { return build::build_instances(scene); });
+    return with_groups(file, [](const build::InstancedScene& groups) { return build::build_instances(groups); });
   }
 
   Bytes trace_flat(const SceneView& view, const ParallelLoop& loop = {}) const {
@@ -157,8 +157,8 @@ Bytes validated(const Shared& shared, unsigned own) {
 }
 
 Bytes merged(const Shared& shared, unsigned) {
-  return Shared::with_groups(shared.bvh.buffer.bytes(), [](const build::InstancedScene& scene) {
-    const auto levels = build::merge_levels(scene);
+  return Shared::with_groups(shared.bvh.buffer.bytes(), [](const build::InstancedScene& groups) {
+    const auto levels = build::merge_levels(groups);
     return levels ? std::to_string(levels->groups.back().size()) : levels.error().message;
   });
 }
