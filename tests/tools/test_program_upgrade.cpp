@@ -86,7 +86,7 @@ std::string write_down_rays(const TempFolder& folder) {
     ray.direction = {0, 0, -1};
     ray.time = random.uniform_float(0, 1);
   }
-  const std::string path = folder / "down.rays";
+  std::string path = folder / "down.rays";
   REQUIRE(tools::write_rays(path, false, rays));
   return path;
 }

@@ -22,7 +22,8 @@ inline constexpr unsigned kTiles = 6;
 
 /// The corner of tile @p i with the least coordinates. A tile is a unit square, parallel to the plane z = 0.
 inline build::Position tile(unsigned i) {
-  return {2 * static_cast<float>(i % 3), 2 * static_cast<float>(i / 3), 0.25f * static_cast<float>(i)};
+  const unsigned column = i % 3, row = i / 3;
+  return {2 * static_cast<float>(column), 2 * static_cast<float>(row), 0.25f * static_cast<float>(i)};
 }
 
 /// Geometry 0 of most files. Tile i is triangles 2i and 2i + 1. The last triangle has two equal corners and is dropped.
