@@ -14,7 +14,7 @@ expect 2 "'../x' is not a name of a release" "$root/tools/chroot" ../x true
 expect 2 "needs the name of a release" "$root/tools/check" --suite
 expect 2 "needs a positive number" "$root/tools/fuzz" --seconds 0
 expect 2 "needs a positive number" "$root/tools/fuzz" --together
-expect 2 "name aarch64 or mingw" "$root/tools/cross"
+expect 2 "name aarch64, mingw or refused" "$root/tools/cross"
 expect 2 "must be AMD, NVIDIA or OFF" "$root/tools/package" --gpu INTEL
 for script in cross package quickstart check fuzz install-packages; do
   expect 0 "^usage: tools/$script" "$root/tools/$script" --help

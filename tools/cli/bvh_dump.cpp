@@ -90,7 +90,15 @@ json custom_leaf_json(const BufferView& view, const CustomLeaf& leaf, std::size_
   return result;
 }
 
-/// Calls line(json) for every node, then every leaf, as long as @p out takes more.
+json instance_json(const BufferView& view, std::size_t index) {
+  const InstanceRecord& record = view.instances[index];
+  return {{"record", index},         {"byte", view.instance_entry.offset + index * sizeof(InstanceRecord)},
+          {"linear", record.linear}, {"translation", record.translation},
+          {"object", record.object}, {"mask", record.mask},
+          {"id", record.id},         {"flags", record.flags}};
+}
+
+/// Calls line(json) for every node, then every leaf and instance, as long as @p out takes more.
 template <class Line> void for_each_record(const BufferView& view, const std::ostream& out, Line&& line) {
   dispatch_layout(view.layout(), [&](auto layout) {
     using Layout = decltype(layout);
@@ -101,6 +109,7 @@ template <class Line> void for_each_record(const BufferView& view, const std::os
       line(is_custom(view, leaves[i].info) ? custom_leaf_json(view, custom_leaf(leaves[i]), i)
                                            : triangle_leaf_json<Layout>(view, leaves[i], i));
   });
+  for (std::size_t i = 0; i < view.instances.size() && out; ++i) line(instance_json(view, i));
 }
 
 std::string point_text(const json& p) {
@@ -143,6 +152,13 @@ void write_leaf(const json& record, std::ostream& out) {
   }
 }
 
+void write_instance(const json& record, std::ostream& out) {
+  out << "instance " << record["record"] << " @" << record["byte"] << " object " << record["object"] << " id "
+      << record["id"] << " mask " << record["mask"] << " flags " << record["flags"] << "\n  to object";
+  for (const json& row : record["linear"]) out << " " << point_text(row);
+  out << " * (p - " << point_text(record["translation"]) << ")\n";
+}
+
 }  // namespace
 
 json target_json(const BufferView& view, NodeRef ref) {
@@ -152,7 +168,10 @@ json target_json(const BufferView& view, NodeRef ref) {
 
 void dump_text(const BufferView& view, std::ostream& out) {
   for_each_record(view, out, [&](const json& record) {
-    record.contains("node") ? write_node(record, out) : write_leaf(record, out);
+    if (record.contains("record"))
+      write_instance(record, out);
+    else
+      record.contains("node") ? write_node(record, out) : write_leaf(record, out);
   });
 }
 
