@@ -115,8 +115,8 @@ void QueryBlock::sort() {
   for (std::size_t i = 0; i < order_.size(); ++i) order_[i] = i;
   const auto before = [this](std::size_t a, std::size_t b) { return precedes(a, b); };
   std::ranges::sort(order_, before);
-  const auto again = std::ranges::unique(order_, [&](std::size_t a, std::size_t b) { return !before(a, b); });
-  order_.erase(again.begin(), again.end());
+  const auto same = [&](std::size_t a, std::size_t b) { return !before(a, b); };
+  order_.erase(std::unique(order_.begin(), order_.end(), same), order_.end());
 }
 
 void QueryBlock::append_record(QueryResults& results, const SceneView& scene, const Found* found,
