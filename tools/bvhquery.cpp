@@ -13,6 +13,7 @@
 #include <tools/scene_io/rays_file.h>
 
 #include <hiprt_build/format/view.h>
+#include <hiprt_build/winding.h>
 #include <hiprt_device/scene_view.h>
 
 #include <CLI/CLI.hpp>
@@ -24,6 +25,8 @@
 #include <iostream>
 #include <optional>
 #include <span>
+#include <sstream>
+#include <utility>
 
 namespace {
 
@@ -65,6 +68,7 @@ constexpr ToolInfo kInfo{
     "  bvhquery scene.bvh --points probes.points -o out.lists --query within --max-distance 0.1\n"
     "  bvhquery scene.bvh --boxes voxels.boxes -o out.lists                                # triangles of each voxel\n"
     "  bvhquery forest.bvh --spheres balls.spheres -o out.lists --paths out.paths          # in which instances\n"
+    "  bvhquery scan.bvh --points probes.points -o out.results --query inside --sign winding\n"
     "  bvhquery scene.bvh --slice z=0.5 -o field.png                                       # a distance field\n"};
 
 struct Outcome {
@@ -118,13 +122,13 @@ build::Result<void> write_all(const QueryCommand& command, const SceneView& scen
 }
 
 build::Result<void> run_batch(const Cli& cli, const QueryCommand& command, const SceneView& scene,
-                              const ThreadLimit& limit) {
+                              const WindingTree* winding, const ThreadLimit& limit) {
   std::optional<MemoryLimit> reading(std::in_place, command.max_memory);
   const auto batch = read_queries(command.input(), command.shape());
   if (!batch) return tl::unexpected(batch.error());
   reading.reset();
   Outcome outcome;
-  const QueryWork work{scene, *batch, command.kind(), command.nearest, command.max_distance, command.time};
+  const QueryWork work{scene, *batch, command.kind(), command.nearest, command.max_distance, command.time, winding};
   const auto results = ask(work, limit, outcome);
   if (!results) return tl::unexpected(results.error());
   if (auto written = write_all(command, scene, *results, batch->size()); !written) return written;
@@ -156,11 +160,11 @@ ImageAttributes attributes_of(const QueryCommand& command, const SliceGrid& grid
 }
 
 build::Result<void> run_slice(const Cli& cli, const QueryCommand& command, const SceneView& scene,
-                              const ThreadLimit& limit) {
+                              const WindingTree* winding, const ThreadLimit& limit) {
   const SliceGrid grid(scene.bounds, *parse_plane(command.slice), *parse_size(command.size));
   const QueryBatch batch = grid.points();
   Outcome outcome;
-  const QueryWork work{scene, batch, command.kind(), 1, command.max_distance, command.time};
+  const QueryWork work{scene, batch, command.kind(), 1, command.max_distance, command.time, winding};
   const auto results = ask(work, limit, outcome);
   if (!results) return tl::unexpected(results.error());
   const SliceScale scale = scale_of(results->points);
@@ -214,7 +218,16 @@ build::Result<void> run(const Cli& cli, const QueryCommand& command) {
   if (auto checked = check_triangles_only(command.path, file->view); !checked) return checked;
   if (auto checked = check_traceable(command.path, file->view); !checked) return checked;
   const SceneView scene = make_scene_view(file->view);
-  return command.is_slice() ? run_slice(cli, command, scene, limit) : run_batch(cli, command, scene, limit);
+  build::WindingArrays arrays;
+  if (command.uses_winding()) {
+    auto made = build::winding_arrays(file->view, 0xffffffffu, command.threads);
+    if (!made) return tl::unexpected(build::Error{made.error().code, command.path + ": " + made.error().message});
+    arrays = std::move(*made);
+  }
+  const WindingTree tree = arrays.tree();
+  const WindingTree* const winding = command.uses_winding() ? &tree : nullptr;
+  return command.is_slice() ? run_slice(cli, command, scene, winding, limit)
+                            : run_batch(cli, command, scene, winding, limit);
 }
 
 }  // namespace

@@ -185,6 +185,25 @@ TEST_CASE("bvhquery: the signed distance from a cube, and its inside") {
   }
 }
 
+TEST_CASE("bvhquery: --sign winding finds the inside of a cube without one of its triangles") {
+  const TempFolder folder;
+  const std::string bvh = folder / "open.bvh", text = kCube, face = "f 4 1 5 8\n";
+  const std::string open = text.substr(0, text.size() - face.size()) + "f 4 1 5\n";
+  check_quiet(run({kBvhBuild, folder.write("open.obj", open), "-o", bvh}));
+  QueryRuns runs(folder, bvh);
+  std::vector<float> points;
+  for (int i = 0; i < 500; ++i)  // Far from the hole, which is on the left.
+    points.insert(points.end(),
+                  {1.3f - 0.008f * static_cast<float>(i % 100), 0.37f, 0.2f * static_cast<float>(i / 100)});
+  runs.points(points);
+  const ResultFile inside = runs.ask("inside", {"--sign", "winding"}),
+                   field = runs.ask("signed", {"--sign", "winding"});
+  for (std::size_t i = 0; i < inside.count; ++i) {
+    CHECK(inside.numbers[i] == (from_cube(&points[3 * i]) < 0 ? 1u : 0u));
+    CHECK(std::signbit(field.points[i].distance) == (from_cube(&points[3 * i]) < 0));
+  }
+}
+
 TEST_CASE("bvhquery: boxes on a grid overlap the triangles that they touch, exactly") {
   const TempFolder folder;
   const std::string bvh = folder / "grid.bvh";
@@ -234,6 +253,10 @@ TEST_CASE("bvhquery: results through instances have paths; primitives are those 
   CHECK((path(0).instance == 1 && path(0).id == 9 && path(1).id == 9));
   CHECK((near.points[2].distance == 1 && near.points[2].primitive == 1 && path(2).id == 7));
   CHECK((near.points[4].distance == kInf && near.points[4].primitive == kInvalidId && path(4).id == kInvalidId));
+  runs.points({0, 0, 0});
+  const CommandResult refused = run(runs.command({"--query", "inside", "--sign", "winding"}));
+  CHECK(refused.status == 1);
+  CHECK_THAT(refused.err, Catch::Contains("i.bvh: winding numbers are those of one mesh: this file has instances"));
   runs.boxes({0.7f, 0.2f, -1, 0.8f, 0.3f, 6});
   CHECK(runs.ask("overlaps", {"--paths", paths}).list(0) == std::vector<std::uint32_t>{0, 2, 0, 2});
   CHECK((path(0).id == 7 && path(1).id == 7 && path(2).id == 9 && path(3).id == 9));

@@ -35,6 +35,7 @@ TEST_CASE("bvhquery: wrong command lines are named") {
   check_usage({"--spheres", "s", "--max-distance", "1"}, "spheres have their radius");
   check_usage({"--points", "p", "--query", "inside", "--paths", "x"}, "--paths does not go with --query inside");
   check_usage({"--points", "p", "--size", "8x8"}, "--size goes with --slice");
+  check_usage({"--points", "p", "--sign", "winding"}, "--sign goes with --query signed or inside");
   check_usage({"--slice", "w"}, "not an axis");
   check_usage({"--slice", "z=inf"}, "not an axis");
   check_usage({"--slice", "z"}, "'out' ends neither in .exr nor in .png");

@@ -48,6 +48,13 @@ void add_question_options(CLI::App& app, QueryCommand& command) {
       ->type_name("NAME")
       ->capture_default_str()
       ->group(kGroup);
+  app.add_option("--sign", command.sign,
+                 "signed and inside: what decides. crossings of a ray, exact for closed meshes; winding numbers, for "
+                 "meshes with holes")
+      ->check(CLI::IsMember(words(kSignKinds)))
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(kGroup);
   app.add_option("-k,--nearest", command.nearest, "nearest: how many triangles. Fast up to about 64")
       ->check(CLI::Range(1u, kMostNearest))
       ->type_name("K")
@@ -118,9 +125,13 @@ void add_query_options(CLI::App& app, QueryCommand& command) {
   add_memory_option(app, command.max_memory);
 }
 
+bool QueryCommand::uses_winding() const { return value_of(kSignKinds, sign) == SignKind::kWinding; }
+
 void check_query_command(const CLI::App& app, const QueryCommand& command) {
   if (!command.is_slice() && command.input().empty())
     throw CLI::RequiredError("--points, --spheres, --boxes or --slice");
+  if (app.count("--sign") != 0 && command.kind() != QueryKind::kSigned && command.kind() != QueryKind::kInside)
+    throw CLI::ValidationError("--sign goes with --query signed or inside");
   if (!command.is_slice()) {
     if (app.count("--size") != 0) throw CLI::ValidationError("--size goes with --slice");
     return check_query(app, command);

@@ -16,7 +16,7 @@ namespace hiprt::tools {
 
 struct QueryCommand {
   std::string path, points, spheres, boxes, output, paths;
-  std::string query = "auto";
+  std::string query = "auto", sign = "crossings";
   std::uint32_t nearest = 8;
   float max_distance = std::numeric_limits<float>::infinity();
   float time = 0.0f;
@@ -29,6 +29,8 @@ struct QueryCommand {
   /// The file of points, spheres or boxes.
   const std::string& input() const;
   QueryKind kind() const;
+  /// Whether winding numbers decide on the side of points.
+  bool uses_winding() const;
 };
 
 /// Adds every option of bvhquery.

@@ -6,6 +6,7 @@
 #include <tools/scene_io/query_file.h>
 
 #include <hiprt_build/error.h>
+#include <hiprt_device/format/winding_tree.h>
 #include <hiprt_device/scene_view.h>
 
 #include <cstdint>
@@ -24,6 +25,11 @@ enum class QueryKind {
   kOverlaps,    ///< All triangles that touch.
   kAnyOverlap,  ///< One triangle that touches.
 };
+
+/// What decides on which side of a surface a point is.
+enum class SignKind { kCrossings, kWinding };
+
+inline constexpr Names<SignKind, 2> kSignKinds{{{"crossings", SignKind::kCrossings}, {"winding", SignKind::kWinding}}};
 
 inline constexpr Names<QueryKind, 7> kQueryKinds{{{"closest", QueryKind::kClosest},
                                                   {"signed", QueryKind::kSigned},
@@ -52,6 +58,8 @@ struct QueryWork {
   std::uint32_t nearest = 1;                                    ///< k of kNearest.
   float max_distance = std::numeric_limits<float>::infinity();  ///< Of points.
   float time = 0.0f;
+  /// Decides the sides of kSigned and kInside. nullptr: the crossings of a ray do.
+  const WindingTree* winding = nullptr;
 };
 
 /// The records of a result file (query_file.h).
