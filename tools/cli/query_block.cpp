@@ -3,8 +3,6 @@
 #include <tools/base/interrupt.h>
 #include <tools/cli/trace_records.h>
 
-#include <hiprt_device/query/winding_number.h>
-
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -58,12 +56,7 @@ bool QueryBlock::run_points(const QueryWork& work, std::size_t begin) {
 bool QueryBlock::run_sides(const QueryWork& work, std::size_t begin) {
   const std::vector<PointQuery> queries = point_queries(work, begin, count_);
   inside_.resize(count_);
-  if (work.winding != nullptr) {
-    for (std::size_t i = 0; i < count_; ++i)
-      inside_[i] = is_inside(*work.winding, Vec3D(queries[i].point)) == Side::kInside ? 1 : 0;
-    return true;
-  }
-  return find(SideJob{&work.scene, queries.data(), count_, inside_.data()});
+  return find(SideJob{&work.scene, queries.data(), count_, inside_.data(), work.winding});
 }
 
 bool QueryBlock::run_boxes(const QueryWork& work, std::size_t begin) {

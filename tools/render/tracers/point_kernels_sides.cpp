@@ -2,6 +2,8 @@
 
 #include <tools/render/tracers/point_policies.h>
 
+#include <hiprt_device/query/winding_number.h>
+
 #define HIPRT_FIND_SIDES HIPRT_JOIN(find_sides_, HIPRT_ISA_NAME)
 
 namespace hiprt::tools {
@@ -27,6 +29,11 @@ struct FindAll {
 
 bool HIPRT_FIND_SIDES(const SideJob& job);
 
-bool HIPRT_FIND_SIDES(const SideJob& job) { return with_point_policies(*job.scene, FindAll{job}); }
+bool HIPRT_FIND_SIDES(const SideJob& job) {
+  if (job.winding == nullptr) return with_point_policies(*job.scene, FindAll{job});
+  for (std::size_t i = 0; i < job.count; ++i)
+    job.inside[i] = is_inside(*job.winding, Vec3D(job.queries[i].point)) == Side::kInside ? 1 : 0;
+  return true;
+}
 
 }  // namespace hiprt::tools

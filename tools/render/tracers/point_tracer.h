@@ -4,6 +4,7 @@
 
 #include <tools/render/scene/trace_limits.h>
 
+#include <hiprt_device/format/winding_tree.h>
 #include <hiprt_device/query/closest_point.h>
 #include <hiprt_device/scene_view.h>
 
@@ -39,7 +40,8 @@ struct SideJob {
   const SceneView* scene;
   const PointQuery* queries;
   std::size_t count;
-  std::uint32_t* inside;  ///< 1: inside, 0: outside; one per query.
+  std::uint32_t* inside;       ///< 1: inside, 0: outside; one per query.
+  const WindingTree* winding;  ///< Decides by winding numbers. nullptr: the crossings of a ray decide.
 };
 
 struct FoundOverlap {
