@@ -5,6 +5,7 @@
 #include <tools/render/image/image_read.h>
 #include <tools/scene_io/exchange_json.h>
 #include <tools/scene_io/mesh/mesh_import.h>
+#include <tools/scene_io/query_file.h>
 #include <tools/scene_io/rays_file.h>
 #include <tools/scene_io/scene/scene_description.h>
 #include <tools/scene_io/scene/scene_file.h>
@@ -87,6 +88,10 @@ void read_scene(const Path& path) {
 
 void read_tree(const Path& path) { accepted(tools::read_exchange(path)); }
 void read_rays(const Path& path) { accepted(tools::read_rays(path)); }
+void read_queries(const Path& path) {
+  for (const auto shape : {tools::QueryShape::kPoint, tools::QueryShape::kSphere, tools::QueryShape::kBox})
+    accepted(tools::read_queries(path, shape));
+}
 void read_hits(const Path& path) { accepted(tools::read_hits(path)); }
 void read_paths(const Path& path) { accepted(tools::read_paths(path)); }
 void read_exr(const Path& path) { accepted(tools::read_exr_colors(path)); }
@@ -112,7 +117,7 @@ constexpr Reader kReaders[] = {
     {"json", "input.json", read_scene},   {"tree", "tree.json", read_tree},
     {"exr", "input.exr", read_exr},       {"picture", "", nullptr},
     {"rays", "input.rays", read_rays},    {"hits", "input.hits", read_hits},
-    {"paths", "input.paths", read_paths},
+    {"paths", "input.paths", read_paths}, {"queries", "input.queries", read_queries},
 };
 
 const Reader* chosen = nullptr;

@@ -207,6 +207,7 @@ void make_reader_corpus(const std::filesystem::path& folder) {
   write(folder / "rays", {floats(1, 0, {0, 0, 0, 0, 0, 0, 1, 9})});
   write(folder / "hits", {floats(0x3f800000u, 7, {})});
   write(folder / "paths", {floats(1, 1, {0, 0})});
+  write(folder / "queries", {floats(1, 3, {0, 0, 0}), floats(1, 4, {0, 0, 0, 1}), floats(1, 6, {0, 0, 0, 1, 1, 1})});
 }
 
 }  // namespace hiprt::fuzz

@@ -13,7 +13,7 @@ using namespace hiprt::test;
 
 namespace {
 
-const std::string kBvhRender = HIPRT_BVHRENDER;
+const std::string kBvhQuery = HIPRT_BVHQUERY, kBvhRender = HIPRT_BVHRENDER;
 
 struct Use {
   std::string changed;  ///< Name of the file that changes.
@@ -49,6 +49,9 @@ class Inputs {
     std::string rays;
     append(rays, 1u, 0u, 0.1f, 0.1f, 1.f, 0.f, 0.f, 0.f, -1.f, 9.f);
     folder_.write("a.rays", rays);
+    std::string points;
+    append(points, 1u, 3u, 0.1f, 0.1f, 1.f);
+    folder_.write("a.points", points);
     check_good(run({kBvhBuild, at("a.obj"), "-o", at("a.bvh")}));
     check_good(run({kBvhInfo, at("a.bvh"), "--export", at("tree.json")}));
   }
@@ -63,6 +66,8 @@ class Inputs {
         {"a.bvh", {kBvhInfo, at("a.bvh"), "--export", out}},
         {"a.bvh", {kBvhTrace, at("a.bvh"), "--rays", at("a.rays"), "--hits", out}},
         {"a.rays", {kBvhTrace, at("a.bvh"), "--rays", at("a.rays"), "--hits", out}},
+        {"a.bvh", {kBvhQuery, at("a.bvh"), "--points", at("a.points"), "-o", out}},
+        {"a.points", {kBvhQuery, at("a.bvh"), "--points", at("a.points"), "-o", out}},
         {"a.bvh", {kBvhRender, at("a.bvh"), "-o", at("out.png"), "--size", "8x8"}},
         {"a.bvh", {kBvhBuild, at("a.bvh"), "--refit", at("a.obj"), "-o", out}},
         {"tree.json", {kBvhBuild, at("a.obj"), "--import", at("tree.json"), "-o", out}},

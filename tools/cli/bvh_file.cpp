@@ -61,6 +61,13 @@ build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned thre
   return file;
 }
 
+build::Result<void> check_triangles_only(const std::filesystem::path& path, const BufferView& view) {
+  if ((view.header->features & feature_bit(Feature::kCustom)) == 0) return {};
+  return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
+                                     path.string() + ": has custom primitives, spheres or curves; points and boxes "
+                                                     "find triangles only. Build a file of the meshes alone"});
+}
+
 build::Result<void> check_traceable(const std::filesystem::path& path, const BufferView& view) {
   const FileHeader& header = *view.header;
   if ((header.features & feature_bit(Feature::kCustom)) != 0 && !has_shapes_only(view))

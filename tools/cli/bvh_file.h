@@ -35,6 +35,10 @@ build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned thre
 /// it has more levels of instances or needs more stack entries than trace_limits.h allows.
 build::Result<void> check_traceable(const std::filesystem::path& path, const BufferView& view);
 
+/// Whether points and boxes can be asked of a file.
+/// @return kInvalidInput if it or one of its objects has custom primitives, spheres or curves.
+build::Result<void> check_triangles_only(const std::filesystem::path& path, const BufferView& view);
+
 /// "scene.bvh: not a valid BVH file: BadMagic at byte 0: ..."
 build::Error format_error(const std::filesystem::path& path, const FormatIssue& issue);
 

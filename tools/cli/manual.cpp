@@ -201,7 +201,7 @@ std::string manual_page(const CLI::App& app, const ToolInfo& info) {
       ".SH EXIT STATUS\n0: success. 1: bad input or a failed operation. 2: a wrong command line.\n.SH EXAMPLES\n.nf\n" +
       roff(info.examples) + ".fi\n.SH SEE ALSO\n";
   std::vector<std::string> others;
-  for (const char* other : {"bvhbuild", "bvhinfo", "bvhrender", "bvhtrace"})
+  for (const char* other : {"bvhbuild", "bvhinfo", "bvhquery", "bvhrender", "bvhtrace"})
     if (name != other) others.push_back(std::string("\\fB") + other + "\\fR(1)");
   return text + joined(others, ", ") + "\n";
 }

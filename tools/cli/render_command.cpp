@@ -4,50 +4,21 @@
 #include <tools/base/read_input.h>
 #include <tools/base/text.h>
 #include <tools/cli/cli.h>
+#include <tools/cli/picture_options.h>
 #include <tools/cli/render_names.h>
 #include <tools/cli/trace_device.h>
 #include <tools/render/scene/shutter.h>
 
 #include <CLI/CLI.hpp>
 
-#include <charconv>
-#include <tuple>
+#include <filesystem>
 
 namespace hiprt::tools {
 namespace {
 
 constexpr unsigned kDefaultLevel = 3;
 
-bool has_extension(const std::string& path, std::string_view extension) {
-  std::string found = std::filesystem::path(path).extension().string();
-  for (char& c : found) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return found == extension;
-}
-
 // CLI11 validators return an empty string, or what is wrong.
-
-std::string check_extension(const std::string& path) {
-  if (is_exr(path) || has_extension(path, ".png")) return {};
-  return "'" + path + "' ends neither in .exr nor in .png";
-}
-
-/// "800x600"; nothing when it is malformed or too large.
-std::optional<std::pair<std::uint32_t, std::uint32_t>> parse_size(std::string_view text) {
-  std::pair<std::uint32_t, std::uint32_t> size;
-  const char* const end = text.data() + text.size();
-  const auto width = std::from_chars(text.data(), end, size.first);
-  if (width.ec != std::errc() || width.ptr == end || *width.ptr != 'x') return std::nullopt;
-  const auto height = std::from_chars(width.ptr + 1, end, size.second);
-  if (height.ec != std::errc() || height.ptr != end) return std::nullopt;
-  if (size.first < 1 || size.second < 1 || size.first > kMaxSide || size.second > kMaxSide) return std::nullopt;
-  if (std::uint64_t{size.first} * size.second > kMaxPixels) return std::nullopt;
-  return size;
-}
-
-std::string check_size(const std::string& text) {
-  if (parse_size(text)) return {};
-  return "'" + text + "' is not WIDTHxHEIGHT, each 1 to 32768 and 134217728 pixels at most";
-}
 
 bool names_camera_file(const std::string& text) {
   std::error_code error;
@@ -70,7 +41,7 @@ void add_file_options(CLI::App& app, RenderCommand& command) {
   app.add_option("FILE", command.path, "BVH file to render")->required()->type_name("")->group(kInputGroup);
   app.add_option("-o,--output", command.outputs, "Picture to write, .exr or .png. May be given several times")
       ->required()
-      ->check(CLI::Validator(check_extension, ""))
+      ->check(CLI::Validator(check_picture_name, ""))
       ->allow_extra_args(false)
       ->type_name("FILE")
       ->group(kOutputGroup);
@@ -140,10 +111,10 @@ build::Result<Camera> whole_view(const RenderCommand& command, const Box& bounds
 
 }  // namespace
 
-bool is_exr(const std::string& path) { return has_extension(path, ".exr"); }
-
 void RenderCommand::finish() {
-  std::tie(render.width, render.height) = *parse_size(size);
+  const PictureSize pixels = *parse_size(size);
+  render.width = pixels.width;
+  render.height = pixels.height;
   render.shutter = *parse_shutter(shutter);
   render.mode = value_of(kRenderModes, mode);
   render.layers = false;

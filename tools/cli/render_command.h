@@ -40,7 +40,4 @@ void add_render_options(CLI::App& app, RenderCommand& command);
 /// @return the camera of the command line, or one that sees all of @p bounds.
 build::Result<Camera> choose_camera(const RenderCommand& command, const Box& bounds);
 
-/// Whether the name of a picture ends in .exr, in any case.
-bool is_exr(const std::string& path);
-
 }  // namespace hiprt::tools

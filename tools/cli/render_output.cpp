@@ -1,6 +1,7 @@
 #include <tools/cli/render_output.h>
 
 #include <tools/base/interrupt.h>
+#include <tools/cli/picture_options.h>
 #include <tools/cli/progress.h>
 #include <tools/cli/report.h>
 #include <tools/render/image/image.h>

@@ -30,6 +30,12 @@ build::Result<void> check_primitive_counts(const std::filesystem::path& path, co
   return {};
 }
 
+std::uint32_t primitive_number(const SceneView& scene, std::span<const std::uint32_t> path, std::uint32_t geometry,
+                               std::uint32_t primitive) {
+  const ObjectView object = follow<false>(scene, load_path(path), 0.0f, kNothing);
+  return static_cast<std::uint32_t>(object.geometries[geometry].first_primitive + primitive);
+}
+
 build::Result<std::vector<HitRecord>> hit_records(const SceneView& scene, std::span<const Hit> hits,
                                                   std::span<const std::uint32_t> paths) {
   std::vector<HitRecord> records(hits.size(), HitRecord{std::numeric_limits<float>::infinity(), kInvalidId});
@@ -39,9 +45,8 @@ build::Result<std::vector<HitRecord>> hit_records(const SceneView& scene, std::s
       return tl::unexpected(build::Error{build::ErrorCode::kInvalidInput,
                                          "the scene has features that this tracer was not compiled for"});
     if (!hit.found()) continue;
-    const auto path = load_path(paths.subspan(i * scene.levels, scene.levels));
-    const GeometryRecord& geometry = follow<false>(scene, path, 0.0f, kNothing).geometries[hit.geometry];
-    records[i] = {hit.t, static_cast<std::uint32_t>(geometry.first_primitive + hit.primitive)};
+    const auto path = paths.subspan(i * scene.levels, scene.levels);
+    records[i] = {hit.t, primitive_number(scene, path, hit.geometry, hit.primitive)};
   }
   return records;
 }

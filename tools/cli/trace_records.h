@@ -18,6 +18,11 @@ namespace hiprt::tools {
 /// the object, its primitives, and the limit.
 build::Result<void> check_primitive_counts(const std::filesystem::path& path, const BufferView& view);
 
+/// The number of a primitive in hit files (rays_file.h).
+/// @param path scene.levels entries.
+std::uint32_t primitive_number(const SceneView& scene, std::span<const std::uint32_t> path, std::uint32_t geometry,
+                               std::uint32_t primitive);
+
 /// @param paths of trace(): scene.levels per hit.
 /// @return kInvalidInput if the tracer refused the scene.
 build::Result<std::vector<HitRecord>> hit_records(const SceneView& scene, std::span<const Hit> hits,
