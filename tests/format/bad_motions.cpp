@@ -1,4 +1,4 @@
-// Invalid motions, one fault each, where other faults could hide the check: the file is valid but for one rule.
+// Invalid motions, one fault each, where other faults could hide the check: the file breaks one rule only.
 
 #include "bad_files.h"
 #include "good_parts.h"

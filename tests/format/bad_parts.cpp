@@ -167,7 +167,7 @@ std::vector<BadCase> part_and_still_cases() {
                    return BadFile{std::move(file), at};
                  }});
   all.push_back({FormatError::kBadObject, "an object that has objects", [](NodeLayout layout) {
-                   // In the place of a larger object.
+                   // It replaces a larger object.
                    const TestFile inner = instances_of(root_leaf_scene(layout), 1);
                    TestFile file = instances_of(chain_scene(layout, 40), 1);
                    const BufferView view = *open_buffer(file.bytes());

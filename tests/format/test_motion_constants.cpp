@@ -5,6 +5,7 @@
 #include <hiprt_build/format/moving_box.h>
 #include <hiprt_build/format/view.h>
 #include <hiprt_build/instances.h>
+#include <tests/oracle/exact.h>
 #include <tests/oracle/random.h>
 
 #include <tests/catch.h>
@@ -127,6 +128,41 @@ TEST_CASE("a value of a curve has a pad of 2^-46 of the magnitude, six times its
   INFO("seed " << kSeed);
   CHECK(most <= kNeeded);
   CHECK(most >= 0.5);
+}
+
+TEST_CASE("boxes of points that a translation takes back to 0 are too small by at most what sums round", "[motion]") {
+  Random random(kSeed + 2);
+  unsigned outside = 0;
+  for (unsigned i = 0; i < 8000; ++i) {
+    MotionSegment segment{};
+    segment.time[1] = 1.0f;
+    float p[3];
+    for (float& x : p) x = random.uniform_float(-1, 1);
+    for (unsigned r = 0; r < 3; ++r) {
+      double row = 0;
+      for (unsigned c = 0; c < 3; ++c) {
+        segment.linear[0][r][c] = segment.linear[1][r][c] = random.uniform_float(-1, 1);
+        row += double{segment.linear[0][r][c]} * double{p[c]};
+      }
+      segment.translation[0][r] = segment.translation[1][r] = static_cast<float>(-row);
+    }
+    const SegmentMotion motion(segment, MotionKind::kMatrix);
+    const Box box = bounds_in_motion(std::span(&motion, 1), Box{{p[0], p[1], p[2]}, {p[0], p[1], p[2]}});
+    for (unsigned r = 0; r < 3; ++r) {
+      oracle::Rational value = oracle::exact(segment.translation[0][r]), size = abs(value);
+      for (unsigned c = 0; c < 3; ++c) {
+        const oracle::Rational term = oracle::exact(segment.linear[0][r][c]) * oracle::exact(p[c]);
+        value += term;
+        size += abs(term);
+      }
+      INFO("seed " << kSeed + 2 << ", point " << i << ", axis " << r);
+      const oracle::Rational rounding = size * oracle::exact(3 * 0x1p-53f);
+      REQUIRE(oracle::exact(box.min[r]) <= value + rounding);
+      REQUIRE(oracle::exact(box.max[r]) >= value - rounding);
+      if (oracle::exact(box.min[r]) > value || oracle::exact(box.max[r]) < value) ++outside;
+    }
+  }
+  CHECK(outside > 0);
 }
 
 TEST_CASE("ranges of curves end within 2^-26 of the magnitude, outside with slack and inside without", "[motion]") {

@@ -1,6 +1,6 @@
 #pragma once
-/// Searches that start at a proof's own worst case: operands just above a power of two, where roundings are largest,
-/// and a triangle that is small beside its distance, so that what a bound has for its size is not used.
+/// Searches that start at a proof's own worst case. Operands are just above a power of two, where roundings are
+/// largest. The triangle is small beside its distance, so the part of a bound for its size is not used.
 
 #include <tests/traversal/worst_cases.h>
 
@@ -14,7 +14,7 @@ inline float just_above(Random& random, float x) {
 
 /// The genes of case_of(): a triangle near the coordinates' origin, and a ray from about (1, 1, 1).
 /// @param least, most size of the triangle in units of 2^-23, the spacing of floats at its distance.
-/// @param beside the origin's x and y in the place of 1: shears of about so much.
+/// @param beside the origin's x and y instead of 1: shears of about so much.
 inline Genes far_genes(Random& random, double least, double most, float beside = 1.0f) {
   Genes genes;
   const double size = 0x1p-23 * random.log_uniform(least, most);
