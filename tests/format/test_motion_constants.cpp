@@ -10,6 +10,7 @@
 
 #include <tests/catch.h>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace hiprt;
@@ -77,7 +78,7 @@ long double precise_maximum(const MotionCurve& curve) {
     const long double a = low + 0.382L * (high - low), b = high - 0.382L * (high - low);
     (precise(curve, a) < precise(curve, b) ? low : high) = precise(curve, a) < precise(curve, b) ? a : b;
   }
-  return precise(curve, 0.5L * (low + high));
+  return std::max({precise(curve, 0.0L), precise(curve, 0.5L * (low + high)), precise(curve, 1.0L)});
 }
 
 }  // namespace
@@ -173,15 +174,15 @@ TEST_CASE("ranges of curves end within 2^-26 of the magnitude, outside with slac
     MotionRange loose, tight;
     curve.grow(loose, 1.0);
     curve.grow(tight, 0.0);
-    const auto most = static_cast<double>(precise_maximum(curve));
+    const long double most = precise_maximum(curve);
     const double unit = 0x1p-26 * curve.magnitude(), pad = 0x1p-46 * curve.magnitude();
     INFO("seed " << kSeed + 1 << ", curve " << i);
     REQUIRE(loose.high >= most);
     REQUIRE(loose.high <= most + unit + 2 * pad);
     REQUIRE(tight.high <= most + pad);
     REQUIRE(tight.high >= most - unit);
-    outside = std::max(outside, (loose.high - most) / unit);
-    inside = std::max(inside, (most - tight.high) / unit);
+    outside = std::max(outside, static_cast<double>(loose.high - most) / unit);
+    inside = std::max(inside, static_cast<double>(most - tight.high) / unit);
   }
   // Halves stop between a quarter of the tolerance and the tolerance.
   INFO("seed " << kSeed + 1 << ": " << outside << " outside, " << inside << " inside");
