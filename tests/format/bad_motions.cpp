@@ -25,7 +25,7 @@ std::uint64_t word_at(const BufferView& view, unsigned segment, unsigned word) {
 }
 
 /// @param bad the word that the report must name.
-BadCase words(const char* what, TestFile (*good)(NodeLayout), std::vector<Word> changes, unsigned bad,
+BadCase words(const char* what, TestFile (*good)(NodeLayout), const std::vector<Word>& changes, unsigned bad,
               unsigned segment = 0) {
   return {FormatError::kBadMotion, what, [=](NodeLayout layout) {
             TestFile file = good(layout);
