@@ -2,7 +2,8 @@
 /// Validates bytes of unknown origin. Host only; any thread.
 ///
 /// After a success, a traversal with a stack of FileHeader::stack_bound entries never reads out of bounds, loops, or
-/// overflows its stack. It misses no primitive because of a wrong box. hiprt_device/docs/FORMAT.md has the rules.
+/// overflows its stack. It misses no primitive because of a wrong box, except parts of split triangles: see
+/// hiprt_device/docs/FORMAT.md.
 
 #include <hiprt_build/export.h>
 #include <hiprt_build/format/error.h>

@@ -1,6 +1,6 @@
 // The same searches through instances: no bound is exceeded, and no box hides a hit of its instance.
 
-#include <tests/traversal/worst_cases.h>
+#include <tests/traversal/directed.h>
 
 #include <hiprt_build/format/instance_bounds.h>
 #include <hiprt_device/instances/instance_path.h>
@@ -130,6 +130,14 @@ Genes make_placed_genes(Random& random) {
   return genes;
 }
 
+/// small_genes() in an instance that neither turns nor scales much. Its translation is not a multiple of 2^-23.
+Genes small_placed_genes(Random& random) {
+  Genes genes = small_genes(random);
+  for (unsigned i = 0; i < 9; ++i) genes.push_back(i % 4 == 0 ? just_above(random, 1.0f) : 0.0f);
+  for (unsigned i = 0; i < 3; ++i) genes.push_back(static_cast<float>(0x1p-23 * random.uniform(-400, 400)));
+  return genes;
+}
+
 }  // namespace
 
 TEST_CASE("no search breaks the bound of a point in an instance", "[worst_cases]") {
@@ -145,4 +153,12 @@ TEST_CASE("no search makes a box hide a hit in an instance: the instance's box, 
   search_genes("Watertight: an inner margin", make_placed_genes, inner_margin_share<Watertight, float>);
   search_genes("Reference: an inner margin", make_placed_genes, inner_margin_share<Reference, float>);
   search_genes("Double: an inner margin", make_placed_genes, inner_margin_share<WatertightDouble, double>);
+}
+
+TEST_CASE("directed searches reach these parts of the bounds of instances, and none breaks them", "[worst_cases]") {
+  search_directed("Watertight in an instance", 8, 2000, 0.07, small_placed_genes, placed_share<Watertight, float>);
+  search_directed("Watertight: an instance's margin", 40, 5000, 0.035, small_placed_genes,
+                  flat(instance_margin_share<Watertight, float>));
+  search_directed("Watertight: an inner margin", 40, 5000, 0.15, small_placed_genes,
+                  flat(inner_margin_share<Watertight, float>));
 }
