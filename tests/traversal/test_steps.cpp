@@ -43,9 +43,22 @@ template <unsigned kEntries, class Entry> void check_private_room() {
 template <unsigned kShared, unsigned kEntries, class Entry> void check_tiered_room() {
   using Stack = TieredStack<kShared, kEntries>;
   constexpr unsigned kThreads = 3;
-  std::vector<StackEntry> block(kThreads * kShared);
+  std::vector<StackEntry> block(kThreads * (kShared + 1));
   typename Stack::Memory memory;
-  check_room<Stack, Entry>({block.data(), 1, kThreads, memory}, kEntries);
+  const typename Stack::Storage storage(block.data(), 1, kThreads, memory);
+  check_room<Stack, Entry>(storage, kEntries);
+  // The entries of one node, pushed together, may lie on both sides of the border. No entry has a value twice.
+  for (unsigned before = 0; before + kMostPushed <= kEntries; ++before) {
+    CAPTURE(kShared, before);
+    const auto entry = [&](unsigned i) { return Entry{100 * before + 50 + i}; };
+    typename Stack::template Of<Entry> stack(storage);
+    for (unsigned i = 0; i < before; ++i) stack.push(entry(i));
+    stack.push_some([&](auto&& push) {
+      for (unsigned i = 0; i < kMostPushed; ++i) push(entry(before + i));
+    });
+    for (unsigned i = before + kMostPushed; i-- > 0;) REQUIRE(stack.pop() == entry(i));
+    REQUIRE(stack.empty());
+  }
 }
 
 struct Counting : Policies {

@@ -165,7 +165,7 @@ double filter_share(const Genes& genes) {
   double most = 0.0;
   for (unsigned i = 0; i < 3; ++i) {
     const unsigned j = (i + 1) % 3;
-    const Rational off = abs(exact(Lanes::get(edges, static_cast<int>(i))) - (x[i] * y[j] - y[i] * x[j]));
+    const Rational off = abs(exact(Lanes::get(edges, i)) - (x[i] * y[j] - y[i] * x[j]));
     most = std::max(most, Rational(off / bound).get_d());
   }
   return most;
