@@ -169,7 +169,8 @@ build::Result<double> Engine::trace(const Subject& subject, std::span<const Ray>
   Work work = make_work(subject, probe);
   work.count = static_cast<std::uint32_t>(rays.size());
   const Launch launch{.kernel = kernels(subject).trace, .job = &work, .count = work.count};
-  const auto times = device_->run(launch, {.warm_up = 0, .timed = 1});
+  // The first launch after one of Vulkan waits for the GPU to change to this context.
+  const auto times = device_->run(launch, {.warm_up = vulkan_.modes().empty() ? 0u : 1u, .timed = 1});
   if (!times) return tl::unexpected(times.error());
   if (auto read = device_->read(hits_.memory(), std::as_writable_bytes(hits)); !read)
     return tl::unexpected(read.error());

@@ -25,6 +25,14 @@ build::Result<void> VulkanScenes::set_model(const Model& model) {
   return {};
 }
 
+build::Result<double> VulkanScenes::trace(const std::string& mode, std::span<const Ray> rays, std::span<Hit> hits) {
+  // The first launch after one of another interface waits for the GPU to change to Vulkan's context.
+  const std::size_t few = std::min<std::size_t>(rays.size(), 64);
+  Competitor& scene = *scenes_.at(mode);
+  if (auto warm = scene.trace(false, rays.first(few), hits.first(few)); !warm) return warm;
+  return scene.trace(false, rays, hits);
+}
+
 bool VulkanScenes::can_check(CheckKind kind) {
   return kind == CheckKind::kRandom || kind == CheckKind::kEdge || kind == CheckKind::kVertex;
 }

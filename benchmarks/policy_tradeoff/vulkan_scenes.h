@@ -32,9 +32,7 @@ class VulkanScenes {
   build::Result<oracle::Tally> check(const std::string& mode, const oracle::Probe& probe, std::uint64_t first,
                                      std::uint32_t count);
   /// @return seconds of the device, without copies.
-  build::Result<double> trace(const std::string& mode, std::span<const Ray> rays, std::span<Hit> hits) {
-    return scenes_.at(mode)->trace(false, rays, hits);
-  }
+  build::Result<double> trace(const std::string& mode, std::span<const Ray> rays, std::span<Hit> hits);
 
  private:
   std::shared_ptr<VulkanMachine> machine_;
