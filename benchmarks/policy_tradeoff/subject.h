@@ -15,7 +15,7 @@ struct Subject {
   Compiler settings = Compiler::kUsual;
   bool ours = true;     ///< Has error bounds, and boxes that can be widened.
   bool robust = false;  ///< Embree's RTC_SCENE_FLAG_ROBUST.
-  std::string vulkan;   ///< A mode of Vulkan; empty for all others.
+  std::string vulkan;   ///< Of vulkan_modes(); empty for other tracers.
 };
 
 /// The policy sets, in the order of the tables.

@@ -1,6 +1,5 @@
 #pragma once
-/// The arrays that winding numbers are asked of. They are not part of a file: build::winding_arrays() makes them of
-/// one.
+/// The arrays of winding_number(). They are not part of a file: build::winding_arrays() makes them from one.
 
 #include <hiprt_device/format/portability.h>
 
@@ -11,14 +10,14 @@ struct WindingTriangle {
   float corner[3][3];
 };
 
-/// A part of the mesh, and what is left of it from afar. The parts below follow it.
+/// A part of the mesh: a ball around it, and its moments. The nodes of its own parts follow.
 struct WindingNode {
   double center[3];  ///< About the mean of the surface.
   double radius;     ///< No corner is farther from the center.
   double dipole[3];  ///< Sum of the triangles' areas times normals.
   double spread[6];  ///< Sum of (centroid - center) x (area times normal): xx, yy, zz, and yz, zx, xy with zy, xz, yx.
   double area;       ///< At least the sum of the triangles' areas.
-  std::uint32_t next;   ///< The node behind the parts below this one.
+  std::uint32_t next;   ///< The node after the last of its parts.
   std::uint32_t first;  ///< Triangle.
   std::uint32_t count;  ///< Triangles.
   std::uint32_t unused;

@@ -265,7 +265,7 @@ TEST_CASE("files of every version are there, as they were written") {
     if (entry.path().extension() == ".bvh" && entry.path().parent_path().filename() != "refused")
       there.insert(std::filesystem::relative(entry.path(), kFolder).string());
   CHECK(files == there);
-  // A new version needs files of its own: README.md says how they are made.
+  // Every version has files. README.md says how to make them.
   REQUIRE(names.size() == kVersionMinor + 1u);
   for (const auto& [name, content] : kContents)
     for (unsigned minor = 0; minor <= kVersionMinor; ++minor) {
