@@ -151,7 +151,7 @@ build::Result<Tally> Engine::check(const Subject& subject, Probe probe, std::uin
   for (work.first = 0; work.first < count; work.first += most) {
     if (tools::interrupted()) return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "interrupted"});
     work.count = static_cast<std::uint32_t>(std::min(most, count - work.first));
-    const auto tally = check_part(subject, work);
+    auto tally = check_part(subject, work);
     if (!tally) return tally;
     sum.skipped += tally->skipped;
     sum.faults += tally->faults;
