@@ -10,14 +10,14 @@ struct WindingTriangle {
   float corner[3][3];
 };
 
-/// A part of the mesh: a ball around it, and its moments. The nodes of its own parts follow.
+/// A node of the tree: a ball around its triangles, and their moments. Its descendants follow it.
 struct WindingNode {
   double center[3];  ///< About the mean of the surface.
   double radius;     ///< No corner is farther from the center.
   double dipole[3];  ///< Sum of the triangles' areas times normals.
   double spread[6];  ///< Sum of (centroid - center) x (area times normal): xx, yy, zz, and yz, zx, xy with zy, xz, yx.
   double area;       ///< At least the sum of the triangles' areas.
-  std::uint32_t next;   ///< The node after the last of its parts.
+  std::uint32_t next;   ///< The node after its last descendant.
   std::uint32_t first;  ///< Triangle.
   std::uint32_t count;  ///< Triangles.
   std::uint32_t unused;

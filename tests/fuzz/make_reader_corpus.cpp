@@ -6,9 +6,9 @@
 #include "../tools/hair_files.h"
 #include "../tools/picture_files.h"
 #include "../tools/scene_file.h"
+#include "../tools/zstd_bytes.h"
 
 #include <ImfRgbaFile.h>
-#include <zstd.h>
 
 #include <array>
 #include <fstream>
@@ -82,12 +82,6 @@ std::string raw_mesh() {
   std::string file;
   append(file, 3u, 1u, 0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 0.f, 1.f, 0.f, 0u, 1u, 2u);
   return file;
-}
-
-std::string zstd(const std::string& bytes) {
-  std::string result(ZSTD_compressBound(bytes.size()), '\0');
-  result.resize(ZSTD_compress(result.data(), result.size(), bytes.data(), bytes.size(), 3));
-  return result;
 }
 
 /// An animated triangle with a material, a texture and a skin of one joint; morph targets; instances.

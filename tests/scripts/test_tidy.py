@@ -77,7 +77,7 @@ def main():
         clone.expect(0, known=0, faults=0, sources=0, more=since)
         clone.write("tools/a.h", CLEAN.replace("pointer", "other"))
         clone.expect(1, known=0, faults=1, sources=1, more=since, said="pointer")
-        # The last changes come first: what is not committed, then the newest commit.
+        # Changes that are not committed come first, then those of the newest commit.
         clone.write("tools/a.h", CLEAN)
         clone.write("tools/a.cpp", '#include "a.h"\nint main() { return *pointer(); }\n')
         clone.git("commit", "-qam", "two")

@@ -7,6 +7,7 @@
 #include "load.h"
 #include "picture_files.h"
 #include "scene_file.h"
+#include "zstd_bytes.h"
 
 #include <tools/base/memory_limit.h>
 #include <tools/render/image/image.h>
@@ -20,7 +21,6 @@
 #include <tools/scene_io/surface/picture.h>
 
 #include <zlib.h>
-#include <zstd.h>
 
 #include <array>
 #include <bit>
@@ -100,12 +100,6 @@ std::optional<build::Error> read_mesh(const std::filesystem::path& path) { retur
 
 std::optional<build::Error> read_assembly(const std::filesystem::path& path) {
   return error_of(tools::load_assembly(path, {0.0f, 1.0f}));
-}
-
-std::string zstd(const std::string& bytes) {
-  std::string result(ZSTD_compressBound(bytes.size()), '\0');
-  result.resize(ZSTD_compress(result.data(), result.size(), bytes.data(), bytes.size(), 3));
-  return result;
 }
 
 /// A file of a triangle with a sparse accessor, an animation and instances.
