@@ -4,7 +4,7 @@
 
 #include <tests/catch.h>
 #include <tests/render/read_images.h>
-#include <tools/cli/slice.h>
+#include <tools/query/slice.h>
 
 #include <cmath>
 

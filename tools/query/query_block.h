@@ -1,7 +1,7 @@
 #pragma once
 /// What the queries of one task have found.
 
-#include <tools/cli/query_run.h>
+#include <tools/query/query_run.h>
 #include <tools/render/tracers/point_tracer.h>
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include <tools/cli/query_command.h>
+#include <tools/query/query_command.h>
 
 #include <tools/base/text.h>
 #include <tools/cli/cli.h>

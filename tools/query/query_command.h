@@ -1,8 +1,8 @@
 #pragma once
 /// The command line of bvhquery.
 
-#include <tools/cli/query_run.h>
-#include <tools/cli/slice.h>
+#include <tools/query/query_run.h>
+#include <tools/query/slice.h>
 
 #include <cstdint>
 #include <limits>

@@ -1,4 +1,4 @@
-#include <tools/cli/query_block.h>
+#include <tools/query/query_block.h>
 
 #include <tools/base/interrupt.h>
 #include <tools/cli/trace_records.h>

@@ -1,7 +1,7 @@
-#include <tools/cli/query_run.h>
+#include <tools/query/query_run.h>
 
 #include <tools/base/interrupt.h>
-#include <tools/cli/query_block.h>
+#include <tools/query/query_block.h>
 
 #include <algorithm>
 #include <atomic>

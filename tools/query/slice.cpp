@@ -1,4 +1,4 @@
-#include <tools/cli/slice.h>
+#include <tools/query/slice.h>
 
 #include <tools/base/text.h>
 #include <tools/render/image/color.h>
