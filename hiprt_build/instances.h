@@ -40,9 +40,10 @@ struct InstanceOptions {
   /// hold one instance.
   BuildOptions tree{.builder = Builder::kHploc, .reinsertion_rounds = 8};
   InstanceBounds bounds = InstanceBounds::kGrandchildren;
-  /// 1 to 64: how many leaves per instance the trees may have, on average. The builder opens the instances with the
-  /// largest boxes. An opened instance has several leaves, and each leads rays to a part of the object (Benthin et al.
-  /// 2017, "Improved two-level BVHs using partial re-braiding"). Helps where instances overlap. Hits are the same.
+  /// 1 to 64: how many leaves per instance the trees may have, on average. An opened instance has several leaves, and
+  /// each leads rays to a part of the object (Benthin et al. 2017, "Improved two-level BVHs using partial re-braiding").
+  /// The builder opens instances where that saves steps: where the boxes of the parts are small beside the box of the
+  /// whole, or where instances overlap. Hits are the same.
   double opening_budget = 1.0;
 };
 

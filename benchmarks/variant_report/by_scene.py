@@ -4,7 +4,7 @@ from .markdown import number, per_query, table
 from .runs import ALL_HITS, ROW_AXES, geometric_mean
 
 # The value of an axis that a table does not vary (hiprt_default_* of cmake/HiprtBenchVariants.cmake).
-USUAL = {"stack": "private", "order": "usual", "blocks": "64x14"}
+USUAL = {"stack": "private", "order": "usual", "blocks": "64x14", "answers": "id"}
 # The tables show the first of these that was measured.
 USUAL_SCHEDULES = ["batch12", "batch16"]
 USUAL_FEATURES = "masks"

@@ -4,6 +4,7 @@
 #include <hiprt_build/exec/run_cpu.h>
 #include <hiprt_build/input/check_input.h>
 #include <hiprt_build/instances/instance_file.h>
+#include <hiprt_build/instances/open_instances.h>
 
 namespace hiprt::build {
 namespace {
@@ -62,9 +63,10 @@ class SceneBuilder {
     for (std::size_t g = 0;; ++g) {
       const bool last = g + 1 == scene_.groups.size();
       const std::span<const ObjectParts> before(objects_);
-      auto group = prepare_instances(engine_, scene_.groups[g], before, options_, shutter, g);
+      auto group = prepare_instances(engine_, scene_.groups[g], before, g);
       if (!group) return tl::unexpected(std::move(group.error()));
-      auto tree = build_tree(group->boxes, g);
+      if (auto made = make_parts(*group, shutter, g); !made) return tl::unexpected(std::move(made.error()));
+      auto tree = build_tree(group->boxes, g, options_.tree);
       if (!tree) return tl::unexpected(std::move(tree.error()));
       Buffer file = write_instance_file(*open_buffer(tree->buffer.bytes()), *group, shutter,
                                         last ? before : std::span<const ObjectParts>{});
@@ -86,8 +88,28 @@ class SceneBuilder {
   /// 4096 levels of instances, or trees whose boxes lie in each other.
   static constexpr std::uint32_t kMaxInstancedStack = 1u << 16;
 
-  Result<Bvh> build_tree(std::span<const Box> boxes, std::size_t g) {
-    BuildOptions options = options_.tree;
+  /// The parts of a group's instances, opened, with their boxes.
+  Result<void> make_parts(InstanceGroup& group, const std::optional<Shutter>& shutter, std::size_t g) {
+    PartBoxes boxes(group, objects_, options_.bounds);
+    boxes.make(engine_);
+    for (std::size_t i = 0; i < group.records.size(); ++i)
+      if (group.parts[i].ref != kInvalidRef &&
+          format_detail::first_bad_plane(group.boxes[i]) != format_detail::kNoPlane)
+        return tl::unexpected(invalid("group " + std::to_string(g) + ", instance " + std::to_string(i) +
+                                      ": its bounds are beyond what floats hold"));
+    if (options_.opening_budget > 1.0) {
+      auto closed = build_tree(group.boxes, g, {.builder = Builder::kHploc, .threads = options_.tree.threads});
+      if (!closed) return tl::unexpected(std::move(closed.error()));
+      const std::vector<float> overlap = measure_overlap(*open_buffer(closed->buffer.bytes()), group.records.size());
+      open_instances(engine_, boxes, options_.opening_budget, overlap);
+    }
+    if (!shutter) return {};
+    boxes.make_moving(engine_, *shutter);
+    group.needs.features |= feature_bit(Feature::kMovingBoxes);
+    return {};
+  }
+
+  Result<Bvh> build_tree(std::span<const Box> boxes, std::size_t g, BuildOptions options) {
     if (!objects_.empty()) options.nodes = objects_[0].view.layout();
     options.max_leaf_triangles = 1;
     options.pair_triangles = false;

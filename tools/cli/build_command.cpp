@@ -98,8 +98,8 @@ void add_instance_tree_options(CLI::App& app, BuildCommand& command) {
       ->excludes("--flatten")
       ->group(kInstanceGroup);
   app.add_option("--opening-budget", command.opening_budget,
-                 "Leaves per instance in trees over instances, on average, 1 to 64. Above 1 the largest instances are "
-                 "opened, and rays enter parts of their objects. For instances that overlap")
+                 "Most leaves per instance in trees over instances, on average, 1 to 64. Above 1 instances are opened "
+                 "where rays gain by it: rays enter parts of their objects")
       ->check(CLI::Range(1.0, 64.0))
       ->type_name("X")
       ->excludes("--flatten")
