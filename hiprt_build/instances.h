@@ -42,9 +42,12 @@ struct InstanceOptions {
   InstanceBounds bounds = InstanceBounds::kGrandchildren;
   /// 1 to 64: how many leaves per instance the trees may have, on average. An opened instance has several leaves, and
   /// each leads rays to a part of the object (Benthin et al. 2017, "Improved two-level BVHs using partial re-braiding").
-  /// The builder opens instances where that saves steps: where the boxes of the parts are small beside the box of the
-  /// whole, or where instances overlap. Hits are the same.
+  /// The builder opens instances where the boxes of the parts have less area together than the box of the whole, so that
+  /// rays enter less often. Hits are the same.
   double opening_budget = 1.0;
+  /// Opens the instances with the largest boxes without that condition. Faster where large instances lie in each other,
+  /// such as an island under its forests. Up to 12 % slower elsewhere (H100).
+  bool open_largest = false;
 };
 
 /// Objects by number: first the files, then the groups.

@@ -66,7 +66,7 @@ class SceneBuilder {
       auto group = prepare_instances(engine_, scene_.groups[g], before, g);
       if (!group) return tl::unexpected(std::move(group.error()));
       if (auto made = make_parts(*group, shutter, g); !made) return tl::unexpected(std::move(made.error()));
-      auto tree = build_tree(group->boxes, g, options_.tree);
+      auto tree = build_tree(group->boxes, g);
       if (!tree) return tl::unexpected(std::move(tree.error()));
       Buffer file = write_instance_file(*open_buffer(tree->buffer.bytes()), *group, shutter,
                                         last ? before : std::span<const ObjectParts>{});
@@ -97,19 +97,15 @@ class SceneBuilder {
           format_detail::first_bad_plane(group.boxes[i]) != format_detail::kNoPlane)
         return tl::unexpected(invalid("group " + std::to_string(g) + ", instance " + std::to_string(i) +
                                       ": its bounds are beyond what floats hold"));
-    if (options_.opening_budget > 1.0) {
-      auto closed = build_tree(group.boxes, g, {.builder = Builder::kHploc, .threads = options_.tree.threads});
-      if (!closed) return tl::unexpected(std::move(closed.error()));
-      const std::vector<float> overlap = measure_overlap(*open_buffer(closed->buffer.bytes()), group.records.size());
-      open_instances(engine_, boxes, options_.opening_budget, overlap);
-    }
+    if (options_.opening_budget > 1.0) open_instances(engine_, boxes, options_.opening_budget, options_.open_largest);
     if (!shutter) return {};
     boxes.make_moving(engine_, *shutter);
     group.needs.features |= feature_bit(Feature::kMovingBoxes);
     return {};
   }
 
-  Result<Bvh> build_tree(std::span<const Box> boxes, std::size_t g, BuildOptions options) {
+  Result<Bvh> build_tree(std::span<const Box> boxes, std::size_t g) {
+    BuildOptions options = options_.tree;
     if (!objects_.empty()) options.nodes = objects_[0].view.layout();
     options.max_leaf_triangles = 1;
     options.pair_triangles = false;

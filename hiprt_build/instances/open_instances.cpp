@@ -7,72 +7,11 @@
 namespace hiprt::build {
 namespace {
 
-/// The share of @p box that lies inside @p other. A flat box has shares of the axes in which it is not flat.
-double share_inside(const Box& box, const Box& other) {
-  double share = 1.0;
-  for (unsigned axis = 0; axis < 3; ++axis) {
-    const double common = double{std::min(box.max[axis], other.max[axis])} -
-                          double{std::max(box.min[axis], other.min[axis])},
-                 size = double{box.max[axis]} - double{box.min[axis]};
-    if (common < 0.0) return 0.0;
-    if (size > 0.0) share *= common / size;
-  }
-  return share;
-}
-
-/// By how much the areas of a part's children may sum to more than its own. The numbers were chosen by the steps of
-/// rays in five scenes: an island, a town, crowns apart and in each other, rooms in chunks of triangles
-/// (decisions/0014).
-double tolerated_excess(double overlap) { return std::clamp(0.1 * (overlap - 2.0), 0.0, 1.0); }
-
-template <class Layout> class OverlapMeter {
- public:
-  explicit OverlapMeter(const BufferView& tree) : base_(tree.bytes.data()) {}
-
-  /// Adds the overlap of the boxes below @p ref.
-  void visit(NodeRef ref, const Box& box, std::vector<float>& overlap) {
-    if (!is_box(ref)) {
-      double sum = 0.0;
-      for (const Beside& other : beside_) {
-        const double share = share_inside(box, other.box);
-        sum += share;
-        if (!is_box(other.ref)) overlap[number(other.ref)] += static_cast<float>(share);
-      }
-      overlap[number(ref)] += static_cast<float>(sum);
-      return;
-    }
-    const auto& node = *reinterpret_cast<const typename Layout::Node*>(base_ + ref_offset(ref));
-    const std::size_t above = beside_.size();
-    for (unsigned c = 0; c < kBranching; ++c) {
-      if (node.child[c] == kInvalidRef) continue;
-      const Box part = Layout::box(node, c);
-      for (unsigned other = 0; other < kBranching; ++other)
-        if (other != c && node.child[other] != kInvalidRef)
-          beside_.push_back({Layout::box(node, other), node.child[other]});
-      visit(node.child[c], part, overlap);
-      beside_.resize(above);
-    }
-  }
-
- private:
-  struct Beside {
-    Box box;
-    NodeRef ref;
-  };
-
-  std::uint32_t number(NodeRef leaf) const {
-    return reinterpret_cast<const CustomLeaf*>(base_ + ref_offset(leaf))->info.primitive[0];
-  }
-
-  const std::byte* base_;
-  std::vector<Beside> beside_;  ///< Siblings of the nodes on the path.
-};
-
-/// Which parts to open next, most gain first.
+/// Which parts to open next, the largest first.
 class Opening {
  public:
-  Opening(CpuEngine& engine, PartBoxes& boxes, std::span<const float> overlap)
-      : engine_(engine), boxes_(boxes), group_(boxes.group()), overlap_(overlap) {
+  Opening(CpuEngine& engine, PartBoxes& boxes, bool largest)
+      : engine_(engine), boxes_(boxes), group_(boxes.group()), largest_(largest) {
     std::vector<std::size_t> all(group_.parts.size());
     for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
     offer(all);
@@ -106,22 +45,23 @@ class Opening {
   }
 
   void offer(const std::vector<std::size_t>& parts) {
-    gains_.resize(group_.parts.size());
-    for_each(parts, [&](std::size_t i) { gains_[i] = gain(i); });
+    areas_.resize(group_.parts.size());
+    for_each(parts, [&](std::size_t i) { areas_[i] = area_to_open(i); });
     for (const std::size_t i : parts)
-      if (gains_[i] > 0.0f) queue_.emplace(gains_[i], i);
+      if (areas_[i] > 0.0f) queue_.emplace(areas_[i], i);
   }
 
-  /// Of opening part @p i, as an area; at most 0: none.
-  float gain(std::size_t i) const {
+  /// The area of part @p i's box if it may be opened and gains by it; else 0.
+  float area_to_open(std::size_t i) const {
     const InstancePart& part = group_.parts[i];
     if (part.ref == kInvalidRef || !is_box(part.ref) || part.depth >= kMostOpenedLevels) return 0.0f;
+    const float area = format_detail::half_area(group_.boxes[i]);
+    if (largest_) return area;
     double children = 0.0;
     for (const NodeRef child : boxes_.children_of(part))
       if (child != kInvalidRef)
         children += double{format_detail::half_area(boxes_.box_of({part.instance, child, part.depth + 1}))};
-    const double area = format_detail::half_area(group_.boxes[i]);
-    return static_cast<float>((1.0 + tolerated_excess(double{overlap_[part.instance]})) * area - children);
+    return children < double{area} ? area : 0.0f;
   }
 
   /// Replaces a part by its children. The first child gets the parent's index, the others are appended.
@@ -141,25 +81,16 @@ class Opening {
   CpuEngine& engine_;
   PartBoxes& boxes_;
   InstanceGroup& group_;
-  std::span<const float> overlap_;
-  std::vector<float> gains_;
+  bool largest_;
+  std::vector<float> areas_;
   std::priority_queue<std::pair<float, std::size_t>> queue_;
 };
 
 }  // namespace
 
-std::vector<float> measure_overlap(const BufferView& tree, std::size_t count) {
-  std::vector<float> overlap(count, 0.0f);
-  if (tree.header->root != kInvalidRef)
-    dispatch_layout(tree.layout(), [&](auto layout) {
-      OverlapMeter<decltype(layout)>(tree).visit(tree.header->root, tree.header->bounds, overlap);
-    });
-  return overlap;
-}
-
-void open_instances(CpuEngine& engine, PartBoxes& boxes, double budget, std::span<const float> overlap) {
+void open_instances(CpuEngine& engine, PartBoxes& boxes, double budget, bool largest) {
   const auto most = static_cast<std::size_t>(budget * static_cast<double>(boxes.group().records.size()));
-  Opening(engine, boxes, overlap).open(most);
+  Opening(engine, boxes, largest).open(most);
 }
 
 }  // namespace hiprt::build

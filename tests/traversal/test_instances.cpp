@@ -99,8 +99,8 @@ TEST_CASE("boxes from primitives contain all corners and are tight") {
 TEST_CASE("opened scenes do not depend on the number of threads") {
   InstanceScene one = random_scene(kSeed, NodeLayout::kPlanes, 1, 100),
                 many = random_scene(kSeed, NodeLayout::kPlanes, 1, 100);
-  one.build({.tree = {.threads = 1}, .opening_budget = 8.0});
-  many.build({.tree = {.threads = 5}, .opening_budget = 8.0});
+  one.build({.tree = {.threads = 1}, .opening_budget = 8.0, .open_largest = true});
+  many.build({.tree = {.threads = 5}, .opening_budget = 8.0, .open_largest = true});
   const auto a = std::as_const(one.file).bytes(), b = std::as_const(many.file).bytes();
   CHECK(std::equal(a.begin(), a.end(), b.begin(), b.end()));
   CHECK(open_buffer(a)->leaves.count > 700);

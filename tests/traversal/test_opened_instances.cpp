@@ -111,11 +111,11 @@ TEMPLATE_TEST_CASE("opened instances give the same hits, each once", "", FloatLa
   for (const unsigned levels : {1u, 2u}) {
     OverlappingScene closed(TestType::kId, levels), opened(TestType::kId, levels);
     closed.build();
-    opened.build({.opening_budget = 6.0});
+    opened.build({.opening_budget = 6.0, .open_largest = true});
     const SceneView a = closed.view(), b = opened.view();
     const auto leaves = [](const InstanceScene& scene) { return open_buffer(scene.file.bytes())->leaves.count; };
     CHECK(leaves(closed) == 8);
-    CHECK(leaves(opened) > 24);
+    CHECK(leaves(opened) > 40);
     CHECK(open_buffer(opened.file.bytes())->instances.size() == 8);
     using P = Moving<Instanced<WithLayout<TestType>, 2>>;
     Random random(kSeed);
@@ -161,7 +161,7 @@ TEST_CASE("instances are opened where rays gain, and nowhere else") {
     PlacedScene& scene;
     double most;  ///< Cost when opened, relative to closed.
   } scenes[]{{"soups apart", apart, 1.0},
-             {"soups in each other", together, 1.02},
+             {"soups in each other", together, 1.0},
              {"three pieces each", pieces, 0.7},
              {"town", town, 1.02},
              {"forest", forest, 1.02}};
@@ -176,7 +176,7 @@ TEST_CASE("instances are opened where rays gain, and nowhere else") {
                    << scene.leaves() << ", cost " << ratio);
       CHECK(ratio <= most);
       CHECK(static_cast<double>(scene.leaves()) <= budget * static_cast<double>(closed_leaves));
-      if (&scene == &apart) CHECK(scene.leaves() == closed_leaves);
+      if (&scene == &apart || &scene == &together) CHECK(scene.leaves() == closed_leaves);
     }
   }
 }

@@ -105,6 +105,10 @@ void add_instance_tree_options(CLI::App& app, BuildCommand& command) {
       ->excludes("--flatten")
       ->capture_default_str()
       ->group(kInstanceGroup);
+  app.add_flag("--open-largest", command.open_largest,
+               "Open the largest instances, whatever rays gain by it. For large instances that lie in each other")
+      ->needs("--opening-budget")
+      ->group(kInstanceGroup);
   app.add_option("--instance-bounds", command.instance_bounds,
                  "What the box of an instance encloses after the transform: the box of the object's root, the boxes of "
                  "its children or grandchildren, or all primitives. Smaller boxes take longer to compute")
@@ -177,10 +181,11 @@ void add_refit_option(CLI::App& app, BuildCommand& command) {
                            ->type_name("MESH")
                            ->group(kInputGroup);
   for (const char* name :
-       {"--builder",     "--quality",     "--import",         "--nodes",           "--target",
-        "--device",      "--max-leaf",    "--split-budget",   "--presplit-budget", "--reinsertion-rounds",
-        "--ploc-radius", "--no-pairs",    "--stats",          "--instances",       "--flatten",
-        "--shutter",     "--motion-keys", "--opening-budget", "--levels",          "--instance-bounds"})
+       {"--builder",        "--quality",     "--import",         "--nodes",           "--target",
+        "--device",         "--max-leaf",    "--split-budget",   "--presplit-budget", "--reinsertion-rounds",
+        "--ploc-radius",    "--no-pairs",    "--stats",          "--instances",       "--flatten",
+        "--shutter",        "--motion-keys", "--opening-budget", "--open-largest",    "--levels",
+        "--instance-bounds"})
     refit->excludes(app.get_option(name));
 }
 
@@ -253,6 +258,7 @@ BuildRequest make_request(const BuildCommand& command, std::string_view tool) {
   options.pair_triangles = !command.no_pairs;
   options.tool = tool;
   result.instances.opening_budget = command.opening_budget;
+  result.instances.open_largest = command.open_largest;
   result.instances.bounds = value_of(kInstanceBounds, command.instance_bounds);
   result.device = value_of(kDeviceChoices, command.device);
   result.tree_path = command.imported;

@@ -30,6 +30,7 @@ struct BuildCommand {
   bool instances = false, flatten = false;
   std::string instance_bounds = "grandchildren";
   double opening_budget = build::InstanceOptions{}.opening_budget;
+  bool open_largest = build::InstanceOptions{}.open_largest;
   unsigned levels = 0;  ///< Levels of instances to keep; 0: all.
   std::string shutter;  ///< Empty: animations are not read.
   unsigned motion_keys = 2;
