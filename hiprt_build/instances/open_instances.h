@@ -6,8 +6,8 @@
 
 namespace hiprt::build {
 
-/// Replaces parts by the children of their nodes where that makes rays faster, the largest boxes first, until there are
-/// @p budget times as many parts as instances.
+/// Replaces parts by the children of their nodes where that makes rays faster, the largest boxes first. At the end there
+/// are at most @p budget times as many parts as instances.
 ///
 /// The model: rays meet a box in proportion to its area, and entering a part costs the same everywhere. So opening
 /// gains where the areas of the children sum to less than that of the part.

@@ -189,7 +189,7 @@ TEST_CASE("opening budgets are numbers from 1 to 64") {
 
 TEST_CASE("a file whose leaves lead to one part twice, or not to all parts, is refused") {
   OverlappingScene scene(NodeLayout::kPlanes, 1);
-  scene.build({.opening_budget = 4.0});
+  scene.build({.opening_budget = 4.0, .open_largest = true});
   const BufferView view = *open_buffer(scene.file.bytes());
   auto* leaves = reinterpret_cast<CustomLeaf*>(scene.file.bytes().data() + view.leaves.offset);
   auto& header = *reinterpret_cast<FileHeader*>(scene.file.bytes().data());

@@ -93,7 +93,6 @@ build::InstanceOptions over_instances(double opening = 1) {
   build::InstanceOptions options;
   options.tree.tool = "write_files";
   options.opening_budget = opening;
-  options.open_largest = true;
   return options;
 }
 
