@@ -2,7 +2,7 @@
 
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>
-#include <hiprt_build/gpu/scene.h>
+#include <hiprt_build/gpu/replicate.h>
 #include <tests/gpu/counting_allocator.h>
 #include <tests/gpu/recorder.h>
 #include <tests/gpu/results.h>
@@ -95,4 +95,60 @@ TEST_CASE("a failed upload leaks nothing") {
   CHECK_THAT(error_of(gpu::upload_scene(file.bytes(), stream, allocator)).message,
              Contains("128 bytes behind a multiple of 256"));
   CHECK(allocator.balance() == 0);
+}
+
+TEST_CASE("replicas are copies of the scene, each in memory of its own") {
+  const Stream stream;
+  CountingAllocator allocator;
+  const build::Buffer file = golden();
+  {
+    const gpu::DeviceScene scene = must(gpu::upload_scene(file.bytes(), stream, allocator));
+    REQUIRE(hipStreamSynchronize(stream) == hipSuccess);
+    std::vector<int> devices{0, 0};
+    for (const gpu::Device& device : must(gpu::devices())) devices.push_back(device.index);
+    const auto replicas = must(gpu::replicate(scene, 0, devices, allocator));
+    REQUIRE(replicas.size() == devices.size());
+    for (std::size_t i = 0; i < replicas.size(); ++i) {
+      const auto& [device, copy] = replicas[i];
+      CHECK(device == devices[i]);
+      CHECK(copy.view.base == copy.buffer.data());
+      CHECK(copy.view.base != scene.view.base);
+      CHECK(copy.view.root == scene.view.root);
+      CHECK(copy.view.instances == nullptr);
+      CHECK(reinterpret_cast<const std::byte*>(copy.view.geometries) - copy.view.base ==
+            reinterpret_cast<const std::byte*>(scene.view.geometries) - scene.view.base);
+      const auto current = must(gpu::CurrentDevice::make(device));
+      std::vector<std::byte> back(file.size());
+      must(copy.buffer.download(back, nullptr));
+      REQUIRE(hipStreamSynchronize(nullptr) == hipSuccess);
+      CHECK(std::equal(back.begin(), back.end(), file.bytes().begin(), file.bytes().end()));
+    }
+    int now = -1;
+    REQUIRE(hipGetDevice(&now) == hipSuccess);
+    CHECK(now == 0);
+  }
+  CHECK(allocator.balance() == 0);
+}
+
+TEST_CASE("replicas on devices that do not exist, or without memory, are refused, and nothing is kept") {
+  const Stream stream;
+  CountingAllocator allocator;
+  const build::Buffer file = golden();
+  const gpu::DeviceScene scene = must(gpu::upload_scene(file.bytes(), stream, allocator));
+  REQUIRE(hipStreamSynchronize(stream) == hipSuccess);
+  const auto held = allocator.balance();
+  for (const int device : {-1, 1000}) {
+    const int devices[] = {0, device};
+    const gpu::Error error = error_of(gpu::replicate(scene, 0, devices, allocator));
+    CHECK(error.code == ErrorCode::kInvalidInput);
+    CHECK_THAT(error.message, StartsWith("replicate, device " + std::to_string(device) + ": device " +
+                                         std::to_string(device) + ": this machine has "));
+    CHECK(allocator.balance() == held);
+  }
+  fail_next("MemcpyAsync", hipErrorInvalidValue);
+  const int same[] = {0};
+  CHECK_THAT(error_of(gpu::replicate(scene, 0, same, allocator)).message,
+             StartsWith("replicate, device 0: hipMemcpyAsync"));
+  CHECK(allocator.balance() == held);
+  CHECK(must(gpu::replicate(scene, 0, std::span<const int>(), allocator)).empty());
 }
