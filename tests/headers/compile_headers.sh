@@ -4,7 +4,7 @@
 # KERNEL.
 #
 # With HIPRT_HEADERS_TOGETHER=1 a GPU compiler compiles no header alone (tools/check without --all: g++ and clang++ do),
-# and hipcc does not inline: at -O0 that takes a third of the time. The kernels of other tests are inlined.
+# and the files' functions are not inlined: at -O0 hipcc needs a third of the time. The kernels of other tests are inlined.
 #
 # Only for the last architecture each header is compiled alone, headers of hiprt_device as device code only (the other
 # compilers see them as host code). A source with all headers, and the KERNELs, are compiled completely for all
@@ -50,7 +50,6 @@ case $compiler in
     device_headers=("--offload-arch=${arch##*,}" --cuda-device-only -fsyntax-only)
     runtime_headers=("${device_headers[@]}")
     whole=("--offload-arch=$arch" -c -o /dev/null)
-    if [[ ${HIPRT_HEADERS_TOGETHER:-0} == 1 ]]; then whole+=(-DHIPRT_LEAVE_INLINING); fi
     ;;
   nvcc)
     nvcc=$(command -v nvcc || true)
@@ -112,7 +111,10 @@ export -f check_one
 compile_all() {
   find "$work/$1" -type f | sort | xargs -r -P2 -I{} bash -c 'check_one "$@"' check_one {} "${command[@]}" "${@:2}"
 }
-if [[ ${HIPRT_HEADERS_TOGETHER:-0} == 1 && $suffix != cpp ]]; then rm "$work"/{device,runtime}/*; fi
+if [[ ${HIPRT_HEADERS_TOGETHER:-0} == 1 && $suffix != cpp ]]; then
+  rm "$work"/{device,runtime}/*
+  whole+=(-DHIPRT_LEAVE_INLINING)
+fi
 if ! { compile_all device "${device_headers[@]}" && compile_all runtime "${runtime_headers[@]}" &&
   compile_all whole "${whole[@]}"; }; then
   echo "$compiler $arch: not every header compiles"
