@@ -4,7 +4,7 @@
 # KERNEL.
 #
 # With HIPRT_HEADERS_TOGETHER=1 a GPU compiler compiles no header alone (tools/check without --all: g++ and clang++ do),
-# and the files' functions are not inlined: at -O0 hipcc needs a third of the time. The kernels of other tests are inlined.
+# and inlining is not forced: hipcc then needs a third of the time. Kernels of other tests have forced inlining.
 #
 # Only for the last architecture each header is compiled alone, headers of hiprt_device as device code only (the other
 # compilers see them as host code). A source with all headers, and the KERNELs, are compiled completely for all
