@@ -24,8 +24,10 @@ class Clone:
         self.write("tools/a.cpp", '#include "a.h"\nint main() { return pointer() == nullptr ? 0 : 1; }\n')
         self.write("tools/b.cpp", "int b() { return 1; }\n")
         self.write(".clang-tidy", CONFIG.format(""))
-        # tools/tidy checks the first of the two variants of a.cpp, and no source in other folders.
-        commands = [("tools/a.cpp", []), ("tools/a.cpp", ["-DNO_SUCH=("]), ("tools/b.cpp", []), ("other/c.cpp", [])]
+        # tools/tidy checks the first of the two variants of a.cpp, without precompiled headers, and no source in other
+        # folders.
+        commands = [("tools/a.cpp", ["-include", "no/cmake_pch.hxx"]), ("tools/a.cpp", ["-DNO_SUCH=("]),
+                    ("tools/b.cpp", []), ("other/c.cpp", [])]
         entries = [{"directory": str(self.root / "build"), "file": str(self.root / file),
                     "command": " ".join(["ccache", "/usr/bin/c++", *more, "-c", str(self.root / file)])}
                    for file, more in commands]
