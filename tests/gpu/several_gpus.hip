@@ -19,9 +19,11 @@ int main() {
   const std::vector<build::TriangleMesh> meshes{{positions, triangles}};
   const auto tree = build::build(meshes);
   const auto scene = gpu::upload_scene(*open_buffer(tree->buffer.bytes()), nullptr, memory);  // Device 0.
+  const auto gpus = gpu::devices();
   std::vector<int> devices;
-  for (const gpu::Device& device : gpu::devices().value()) devices.push_back(device.index);
-  if (!scene || hipStreamSynchronize(nullptr) != hipSuccess) return 1;
+  if (gpus)
+    for (const gpu::Device& device : *gpus) devices.push_back(device.index);
+  if (!scene || !gpus || hipStreamSynchronize(nullptr) != hipSuccess) return 1;
   const auto replicas = gpu::replicate(*scene, 0, devices, memory);
   if (!replicas) return std::puts(replicas.error().message.c_str());
   for (const gpu::Replica& replica : *replicas) {
