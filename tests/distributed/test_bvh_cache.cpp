@@ -139,7 +139,7 @@ TEST_CASE("cache: an entry that cannot be written is built and reported") {
   const auto cache = BvhCache::open(folder / "c");
   REQUIRE(cache);
   const fs::path file = build_in(*cache, Fan(30)).file;
-  // A folder in the place of the file cannot be replaced, by root neither.
+  // A folder of this name cannot be replaced, by root neither.
   fs::remove(file);
   fs::create_directory(file);
   const CachedBuild again = build_in(*cache, Fan(30));

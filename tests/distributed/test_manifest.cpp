@@ -24,7 +24,8 @@ void check_fault(const std::string& assets, const std::string& expected) {
 
 TEST_CASE("manifest: files, and options that replace those of the command line") {
   const auto assets = parse_manifest(R"({"format": "hiprt assets", "version": 1, "assets": [
-      {"name": "a", "files": ["a.obj", "/b.hair"]}, {"name": "b", "files": ["x/b.ply"], "builder": "lbvh", "target": "amd"},
+      {"name": "a", "files": ["a.obj", "/b.hair"]}, {"name": "b", "files": ["x/b.ply"],
+       "builder": "lbvh", "target": "amd"},
       {"name": "c", "files": ["c.ply"], "quality": "high", "nodes": "half"}]})",
                                      "/m/assets.json");
   REQUIRE(assets);
