@@ -87,7 +87,10 @@ TEST_CASE("farm: a rank killed at a random moment loses nothing, or the next run
     CHECK(marked.ranks().empty());
     if (result.status == 0) {
       ++complete;
-      CHECK(content_of(cache) == expected);
+      // A rank that is killed after its last asset leaves its file of use, which the next run removes.
+      auto content = content_of(cache);
+      std::erase_if(content, [](const auto& file) { return file.first.starts_with(".use-") && file.second.empty(); });
+      CHECK(content == expected);
     } else {
       CHECK(result.status == 1);
     }
