@@ -66,7 +66,7 @@ make() {
   quietly "$build/configure.log" cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_INSTALL_PREFIX=/usr "-DCMAKE_CXX_FLAGS=$map $hardening" -DCMAKE_POSITION_INDEPENDENT_CODE=ON \
     "-DCMAKE_EXE_LINKER_FLAGS=-pie $hardening_link" "-DCMAKE_SHARED_LINKER_FLAGS=$hardening_link" \
-    "-DHIPRT_GPU_FLAGS=$map" -DHIPRT_GPU="$(platform_of "$kind")" \
+    "-DHIPRT_GPU_FLAGS=$map" -DHIPRT_GPU="$(platform_of "$kind")" -DHIPRT_MPI=OFF \
     -DHIPRT_BUILD_TESTS=OFF -DHIPRT_BUILD_BENCHMARKS=OFF -DCMAKE_INSTALL_LIBDIR="$(library_folder "$kind")"
   quietly "$build/build.log" cmake --build "$build" -j "$jobs"
   (cd "$build" && quietly "$build/cpack.log" cpack -G "$generator")
