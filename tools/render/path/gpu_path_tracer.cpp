@@ -61,6 +61,7 @@ struct GpuPathTracer::State {
   PathScene scene;
   gpu::DeviceArray<PathScene> on_device;  ///< Copy of `scene` for filters. Empty: no material has an alpha cut-out.
   gpu::DeviceArray<PathSum> sums;
+  PathSums rectangle{};  ///< In `sums`.
   std::unique_ptr<GpuPathEngine> engine;
   std::unique_ptr<PathWave<GpuPathEngine>> wave;
 
@@ -88,6 +89,7 @@ build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool alpha_
   auto all = gpu::DeviceArray<PathSum>::make(pixels, nullptr, allocator);
   if (!all) return tl::unexpected(std::move(all.error()));
   sums = std::move(*all);
+  rectangle = {sums.data(), 0, 0, scene.settings.width};
   if (auto cleared = sums.fill(std::byte{0}, nullptr); !cleared) return cleared;
   if (alpha_cutout) {
     auto copy = gpu::DeviceArray<PathScene>::from(std::span(&scene, 1), nullptr, allocator);
@@ -118,7 +120,12 @@ GpuPathTracer::~GpuPathTracer() = default;
 std::uint32_t GpuPathTracer::capacity() const { return kCapacity; }
 
 build::Result<void> GpuPathTracer::run(const PathBatch& batch, PathRayCounts& rays) {
-  return state_->wave->run(batch, state_->sums.data(), rays);
+  return state_->wave->run(batch, state_->rectangle, rays);
+}
+
+build::Result<void> GpuPathTracer::load(const PathBatch& rectangle, std::span<const PathSum> sums) {
+  state_->rectangle = {state_->sums.data(), rectangle.left, rectangle.top, rectangle.width};
+  return state_->sums.upload(sums, nullptr);
 }
 
 build::Result<void> GpuPathTracer::download(std::span<PathSum> sums) {

@@ -20,6 +20,10 @@ build::Result<void> GpuPathTracer::run(const PathBatch&, PathRayCounts&) {
   return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
 }
 
+build::Result<void> GpuPathTracer::load(const PathBatch&, std::span<const PathSum>) {
+  return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
+}
+
 build::Result<void> GpuPathTracer::download(std::span<PathSum>) {
   return tl::unexpected(build::Error{build::ErrorCode::kNoDevice, "no GPU code in this build"});
 }
