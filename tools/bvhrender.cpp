@@ -7,10 +7,12 @@
 #include <tools/build/build_progress.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
+#include <tools/cli/picture_key.h>
 #include <tools/cli/progress.h>
 #include <tools/cli/render_command.h>
 #include <tools/cli/render_output.h>
 #include <tools/cli/trace_device.h>
+#include <tools/cli/unit_render.h>
 #include <tools/render/studio/tree_boxes.h>
 
 #include <hiprt_build/format/view.h>
@@ -92,27 +94,52 @@ build::Result<Subject> choose_subject(const RenderCommand& command, const Buffer
   return subject;
 }
 
-build::Result<Rendering> render_with_bar(const RenderCommand& command, const BufferView& view, const Camera& camera,
-                                         std::optional<GpuTracer>& gpu) {
+/// What a picture is computed of, and by what.
+struct Stage {
+  const BufferView& view;
+  const Camera& camera;
+  GpuTracer* gpu;
+  Checkpoint* checkpoint;  ///< nullptr without --resume.
+};
+
+build::Result<Rendering> render_with_bar(const Cli& cli, const RenderCommand& command, const Stage& stage) {
   ProgressBar bar;
-  GpuTracer* const tracer = gpu ? &*gpu : nullptr;
-  if (command.paths.chosen()) {
-    // An error is ignored here: writing the final picture reports it.
-    const auto keep = [&](const Rendering& so_far) {
-      static_cast<void>(write_pictures(kInfo, command, camera, so_far.image, /*stops=*/true));
-    };
-    return command.paths.render(view, camera, command.render, tracer, bar, keep);
-  }
   const auto progress = [&](double done) { bar.update("render", done); };
-  return render(make_scene_view(view), camera, command.render, progress, tracer);
+  // An error is ignored here: writing the final picture reports it.
+  const auto keep = [&](const Rendering& so_far) {
+    static_cast<void>(write_pictures(kInfo, command, stage.camera, so_far.image, /*stops=*/true));
+  };
+  if (stage.checkpoint != nullptr) {
+    auto parts = PictureParts::make(command, stage.view, stage.camera, stage.gpu);
+    if (!parts) return tl::unexpected(std::move(parts.error()));
+    const auto warn = [&](const std::string& message) { cli.warn(message); };
+    return render_units(command, **parts, stage.camera, {nullptr, stage.checkpoint, progress, warn, keep});
+  }
+  if (command.paths.chosen())
+    return command.paths.render(stage.view, stage.camera, command.render, stage.gpu, bar, keep);
+  return render(make_scene_view(stage.view), stage.camera, command.render, progress, stage.gpu);
+}
+
+/// Checks the checkpoint's path. It may exist, and then it is read later.
+build::Result<void> check_resume(const RenderCommand& command) {
+  if (command.resume.file.empty()) return {};
+  std::vector<std::string> others = command.outputs;
+  others.push_back(command.path);
+  return check_output(command.resume.file, others);
 }
 
 /// Checks the outputs before long work begins.
 build::Result<void> check_outputs(RenderCommand& command) {
   for (const std::string& output : command.outputs)
     if (auto checked = check_output(output, std::span(&command.path, 1)); !checked) return checked;
+  if (auto checked = check_resume(command); !checked) return checked;
   const MemoryLimit reading(command.max_memory);
   return command.compare.prepare(command.render.width, command.render.height, command.path, command.outputs);
+}
+
+std::string resume_hint(const RenderCommand& command) {
+  if (command.resume.file.empty()) return {};
+  return "; run the same command again to go on from " + command.resume.file;
 }
 
 /// Writes, compares and prints the picture.
@@ -122,9 +149,9 @@ build::Result<void> finish(const Cli& cli, RenderCommand& command, const Camera&
   const auto pictures = write_pictures(kInfo, command, camera, rendering.image, whole);
   if (!pictures) return tl::unexpected(pictures.error());
   if (!whole)
-    return fail(build::ErrorCode::kCancelled, "cancelled: " + command.outputs[0] + " has " +
-                                                  std::to_string(rendering.samples) + " of " +
-                                                  std::to_string(command.render.samples) + " samples");
+    return fail(build::ErrorCode::kCancelled,
+                "cancelled: " + command.outputs[0] + " has " + std::to_string(rendering.samples) + " of " +
+                    std::to_string(command.render.samples) + " samples" + resume_hint(command));
   if (auto compared = command.compare.run(rendering.image, command.render.threads); !compared) return compared;
   print(cli, {command, camera, rendering, device_word(gpu), device_name(gpu), *pictures});
   return {};
@@ -155,9 +182,16 @@ build::Result<void> run(const Cli& cli, RenderCommand& command) {
   auto gpu = choose_tracer(command, subject->view);
   if (!gpu) return tl::unexpected(gpu.error());
   if (auto ready = prepare_paths(cli, command, subject->view, *camera); !ready) return ready;
-  const auto rendering = render_with_bar(command, subject->view, *camera, *gpu);
+  std::optional<Checkpoint> checkpoint;
+  if (!command.resume.file.empty())
+    checkpoint.emplace(command.resume.file, picture_key(tool_version(kInfo), file->view.bytes, command, *camera),
+                       command.resume.seconds);
+  const Stage stage{subject->view, *camera, *gpu ? &**gpu : nullptr, checkpoint ? &*checkpoint : nullptr};
+  const auto rendering = render_with_bar(cli, command, stage);
   if (!rendering) return tl::unexpected(rendering.error());
-  return finish(cli, command, *camera, *rendering, *gpu);
+  if (auto finished = finish(cli, command, *camera, *rendering, *gpu); !finished) return finished;
+  if (checkpoint) checkpoint->remove();
+  return {};
 }
 
 }  // namespace

@@ -93,6 +93,21 @@ void add_picture_options(CLI::App& app, RenderCommand& command) {
       ->group(kGroup);
 }
 
+void add_resume_options(CLI::App& app, ResumeOptions& resume) {
+  constexpr const char* kGroup = "Long runs";
+  auto* const file = app.add_option("--resume", resume.file,
+                                    "Keep finished parts of the picture in this file, and go on from them if it "
+                                    "exists. The file is removed when the picture is written. The picture is the same")
+                         ->type_name("FILE")
+                         ->group(kGroup);
+  app.add_option("--resume-every", resume.seconds, "Seconds between two writes of that file, at least")
+      ->check(CLI::Range(0.0, 86400.0))
+      ->needs(file)
+      ->type_name("S")
+      ->capture_default_str()
+      ->group(kGroup);
+}
+
 /// Text of the camera, from the command line or from its file.
 build::Result<std::string> camera_text(const RenderCommand& command, bool file) {
   if (!file) return command.camera;
@@ -135,6 +150,7 @@ void add_render_options(CLI::App& app, RenderCommand& command) {
   add_picture_options(app, command);
   command.paths.add_options(app);
   command.compare.add_options(app);
+  add_resume_options(app, command.resume);
   add_device_option(app, command.device);
   add_threads_option(app, command.render.threads);
   add_memory_option(app, command.max_memory);

@@ -13,6 +13,12 @@
 
 namespace hiprt::tools {
 
+/// Options of pictures that are computed in several runs.
+struct ResumeOptions {
+  std::string file;     ///< Checkpoint; empty: none.
+  double seconds = 30;  ///< Between two writes of it.
+};
+
 struct RenderCommand {
   std::string path;
   std::vector<std::string> outputs;
@@ -22,6 +28,7 @@ struct RenderCommand {
   RenderOptions render;           ///< Complete after finish().
   CompareCommand compare;
   PathCommand paths;
+  ResumeOptions resume;
 
   /// Fills `render` from the words of the command line. @pre they were checked.
   void finish();
