@@ -54,8 +54,9 @@ class GpuPathEngine {
 }  // namespace
 
 struct GpuPathTracer::State {
-  State(const SceneView& view, const PathSettings& settings) : scene{view, {}, settings} {}
+  State(GpuTracer& of_scene, const PathSettings& settings) : tracer(of_scene), scene{of_scene.scene(), {}, settings} {}
 
+  GpuTracer& tracer;
   gpu::DeviceAllocator allocator;
   PathArrays<PathDeviceArray> arrays;
   PathScene scene;
@@ -66,7 +67,7 @@ struct GpuPathTracer::State {
   std::unique_ptr<PathWave<GpuPathEngine>> wave;
 
   build::Result<void> upload(const PathData& data);
-  build::Result<void> prepare(GpuTracer& tracer, bool alpha_cutout);
+  build::Result<void> prepare(bool alpha_cutout);
 };
 
 build::Result<void> GpuPathTracer::State::upload(const PathData& data) {
@@ -84,7 +85,7 @@ build::Result<void> GpuPathTracer::State::upload(const PathData& data) {
   return done;
 }
 
-build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool alpha_cutout) {
+build::Result<void> GpuPathTracer::State::prepare(bool alpha_cutout) {
   const auto pixels = std::size_t{scene.settings.width} * scene.settings.height;
   auto all = gpu::DeviceArray<PathSum>::make(pixels, nullptr, allocator);
   if (!all) return tl::unexpected(std::move(all.error()));
@@ -105,9 +106,9 @@ build::Result<void> GpuPathTracer::State::prepare(GpuTracer& tracer, bool alpha_
 
 build::Result<GpuPathTracer> GpuPathTracer::make(GpuTracer& tracer, const PathData& data,
                                                  const PathSettings& settings) {
-  auto state = std::make_unique<State>(tracer.scene(), settings);
+  auto state = std::make_unique<State>(tracer, settings);
   auto done = state->upload(data);
-  if (done) done = state->prepare(tracer, has_alpha_cutout(data));
+  if (done) done = state->prepare(has_alpha_cutout(data));
   if (!done) return tl::unexpected(std::move(done.error()));
   return GpuPathTracer(std::move(state));
 }
@@ -116,6 +117,8 @@ GpuPathTracer::GpuPathTracer(std::unique_ptr<State> state) : state_(std::move(st
 GpuPathTracer::GpuPathTracer(GpuPathTracer&&) noexcept = default;
 GpuPathTracer& GpuPathTracer::operator=(GpuPathTracer&&) noexcept = default;
 GpuPathTracer::~GpuPathTracer() = default;
+
+build::Result<void> GpuPathTracer::make_current() const { return state_->tracer.make_current(); }
 
 std::uint32_t GpuPathTracer::capacity() const { return kCapacity; }
 

@@ -23,6 +23,9 @@ class GpuPathTracer {
   GpuPathTracer& operator=(GpuPathTracer&&) noexcept;
   ~GpuPathTracer();
 
+  /// GpuTracer::make_current().
+  build::Result<void> make_current() const;
+
   /// Most paths of a batch.
   std::uint32_t capacity() const;
   build::Result<void> run(const PathBatch& batch, PathRayCounts& rays);

@@ -14,6 +14,8 @@ GpuPathTracer::GpuPathTracer(GpuPathTracer&&) noexcept = default;
 GpuPathTracer& GpuPathTracer::operator=(GpuPathTracer&&) noexcept = default;
 GpuPathTracer::~GpuPathTracer() = default;
 
+build::Result<void> GpuPathTracer::make_current() const { return {}; }
+
 std::uint32_t GpuPathTracer::capacity() const { return 0; }
 
 build::Result<void> GpuPathTracer::run(const PathBatch&, PathRayCounts&) {

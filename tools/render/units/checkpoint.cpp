@@ -1,5 +1,6 @@
 #include <tools/render/units/checkpoint.h>
 
+#include <tools/base/bytes.h>
 #include <tools/base/digest.h>
 #include <tools/base/errors.h>
 #include <tools/base/read_input.h>
@@ -23,15 +24,6 @@ using nlohmann::json;
 constexpr std::string_view kMagic = "HIPRTPIC";
 constexpr std::size_t kHashBytes = sizeof(Digest);
 
-void append(std::vector<std::byte>& bytes, const void* from, std::size_t size) {
-  const auto* const first = static_cast<const std::byte*>(from);
-  bytes.insert(bytes.end(), first, first + size);
-}
-
-template <class Number> void append(std::vector<std::byte>& bytes, Number number) {
-  append(bytes, &number, sizeof(number));
-}
-
 json header_of(const PictureKey& key, const PictureState& state) {
   return {{"key", key},
           {"width", state.grid.width},
@@ -42,41 +34,14 @@ json header_of(const PictureKey& key, const PictureState& state) {
           {"seconds", state.seconds}};
 }
 
-/// Reads a file's parts. After the first part that is not there ok() is false.
-class Reader {
- public:
-  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
-
-  std::span<const std::byte> take(std::uint64_t size) {
-    if (size > bytes_.size()) {
-      ok_ = false;
-      return {};
-    }
-    const auto part = bytes_.first(static_cast<std::size_t>(size));
-    bytes_ = bytes_.subspan(part.size());
-    return part;
-  }
-  template <class Number> Number number() {
-    Number value{};
-    if (const auto part = take(sizeof(value)); !part.empty()) std::memcpy(&value, part.data(), sizeof(value));
-    return value;
-  }
-  bool ok() const { return ok_; }
-  bool at_end() const { return bytes_.empty(); }
-
- private:
-  std::span<const std::byte> bytes_;
-  bool ok_ = true;
-};
-
 tl::unexpected<build::Error> damaged(const std::string& what) {
   return invalid_input(what + ": the checkpoint is damaged; remove it to begin again");
 }
 
 /// Reads the tiles behind the header.
-build::Result<void> read_tiles(Reader& reader, std::uint32_t steps, PictureState& state) {
+build::Result<void> read_tiles(ByteReader& reader, std::uint32_t steps, PictureState& state) {
   for (std::uint64_t next = 0; !reader.at_end();) {
-    const auto tile = reader.number<std::uint32_t>(), done = reader.number<std::uint32_t>();
+    const auto tile = reader.get<std::uint32_t>(), done = reader.get<std::uint32_t>();
     if (!reader.ok() || tile < next || tile >= state.grid.tiles() || done == 0 || done > steps)
       return damaged("tile " + std::to_string(tile) + " with " + std::to_string(done) + " steps");
     const PictureUnit unit = state.grid.unit(tile, 1, 0, done);
@@ -89,7 +54,7 @@ build::Result<void> read_tiles(Reader& reader, std::uint32_t steps, PictureState
   return {};
 }
 
-build::Result<PictureState> read_state(const json& header, Reader& reader, const PictureKey& key,
+build::Result<PictureState> read_state(const json& header, ByteReader& reader, const PictureKey& key,
                                        const PictureGrid& grid, std::uint32_t steps, std::size_t pixel_bytes) {
   const auto other = difference(header.at("key").get<PictureKey>(), key);
   if (!other.empty())
@@ -120,22 +85,18 @@ std::string difference(const PictureKey& there, const PictureKey& here) {
 }
 
 std::vector<std::byte> encode_checkpoint(const PictureKey& key, const PictureState& state) {
-  std::vector<std::byte> bytes;
-  bytes.reserve(state.pixels.size() + 8 * state.done.size() + 4096);
-  append(bytes, kMagic.data(), kMagic.size());
-  const std::string header = header_of(key, state).dump(-1, ' ', false, json::error_handler_t::replace);
-  append(bytes, std::uint64_t{header.size()});
-  append(bytes, header.data(), header.size());
+  ByteWriter writer;
+  writer.bytes().reserve(state.pixels.size() + 8 * state.done.size() + 4096);
+  writer.add_bytes(std::as_bytes(std::span(kMagic)));
+  writer.add_text(header_of(key, state).dump(-1, ' ', false, json::error_handler_t::replace));
   for (std::uint32_t tile = 0; tile < state.grid.tiles(); ++tile) {
     if (state.done[tile] == 0) continue;
-    append(bytes, tile);
-    append(bytes, state.done[tile]);
-    const auto pixels = state.cut(state.grid.unit(tile, 1, state.done[tile], 0));
-    append(bytes, pixels.data(), pixels.size());
+    writer.add(tile);
+    writer.add(state.done[tile]);
+    writer.add_bytes(state.cut(state.grid.unit(tile, 1, state.done[tile], 0)));
   }
-  const Digest hash = digest_of(bytes);
-  append(bytes, hash.data(), kHashBytes);
-  return bytes;
+  writer.add(digest_of(writer.bytes()));
+  return std::move(writer.bytes());
 }
 
 build::Result<PictureState> decode_checkpoint(std::span<const std::byte> bytes, const PictureKey& key,
@@ -145,11 +106,10 @@ build::Result<PictureState> decode_checkpoint(std::span<const std::byte> bytes, 
   const auto content = bytes.first(bytes.size() - kHashBytes);
   const Digest hash = digest_of(content);
   if (std::memcmp(hash.data(), bytes.data() + content.size(), kHashBytes) != 0) return damaged("wrong checksum");
-  Reader reader(content.subspan(kMagic.size()));
-  const auto header = reader.take(reader.number<std::uint64_t>());
+  ByteReader reader(content.subspan(kMagic.size()));
+  const std::string header = reader.get_text();
   try {
-    const auto* const text = reinterpret_cast<const char*>(header.data());
-    return read_state(json::parse(text, text + header.size()), reader, key, grid, steps, pixel_bytes);
+    return read_state(json::parse(header), reader, key, grid, steps, pixel_bytes);
   } catch (const json::exception&) {
     return damaged("malformed header");
   }

@@ -27,6 +27,8 @@ PathWork::PathWork(const SceneView& scene, const PathData& data, const Camera& c
       samples_(options.samples),
       threads_(ThreadLimit(options.threads).threads()) {}
 
+build::Result<void> PathWork::enter() { return gpu_ != nullptr ? gpu_->make_current() : build::Result<void>(); }
+
 build::Result<RayCounts> PathWork::run(const PictureUnit& unit, std::span<std::byte> state) {
   std::vector<PathSum> sums(unit.pixels());
   if (unit.first != 0) std::memcpy(sums.data(), state.data(), state.size());

@@ -38,6 +38,8 @@ class PictureWork {
   /// Threads that may call run() at the same time.
   virtual unsigned lanes() const = 0;
 
+  /// Called once by every thread before it calls run().
+  virtual build::Result<void> enter() { return {}; }
   /// Computes a unit. When interrupted() becomes true it returns early and leaves a state of no use.
   /// @param state of the unit's pixels, row by row: after `first` steps on entry, which is not read if `first` is 0,
   /// and after `first + steps` on return.

@@ -89,6 +89,8 @@ std::uint32_t StudioWork::steps() const { return TileRenderer::passes(job_.optio
 std::size_t StudioWork::pixel_bytes() const { return sizeof(StudioPixel); }
 unsigned StudioWork::lanes() const { return gpu_ != nullptr ? 1 : limit_.threads(); }
 
+build::Result<void> StudioWork::enter() { return gpu_ != nullptr ? gpu_->make_current() : build::Result<void>(); }
+
 build::Result<RayCounts> StudioWork::run(const PictureUnit& unit, std::span<std::byte> state) {
   UnitPixels pixels(job_, unit);
   if (unit.first != 0) pixels.load(state);

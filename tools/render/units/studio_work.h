@@ -15,6 +15,7 @@ class StudioWork : public PictureWork {
   std::uint32_t steps() const override;
   std::size_t pixel_bytes() const override;
   unsigned lanes() const override;
+  build::Result<void> enter() override;
   build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) override;
 
   /// @param states of all pixels after all steps, row by row. @return the picture that render() makes, without rays and

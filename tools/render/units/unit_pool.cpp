@@ -33,6 +33,7 @@ std::vector<UnitResult> UnitPool::wait(double seconds) {
 }
 
 void UnitPool::compute() {
+  const auto entered = work_.enter();
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [&] { return stop_ || !jobs_.empty(); });
@@ -42,7 +43,7 @@ void UnitPool::compute() {
     lock.unlock();
     build::Stopwatch watch;
     try {
-      auto rays = work_.run(result.job.unit, result.job.state);
+      auto rays = entered ? work_.run(result.job.unit, result.job.state) : tl::unexpected(entered.error());
       if (rays)
         result.rays = *rays;
       else
