@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -38,6 +39,8 @@ class PathCommand {
                               const std::function<void(const std::string&)>& warn);
 
   const PathData& data() const { return *data_; }
+  /// Takes what prepare() of another rank has read.
+  void set_data(PathData data) { data_ = std::move(data); }
   PathOptions options(const RenderOptions& options) const;
   std::uint32_t bounces() const { return bounces_; }
 

@@ -108,6 +108,19 @@ void add_resume_options(CLI::App& app, ResumeOptions& resume) {
       ->group(kGroup);
 }
 
+void add_rank_options(CLI::App& app, RankFlags& ranks) {
+  constexpr const char* kGroup = "Several processes (mpirun)";
+  app.add_flag("--broadcast", ranks.broadcast,
+               "Only rank 0 reads the BVH file and sends it to the others, which need no disk with it")
+      ->disable_flag_override()
+      ->group(kGroup);
+  app.add_flag("--lossy-ranks", ranks.lossy,
+               "Go on when a rank is lost: its work is dealt again, and the picture is the same. Start mpirun with "
+               "--enable-recovery then. Default: the run ends")
+      ->disable_flag_override()
+      ->group(kGroup);
+}
+
 /// Text of the camera, from the command line or from its file.
 build::Result<std::string> camera_text(const RenderCommand& command, bool file) {
   if (!file) return command.camera;
@@ -136,6 +149,10 @@ void RenderCommand::finish() {
   for (const std::string& output : outputs) render.layers |= is_exr(output);
 }
 
+std::string resume_hint(const ResumeOptions& resume) {
+  return resume.file.empty() ? std::string() : "; run the same command again to go on from " + resume.file;
+}
+
 unsigned RenderCommand::tree_level() const { return level.value_or(kDefaultLevel); }
 
 std::string RenderCommand::mode_name() const { return paths.chosen() ? "path" : mode; }
@@ -151,6 +168,7 @@ void add_render_options(CLI::App& app, RenderCommand& command) {
   command.paths.add_options(app);
   command.compare.add_options(app);
   add_resume_options(app, command.resume);
+  add_rank_options(app, command.ranks);
   add_device_option(app, command.device);
   add_threads_option(app, command.render.threads);
   add_memory_option(app, command.max_memory);

@@ -19,6 +19,15 @@ struct ResumeOptions {
   double seconds = 30;  ///< Between two writes of it.
 };
 
+/// Options of runs of several processes.
+struct RankFlags {
+  bool lossy = false;      ///< Go on without ranks that were lost.
+  bool broadcast = false;  ///< Only rank 0 reads the BVH file.
+};
+
+/// The end of a message about an unfinished picture: how to go on. Empty without --resume.
+std::string resume_hint(const ResumeOptions& resume);
+
 struct RenderCommand {
   std::string path;
   std::vector<std::string> outputs;
@@ -29,6 +38,7 @@ struct RenderCommand {
   CompareCommand compare;
   PathCommand paths;
   ResumeOptions resume;
+  RankFlags ranks;
 
   /// Fills `render` from the words of the command line. @pre they were checked.
   void finish();

@@ -20,9 +20,10 @@ void add_device_option(CLI::App& app, std::string& device) {
 }
 
 build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
-                                                      const TracePolicies& policies) {
+                                                      const TracePolicies& policies,
+                                                      std::optional<int> number) {
   if (choice == DeviceChoice::kCpu) return std::nullopt;
-  auto gpu = GpuTracer::make(view, {.policies = policies});
+  auto gpu = GpuTracer::make(view, {.device = number, .policies = policies});
   if (gpu) return std::optional<GpuTracer>(std::move(*gpu));
   if (choice == DeviceChoice::kAuto && gpu.error().code == build::ErrorCode::kNoDevice) return std::nullopt;
   return fail(gpu.error().code, "GPU: " + gpu.error().message);

@@ -22,11 +22,13 @@ inline constexpr Names<DeviceChoice, 3> kDeviceChoices{
 /// Adds --device auto|cpu|gpu.
 void add_device_option(CLI::App& app, std::string& device);
 
-/// @param view of a file that validate() accepts. @param policies that rays will be traced with.
+/// @param view of a file that validate() accepts. @param policies that rays will be traced with. @param number of the
+/// GPU; nothing: the current one.
 /// @return the GPU with a copy of the scene, or nothing if the CPU is to trace. kNoDevice, with the reason, only for
 /// kGpu. Other errors of GpuTracer::make().
 build::Result<std::optional<GpuTracer>> choose_device(DeviceChoice choice, const BufferView& view,
-                                                      const TracePolicies& policies = {});
+                                                      const TracePolicies& policies = {},
+                                                      std::optional<int> number = {});
 
 /// "cpu" or "gpu".
 std::string device_word(const std::optional<GpuTracer>& gpu);

@@ -135,8 +135,11 @@ build::Result<Rendering> render_units(const RenderCommand& command, PictureParts
   hooks.checkpoint_fault = [&](const build::Error& error) {
     if (run.warn) run.warn("the checkpoint is not kept: " + error.message);
   };
-  return is_path(command) ? render_paths(command, parts, camera, run, *state, hooks)
-                          : render_studio(parts, run, *state, hooks);
+  auto rendering = is_path(command) ? render_paths(command, parts, camera, run, *state, hooks)
+                                    : render_studio(parts, run, *state, hooks);
+  if (!rendering && rendering.error().code == build::ErrorCode::kBackend)
+    rendering.error().message += resume_hint(command.resume);
+  return rendering;
 }
 
 }  // namespace hiprt::tools

@@ -86,7 +86,11 @@ build::Result<bool> compute(PictureWork& work, PictureState& state, Crew* crew, 
   bool told = false;
   while (!run.finished() && !interrupted()) {
     run.deal();
-    if (auto collected = run.collect(); !collected) return tl::unexpected(std::move(collected.error()));
+    if (auto collected = run.collect(); !collected) {
+      // The error that ended the run is told, not one of the checkpoint.
+      if (checkpoint != nullptr) static_cast<void>(checkpoint->write(state));
+      return tl::unexpected(std::move(collected.error()));
+    }
     state.seconds += watch.lap();
     if (hooks.fraction) hooks.fraction(run.fraction());
     if (hooks.step) hooks.step();

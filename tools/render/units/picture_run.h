@@ -17,7 +17,7 @@ struct PictureHooks {
 
 /// Computes the steps that @p state lacks.
 /// @param crew nullptr: this process does all the work. @param checkpoint nullptr: nothing is kept. Otherwise the state
-/// is written to it from time to time, and also at the end if the picture is not whole.
+/// is written to it from time to time, and also at the end if the picture is not whole, for whatever reason.
 /// @return whether the picture is whole; false after interrupted(). The errors of PictureWork::run(), Crew::poll(), and
 /// after an interruption those of Checkpoint::write().
 build::Result<bool> compute(PictureWork& work, PictureState& state, Crew* crew, Checkpoint* checkpoint,
