@@ -4,6 +4,7 @@
 #include <hiprt_build/format/utf8.h>
 #include <tools/base/gpu_code.h>
 #include <tools/cli/manual.h>
+#include <tools/distributed/launch.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -23,7 +24,8 @@ namespace {
 /// What --version prints.
 std::string version_text(const ToolInfo& info) {
   const std::string embree = build::embree_version();
-  return tool_version(info) + "\nGPU code: " + gpu_code_summary() + "\nEmbree: " + (embree.empty() ? "none" : embree);
+  return tool_version(info) + "\nGPU code: " + gpu_code_summary() + "\nEmbree: " + (embree.empty() ? "none" : embree) +
+         "\nMPI: " + mpi_summary();
 }
 
 /// Messages hold names and contents of files: what a terminal would take for a command is shown as \x1b.
