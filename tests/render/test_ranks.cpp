@@ -326,3 +326,32 @@ TEST_CASE("bvhrender under mpirun: a full disk") {
   CHECK_THAT(result.err, Contains("bvhrender: warning: the checkpoint is not kept: ") && Contains("No space left"));
   CHECK_THAT(result.err, Contains("bvhrender: cannot write '" + disk + "/out.exr'"));
 }
+
+TEST_CASE("bvhrender under mpirun: two network spaces joined by a virtual cable") {
+  if (skip_without(mpirun(), "network spaces")) return;
+  const TempFolder folder;
+  const std::string scene = write_squares(folder), out = folder / "out.exr";
+  const Words words = picture(scene, true, 2);
+  render_well(words + Words{"-o", folder / "alone.exr"});
+  const auto in_spaces = [&](const Words& options, const Words& more) {
+    return Words{HIPRT_NETWORK_SPACES, mpirun()} + options + Words{kBvhRender} + words + Words{"-o", out} + more;
+  };
+  const CommandResult result = run_bounded(in_spaces({}, {"--broadcast"}));
+  if (result.status == 77) {
+    std::puts("SKIPPED: network spaces: this machine does not permit them");
+    return;
+  }
+  check_whole(result, out, folder / "alone.exr");
+
+  if (checks::kWorkDivisor != 1) return;
+  // Another host's rank is taken for lost when it has given no sign of life for 30 seconds.
+  std::filesystem::remove(out);
+  MpiRun lossy(in_spaces({"--enable-recovery"}, {"--lossy-ranks"}));
+  const pid_t process = lossy.wait_for(1);
+  REQUIRE(process > 0);
+  CHECK_FALSE(lossy.mpirun().ends_within(milliseconds(1200)));
+  kill(process, SIGKILL);
+  const CommandResult rest = run_bounded(lossy, seconds(120));
+  CHECK_THAT(rest.err, Contains("the run goes on without it"));
+  check_whole(rest, out, folder / "alone.exr");
+}
