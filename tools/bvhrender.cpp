@@ -48,8 +48,9 @@ constexpr ToolInfo kInfo{
     "  cost.triangles, cost.fill       triangles in those leaves; used fraction of the leaves' capacity\n"
     "  cost.instances, cost.steps      instances that the ray entered; sum of box tests, leaf tests and instances\n"
     "\n"
-    "The picture depends on the seed, but not on the device or the number of threads. The CPU counts tests: it traces\n"
-    "all rays of heatmap, and for the cost layers of an EXR file the rays through the pixels' centres.",
+    "The picture depends on the seed, but not on the device or the number of threads and processes. The CPU counts\n"
+    "tests: it traces all rays of heatmap, and for the cost layers of an EXR file the rays through the pixels' "
+    "centres.",
     "  bvhrender bunny.bvh -o bunny.png                                       # a quick picture\n"
     "  bvhrender bunny.bvh -o bunny.exr -o bunny.png --size 1920x1080 --spp 256\n"
     "  bvhrender bunny.bvh -o cost.png --mode heatmap                         # where rays are expensive\n"
@@ -57,6 +58,8 @@ constexpr ToolInfo kInfo{
     "  bvhrender scene.bvh -o view.png --camera '0,1,5/0,1,0/0,1,0/40'        # another camera\n"
     "  bvhrender wheel.bvh -o blurred.png --shutter 0,0.02 --spp 256          # motion blur\n"
     "  bvhrender house.bvh -o house.exr --integrator path --materials house.glb --environment sky.exr --spp 1024\n"
+    "  bvhrender bunny.bvh -o bunny.exr --spp 65536 --resume bunny.part       # goes on after a stop\n"
+    "  mpirun -n 4 bvhrender bunny.bvh -o bunny.exr --spp 65536               # on four processes\n"
     "  bvhrender bunny.bvh -o bunny.png --spp 16 --compare bunny.exr --difference flip.png\n"};
 
 /// The scene, the camera, and what traces the scene.

@@ -26,7 +26,7 @@ build() {
 }
 build 2>/dev/null || exit 77
 
-# In the place of ssh: HOST COMMAND...
+# mpirun starts this instead of ssh: HOST COMMAND...
 cat >"$agent" <<AGENT
 #!/bin/bash
 host=\$1

@@ -30,8 +30,8 @@ class RankWatch {
   Ranks& ranks() { return ranks_; }
   bool is_gone(int rank) const { return gone_[static_cast<std::size_t>(rank)] != 0; }
 
-  /// @return the ranks that are gone since the last call. The error of a rank that ended with one. Without `lossy` also
-  /// kBackend with the first that is gone, unless this process is interrupted too: a signal to mpirun reaches all
+  /// @return the ranks that are gone since the last call, or the error that a rank ended with. Without `lossy` a rank
+  /// that is gone is an error, kBackend. If this process is interrupted too, it is none: a signal to mpirun reaches all
   /// ranks, but not all at once.
   build::Result<std::vector<int>> news();
 
@@ -47,7 +47,7 @@ class RankWatch {
 /// Rank 0's view of the others.
 class RankCrew : public Crew {
  public:
-  /// @param lanes of every rank; 0 of those that take no part.
+  /// @param lanes of every rank; 0: it takes no part.
   RankCrew(RankWatch& watch, std::vector<unsigned> lanes, std::size_t pixel_bytes);
 
   unsigned ranks() const override { return static_cast<unsigned>(lanes_.size()); }

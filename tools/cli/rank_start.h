@@ -35,7 +35,7 @@ class LeadStart {
   void begin(const BvhFile& file, const Camera& camera, bool broadcasts);
   void send(const PathData& data);
   /// Waits until all ranks can compute. @param key of the picture, which must be theirs.
-  /// @return lanes of every rank, 0 of those that are gone; kInvalidInput if a rank would compute another picture.
+  /// @return lanes of every rank, 0 for lost ones; kInvalidInput if a rank would compute another picture.
   build::Result<std::vector<unsigned>> wait(const PictureKey& key, unsigned own_lanes);
 
  private:

@@ -41,7 +41,7 @@ void count(const PictureState& state, Rendering& rendering) {
   rendering.seconds = state.seconds;
 }
 
-/// A path-traced picture, of which this process computes the layers beside the units.
+/// A path-traced picture. This process computes its layers beside the units.
 class LayeredPaths {
  public:
   LayeredPaths(const RenderCommand& command, const PictureParts& parts, const Camera& camera)

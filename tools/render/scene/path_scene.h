@@ -49,7 +49,7 @@ struct PathGeometry {
   std::uint64_t first_coordinates;  ///< Of vertex 0; kNoVertices: it has none.
   std::uint64_t first_normal;       ///< The same.
   std::uint32_t material;    ///< Of all primitives, which are no triangles; kInvalidId: triangles have their own.
-  std::uint32_t unused = 0;  ///< In the place of padding: equal scenes are equal bytes.
+  std::uint32_t unused = 0;  ///< Fills the padding, so that equal scenes are equal bytes.
 };
 
 /// A triangle of an object that emits, in the object's space.

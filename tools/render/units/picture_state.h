@@ -16,7 +16,7 @@ struct PictureGrid {
   std::uint32_t columns() const { return (width + tile - 1) / tile; }
   std::uint32_t rows() const { return (height + tile - 1) / tile; }
   std::uint32_t tiles() const { return columns() * rows(); }
-  /// @return steps of @p count tiles of one row, of which the first has the number @p first_tile.
+  /// @return steps of @p count tiles of one row, from tile @p first_tile on.
   PictureUnit unit(std::uint32_t first_tile, std::uint32_t count, std::uint32_t first, std::uint32_t steps) const {
     const std::uint32_t left = first_tile % columns() * tile, top = first_tile / columns() * tile;
     return {left, top, smaller(count * tile, width - left), smaller(tile, height - top), first, steps};

@@ -41,8 +41,8 @@ class PictureWork {
   /// Called once by every thread before it calls run().
   virtual build::Result<void> enter() { return {}; }
   /// Computes a unit. When interrupted() becomes true it returns early and leaves a state of no use.
-  /// @param state of the unit's pixels, row by row: after `first` steps on entry, which is not read if `first` is 0,
-  /// and after `first + steps` on return.
+  /// @param state of the unit's pixels, row by row: after `first` steps on entry, after `first + steps` on return. It
+  /// is not read if `first` is 0.
   /// @return the numbers of traced rays; kInvalidInput if the tracer refuses the scene; errors of the GPU.
   virtual build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) = 0;
 };
