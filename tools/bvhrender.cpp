@@ -84,12 +84,6 @@ build::Result<void> choose_subject_and_tracer(RenderCommand& command, const GpuC
   return {};
 }
 
-/// Takes the threads and the GPU that a rank has as its share.
-GpuChoice take_share(const RankShare& share, RenderCommand& command) {
-  if (command.render.threads == 0) command.render.threads = share.threads;
-  return {true, share.gpu};
-}
-
 /// Checks the checkpoint's path. It may exist, and then it is read later.
 build::Result<void> check_resume(const RenderCommand& command) {
   if (command.resume.file.empty()) return {};
@@ -147,7 +141,7 @@ class FirstRank {
     if (!alone()) {
       const auto share = start_.gather(own_means(ranks_, command_.device != "cpu"));
       if (!share) return tl::unexpected(share.error());
-      gpus = take_share(*share, command_);
+      gpus = take_share(*share, command_.render.threads);
     }
     // The ranks of a host share the pages of a mapped file.
     auto file = alone() || command_.ranks.broadcast ? load_bvh(command_.path, command_.render.threads)
@@ -224,7 +218,7 @@ build::Result<void> follow(RenderCommand& command, Ranks& ranks) {
   FollowStart start(ranks);
   const auto begin = start.begin(own_means(ranks, command.device != "cpu"));
   if (!begin) return tl::unexpected(begin.error());
-  const GpuChoice gpus = take_share(begin->share, command);
+  const GpuChoice gpus = take_share(begin->share, command.render.threads);
   Stage stage{};
   auto file = start.scene(*begin, command.path);
   if (!file) return tl::unexpected(std::move(file.error()));

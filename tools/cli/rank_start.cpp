@@ -35,6 +35,11 @@ build::Error malformed(const std::string& from) {
 
 }  // namespace
 
+GpuChoice take_share(const RankShare& share, unsigned& threads) {
+  if (threads == 0) threads = share.threads;
+  return {true, share.gpu};
+}
+
 RankMeans own_means(const Ranks& ranks, bool gpus) {
   return {ranks.host(ranks.rank()), gpus ? GpuTracer::devices() : std::vector<std::string>{}, own_processors()};
 }

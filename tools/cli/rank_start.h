@@ -4,6 +4,7 @@
 #include <tools/base/digest.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/rank_crew.h>
+#include <tools/cli/trace_device.h>
 #include <tools/render/path/path_data.h>
 #include <tools/render/scene/camera.h>
 #include <tools/render/units/checkpoint.h>
@@ -18,7 +19,7 @@ namespace hiprt::tools {
 /// What rank 0 tells a rank.
 struct RankBegin {
   RankShare share;
-  Camera camera;
+  Camera camera;           ///< Of a picture.
   Digest scene{};          ///< Of the BVH file's bytes.
   bool broadcast = false;  ///< The file comes as a message.
 };
@@ -66,6 +67,9 @@ class FollowStart {
 
   Ranks& ranks_;
 };
+
+/// Takes a rank's share. @param threads of the command line; 0 becomes the rank's share.
+GpuChoice take_share(const RankShare& share, unsigned& threads);
 
 /// What this process may use. @param gpus whether it may use GPUs at all.
 RankMeans own_means(const Ranks& ranks, bool gpus);

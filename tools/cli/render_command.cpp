@@ -93,34 +93,6 @@ void add_picture_options(CLI::App& app, RenderCommand& command) {
       ->group(kGroup);
 }
 
-void add_resume_options(CLI::App& app, ResumeOptions& resume) {
-  constexpr const char* kGroup = "Long runs";
-  auto* const file = app.add_option("--resume", resume.file,
-                                    "Keep finished parts of the picture in this file, and go on from them if it "
-                                    "exists. The file is removed when the picture is written. The picture is the same")
-                         ->type_name("FILE")
-                         ->group(kGroup);
-  app.add_option("--resume-every", resume.seconds, "Seconds between two writes of that file, at least")
-      ->check(CLI::Range(0.0, 86400.0))
-      ->needs(file)
-      ->type_name("S")
-      ->capture_default_str()
-      ->group(kGroup);
-}
-
-void add_rank_options(CLI::App& app, RankFlags& ranks) {
-  constexpr const char* kGroup = "Several processes (mpirun)";
-  app.add_flag("--broadcast", ranks.broadcast,
-               "Only rank 0 reads the BVH file and sends it to the others, which need no disk with it")
-      ->disable_flag_override()
-      ->group(kGroup);
-  app.add_flag("--lossy-ranks", ranks.lossy,
-               "Go on when a rank is lost: its work is dealt again, and the picture is the same. Start mpirun with "
-               "--enable-recovery then. Default: the run ends")
-      ->disable_flag_override()
-      ->group(kGroup);
-}
-
 /// Text of the camera, from the command line or from its file.
 build::Result<std::string> camera_text(const RenderCommand& command, bool file) {
   if (!file) return command.camera;
@@ -149,10 +121,6 @@ void RenderCommand::finish() {
   for (const std::string& output : outputs) render.layers |= is_exr(output);
 }
 
-std::string resume_hint(const ResumeOptions& resume) {
-  return resume.file.empty() ? std::string() : "; run the same command again to go on from " + resume.file;
-}
-
 unsigned RenderCommand::tree_level() const { return level.value_or(kDefaultLevel); }
 
 std::string RenderCommand::mode_name() const { return paths.chosen() ? "path" : mode; }
@@ -167,7 +135,9 @@ void add_render_options(CLI::App& app, RenderCommand& command) {
   add_picture_options(app, command);
   command.paths.add_options(app);
   command.compare.add_options(app);
-  add_resume_options(app, command.resume);
+  add_resume_options(app, command.resume,
+                     "Keep finished parts of the picture in this file, and go on from them if it exists. The file is "
+                     "removed when the picture is written. The picture is the same");
   add_rank_options(app, command.ranks);
   add_device_option(app, command.device);
   add_threads_option(app, command.render.threads);

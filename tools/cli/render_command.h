@@ -3,6 +3,7 @@
 
 #include <tools/cli/compare_command.h>
 #include <tools/cli/path_command.h>
+#include <tools/cli/run_options.h>
 #include <tools/render/scene/camera.h>
 #include <tools/render/studio/render.h>
 
@@ -12,21 +13,6 @@
 #include <vector>
 
 namespace hiprt::tools {
-
-/// Options of pictures that are computed in several runs.
-struct ResumeOptions {
-  std::string file;     ///< Checkpoint; empty: none.
-  double seconds = 30;  ///< Between two writes of it.
-};
-
-/// Options of runs of several processes.
-struct RankFlags {
-  bool lossy = false;      ///< Go on without ranks that were lost.
-  bool broadcast = false;  ///< Only rank 0 reads the BVH file.
-};
-
-/// The end of a message about an unfinished picture: how to go on. Empty without --resume.
-std::string resume_hint(const ResumeOptions& resume);
 
 struct RenderCommand {
   std::string path;

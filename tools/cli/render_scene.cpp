@@ -38,10 +38,7 @@ build::Result<std::optional<GpuTracer>> choose_tracer(const RenderCommand& comma
     if (choice != DeviceChoice::kGpu) return std::nullopt;
     return invalid_input("--mode heatmap counts tests, which only the CPU does: use --device auto or cpu");
   }
-  if (!gpus.shared || gpus.number || GpuTracer::devices().empty()) return choose_device(choice, view, {}, gpus.number);
-  if (choice != DeviceChoice::kGpu) return std::nullopt;
-  return fail(build::ErrorCode::kNoDevice,
-              "--device gpu, but the host has fewer GPUs than ranks: start fewer, or use --device auto");
+  return choose_device(choice, view, {}, gpus);
 }
 
 }  // namespace hiprt::tools

@@ -2,6 +2,7 @@
 /// What bvhrender traces, and on what.
 
 #include <tools/cli/render_command.h>
+#include <tools/cli/trace_device.h>
 #include <tools/render/studio/tree_boxes.h>
 #include <tools/render/tracers/gpu_tracer.h>
 
@@ -21,12 +22,6 @@ struct Subject {
 
 /// @param scene must live as long as the subject. @return the errors of boxes_of_level() and build().
 build::Result<Subject> choose_subject(const RenderCommand& command, const BufferView& scene);
-
-/// The GPUs that a rank may choose from.
-struct GpuChoice {
-  bool shared = false;          ///< Other ranks may use them, too: only `number` may be taken.
-  std::optional<int> number{};  ///< Of this rank's GPU; nothing: there is none for it.
-};
 
 /// @return the GPU that traces, or nothing: the CPU traces. The errors of choose_device(); kInvalidInput if the mode
 /// needs the CPU; kNoDevice if there are more ranks than GPUs.
