@@ -13,7 +13,7 @@ RELEASES = ["bookworm", "trixie"]  # the order of the table's columns
 # find_package() names of tools/CMakeLists.txt and the libraries of the table.
 LIBRARIES = {"CLI11": "CLI11", "Freetype": "FreeType", "nlohmann_json": "JSON for Modern C++", "OpenEXR": "OpenEXR",
              "PNG": "libpng", "TinyGLTF": "tinygltf", "zstd": "Zstandard", "draco": "Draco",
-             "meshoptimizer": "meshoptimizer"}
+             "meshoptimizer": "meshoptimizer", "MPI": "Open MPI"}
 # Debian's versions and their makers'.
 EXAMPLES = {"2.7.0+dfsg-2": "2.7.0", "1:1.2.13.dfsg-1": "1.2.13", "1:1.3.dfsg+really1.3.1-1+deb13u1": "1.3.1",
             "1.5.4+dfsg2-5": "1.5.4", "2.4.1+ds-2": "2.4.1", "0.0~git20220908.8b5f1f3+ds-1": "0.0",

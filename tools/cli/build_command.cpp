@@ -1,5 +1,7 @@
 #include <tools/cli/build_command.h>
 
+#include <tools/base/text.h>
+#include <tools/build/bvh_cache.h>
 #include <tools/cli/build_names.h>
 #include <tools/cli/cli.h>
 #include <tools/cli/trace_device.h>
@@ -16,17 +18,18 @@
 namespace hiprt::tools {
 namespace {
 
+std::string check_prune_limit(const std::string& text) {
+  if (parse_prune_limit(text)) return {};
+  return "--prune: " + in_quotes(text) + " is no limit: expected a size such as 20G or a time such as 30d";
+}
+
 void add_file_options(CLI::App& app, BuildCommand& command) {
   app.add_option("INPUT", command.inputs,
                  "Files of meshes or shapes, one geometry each, or one scene file (.json, .scene). With --refit: one "
                  "BVH file")
-      ->required()
       ->type_name("FILE")
       ->group(kInputGroup);
-  app.add_option("-o,--output", command.output, "BVH file to write")
-      ->required()
-      ->type_name("FILE")
-      ->group(kOutputGroup);
+  app.add_option("-o,--output", command.output, "BVH file to write")->type_name("FILE")->group(kOutputGroup);
   app.add_flag("--stats", command.stats, "Print statistics of the tree, times and memory")
       ->disable_flag_override()
       ->group(kOutputGroup);
@@ -168,6 +171,32 @@ void add_expert_options(CLI::App& app, BuildCommand& command) {
       ->group(kExpertGroup);
 }
 
+void add_cache_options(CLI::App& app, BuildCommand& command) {
+  app.add_option("--cache", command.cache,
+                 "Folder of built files. An object whose geometry and options are in it is not built again; the others "
+                 "are added")
+      ->type_name("DIR")
+      ->group(kCacheGroup);
+  app.add_option("--manifest", command.manifest,
+                 "Build the assets of this JSON file into --cache, without INPUT and --output. Under mpirun all ranks "
+                 "share the work")
+      ->type_name("FILE")
+      ->needs("--cache")
+      ->group(kCacheGroup);
+  app.add_option("--prune", command.prune,
+                 "Remove files of --cache: with 20G (or K, M, T) the files that were used last stay, up to this size; "
+                 "with 30d (or 12h) files go that were not used for so long. Files in use stay")
+      ->check(CLI::Validator(check_prune_limit, ""))
+      ->type_name("LIMIT")
+      ->needs("--cache")
+      ->group(kCacheGroup);
+  app.add_flag("--lossy-ranks", command.lossy_ranks,
+               "With --manifest: go on after ranks were lost. Start it with mpirun --enable-recovery")
+      ->needs("--manifest")
+      ->disable_flag_override()
+      ->group(kCacheGroup);
+}
+
 /// --refit excludes all options of a build.
 void add_refit_option(CLI::App& app, BuildCommand& command) {
   CLI::Option* refit = app.add_option("--refit", command.moved,
@@ -180,12 +209,26 @@ void add_refit_option(CLI::App& app, BuildCommand& command) {
        {"--builder",     "--quality",     "--import",         "--nodes",           "--target",
         "--device",      "--max-leaf",    "--split-budget",   "--presplit-budget", "--reinsertion-rounds",
         "--ploc-radius", "--no-pairs",    "--stats",          "--instances",       "--flatten",
-        "--shutter",     "--motion-keys", "--opening-budget", "--levels",          "--instance-bounds"})
+        "--shutter",     "--motion-keys", "--opening-budget", "--levels",          "--instance-bounds",
+        "--cache"})
     refit->excludes(app.get_option(name));
+}
+
+/// Options that build something else than the assets of a manifest.
+void check_farm(const CLI::App& app, const BuildCommand& command) {
+  const std::string farm = command.manifest.empty() ? "--prune" : "--manifest";
+  if (!command.inputs.empty()) throw CLI::ValidationError(farm + " takes no INPUT: it names the assets itself");
+  for (const char* name : {"--output", "--import", "--refit", "--instances", "--flatten", "--shutter", "--levels",
+                           "--opening-budget", "--instance-bounds"})
+    if (app.get_option(name)->count() != 0) throw CLI::ValidationError(farm + " excludes " + name);
 }
 
 /// Checks that involve several options.
 void check_command(const CLI::App& app, BuildCommand& command) {
+  if (!command.manifest.empty() || (!command.prune.empty() && command.inputs.empty())) return check_farm(app, command);
+  if (!command.prune.empty()) throw CLI::ValidationError("--prune goes alone or with --manifest, not with INPUT");
+  if (command.inputs.empty()) throw CLI::RequiredError("INPUT");
+  if (command.output.empty()) throw CLI::RequiredError("--output");
   if (!command.moved.empty() && command.inputs.size() != 1)
     throw CLI::ValidationError("--refit takes one INPUT, a BVH file; there are " +
                                std::to_string(command.inputs.size()));
@@ -234,6 +277,7 @@ void add_build_options(CLI::App& app, BuildCommand& command) {
   add_instance_tree_options(app, command);
   add_machine_options(app, command);
   add_expert_options(app, command);
+  add_cache_options(app, command);
   add_refit_option(app, command);
   app.callback([&app, &command] { check_command(app, command); });
 }

@@ -33,6 +33,10 @@ struct BuildCommand {
   unsigned levels = 0;  ///< Levels of instances to keep; 0: all.
   std::string shutter;  ///< Empty: animations are not read.
   unsigned motion_keys = 2;
+  std::string cache;     ///< Folder of built files; empty: none.
+  std::string manifest;  ///< Many assets to build into the cache; empty: none.
+  std::string prune;     ///< Which entries of the cache to remove; empty: none.
+  bool lossy_ranks = false;
 
   /// Whether the input is a scene of instances or becomes one (--instances).
   bool is_scene() const;

@@ -115,6 +115,8 @@ std::string report_text(const std::string& output, const SceneDescription& descr
   table.row("device", built.on_gpu ? "gpu" : "cpu");
   table.row("mesh files read", std::to_string(description.files.size()));
   table.row("objects named twice", std::to_string(description.shared_objects));
+  if (built.cache.hits + built.cache.misses != 0)
+    table.row("cache", std::to_string(built.cache.hits) + " hits, " + std::to_string(built.cache.misses) + " misses");
   add_scene(table, measure_scene(view));
   table.row("dropped", dropped_text(built.objects));
   table.row("pairs", std::to_string(built.objects.pairs));
@@ -138,6 +140,7 @@ nlohmann::json report_json(const std::string& output, const SceneDescription& de
           {"mesh_files", description.files.size()},
           {"shared_objects", description.shared_objects},
           {"scene", scene_json(measure_scene(view))},
+          {"cache", {{"hits", built.cache.hits}, {"misses", built.cache.misses}, {"damaged", built.cache.damaged}}},
           {"triangles", built.objects.triangles},
           {"customs", built.objects.customs},
           {"dropped", dropped_json(built.objects)},

@@ -8,9 +8,11 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string_view>
+#include <system_error>
 
 namespace hiprt::tools {
 namespace {
@@ -73,6 +75,13 @@ bool ProcessId::is_dead() const {
 std::string parent_name() {
   const std::string text = content_of("/proc/" + std::to_string(::getppid()) + "/comm");
   return text.substr(0, text.find('\n'));
+}
+
+bool parent_shows_terminal() {
+  std::error_code error;
+  const std::string target =
+      std::filesystem::read_symlink("/proc/" + std::to_string(::getppid()) + "/fd/2", error).string();
+  return !error && (target.starts_with("/dev/pts/") || target.starts_with("/dev/tty"));
 }
 
 }  // namespace hiprt::tools

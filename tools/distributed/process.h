@@ -6,7 +6,7 @@
 
 namespace hiprt::tools {
 
-/// A process, so that its number is not taken for a later process with the same one.
+/// A process of any machine. Its start tells it from a later process with the same number.
 struct ProcessId {
   std::int64_t pid = 0;
   std::uint64_t start = 0;      ///< Clock ticks from the start of the machine; 0: unknown.
@@ -25,5 +25,8 @@ std::string host_name();
 
 /// Name of the program that started this one: "mpirun". Empty if it is unknown.
 std::string parent_name();
+
+/// Whether the stderr of the program that started this one is a terminal. mpirun gives its ranks a pipe and copies it.
+bool parent_shows_terminal();
 
 }  // namespace hiprt::tools
