@@ -180,9 +180,9 @@ class FirstRank {
     if (!parts) return tl::unexpected(std::move(parts.error()));
     std::optional<RankCrew> crew;
     if (!alone()) {
-      auto lanes = start_.wait(key(), (*parts)->work().lanes());
-      if (!lanes) return tl::unexpected(std::move(lanes.error()));
-      crew.emplace(watch_, std::move(*lanes), (*parts)->work().pixel_bytes());
+      auto workers = start_.wait(key(), (*parts)->work().workers());
+      if (!workers) return tl::unexpected(std::move(workers.error()));
+      crew.emplace(watch_, std::move(*workers), (*parts)->work().pixel_bytes());
     }
     const auto warn = [&](const std::string& message) { cli_.warn(message); };
     return render_units(command_, **parts, stage_.camera,
@@ -232,7 +232,8 @@ build::Result<void> follow(RenderCommand& command, Ranks& ranks) {
   }
   auto parts = PictureParts::make(command, stage.subject.view, stage.camera, stage.tracer());
   if (!parts) return tl::unexpected(std::move(parts.error()));
-  start.ready(picture_key(tool_version(kInfo), stage.file.view.bytes, command, stage.camera), (*parts)->work().lanes());
+  start.ready(picture_key(tool_version(kInfo), stage.file.view.bytes, command, stage.camera),
+              (*parts)->work().workers());
   return compute_for_first_rank(ranks, (*parts)->work());
 }
 

@@ -337,6 +337,8 @@ build::Result<void> run(const Cli& cli, TraceCommand& command, Ranks& ranks) {
     if (!ranks.is_first()) return {};
     return run_at_once(cli, command);
   }
+  if (const std::string warning = recovery_warning(); command.ranks.lossy && ranks.is_first() && !warning.empty())
+    cli.warn(warning);
   auto done = BlockRun(cli, command, ranks).run();
   ranks.stop_others();
   return done;

@@ -51,12 +51,12 @@ bool same_pixels(const Image& a, const Image& b) {
 
 }  // namespace
 
-TEST_CASE("a grid's tiles cover the picture once, and there are some for every lane") {
+TEST_CASE("a grid's tiles cover the picture once, and there are some for every worker") {
   for (const auto& [width, height] : {std::pair{1u, 1u}, {33u, 25u}, {1024u, 1u}, {640u, 480u}})
-    for (const unsigned lanes : {1u, 7u, 1000u}) {
-      const PictureGrid grid = choose_grid(width, height, lanes);
+    for (const unsigned workers : {1u, 7u, 1000u}) {
+      const PictureGrid grid = choose_grid(width, height, workers);
       CHECK(total_pixels(grid) == std::uint64_t{width} * height);
-      CHECK((grid.tile == 8 || grid.tiles() >= 8 * lanes));
+      CHECK((grid.tile == 8 || grid.tiles() >= 8 * workers));
     }
 }
 

@@ -14,11 +14,11 @@ namespace hiprt::test {
 /// The state of a pixel is a hash of its place and its steps in their order.
 class HashWork : public tools::PictureWork {
  public:
-  HashWork(std::uint32_t steps, unsigned lanes) : steps_(steps), lanes_(lanes) {}
+  HashWork(std::uint32_t steps, unsigned workers) : steps_(steps), workers_(workers) {}
 
   std::uint32_t steps() const override { return steps_; }
   std::size_t pixel_bytes() const override { return sizeof(std::uint64_t); }
-  unsigned lanes() const override { return lanes_; }
+  unsigned workers() const override { return workers_; }
   build::Result<tools::RayCounts> run(const tools::PictureUnit& unit, std::span<std::byte> state) override {
     for (std::uint32_t y = 0; y < unit.height; ++y)
       for (std::uint32_t x = 0; x < unit.width; ++x) {
@@ -51,19 +51,19 @@ class HashWork : public tools::PictureWork {
   }
 
   std::uint32_t steps_;
-  unsigned lanes_;
+  unsigned workers_;
 };
 
 /// Ranks that compute in poll(), in any order, some results late. Each but this process may be lost once.
 class FailingCrew : public tools::Crew {
  public:
   FailingCrew(HashWork& work, unsigned ranks, std::uint64_t seed, double loss)
-      : work_(work), random_(seed), loss_(loss), lanes_(ranks), jobs_(ranks) {
-    for (unsigned& lanes : lanes_) lanes = 1 + random_.below(4);
+      : work_(work), random_(seed), loss_(loss), workers_(ranks), jobs_(ranks) {
+    for (unsigned& workers : workers_) workers = 1 + random_.below(4);
   }
 
-  unsigned ranks() const override { return static_cast<unsigned>(lanes_.size()); }
-  unsigned lanes(unsigned rank) const override { return lanes_[rank]; }
+  unsigned ranks() const override { return static_cast<unsigned>(workers_.size()); }
+  unsigned workers(unsigned rank) const override { return workers_[rank]; }
   unsigned lost() const { return lost_; }
   void send(unsigned rank, tools::UnitJob job) override { jobs_[rank].push_back(std::move(job)); }
 
@@ -71,13 +71,13 @@ class FailingCrew : public tools::Crew {
     std::vector<tools::CrewEvent> events;
     for (unsigned rank = 1; rank < ranks(); ++rank) {
       // What a lost rank sent before its loss was noticed arrives behind the news.
-      const bool loses = lanes_[rank] != 0 && !jobs_[rank].empty() && random_.unit() < loss_;
+      const bool loses = workers_[rank] != 0 && !jobs_[rank].empty() && random_.unit() < loss_;
       if (loses) {
-        lanes_[rank] = 0;
+        workers_[rank] = 0;
         ++lost_;
         events.push_back({rank, std::nullopt});
       }
-      if (lanes_[rank] == 0 && !loses) {
+      if (workers_[rank] == 0 && !loses) {
         jobs_[rank].clear();
         continue;
       }
@@ -99,7 +99,7 @@ class FailingCrew : public tools::Crew {
   HashWork& work_;
   oracle::Random random_;
   double loss_;
-  std::vector<unsigned> lanes_;
+  std::vector<unsigned> workers_;
   std::vector<std::deque<tools::UnitJob>> jobs_;
   unsigned lost_ = 0;
 };

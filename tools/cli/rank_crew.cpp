@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 /// How long a signal may take from one rank to another.
 constexpr milliseconds kSignalSpread{500};
 
-/// Seconds between two looks for messages. Each lane has a second unit at hand meanwhile.
+/// Seconds between two looks for messages. Each worker has a second unit at hand meanwhile.
 constexpr double kTick = 0.002;
 
 bool interrupted_soon() {
@@ -61,8 +61,8 @@ build::Result<std::vector<int>> RankWatch::news() {
   return result;
 }
 
-RankCrew::RankCrew(RankWatch& watch, std::vector<unsigned> lanes, std::size_t pixel_bytes)
-    : watch_(watch), lanes_(std::move(lanes)), pixel_bytes_(pixel_bytes) {}
+RankCrew::RankCrew(RankWatch& watch, std::vector<unsigned> workers, std::size_t pixel_bytes)
+    : watch_(watch), workers_(std::move(workers)), pixel_bytes_(pixel_bytes) {}
 
 void RankCrew::send(unsigned rank, UnitJob job) {
   watch_.ranks().send(static_cast<int>(rank), RenderTag::kJob, encode(job));
@@ -80,7 +80,7 @@ build::Result<std::vector<CrewEvent>> RankCrew::poll() {
   auto gone = watch_.news();
   if (!gone) return tl::unexpected(std::move(gone.error()));
   for (const int rank : *gone) {
-    lanes_[static_cast<std::size_t>(rank)] = 0;
+    workers_[static_cast<std::size_t>(rank)] = 0;
     events.push_back({static_cast<unsigned>(rank), std::nullopt});
   }
   return events;

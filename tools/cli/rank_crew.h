@@ -15,7 +15,7 @@ namespace hiprt::tools {
 struct RenderTag {
   static constexpr int kMeans = 1;   ///< To rank 0: RankMeans.
   static constexpr int kBegin = 2;   ///< From rank 0: RankBegin.
-  static constexpr int kReady = 3;   ///< To rank 0: lanes and PictureKey.
+  static constexpr int kReady = 3;   ///< To rank 0: workers and PictureKey.
   static constexpr int kJob = 4;     ///< From rank 0: encode(UnitJob).
   static constexpr int kResult = 5;  ///< To rank 0: encode(UnitResult).
   static constexpr int kGone = 6;    ///< To rank 0: this rank ends. An error's text, or nothing after a signal.
@@ -47,17 +47,17 @@ class RankWatch {
 /// Rank 0's view of the others.
 class RankCrew : public Crew {
  public:
-  /// @param lanes of every rank; 0: it takes no part.
-  RankCrew(RankWatch& watch, std::vector<unsigned> lanes, std::size_t pixel_bytes);
+  /// @param workers of every rank; 0: it takes no part.
+  RankCrew(RankWatch& watch, std::vector<unsigned> workers, std::size_t pixel_bytes);
 
-  unsigned ranks() const override { return static_cast<unsigned>(lanes_.size()); }
-  unsigned lanes(unsigned rank) const override { return lanes_[rank]; }
+  unsigned ranks() const override { return static_cast<unsigned>(workers_.size()); }
+  unsigned workers(unsigned rank) const override { return workers_[rank]; }
   void send(unsigned rank, UnitJob job) override;
   build::Result<std::vector<CrewEvent>> poll() override;
 
  private:
   RankWatch& watch_;
-  std::vector<unsigned> lanes_;
+  std::vector<unsigned> workers_;
   std::size_t pixel_bytes_;
 };
 

@@ -99,12 +99,12 @@ void LeadStart::share_bytes(std::vector<std::byte> bytes) {
       broadcast(watch_.ranks(), std::make_shared<const std::vector<std::byte>>(std::move(bytes)), others()));
 }
 
-build::Result<std::vector<unsigned>> LeadStart::wait(const PictureKey& key, unsigned own_lanes) {
-  std::vector<unsigned> lanes(static_cast<std::size_t>(watch_.ranks().size()));
+build::Result<std::vector<unsigned>> LeadStart::wait(const PictureKey& key, unsigned own_workers) {
+  std::vector<unsigned> workers(static_cast<std::size_t>(watch_.ranks().size()));
   auto all = collect(RenderTag::kReady, [&](const RankMessage& message) -> build::Result<void> {
     const std::string name = watch_.ranks().name(message.from);
     ByteReader reader(message.bytes);
-    lanes[static_cast<std::size_t>(message.from)] = reader.get<std::uint32_t>();
+    workers[static_cast<std::size_t>(message.from)] = reader.get<std::uint32_t>();
     PictureKey theirs(std::min<std::uint64_t>(reader.get<std::uint64_t>(), key.size()));
     for (auto& [word, value] : theirs) {
       word = reader.get_text();
@@ -116,10 +116,10 @@ build::Result<std::vector<unsigned>> LeadStart::wait(const PictureKey& key, unsi
     return invalid_input(name + " would compute another picture: " + other);
   });
   if (!all) return tl::unexpected(std::move(all.error()));
-  lanes[0] = own_lanes;
+  workers[0] = own_workers;
   for (int rank = 1; rank < watch_.ranks().size(); ++rank)
-    if (watch_.is_gone(rank)) lanes[static_cast<std::size_t>(rank)] = 0;
-  return lanes;
+    if (watch_.is_gone(rank)) workers[static_cast<std::size_t>(rank)] = 0;
+  return workers;
 }
 
 build::Result<RankMessage> FollowStart::wait(int tag) {
@@ -173,9 +173,9 @@ build::Result<PathData> FollowStart::path_data() {
   return std::move(*data);
 }
 
-void FollowStart::ready(const PictureKey& key, unsigned lanes) {
+void FollowStart::ready(const PictureKey& key, unsigned workers) {
   ByteWriter writer;
-  writer.add(std::uint32_t{lanes});
+  writer.add(std::uint32_t{workers});
   writer.add(std::uint64_t{key.size()});
   for (const auto& [word, value] : key) {
     writer.add_text(word);

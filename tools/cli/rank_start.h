@@ -36,8 +36,8 @@ class LeadStart {
   void begin(const BvhFile& file, const Camera& camera, bool broadcasts);
   void send(const PathData& data);
   /// Waits until all ranks can compute. @param key of the picture, which must be theirs.
-  /// @return lanes of every rank, 0 for lost ones; kInvalidInput if a rank would compute another picture.
-  build::Result<std::vector<unsigned>> wait(const PictureKey& key, unsigned own_lanes);
+  /// @return workers of every rank, 0 for lost ones; kInvalidInput if a rank would compute another picture.
+  build::Result<std::vector<unsigned>> wait(const PictureKey& key, unsigned own_workers);
 
  private:
   /// Receives one message of the tag from every rank. @param take called with each.
@@ -59,7 +59,7 @@ class FollowStart {
   /// @return the file of rank 0: its message, or the mapped file @p path with the same content.
   build::Result<BvhFile> scene(const RankBegin& begin, const std::string& path);
   build::Result<PathData> path_data();
-  void ready(const PictureKey& key, unsigned lanes);
+  void ready(const PictureKey& key, unsigned workers);
 
  private:
   build::Result<RankMessage> wait(int tag);

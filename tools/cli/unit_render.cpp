@@ -14,15 +14,15 @@ namespace {
 /// Whether --integrator path was given: then the work is a PathWork, else a StudioWork.
 bool is_path(const RenderCommand& command) { return command.paths.chosen(); }
 
-unsigned lanes_of_all(PictureWork& work, const Crew* crew) {
-  unsigned lanes = work.lanes();
-  for (unsigned rank = 1; crew != nullptr && rank < crew->ranks(); ++rank) lanes += crew->lanes(rank);
-  return lanes;
+unsigned workers_of_all(PictureWork& work, const Crew* crew) {
+  unsigned workers = work.workers();
+  for (unsigned rank = 1; crew != nullptr && rank < crew->ranks(); ++rank) workers += crew->workers(rank);
+  return workers;
 }
 
 build::Result<PictureState> first_state(const RenderCommand& command, PictureWork& work, const UnitRun& run) {
   const RenderOptions& options = command.render;
-  const PictureGrid grid = choose_grid(options.width, options.height, lanes_of_all(work, run.crew));
+  const PictureGrid grid = choose_grid(options.width, options.height, workers_of_all(work, run.crew));
   if (run.checkpoint == nullptr) return PictureState(grid, work.pixel_bytes());
   auto kept = run.checkpoint->load(grid, work.steps(), work.pixel_bytes());
   if (!kept) return tl::unexpected(std::move(kept.error()));

@@ -26,7 +26,7 @@ class Crew {
   /// Number of ranks with this process.
   virtual unsigned ranks() const = 0;
   /// Units that a rank computes at the same time; 0: it is lost, or takes no part.
-  virtual unsigned lanes(unsigned rank) const = 0;
+  virtual unsigned workers(unsigned rank) const = 0;
   /// Gives a rank a job. A rank that is lost by then ignores it.
   virtual void send(unsigned rank, UnitJob job) = 0;
   /// @return what happened since the last call, without waiting. An error ends the run.

@@ -14,7 +14,7 @@ class PathWork : public PictureWork {
 
   std::uint32_t steps() const override { return samples_; }
   std::size_t pixel_bytes() const override { return sizeof(PathSum); }
-  unsigned lanes() const override { return gpu_ != nullptr ? 1 : threads_; }
+  unsigned workers() const override { return gpu_ != nullptr ? 1 : threads_; }
   build::Result<void> enter() override;
   build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) override;
 

@@ -23,8 +23,8 @@ class PictureRun {
         ranks_(crew == nullptr ? 1 : crew->ranks()),
         dealer_(state.grid, work.steps(), state.done, ranks_),
         pool_(work) {
-    dealer_.join(0, work.lanes());
-    for (unsigned rank = 1; rank < ranks_; ++rank) dealer_.join(rank, crew->lanes(rank));
+    dealer_.join(0, work.workers());
+    for (unsigned rank = 1; rank < ranks_; ++rank) dealer_.join(rank, crew->workers(rank));
   }
 
   bool finished() const { return dealer_.finished(); }

@@ -27,11 +27,11 @@ struct PictureGrid {
   static std::uint32_t smaller(std::uint32_t a, std::uint32_t b) { return a < b ? a : b; }
 };
 
-/// @return the grid that gives every lane several tiles, if the picture has so many pixels.
-inline PictureGrid choose_grid(std::uint32_t width, std::uint32_t height, unsigned lanes) {
-  constexpr std::uint32_t kLargest = 32, kSmallest = 8, kTilesPerLane = 8;
+/// @return the grid that gives every worker several tiles, if the picture has so many pixels.
+inline PictureGrid choose_grid(std::uint32_t width, std::uint32_t height, unsigned workers) {
+  constexpr std::uint32_t kLargest = 32, kSmallest = 8, kTilesPerWorker = 8;
   PictureGrid grid{width, height, kLargest};
-  while (grid.tile > kSmallest && grid.tiles() < std::uint64_t{kTilesPerLane} * lanes) grid.tile /= 2;
+  while (grid.tile > kSmallest && grid.tiles() < std::uint64_t{kTilesPerWorker} * workers) grid.tile /= 2;
   return grid;
 }
 

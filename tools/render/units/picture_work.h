@@ -36,7 +36,7 @@ class PictureWork {
   /// Bytes of the state of a pixel.
   virtual std::size_t pixel_bytes() const = 0;
   /// Threads that may call run() at the same time.
-  virtual unsigned lanes() const = 0;
+  virtual unsigned workers() const = 0;
 
   /// Called once by every thread before it calls run().
   virtual build::Result<void> enter() { return {}; }

@@ -87,7 +87,7 @@ StudioWork::StudioWork(const SceneView& scene, const Camera& camera, const Rende
 
 std::uint32_t StudioWork::steps() const { return TileRenderer::passes(job_.options); }
 std::size_t StudioWork::pixel_bytes() const { return sizeof(StudioPixel); }
-unsigned StudioWork::lanes() const { return gpu_ != nullptr ? 1 : limit_.threads(); }
+unsigned StudioWork::workers() const { return gpu_ != nullptr ? 1 : limit_.threads(); }
 
 build::Result<void> StudioWork::enter() { return gpu_ != nullptr ? gpu_->make_current() : build::Result<void>(); }
 

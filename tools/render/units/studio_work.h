@@ -14,7 +14,7 @@ class StudioWork : public PictureWork {
 
   std::uint32_t steps() const override;
   std::size_t pixel_bytes() const override;
-  unsigned lanes() const override;
+  unsigned workers() const override;
   build::Result<void> enter() override;
   build::Result<RayCounts> run(const PictureUnit& unit, std::span<std::byte> state) override;
 

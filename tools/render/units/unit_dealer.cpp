@@ -19,7 +19,7 @@ UnitDealer::UnitDealer(const PictureGrid& grid, std::uint32_t steps, std::span<c
   }
 }
 
-void UnitDealer::join(unsigned rank, unsigned lanes) { ranks_[rank].lanes = lanes; }
+void UnitDealer::join(unsigned rank, unsigned workers) { ranks_[rank].workers = workers; }
 
 void UnitDealer::leave(unsigned rank) {
   for (const Held& held : ranks_[rank].held) open(held);
@@ -30,15 +30,15 @@ void UnitDealer::leave(unsigned rank) {
 double UnitDealer::work_of(const Rank& rank) const {
   if (rank.speed == 0.0) return 1.0;
   double together = 0.0;
-  for (const Rank& other : ranks_) together += other.lanes * (other.speed > 0.0 ? other.speed : rank.speed);
-  // A lane has two units at hand: a quarter of the time that is left is half of it for both.
+  for (const Rank& other : ranks_) together += other.workers * (other.speed > 0.0 ? other.speed : rank.speed);
+  // A worker has two units at hand: a quarter of the time that is left is half of it for both.
   const double seconds = std::clamp(static_cast<double>(left_) / together / 4.0, kLeastSeconds, kUnitSeconds);
   return seconds * rank.speed;
 }
 
 std::optional<PictureUnit> UnitDealer::next(unsigned number) {
   Rank& rank = ranks_[number];
-  if (open_.empty() || rank.held.size() >= std::size_t{2} * rank.lanes) return std::nullopt;
+  if (open_.empty() || rank.held.size() >= std::size_t{2} * rank.workers) return std::nullopt;
   const auto [done, tile] = *open_.begin();
   const double work = work_of(rank), tile_pixels = static_cast<double>(grid_.unit(tile, 1, 0, 0).pixels());
   const std::uint32_t left = steps_ - done;

@@ -18,7 +18,7 @@ namespace hiprt::tools {
 
 class UnitDealer {
  public:
-  /// Most seconds of a unit. A rank that is lost loses about twice that per lane.
+  /// Most seconds of a unit. A rank that is lost loses about twice that per worker.
   static constexpr double kUnitSeconds = 0.5;
   /// Least seconds: shorter units cost more for messages than they win by balance.
   static constexpr double kLeastSeconds = 0.02;
@@ -26,12 +26,12 @@ class UnitDealer {
   /// @param done steps of every tile (PictureState::done). @param steps of a whole picture.
   UnitDealer(const PictureGrid& grid, std::uint32_t steps, std::span<const std::uint32_t> done, unsigned ranks);
 
-  /// The rank takes part from now on. @param lanes units that it computes at the same time, at least 1.
-  void join(unsigned rank, unsigned lanes);
+  /// The rank takes part from now on. @param workers units that it computes at the same time, at least 1.
+  void join(unsigned rank, unsigned workers);
   /// The rank takes part no more. Its units are dealt again.
   void leave(unsigned rank);
 
-  /// @return a unit for the rank. Nothing: all tiles are finished or in work, or it has enough (two per lane).
+  /// @return a unit for the rank. Nothing: all tiles are finished or in work, or it has enough (two per worker).
   std::optional<PictureUnit> next(unsigned rank);
   /// A rank has computed a unit. @param seconds that it took.
   /// @return false: the unit is not in the rank's hands, for example because it was taken for lost.
@@ -47,8 +47,8 @@ class UnitDealer {
     std::uint32_t tile, tiles;
   };
   struct Rank {
-    unsigned lanes = 0;
-    double speed = 0.0;  ///< Steps of pixels per second and lane; 0: unknown.
+    unsigned workers = 0;
+    double speed = 0.0;  ///< Steps of pixels per second and worker; 0: unknown.
     std::vector<Held> held;
   };
 

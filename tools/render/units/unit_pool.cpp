@@ -11,7 +11,7 @@
 namespace hiprt::tools {
 
 UnitPool::UnitPool(PictureWork& work) : work_(work) {
-  for (unsigned i = 0; i < work.lanes(); ++i) threads_.emplace_back([this] { compute(); });
+  for (unsigned i = 0; i < work.workers(); ++i) threads_.emplace_back([this] { compute(); });
 }
 
 UnitPool::~UnitPool() {
