@@ -270,11 +270,12 @@ int main(int argc, char** argv) {
   std::unique_ptr<Ranks> ranks;
   const int status = cli.run(argc, argv, [&]() -> build::Result<void> {
     if (command.inputs.empty()) return run_farm_on_ranks(cli, command, ranks);
-    if (const auto launch = launch_of_environment(); launch && launch->size > 1)
+    if (const auto launch = launch_of_environment(); launch && launch->size > 1 && is_first_of_launch())
       return invalid_input("it was started as " + std::to_string(launch->size) +
                            " ranks, which share only the assets of --manifest: start it alone");
+    if (!is_first_of_launch()) return {};
     if (command.moved.empty()) return run(cli, command);
     return run_refit(cli, {command.inputs.front(), command.output, command.moved, command.threads, command.max_memory});
   });
-  return ranks ? ranks->leave(status) : status;
+  return leave_run(ranks.get(), status);
 }

@@ -72,8 +72,8 @@ int main(int argc, char** argv) {
   auto ranks = Ranks::join({.lossy = plan.lossy, .silence = std::chrono::milliseconds(5000)});
   if (!ranks) {
     std::fprintf(stderr, "%s\n", ranks.error().message.c_str());
-    return 1;
+    return leave_run(nullptr, 1);
   }
   std::fprintf(stderr, "rank %d process %d\n", (*ranks)->rank(), ::getpid());
-  return (*ranks)->leave(run(**ranks, plan));
+  return leave_run(ranks->get(), run(**ranks, plan));
 }

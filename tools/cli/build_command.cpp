@@ -20,7 +20,7 @@ namespace {
 
 std::string check_prune_limit(const std::string& text) {
   if (parse_prune_limit(text)) return {};
-  return "--prune: " + in_quotes(text) + " is no limit: expected a size such as 20G or a time such as 30d";
+  return in_quotes(text) + " is no limit: expected a size such as 20G or a time such as 30d";
 }
 
 void add_file_options(CLI::App& app, BuildCommand& command) {

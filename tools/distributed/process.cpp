@@ -8,9 +8,11 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <string_view>
 #include <system_error>
 
@@ -75,6 +77,22 @@ bool ProcessId::is_dead() const {
 std::string parent_name() {
   const std::string text = content_of("/proc/" + std::to_string(::getppid()) + "/comm");
   return text.substr(0, text.find('\n'));
+}
+
+bool sibling_is_missing() {
+  const char* text = std::getenv("OMPI_COMM_WORLD_LOCAL_SIZE");
+  const auto size = text == nullptr ? std::nullopt : parse_integer(text);
+  const std::string parent = std::to_string(::getppid());
+  const std::string children = content_of("/proc/" + parent + "/task/" + parent + "/children");
+  if (!size || children.empty()) return false;
+  const std::string own = content_of("/proc/self/comm");
+  std::int64_t count = 0;
+  std::string_view rest = children;
+  for (std::string_view word = next_word(rest); !word.empty(); word = next_word(rest)) {
+    const std::int64_t pid = parse_integer(word).value_or(0);
+    if (content_of("/proc/" + std::to_string(pid) + "/comm") == own && state_of(pid).state != 'Z') ++count;
+  }
+  return count < *size;
 }
 
 bool parent_shows_terminal() {

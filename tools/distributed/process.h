@@ -26,6 +26,10 @@ std::string host_name();
 /// Name of the program that started this one: "mpirun". Empty if it is unknown.
 std::string parent_name();
 
+/// Whether mpirun has fewer processes of this program than it has started on this machine: one has ended. False if that
+/// is unknown.
+bool sibling_is_missing();
+
 /// Whether the stderr of the program that started this one is a terminal. mpirun gives its ranks a pipe and copies it.
 bool parent_shows_terminal();
 

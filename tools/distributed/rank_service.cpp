@@ -6,15 +6,27 @@
 #include <algorithm>
 
 namespace hiprt::tools {
+namespace {
+
+/// Time that mpirun may take to start all ranks of a machine.
+constexpr auto kGrace = std::chrono::seconds(5);
+
+}  // namespace
 
 RankService::RankService(std::unique_ptr<Wire> wire, const RankOptions& options)
     : options_(options), wire_(std::move(wire)), peers_{ProcessId::own()}, lost_(1), leaves_(1) {}
 
 build::Result<void> RankService::wait_for_start() {
+  const auto begin = Clock::now();
   std::unique_lock lock(mutex_);
-  if (!to_callers_.wait_for(lock, options_.start, [&] { return started_; }))
-    return fail(build::ErrorCode::kBackend,
-                "MPI did not start within " + std::to_string(options_.start.count()) + " ms: not all ranks came");
+  // MPI_Init() waits for ever for a rank that has died.
+  while (!to_callers_.wait_for(lock, std::chrono::milliseconds(500), [&] { return started_; })) {
+    if (Clock::now() - begin > kGrace && sibling_is_missing())
+      return fail(build::ErrorCode::kBackend, "MPI did not start: a rank of this machine has ended; start it again");
+    if (Clock::now() - begin > options_.start)
+      return fail(build::ErrorCode::kBackend, "MPI did not start within " + std::to_string(options_.start.count()) +
+                                                  " ms: not all ranks came; start it again");
+  }
   if (start_fault_) return tl::unexpected(*start_fault_);
   return {};
 }

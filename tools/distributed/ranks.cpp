@@ -22,15 +22,20 @@ bool mpirun_recovers() {
   return value != nullptr && std::string_view(value) != "0" && std::string_view(value) != "false";
 }
 
-/// Open MPI 4.1 with --enable-recovery ends with 0 whatever the ranks return, except after a signal.
+/// Open MPI 4.1 with --enable-recovery ends with 0 whatever the ranks return, except after a signal. It then ends its
+/// ranks within 3 s, so that only the first of those that live sends the signal.
 void tell_mpirun_of_failure() {
+  constexpr unsigned kSecondsToEnd = 3;
   const std::string parent = parent_name();
   const bool is_launcher = parent == "mpirun" || parent == "mpiexec" || parent == "orterun";
   if (!mpirun_recovers() || !is_launcher) return;
+  const char* local = std::getenv("OMPI_COMM_WORLD_LOCAL_RANK");
+  for (unsigned left = kSecondsToEnd * (local == nullptr ? 0u : static_cast<unsigned>(std::atoi(local))); left > 0;)
+    left = ::sleep(left);
   ::kill(::getppid(), SIGTERM);
-  // mpirun ends its ranks, this one too. Ending first would let it end with 0.
+  // Ending first would let it end with 0.
   std::signal(SIGTERM, SIG_IGN);
-  ::sleep(5);
+  ::sleep(kSecondsToEnd + 2);
 }
 
 void use_transport_that_survives() {
@@ -58,7 +63,11 @@ build::Result<std::unique_ptr<Ranks>> Ranks::join(std::unique_ptr<Wire> wire, co
   auto ranks = std::make_unique<Ranks>();
   ranks->service_ = std::make_shared<RankService>(std::move(wire), options);
   ranks->thread_ = std::thread([service = ranks->service_] { service->run(); });
-  if (auto started = ranks->service_->wait_for_start(); !started) return tl::unexpected(started.error());
+  if (auto started = ranks->service_->wait_for_start(); !started) {
+    // It may hang in MPI.
+    ranks->thread_.detach();
+    return tl::unexpected(started.error());
+  }
   return ranks;
 }
 
@@ -129,7 +138,8 @@ build::Result<void> Ranks::health() const { return service_->health(); }
 
 int Ranks::leave(int status) {
   if (!thread_.joinable()) return status;
-  const bool failed = is_first() && status != 0;
+  // Rank 0 speaks for the run, and if it is lost, the others.
+  const bool failed = status != 0 && (is_first() || !health());
   const bool clean = service_->agree_to_leave();
   flush_output();
   if (clean && end_thread(true)) {
@@ -137,6 +147,15 @@ int Ranks::leave(int status) {
     return status;
   }
   if (failed) tell_mpirun_of_failure();
+  ::_exit(status);
+}
+
+int leave_run(Ranks* ranks, int status) {
+  if (ranks != nullptr) return ranks->leave(status);
+  const auto launch = launch_of_environment();
+  if (!launch || launch->size == 1 || status == 0) return status;
+  flush_output();
+  tell_mpirun_of_failure();
   ::_exit(status);
 }
 

@@ -4,7 +4,7 @@
 ///     auto ranks = Ranks::join();                       // once, in main; alone it costs nothing
 ///     if (!ranks) return print(ranks.error());
 ///     ... (*ranks)->send(0, kMyTag, bytes) ... (*ranks)->receive(kMyTag, 100ms) ...
-///     return (*ranks)->leave(status);                   // the last statement of main
+///     return leave_run(ranks->get(), status);           // the last statement of main
 ///
 /// A program that was started alone is the only rank, 0. It can send messages to itself, so callers have one code path.
 /// Every wait is bounded. A rank that was killed is noticed after at most two beats on the same machine, and after
@@ -111,6 +111,11 @@ class Ranks {
   std::thread thread_{};  ///< Shares service_: a thread that hangs in MPI must not be joined.
   std::uint32_t epoch_ = 0;
 };
+
+/// Ends main() also where join() failed or was not called: the last statement of a program that mpirun may start.
+/// Otherwise mpirun --enable-recovery would hide the failure: it ends with 0 whatever its ranks return.
+/// @param ranks of join(), or nullptr.
+int leave_run(Ranks* ranks, int status);
 
 /// Warning for a run that is to survive lost ranks: mpirun was not started with --enable-recovery, so it will end the
 /// run. Empty: nothing to warn of.
