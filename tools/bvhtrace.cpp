@@ -357,5 +357,5 @@ int main(int argc, char** argv) {
     ranks = std::move(*joined);
     return run(cli, command, *ranks);
   });
-  return ranks ? ranks->leave(status) : status;
+  return leave_run(ranks.get(), status);
 }

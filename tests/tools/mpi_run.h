@@ -68,6 +68,15 @@ class MpiRun {
     return -1;
   }
 
+  /// Waits until the run has written a file again or for the first time. Then its ranks have met and work.
+  /// @param old when it was written before the run began; the default: it was not there.
+  bool writes(const std::filesystem::path& path, std::filesystem::file_time_type old = {}) {
+    std::error_code error;
+    for (int i = 0; i < 30000 && !command_.ends_within(std::chrono::milliseconds(2)); ++i)
+      if (const auto time = std::filesystem::last_write_time(path, error); !error && time != old) return true;
+    return false;
+  }
+
   void kill_all() const {
     for (const pid_t process : processes()) ::kill(process, SIGKILL);
   }
