@@ -10,8 +10,12 @@
 #include <tools/render/units/studio_work.h>
 #include <tools/render/units/unit_dealer.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <optional>
+#include <span>
+#include <utility>
 
 using namespace hiprt;
 using namespace hiprt::test;
@@ -44,9 +48,9 @@ PictureState in_random_units(PictureWork& work, std::uint32_t width, std::uint32
   return state;
 }
 
+/// Every bit of every pixel.
 bool same_pixels(const Image& a, const Image& b) {
-  return std::equal(a.pixels.begin(), a.pixels.end(), b.pixels.begin(), b.pixels.end(),
-                    [](const Pixel& x, const Pixel& y) { return std::memcmp(&x, &y, sizeof(Pixel)) == 0; });
+  return std::ranges::equal(std::as_bytes(std::span(a.pixels)), std::as_bytes(std::span(b.pixels)));
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ class PictureRun {
         dealer_(state.grid, work.steps(), state.done, ranks_),
         pool_(work) {
     dealer_.join(0, work.workers());
+    if (crew == nullptr) return;
     for (unsigned rank = 1; rank < ranks_; ++rank) dealer_.join(rank, crew->workers(rank));
   }
 
