@@ -108,6 +108,13 @@ build::Result<BvhCache> BvhCache::open(const std::filesystem::path& folder) {
   return cache;
 }
 
+void BvhCache::clean() const {
+  static_cast<void>(oldest_use(folder_));
+  std::error_code error;
+  for (std::filesystem::directory_iterator group(folder_, error), end; !error && group != end; group.increment(error))
+    remove_dead_temporaries(group->path());
+}
+
 std::filesystem::path BvhCache::file_of(const std::string& key) const {
   return folder_ / key.substr(0, 2) / (key + ".bvh");
 }

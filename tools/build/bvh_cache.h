@@ -43,6 +43,8 @@ class BvhCache {
   build::Result<CachedBuild> build(const build::SceneInput& scene, const BuildRequest& request) const;
 
   std::filesystem::path file_of(const std::string& key) const;
+  /// Removes what killed processes have left: temporary files and files of use.
+  void clean() const;
 
  private:
   class Session;

@@ -2,6 +2,8 @@
 
 #include <tools/base/errors.h>
 
+#include <hiprt_build/format/temporary_file.h>
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <unistd.h>
@@ -87,6 +89,12 @@ std::int64_t write_time(const struct stat& status) {
 #else
   return std::int64_t{status.st_mtim.tv_sec} * 1'000'000'000 + status.st_mtim.tv_nsec;
 #endif
+}
+
+void remove_dead_temporaries(const std::filesystem::path& group) {
+  std::error_code error;
+  if (group.filename().string().size() == 2 && std::filesystem::is_directory(group, error))
+    build::file_detail::remove_dead(group);
 }
 
 std::optional<std::int64_t> oldest_use(const std::filesystem::path& folder) {

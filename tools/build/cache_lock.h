@@ -2,7 +2,7 @@
 /// Who uses a cache folder now. Locks end with their process, however that ends.
 ///
 /// FOLDER/.lock is locked shared for each lookup and exclusively while entries are removed. FOLDER/.use-PID-N is locked
-/// by the process PID while it has the cache open; an entry that was used later than such a file was made may be in
+/// by the process PID while it has the cache open. An entry that was used later than such a file was made may be in
 /// use.
 
 #include <hiprt_build/error.h>
@@ -44,6 +44,9 @@ class LockedFile {
 
 /// When a file was written last, in nanoseconds; the clock of its file system.
 std::int64_t write_time(const struct stat& status);
+
+/// Removes the temporary files of dead processes if @p group is a folder of entries.
+void remove_dead_temporaries(const std::filesystem::path& group);
 
 /// The time at which the oldest process that uses the folder opened it; nothing: nobody uses it. Removes the files of
 /// dead processes.

@@ -3,8 +3,6 @@
 #include <tools/base/errors.h>
 #include <tools/build/cache_lock.h>
 
-#include <hiprt_build/file.h>
-
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -33,8 +31,7 @@ build::Result<std::vector<Entry>> entries_of(const std::filesystem::path& folder
   std::error_code error;
   for (std::filesystem::directory_iterator group(folder, error), end; !error && group != end; group.increment(error)) {
     if (!group->is_directory() || group->path().filename().string().size() != 2) continue;
-    // This also removes temporary files of dead processes.
-    static_cast<void>(build::check_writable(group->path() / "x.bvh"));
+    remove_dead_temporaries(group->path());
     std::error_code inner;
     for (std::filesystem::directory_iterator entry(group->path(), inner); !inner && entry != end;
          entry.increment(inner)) {

@@ -157,7 +157,8 @@ int Cli::parse(int argc, const char* const* argv, bool& stop) {
     // --man or --completion: printed.
   } catch (const CLI::ParseError& error) {
     err << info_.name << ": " << printable(usage_error(error)) << "; see " << info_.name << " --help\n";
-    return kExitUsage;
+    // The first rank that ends with a failure makes mpirun end the others: rank 0 must have printed by then.
+    return is_first_of_launch() ? kExitUsage : kExitSuccess;
   }
   return kExitSuccess;
 }

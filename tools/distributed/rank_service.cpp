@@ -4,6 +4,7 @@
 #include <tools/base/errors.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace hiprt::tools {
 namespace {
@@ -41,6 +42,10 @@ bool RankService::end(bool close) {
 
 void RankService::send(int to, int tag, SharedBytes bytes) {
   const std::lock_guard lock(mutex_);
+  send_locked(to, tag, std::move(bytes));
+}
+
+void RankService::send_locked(int to, int tag, SharedBytes bytes) {
   if (to == rank_) {
     inbox_.push_back({rank_, tag, *bytes});
     to_callers_.notify_all();
@@ -92,9 +97,15 @@ bool RankService::is_lost(int rank) const {
 
 void RankService::stop_others() {
   const std::lock_guard lock(mutex_);
-  stop_others_ = true;
-  beat_now_ = true;
-  to_thread_.notify_all();
+  stop_others_locked();
+}
+
+void RankService::stop_others_locked() {
+  // A message and no part of a beat: it must not overtake messages that were sent before.
+  if (std::exchange(stopped_others_, true)) return;
+  const auto nothing = std::make_shared<const std::vector<std::byte>>();
+  for (int to = 0; to < size(); ++to)
+    if (to != rank_) send_locked(to, kStopTag, nothing);
 }
 
 build::Result<void> RankService::health() const {
@@ -115,7 +126,7 @@ bool RankService::agree_to_leave() {
   beat_now_ = true;
   to_thread_.notify_all();
   if (rank_ == 0) {
-    stop_others_ = true;
+    stop_others_locked();
     const bool all = to_callers_.wait_for(lock, options_.end, [&] { return everyone_leaves(); });
     go_ = all && std::find(lost_.begin(), lost_.end(), 1) == lost_.end();
     beat_now_ = true;

@@ -15,6 +15,9 @@
 
 namespace hiprt::tools {
 
+/// Internal tags, above those of Ranks' users.
+inline constexpr int kBeatTag = kTagEnd, kStopTag = kTagEnd + 1;
+
 /// State that callers and the thread share, and the thread's loop.
 class RankService {
  public:
@@ -85,6 +88,8 @@ class RankService {
   bool receive_pieces();
   void assemble(WirePiece&& piece);
   void deliver(RankMessage&& message);
+  void send_locked(int to, int tag, SharedBytes bytes);
+  void stop_others_locked();
   void beat();
   std::vector<std::byte> beat_bytes() const;
   void hear_beat(int from, std::span<const std::byte> bytes);
@@ -118,7 +123,7 @@ class RankService {
   std::size_t waiting_ = 0;  ///< Callers of receive().
   std::vector<char> lost_;
   std::uint64_t events_ = 0;  ///< Losses and stops so far: they wake callers of receive().
-  bool stop_others_ = false;
+  bool stopped_others_ = false;
   bool leaving_ = false;      ///< This rank called leave().
   std::optional<bool> go_{};  ///< Rank 0 says: end now; whether all are there.
   std::vector<char> leaves_;  ///< On rank 0: who called leave().

@@ -7,15 +7,13 @@
 namespace hiprt::tools {
 namespace {
 
-constexpr int kBeatTag = kTagEnd;
 constexpr int kMostPiecesInFlight = 4;  ///< Per rank.
 constexpr std::size_t kSizeBytes = sizeof(std::uint64_t);
 
 /// Flags in the first byte of a beat. Beats of rank 0 go on with the numbers of the ranks that are lost, u32 each.
 constexpr std::uint8_t kLeaving = 1;  ///< The sender called leave().
-constexpr std::uint8_t kStop = 2;     ///< Of rank 0: long work should end.
-constexpr std::uint8_t kGo = 4;       ///< Of rank 0: end the process.
-constexpr std::uint8_t kClean = 8;    ///< With kGo: all ranks are there.
+constexpr std::uint8_t kGo = 2;       ///< Of rank 0: end the process.
+constexpr std::uint8_t kClean = 4;    ///< With kGo: all ranks are there.
 
 /// What ranks tell each other when they meet.
 struct Card {
@@ -211,14 +209,16 @@ void RankService::assemble(WirePiece&& piece) {
 
 void RankService::deliver(RankMessage&& message) {
   const std::lock_guard lock(mutex_);
-  inbox_.push_back(std::move(message));
+  if (message.tag != kStopTag)
+    inbox_.push_back(std::move(message));
+  else if (!must_stop_.exchange(true))
+    ++events_;
   to_callers_.notify_all();
 }
 
 std::vector<std::byte> RankService::beat_bytes() const {
   const std::lock_guard lock(mutex_);
   unsigned flags = leaving_ ? kLeaving : 0;
-  if (rank_ == 0 && stop_others_) flags |= kStop;
   if (rank_ == 0 && go_) flags |= kGo | (*go_ ? kClean : 0u);
   std::vector<std::byte> bytes{static_cast<std::byte>(flags)};
   if (rank_ != 0) return bytes;
@@ -277,7 +277,6 @@ void RankService::hear_beat(int from, std::span<const std::byte> bytes) {
       break_off("rank 0 takes this rank for lost: it gave no sign of life for " +
                 std::to_string(options_.silence.count()) + " ms");
   }
-  if ((flags & kStop) != 0 && !must_stop_.exchange(true)) ++events_;
   if ((flags & kGo) != 0) go_ = (flags & kClean) != 0;
   to_callers_.notify_all();
 }

@@ -23,7 +23,7 @@ bool mpirun_recovers() {
 }
 
 /// Open MPI 4.1 with --enable-recovery ends with 0 whatever the ranks return, except after a signal. It then ends its
-/// ranks within 3 s, so that only the first of those that live sends the signal.
+/// ranks within 3 s, so that only the first living rank sends the signal.
 void tell_mpirun_of_failure() {
   constexpr unsigned kSecondsToEnd = 3;
   const std::string parent = parent_name();

@@ -25,8 +25,8 @@ build::Result<void> run_farm(Ranks& ranks, const std::vector<Asset>& assets, con
                              const BuildCommand& command, const std::string& tool, const FarmEvents& events,
                              FarmReport& report);
 
-/// Threads of one rank: --threads, or the processors that this rank may use, shared with the other ranks of its machine
-/// unless mpirun has bound each to its own.
+/// Threads of one rank: --threads, or the processors that this rank may use. Ranks of one machine share them, unless
+/// mpirun has bound each rank to its own.
 unsigned threads_of_rank(const Ranks& ranks, unsigned wanted);
 
 }  // namespace hiprt::tools

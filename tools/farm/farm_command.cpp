@@ -45,6 +45,7 @@ build::Result<void> build_assets(const Cli& cli, const BuildCommand& given, cons
   if (!assets) return tl::unexpected(assets.error());
   const auto cache = BvhCache::open(command.cache);
   if (!cache) return tl::unexpected(cache.error());
+  if (ranks.is_first()) cache->clean();
   FarmReport report;
   FarmEvents events;
   events.progress = bar.sink();
@@ -55,6 +56,7 @@ build::Result<void> build_assets(const Cli& cli, const BuildCommand& given, cons
   auto ran = run_farm(ranks, *assets, *cache, command, tool, events, report);
   bar.clear();
   if (!ranks.is_first()) return ran;
+  if (!ranks.lost().empty()) cache->clean();
   if (cli.json())
     cli.print(report_json(report, *assets, ranks));
   else if (command.stats)
