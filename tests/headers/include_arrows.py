@@ -44,6 +44,7 @@ MODULES = {
     'tools/render/tracers/': 'tracers',
     'tools/render/studio/': 'studio',
     'tools/render/path/': 'path',
+    'tools/render/units/': 'units',
     'tools/render/': 'path',
     'tools/': 'cli',
 }
@@ -86,8 +87,9 @@ MAY_INCLUDE = {
     'tracers': LIBRARY | {'base', 'render_scene'},
     'studio': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers'},
     'path': LIBRARY | {'base', 'scene_io', 'image', 'render_scene', 'tracers', 'studio'},
+    'units': LIBRARY | {'base', 'image', 'render_scene', 'tracers', 'studio', 'path'},
     'cli': LIBRARY | {'base', 'scene_io', 'scene_build', 'distributed', 'image', 'render_scene', 'tracers', 'studio',
-            'path'},
+                      'path', 'units'},
 }
 # A folder of the include path of programs that include <hiprt/...>.
 COMPAT = 'hiprt_device/compat/'

@@ -19,6 +19,9 @@ struct BvhFile {
   BufferView view;
 };
 
+/// The file that a buffer holds. @param path for messages. @return the buffer's error, or as open_bvh().
+build::Result<BvhFile> open_bytes(const std::filesystem::path& path, build::Result<build::Buffer> buffer);
+
 /// Checks header and section table only. The content is not checked: it must not be traversed.
 /// @param threads that read it; 0: as many as the machine has.
 /// @return kIo, or kInvalidInput with the path and the FormatIssue's text.
@@ -29,6 +32,9 @@ tl::expected<ValidateSummary, FormatIssue> validate_on(unsigned threads, std::sp
 
 /// Checks the whole file, so that it may be traversed. @param threads 0: as many as the machine has.
 build::Result<BvhFile> load_bvh(const std::filesystem::path& path, unsigned threads = 0);
+
+/// The same for a mapped file, whose pages other processes of the machine share. It must not change.
+build::Result<BvhFile> map_bvh(const std::filesystem::path& path, unsigned threads = 0);
 
 /// Whether trace() can trace a file.
 /// @return kInvalidInput if it or one of its objects has custom primitives other than spheres and curves. kTooLarge if

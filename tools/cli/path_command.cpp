@@ -31,27 +31,6 @@ std::vector<Vec3> backdrop(std::uint32_t height) {
   return rows;
 }
 
-PathOptions path_options(const RenderOptions& options, std::uint32_t bounces) {
-  return {options.width, options.height, options.samples, options.seed, bounces, options.shutter, options.threads};
-}
-
-/// The layers that all modes have; the colours come later.
-build::Result<Image> layers(const SceneView& scene, const Camera& camera, RenderOptions options, const PathData& data,
-                            const PathOptions& of_paths, ProgressBar& bar) {
-  if (!options.layers) {
-    Image image(options.width, options.height);
-    image.has_instances = scene.instances != nullptr;
-    return image;
-  }
-  options.mode = RenderMode::kPrimary;
-  options.samples = 1;
-  auto rendering = render(scene, camera, options, [&](double done) { bar.update("layers", done); });
-  if (!rendering) return tl::unexpected(std::move(rendering.error()));
-  if (auto stored = store_surfaces(scene, data, camera, of_paths, rendering->image); !stored)
-    return tl::unexpected(std::move(stored.error()));
-  return std::move(rendering->image);
-}
-
 }  // namespace
 
 void PathCommand::add_options(CLI::App& app) {
@@ -121,13 +100,44 @@ build::Result<void> PathCommand::prepare(const BufferView& bvh, const Camera& ca
   return {};
 }
 
+PathOptions PathCommand::options(const RenderOptions& options) const {
+  return {options.width, options.height, options.samples, options.seed, bounces_, options.shutter, options.threads};
+}
+
+build::Result<Image> PathCommand::layers(const SceneView& scene, const Camera& camera, RenderOptions options,
+                                         const std::function<void(double)>& progress) const {
+  if (!options.layers) {
+    Image image(options.width, options.height);
+    image.has_instances = scene.instances != nullptr;
+    return image;
+  }
+  const PathOptions of_paths = this->options(options);
+  options.mode = RenderMode::kPrimary;
+  options.samples = 1;
+  auto rendering = tools::render(scene, camera, options, progress);
+  if (!rendering) return tl::unexpected(std::move(rendering.error()));
+  if (auto stored = store_surfaces(scene, *data_, camera, of_paths, rendering->image); !stored)
+    return tl::unexpected(std::move(stored.error()));
+  return std::move(rendering->image);
+}
+
+void PathCommand::take(const PathPicture& picture, bool on_gpu, Rendering& rendering) {
+  store(picture, rendering.image);
+  const PathRayCounts& rays = picture.rays;
+  const std::uint64_t all = rays.camera + rays.secondary + rays.shadow;
+  rendering.rays = {rays.camera, rays.shadow, on_gpu ? all : 0, rays.secondary};
+  rendering.threads = picture.threads;
+  rendering.seconds = picture.seconds;
+  rendering.samples = picture.samples;
+}
+
 build::Result<Rendering> PathCommand::render(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
                                              GpuTracer* gpu, ProgressBar& bar,
                                              const std::function<void(const Rendering&)>& keep) const {
   const HostPart host;
   const SceneView scene = gpu != nullptr ? make_scene_view(bvh) : host.scene(bvh);
-  const PathOptions of_paths = path_options(options, bounces_);
-  auto image = layers(scene, camera, options, *data_, of_paths, bar);
+  const PathOptions of_paths = this->options(options);
+  auto image = layers(scene, camera, options, [&](double done) { bar.update("layers", done); });
   if (!image) return tl::unexpected(std::move(image.error()));
   std::optional<GpuPathTracer> on_gpu;
   if (gpu != nullptr) {
@@ -136,28 +146,19 @@ build::Result<Rendering> PathCommand::render(const BufferView& bvh, const Camera
     on_gpu = std::move(*made);
   }
   Rendering rendering{std::move(*image), {}, 0, 0.0, 0, 0.0};
-  const auto take = [&](const PathPicture& picture) {
-    store(picture, rendering.image);
-    const PathRayCounts& rays = picture.rays;
-    const std::uint64_t all = rays.camera + rays.secondary + rays.shadow;
-    rendering.rays = {rays.camera, rays.shadow, gpu != nullptr ? all : 0, rays.secondary};
-    rendering.threads = picture.threads;
-    rendering.seconds = picture.seconds;
-    rendering.samples = picture.samples;
-  };
   double next = 1.0;
   const PathProgress progress{[&](double done) { bar.update("render", done); },
                               [&](const PathPicture& picture) {
                                 if (picture.seconds < next) return;
                                 next = 2.0 * picture.seconds;
-                                take(picture);
+                                take(picture, gpu != nullptr, rendering);
                                 keep(rendering);
                               }};
   const auto picture = trace_paths(scene, *data_, camera, of_paths, progress, on_gpu ? &*on_gpu : nullptr);
   if (!picture) return tl::unexpected(picture.error());
   if (picture->samples == 0)
     return tl::unexpected(build::Error{build::ErrorCode::kCancelled, "cancelled, nothing was written"});
-  take(*picture);
+  take(*picture, gpu != nullptr, rendering);
   return rendering;
 }
 

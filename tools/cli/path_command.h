@@ -1,7 +1,7 @@
 #pragma once
 /// bvhrender --integrator path: options and rendering.
 
-#include <tools/render/path/path_data.h>
+#include <tools/render/path/path_trace.h>
 #include <tools/render/studio/render.h>
 
 #include <hiprt_build/format/view.h>
@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -37,12 +38,25 @@ class PathCommand {
                               const std::vector<std::string>& outputs,
                               const std::function<void(const std::string&)>& warn);
 
+  const PathData& data() const { return *data_; }
+  /// Takes what prepare() of another rank has read.
+  void set_data(PathData data) { data_ = std::move(data); }
+  PathOptions options(const RenderOptions& options) const;
+  std::uint32_t bounces() const { return bounces_; }
+
+  /// The picture with the layers that all modes have; the colours come later. Without layers in @p options it is empty.
+  build::Result<Image> layers(const SceneView& scene, const Camera& camera, RenderOptions options,
+                              const std::function<void(double)>& progress) const;
+
   /// @param gpu with the scene on it; nullptr: the CPU traces and shades.
   /// @param keep called with the picture so far after 1, 2, 4, ... seconds.
   /// @return the picture. After an interruption it has fewer samples (Rendering::samples). kCancelled: it has none.
   build::Result<Rendering> render(const BufferView& bvh, const Camera& camera, const RenderOptions& options,
                                   GpuTracer* gpu, ProgressBar& bar,
                                   const std::function<void(const Rendering&)>& keep) const;
+
+  /// Writes the samples so far into the rendering.
+  static void take(const PathPicture& picture, bool on_gpu, Rendering& rendering);
 
  private:
   std::string integrator_, environment_;

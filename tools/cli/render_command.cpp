@@ -135,6 +135,10 @@ void add_render_options(CLI::App& app, RenderCommand& command) {
   add_picture_options(app, command);
   command.paths.add_options(app);
   command.compare.add_options(app);
+  add_resume_options(app, command.resume,
+                     "Keep finished parts of the picture in this file, and go on from them if it exists. The file is "
+                     "removed when the picture is written. The picture is the same");
+  add_rank_options(app, command.ranks);
   add_device_option(app, command.device);
   add_threads_option(app, command.render.threads);
   add_memory_option(app, command.max_memory);

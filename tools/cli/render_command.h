@@ -3,6 +3,7 @@
 
 #include <tools/cli/compare_command.h>
 #include <tools/cli/path_command.h>
+#include <tools/cli/run_options.h>
 #include <tools/render/scene/camera.h>
 #include <tools/render/studio/render.h>
 
@@ -22,6 +23,8 @@ struct RenderCommand {
   RenderOptions render;           ///< Complete after finish().
   CompareCommand compare;
   PathCommand paths;
+  ResumeOptions resume;
+  RankFlags ranks;
 
   /// Fills `render` from the words of the command line. @pre they were checked.
   void finish();

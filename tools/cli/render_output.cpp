@@ -37,13 +37,15 @@ double mrays_per_second(const Rendering& rendering) {
   return rendering.seconds > 0 ? rays / rendering.seconds * 1e-6 : 0.0;
 }
 
+std::string ranks_text(int ranks) { return ranks == 1 ? "" : ", " + std::to_string(ranks) + " ranks"; }
+
 void print_text(const RenderReport& report) {
   const RenderOptions& render = report.command.render;
   const Rendering& rendering = report.rendering;
   std::cout << render.width << " x " << render.height << " pixels, " << rendering.samples << " samples, "
             << report.command.mode_text() << ": " << rays_of(rendering) << " rays in " << fixed(rendering.seconds, 2)
             << " s, " << fixed(mrays_per_second(rendering), 2) << " Mrays/s with shading (" << report.device << " "
-            << report.device_name << ")\n";
+            << report.device_name << ranks_text(report.ranks) << ")\n";
   if (render.mode == RenderMode::kHeatmap)
     std::cout << fixed(rendering.mean_steps, 1) << " tests and instances per ray\n";
   for (const WrittenPicture& picture : report.pictures)
@@ -68,6 +70,7 @@ nlohmann::json report_json(const RenderReport& report) {
           {"device", report.device},
           {"device_name", report.device_name},
           {"threads", rendering.threads},
+          {"ranks", report.ranks},
           {"instruction_set", trace_isa()},
           {"primary_rays", rendering.rays.primary},
           {"secondary_rays", rendering.rays.secondary},

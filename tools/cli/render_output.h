@@ -26,6 +26,7 @@ struct RenderReport {
   const Camera& camera;
   const Rendering& rendering;
   std::string device, device_name;
+  int ranks;
   const std::vector<WrittenPicture>& pictures;
 };
 
