@@ -1,14 +1,9 @@
 #include <tools/build/cache_key.h>
 
+#include <tools/base/digest.h>
+
 #include <hiprt_device/format/buffer.h>
 
-#ifndef XXH_INLINE_ALL
-#define XXH_INLINE_ALL
-#endif
-#include <xxhash.h>
-
-#include <array>
-#include <cstdio>
 #include <string_view>
 #include <type_traits>
 
@@ -18,12 +13,7 @@ namespace {
 /// Counts go before the elements: two inputs that differ never give the same sequence of bytes.
 class Hasher {
  public:
-  Hasher() {
-    XXH3_INITSTATE(&state_);
-    XXH3_128bits_reset(&state_);
-  }
-
-  void bytes(const void* data, std::size_t size) { XXH3_128bits_update(&state_, data, size); }
+  void bytes(const void* data, std::size_t size) { digester_.add({static_cast<const std::byte*>(data), size}); }
   template <class Number> void number(Number value) {
     static_assert(std::is_arithmetic_v<Number> || std::is_enum_v<Number>);
     bytes(&value, sizeof(value));
@@ -48,16 +38,10 @@ class Hasher {
       }
   }
 
-  std::string hex() const {
-    const XXH128_hash_t hash = XXH3_128bits_digest(&state_);
-    std::array<char, 33> text{};
-    std::snprintf(text.data(), text.size(), "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                  static_cast<unsigned long long>(hash.low64));
-    return text.data();
-  }
+  std::string hex() const { return to_text(digester_.get()); }
 
  private:
-  XXH3_state_t state_;
+  Digester digester_;
 };
 
 void add(Hasher& hasher, const build::TriangleMesh& mesh) {
