@@ -100,7 +100,7 @@ def by_scene_text(runs, peers):
     measured = {row.axes["schedule"] for row in runs.rows.values()}
     schedule = next((schedule for schedule in USUAL_SCHEDULES if schedule in measured), USUAL_SCHEDULES[0])
     axes = {**USUAL, "schedule": schedule}
-    usual = ", ".join(f"{axis} {axes[axis]}" for axis in ROW_AXES if axis in axes)
+    usual = ", ".join(f"{axis} {axes[axis]}" for axis in ROW_AXES if axis in axes and axis != "answers")
     text = f"Features {USUAL_FEATURES}, unless a row says otherwise; {usual}. "
     text += "Relative speeds are geometric means over\n"
     text += "the kinds of rays of a scene, and over all cells; there is none where a cell was not measured.\n\n"

@@ -126,7 +126,7 @@ def answers_text(runs):
              *scene_columns(ratios, runs.scenes(), ratios)]
             for by_id, whole, ratios in paired_ratios(runs, "answers", "id", "hit")]
     head = ["variant", "registers", "of whole hits", *runs.scenes(), "all cells"]
-    return text + table(head, rows) if rows else MISSING
+    return f"\n## What whole hits cost\n\n{text}{table(head, rows)}" if rows else ""
 
 
 def summary(runs, peers):
@@ -134,6 +134,6 @@ def summary(runs, peers):
     text += f"\n## By scene\n\n{by_scene_text(runs, peers)}"
     text += f"\n## Against {peers.gpu} peers\n\n{ranking_text(runs, peers)}\n## By cell\n\n{cells_text(runs, peers)}"
     text += f"\n## What accuracy costs\n\n{accuracy_text(runs)}\n## What features cost\n\n{features_text(runs)}"
-    text += f"\n## What whole hits cost\n\n{answers_text(runs)}"
+    text += answers_text(runs)
     text += "\n## Peers\n\n" + peers.method + "\n\n"
     return text + "".join(f"- {peer['name']}: {peer['source']}\n" for peer in peers.peers)

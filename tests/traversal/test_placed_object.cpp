@@ -82,7 +82,7 @@ TEST_CASE("only a single static instance of an object without instances is a Pla
   InstanceScene opened;
   opened.add_file({oracle::icosphere(2)}, NodeLayout::kPlanes);
   opened.groups = {{{.object = 0}}};
-  opened.build({.opening_budget = 8.0});
+  opened.build({.opening_budget = 8.0, .open_largest = true});
   CHECK_FALSE(placed(opened));
   opened.groups = {{{.object = 0}}, {{.object = 1}}};
   opened.build();
