@@ -5,5 +5,5 @@
 
 // AMD's headers define this word as nothing for compilers of the host. GCC 16's <format> uses it as an attribute.
 #if !defined(__HIPCC__) && !defined(__CUDACC__)
-#undef __noinline__  // NOLINT(clang-diagnostic-reserved-macro-identifier): the headers define it.
+#undef __noinline__
 #endif
