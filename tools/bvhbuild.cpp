@@ -10,16 +10,16 @@
 #include <tools/build/build_scene.h>
 #include <tools/build/bvh_cache.h>
 #include <tools/build/shape_geometries.h>
-#include <tools/cli/build_command.h>
-#include <tools/cli/build_report.h>
+#include <tools/cli/build/build_command.h>
+#include <tools/cli/build/build_report.h>
+#include <tools/cli/build/mesh_inputs.h>
+#include <tools/cli/build/refit_command.h>
+#include <tools/cli/build/scene_input.h>
+#include <tools/cli/build/shape_inputs.h>
 #include <tools/cli/cli.h>
-#include <tools/cli/mesh_inputs.h>
 #include <tools/cli/progress.h>
-#include <tools/cli/refit_command.h>
-#include <tools/cli/scene_input.h>
-#include <tools/cli/shape_inputs.h>
+#include <tools/cli/ranks/join_ranks.h>
 #include <tools/distributed/launch.h>
-#include <tools/distributed/ranks.h>
 #include <tools/farm/farm_command.h>
 #include <tools/scene_io/exchange_json.h>
 #include <tools/scene_io/scene/scene_bake.h>
@@ -251,16 +251,6 @@ build::Result<void> run(const Cli& cli, const BuildCommand& command) {
   return command.is_scene() ? run_scene(cli, command, bar) : run_meshes(cli, command, bar);
 }
 
-/// Joins the other ranks if mpirun has started several.
-build::Result<void> run_farm_on_ranks(const Cli& cli, const BuildCommand& command, std::unique_ptr<Ranks>& ranks) {
-  auto joined = Ranks::join({.lossy = command.lossy_ranks});
-  if (!joined) return tl::unexpected(joined.error());
-  ranks = std::move(*joined);
-  const std::string warning = recovery_warning();
-  if (command.lossy_ranks && ranks->is_first() && !warning.empty()) cli.warn(warning);
-  return run_farm_command(cli, command, tool_version(kInfo), *ranks);
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -269,7 +259,10 @@ int main(int argc, char** argv) {
   add_build_options(cli.app(), command);
   std::unique_ptr<Ranks> ranks;
   const int status = cli.run(argc, argv, [&]() -> build::Result<void> {
-    if (command.inputs.empty()) return run_farm_on_ranks(cli, command, ranks);
+    if (command.inputs.empty()) {
+      if (auto joined = join_ranks(cli, command.lossy_ranks, ranks); !joined) return joined;
+      return run_farm_command(cli, command, tool_version(kInfo), *ranks);
+    }
     if (const auto launch = launch_of_environment(); launch && launch->size > 1 && is_first_of_launch())
       return invalid_input("it was started as " + std::to_string(launch->size) +
                            " ranks, which share only the assets of --manifest: start it alone");

@@ -2,13 +2,13 @@
 
 #include <tools/base/memory_limit.h>
 #include <tools/base/output_file.h>
-#include <tools/cli/build_names.h>
-#include <tools/cli/bvh_dump.h>
+#include <tools/cli/build/build_names.h>
+#include <tools/cli/build/scene_figures.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
+#include <tools/cli/info/bvh_dump.h>
+#include <tools/cli/info/upgrade_command.h>
 #include <tools/cli/report.h>
-#include <tools/cli/scene_figures.h>
-#include <tools/cli/upgrade_command.h>
 #include <tools/scene_io/exchange_json.h>
 
 #include <hiprt_build/statistics.h>

@@ -6,7 +6,7 @@
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
 #include <tools/cli/progress.h>
-#include <tools/cli/trace_records.h>
+#include <tools/cli/trace/trace_records.h>
 #include <tools/query/query_command.h>
 #include <tools/render/image/image_write.h>
 #include <tools/render/tracers/tracer.h>

@@ -6,14 +6,15 @@
 #include <tools/base/output_file.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
-#include <tools/cli/picture_key.h>
 #include <tools/cli/progress.h>
-#include <tools/cli/rank_start.h>
-#include <tools/cli/render_command.h>
-#include <tools/cli/render_output.h>
-#include <tools/cli/render_scene.h>
+#include <tools/cli/ranks/join_ranks.h>
+#include <tools/cli/ranks/picture_key.h>
+#include <tools/cli/ranks/rank_start.h>
+#include <tools/cli/render/render_command.h>
+#include <tools/cli/render/render_output.h>
+#include <tools/cli/render/render_scene.h>
+#include <tools/cli/render/unit_render.h>
 #include <tools/cli/trace_device.h>
-#include <tools/cli/unit_render.h>
 
 #include <hiprt_build/format/view.h>
 
@@ -241,7 +242,6 @@ build::Result<void> run(const Cli& cli, RenderCommand& command, Ranks& ranks) {
   const InterruptGuard guard;
   command.finish();
   if (!ranks.is_first()) return end_follower(ranks, follow(command, ranks));
-  if (const std::string warning = recovery_warning(); command.ranks.lossy && !warning.empty()) cli.warn(warning);
   auto done = FirstRank(cli, command, ranks).run();
   ranks.stop_others();
   return done;
@@ -255,9 +255,7 @@ int main(int argc, char** argv) {
   add_render_options(cli.app(), command);
   std::unique_ptr<Ranks> ranks;
   const int status = cli.run(argc, argv, [&]() -> build::Result<void> {
-    auto joined = Ranks::join({.lossy = command.ranks.lossy});
-    if (!joined) return tl::unexpected(std::move(joined.error()));
-    ranks = std::move(*joined);
+    if (auto joined = join_ranks(cli, command.ranks.lossy, ranks); !joined) return joined;
     return run(cli, command, *ranks);
   });
   return leave_run(ranks.get(), status);

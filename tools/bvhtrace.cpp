@@ -4,17 +4,18 @@
 #include <tools/base/interrupt.h>
 #include <tools/base/memory_limit.h>
 #include <tools/base/parallel.h>
-#include <tools/cli/bulk_trace.h>
 #include <tools/cli/bvh_file.h>
 #include <tools/cli/cli.h>
-#include <tools/cli/explain.h>
 #include <tools/cli/progress.h>
-#include <tools/cli/rank_start.h>
-#include <tools/cli/trace_command.h>
+#include <tools/cli/ranks/join_ranks.h>
+#include <tools/cli/ranks/rank_start.h>
+#include <tools/cli/trace/bulk_trace.h>
+#include <tools/cli/trace/explain.h>
+#include <tools/cli/trace/trace_command.h>
+#include <tools/cli/trace/trace_names.h>
+#include <tools/cli/trace/trace_records.h>
+#include <tools/cli/trace/trace_work.h>
 #include <tools/cli/trace_device.h>
-#include <tools/cli/trace_names.h>
-#include <tools/cli/trace_records.h>
-#include <tools/cli/trace_work.h>
 #include <tools/scene_io/rays_file.h>
 
 #include <hiprt_build/format/view.h>
@@ -337,8 +338,6 @@ build::Result<void> run(const Cli& cli, TraceCommand& command, Ranks& ranks) {
     if (!ranks.is_first()) return {};
     return run_at_once(cli, command);
   }
-  if (const std::string warning = recovery_warning(); command.ranks.lossy && ranks.is_first() && !warning.empty())
-    cli.warn(warning);
   auto done = BlockRun(cli, command, ranks).run();
   ranks.stop_others();
   return done;
@@ -352,9 +351,7 @@ int main(int argc, char** argv) {
   add_trace_options(cli.app(), command);
   std::unique_ptr<Ranks> ranks;
   const int status = cli.run(argc, argv, [&]() -> build::Result<void> {
-    auto joined = Ranks::join({.lossy = command.ranks.lossy});
-    if (!joined) return tl::unexpected(std::move(joined.error()));
-    ranks = std::move(*joined);
+    if (auto joined = join_ranks(cli, command.ranks.lossy, ranks); !joined) return joined;
     return run(cli, command, *ranks);
   });
   return leave_run(ranks.get(), status);

@@ -9,7 +9,7 @@
 #include <hiprt_build/embree/rtcore.h>
 #include <hiprt_build/file.h>
 #include <hiprt_build/format/view.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 #include <tools/cli/progress.h>
 #include <tools/render/tracers/gpu_tracer.h>
 

@@ -1,6 +1,6 @@
 #include "subject.h"
 
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 
 #include <iterator>
 

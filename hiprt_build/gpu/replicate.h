@@ -85,7 +85,7 @@ inline Result<Replica> copy(const DeviceBuffer& source, const SceneView& view, i
 /// that makes the scene must be done. Waits for the copies. The current device is the same afterwards.
 /// @tparam Scene DeviceScene, BuiltScene, or another with a DeviceBuffer `buffer` and a SceneView `view` into it.
 /// @param from the device that has the scene.
-/// @param devices any, also @p from and one device several times: each gets a copy of its own.
+/// @param devices may contain @p from, and one device several times. Every entry gets a copy.
 /// @param allocator is asked for memory while each device is the current one, as DeviceAllocator needs it.
 /// @return the copies in the order of @p devices. kInvalidInput for an index that no device has; the allocator's and
 /// the runtime's errors, with the device's index.

@@ -11,7 +11,7 @@ using namespace hiprt::test;
 
 namespace {
 
-/// The start of a command line that runs a script with mounts of its own. @p folder is $1, and the words that are
+/// The start of a command line that runs a script in a new mount namespace. @p folder is $1, and the words that are
 /// added are the program that the script starts.
 std::vector<std::string> with_mounts(const std::string& script, const fs::path& folder) {
   return {"/usr/bin/unshare", "-m", "/bin/sh", "-c", script, "sh", folder.string()};
@@ -91,7 +91,7 @@ TEST_CASE("farm: a full disk ends the run with the reason, and leaves whole file
   for (const std::string& word : farm(manifest, folder / "disk" / "c")) command.push_back(word);
   const CommandResult result = run(command);
   if (result.status == 99 || result.status == 127) {
-    std::printf("no mount space of its own: the full disk is not tested\n");
+    std::printf("no mount namespace: the full disk is not tested\n");
     return;
   }
   INFO(result.out << result.err);
@@ -113,7 +113,7 @@ TEST_CASE("farm: a cache that cannot be written serves hits, and misses are an e
   };
   const CommandResult hits = read_only(farm(manifest, folder / "expected"));
   if (hits.status == 99 || hits.status == 127) {
-    std::printf("no mount space of its own: the read-only cache is not tested\n");
+    std::printf("no mount namespace: the read-only cache is not tested\n");
     return;
   }
   check_quiet(hits);

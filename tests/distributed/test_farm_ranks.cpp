@@ -1,10 +1,10 @@
 // bvhbuild --manifest under mpirun, with ranks that are killed.
 
 #include "farm_inputs.h"
-#include "launched.h"
 
 #include <tests/catch.h>
 #include <tests/oracle/random.h>
+#include <tests/tools/mpi_run.h>
 
 #include <cstdio>
 #include <thread>
@@ -12,11 +12,25 @@
 using namespace hiprt;
 using namespace hiprt::test;
 
+namespace {
+
+const std::string& mpirun() {
+  static const std::string path = find_mpirun(kBvhBuild);
+  return path;
+}
+
+/// Under mpirun, to its end. @param recovery whether the end of a rank does not end the run.
+CommandResult run_ranks(unsigned ranks, const Words& program, bool recovery = false) {
+  return run_bounded(under_mpirun(mpirun(), ranks, program, recovery ? Words{"--enable-recovery"} : Words{}));
+}
+
+}  // namespace
+
 TEST_CASE("ranks under mpirun: results larger than a piece arrive whole, on 1 to 5 ranks") {
-  require_mpirun();
-  for (const int ranks : {1, 2, 3, 5}) {
+  if (skip_without(mpirun(), "bvhbuild under mpirun")) return;
+  for (const unsigned ranks : {1u, 2u, 3u, 5u}) {
     CAPTURE(ranks);
-    const CommandResult result = run(mpirun(ranks, {HIPRT_DEAL_PROGRAM, "12", "1000", "20000000"}));
+    const CommandResult result = run_ranks(ranks, {HIPRT_DEAL_PROGRAM, "12", "1000", "20000000"});
     INFO(result.err);
     CHECK(result.status == 0);
     CHECK(result.out == "sum 506 units 12 damaged 0 lost 0 not_done 0\n");
@@ -24,14 +38,14 @@ TEST_CASE("ranks under mpirun: results larger than a piece arrive whole, on 1 to
 }
 
 TEST_CASE("ranks under mpirun: a wrong command line and a failed run have one message and a status that is not 0") {
-  require_mpirun();
+  if (skip_without(mpirun(), "bvhbuild under mpirun")) return;
   const TempFolder folder;
-  const CommandResult usage = run(mpirun(3, {kBvhBuild, "--frobnicate"}));
+  const CommandResult usage = run_ranks(3, {kBvhBuild, "--frobnicate"});
   CHECK(usage.status == 2);
   CHECK_THAT(usage.err, Catch::Contains("--frobnicate"));
   CHECK(usage.err.find("bvhbuild:") == usage.err.rfind("bvhbuild: "));
   for (const bool recovery : {false, true}) {
-    const CommandResult failed = run(mpirun(2, farm((folder / "none.json").string(), folder / "c"), recovery));
+    const CommandResult failed = run_ranks(2, farm((folder / "none.json").string(), folder / "c"), recovery);
     INFO(failed.err);
     CHECK(failed.status == 1);
     CHECK_THAT(failed.err, Catch::Contains("none.json"));
@@ -39,14 +53,14 @@ TEST_CASE("ranks under mpirun: a wrong command line and a failed run have one me
 }
 
 TEST_CASE("farm: 1, 2, 3 and 5 ranks make the files of one process, byte for byte") {
-  require_mpirun();
+  if (skip_without(mpirun(), "bvhbuild under mpirun")) return;
   const TempFolder folder;
   const std::string manifest = write_assets(folder);
   const auto expected = expected_content(folder, manifest);
-  for (const int ranks : {1, 2, 3, 5}) {
+  for (const unsigned ranks : {1u, 2u, 3u, 5u}) {
     CAPTURE(ranks);
     const fs::path cache = folder / ("ranks" + std::to_string(ranks));
-    const auto report = json_of(run(mpirun(ranks, farm(manifest, cache, {"--json"}))));
+    const auto report = json_of(run_ranks(ranks, farm(manifest, cache, {"--json"})));
     CHECK(report["ranks"] == ranks);
     CHECK(report["misses"] == kSizes.size());
     CHECK(content_of(cache) == expected);
@@ -54,7 +68,7 @@ TEST_CASE("farm: 1, 2, 3 and 5 ranks make the files of one process, byte for byt
 }
 
 TEST_CASE("farm: a rank killed at a random moment loses nothing, or the next run completes the cache") {
-  require_mpirun();
+  if (skip_without(mpirun(), "bvhbuild under mpirun")) return;
   constexpr std::uint64_t kSeed = 43;
   oracle::Random random(kSeed);
   const TempFolder folder;
@@ -67,24 +81,20 @@ TEST_CASE("farm: a rank killed at a random moment loses nothing, or the next run
   const unsigned runs = 100;
 #endif
   for (unsigned i = 0; i < runs; ++i) {
-    const int ranks = 2 + static_cast<int>(random.below(2));
-    const int victim = 1 + static_cast<int>(random.below(static_cast<std::uint32_t>(ranks - 1)));
+    const unsigned ranks = 2 + random.below(2), victim = 1 + random.below(ranks - 1);
     const bool lossy = random.below(4) != 0;
     const auto delay = std::chrono::milliseconds(random.below(700));
     CAPTURE(kSeed, i, ranks, victim, lossy, delay.count());
     const fs::path cache = folder / ("kill" + std::to_string(i));
-    const Marked marked;
-    Command command(mpirun(
-        ranks, farm(manifest, cache, lossy ? std::vector<std::string>{"--lossy-ranks"} : std::vector<std::string>{}),
-        /*recovery=*/true));
-    for (int step = 0; step < 400 && !marked.ranks().contains(victim); ++step) ::usleep(5000);
-    std::this_thread::sleep_for(delay);
-    const auto living = marked.ranks();
-    if (const auto found = living.find(victim); found != living.end() && ::kill(found->second, SIGKILL) == 0) ++killed;
-    REQUIRE(command.ends_within(std::chrono::seconds(90)));
-    const CommandResult result = command.finish();
+    MpiRun one(under_mpirun(mpirun(), ranks, farm(manifest, cache, lossy ? Words{"--lossy-ranks"} : Words{}),
+                            {"--enable-recovery"}));
+    if (const pid_t process = one.wait_for(static_cast<int>(victim)); process > 0) {
+      std::this_thread::sleep_for(delay);
+      const auto living = one.processes(static_cast<int>(victim));
+      if (!living.empty() && ::kill(process, SIGKILL) == 0) ++killed;
+    }
+    const CommandResult result = run_bounded(one, std::chrono::seconds(90));
     INFO(result.err);
-    CHECK(marked.ranks().empty());
     if (result.status == 0) {
       ++complete;
       // A rank that is killed after its last asset leaves its file of use, which the next run removes.

@@ -2,8 +2,8 @@
 
 #include "make_reader_corpus.h"
 
-#include "../tools/compressed_gltf.h"
-#include "../tools/hair_files.h"
+#include <tests/tools/importers/compressed_gltf.h>
+#include <tests/tools/importers/hair_files.h>
 #include "../tools/picture_files.h"
 #include "../tools/scene_file.h"
 #include "../tools/zstd_bytes.h"

@@ -18,21 +18,14 @@ using std::chrono::seconds;
 
 namespace {
 
-using Words = std::vector<std::string>;
-
 const std::string& mpirun() {
   static const std::string path = find_mpirun(kBvhRender);
   return path;
 }
 
-Words operator+(Words a, const Words& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
 /// @param more options of mpirun.
 Words under_mpirun(unsigned ranks, const Words& program, const Words& more = {}) {
-  return Words{mpirun(), "--oversubscribe"} + more + Words{"-n", std::to_string(ranks), kBvhRender} + program;
+  return test::under_mpirun(mpirun(), ranks, Words{kBvhRender} + program, more);
 }
 
 /// A picture without outputs. @param seconds that it takes about, on one core.
@@ -40,24 +33,6 @@ Words picture(const std::string& scene, bool paths, unsigned seconds = 0) {
   const std::string samples = std::to_string(seconds == 0 ? 5 : (paths ? 40 : 80) * seconds);
   return Words{scene, "--size", "203x131", "--camera", "0.3,0.4,3/0,0,0/0,1,0/40", "--spp", samples, "--threads", "1"} +
          (paths ? Words{"--integrator", "path"} : Words{"--mode", "ao"});
-}
-
-/// Runs it to its end, which must come in time, with no process left.
-CommandResult run_bounded(MpiRun& run, seconds time = seconds(60)) {
-  const bool ended = run.mpirun().ends_within(time);
-  CHECK(ended);
-  if (!ended) {
-    run.kill_all();
-    run.mpirun().signal(SIGKILL);
-  }
-  CommandResult result = run.mpirun().finish();
-  CHECK(run.is_gone_within(seconds(15)));
-  return result;
-}
-
-CommandResult run_bounded(const Words& words) {
-  MpiRun run(words);
-  return run_bounded(run);
 }
 
 void check_whole(const CommandResult& result, const std::filesystem::path& found,
@@ -263,7 +238,7 @@ TEST_CASE("bvhrender under mpirun: ranks without the file, or with another one")
   write_squares(folder);
   for (const char* name : {"0", "1"}) std::filesystem::create_directory(folder / name);
   std::filesystem::rename(folder / "s.bvh", folder / "0/s.bvh");
-  // Each rank has a folder of its own.
+  // Each rank has a separate folder.
   const auto ranks = [&](const Words& more) {
     std::string line = "cd '" + folder.path().string() + "'/$OMPI_COMM_WORLD_RANK && exec '" + kBvhRender + "' s.bvh";
     for (const std::string& word : Words{"-o", out, "--size", "75x41", "--spp", "3"} + more) line += " '" + word + "'";

@@ -29,6 +29,18 @@ inline std::string find_mpirun(const std::string& tool) {
   return found.out.substr(0, found.out.find('\n'));
 }
 
+using Words = std::vector<std::string>;
+
+inline Words operator+(Words a, const Words& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+/// A command line. @param more options of mpirun.
+inline Words under_mpirun(const std::string& mpirun, unsigned ranks, const Words& program, const Words& more = {}) {
+  return Words{mpirun, "--oversubscribe"} + more + Words{"-n", std::to_string(ranks)} + program;
+}
+
 /// What skips a case where there is no MPI.
 inline bool skip_without(const std::string& mpirun, const char* name) {
   if (mpirun.empty()) std::printf("SKIPPED: %s: no mpirun, or a build without MPI\n", name);
@@ -106,5 +118,23 @@ class MpiRun {
   std::string mark_;
   Command command_;
 };
+
+/// Runs it to its end, which must come in time, with no process left.
+inline CommandResult run_bounded(MpiRun& run, std::chrono::seconds time = std::chrono::seconds(60)) {
+  const bool ended = run.mpirun().ends_within(time);
+  CHECK(ended);
+  if (!ended) {
+    run.kill_all();
+    run.mpirun().signal(SIGKILL);
+  }
+  CommandResult result = run.mpirun().finish();
+  CHECK(run.is_gone_within(std::chrono::seconds(15)));
+  return result;
+}
+
+inline CommandResult run_bounded(const Words& words) {
+  MpiRun run(words);
+  return run_bounded(run);
+}
 
 }  // namespace hiprt::test

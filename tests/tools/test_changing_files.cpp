@@ -1,8 +1,8 @@
 // Another program shortens or changes an input while a tool reads it. The tool says so: it neither crashes nor goes on
 // with half a file. changing_file.cpp makes the change at the worst moment.
 
-#include "gltf_builder.h"
-#include "hair_files.h"
+#include <tests/tools/importers/gltf_builder.h>
+#include <tests/tools/importers/hair_files.h>
 #include "programs.h"
 #include "scene_file.h"
 

@@ -8,7 +8,7 @@
 #include <hiprt_build/instances.h>
 #include <tests/amount.h>
 #include <tests/oracle/random.h>
-#include <tools/cli/block_journal.h>
+#include <tools/cli/trace/block_journal.h>
 #include <tools/scene_io/ray_stream.h>
 #include <tools/scene_io/rays_file.h>
 
@@ -24,13 +24,6 @@ using Catch::Contains;
 using std::chrono::milliseconds;
 
 namespace {
-
-using Words = std::vector<std::string>;
-
-Words operator+(Words a, const Words& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
 
 const std::string& mpirun() {
   static const std::string path = find_mpirun(kBvhTrace);
@@ -84,19 +77,7 @@ void check_same(const TempFolder& folder, const std::string& name) {
 }
 
 Words under_mpirun(unsigned ranks, const Words& words, const Words& more = {}) {
-  return Words{mpirun(), "--oversubscribe"} + more + Words{"-n", std::to_string(ranks)} + words;
-}
-
-CommandResult run_bounded(MpiRun& run) {
-  const bool ended = run.mpirun().ends_within(std::chrono::seconds(60));
-  CHECK(ended);
-  if (!ended) {
-    run.kill_all();
-    run.mpirun().signal(SIGKILL);
-  }
-  CommandResult result = run.mpirun().finish();
-  CHECK(run.is_gone_within(std::chrono::seconds(15)));
-  return result;
+  return test::under_mpirun(mpirun(), ranks, words, more);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 /// Scenes of instances through bvhbuild and bvhinfo.
 
-#include "gltf_builder.h"
+#include <tests/tools/importers/gltf_builder.h>
 #include "json_result.h"
 #include "programs.h"
 #include "scene_file.h"

@@ -134,7 +134,7 @@ bool RankService::agree_to_leave() {
     // The last messages and beats must go before the thread ends.
     to_callers_.wait_for(lock, options_.end, [&] { return told_ && unsent_ == 0; });
   } else {
-    // Without a limit of its own: rank 0 may have work left. Its silence ends the wait.
+    // No time limit: rank 0 may still compute. The wait ends when rank 0 is silent for too long.
     to_callers_.wait(lock, [&] { return go_ || broken_; });
   }
   return go_.value_or(false) && !broken_;

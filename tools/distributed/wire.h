@@ -37,7 +37,7 @@ class Wire {
   virtual int size() const = 0;
   /// Exchanges kRankCardBytes bytes of every rank. Waits for all ranks.
   virtual build::Result<std::vector<std::byte>> meet(std::span<const std::byte> card) = 0;
-  /// Starts to send a piece. @p bytes must stay as they are until sent() says true.
+  /// Starts to send a piece. @p bytes must not change until sent() returns true.
   /// @return a ticket for sent(), not 0; 0: it cannot be sent.
   virtual std::uint64_t send(int to, int tag, std::span<const std::byte> bytes) = 0;
   /// Whether the bytes of a ticket may go. Says true once per ticket.

@@ -1,7 +1,7 @@
 #pragma once
 /// bvhbuild --manifest and --prune.
 
-#include <tools/cli/build_command.h>
+#include <tools/cli/build/build_command.h>
 #include <tools/cli/cli.h>
 #include <tools/distributed/ranks.h>
 

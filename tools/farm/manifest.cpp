@@ -2,7 +2,7 @@
 
 #include <tools/base/errors.h>
 #include <tools/base/text.h>
-#include <tools/cli/build_names.h>
+#include <tools/cli/build/build_names.h>
 #include <tools/scene_io/json_location.h>
 #include <tools/scene_io/scene/scene_file.h>
 #include <tools/scene_io/shapes/shape_import.h>

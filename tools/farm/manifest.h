@@ -1,7 +1,7 @@
 #pragma once
 /// A list of assets to build: hiprt_device/docs/DISTRIBUTED.md describes the format.
 
-#include <tools/cli/build_command.h>
+#include <tools/cli/build/build_command.h>
 
 #include <string>
 #include <string_view>

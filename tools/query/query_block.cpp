@@ -1,7 +1,7 @@
 #include <tools/query/query_block.h>
 
 #include <tools/base/interrupt.h>
-#include <tools/cli/trace_records.h>
+#include <tools/cli/trace/trace_records.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 /// The picture of a distance field on a plane across an axis.
 
-#include <tools/cli/picture_options.h>
+#include <tools/cli/render/picture_options.h>
 #include <tools/render/image/image.h>
 #include <tools/scene_io/query_file.h>
 
